@@ -1,0 +1,118 @@
+//! Access to project files. Compilers never touch the disk themselves: they are given a [`Files`].
+
+use std::sync::Arc;
+
+use crate::{Diagnostic, SourceMap, Span, codes};
+
+/// Reads project files for the compilers. Paths are relative to the project root with `/` separators and already normalised
+/// (no `.` or `..` components); the implementation must refuse whatever would leave the root (symbolic links included).
+pub trait Files: Send + Sync {
+    /// The bytes of a file.
+    fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError>;
+}
+
+/// Why a file could not be had.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FileError {
+    /// There is none.
+    #[error("no such file")]
+    NotFound,
+    /// Its real path is outside the project root.
+    #[error("it leads outside the project root")]
+    OutsideRoot,
+    /// It is larger than the cap (both in bytes).
+    #[error("it has {size} bytes, more than the {limit} that raxel reads")]
+    TooLarge {
+        /// Bytes of the file.
+        size: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// Anything else the system says.
+    #[error("{0}")]
+    Io(String),
+}
+
+impl FileError {
+    /// The diagnostic for a file that could not be had. `named_at` is the place that names it, if a file does.
+    pub fn diagnostic(&self, path: &str, named_at: Option<(Span, &str)>) -> Diagnostic {
+        let (code, message) = match self {
+            FileError::NotFound => (codes::files::NOT_FOUND, format!("`{path}` does not exist")),
+            FileError::OutsideRoot => (codes::files::OUTSIDE_ROOT, format!("`{path}` leads outside the project root")),
+            FileError::TooLarge { .. } => (codes::files::TOO_LARGE, format!("`{path}` is too large: {self}")),
+            FileError::Io(reason) => (codes::files::UNREADABLE, format!("`{path}` cannot be read: {reason}")),
+        };
+        let diagnostic = Diagnostic::error(code, message);
+        match named_at {
+            Some((span, text)) => diagnostic.label(span, text),
+            None => diagnostic,
+        }
+    }
+}
+
+/// Reads a text file and remembers its text in `texts`. A byte that is not UTF-8 is an error that points at it.
+pub fn read_text(
+    files: &dyn Files,
+    path: &str,
+    named_at: Option<(Span, &str)>,
+    texts: &mut SourceMap,
+) -> Result<Arc<str>, Box<Diagnostic>> {
+    let bytes = files.read(path).map_err(|error| Box::new(error.diagnostic(path, named_at)))?;
+    match std::str::from_utf8(&bytes) {
+        Ok(text) => {
+            // Editors on Windows may save a byte-order mark; it is no part of the text.
+            let text: Arc<str> = Arc::from(text.strip_prefix('\u{feff}').unwrap_or(text));
+            texts.insert(path, text.clone());
+            Ok(text)
+        }
+        Err(error) => {
+            let at = error.valid_up_to();
+            texts.insert(path, String::from_utf8_lossy(&bytes).into_owned());
+            Err(Box::new(
+                Diagnostic::error(
+                    codes::files::NOT_UTF8,
+                    format!("`{path}` is not UTF-8: byte {:#04x} at offset {at}", bytes[at]),
+                )
+                .label(Span::new(path, at..at), "the first byte that is not UTF-8"),
+            ))
+        }
+    }
+}
+
+/// Joins a path written in a file to the folder it is relative to, and normalises it. `None` when it is absolute (also in the
+/// manner of Windows), empty, or climbs out of the root.
+pub fn join(folder: &str, path: &str) -> Option<String> {
+    if path.is_empty()
+        || path.starts_with(['/', '\\'])
+        || path.contains(['\\', '\0'])
+        || path.chars().nth(1) == Some(':')
+    {
+        return None;
+    }
+    let mut parts: Vec<&str> = folder.split('/').filter(|part| !part.is_empty() && *part != ".").collect();
+    for part in path.split('/') {
+        match part {
+            "" | "." => {}
+            ".." => {
+                parts.pop()?;
+            }
+            name => parts.push(name),
+        }
+    }
+    if parts.is_empty() { None } else { Some(parts.join("/")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::join;
+
+    #[test]
+    fn joins_inside_the_root_only() {
+        assert_eq!(join("shaders", "a.comp").as_deref(), Some("shaders/a.comp"));
+        assert_eq!(join("shaders/include", "../a.comp").as_deref(), Some("shaders/a.comp"));
+        assert_eq!(join("", "./x/./y").as_deref(), Some("x/y"));
+        for path in ["../../a", "/etc/passwd", "C:/a", "\\\\server\\a", "a\\b", "", "a\0b"] {
+            assert_eq!(join("shaders", path), None, "{path:?}");
+        }
+    }
+}

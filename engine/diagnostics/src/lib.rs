@@ -1,0 +1,12 @@
+//! What raxel says when something is wrong: diagnostics as plain data, their codes, their rendering; and the two readers that
+//! produce most of them: project files and TOML tables.
+
+mod code;
+pub mod codes;
+mod diagnostic;
+pub mod files;
+pub mod table;
+
+pub use code::Code;
+pub use diagnostic::{Diagnostic, Label, Severity, SourceMap, Span};
+pub use files::{FileError, Files};

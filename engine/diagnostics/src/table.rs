@@ -1,0 +1,442 @@
+//! Reads TOML so that every mistake in a file is reported, and not only the first. A [`Table`] hands out values by key, reports a
+//! wrong type where it stands, and at [`Table::finish`] reports every key that nobody asked for, with the closest one that was.
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::{Code, Diagnostic, SourceMap, Span, codes};
+
+/// Collects the diagnostics of one file.
+#[derive(Debug)]
+pub struct Reporter {
+    file: Arc<str>,
+    found: RefCell<Vec<Diagnostic>>,
+}
+
+impl Reporter {
+    /// For the file of that project path.
+    pub fn new(file: impl Into<Arc<str>>) -> Self {
+        Self { file: file.into(), found: RefCell::default() }
+    }
+
+    /// The file.
+    pub fn file(&self) -> &Arc<str> {
+        &self.file
+    }
+
+    /// Adds a diagnostic.
+    pub fn report(&self, diagnostic: Diagnostic) {
+        self.found.borrow_mut().push(diagnostic);
+    }
+
+    /// Everything reported, in order.
+    pub fn into_diagnostics(self) -> Vec<Diagnostic> {
+        self.found.into_inner()
+    }
+}
+
+/// Parses a TOML text. Syntax errors are reported, all that the parser can recover from; the result is `None` when there is any.
+pub fn parse<'t>(text: &'t str, reporter: &Reporter) -> Option<Spanned<DeTable<'t>>> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    for error in &errors {
+        let at = error.span().unwrap_or(0..0);
+        let end = at.end.min(text.len());
+        reporter.report(
+            Diagnostic::error(codes::files::TOML_SYNTAX, format!("TOML syntax: {}", error.message()))
+                .label(Span::new(reporter.file.clone(), at.start.min(end)..end), ""),
+        );
+    }
+    errors.is_empty().then_some(table)
+}
+
+/// A table being read.
+pub struct Table<'a, 't> {
+    name: String,
+    span: Span,
+    entries: &'a DeTable<'t>,
+    asked: RefCell<BTreeSet<String>>,
+    reporter: &'a Reporter,
+}
+
+/// One value with its place.
+#[derive(Clone)]
+pub struct Node<'a, 't> {
+    /// Path of keys, e.g. `targets.hit.format`, for messages.
+    pub name: String,
+    /// Place of the value.
+    pub span: Span,
+    /// Place of its key; of the value itself for an array element.
+    pub key_span: Span,
+    value: &'a DeValue<'t>,
+    reporter: &'a Reporter,
+}
+
+impl<'a, 't> Table<'a, 't> {
+    /// The whole document.
+    pub fn root(document: &'a Spanned<DeTable<'t>>, reporter: &'a Reporter) -> Self {
+        let span = Span::new(reporter.file.clone(), document.span());
+        Self { name: String::new(), span, entries: document.get_ref(), asked: RefCell::default(), reporter }
+    }
+
+    /// Path of keys, empty for the document.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Place of the table (its header, for a `[table]`).
+    pub fn span(&self) -> &Span {
+        &self.span
+    }
+
+    /// Where diagnostics go.
+    pub fn reporter(&self) -> &'a Reporter {
+        self.reporter
+    }
+
+    fn child(&self, key: &str) -> String {
+        if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
+    }
+
+    /// The value of a key, of any type.
+    pub fn get(&self, key: &str) -> Option<Node<'a, 't>> {
+        self.asked.borrow_mut().insert(key.to_owned());
+        let (name, value) = self.entries.get_key_value(key)?;
+        Some(self.node(name, value))
+    }
+
+    fn node(&self, key: &Spanned<std::borrow::Cow<'t, str>>, value: &'a Spanned<DeValue<'t>>) -> Node<'a, 't> {
+        let file = &self.reporter.file;
+        Node {
+            name: self.child(key.get_ref()),
+            span: Span::new(file.clone(), value.span()),
+            key_span: Span::new(file.clone(), key.span()),
+            value: value.get_ref(),
+            reporter: self.reporter,
+        }
+    }
+
+    /// The value of a key that must be there.
+    pub fn need(&self, key: &str) -> Option<Node<'a, 't>> {
+        let node = self.get(key);
+        if node.is_none() {
+            let whose = if self.name.is_empty() { "the file".to_owned() } else { format!("`{}`", self.name) };
+            self.reporter.report(
+                Diagnostic::error(codes::files::MISSING_KEY, format!("{whose} needs the key `{key}`"))
+                    .label(self.span.clone(), "missing here"),
+            );
+        }
+        node
+    }
+
+    /// Every entry in the order of the file; they all count as asked for.
+    pub fn entries(&self) -> Vec<(String, Node<'a, 't>)> {
+        let mut all: Vec<_> =
+            self.entries.iter().map(|(key, value)| (key.get_ref().to_string(), self.node(key, value))).collect();
+        all.sort_by_key(|(_, node)| node.key_span.range.start);
+        self.asked.borrow_mut().extend(all.iter().map(|(key, _)| key.clone()));
+        all
+    }
+
+    /// A table of named tables, e.g. `[targets.*]`, in the order of the file; empty when the key is absent.
+    pub fn tables(&self, key: &str) -> Vec<(String, Node<'a, 't>, Table<'a, 't>)> {
+        let Some(table) = self.get(key).and_then(|node| node.table()) else { return Vec::new() };
+        let entries = table.entries();
+        entries.into_iter().filter_map(|(name, node)| node.table().map(|table| (name, node, table))).collect()
+    }
+
+    /// An array of tables, e.g. `[[passes]]`; empty when the key is absent.
+    pub fn array_of_tables(&self, key: &str) -> Vec<Table<'a, 't>> {
+        let Some(elements) = self.get(key).and_then(|node| node.array()) else { return Vec::new() };
+        elements.iter().filter_map(Node::table).collect()
+    }
+
+    /// Text of a key, if it is there.
+    pub fn string(&self, key: &str) -> Option<(String, Span)> {
+        self.get(key).and_then(|node| Some((node.string()?, node.span)))
+    }
+
+    /// Text of a key that must be there.
+    pub fn need_string(&self, key: &str) -> Option<(String, Span)> {
+        self.need(key).and_then(|node| Some((node.string()?, node.span)))
+    }
+
+    /// Reports two keys that exclude each other. True if both are there.
+    pub fn conflict(&self, a: &str, b: &str, why: &str) -> bool {
+        let (Some(first), Some(second)) = (self.get(a), self.get(b)) else { return false };
+        self.reporter.report(
+            Diagnostic::error(codes::files::CONFLICTING_KEYS, format!("`{a}` and `{b}` exclude each other: {why}"))
+                .label(second.key_span, "this one")
+                .label(first.key_span, "and this one"),
+        );
+        true
+    }
+
+    /// Reports every key that nobody asked for.
+    pub fn finish(&self) {
+        let asked = self.asked.borrow();
+        let mut unknown: Vec<_> =
+            self.entries.iter().filter(|(key, _)| !asked.contains(key.get_ref().as_ref())).collect();
+        unknown.sort_by_key(|(key, _)| key.span().start);
+        for (key, _) in unknown {
+            let whose = if self.name.is_empty() { "the file".to_owned() } else { format!("`{}`", self.name) };
+            let mut diagnostic =
+                Diagnostic::error(codes::files::UNKNOWN_KEY, format!("{whose} has no key `{}`", key.get_ref()))
+                    .label(Span::new(self.reporter.file.clone(), key.span()), "unknown key");
+            diagnostic = match closest(key.get_ref(), asked.iter().map(String::as_str)) {
+                Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+                None => diagnostic.help(format!("known keys: {}", list(asked.iter().map(String::as_str)))),
+            };
+            self.reporter.report(diagnostic);
+        }
+    }
+}
+
+impl<'a, 't> Node<'a, 't> {
+    /// The TOML type, for messages.
+    pub fn type_name(&self) -> &'static str {
+        match self.value {
+            DeValue::String(_) => "a string",
+            DeValue::Integer(_) => "an integer",
+            DeValue::Float(_) => "a float",
+            DeValue::Boolean(_) => "a boolean",
+            DeValue::Datetime(_) => "a date",
+            DeValue::Array(_) => "an array",
+            DeValue::Table(_) => "a table",
+        }
+    }
+
+    /// Reports anything about this value, with its place as the primary label.
+    pub fn report(&self, code: Code, message: impl Into<String>, label: impl Into<String>) {
+        self.reporter.report(Diagnostic::error(code, message).label(self.span.clone(), label));
+    }
+
+    /// Reports that another type is needed. Gives `None` for use as the tail of a reader.
+    pub fn wrong_type<T>(&self, expected: &str) -> Option<T> {
+        self.report(
+            codes::files::WRONG_TYPE,
+            format!("`{}` needs {expected}, not {}", self.name, self.type_name()),
+            format!("this is {}", self.type_name()),
+        );
+        None
+    }
+
+    /// Reports that the value is not allowed. Gives `None` for use as the tail of a reader.
+    pub fn bad_value<T>(&self, message: impl Into<String>) -> Option<T> {
+        self.report(codes::files::BAD_VALUE, message, "");
+        None
+    }
+
+    /// Whether it is a string.
+    pub fn is_string(&self) -> bool {
+        matches!(self.value, DeValue::String(_))
+    }
+
+    /// Whether it is an integer or a float.
+    pub fn is_number(&self) -> bool {
+        matches!(self.value, DeValue::Integer(_) | DeValue::Float(_))
+    }
+
+    /// Whether it is an integer.
+    pub fn is_integer(&self) -> bool {
+        matches!(self.value, DeValue::Integer(_))
+    }
+
+    /// Whether it is a boolean.
+    pub fn is_boolean(&self) -> bool {
+        matches!(self.value, DeValue::Boolean(_))
+    }
+
+    /// Whether it is an array.
+    pub fn is_array(&self) -> bool {
+        matches!(self.value, DeValue::Array(_))
+    }
+
+    /// Whether it is a table.
+    pub fn is_table(&self) -> bool {
+        matches!(self.value, DeValue::Table(_))
+    }
+
+    /// As text.
+    pub fn string(&self) -> Option<String> {
+        match self.value {
+            DeValue::String(text) => Some(text.to_string()),
+            _ => self.wrong_type("a string"),
+        }
+    }
+
+    /// As a boolean.
+    pub fn boolean(&self) -> Option<bool> {
+        match self.value {
+            DeValue::Boolean(value) => Some(*value),
+            _ => self.wrong_type("`true` or `false`"),
+        }
+    }
+
+    /// As an integer in a range.
+    pub fn integer(&self, range: RangeInclusive<i64>) -> Option<i64> {
+        let DeValue::Integer(integer) = self.value else { return self.wrong_type("an integer") };
+        // Underscores and a sign are already normalised by the parser; only the radix is left to say.
+        match i64::from_str_radix(integer.as_str(), integer.radix()) {
+            Ok(value) if range.contains(&value) => Some(value),
+            _ => self.bad_value(format!("`{}` is {integer}; it must be {}", self.name, range_text(&range))),
+        }
+    }
+
+    /// As a finite number (integers are taken too) in a range.
+    pub fn number(&self, range: RangeInclusive<f64>) -> Option<f64> {
+        let value: f64 = match self.value {
+            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok()? as f64,
+            DeValue::Float(float) => float.as_str().parse().ok()?,
+            _ => return self.wrong_type("a number"),
+        };
+        if value.is_finite() && range.contains(&value) {
+            Some(value)
+        } else if !value.is_finite() {
+            self.bad_value(format!("`{}` must be a finite number", self.name))
+        } else {
+            self.bad_value(format!("`{}` is {value}; it must be in {}…{}", self.name, range.start(), range.end()))
+        }
+    }
+
+    /// One of a list of words.
+    pub fn word<T: Clone>(&self, words: &[(&str, T)]) -> Option<T> {
+        let text = self.string()?;
+        if let Some((_, value)) = words.iter().find(|(word, _)| *word == text) {
+            return Some(value.clone());
+        }
+        let names = || words.iter().map(|(word, _)| *word);
+        let mut diagnostic = Diagnostic::error(codes::files::BAD_VALUE, format!("`{}` cannot be `{text}`", self.name))
+            .label(self.span.clone(), "");
+        if let Some(name) = closest(&text, names()) {
+            diagnostic = diagnostic.help(format!("did you mean `{name}`?"));
+        }
+        self.reporter.report(diagnostic.help(format!("one of: {}", list(names()))));
+        None
+    }
+
+    /// As an array.
+    pub fn array(&self) -> Option<Vec<Node<'a, 't>>> {
+        let DeValue::Array(elements) = self.value else { return self.wrong_type("an array") };
+        let file = &self.reporter.file;
+        let nodes = elements.iter().enumerate().map(|(i, element)| {
+            let span = Span::new(file.clone(), element.span());
+            Node {
+                name: format!("{}[{i}]", self.name),
+                key_span: span.clone(),
+                span,
+                value: element.get_ref(),
+                reporter: self.reporter,
+            }
+        });
+        Some(nodes.collect())
+    }
+
+    /// As an array of `N` finite numbers in a range.
+    pub fn numbers<const N: usize>(&self, range: RangeInclusive<f64>) -> Option<[f64; N]> {
+        let elements = self.array()?;
+        if elements.len() != N {
+            return self.bad_value(format!("`{}` needs {N} numbers, not {}", self.name, elements.len()));
+        }
+        let values: Vec<f64> = elements.iter().filter_map(|element| element.number(range.clone())).collect();
+        values.try_into().ok()
+    }
+
+    /// As an array of `N` integers in a range.
+    pub fn integers<const N: usize>(&self, range: RangeInclusive<i64>) -> Option<[i64; N]> {
+        let elements = self.array()?;
+        if elements.len() != N {
+            return self.bad_value(format!("`{}` needs {N} integers, not {}", self.name, elements.len()));
+        }
+        let values: Vec<i64> = elements.iter().filter_map(|element| element.integer(range.clone())).collect();
+        values.try_into().ok()
+    }
+
+    /// As a table.
+    pub fn table(&self) -> Option<Table<'a, 't>> {
+        let DeValue::Table(entries) = self.value else { return self.wrong_type("a table") };
+        Some(Table {
+            name: self.name.clone(),
+            span: self.key_span.clone(),
+            entries,
+            asked: RefCell::default(),
+            reporter: self.reporter,
+        })
+    }
+}
+
+fn range_text(range: &RangeInclusive<i64>) -> String {
+    match (*range.start(), *range.end()) {
+        (i64::MIN, i64::MAX) => "a 64-bit integer".to_owned(),
+        (start, i64::MAX) => format!("at least {start}"),
+        (start, end) => format!("in {start}…{end}"),
+    }
+}
+
+/// The name closest to a misspelt one, if one is close enough to be meant.
+pub fn closest<'n>(wrong: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+    let limit = (wrong.chars().count() / 3).max(1);
+    names
+        .map(|name| (strsim::damerau_levenshtein(&wrong.to_lowercase(), &name.to_lowercase()), name))
+        .filter(|(distance, _)| *distance <= limit)
+        .min()
+        .map(|(_, name)| name)
+}
+
+/// Names as a list for a message: `a`, `b`, `c`.
+pub fn list<'n>(names: impl Iterator<Item = &'n str>) -> String {
+    names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// Reads and parses a whole TOML file. `read` gets the document; the result is `Err` with everything found if anything was an error,
+/// else the value with the warnings.
+pub fn read_document<T>(
+    file: &str,
+    text: &str,
+    texts: &mut SourceMap,
+    read: impl FnOnce(&Table<'_, '_>) -> Option<T>,
+) -> Result<(T, Vec<Diagnostic>), Vec<Diagnostic>> {
+    texts.insert(file, text);
+    let reporter = Reporter::new(file);
+    let value = parse(text, &reporter).and_then(|document| read(&Table::root(&document, &reporter)));
+    let found = reporter.into_diagnostics();
+    match value {
+        Some(value) if !found.iter().any(Diagnostic::is_error) => Ok((value, found)),
+        _ => Err(found),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mistake_is_reported_at_once() {
+        let text = "name = 3\nsise = 1\n[t]\ncount = -1\n";
+        let found = read_document("g.toml", text, &mut SourceMap::default(), |root| {
+            root.need_string("name");
+            root.get("size");
+            let table = root.get("t")?.table()?;
+            table.get("count").and_then(|n| n.integer(0..=9));
+            table.need("format");
+            table.finish();
+            root.finish();
+            Some(())
+        })
+        .unwrap_err();
+        let short: Vec<_> = found.iter().map(|d| (d.code.as_str(), d.labels[0].span.range.clone())).collect();
+        assert_eq!(short, [("RX0012", 7..8), ("RX0014", 30..32), ("RX0013", 19..20), ("RX0011", 9..13)]);
+        assert_eq!(found[3].help, ["did you mean `size`?"]);
+    }
+
+    #[test]
+    fn syntax_errors_have_places() {
+        let found = read_document("g.toml", "a = \"x\nb = 1", &mut SourceMap::default(), |_| Some(())).unwrap_err();
+        assert_eq!(found[0].code.as_str(), "RX0010");
+        assert_eq!(found[0].labels[0].span.file.as_ref(), "g.toml");
+    }
+}

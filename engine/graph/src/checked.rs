@@ -1,0 +1,453 @@
+//! The checked graph: what the front end (parse → resolve → reflect → check) hands to the back end (cull → order → lifetimes →
+//! alias → barriers). Names are gone but for messages; every reference is a typed index; every access is known.
+//! It depends on the files only: neither on the output size, nor on the device, nor on the state of conditions.
+
+use std::sync::Arc;
+
+use raxel_diagnostics::Span;
+use raxel_shader::Shader;
+use raxel_shader::format::Format;
+use raxel_shader::interface::{Access, Scalar};
+use serde::Serialize;
+
+/// Index into [`Graph::resources`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct ResourceId(pub u32);
+
+/// Index into [`Graph::passes`] (order of the file, after `extends`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct PassId(pub u32);
+
+/// Index into [`Graph::params`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct ParamId(pub u32);
+
+/// A graph in which everything that can be said without a device has been checked.
+#[derive(Clone, Debug, Serialize)]
+pub struct Graph {
+    /// `name`.
+    pub name: String,
+    /// `about`.
+    pub about: String,
+    /// The resource shown when nobody chooses another.
+    pub present: ResourceId,
+    /// Live values.
+    pub params: Vec<Param>,
+    /// Targets and buffers.
+    pub resources: Vec<Resource>,
+    /// Passes in program order.
+    pub passes: Vec<Pass>,
+    /// Every file that the graph was made from: the graph itself first, bases, shaders, includes.
+    pub files: Vec<String>,
+}
+
+impl Graph {
+    /// The resource behind an id.
+    pub fn resource(&self, id: ResourceId) -> &Resource {
+        &self.resources[id.0 as usize]
+    }
+
+    /// The pass behind an id.
+    pub fn pass(&self, id: PassId) -> &Pass {
+        &self.passes[id.0 as usize]
+    }
+
+    /// A resource by name.
+    pub fn find_resource(&self, name: &str) -> Option<ResourceId> {
+        self.resources.iter().position(|r| r.name == name).map(|i| ResourceId(i as u32))
+    }
+
+    /// A pass by name.
+    pub fn find_pass(&self, name: &str) -> Option<PassId> {
+        self.passes.iter().position(|p| p.name == name).map(|i| PassId(i as u32))
+    }
+
+    /// A param by name.
+    pub fn find_param(&self, name: &str) -> Option<ParamId> {
+        self.params.iter().position(|p| p.name == name).map(|i| ParamId(i as u32))
+    }
+}
+
+/// A live, typed, named value.
+#[derive(Clone, Debug, Serialize)]
+pub struct Param {
+    /// Name, e.g. `exposure`.
+    pub name: String,
+    /// Its value when nobody sets it; also gives its type.
+    pub default: Value,
+    /// Smallest and largest value, per component. `None` for bools and where the file gives none.
+    pub range: Option<[f64; 2]>,
+    /// Step of a slider.
+    pub step: Option<f64>,
+    /// Text beside the slider; the name when the file gives none.
+    pub label: String,
+    /// Where it is declared.
+    pub place: Span,
+}
+
+/// A typed value: of a param, a push member, a uniform member or a specialization constant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "each variant is the GLSL type of its name")]
+#[serde(rename_all = "lowercase", tag = "type", content = "value")]
+pub enum Value {
+    Bool(bool),
+    I32(i32),
+    U32(u32),
+    F32(f32),
+    IVec2([i32; 2]),
+    IVec3([i32; 3]),
+    IVec4([i32; 4]),
+    UVec2([u32; 2]),
+    UVec3([u32; 3]),
+    UVec4([u32; 4]),
+    Vec2([f32; 2]),
+    Vec3([f32; 3]),
+    Vec4([f32; 4]),
+    /// Columns.
+    Mat4([[f32; 4]; 4]),
+}
+
+/// A target or a buffer.
+#[derive(Clone, Debug, Serialize)]
+pub struct Resource {
+    /// Name.
+    pub name: String,
+    /// Target or buffer.
+    pub kind: ResourceKind,
+    /// How many earlier frames can be read as `name@1` … `name@history`.
+    pub history: u32,
+    /// Where it is declared.
+    pub place: Span,
+}
+
+/// What a resource is.
+#[derive(Clone, Debug, Serialize)]
+pub enum ResourceKind {
+    /// An image.
+    Target(Target),
+    /// A storage buffer.
+    Buffer(Buffer),
+}
+
+/// An image that passes read and write.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Target {
+    /// Texel format.
+    pub format: Format,
+    /// Extent rule.
+    pub extent: Extent,
+    /// Number of mips; 0 means the full chain down to one texel.
+    pub mips: u32,
+    /// Array layers; 1 for a plain image.
+    pub layers: u32,
+    /// Cleared to this at the start of each frame.
+    pub clear: Option<Clear>,
+    /// Filled with this at creation and on reset; zero when `None`. `Some` makes the contents survive from frame to frame.
+    pub init: Option<Clear>,
+    /// How it is shown.
+    pub display: Option<Display>,
+}
+
+/// Extent of a target.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Extent {
+    /// A part of the output: each axis is max(1, round(output × scale)).
+    Output {
+        /// Scale per axis.
+        scale: [f64; 2],
+    },
+    /// Fixed 2-D extent in texels.
+    Fixed2([u32; 2]),
+    /// Fixed 3-D extent in texels.
+    Fixed3([u32; 3]),
+    /// A part of another target's extent (same dimension as that target).
+    Of {
+        /// The other target.
+        target: ResourceId,
+        /// Scale on every axis.
+        scale: f64,
+    },
+}
+
+/// A clear value: four channels in the format's kind (float, signed or unsigned).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Clear {
+    /// Float, unorm, snorm.
+    Float([f32; 4]),
+    /// Signed.
+    Int([i32; 4]),
+    /// Unsigned; for a buffer, all four are the 32-bit fill pattern.
+    Uint([u32; 4]),
+}
+
+/// How a resource becomes a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Display {
+    /// The map.
+    pub map: DisplayMap,
+    /// Values shown as the ends of the map.
+    pub range: [f32; 2],
+    /// The channel that scalar maps read, 0 to 3.
+    pub channel: u32,
+}
+
+/// The map from texels to colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DisplayMap {
+    /// Linear colour, tone curve off: clamp to `range`, encode as sRGB. The default of float formats with 3 or 4 channels.
+    Color,
+    /// Already encoded: clamp to 0…1 and copy. The default of unorm formats.
+    Raw,
+    /// One channel as grey. The default of float formats with 1 or 2 channels.
+    Gray,
+    /// One channel through the Turbo colour map.
+    Turbo,
+    /// One channel through the Viridis colour map.
+    Viridis,
+    /// xyz in −1…1 as colour.
+    Normal,
+    /// A hash of the integer channels as colour. The default of integer formats.
+    Id,
+    /// One channel as an integer over `range`, in grey.
+    Integer,
+}
+
+/// A storage buffer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Buffer {
+    /// Size rule.
+    pub size: BufferSize,
+    /// Filled with this 32-bit pattern at the start of each frame.
+    pub clear: Option<u32>,
+    /// Filled with this at creation and on reset; zero when `None`. `Some` makes the contents survive from frame to frame.
+    pub init: Option<u32>,
+}
+
+/// Size of a buffer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub enum BufferSize {
+    /// Bytes.
+    Bytes(u64),
+    /// One element per pixel of a target's mip 0 (depth and layers count too).
+    PerPixel {
+        /// The target.
+        of: ResourceId,
+        /// Bytes of an element.
+        stride: u32,
+    },
+    /// Supplied from outside under this name, e.g. `world.tree64`; its bytes are the supplier's.
+    Source(String),
+}
+
+/// One dispatch of one shader.
+#[derive(Clone, Debug, Serialize)]
+pub struct Pass {
+    /// Name.
+    pub name: String,
+    /// The compiled shader.
+    #[serde(skip)]
+    pub shader: Arc<Shader>,
+    /// How many workgroups.
+    pub dispatch: Dispatch,
+    /// Every access of the dispatch, the indirect arguments included.
+    pub accesses: Vec<BoundAccess>,
+    /// Values of the push-constant block in order of offset; empty without a block.
+    pub push: Vec<Fill>,
+    /// Uniform blocks that raxel fills.
+    pub uniforms: Vec<UniformBlock>,
+    /// Specialization constants that the graph sets.
+    pub specialization: Vec<(u32, Value)>,
+    /// Runs only while this holds.
+    pub when: Option<Condition>,
+    /// Runs only on these frames.
+    pub every: Option<Every>,
+    /// Where it is declared.
+    pub place: Span,
+}
+
+/// How many workgroups are dispatched.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Dispatch {
+    /// At least one thread per texel of mip `mip` of the target (depth or layers are the third axis).
+    ThreadsOf {
+        /// The target.
+        target: ResourceId,
+        /// The mip.
+        mip: u32,
+    },
+    /// At least so many threads.
+    Threads([u32; 3]),
+    /// Exactly so many workgroups.
+    Groups([u32; 3]),
+    /// Three `uint`s read from a buffer.
+    Indirect {
+        /// The buffer.
+        buffer: ResourceId,
+        /// Byte offset, a multiple of 4.
+        offset: u64,
+    },
+}
+
+/// One access of a pass to one resource.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BoundAccess {
+    /// The resource.
+    pub resource: ResourceId,
+    /// 0 is this frame's content, n is `name@n`.
+    pub age: u32,
+    /// Mips touched: first and count; count 0 means all from first. (0, 1) for buffers.
+    pub mips: (u32, u32),
+    /// Layers touched: first and count; count 0 means all from first. (0, 1) for buffers and 3-D targets.
+    pub layers: (u32, u32),
+    /// Load, store or both.
+    pub access: Access,
+    /// By which way.
+    pub usage: Usage,
+    /// Index into the shader's `interface.bindings`; `None` for indirect arguments.
+    pub binding: Option<u32>,
+    /// Sampler of a sampled image.
+    pub sampler: Option<Sampler>,
+}
+
+/// By which way a resource is accessed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[allow(missing_docs, reason = "each variant is the Vulkan usage of its name")]
+pub enum Usage {
+    SampledImage,
+    StorageImage,
+    StorageBuffer,
+    UniformBuffer,
+    IndirectArguments,
+}
+
+/// How a sampled image is filtered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct Sampler {
+    /// Linear, else nearest.
+    pub linear: bool,
+    /// Repeat, else clamp to edge.
+    pub repeat: bool,
+}
+
+/// One value put at one offset of a push-constant or uniform block.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fill {
+    /// Member path, e.g. `exposure` or `sun.direction`.
+    pub member: String,
+    /// Byte offset in the block.
+    pub offset: u32,
+    /// Component type.
+    pub scalar: Scalar,
+    /// Rows (components of a vector) and columns; (1, 1) is a scalar.
+    pub shape: (u32, u32),
+    /// Bytes between columns of a matrix; 0 otherwise.
+    pub stride: u32,
+    /// Where the value comes from.
+    pub from: Source,
+}
+
+/// A uniform block that raxel keeps and fills each frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct UniformBlock {
+    /// Index into the shader's `interface.bindings`.
+    pub binding: u32,
+    /// Bytes.
+    pub size: u32,
+    /// Values in order of offset.
+    pub fills: Vec<Fill>,
+}
+
+/// Where a push or uniform value comes from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Source {
+    /// Written in the file.
+    Value(Value),
+    /// A param.
+    Param(ParamId),
+    /// Something the runtime knows.
+    Builtin(Builtin),
+    /// Extent of a target's mip 0 in texels.
+    ExtentOf(ResourceId),
+}
+
+macro_rules! builtins {
+    ($($variant:ident = $name:literal, $scalar:ident, $shape:expr, $about:literal;)*) => {
+        /// A value that the runtime knows: the `from = "…"` words of a graph file.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+        pub enum Builtin { $(#[doc = $about] $variant),* }
+
+        impl Builtin {
+            /// Every builtin in the order of the documentation.
+            pub const ALL: &[Builtin] = &[$(Builtin::$variant),*];
+
+            /// The word in the file, e.g. `camera.cell`.
+            pub const fn name(self) -> &'static str {
+                match self { $(Builtin::$variant => $name),* }
+            }
+
+            /// What it is, in one sentence.
+            pub const fn about(self) -> &'static str {
+                match self { $(Builtin::$variant => $about),* }
+            }
+
+            /// Component type and shape (rows, columns).
+            pub const fn ty(self) -> (Scalar, (u32, u32)) {
+                match self { $(Builtin::$variant => (Scalar::$scalar, $shape)),* }
+            }
+        }
+    };
+}
+
+builtins! {
+    CameraCell = "camera.cell", I32, (3, 1), "Voxel that holds the camera.";
+    CameraFrac = "camera.frac", F32, (3, 1), "Camera's place in its voxel, each component in [0, 1).";
+    CameraViewToWorld = "camera.view_to_world", F32, (4, 4), "Rotation from view space (x right, y up, looking along −z) to world space; no translation.";
+    CameraWorldToView = "camera.world_to_view", F32, (4, 4), "The inverse rotation.";
+    CameraFov = "camera.fov", F32, (1, 1), "Vertical field of view in radians.";
+    CameraTanHalfFov = "camera.tan_half_fov", F32, (2, 1), "Tangent of half the field of view, horizontal and vertical.";
+    CameraPreviousCell = "camera.previous.cell", I32, (3, 1), "`camera.cell` of the last frame.";
+    CameraPreviousFrac = "camera.previous.frac", F32, (3, 1), "`camera.frac` of the last frame.";
+    CameraPreviousViewToWorld = "camera.previous.view_to_world", F32, (4, 4), "`camera.view_to_world` of the last frame.";
+    CameraPreviousWorldToView = "camera.previous.world_to_view", F32, (4, 4), "`camera.world_to_view` of the last frame.";
+    FrameIndex = "frame.index", U32, (1, 1), "Frames since the last reset.";
+    FrameTime = "frame.time", F32, (1, 1), "Seconds since the last reset.";
+    FrameDelta = "frame.delta", F32, (1, 1), "Seconds since the last frame.";
+    OutputSize = "output.size", I32, (2, 1), "Extent of the output in pixels.";
+    OutputAspect = "output.aspect", F32, (1, 1), "Width of the output over its height.";
+    CursorPosition = "cursor.position", I32, (2, 1), "Pixel under the cursor, from the top left; (−1, −1) without one.";
+    WorldMin = "world.min", I32, (3, 1), "Smallest voxel coordinate of the world's bounds.";
+    WorldMax = "world.max", I32, (3, 1), "Largest voxel coordinate of the world's bounds, plus one.";
+    WorldVoxels = "world.voxels", U32, (1, 1), "Number of solid voxels, saturated.";
+}
+
+/// A named condition of `when`.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct Condition {
+    /// What is asked.
+    pub fact: Fact,
+    /// `!`: holds when the fact does not.
+    pub negated: bool,
+}
+
+/// What a condition can ask.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum Fact {
+    /// The world has a material with emission that some voxel uses: `world.has_emission`.
+    WorldHasEmission,
+    /// The world has a material with transparency that some voxel uses: `world.has_transparency`.
+    WorldHasTransparency,
+    /// The world has any solid voxel: `world.has_voxels`.
+    WorldHasVoxels,
+    /// A param of type bool is true: `param.NAME`.
+    Param(ParamId),
+}
+
+/// Frames on which a pass runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Every {
+    /// So many times a second of the clock, apart from the frame rate; at most once a frame.
+    Hz(f64),
+    /// Frame indices that this divides.
+    Frames(u32),
+}

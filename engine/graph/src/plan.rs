@@ -1,0 +1,449 @@
+//! The plan: the immutable result of compiling a graph for one output size, one present point and one state of the conditions.
+//! A frame is the walk over [`Plan::steps`]; everything in it is an index or a number.
+//!
+//! Synchronisation model. All passes run on one queue in program order. Images stay in `GENERAL` from their creation on. A gap
+//! between two steps holds at most one [`Barrier`], recorded as one `vkCmdPipelineBarrier2`: at most one global memory barrier (a
+//! compute graph has no use for narrower ones: no layout changes, and execution dependencies are never per resource), and one
+//! image barrier per aliased image that becomes live there (`UNDEFINED` → `GENERAL`). The plan is cyclic: barriers also cover the
+//! hazards of a frame with the frames before it, so that frames follow each other with no barrier of their own in between. A pass
+//! that does not run in a frame (`every`, or its result is still valid) leaves its barriers in place, which keeps all others covered.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use raxel_shader::format::Format;
+use serde::Serialize;
+
+use crate::checked::{Clear, Fact, Graph, PassId, ResourceId};
+
+/// What a plan is made for, besides the graph.
+#[derive(Clone)]
+pub struct PlanInput<'a> {
+    /// Extent of the output in pixels, both at least 1.
+    pub output: [u32; 2],
+    /// What is shown, and when it is taken.
+    pub present: Present,
+    /// Resources whose end-of-frame contents must be readable (kept live, never aliased), besides the presented one.
+    pub pinned: &'a [ResourceId],
+    /// Whether a fact holds.
+    pub facts: &'a dyn Fn(&Fact) -> bool,
+    /// Bytes of each buffer source, e.g. `world.tree64`.
+    pub sources: &'a BTreeMap<String, u64>,
+    /// Memory requirements of images and buffers on the device.
+    pub memory: &'a dyn MemoryModel,
+    /// Whether transient resources may share memory.
+    pub alias: bool,
+    /// Limits of the device.
+    pub limits: Limits,
+}
+
+/// Device limits that a plan is checked against.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Limits {
+    /// `maxImageDimension2D`.
+    pub image_2d: u32,
+    /// `maxImageDimension3D`.
+    pub image_3d: u32,
+    /// `maxImageArrayLayers`.
+    pub image_layers: u32,
+    /// `maxStorageBufferRange`, bytes.
+    pub storage_buffer: u64,
+    /// `maxUniformBufferRange`, bytes.
+    pub uniform_buffer: u64,
+    /// `maxPushConstantsSize`, bytes.
+    pub push_constants: u32,
+    /// `maxComputeWorkGroupCount`.
+    pub workgroup_count: [u32; 3],
+    /// `maxComputeWorkGroupSize`.
+    pub workgroup_size: [u32; 3],
+    /// `maxComputeWorkGroupInvocations`.
+    pub workgroup_invocations: u32,
+}
+
+impl Limits {
+    /// What every Vulkan 1.3 device raxel accepts has at least, used when no device is asked (`check`, `graph`).
+    pub const PORTABLE: Limits = Limits {
+        image_2d: 4096,
+        image_3d: 256,
+        image_layers: 256,
+        storage_buffer: 1 << 27,
+        uniform_buffer: 16384,
+        push_constants: 128,
+        workgroup_count: [65535; 3],
+        workgroup_size: [128, 128, 64],
+        workgroup_invocations: 128,
+    };
+}
+
+/// The debug target: what is shown, from which point of the frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct Present {
+    /// The resource.
+    pub resource: ResourceId,
+    /// 0 is this frame's content, n is `name@n`.
+    pub age: u32,
+    /// Mip shown.
+    pub mip: u32,
+    /// Layer, or slice of a 3-D target.
+    pub layer: u32,
+    /// Taken right after this pass; at the end of the frame when `None`.
+    pub after: Option<PassId>,
+}
+
+/// `VkMemoryRequirements`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Requirements {
+    /// Bytes.
+    pub size: u64,
+    /// Power of two, bytes.
+    pub alignment: u64,
+    /// Bit i is set when memory type i will do.
+    pub type_bits: u32,
+}
+
+/// Answers what an image or buffer needs: the device in a session, an estimate in `raxel graph`.
+pub trait MemoryModel {
+    /// Requirements of one copy of an image.
+    fn image(&self, image: &ImageDesc) -> Requirements;
+    /// Requirements of one copy of a buffer.
+    fn buffer(&self, buffer: &BufferDesc) -> Requirements;
+    /// `bufferImageGranularity`: a buffer and an image in one block must not share a page of this size.
+    fn granularity(&self) -> u64;
+}
+
+/// What is created for a target, once per copy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct ImageDesc {
+    /// Texel format.
+    pub format: Format,
+    /// 3-D image; else 2-D.
+    pub volume: bool,
+    /// Texels of mip 0; the third is 1 unless `volume`.
+    pub extent: [u32; 3],
+    /// Mips.
+    pub mips: u32,
+    /// Array layers.
+    pub layers: u32,
+    /// Usages beyond transfer source and destination, which every image has.
+    pub usage: ImageUsage,
+}
+
+/// Usages derived from the accesses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+pub struct ImageUsage {
+    /// Bound as a storage image.
+    pub storage: bool,
+    /// Bound as a sampled image.
+    pub sampled: bool,
+}
+
+/// What is created for a buffer, once per copy. All buffers have storage and transfer usage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct BufferDesc {
+    /// Bytes.
+    pub size: u64,
+    /// Bound as a uniform buffer.
+    pub uniform: bool,
+    /// Read as indirect arguments.
+    pub indirect: bool,
+}
+
+/// The immutable result of compiling a graph.
+#[derive(Clone, Debug, Serialize)]
+pub struct Plan {
+    /// The graph it was made from.
+    #[serde(skip)]
+    pub graph: Arc<Graph>,
+    /// Extent of the output in pixels.
+    pub output: [u32; 2],
+    /// The debug target.
+    pub present: Present,
+    /// What is created: only what live passes, the present point or pins use. Order of [`Graph::resources`].
+    pub resources: Vec<ResourcePlan>,
+    /// Memory blocks that transient resources share.
+    pub blocks: Vec<BlockPlan>,
+    /// Live passes in program order.
+    pub passes: Vec<PassPlan>,
+    /// Passes that are left out, with the reason.
+    pub culled: Vec<Culled>,
+    /// The frame.
+    pub steps: Vec<Step>,
+}
+
+/// One resource that exists while the plan runs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ResourcePlan {
+    /// Which.
+    pub resource: ResourceId,
+    /// What is created per copy.
+    pub desc: ResourceDesc,
+    /// `history + 1` copies; frame f writes copy f mod copies, and `@n` reads copy (f − n) mod copies.
+    pub copies: u32,
+    /// Contents at the start of each frame, if it is cleared.
+    pub clear: Option<Clear>,
+    /// Contents at creation and on reset.
+    pub init: Clear,
+    /// Whether the contents must survive the frame.
+    pub lifetime: Lifetime,
+}
+
+/// Image, buffer or outside buffer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum ResourceDesc {
+    /// An image.
+    Image(ImageDesc),
+    /// A buffer.
+    Buffer(BufferDesc),
+    /// A buffer that the runtime supplies under this name, read-only.
+    Source(String),
+}
+
+/// How long the contents of a resource matter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Lifetime {
+    /// From frame to frame: it has memory of its own.
+    Persistent,
+    /// From its first to its last step in a frame; memory may be shared.
+    Transient {
+        /// First step (index into [`Plan::steps`]) that touches it.
+        first: u32,
+        /// Last step that touches it.
+        last: u32,
+        /// Its place, or `None` when it has memory of its own.
+        place: Option<Place>,
+    },
+}
+
+/// A place in a shared memory block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Place {
+    /// Index into [`Plan::blocks`].
+    pub block: u32,
+    /// Byte offset in it.
+    pub offset: u64,
+}
+
+/// A memory block shared by transient resources.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct BlockPlan {
+    /// Bytes.
+    pub size: u64,
+    /// Alignment of the block.
+    pub alignment: u64,
+    /// Memory types that suit every occupant.
+    pub type_bits: u32,
+}
+
+/// A pass that runs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassPlan {
+    /// Which.
+    pub pass: PassId,
+    /// Workgroups, or `None` for an indirect dispatch.
+    pub groups: Option<[u32; 3]>,
+}
+
+/// A pass that is left out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Culled {
+    /// Which.
+    pub pass: PassId,
+    /// Why.
+    pub reason: CullReason,
+}
+
+/// Why a pass is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CullReason {
+    /// Nothing presented depends on what it writes.
+    Unused,
+    /// Its `when` does not hold.
+    Condition,
+}
+
+/// One step of a frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Step {
+    /// One `vkCmdPipelineBarrier2`.
+    Barrier(Barrier),
+    /// `vkCmdClearColorImage` of all mips and layers, or `vkCmdFillBuffer`, of this frame's copy.
+    Clear {
+        /// Index into [`Plan::resources`].
+        resource: u32,
+    },
+    /// A dispatch.
+    Dispatch {
+        /// Index into [`Plan::passes`].
+        pass: u32,
+    },
+    /// The debug target is read by a compute dispatch of the runtime (as a sampled image or storage buffer).
+    Present,
+}
+
+/// One batched barrier.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Barrier {
+    /// The global memory barrier; `None` when only images become live.
+    pub memory: Option<Dependency>,
+    /// Images that take over shared memory here, `UNDEFINED` → `GENERAL`.
+    pub activate: Vec<Activation>,
+    /// The hazards it was placed for: what `raxel graph` prints. Not needed to run.
+    pub hazards: Vec<Hazard>,
+}
+
+/// Scopes of a dependency.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct Dependency {
+    /// First scope.
+    pub src: Scope,
+    /// Second scope.
+    pub dst: Scope,
+}
+
+/// Stages and accesses. Accesses are empty in a pure execution dependency.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+pub struct Scope {
+    /// `COMPUTE_SHADER`, `CLEAR`, `DRAW_INDIRECT`.
+    pub stages: Stages,
+    /// `SHADER_STORAGE_READ`, `SHADER_STORAGE_WRITE`, …
+    pub access: AccessMask,
+}
+
+macro_rules! bits {
+    ($(#[$doc:meta])* $name:ident { $($(#[$bit_doc:meta])* $bit:ident = $value:expr, $text:literal;)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            $($(#[$bit_doc])* pub const $bit: $name = $name($value);)*
+            /// No bit.
+            pub const NONE: $name = $name(0);
+            /// Every bit with its Vulkan name.
+            pub const ALL: &[($name, &'static str)] = &[$(($name::$bit, $text)),*];
+
+            /// Whether every bit of `other` is set.
+            pub const fn contains(self, other: $name) -> bool {
+                self.0 & other.0 == other.0
+            }
+
+            /// Whether no bit is set.
+            pub const fn is_empty(self) -> bool {
+                self.0 == 0
+            }
+        }
+
+        impl std::ops::BitOr for $name {
+            type Output = $name;
+            fn bitor(self, other: $name) -> $name {
+                $name(self.0 | other.0)
+            }
+        }
+
+        impl std::ops::BitOrAssign for $name {
+            fn bitor_assign(&mut self, other: $name) {
+                self.0 |= other.0;
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                if self.is_empty() {
+                    return f.write_str("NONE");
+                }
+                let mut first = true;
+                for (bit, text) in $name::ALL {
+                    if self.contains(*bit) {
+                        if !first {
+                            f.write_str("|")?;
+                        }
+                        f.write_str(text)?;
+                        first = false;
+                    }
+                }
+                Ok(())
+            }
+        }
+
+        impl std::fmt::Debug for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                write!(f, "{self}")
+            }
+        }
+
+        impl Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.collect_str(self)
+            }
+        }
+    };
+}
+
+bits! {
+    /// Pipeline stages that a plan uses.
+    Stages {
+        /// Dispatches.
+        COMPUTE = 1, "COMPUTE_SHADER";
+        /// Image clears and buffer fills (`VK_PIPELINE_STAGE_2_CLEAR_BIT`).
+        CLEAR = 2, "CLEAR";
+        /// Fetch of indirect arguments.
+        INDIRECT = 4, "DRAW_INDIRECT";
+    }
+}
+
+bits! {
+    /// Accesses that a plan uses.
+    AccessMask {
+        /// Storage image or storage buffer load.
+        STORAGE_READ = 1, "SHADER_STORAGE_READ";
+        /// Storage image or storage buffer store.
+        STORAGE_WRITE = 2, "SHADER_STORAGE_WRITE";
+        /// Sampled image fetch.
+        SAMPLED_READ = 4, "SHADER_SAMPLED_READ";
+        /// Uniform buffer load.
+        UNIFORM_READ = 8, "UNIFORM_READ";
+        /// Clear or fill.
+        TRANSFER_WRITE = 16, "TRANSFER_WRITE";
+        /// Fetch of indirect arguments.
+        INDIRECT_READ = 32, "INDIRECT_COMMAND_READ";
+    }
+}
+
+/// An aliased resource that becomes live. For an image it is recorded as an image barrier `UNDEFINED` → `GENERAL` over all of its
+/// mips and layers; for a buffer the same dependency is part of the memory barrier and this entry only says why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Activation {
+    /// Index into [`Plan::resources`].
+    pub resource: u32,
+    /// Accesses of the former occupants → first accesses of this one.
+    pub dependency: Dependency,
+}
+
+/// Why a barrier is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct Hazard {
+    /// The resource (of the later access).
+    pub resource: ResourceId,
+    /// Kind.
+    pub kind: HazardKind,
+    /// The earlier step's pass, or `None` for a clear or the present read.
+    pub from: Option<PassId>,
+    /// The later step's pass, or `None` for a clear or the present read.
+    pub to: Option<PassId>,
+    /// The earlier access is in a former frame.
+    pub wraps: bool,
+}
+
+/// Kind of a hazard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum HazardKind {
+    /// A load after a store.
+    ReadAfterWrite,
+    /// A store after a load.
+    WriteAfterRead,
+    /// A store after a store.
+    WriteAfterWrite,
+    /// Memory taken over from another resource.
+    Alias,
+}

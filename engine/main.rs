@@ -1,0 +1,2 @@
+//! raxel
+fn main() {}

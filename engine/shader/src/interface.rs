@@ -1,0 +1,228 @@
+//! The interface of a compute shader as reflection sees it: what it binds, what it is pushed, how it is dispatched.
+//! Plain data; every name is the GLSL (or HLSL) name. Offsets, sizes and strides are bytes.
+
+use raxel_diagnostics::Span;
+use serde::Serialize;
+
+use crate::format::Format;
+
+/// Everything the outside must supply to a compute shader.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Interface {
+    /// Entry point, `main` unless the module says otherwise.
+    pub entry: String,
+    /// Workgroup size per axis.
+    pub local_size: [LocalSize; 3],
+    /// The push-constant block, if there is one.
+    pub push: Option<Block>,
+    /// Every binding that the shader declares and uses, ordered by (set, binding).
+    pub bindings: Vec<Binding>,
+    /// Specialization constants, ordered by id (workgroup-size constants included).
+    pub specialization: Vec<SpecConstant>,
+    /// Names of SPIR-V capabilities beyond `Shader` that the module declares, e.g. `Int64`.
+    pub capabilities: Vec<String>,
+}
+
+/// One axis of the workgroup size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct LocalSize {
+    /// The literal, or the default of the specialization constant.
+    pub value: u32,
+    /// The specialization constant that overrides it, if any.
+    pub spec_id: Option<u32>,
+}
+
+impl Default for LocalSize {
+    fn default() -> Self {
+        Self { value: 1, spec_id: None }
+    }
+}
+
+/// One descriptor (or array of descriptors).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Binding {
+    /// The variable's name; for a block without an instance name, the block's name.
+    pub name: String,
+    /// Descriptor set.
+    pub set: u32,
+    /// Binding number in the set.
+    pub binding: u32,
+    /// Array length; 1 when it is no array.
+    pub count: u32,
+    /// What it is.
+    pub kind: BindingKind,
+    /// What the shader may do with it, by its `readonly`/`writeonly` qualifiers (none: both).
+    pub access: Access,
+    /// Where the source declares it, when the source is known.
+    pub place: Option<Span>,
+}
+
+/// What a binding is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum BindingKind {
+    /// `image2D` and its kin. `format` is `None` without a format qualifier.
+    StorageImage {
+        /// The layout qualifier.
+        format: Option<Format>,
+        /// Dimension of the image.
+        dim: Dim,
+        /// Layered.
+        arrayed: bool,
+        /// What a load gives.
+        scalar: ScalarKind,
+    },
+    /// `sampler2D` and its kin: image and sampler in one descriptor.
+    SampledImage {
+        /// Dimension of the image.
+        dim: Dim,
+        /// Layered.
+        arrayed: bool,
+        /// What a fetch gives.
+        scalar: ScalarKind,
+    },
+    /// A `buffer` block.
+    StorageBuffer(Block),
+    /// A `uniform` block.
+    UniformBuffer(Block),
+    /// Anything raxel does not bind (separate samplers and textures, texel buffers, acceleration structures, …), by its SPIR-V name.
+    Unsupported(String),
+}
+
+/// Dimension of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum Dim {
+    /// One-dimensional.
+    D1,
+    /// Two-dimensional.
+    D2,
+    /// Three-dimensional.
+    D3,
+    /// Six square faces.
+    Cube,
+}
+
+/// What a shader does with a resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum Access {
+    /// Only loads.
+    Read,
+    /// Only stores.
+    Write,
+    /// Both, or not said.
+    ReadWrite,
+}
+
+impl Access {
+    /// Whether it may load.
+    pub const fn reads(self) -> bool {
+        matches!(self, Access::Read | Access::ReadWrite)
+    }
+
+    /// Whether it may store.
+    pub const fn writes(self) -> bool {
+        matches!(self, Access::Write | Access::ReadWrite)
+    }
+}
+
+/// A block of members: push constants, uniform or storage block, or a nested struct.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Block {
+    /// Type name (`PC` in `uniform PC { … } pc`).
+    pub name: String,
+    /// Bytes from 0 to the end of the last sized member.
+    pub size: u32,
+    /// Members in order of declaration. A trailing runtime array has `Type::Array { len: None, .. }`.
+    pub members: Vec<Member>,
+}
+
+/// One member of a block.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Member {
+    /// Name.
+    pub name: String,
+    /// Byte offset in the block.
+    pub offset: u32,
+    /// Type.
+    pub ty: Type,
+    /// Where the source declares it, when the source is known.
+    pub place: Option<Span>,
+}
+
+/// Type of a member.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Type {
+    /// One scalar.
+    Scalar(Scalar),
+    /// A vector of 2 to 4 scalars.
+    Vector(Scalar, u32),
+    /// A matrix; `stride` bytes between columns.
+    Matrix {
+        /// Component.
+        scalar: Scalar,
+        /// Number of columns.
+        columns: u32,
+        /// Number of rows.
+        rows: u32,
+        /// Bytes from one column (row, if row-major) to the next.
+        stride: u32,
+        /// Stored row by row.
+        row_major: bool,
+    },
+    /// An array; `len` is `None` for a runtime array.
+    Array {
+        /// Element.
+        element: Box<Type>,
+        /// Number of elements.
+        len: Option<u32>,
+        /// Bytes from one element to the next.
+        stride: u32,
+    },
+    /// A nested struct.
+    Struct(Block),
+}
+
+/// Component type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[allow(missing_docs, reason = "each variant is the type of its name")]
+pub enum Scalar {
+    Bool,
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F16,
+    F32,
+    F64,
+    /// A buffer reference (64-bit address).
+    Address,
+}
+
+/// What an image load or fetch gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum ScalarKind {
+    /// `image2D`, `sampler2D`.
+    Float,
+    /// `iimage2D`, `isampler2D`.
+    Int,
+    /// `uimage2D`, `usampler2D`.
+    Uint,
+}
+
+/// A specialization constant.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SpecConstant {
+    /// `constant_id`.
+    pub id: u32,
+    /// Name; empty for a constant that only sizes the workgroup.
+    pub name: String,
+    /// Type.
+    pub scalar: Scalar,
+    /// Bits of the default value.
+    pub default: u64,
+    /// Where the source declares it, when the source is known.
+    pub place: Option<Span>,
+}

@@ -1,0 +1,45 @@
+//! What is asked of the compiler and what it gives: the contract between the graph compiler and the shader compiler.
+
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, SourceMap};
+
+use crate::interface::Interface;
+
+/// One shader to be compiled.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Request {
+    /// Path relative to the project root, e.g. `shaders/primary.comp`. `.spv` is taken as it is, `.hlsl` is HLSL, all else GLSL.
+    pub path: String,
+    /// Entry point (`main` by default; HLSL and SPIR-V may have another).
+    pub entry: String,
+    /// Preprocessor definitions in order of name.
+    pub defines: Vec<(String, String)>,
+}
+
+/// A compiled shader.
+#[derive(Clone, Debug)]
+pub struct Shader {
+    /// What was asked for.
+    pub request: Request,
+    /// The module for the driver, SPIR-V 1.5 or lower.
+    pub spirv: Arc<[u32]>,
+    /// What it must be given.
+    pub interface: Interface,
+    /// Every file that went in (the shader itself first, then includes), by project path. A library include that came from the
+    /// binary and not from disk is `<raxel/….glsl>`.
+    pub files: Vec<String>,
+    /// BLAKE3 of the request, the texts that went in, and the compiler's version: equal keys, equal modules.
+    pub key: [u8; 32],
+}
+
+/// Compiles shaders. The graph compiler is given one of these and does not care where modules come from.
+pub trait ShaderSource: Sync {
+    /// Compiles, or takes from a cache. Warnings come with the shader. On failure at least one diagnostic is an error.
+    /// `texts` receives the text of every file that went in, so that diagnostics can be rendered.
+    fn shader(
+        &self,
+        request: &Request,
+        texts: &mut SourceMap,
+    ) -> Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>>;
+}
