@@ -1,1 +1,14 @@
-//! (in the making)
+//! Voxel worlds: what they are, how files build them, how models come in and go out, and how the GPU sees them.
+
+mod chunk;
+mod dense;
+pub mod layout;
+mod material;
+mod world;
+
+pub use chunk::{
+    BLOCKS, Bits, CHUNK_EDGE, CHUNK_VOXELS, Chunk, block_cell, block_index, child_cell, child_index, voxel_index,
+};
+pub use dense::{DenseChunk, Mode};
+pub use material::{AIR, MAX_MATERIALS, Material, MaterialIndex, linear_from_srgb, srgb_from_linear};
+pub use world::{Bounds, ChunkPos, Info, MaterialInfo, World};

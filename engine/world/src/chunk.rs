@@ -1,0 +1,251 @@
+//! 64³ voxels as a flattened 64-tree: one occupancy mask for each 4³ block, and the materials of the solid voxels packed in the
+//! same order. One byte a solid voxel (none when all are of one material), whatever the empty space around them.
+
+use crate::dense::DenseChunk;
+use crate::material::{AIR, MaterialIndex};
+
+/// Voxels along an edge of a chunk.
+pub const CHUNK_EDGE: i32 = 64;
+/// 4³ blocks of a chunk.
+pub const BLOCKS: usize = 4096;
+/// Voxels of a chunk.
+pub const CHUNK_VOXELS: usize = 64 * BLOCKS;
+
+/// Index of a child among the 64 of a tree node, from its coordinates in 0…3: `x + 4z + 16y`, so that a horizontal slice is 16
+/// neighbouring bits.
+#[inline]
+pub const fn child_index(x: u32, y: u32, z: u32) -> u32 {
+    x | z << 2 | y << 4
+}
+
+/// Coordinates in 0…3 of a child index: the inverse of [`child_index`].
+#[inline]
+pub const fn child_cell(index: u32) -> [u32; 3] {
+    [index & 3, index >> 4, index >> 2 & 3]
+}
+
+/// Index of a 4³ block in its chunk, from block coordinates in 0…15. Tree order: the 64 blocks of one 16³ node are neighbours.
+#[inline]
+pub const fn block_index(x: u32, y: u32, z: u32) -> usize {
+    (child_index(x >> 2, y >> 2, z >> 2) << 6 | child_index(x & 3, y & 3, z & 3)) as usize
+}
+
+/// Block coordinates in 0…15 of a block index: the inverse of [`block_index`].
+#[inline]
+pub const fn block_cell(index: usize) -> [u32; 3] {
+    let [nx, ny, nz] = child_cell(index as u32 >> 6);
+    let [x, y, z] = child_cell(index as u32 & 63);
+    [nx << 2 | x, ny << 2 | y, nz << 2 | z]
+}
+
+/// Block and bit of a voxel, from chunk-local coordinates in 0…63.
+#[inline]
+pub const fn voxel_index(x: u32, y: u32, z: u32) -> (usize, u32) {
+    (block_index(x >> 2, y >> 2, z >> 2), child_index(x & 3, y & 3, z & 3))
+}
+
+/// An immutable chunk with at least one solid voxel. Equal content is equal bytes.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub struct Chunk {
+    masks: Box<[u64; BLOCKS]>,
+    firsts: Box<[u32; BLOCKS]>,
+    materials: Packed,
+    solids: u32,
+}
+
+/// Materials of the solid voxels in tree order.
+#[derive(Clone, PartialEq, Eq, Hash)]
+enum Packed {
+    /// All the same.
+    Uniform(MaterialIndex),
+    /// At most 256 of them: palette ascending.
+    Indexed { palette: Box<[MaterialIndex]>, indices: Box<[u8]> },
+    /// More.
+    Plain(Box<[MaterialIndex]>),
+}
+
+impl Chunk {
+    /// Packs a working copy. `None` when it has no solid voxel.
+    pub fn pack(dense: &DenseChunk) -> Option<Self> {
+        let masks = dense.masks();
+        let mut firsts = Box::new([0u32; BLOCKS]);
+        let mut solids = 0;
+        for (first, mask) in firsts.iter_mut().zip(masks.iter()) {
+            *first = solids;
+            solids += mask.count_ones();
+        }
+        if solids == 0 {
+            return None;
+        }
+        let mut plain: Vec<MaterialIndex> = Vec::with_capacity(solids as usize);
+        for (block, &mask) in masks.iter().enumerate() {
+            let voxels = dense.block(block);
+            if mask == u64::MAX {
+                plain.extend_from_slice(voxels);
+            } else {
+                plain.extend(Bits(mask).map(|bit| voxels[bit as usize]));
+            }
+        }
+        Some(Self { masks: masks.clone(), firsts, materials: Packed::from_plain(plain), solids })
+    }
+
+    /// Number of solid voxels, 1…262 144.
+    pub fn solids(&self) -> u32 {
+        self.solids
+    }
+
+    /// Occupancy of every 4³ block, in the order of [`block_index`]; bits in the order of [`child_index`].
+    pub fn masks(&self) -> &[u64; BLOCKS] {
+        &self.masks
+    }
+
+    /// Occupancy of one block, by [`block_index`].
+    #[inline]
+    pub fn mask(&self, block: usize) -> u64 {
+        self.masks[block]
+    }
+
+    /// Occupancy of one 16³ node (0…63, by [`child_index`]): which of its 64 blocks have solids.
+    pub fn node_mask(&self, node: usize) -> u64 {
+        let blocks = &self.masks[node * 64..][..64];
+        blocks.iter().enumerate().fold(0, |mask, (i, &block)| mask | u64::from(block != 0) << i)
+    }
+
+    /// Occupancy of the chunk: which of its 64 nodes have solids.
+    pub fn root_mask(&self) -> u64 {
+        (0..64).fold(0, |mask, node| mask | u64::from(self.node_mask(node) != 0) << node)
+    }
+
+    /// How many solids stand before the first one of a block, in tree order: the index of its first material.
+    #[inline]
+    pub fn first(&self, block: usize) -> u32 {
+        self.firsts[block]
+    }
+
+    /// Material of the n-th solid voxel in tree order, `n < solids()`.
+    #[inline]
+    pub fn material(&self, n: u32) -> MaterialIndex {
+        match &self.materials {
+            Packed::Uniform(material) => *material,
+            Packed::Indexed { palette, indices } => palette[indices[n as usize] as usize],
+            Packed::Plain(materials) => materials[n as usize],
+        }
+    }
+
+    /// Materials of the solid voxels of a block, in the order of the set bits of its mask.
+    pub fn block_materials(&self, block: usize) -> impl Iterator<Item = MaterialIndex> + '_ {
+        let first = self.first(block);
+        (first..first + self.mask(block).count_ones()).map(|n| self.material(n))
+    }
+
+    /// The only material of all solids, if there is only one.
+    pub fn uniform(&self) -> Option<MaterialIndex> {
+        match self.materials {
+            Packed::Uniform(material) => Some(material),
+            _ => None,
+        }
+    }
+
+    /// Material at chunk-local coordinates in 0…63, or air.
+    #[inline]
+    pub fn voxel(&self, x: u32, y: u32, z: u32) -> MaterialIndex {
+        let (block, bit) = voxel_index(x, y, z);
+        let mask = self.mask(block);
+        if mask >> bit & 1 == 0 {
+            return AIR;
+        }
+        self.material(self.first(block) + (mask & ((1 << bit) - 1)).count_ones())
+    }
+
+    /// Every solid voxel in tree order, with chunk-local coordinates.
+    pub fn iter(&self) -> impl Iterator<Item = ([u32; 3], MaterialIndex)> + '_ {
+        self.masks.iter().enumerate().filter(|(_, mask)| **mask != 0).flat_map(move |(block, &mask)| {
+            let [bx, by, bz] = block_cell(block);
+            Bits(mask).zip(self.block_materials(block)).map(move |(bit, material)| {
+                let [x, y, z] = child_cell(bit);
+                ([bx << 2 | x, by << 2 | y, bz << 2 | z], material)
+            })
+        })
+    }
+
+    /// Adds the voxels of each material to `counts`, which is long enough for every material.
+    pub fn count_materials(&self, counts: &mut [u64]) {
+        match &self.materials {
+            Packed::Uniform(material) => counts[*material as usize] += u64::from(self.solids),
+            Packed::Indexed { palette, indices } => {
+                let mut of_index = [0u64; 256];
+                indices.iter().for_each(|&index| of_index[index as usize] += 1);
+                palette.iter().zip(of_index).for_each(|(&material, count)| counts[material as usize] += count);
+            }
+            Packed::Plain(materials) => materials.iter().for_each(|&material| counts[material as usize] += 1),
+        }
+    }
+
+    /// Smallest and largest chunk-local coordinates of solids, both inclusive.
+    pub fn bounds(&self) -> ([u32; 3], [u32; 3]) {
+        // Columns of each axis that have a solid, as bits 0…63.
+        let mut occupied = [0u64; 3];
+        for (block, &mask) in self.masks.iter().enumerate().filter(|(_, mask)| **mask != 0) {
+            let [bx, by, bz] = block_cell(block);
+            for i in 0..4 {
+                occupied[0] |= u64::from(mask & 0x1111_1111_1111_1111 << i != 0) << (bx * 4 + i);
+                occupied[1] |= u64::from(mask & 0xffff << (16 * i) != 0) << (by * 4 + i);
+                occupied[2] |= u64::from(mask & 0x000f_000f_000f_000f << (4 * i) != 0) << (bz * 4 + i);
+            }
+        }
+        (occupied.map(u64::trailing_zeros), occupied.map(|bits| 63 - bits.leading_zeros()))
+    }
+
+    /// Bytes that it takes in main memory.
+    pub fn bytes(&self) -> u64 {
+        let materials = match &self.materials {
+            Packed::Uniform(_) => 0,
+            Packed::Indexed { palette, indices } => palette.len() * 2 + indices.len(),
+            Packed::Plain(materials) => materials.len() * 2,
+        };
+        (size_of::<Self>() + size_of::<[u64; BLOCKS]>() + size_of::<[u32; BLOCKS]>() + materials) as u64
+    }
+}
+
+impl std::fmt::Debug for Chunk {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Chunk({} solids)", self.solids)
+    }
+}
+
+impl Packed {
+    fn from_plain(plain: Vec<MaterialIndex>) -> Self {
+        let first = plain[0];
+        if plain.iter().all(|&material| material == first) {
+            return Self::Uniform(first);
+        }
+        let mut seen = vec![false; *plain.iter().max().expect("a chunk has solids") as usize + 1];
+        plain.iter().for_each(|&material| seen[material as usize] = true);
+        let palette: Box<[MaterialIndex]> =
+            seen.iter().enumerate().filter(|(_, seen)| **seen).map(|(material, _)| material as MaterialIndex).collect();
+        if palette.len() > 256 {
+            return Self::Plain(plain.into());
+        }
+        let mut index_of = vec![0u8; seen.len()];
+        palette.iter().enumerate().for_each(|(index, &material)| index_of[material as usize] = index as u8);
+        Self::Indexed { palette, indices: plain.iter().map(|&material| index_of[material as usize]).collect() }
+    }
+}
+
+/// The set bits of a mask, ascending.
+#[derive(Clone, Copy, Debug)]
+pub struct Bits(pub u64);
+
+impl Iterator for Bits {
+    type Item = u32;
+
+    #[inline]
+    fn next(&mut self) -> Option<u32> {
+        if self.0 == 0 {
+            return None;
+        }
+        let bit = self.0.trailing_zeros();
+        self.0 &= self.0 - 1;
+        Some(bit)
+    }
+}

@@ -1,0 +1,1 @@
+//! GPU encodings of a world: one file a layout.

@@ -1,0 +1,258 @@
+//! The world: materials, and the chunks that have solids.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::Arc;
+
+use glam::{I64Vec3, IVec3};
+use serde::Serialize;
+
+use crate::chunk::{CHUNK_EDGE, Chunk, block_index};
+use crate::dense::DenseChunk;
+use crate::material::{AIR, Material, MaterialIndex};
+
+/// Where a chunk lies, in chunks: its first voxel is 64 times this. Every component is in −2²⁵ … 2²⁵ − 1. Ordered by y, z, x.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct ChunkPos {
+    /// Height.
+    pub y: i32,
+    /// Depth.
+    pub z: i32,
+    /// Width.
+    pub x: i32,
+}
+
+impl ChunkPos {
+    /// From components in the usual order.
+    pub const fn new(x: i32, y: i32, z: i32) -> Self {
+        Self { y, z, x }
+    }
+
+    /// The chunk that holds a voxel.
+    pub fn of_cell(cell: IVec3) -> Self {
+        Self::new(cell.x >> 6, cell.y >> 6, cell.z >> 6)
+    }
+
+    /// The voxel at its smallest corner.
+    pub fn origin(self) -> IVec3 {
+        IVec3::new(self.x, self.y, self.z) * CHUNK_EDGE
+    }
+}
+
+/// A half-open box of voxels: `min` is inside, `max` is not. 64 bits wide, as `max` can be 2³¹.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Bounds {
+    /// Smallest coordinates inside.
+    pub min: [i64; 3],
+    /// One past the largest coordinates inside.
+    pub max: [i64; 3],
+}
+
+impl Bounds {
+    /// Voxels along each axis.
+    pub fn size(&self) -> [u64; 3] {
+        std::array::from_fn(|i| (self.max[i] - self.min[i]) as u64)
+    }
+
+    /// Smallest box around both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            min: std::array::from_fn(|i| self.min[i].min(other.min[i])),
+            max: std::array::from_fn(|i| self.max[i].max(other.max[i])),
+        }
+    }
+}
+
+/// Voxels over the whole range of `i32` coordinates. Immutable once built.
+#[derive(Clone, Debug)]
+pub struct World {
+    materials: Vec<Material>,
+    chunks: BTreeMap<ChunkPos, Arc<Chunk>>,
+    bounds: Option<Bounds>,
+    counts: Vec<u64>,
+}
+
+/// Figures about a world.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Info {
+    /// Solid voxels.
+    pub solids: u64,
+    /// Box around all solids; none in an empty world.
+    pub bounds: Option<Bounds>,
+    /// Chunks with solids.
+    pub chunks: usize,
+    /// Different ones among them; equal chunks are stored once.
+    pub unique_chunks: usize,
+    /// Bytes of the voxels in main memory.
+    pub bytes: u64,
+    /// Each material but air, with its number of voxels.
+    pub materials: Vec<MaterialInfo>,
+}
+
+/// One material's share of a world.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MaterialInfo {
+    /// Palette index.
+    pub index: MaterialIndex,
+    /// Voxels made of it.
+    pub voxels: u64,
+    /// The material.
+    #[serde(flatten)]
+    pub material: Material,
+}
+
+impl World {
+    /// From its parts. `materials[0]` is air, and every voxel's material is in `materials`. Equal chunks are made one.
+    pub fn new(materials: Vec<Material>, chunks: impl IntoIterator<Item = (ChunkPos, Arc<Chunk>)>) -> Self {
+        let mut pool: HashSet<Arc<Chunk>> = HashSet::new();
+        let mut shared = BTreeMap::new();
+        for (pos, chunk) in chunks {
+            let known = pool.get(&chunk).cloned().unwrap_or_else(|| {
+                pool.insert(chunk.clone());
+                chunk
+            });
+            shared.insert(pos, known);
+        }
+        Self::from_shared(materials, shared)
+    }
+
+    /// From its parts, where equal chunks already are one.
+    pub(crate) fn from_shared(materials: Vec<Material>, chunks: BTreeMap<ChunkPos, Arc<Chunk>>) -> Self {
+        let mut counts = vec![0; materials.len().max(1)];
+        let mut bounds: Option<Bounds> = None;
+        // Figures of a shared chunk are worked out once.
+        let mut known: HashMap<*const Chunk, (u64, ([u32; 3], [u32; 3]))> = HashMap::new();
+        for (pos, chunk) in &chunks {
+            let (uses, (low, high)) = known.entry(Arc::as_ptr(chunk)).or_insert_with(|| (0, chunk.bounds()));
+            *uses += 1;
+            let origin = pos.origin().as_i64vec3().to_array();
+            let here = Bounds {
+                min: std::array::from_fn(|i| origin[i] + i64::from(low[i])),
+                max: std::array::from_fn(|i| origin[i] + i64::from(high[i]) + 1),
+            };
+            bounds = Some(bounds.map_or(here, |all| all.union(here)));
+        }
+        for chunk in chunks.values() {
+            // Each distinct chunk is counted at its first use, times its uses.
+            if let Some((uses, _)) = known.remove(&Arc::as_ptr(chunk)) {
+                let mut of_chunk = vec![0; counts.len()];
+                chunk.count_materials(&mut of_chunk);
+                counts.iter_mut().zip(of_chunk).for_each(|(total, count)| *total += count * uses);
+            }
+        }
+        Self { materials, chunks, bounds, counts }
+    }
+
+    /// From single voxels; of two at the same place the later one stays, and air empties. For tests and small models.
+    pub fn from_voxels(materials: Vec<Material>, voxels: impl IntoIterator<Item = (IVec3, MaterialIndex)>) -> Self {
+        let mut of_chunk: BTreeMap<ChunkPos, Vec<(IVec3, MaterialIndex)>> = BTreeMap::new();
+        for (cell, material) in voxels {
+            of_chunk.entry(ChunkPos::of_cell(cell)).or_default().push((cell & 63, material));
+        }
+        let mut dense = DenseChunk::default();
+        let chunks = of_chunk.into_iter().filter_map(|(pos, voxels)| {
+            dense.clear();
+            for (local, material) in voxels {
+                dense.set(local.x as u32, local.y as u32, local.z as u32, material);
+            }
+            Some((pos, Arc::new(Chunk::pack(&dense)?)))
+        });
+        Self::new(materials, chunks)
+    }
+
+    /// A world without voxels.
+    pub fn empty() -> Self {
+        Self::from_shared(vec![Material::air()], BTreeMap::new())
+    }
+
+    /// The palette; index 0 is air.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Voxels of each material, by palette index. Air's entry is 0.
+    pub fn counts(&self) -> &[u64] {
+        &self.counts
+    }
+
+    /// Solid voxels.
+    pub fn solids(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    /// Box around all solids.
+    pub fn bounds(&self) -> Option<Bounds> {
+        self.bounds
+    }
+
+    /// Centre of the bounds, in voxels; the origin for an empty world.
+    pub fn centre(&self) -> I64Vec3 {
+        self.bounds.map_or(I64Vec3::ZERO, |b| I64Vec3::from_array(std::array::from_fn(|i| (b.min[i] + b.max[i]) / 2)))
+    }
+
+    /// Chunks with solids, in the order of their positions. Equal chunks are the same `Arc`.
+    pub fn chunks(&self) -> impl ExactSizeIterator<Item = (ChunkPos, &Arc<Chunk>)> {
+        self.chunks.iter().map(|(pos, chunk)| (*pos, chunk))
+    }
+
+    /// The chunk at a position, if it has solids.
+    pub fn chunk(&self, pos: ChunkPos) -> Option<&Arc<Chunk>> {
+        self.chunks.get(&pos)
+    }
+
+    /// Material of a voxel.
+    pub fn voxel(&self, cell: IVec3) -> MaterialIndex {
+        let Some(chunk) = self.chunk(ChunkPos::of_cell(cell)) else { return AIR };
+        chunk.voxel((cell.x & 63) as u32, (cell.y & 63) as u32, (cell.z & 63) as u32)
+    }
+
+    /// Occupancy of the 4³ block whose smallest voxel is `4 * block`; bits in the order of [`crate::child_index`].
+    pub fn mask4(&self, block: IVec3) -> u64 {
+        let Some(chunk) = self.chunk(ChunkPos::new(block.x >> 4, block.y >> 4, block.z >> 4)) else { return 0 };
+        chunk.mask(block_index((block.x & 15) as u32, (block.y & 15) as u32, (block.z & 15) as u32))
+    }
+
+    /// Every solid voxel: chunk by chunk, in tree order inside each.
+    pub fn voxels(&self) -> impl Iterator<Item = (IVec3, MaterialIndex)> + '_ {
+        self.chunks().flat_map(|(pos, chunk)| {
+            chunk
+                .iter()
+                .map(move |(local, material)| (pos.origin() + glam::UVec3::from_array(local).as_ivec3(), material))
+        })
+    }
+
+    /// Whether a voxel gives off light.
+    pub fn has_emission(&self) -> bool {
+        self.used_materials().any(|material| material.emission > 0.0)
+    }
+
+    /// Whether a voxel lets light through.
+    pub fn has_transparency(&self) -> bool {
+        self.used_materials().any(|material| material.transparency > 0.0)
+    }
+
+    /// Materials that voxels are made of.
+    fn used_materials(&self) -> impl Iterator<Item = &Material> {
+        self.materials.iter().zip(&self.counts).filter(|(_, count)| **count > 0).map(|(material, _)| material)
+    }
+
+    /// Figures for people.
+    pub fn info(&self) -> Info {
+        let unique: HashMap<*const Chunk, u64> =
+            self.chunks.values().map(|chunk| (Arc::as_ptr(chunk), chunk.bytes())).collect();
+        Info {
+            solids: self.solids(),
+            bounds: self.bounds,
+            chunks: self.chunks.len(),
+            unique_chunks: unique.len(),
+            bytes: unique.values().sum(),
+            materials: (self.materials.iter().zip(&self.counts).enumerate().skip(1))
+                .map(|(index, (material, &voxels))| MaterialInfo {
+                    index: index as MaterialIndex,
+                    voxels,
+                    material: material.clone(),
+                })
+                .collect(),
+        }
+    }
+}
