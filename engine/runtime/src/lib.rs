@@ -1,1 +1,5 @@
-//! (in the making)
+//! Sessions: open a project, run its graph over its world, drive it by params and demos, and swap in every edit while it runs.
+
+pub mod camera;
+pub mod clock;
+pub mod params;

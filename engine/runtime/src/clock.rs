@@ -1,0 +1,231 @@
+//! The clock of a session: frames, seconds, pause, single steps, and which frames a pass with `every` runs on.
+//!
+//! Headless, time is frame index × fixed step, so that the same inputs give the same bytes. Live, time follows the wall clock.
+
+use std::time::Instant;
+
+use raxel_graph::checked::Every;
+
+/// How time passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pace {
+    /// Each frame takes exactly so many seconds.
+    Fixed(f64),
+    /// Each frame takes as long as it took.
+    Live,
+}
+
+/// The moment a frame is drawn for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Frames since the last reset; the first is 0.
+    pub index: u64,
+    /// Seconds since the last reset.
+    pub time: f64,
+    /// Seconds since the frame before; 0 on the first frame and while paused.
+    pub delta: f64,
+    /// Whether this is a new frame: false when the clock is paused and the same moment is drawn again.
+    pub advanced: bool,
+}
+
+/// Counts frames and seconds.
+#[derive(Clone, Debug)]
+pub struct Clock {
+    pace: Pace,
+    now: Option<Moment>,
+    paused: bool,
+    steps: u32,
+    woken: Option<Instant>,
+    /// Added to every time, by [`Clock::seek`].
+    origin: f64,
+}
+
+/// A live frame that took longer (a moved window, a breakpoint) counts as this many seconds.
+const LONGEST_FRAME: f64 = 0.25;
+
+/// Seconds of a single step while paused, when the pace is live.
+const LIVE_STEP: f64 = 1.0 / 60.0;
+
+impl Clock {
+    /// A clock at its start.
+    pub fn new(pace: Pace) -> Self {
+        Self { pace, now: None, paused: false, steps: 0, woken: None, origin: 0.0 }
+    }
+
+    /// How time passes.
+    pub fn pace(&self) -> Pace {
+        self.pace
+    }
+
+    /// Changes how time passes from the next frame on.
+    pub fn set_pace(&mut self, pace: Pace) {
+        self.pace = pace;
+        self.woken = None;
+        // A fixed pace reckons from the index; keep the time where it is.
+        if let (Pace::Fixed(step), Some(now)) = (pace, self.now) {
+            self.origin = now.time - now.index as f64 * step;
+        }
+    }
+
+    /// Starts over: the next frame is frame 0 at 0 seconds. Pause stays as it is.
+    pub fn reset(&mut self) {
+        *self = Self { paused: self.paused, ..Self::new(self.pace) };
+    }
+
+    /// Puts the next frame at `time` seconds.
+    pub fn seek(&mut self, time: f64) {
+        let index = self.now.map_or(0, |now| now.index + 1);
+        self.origin = match self.pace {
+            Pace::Fixed(step) => time - index as f64 * step,
+            Pace::Live => time,
+        };
+        self.woken = None;
+        if let Some(now) = &mut self.now {
+            now.time = time;
+        }
+        if self.paused {
+            self.steps = self.steps.max(1);
+        }
+    }
+
+    /// Whether the clock stands still.
+    pub fn paused(&self) -> bool {
+        self.paused
+    }
+
+    /// Stops or starts the clock.
+    pub fn set_paused(&mut self, paused: bool) {
+        self.paused = paused;
+        self.steps = 0;
+        self.woken = None;
+    }
+
+    /// While paused: lets one more frame pass.
+    pub fn step(&mut self) {
+        if self.paused {
+            self.steps = self.steps.saturating_add(1);
+        }
+    }
+
+    /// The moment of the last frame.
+    pub fn now(&self) -> Option<Moment> {
+        self.now
+    }
+
+    /// The moment of the next frame, which begins at `wall`.
+    pub fn tick(&mut self, wall: Instant) -> Moment {
+        let stepped = self.steps > 0;
+        let moment = match self.now {
+            None => Moment { index: 0, time: self.origin, delta: 0.0, advanced: true },
+            Some(now) if self.paused && !stepped => Moment { delta: 0.0, advanced: false, ..now },
+            Some(now) => {
+                let index = now.index + 1;
+                let time = match self.pace {
+                    Pace::Fixed(step) => self.origin + index as f64 * step,
+                    Pace::Live if stepped => now.time + LIVE_STEP,
+                    Pace::Live => {
+                        let took = self.woken.map_or(0.0, |woken| wall.saturating_duration_since(woken).as_secs_f64());
+                        now.time + took.min(LONGEST_FRAME)
+                    }
+                };
+                Moment { index, time, delta: (time - now.time).max(0.0), advanced: true }
+            }
+        };
+        self.steps = self.steps.saturating_sub(1);
+        self.woken = Some(wall);
+        self.now = Some(moment);
+        moment
+    }
+}
+
+/// Whether a pass with this `every` runs on a frame. `before` is the time of the frame before it; `None` on the first frame,
+/// on which every pass runs.
+pub fn due(every: Every, moment: &Moment, before: Option<f64>) -> bool {
+    let Some(before) = before else { return true };
+    if !moment.advanced {
+        return false;
+    }
+    match every {
+        // Ticks are at the multiples of 1/hz, whatever the frame rate; several ticks within one frame are one run.
+        Every::Hz(hz) => (moment.time * hz + TICK_SLACK).floor() > (before * hz + TICK_SLACK).floor(),
+        Every::Frames(frames) => moment.index.is_multiple_of(u64::from(frames.max(1))),
+    }
+}
+
+/// Parts of a tick by which a frame may come early: `3 × (1/60) × 20` is a little below 1 in `f64`.
+const TICK_SLACK: f64 = 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn fixed_time_is_index_times_step() {
+        let mut clock = Clock::new(Pace::Fixed(1.0 / 60.0));
+        let wall = Instant::now();
+        for index in 0..1000_u64 {
+            let moment = clock.tick(wall);
+            assert_eq!((moment.index, moment.time), (index, index as f64 * (1.0 / 60.0)));
+        }
+        clock.reset();
+        assert_eq!(clock.tick(wall), Moment { index: 0, time: 0.0, delta: 0.0, advanced: true });
+    }
+
+    #[test]
+    fn a_pause_stops_time_and_a_step_lets_one_frame_pass() {
+        let mut clock = Clock::new(Pace::Live);
+        let wall = Instant::now();
+        let at = |ms| wall + Duration::from_millis(ms);
+        clock.tick(at(0));
+        let running = clock.tick(at(20));
+        assert!((running.time - 0.02).abs() < 1e-9);
+        clock.set_paused(true);
+        let held = clock.tick(at(40));
+        assert_eq!((held.index, held.time, held.advanced), (1, running.time, false));
+        clock.step();
+        let stepped = clock.tick(at(60));
+        assert_eq!((stepped.index, stepped.advanced), (2, true));
+        assert!(!clock.tick(at(80)).advanced);
+        clock.set_paused(false);
+        // The pause itself is no time.
+        assert!((clock.tick(at(9000)).time - stepped.time).abs() < 1e-9);
+        // Nor is a frame that hung counted in full.
+        assert!((clock.tick(at(19_000)).delta - LONGEST_FRAME).abs() < 1e-9);
+    }
+
+    #[test]
+    fn ticks_do_not_depend_on_the_frame_rate() {
+        for fps in [30.0, 60.0, 144.0] {
+            let mut clock = Clock::new(Pace::Fixed(1.0 / fps));
+            let mut before = None;
+            let mut runs = 0;
+            for _ in 0..(fps as usize * 10) {
+                let moment = clock.tick(Instant::now());
+                runs += usize::from(due(Every::Hz(20.0), &moment, before));
+                before = Some(moment.time);
+            }
+            assert_eq!(runs, 200, "{fps} frames a second");
+        }
+    }
+
+    #[test]
+    fn every_nth_frame() {
+        let at = |index| Moment { index, time: 0.0, delta: 0.0, advanced: true };
+        let runs: Vec<_> = (0..7).filter(|&index| due(Every::Frames(3), &at(index), Some(0.0))).collect();
+        assert_eq!(runs, [0, 3, 6]);
+        assert!(!due(Every::Frames(3), &Moment { advanced: false, ..at(3) }, Some(0.0)));
+    }
+
+    #[test]
+    fn seeking_keeps_the_pace() {
+        let mut clock = Clock::new(Pace::Fixed(0.5));
+        clock.seek(3.0);
+        assert_eq!(clock.tick(Instant::now()).time, 3.0);
+        assert_eq!(clock.tick(Instant::now()).time, 3.5);
+        clock.seek(1.0);
+        assert_eq!(clock.tick(Instant::now()).time, 1.0);
+        assert_eq!(clock.tick(Instant::now()).time, 1.5);
+    }
+}
