@@ -1,2 +1,5 @@
-//! raxel
-fn main() {}
+//! The `raxel` binary.
+
+fn main() -> std::process::ExitCode {
+    raxel_app::main()
+}

@@ -1,1 +1,25 @@
-//! (in the making)
+//! The raxel command line: one file a verb, and the window. Data goes to stdout, talk to stderr.
+
+mod args;
+mod failure;
+mod panic;
+mod talk;
+mod verbs;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Runs the command line of this process and gives its exit code (see [`failure::Exit`]).
+pub fn main() -> ExitCode {
+    panic::install();
+    let cli = args::Cli::parse();
+    let talk = talk::Talk::new(&cli);
+    match verbs::run(cli, &talk) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            talk.failure(&failure);
+            failure.exit.into()
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Why a verb stops, and the exit code that says so. The codes are a contract with scripts.
+
+use std::process::ExitCode;
+
+/// Exit codes other than 0; 101 is a panic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Exit {
+    /// Something that was asked to be checked does not hold.
+    Check = 1,
+    /// The command line is wrong, or an output cannot be written.
+    Usage = 2,
+    /// A graph, shader, world or demo has errors.
+    Project = 3,
+    /// No suitable Vulkan device.
+    NoDevice = 4,
+    /// The device was lost or did not answer in time.
+    DeviceLost = 5,
+    /// The validation layer had something to say.
+    Validation = 6,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        ExitCode::from(exit as u8)
+    }
+}
+
+/// Why a verb stops. `message` is `None` when everything was said already.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Failure {
+    pub exit: Exit,
+    pub message: Option<String>,
+    pub help: Vec<String>,
+}
+
+impl Failure {
+    /// Stops with a message.
+    pub fn new(exit: Exit, message: impl Into<String>) -> Self {
+        Self { exit, message: Some(message.into()), help: Vec::new() }
+    }
+
+    /// Stops; the diagnostics were shown already.
+    pub fn said(exit: Exit) -> Self {
+        Self { exit, message: None, help: Vec::new() }
+    }
+
+    /// A wrong command line.
+    pub fn usage(message: impl Into<String>) -> Self {
+        Self::new(Exit::Usage, message)
+    }
+
+    /// Adds advice.
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help.push(help.into());
+        self
+    }
+}
+
+/// What a verb gives.
+pub(crate) type Result<T = ()> = std::result::Result<T, Failure>;

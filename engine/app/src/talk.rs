@@ -1,0 +1,146 @@
+//! What is said and where: data on stdout, talk on stderr, in the form that was asked for.
+
+use std::fmt::Write as _;
+use std::io::{ErrorKind, IsTerminal, Write};
+
+use serde_json::{Value, json};
+
+use crate::args::Cli;
+use crate::failure::Failure;
+
+/// The form of messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Format {
+    /// With the lines of the files.
+    Human,
+    /// One line each, `path:line:column: error[CODE]: message`, for editors.
+    Short,
+    /// One JSON object a line.
+    Json,
+}
+
+/// When to colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Color {
+    /// On a terminal that can.
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
+}
+
+/// Where a message goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum To {
+    /// The verb's own result.
+    Stdout,
+    /// Talk about it.
+    Stderr,
+}
+
+/// The voice of a verb.
+#[derive(Clone, Debug)]
+pub(crate) struct Talk {
+    format: Format,
+    color: Color,
+    verbose: bool,
+}
+
+impl Talk {
+    /// As the command line asks.
+    pub fn new(cli: &Cli) -> Self {
+        Self { format: cli.verb.format(), color: cli.color, verbose: cli.verbose }
+    }
+
+    /// The form asked for.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Whether more was asked for.
+    pub fn verbose(&self) -> bool {
+        self.verbose
+    }
+
+    /// Whether to colour what goes there.
+    pub fn colored(&self, to: To) -> bool {
+        match self.color {
+            Color::Always => true,
+            Color::Never => false,
+            Color::Auto => {
+                let choice = match to {
+                    To::Stdout => anstream::AutoStream::choice(&std::io::stdout()),
+                    To::Stderr => anstream::AutoStream::choice(&std::io::stderr()),
+                };
+                choice != anstream::ColorChoice::Never
+            }
+        }
+    }
+
+    /// Whether somebody watches stderr, for progress.
+    pub fn watched(&self) -> bool {
+        self.format == Format::Human && std::io::stderr().is_terminal()
+    }
+
+    /// A line of talk.
+    pub fn say(&self, text: &str) {
+        match self.format {
+            Format::Json => write(To::Stderr, &format!("{}\n", json!({ "reason": "message", "message": text }))),
+            _ => write(To::Stderr, &format!("{text}\n")),
+        }
+    }
+
+    /// A line of talk for who asked to hear more.
+    pub fn detail(&self, text: &str) {
+        if self.verbose {
+            self.say(text);
+        }
+    }
+
+    /// Why a verb stops.
+    pub fn failure(&self, failure: &Failure) {
+        let Some(message) = &failure.message else { return };
+        if self.format == Format::Json {
+            let value =
+                json!({ "reason": "failure", "exit": failure.exit as u8, "message": message, "help": failure.help });
+            return write(To::Stderr, &format!("{value}\n"));
+        }
+        let (red, cyan, plain) =
+            if self.colored(To::Stderr) { ("\x1b[1;31m", "\x1b[1;36m", "\x1b[0m") } else { ("", "", "") };
+        let mut text = format!("{red}error{plain}: {message}\n");
+        for help in &failure.help {
+            let _ = writeln!(text, "{cyan}help{plain}: {help}");
+        }
+        write(To::Stderr, &text);
+    }
+}
+
+/// The result of a verb, as it is. A reader that went away (`| head`) ends the process quietly.
+pub(crate) fn data(text: &str) {
+    write(To::Stdout, text);
+}
+
+/// A result as one line of JSON.
+pub(crate) fn json(value: &Value) {
+    write(To::Stdout, &format!("{value}\n"));
+}
+
+fn write(to: To, text: &str) {
+    let result = match to {
+        To::Stdout => {
+            let mut out = std::io::stdout().lock();
+            out.write_all(text.as_bytes()).and_then(|()| out.flush())
+        }
+        To::Stderr => std::io::stderr().lock().write_all(text.as_bytes()),
+    };
+    match result {
+        Err(error) if to == To::Stdout && error.kind() == ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(error) if to == To::Stdout => {
+            eprintln!("error: stdout cannot be written: {error}");
+            std::process::exit(2);
+        }
+        // With stderr gone there is nobody left to tell.
+        _ => {}
+    }
+}
