@@ -1,0 +1,141 @@
+#version 460
+// Shows one debug target: reads one mip and layer (or slice, or a buffer), maps its values to colour, writes the picture.
+// Compiled once per kind of source: RX_FLOAT, RX_INT or RX_UINT says what a fetch gives; RX_VOLUME a 3-D image; RX_BUFFER a buffer.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#if defined(RX_BUFFER)
+layout(std430, set = 0, binding = 0) readonly buffer Source { uint words[]; } source;
+#elif defined(RX_VOLUME) && defined(RX_FLOAT)
+layout(set = 0, binding = 0) uniform sampler3D source;
+#elif defined(RX_VOLUME) && defined(RX_INT)
+layout(set = 0, binding = 0) uniform isampler3D source;
+#elif defined(RX_VOLUME)
+layout(set = 0, binding = 0) uniform usampler3D source;
+#elif defined(RX_FLOAT)
+layout(set = 0, binding = 0) uniform sampler2DArray source;
+#elif defined(RX_INT)
+layout(set = 0, binding = 0) uniform isampler2DArray source;
+#else
+layout(set = 0, binding = 0) uniform usampler2DArray source;
+#endif
+layout(set = 0, binding = 1, rgba8) writeonly uniform image2D picture;
+
+layout(push_constant) uniform Push {
+    ivec2 output_extent;  // pixels of the picture
+    ivec2 source_extent;  // texels of the shown mip; for a buffer, elements a row and rows
+    vec2 range;           // values at the ends of the map
+    uint map;             // DisplayMap in its order of declaration
+    uint channel;         // channel that scalar maps read
+    uint channels;        // channels that the source has, 1 to 4; for a buffer, 32-bit words an element
+    uint slice;           // layer, or z of a volume (the view starts at the shown mip)
+    uint elements;        // of a buffer: how many whole elements it has
+} push;
+
+const uint COLOR = 0u, RAW = 1u, GRAY = 2u, TURBO = 3u, VIRIDIS = 4u, NORMAL = 5u, ID = 6u, INTEGER = 7u;
+
+// IEC 61966-2-1, linear to encoded.
+vec3 srgb(vec3 linear) {
+    return mix(linear * 12.92, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, greaterThan(linear, vec3(0.0031308)));
+}
+
+// Polynomial fit of the Turbo map (A. Mikhailov, Google AI blog, 2019; fit by R. Du).
+vec3 turbo(float x) {
+    vec4 v4 = vec4(1.0, x, x * x, x * x * x);
+    vec2 v2 = v4.zw * v4.z;
+    return vec3(dot(v4, vec4(0.13572138, 4.61539260, -42.66032258, 132.13108234)) + dot(v2, vec2(-152.94239396, 59.28637943)),
+                dot(v4, vec4(0.09140261, 2.19418839, 4.84296658, -14.18503333)) + dot(v2, vec2(4.27729857, 2.82956604)),
+                dot(v4, vec4(0.10667330, 12.64194608, -60.58204836, 110.36276771)) + dot(v2, vec2(-89.90310912, 27.34824973)));
+}
+
+// Polynomial fit of matplotlib's Viridis (M. Zucker, 2019).
+vec3 viridis(float x) {
+    const vec3 c0 = vec3(0.27772733, 0.00540734, 0.33409981), c1 = vec3(0.10509304, 1.40461353, 1.38459016);
+    const vec3 c2 = vec3(-0.33086183, 0.21484756, 0.09509516), c3 = vec3(-4.63423050, -5.79910097, -19.33244096);
+    const vec3 c4 = vec3(6.22826994, 14.17993337, 56.69055260), c5 = vec3(4.77638500, -13.74514538, -65.35303263);
+    const vec3 c6 = vec3(-5.43545586, 4.64585261, 26.31243525);
+    return c0 + x * (c1 + x * (c2 + x * (c3 + x * (c4 + x * (c5 + x * c6)))));
+}
+
+// Integer finaliser of MurmurHash3 (A. Appleby).
+uint scramble(uint x) {
+    x = (x ^ (x >> 16)) * 0x85ebca6bu;
+    x = (x ^ (x >> 13)) * 0xc2b2ae35u;
+    return x ^ (x >> 16);
+}
+
+vec3 id_color(uvec4 id, uint channels) {
+    uint hash = 0u;
+    for (uint c = 0u; c < channels; ++c) hash = scramble(hash ^ (id[c] + 0x9e3779b9u * (c + 1u)));
+    return id == uvec4(0) ? vec3(0.0) : 0.25 + 0.75 * vec3(hash & 255u, (hash >> 8) & 255u, (hash >> 16) & 255u) / 255.0;
+}
+
+float unit(float value) {
+    return clamp((value - push.range.x) / max(abs(push.range.y - push.range.x), 1e-30) * sign(push.range.y - push.range.x), 0.0, 1.0);
+}
+
+// NaN is magenta, infinity yellow, in a checker that no map can make.
+vec3 warning(bool nan, ivec2 pixel) {
+    bool dark = ((pixel.x >> 2) + (pixel.y >> 2) & 1) == 1;
+    return (nan ? vec3(1.0, 0.0, 1.0) : vec3(1.0, 0.9, 0.0)) * (dark ? 0.4 : 1.0);
+}
+
+vec3 show_float(vec4 value, ivec2 pixel) {
+    for (uint c = 0u; c < push.channels; ++c) {
+        // Bits, not isnan(): a driver may assume that NaN does not occur.
+        uint magnitude = floatBitsToUint(value[c]) & 0x7fffffffu;
+        if (magnitude >= 0x7f800000u) return warning(magnitude > 0x7f800000u, pixel);
+    }
+    float x = unit(value[push.channel]);
+    vec3 rgb = push.channels == 1u ? value.rrr : push.channels == 2u ? vec3(value.rg, 0.0) : value.rgb;
+    switch (push.map) {
+        case COLOR: return srgb(vec3(unit(rgb.r), unit(rgb.g), unit(rgb.b)));
+        case RAW: return clamp(rgb, 0.0, 1.0);
+        case TURBO: return clamp(turbo(x), 0.0, 1.0);
+        case VIRIDIS: return clamp(viridis(x), 0.0, 1.0);
+        case NORMAL: return 0.5 + 0.5 * clamp(rgb, -1.0, 1.0);
+        case ID: return id_color(floatBitsToUint(value), push.channels);
+        default: return vec3(x);
+    }
+}
+
+vec3 show_integer(uvec4 bits, float scalar) {
+    float x = unit(scalar);
+    switch (push.map) {
+        case ID: return id_color(bits, push.channels);
+        case TURBO: return clamp(turbo(x), 0.0, 1.0);
+        case VIRIDIS: return clamp(viridis(x), 0.0, 1.0);
+        default: return vec3(x);
+    }
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, push.output_extent))) return;
+    // Nearest texel, whole picture: integer arithmetic, so that equal extents copy exactly.
+    ivec2 texel = pixel * push.source_extent / push.output_extent;
+    vec3 rgb = vec3(0.0);
+#if defined(RX_BUFFER)
+    uint element = uint(texel.y) * uint(push.source_extent.x) + uint(texel.x);
+    uvec4 value = uvec4(0);
+    bool inside = element < push.elements;
+    if (inside) {
+        for (uint c = 0u; c < min(push.channels, 4u); ++c) value[c] = source.words[element * push.channels + c];
+    }
+#if defined(RX_FLOAT)
+    rgb = inside ? show_float(uintBitsToFloat(value), pixel) : vec3(0.0);
+#elif defined(RX_INT)
+    rgb = inside ? show_integer(value, float(int(value[push.channel]))) : vec3(0.0);
+#else
+    rgb = inside ? show_integer(value, float(value[push.channel])) : vec3(0.0);
+#endif
+#elif defined(RX_FLOAT)
+    rgb = show_float(texelFetch(source, ivec3(texel, int(push.slice)), 0), pixel);
+#elif defined(RX_INT)
+    ivec4 value = texelFetch(source, ivec3(texel, int(push.slice)), 0);
+    rgb = show_integer(uvec4(value), float(value[push.channel]));
+#else
+    uvec4 value = texelFetch(source, ivec3(texel, int(push.slice)), 0);
+    rgb = show_integer(value, float(value[push.channel]));
+#endif
+    imageStore(picture, pixel, vec4(rgb, 1.0));
+}
