@@ -1,0 +1,162 @@
+//! Keys and mouse as the window sees them, turned into commands and into motion of the camera.
+
+use std::collections::HashSet;
+
+use raxel_runtime::camera::{FlyInput, FlySpeed};
+use winit::keyboard::{Key, KeyCode, ModifiersState, NamedKey, PhysicalKey};
+
+/// One thing that a key asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Command {
+    /// Show the next debug target.
+    NextTarget,
+    /// Show the debug target before.
+    PreviousTarget,
+    /// Stop or start the clock.
+    Pause,
+    /// Let one frame pass; pauses first.
+    Step,
+    /// Start over: history, clock, frame 0.
+    Reset,
+    /// Write the picture to a PNG.
+    Screenshot,
+    /// Leave.
+    Quit,
+}
+
+/// The keys of the window, for `raxel run --help` and the README.
+pub(crate) const KEYS: &str = "\
+W A S D, Q E    fly, down and up; Shift flies faster
+mouse           drag with the left button to look around
+Tab             next debug target; Shift+Tab the one before
+Space           pause;  .  one frame;  R  start over
+F12             screenshot
+Escape          quit";
+
+/// Keys held and mouse motion since the last frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Controls {
+    held: HashSet<KeyCode>,
+    dragging: bool,
+    look: [f64; 2],
+    cursor: Option<[f64; 2]>,
+}
+
+impl Controls {
+    /// A key went down or up. Gives what it asks for, once a press.
+    pub fn key(
+        &mut self,
+        physical: PhysicalKey,
+        logical: &Key,
+        modifiers: ModifiersState,
+        pressed: bool,
+        repeat: bool,
+    ) -> Option<Command> {
+        if let PhysicalKey::Code(code) = physical {
+            if pressed {
+                self.held.insert(code);
+            } else {
+                self.held.remove(&code);
+            }
+        }
+        if !pressed {
+            return None;
+        }
+        // Motion goes by the place of a key, commands by what is printed on it.
+        let command = match logical {
+            Key::Named(NamedKey::Tab) if modifiers.shift_key() => Command::PreviousTarget,
+            Key::Named(NamedKey::Tab) => Command::NextTarget,
+            Key::Named(NamedKey::Space) => Command::Pause,
+            Key::Named(NamedKey::F12) => Command::Screenshot,
+            Key::Named(NamedKey::Escape) => Command::Quit,
+            Key::Character(text) if text == "." => Command::Step,
+            Key::Character(text) if text.eq_ignore_ascii_case("r") && !modifiers.control_key() => Command::Reset,
+            _ => return None,
+        };
+        // A held key repeats; only stepping and cycling are meant to.
+        let repeats = matches!(command, Command::Step | Command::NextTarget | Command::PreviousTarget);
+        (!repeat || repeats).then_some(command)
+    }
+
+    /// The left mouse button went down or up.
+    pub fn drag(&mut self, pressed: bool) {
+        self.dragging = pressed;
+    }
+
+    /// The cursor moved to a pixel (from the top left).
+    pub fn cursor_moved(&mut self, to: [f64; 2]) {
+        if let (Some(from), true) = (self.cursor, self.dragging) {
+            self.look = [self.look[0] + to[0] - from[0], self.look[1] + to[1] - from[1]];
+        }
+        self.cursor = Some(to);
+    }
+
+    /// The cursor left the window. A drag goes on when it comes back.
+    pub fn cursor_left(&mut self) {
+        self.cursor = None;
+    }
+
+    /// The window lost the keyboard: nothing is held any more.
+    pub fn release_all(&mut self) {
+        self.held.clear();
+        self.dragging = false;
+    }
+
+    /// The pixel under the cursor.
+    pub fn cursor(&self) -> Option<[i32; 2]> {
+        self.cursor.map(|[x, y]| [x.floor() as i32, y.floor() as i32])
+    }
+
+    /// What is asked of the camera since the last call, and how fast it flies.
+    pub fn fly(&mut self) -> (FlyInput, FlySpeed) {
+        let axis = |plus: KeyCode, minus: KeyCode| {
+            f64::from(i8::from(self.held.contains(&plus)) - i8::from(self.held.contains(&minus)))
+        };
+        let motion = [axis(KeyCode::KeyD, KeyCode::KeyA), axis(KeyCode::KeyE, KeyCode::KeyQ), axis(KeyCode::KeyW, KeyCode::KeyS)];
+        let speed = FlySpeed::default();
+        let faster = self.held.contains(&KeyCode::ShiftLeft) || self.held.contains(&KeyCode::ShiftRight);
+        let input = FlyInput { motion, look: std::mem::take(&mut self.look) };
+        (input, FlySpeed { voxels: if faster { speed.voxels * 6.0 } else { speed.voxels }, ..speed })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn press(controls: &mut Controls, code: KeyCode, key: Key, modifiers: ModifiersState, repeat: bool) -> Option<Command> {
+        controls.key(PhysicalKey::Code(code), &key, modifiers, true, repeat)
+    }
+
+    #[test]
+    fn keys_are_commands_once() {
+        let mut c = Controls::default();
+        let none = ModifiersState::empty();
+        let space = || Key::Named(NamedKey::Space);
+        assert_eq!(press(&mut c, KeyCode::Space, space(), none, false), Some(Command::Pause));
+        assert_eq!(press(&mut c, KeyCode::Space, space(), none, true), None);
+        let tab = || Key::Named(NamedKey::Tab);
+        assert_eq!(press(&mut c, KeyCode::Tab, tab(), none, true), Some(Command::NextTarget));
+        assert_eq!(press(&mut c, KeyCode::Tab, tab(), ModifiersState::SHIFT, false), Some(Command::PreviousTarget));
+        assert_eq!(press(&mut c, KeyCode::KeyR, Key::Character("R".into()), none, false), Some(Command::Reset));
+        assert_eq!(press(&mut c, KeyCode::Period, Key::Character(".".into()), none, true), Some(Command::Step));
+    }
+
+    #[test]
+    fn held_keys_and_drags_fly() {
+        let mut c = Controls::default();
+        press(&mut c, KeyCode::KeyW, Key::Character("w".into()), ModifiersState::empty(), false);
+        press(&mut c, KeyCode::KeyA, Key::Character("a".into()), ModifiersState::empty(), false);
+        c.cursor_moved([10.0, 10.0]);
+        c.drag(true);
+        c.cursor_moved([13.0, 9.0]);
+        let (input, slow) = c.fly();
+        assert_eq!(input, FlyInput { motion: [-1.0, 0.0, 1.0], look: [3.0, -1.0] });
+        press(&mut c, KeyCode::ShiftLeft, Key::Named(NamedKey::Shift), ModifiersState::SHIFT, false);
+        let (input, fast) = c.fly();
+        assert_eq!(input.look, [0.0, 0.0]);
+        assert!(fast.voxels > slow.voxels);
+        c.release_all();
+        assert_eq!(c.fly().0, FlyInput::default());
+    }
+}
