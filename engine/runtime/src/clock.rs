@@ -1,10 +1,8 @@
-//! The clock of a session: frames, seconds, pause, single steps, and which frames a pass with `every` runs on.
+//! The clock of a session: frames, seconds, pause, single steps.
 //!
 //! Headless, time is frame index × fixed step, so that the same inputs give the same bytes. Live, time follows the wall clock.
 
 use std::time::Instant;
-
-use raxel_graph::checked::Every;
 
 /// How time passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,23 +136,6 @@ impl Clock {
     }
 }
 
-/// Whether a pass with this `every` runs on a frame. `before` is the time of the frame before it; `None` on the first frame,
-/// on which every pass runs.
-pub fn due(every: Every, moment: &Moment, before: Option<f64>) -> bool {
-    let Some(before) = before else { return true };
-    if !moment.advanced {
-        return false;
-    }
-    match every {
-        // Ticks are at the multiples of 1/hz, whatever the frame rate; several ticks within one frame are one run.
-        Every::Hz(hz) => (moment.time * hz + TICK_SLACK).floor() > (before * hz + TICK_SLACK).floor(),
-        Every::Frames(frames) => moment.index.is_multiple_of(u64::from(frames.max(1))),
-    }
-}
-
-/// Parts of a tick by which a frame may come early: `3 × (1/60) × 20` is a little below 1 in `f64`.
-const TICK_SLACK: f64 = 1e-6;
-
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
@@ -193,29 +174,6 @@ mod tests {
         assert!((clock.tick(at(9000)).time - stepped.time).abs() < 1e-9);
         // Nor is a frame that hung counted in full.
         assert!((clock.tick(at(19_000)).delta - LONGEST_FRAME).abs() < 1e-9);
-    }
-
-    #[test]
-    fn ticks_do_not_depend_on_the_frame_rate() {
-        for fps in [30.0, 60.0, 144.0] {
-            let mut clock = Clock::new(Pace::Fixed(1.0 / fps));
-            let mut before = None;
-            let mut runs = 0;
-            for _ in 0..(fps as usize * 10) {
-                let moment = clock.tick(Instant::now());
-                runs += usize::from(due(Every::Hz(20.0), &moment, before));
-                before = Some(moment.time);
-            }
-            assert_eq!(runs, 200, "{fps} frames a second");
-        }
-    }
-
-    #[test]
-    fn every_nth_frame() {
-        let at = |index| Moment { index, time: 0.0, delta: 0.0, advanced: true };
-        let runs: Vec<_> = (0..7).filter(|&index| due(Every::Frames(3), &at(index), Some(0.0))).collect();
-        assert_eq!(runs, [0, 3, 6]);
-        assert!(!due(Every::Frames(3), &Moment { advanced: false, ..at(3) }, Some(0.0)));
     }
 
     #[test]

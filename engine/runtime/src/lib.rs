@@ -3,3 +3,6 @@
 pub mod camera;
 pub mod clock;
 pub mod params;
+pub mod project;
+pub mod show;
+pub mod timeline;

@@ -203,6 +203,12 @@ pub fn type_name(value: &Value) -> &'static str {
     }
 }
 
+/// Whether a value has integer components.
+pub fn is_integer(value: &Value) -> bool {
+    use Value::{I32, IVec2, IVec3, IVec4, U32, UVec2, UVec3, UVec4};
+    matches!(value, I32(_) | U32(_) | IVec2(_) | IVec3(_) | IVec4(_) | UVec2(_) | UVec3(_) | UVec4(_))
+}
+
 /// The components of a value as numbers; a bool is 0 or 1, a matrix its columns one after the other.
 pub fn components(value: &Value) -> Vec<f64> {
     fn all<T: Copy + Into<f64>>(parts: &[T]) -> Vec<f64> {

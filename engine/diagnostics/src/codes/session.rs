@@ -1,3 +1,25 @@
 use crate::code::declare;
 
-declare! {}
+// 00–39: projects, sessions and demos; 40 and up: the command line.
+declare! {
+    /// A path that is in no project.
+    NO_PROJECT = "RX0401";
+    /// A project with no graph, world or demo to choose, or several.
+    NO_CHOICE = "RX0402";
+    /// A demo animates a param that the graph does not have.
+    UNKNOWN_PARAM = "RX0403";
+    /// A demo's key does not fit its param: wrong type, or outside its range.
+    WRONG_PARAM_VALUE = "RX0404";
+    /// A debug target that the graph does not have.
+    UNKNOWN_TARGET = "RX0405";
+    /// Keys that are not in order of time, or lie outside the demo.
+    KEY_TIME = "RX0406";
+    /// A world's layout is larger than the device can bind.
+    LAYOUT_TOO_LARGE = "RX0407";
+    /// A buffer source that nothing supplies.
+    UNKNOWN_SOURCE = "RX0408";
+    /// A pass is switched off since the device was lost while it ran.
+    PASS_SWITCHED_OFF = "RX0409";
+    /// A plan that the device refuses: a format, a feature or a size.
+    DEVICE_REFUSES = "RX0410";
+}

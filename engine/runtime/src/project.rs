@@ -1,0 +1,213 @@
+//! A project: a folder with `graphs/`, `shaders/` and `worlds/`. It is found from any path inside it.
+
+use std::path::{Component, Path, PathBuf};
+
+use raxel_diagnostics::{Diagnostic, codes, table};
+
+/// A project on disk. Every path that raxel shows or keeps is relative to its root, with `/` separators.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Project {
+    root: PathBuf,
+}
+
+impl Project {
+    /// The project at that root; the folder must exist.
+    pub fn at(root: &Path) -> Result<Self, Box<Diagnostic>> {
+        match root.canonicalize() {
+            Ok(root) if root.is_dir() => Ok(Self { root }),
+            Ok(_) => Err(Box::new(Diagnostic::error(
+                codes::session::NO_PROJECT,
+                format!("`{}` is no folder, so it is no project", root.display()),
+            ))),
+            Err(error) => Err(Box::new(Diagnostic::error(
+                codes::session::NO_PROJECT,
+                format!("`{}` is no project: {error}", root.display()),
+            ))),
+        }
+    }
+
+    /// The project around a path: the nearest folder upwards that has a `graphs/` folder.
+    pub fn around(path: &Path) -> Result<Self, Box<Diagnostic>> {
+        let start = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let found = start.ancestors().find(|folder| folder.join("graphs").is_dir());
+        match found {
+            Some(root) => Self::at(root),
+            None => Err(Box::new(
+                Diagnostic::error(
+                    codes::session::NO_PROJECT,
+                    format!("`{}` is in no project: no folder above it has a `graphs` folder", path.display()),
+                )
+                .help("`raxel new DIR` makes a project"),
+            )),
+        }
+    }
+
+    /// The project around a file; a file in no project is one by itself, rooted in its own folder.
+    pub fn around_file(file: &Path) -> Result<Self, Box<Diagnostic>> {
+        Self::around(file).or_else(|error| match file.parent() {
+            Some(folder) if file.is_file() => {
+                Self::at(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })
+            }
+            _ => Err(error),
+        })
+    }
+
+    /// The root folder, absolute, without symbolic links.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The path on disk of a project path.
+    pub fn on_disk(&self, path: &str) -> PathBuf {
+        self.root.join(path)
+    }
+
+    /// The project path of a file that somebody named: relative to the current folder, or else to the root.
+    pub fn path_of(&self, named: &Path) -> Result<String, Box<Diagnostic>> {
+        let here = std::path::absolute(named).unwrap_or_else(|_| named.to_owned());
+        // The file itself may not exist (yet), and may be a link: only the folder is made canonical.
+        let canonical =
+            |path: &Path| -> Option<PathBuf> { Some(path.parent()?.canonicalize().ok()?.join(path.file_name()?)) };
+        let from_here = canonical(&here).and_then(|path| self.relative(&path));
+        let from_root = || if named.is_relative() { self.relative(&canonical(&self.root.join(named))?) } else { None };
+        let exists = |path: &String| self.on_disk(path).exists();
+        from_here
+            .clone()
+            .filter(exists)
+            .or_else(|| from_root().filter(exists))
+            .or(from_here)
+            .or_else(from_root)
+            .ok_or_else(|| {
+                Box::new(Diagnostic::error(
+                    codes::files::OUTSIDE_ROOT,
+                    format!("`{}` is outside the project `{}`", named.display(), self.root.display()),
+                ))
+            })
+    }
+
+    fn relative(&self, path: &Path) -> Option<String> {
+        let inside = path.strip_prefix(&self.root).ok()?;
+        let parts: Option<Vec<&str>> = inside
+            .components()
+            .map(|part| match part {
+                Component::Normal(name) => name.to_str(),
+                _ => None,
+            })
+            .collect();
+        parts.filter(|parts| !parts.is_empty()).map(|parts| parts.join("/"))
+    }
+
+    /// Every graph, in order of name.
+    pub fn graphs(&self) -> Vec<String> {
+        self.list("graphs", |name| name.ends_with(".toml"))
+    }
+
+    /// Every world, in order of name.
+    pub fn worlds(&self) -> Vec<String> {
+        self.list("worlds", |name| name.ends_with(".toml") && !name.ends_with(".demo.toml"))
+    }
+
+    /// Every demo, in order of name.
+    pub fn demos(&self) -> Vec<String> {
+        self.list("worlds", |name| name.ends_with(".demo.toml"))
+    }
+
+    /// The graph to run when nobody names one: `graphs/primary.toml`, or the only one there is.
+    pub fn default_graph(&self) -> Result<String, Box<Diagnostic>> {
+        choose("graph", "graphs/primary.toml", self.graphs())
+    }
+
+    /// The world to run when nobody names one: `worlds/valley.toml`, or the only one there is.
+    pub fn default_world(&self) -> Result<String, Box<Diagnostic>> {
+        choose("world", "worlds/valley.toml", self.worlds())
+    }
+
+    /// The demo to run when nobody names one: `worlds/valley.demo.toml`, or the only one there is.
+    pub fn default_demo(&self) -> Result<String, Box<Diagnostic>> {
+        choose("demo", "worlds/valley.demo.toml", self.demos())
+    }
+
+    fn list(&self, folder: &str, wanted: impl Fn(&str) -> bool) -> Vec<String> {
+        let Ok(entries) = std::fs::read_dir(self.root.join(folder)) else { return Vec::new() };
+        let mut found: Vec<String> = entries
+            .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+            .filter(|name| !name.starts_with('.') && wanted(name))
+            .map(|name| format!("{folder}/{name}"))
+            .collect();
+        found.sort();
+        found
+    }
+}
+
+/// The preferred file if it is there, else the only one.
+fn choose(what: &str, preferred: &str, mut found: Vec<String>) -> Result<String, Box<Diagnostic>> {
+    if found.iter().any(|path| path == preferred) {
+        return Ok(preferred.to_owned());
+    }
+    if found.len() == 1 {
+        return Ok(found.remove(0));
+    }
+    let diagnostic = Diagnostic::error(
+        codes::session::NO_CHOICE,
+        if found.is_empty() {
+            format!("the project has no {what}, and none is named")
+        } else {
+            format!("the project has {} {what}s, and none is named", found.len())
+        },
+    );
+    Err(Box::new(if found.is_empty() {
+        diagnostic.help(format!("make `{preferred}`"))
+    } else {
+        diagnostic.help(format!("name one of {}", table::list(found.iter().map(String::as_str))))
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_project_is_found_from_inside() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir_all(folder.path().join("p/graphs")).unwrap();
+        std::fs::create_dir_all(folder.path().join("p/worlds/models")).unwrap();
+        std::fs::write(folder.path().join("p/graphs/a.toml"), "").unwrap();
+        let root = folder.path().join("p").canonicalize().unwrap();
+        for inside in ["p", "p/graphs/a.toml", "p/worlds/models", "p/graphs/not-yet.toml"] {
+            assert_eq!(Project::around(&folder.path().join(inside)).unwrap().root(), root, "{inside}");
+        }
+        assert_eq!(Project::around(folder.path()).unwrap_err().code, codes::session::NO_PROJECT);
+
+        let project = Project::at(&root).unwrap();
+        assert_eq!(project.path_of(&root.join("graphs/a.toml")).unwrap(), "graphs/a.toml");
+        assert_eq!(project.path_of(Path::new("graphs/a.toml")).unwrap(), "graphs/a.toml");
+        assert_eq!(project.path_of(folder.path()).unwrap_err().code, codes::files::OUTSIDE_ROOT);
+
+        // A file in no project is one by itself.
+        std::fs::write(folder.path().join("alone.toml"), "").unwrap();
+        let alone = Project::around_file(&folder.path().join("alone.toml")).unwrap();
+        assert_eq!(alone.root(), folder.path().canonicalize().unwrap());
+    }
+
+    #[test]
+    fn the_only_graph_is_the_default() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = Project::at(folder.path()).unwrap();
+        let write = |path: &str| {
+            let path = folder.path().join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, "").unwrap();
+        };
+        assert_eq!(project.default_graph().unwrap_err().code, codes::session::NO_CHOICE);
+        write("graphs/x.toml");
+        write("graphs/.x.toml.swp");
+        assert_eq!(project.default_graph().unwrap(), "graphs/x.toml");
+        write("graphs/y.toml");
+        assert_eq!(project.default_graph().unwrap_err().help, ["name one of `graphs/x.toml`, `graphs/y.toml`"]);
+        write("graphs/primary.toml");
+        assert_eq!(project.default_graph().unwrap(), "graphs/primary.toml");
+        write("worlds/x.demo.toml");
+        assert!(project.default_world().is_err());
+        assert_eq!(project.default_demo().unwrap(), "worlds/x.demo.toml");
+    }
+}

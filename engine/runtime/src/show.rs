@@ -1,0 +1,179 @@
+//! Which resource is shown, as text: `depth`, `color@1`, `pyramid,mip=2`, `cascades,layer=3`, `color,after=sky`.
+//!
+//! The same words are used by `--target`, by demos and by [`crate::Session::set_present`].
+
+use std::fmt;
+
+use raxel_graph::checked::{Graph, ResourceKind};
+use raxel_graph::plan::Present;
+
+use crate::params::SetError;
+
+/// A debug target by name; it stays valid when a reload renumbers everything.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Show {
+    /// Target or buffer; empty means the graph's own `present`.
+    pub resource: String,
+    /// How many frames ago.
+    pub age: u32,
+    /// Mip.
+    pub mip: u32,
+    /// Layer, or slice of a 3-D target.
+    pub layer: u32,
+    /// Right after this pass; at the end of the frame when `None`.
+    pub after: Option<String>,
+}
+
+/// Why a debug target cannot be shown.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ShowError {
+    /// It does not read as one.
+    #[error(
+        "`{text}` is no debug target: {why}; write NAME, NAME@AGE, and after it any of `,mip=N` `,layer=N` `,after=PASS`"
+    )]
+    Syntax {
+        /// What was written.
+        text: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A name that the graph does not have.
+    #[error(transparent)]
+    Unknown(#[from] SetError),
+    /// The resource has fewer mips, layers or frames of history.
+    #[error("`{resource}` has {has} {what}; there is no {what_one} {asked}")]
+    OutOfRange {
+        /// The resource.
+        resource: String,
+        /// `mips`, `layers`, `frames of history`.
+        what: &'static str,
+        /// `mip`, `layer`, `frame`.
+        what_one: &'static str,
+        /// How many there are.
+        has: u32,
+        /// What was asked for.
+        asked: u32,
+    },
+}
+
+impl Show {
+    /// A resource at the end of this frame.
+    pub fn resource(name: impl Into<String>) -> Self {
+        Self { resource: name.into(), ..Self::default() }
+    }
+
+    /// Reads the text.
+    pub fn parse(text: &str) -> Result<Self, ShowError> {
+        let wrong = |why: String| ShowError::Syntax { text: text.to_owned(), why };
+        let mut parts = text.split(',').map(str::trim);
+        let head = parts.next().unwrap_or_default();
+        let (name, age) = match head.split_once('@') {
+            None => (head, 0),
+            Some((name, age)) => (name, age.parse().map_err(|_| wrong(format!("`{age}` is no number of frames")))?),
+        };
+        if name.is_empty() {
+            return Err(wrong("it names no resource".to_owned()));
+        }
+        let mut show = Self { age, ..Self::resource(name) };
+        for part in parts {
+            let (key, value) = part.split_once('=').ok_or_else(|| wrong(format!("`{part}` has no `=`")))?;
+            let (key, value) = (key.trim(), value.trim());
+            let number = || value.parse().map_err(|_| wrong(format!("`{value}` is no number")));
+            match key {
+                "mip" => show.mip = number()?,
+                "layer" => show.layer = number()?,
+                "after" if !value.is_empty() => show.after = Some(value.to_owned()),
+                _ => return Err(wrong(format!("`{part}` is none of `mip=N`, `layer=N`, `after=PASS`"))),
+            }
+        }
+        Ok(show)
+    }
+
+    /// Finds it in a graph.
+    pub fn resolve(&self, graph: &Graph) -> Result<Present, ShowError> {
+        let resource = if self.resource.is_empty() {
+            graph.present
+        } else {
+            graph.find_resource(&self.resource).ok_or_else(|| {
+                SetError::unknown("target", &self.resource, graph.resources.iter().map(|r| r.name.as_str()))
+            })?
+        };
+        let after =
+            match &self.after {
+                None => None,
+                Some(name) => Some(graph.find_pass(name).ok_or_else(|| {
+                    SetError::unknown("pass", name, graph.passes.iter().map(|pass| pass.name.as_str()))
+                })?),
+            };
+        let found = graph.resource(resource);
+        let outside = |what, what_one, has, asked| {
+            Err(ShowError::OutOfRange { resource: found.name.clone(), what, what_one, has, asked })
+        };
+        if self.age > found.history {
+            return outside("frames of history", "frame", found.history, self.age);
+        }
+        let (mips, layers) = match &found.kind {
+            // A full chain and the slices of a volume depend on the extent; the plan knows.
+            ResourceKind::Target(target) => {
+                (if target.mips == 0 { u32::MAX } else { target.mips }, slices(target).unwrap_or(u32::MAX))
+            }
+            ResourceKind::Buffer(_) => (1, 1),
+        };
+        if self.mip >= mips {
+            return outside("mips", "mip", mips, self.mip);
+        }
+        if self.layer >= layers {
+            return outside("layers", "layer", layers, self.layer);
+        }
+        Ok(Present { resource, age: self.age, mip: self.mip, layer: self.layer, after })
+    }
+}
+
+/// Layers of a target, when they are known without the extents of others.
+fn slices(target: &raxel_graph::checked::Target) -> Option<u32> {
+    use raxel_graph::checked::Extent;
+    match target.extent {
+        Extent::Output { .. } | Extent::Fixed2(_) => Some(target.layers.max(1)),
+        Extent::Fixed3([_, _, depth]) => Some(depth),
+        Extent::Of { .. } => None,
+    }
+}
+
+impl fmt::Display for Show {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.resource)?;
+        if self.age > 0 {
+            write!(f, "@{}", self.age)?;
+        }
+        if self.mip > 0 {
+            write!(f, ",mip={}", self.mip)?;
+        }
+        if self.layer > 0 {
+            write!(f, ",layer={}", self.layer)?;
+        }
+        match &self.after {
+            Some(pass) => write!(f, ",after={pass}"),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_what_it_writes() {
+        for text in ["depth", "color@1", "pyramid,mip=2", "cascades@2,mip=1,layer=3,after=sky"] {
+            assert_eq!(Show::parse(text).unwrap().to_string(), text);
+        }
+        assert_eq!(Show::parse("a , after = b").unwrap().after.as_deref(), Some("b"));
+    }
+
+    #[test]
+    fn says_what_is_wrong() {
+        for text in ["", "@1", "a@b", "a,mip", "a,mip=x", "a,size=1", "a,after="] {
+            assert!(matches!(Show::parse(text), Err(ShowError::Syntax { .. })), "{text}");
+        }
+    }
+}

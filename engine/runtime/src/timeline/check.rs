@@ -1,0 +1,240 @@
+//! Checks a demo against its graph: the names and values that only the graph knows.
+
+use raxel_diagnostics::{Diagnostic, codes};
+use raxel_graph::checked::{Graph, Param, Value};
+
+use super::demo::{Demo, Track};
+use crate::params::{self, SetError};
+
+impl Demo {
+    /// Everything in which the demo and its graph disagree, with the places in both files.
+    pub fn check(&self, graph: &Graph) -> Vec<Diagnostic> {
+        let mut found = Vec::new();
+        for track in &self.tracks {
+            match graph.find_param(&track.param.value) {
+                Some(id) => found.extend(check_track(track, &graph.params[id.0 as usize])),
+                None => {
+                    let names = graph.params.iter().map(|param| param.name.as_str());
+                    let error = SetError::unknown("param", &track.param.value, names);
+                    found.push(
+                        Diagnostic::error(
+                            codes::session::UNKNOWN_PARAM,
+                            format!("`{}` has no param `{}`", self.graph.value, track.param.value),
+                        )
+                        .label(track.param.span.clone(), "no such param")
+                        .label(self.graph.span.clone(), "in this graph")
+                        .with_advice(&error),
+                    );
+                }
+            }
+        }
+        for key in &self.shows {
+            if let Err(error) = key.show.value.resolve(graph) {
+                found.push(
+                    Diagnostic::error(codes::session::UNKNOWN_TARGET, error.to_string())
+                        .label(key.show.span.clone(), "no such debug target")
+                        .label(self.graph.span.clone(), "in this graph"),
+                );
+            }
+        }
+        found
+    }
+}
+
+trait Advice {
+    fn with_advice(self, error: &SetError) -> Self;
+}
+
+impl Advice for Diagnostic {
+    /// Adds what the error suggests.
+    fn with_advice(self, error: &SetError) -> Self {
+        match error {
+            SetError::Unknown { closest: Some(name), .. } => self.help(format!("did you mean `{name}`?")),
+            SetError::Unknown { known, .. } if !known.is_empty() => {
+                let known = raxel_diagnostics::table::list(known.iter().map(String::as_str));
+                self.help(format!("it has {known}"))
+            }
+            _ => self,
+        }
+    }
+}
+
+/// The first key that does not fit its param. Further keys of the same track would only repeat it when the type is wrong, and so
+/// one is reported for the type, and each for the range.
+fn check_track(track: &Track, param: &Param) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let wrong = |key: &super::demo::Place<(f64, Vec<f64>)>, message: String, label: String| {
+        Diagnostic::error(codes::session::WRONG_PARAM_VALUE, message)
+            .label(key.span.clone(), label)
+            .label(param.place.clone(), "declared here")
+    };
+    for key in &track.keys {
+        let numbers = &key.value.1;
+        let boolean = matches!(param.default, Value::Bool(_));
+        let value = params::from_components(numbers, &param.default).filter(|_| boolean == track.boolean);
+        let Some(value) = value else {
+            let expected = params::type_name(&param.default);
+            found.push(wrong(
+                key,
+                format!("param `{}` is {expected}; this key is none", param.name),
+                format!("no {expected}"),
+            ));
+            break;
+        };
+        if let Err(error) = params::checked(param, value) {
+            found.push(wrong(key, error.to_string(), "outside the range".to_owned()));
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_diagnostics::disk::MemoryFiles;
+    use raxel_diagnostics::{SourceMap, Span};
+    use raxel_graph::checked::ResourceId;
+
+    use super::super::{Direction, read};
+    use super::*;
+
+    const GOOD: &str = r#"
+name = "flight"
+world = "valley.toml"
+graph = "primary.toml"
+duration = 8.0
+loop = true
+
+[[camera]]
+time = 0.0
+position = [0.0, 10.0, 0.0]
+look_at = [0.0, 10.0, -100.0]
+
+[[camera]]
+time = 4
+position = [40.0, 10.0, 0.0]
+yaw = 350
+pitch = -10.0
+fov = 90.0
+
+[tracks.exposure]
+keys = [[0.0, 1.0], [5.0, 2.0]]
+
+[tracks.bounces]
+keys = [[0.0, 1], [4.0, 4]]
+
+[tracks.fog]
+keys = [[1.0, true], [2.0, false]]
+"#;
+
+    fn graph() -> Graph {
+        let param = |name: &str, default, range| Param {
+            name: name.to_owned(),
+            default,
+            range,
+            step: None,
+            label: name.to_owned(),
+            place: Span::new("graphs/primary.toml", 3..9),
+        };
+        Graph {
+            name: "primary".into(),
+            about: String::new(),
+            present: ResourceId(0),
+            params: vec![
+                param("exposure", Value::F32(1.0), Some([0.0, 4.0])),
+                param("bounces", Value::I32(1), None),
+                param("fog", Value::Bool(false), None),
+            ],
+            resources: Vec::new(),
+            passes: Vec::new(),
+            files: Vec::new(),
+        }
+    }
+
+    fn read_text(text: &str) -> Result<Demo, Vec<Diagnostic>> {
+        let files = MemoryFiles::new([("worlds/a.demo.toml", text)]);
+        read(&files, "worlds/a.demo.toml", &mut SourceMap::default()).map(|(demo, _)| demo)
+    }
+
+    fn codes(found: &[Diagnostic]) -> Vec<&'static str> {
+        found.iter().map(|diagnostic| diagnostic.code.as_str()).collect()
+    }
+
+    #[test]
+    fn a_demo_is_a_function_of_time() {
+        let (demo, graph) = (read_text(GOOD).unwrap(), graph());
+        assert_eq!(demo.check(&graph), []);
+        assert_eq!(
+            (demo.world.value.as_str(), demo.graph.value.as_str()),
+            ("worlds/valley.toml", "graphs/primary.toml")
+        );
+        assert_eq!(demo.frames(), 240);
+        assert!(matches!(demo.camera[0].direction, Direction::LookAt(_)));
+        let at = demo.at(2.5, &graph);
+        let value = |name: &str| at.params.iter().find(|(param, _)| param == name).unwrap().1;
+        assert_eq!(value("exposure"), Value::F32(1.5));
+        assert_eq!(value("bounces"), Value::I32(3));
+        assert_eq!(value("fog"), Value::Bool(false));
+        // It loops, and is the same each time.
+        assert_eq!(demo.at(10.5, &graph), at);
+        // From straight ahead to 350° is ten degrees to the right, not 350 to the left.
+        let camera = demo.at(2.0, &graph).camera.unwrap();
+        assert!(camera.yaw.to_degrees() < 0.0 && camera.yaw.to_degrees() > -10.0, "{}", camera.yaw.to_degrees());
+        let last = demo.at(7.0, &graph).camera.unwrap();
+        assert_eq!((last.cell.x, last.frac.x), (40, 0.0));
+        assert!((last.fov.to_degrees() - 90.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn every_mistake_of_the_file_is_reported() {
+        let text = r#"
+world = "../../etc/passwd"
+graph = "primary.toml"
+duration = 8.0
+fsp = 30
+[[camera]]
+time = 9.0
+position = [0, 0]
+[[camera]]
+time = 1.0
+position = [0, 0, 0]
+look_at = [1, 2, 3]
+yaw = 3
+[tracks.exposure]
+keys = [[3.0, 1.0], [2.0, 1.0], [4.0]]
+interpolation = "smoth"
+[[show]]
+time = 1.0
+target = "a@b"
+"#;
+        let found = read_text(text).unwrap_err();
+        assert_eq!(
+            codes(&found),
+            ["RX0005", "RX0406", "RX0014", "RX0015", "RX0405", "RX0014", "RX0406", "RX0014", "RX0011"],
+            "{found:#?}"
+        );
+    }
+
+    #[test]
+    fn the_graph_is_the_judge_of_names_and_values() {
+        let text = GOOD
+            .replace("tracks.exposure", "tracks.exposre")
+            .replace("[[0.0, 1], [4.0, 4]]", "[[0.0, 1.5], [4.0, 4]]")
+            .replace("[[1.0, true], [2.0, false]]", "[[1.0, 0.0], [2.0, 1.0]]");
+        let text = format!("{text}\n[[show]]\ntime = 3.0\ntarget = \"depth\"\n");
+        let found = read_text(&text).unwrap().check(&graph());
+        assert_eq!(codes(&found), ["RX0403", "RX0404", "RX0404", "RX0405"]);
+        assert_eq!(found[0].help, ["did you mean `exposure`?"]);
+        assert_eq!(found[1].labels[1].span, Span::new("graphs/primary.toml", 3..9));
+        let outside = read_text(&GOOD.replace("[5.0, 2.0]", "[5.0, 20.0]")).unwrap().check(&graph());
+        assert_eq!(outside[0].message, "`exposure` is 20; it must be in 0…4");
+    }
+
+    #[test]
+    fn broken_files_are_diagnosed() {
+        for text in
+            ["", "= ", "[[camera", "world = 3", "duration = nan", "camera = 3", "tracks = []", "[tracks.a]\nkeys = []"]
+        {
+            assert!(!read_text(text).unwrap_err().is_empty(), "{text}");
+        }
+    }
+}

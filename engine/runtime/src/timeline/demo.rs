@@ -1,0 +1,212 @@
+//! A demo as data, and what it shows at a time.
+
+use glam::DVec3;
+use raxel_diagnostics::Span;
+use raxel_graph::checked::{Graph, Value};
+
+use super::curve::{Interpolation, sample, segment};
+use crate::camera::Camera;
+use crate::params;
+use crate::show::Show;
+
+/// A demo file.
+#[derive(Clone, Debug)]
+pub struct Demo {
+    /// Project path of the file.
+    pub file: String,
+    /// `name`.
+    pub name: String,
+    /// `about`.
+    pub about: String,
+    /// Project path of the world.
+    pub world: Place<String>,
+    /// Project path of the graph.
+    pub graph: Place<String>,
+    /// Seconds.
+    pub duration: f64,
+    /// Frames a second, headless.
+    pub fps: f64,
+    /// Starts over at its end; else its last moment stays.
+    pub looped: bool,
+    /// Camera keys in order of time. Empty: the camera is not the demo's.
+    pub camera: Vec<CameraKey>,
+    /// Param tracks in the order of the file.
+    pub tracks: Vec<Track>,
+    /// Changes of the debug target in order of time.
+    pub shows: Vec<ShowKey>,
+}
+
+/// A value with its place in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place<T> {
+    /// The value.
+    pub value: T,
+    /// Where it is written.
+    pub span: Span,
+}
+
+/// The camera at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraKey {
+    /// Seconds.
+    pub time: f64,
+    /// Voxels.
+    pub position: [f64; 3],
+    /// Where it looks.
+    pub direction: Direction,
+    /// Vertical field of view, radians.
+    pub fov: f64,
+    /// How it gets to the next key.
+    pub interpolation: Interpolation,
+}
+
+/// Where a camera looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Direction {
+    /// At a position in voxels.
+    LookAt([f64; 3]),
+    /// Yaw and pitch, radians.
+    Angles([f64; 2]),
+}
+
+/// A param over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    /// The param, at its place.
+    pub param: Place<String>,
+    /// Times and components of the values, in order of time. All have the same number of components.
+    pub keys: Vec<Place<(f64, Vec<f64>)>>,
+    /// The values are `true` and `false`.
+    pub boolean: bool,
+    /// How it gets from key to key.
+    pub interpolation: Interpolation,
+}
+
+/// A change of the debug target.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShowKey {
+    /// Seconds.
+    pub time: f64,
+    /// What is shown from then on.
+    pub show: Place<Show>,
+}
+
+/// What a demo shows at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// The camera, if the demo moves it.
+    pub camera: Option<Camera>,
+    /// Params that the demo moves, with their values.
+    pub params: Vec<(String, Value)>,
+    /// The debug target: empty (the graph's own) until the first change.
+    pub show: Show,
+}
+
+impl Demo {
+    /// Frames of a headless run from start to end.
+    pub fn frames(&self) -> u64 {
+        (self.duration * self.fps).round().max(1.0) as u64
+    }
+
+    /// Seconds into the timeline at `time` seconds on the clock.
+    pub fn local_time(&self, time: f64) -> f64 {
+        if self.looped { time.rem_euclid(self.duration) } else { time.clamp(0.0, self.duration) }
+    }
+
+    /// What is shown at `time` seconds on the clock. `graph` gives the types of the params; a track whose param it lacks is left
+    /// out.
+    pub fn at(&self, time: f64, graph: &Graph) -> Moment {
+        let time = self.local_time(time);
+        let params = self.tracks.iter().filter_map(|track| {
+            let param = &graph.params[graph.find_param(&track.param.value)?.0 as usize];
+            Some((param.name.clone(), track.at(time, &param.default)?))
+        });
+        let show = self.shows.iter().rev().find(|key| key.time <= time);
+        Moment {
+            camera: self.camera_at(time),
+            params: params.collect(),
+            show: show.map(|key| key.show.value.clone()).unwrap_or_default(),
+        }
+    }
+
+    /// The camera at `time` seconds into the timeline.
+    fn camera_at(&self, time: f64) -> Option<Camera> {
+        let keys = &self.camera;
+        if keys.is_empty() {
+            return None;
+        }
+        let i = segment(keys.iter().map(|key| key.time), time);
+        let how = keys[i].interpolation;
+        let curve =
+            |value: &dyn Fn(&CameraKey) -> f64| sample(keys.len(), |i| (keys[i].time, value(&keys[i])), time, how);
+        let mut camera = Camera::default();
+        camera.place(DVec3::from_array(std::array::from_fn(|axis| curve(&|key| key.position[axis]))));
+        camera.fov = curve(&|key| key.fov);
+        // Between two keys that look at points, the point moves; else the angles turn. Both agree at the keys.
+        let ends = [&keys[i], &keys[(i + 1).min(keys.len() - 1)]];
+        if ends.iter().all(|key| matches!(key.direction, Direction::LookAt(_))) {
+            let target = std::array::from_fn(|axis| curve(&|key| key.looks_at()[axis]));
+            camera.look_at(target);
+        } else {
+            let yaws = unwrapped(keys.iter().map(|key| key.angles()[0]));
+            camera.yaw = sample(keys.len(), |i| (keys[i].time, yaws[i]), time, how);
+            camera.pitch = curve(&|key| key.angles()[1]).clamp(-Camera::MAX_PITCH, Camera::MAX_PITCH);
+        }
+        Some(camera)
+    }
+}
+
+impl CameraKey {
+    /// The point it looks at; for angles, one a hundred voxels ahead.
+    fn looks_at(&self) -> [f64; 3] {
+        match self.direction {
+            Direction::LookAt(target) => target,
+            Direction::Angles([yaw, pitch]) => {
+                let ahead = Camera { yaw, pitch, ..Camera::default() }.rotation() * (DVec3::NEG_Z * 100.0);
+                (DVec3::from_array(self.position) + ahead).to_array()
+            }
+        }
+    }
+
+    /// Yaw and pitch.
+    fn angles(&self) -> [f64; 2] {
+        match self.direction {
+            Direction::Angles(angles) => angles,
+            Direction::LookAt(target) => {
+                let mut camera = Camera::at(self.position);
+                camera.look_at(target);
+                [camera.yaw, camera.pitch]
+            }
+        }
+    }
+}
+
+/// Angles such that each turn from one to the next is the short way round.
+fn unwrapped(angles: impl Iterator<Item = f64>) -> Vec<f64> {
+    use std::f64::consts::{PI, TAU};
+    let mut last: Option<f64> = None;
+    angles
+        .map(|angle| {
+            let angle = last.map_or(angle, |last| last + (angle - last + PI).rem_euclid(TAU) - PI);
+            last = Some(angle);
+            angle
+        })
+        .collect()
+}
+
+impl Track {
+    /// The value at `time` seconds into the timeline, as the type of `like`. `None` when they do not fit.
+    fn at(&self, time: f64, like: &Value) -> Option<Value> {
+        let width = self.keys.first()?.value.1.len();
+        let mut numbers: Vec<f64> = (0..width)
+            .map(|part| {
+                let key = |i: usize| (self.keys[i].value.0, self.keys[i].value.1[part]);
+                sample(self.keys.len(), key, time, self.interpolation)
+            })
+            .collect();
+        if params::is_integer(like) {
+            numbers.iter_mut().for_each(|number| *number = number.round());
+        }
+        params::from_components(&numbers, like)
+    }
+}
