@@ -1,0 +1,562 @@
+//! Skips what need not run again: a frame whose results are all in place dispatches nothing, and in any other frame only the passes
+//! run that lead to a result which is not.
+//!
+//! Each mip of each physical copy of a resource carries the id of the content it holds: a hash of the pass that made it, the bytes it was
+//! pushed and the ids of all that it read. At the start of a frame the memo computes the ids that a full frame would leave behind.
+//! A copy whose ids would change is *dirty*; so is a copy of which a running pass reads a content that is not the one in place. Every
+//! writer of a dirty copy runs, and nothing else does: a copy is made anew from its first writer on, or left alone.
+//!
+//! Two facts about a plan carry the argument. A `writeonly` binding writes all that is read later (the rule by which the plan lets
+//! transient resources share memory), and a pass is a function of its inputs. A pass that breaks the latter on purpose (a race won by
+//! chance) is shown as it came out last. Aliased resources never count as in place: their memory is another's when the frame ends.
+
+use raxel_graph::plan::{Lifetime, Plan, ResourceDesc, Step};
+use raxel_shader::interface::Access;
+
+/// Content of one mip of one copy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Content {
+    /// Equal ids, equal texels.
+    id: u64,
+    /// Hash of the run that made it, without what was there before: the same run over its own result changes nothing.
+    run: u64,
+}
+
+/// A resource as the memo sees it.
+#[derive(Clone, Debug)]
+struct Slot {
+    /// Index of (copy 0, mip 0) in `Memo::content`; copies follow each other, mips within them.
+    first: usize,
+    copies: u32,
+    mips: u32,
+    /// Shares memory: what it holds is lost when the frame ends.
+    aliased: bool,
+    /// What it holds at the start of a frame is never read.
+    transient: bool,
+}
+
+/// One access of one step.
+#[derive(Clone, Copy, Debug)]
+struct Touch {
+    slot: u32,
+    age: u32,
+    mips: (u32, u32),
+    reads: bool,
+    writes: bool,
+}
+
+/// A step that makes something out of something.
+#[derive(Clone, Debug)]
+struct Node {
+    step: u32,
+    maker: Maker,
+    touches: Vec<Touch>,
+}
+
+/// What gives a node the part of its key that is not an input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Maker {
+    Clear(u64),
+    Pass(u32),
+    Present,
+}
+
+/// Decides for each frame which steps run.
+#[derive(Clone, Debug)]
+pub struct Memo {
+    slots: Vec<Slot>,
+    nodes: Vec<Node>,
+    /// In place now, by slot, copy, mip. The last one is the shown picture.
+    content: Vec<Content>,
+    /// What a full frame would leave.
+    wanted: Vec<Content>,
+    /// By slot and copy, as indices into `content` of their mip 0.
+    dirty: Vec<bool>,
+    /// By access of each node, in order: the id read there.
+    seen: Vec<u64>,
+    run: Vec<bool>,
+    fresh: u64,
+}
+
+/// What a transient resource holds at the start of a frame.
+const UNDEFINED: Content = Content { id: 0x75_6e64_6566, run: 0 };
+
+impl Memo {
+    /// For a plan of which nothing is in place yet but the `init` contents.
+    pub fn new(plan: &Plan) -> Memo {
+        let index_of = |resource| plan.resources.iter().position(|r| r.resource == resource);
+        let mut memo = Memo::empty(plan.steps.len());
+        for resource in &plan.resources {
+            let mips = match &resource.desc {
+                ResourceDesc::Image(image) => image.mips,
+                ResourceDesc::Buffer(_) | ResourceDesc::Source(_) => 1,
+            };
+            let (aliased, transient) = match resource.lifetime {
+                Lifetime::Persistent => (false, false),
+                Lifetime::Transient { place, .. } => (place.is_some(), true),
+            };
+            memo.slot(resource.copies, mips, aliased, transient);
+        }
+        for (step, kind) in plan.steps.iter().enumerate() {
+            let touch = |resource, age, (first, count): (u32, u32), access: Access| {
+                let slot = index_of(resource)? as u32;
+                let mips = memo.slots[slot as usize].mips;
+                let first = first.min(mips - 1);
+                let count = if count == 0 { mips - first } else { count.min(mips - first) };
+                Some(Touch { slot, age, mips: (first, count), reads: access.reads(), writes: access.writes() })
+            };
+            let (maker, touches): (_, Vec<Touch>) = match kind {
+                Step::Barrier(_) => continue,
+                Step::Clear { resource } => {
+                    let resource = &plan.resources[*resource as usize];
+                    let value = resource.clear.map_or(0, |value| hash_text(&format!("{value:?}")));
+                    (Maker::Clear(value), touch(resource.resource, 0, (0, 0), Access::Write).into_iter().collect())
+                }
+                Step::Dispatch { pass } => {
+                    let accesses = &plan.graph.pass(plan.passes[*pass as usize].pass).accesses;
+                    let touches = accesses.iter().filter_map(|a| touch(a.resource, a.age, a.mips, a.access));
+                    (Maker::Pass(*pass), touches.collect())
+                }
+                Step::Present => {
+                    let shown = plan.present;
+                    (
+                        Maker::Present,
+                        touch(shown.resource, shown.age, (shown.mip, 1), Access::Read).into_iter().collect(),
+                    )
+                }
+            };
+            memo.node(step as u32, maker, touches);
+        }
+        memo.finish();
+        memo
+    }
+
+    fn empty(steps: usize) -> Memo {
+        Memo {
+            slots: Vec::new(),
+            nodes: Vec::new(),
+            content: Vec::new(),
+            wanted: Vec::new(),
+            dirty: Vec::new(),
+            seen: Vec::new(),
+            run: vec![true; steps],
+            fresh: 1 << 32,
+        }
+    }
+
+    fn slot(&mut self, copies: u32, mips: u32, aliased: bool, transient: bool) {
+        let first = self.slots.last().map_or(0, |s| s.first + (s.copies * s.mips) as usize);
+        self.slots.push(Slot { first, copies, mips, aliased, transient });
+    }
+
+    fn node(&mut self, step: u32, maker: Maker, touches: Vec<Touch>) {
+        self.nodes.push(Node { step, maker, touches });
+    }
+
+    fn finish(&mut self) {
+        let contents = self.slots.last().map_or(0, |s| s.first + (s.copies * s.mips) as usize) + 1;
+        self.content = vec![Content::default(); contents];
+        self.wanted = self.content.clone();
+        self.dirty = vec![false; contents];
+        self.seen = vec![0; self.nodes.iter().map(|node| node.touches.len()).sum()];
+        self.forget();
+    }
+
+    /// Forgets what is in place: the next frame runs in full. For a reset, and for a frame that failed halfway.
+    pub fn forget(&mut self) {
+        for content in &mut self.content {
+            self.fresh += 1;
+            *content = Content { id: mix(0xf0, self.fresh), run: 0 };
+        }
+    }
+
+    /// Takes over what `old` knows of a resource that keeps its contents across a swap of plans.
+    pub fn carry(&mut self, slot: usize, old: &Memo, old_slot: usize) {
+        let (to, from) = (&self.slots[slot], &old.slots[old_slot]);
+        if (to.copies, to.mips) == (from.copies, from.mips) && !to.aliased && !from.aliased {
+            let count = (to.copies * to.mips) as usize;
+            self.content[to.first..to.first + count].copy_from_slice(&old.content[from.first..from.first + count]);
+            // Ids made up by `fresh` must stay unique across both.
+            self.fresh = self.fresh.max(old.fresh);
+        }
+    }
+
+    /// Says which content a resource has that the runtime supplies (a source): equal ids, equal bytes.
+    pub fn supply(&mut self, slot: usize, id: u64) {
+        let slot = &self.slots[slot];
+        for content in &mut self.content[slot.first..slot.first + (slot.copies * slot.mips) as usize] {
+            *content = Content { id: mix(0x50, id), run: 0 };
+        }
+    }
+
+    /// Decides frame `frame` (the number that rotates histories). `keys` has for each of the plan's passes a hash of its pipeline,
+    /// workgroups, push and uniform bytes, or `None` when it does not run in this frame (not due, or disabled); `present` is a hash of
+    /// how the picture is shown. Gives for each step whether it is to run (barriers: always true), and takes it that they do.
+    pub fn decide(&mut self, frame: u64, keys: &[Option<u64>], present: u64) -> &[bool] {
+        self.imagine(frame, keys, present);
+        self.mark_changed();
+        self.spread(frame, keys);
+        self.commit(frame);
+        &self.run
+    }
+
+    /// What a full frame would leave behind.
+    fn imagine(&mut self, frame: u64, keys: &[Option<u64>], present: u64) {
+        self.wanted.copy_from_slice(&self.content);
+        for slot in self.slots.iter().filter(|slot| slot.transient) {
+            let first = slot.base(frame, 0);
+            self.wanted[first..first + slot.mips as usize].fill(UNDEFINED);
+        }
+        let mut access = 0;
+        for node in &self.nodes {
+            let Some(key) = node.maker.key(keys, present) else {
+                access += node.touches.len();
+                continue;
+            };
+            let mut run = mix(node.maker.salt(), key);
+            for (i, touch) in node.touches.iter().enumerate() {
+                let range = touch.contents(&self.slots, frame);
+                if touch.reads {
+                    let id = self.wanted[range].iter().fold(mix(1, i as u64), |hash, content| mix(hash, content.id));
+                    self.seen[access + i] = id;
+                    run = mix(run, id);
+                }
+            }
+            for (i, touch) in node.touches.iter().enumerate().filter(|(_, touch)| touch.writes) {
+                for (mip, content) in self.wanted[touch.contents(&self.slots, frame)].iter_mut().enumerate() {
+                    let run = mix(mix(run, i as u64), mip as u64);
+                    if content.run != run || touch.reads {
+                        let before = if matches!(node.maker, Maker::Clear(_)) { 0 } else { content.id };
+                        *content = Content { id: mix(run, before), run };
+                    }
+                }
+            }
+            if node.maker == Maker::Present {
+                let last = self.wanted.len() - 1;
+                self.wanted[last] = Content { id: run, run };
+            }
+            access += node.touches.len();
+        }
+    }
+
+    /// Copies whose content must outlive the frame and is not in place.
+    fn mark_changed(&mut self) {
+        self.dirty.fill(false);
+        for slot in self.slots.iter().filter(|slot| !slot.aliased) {
+            for copy in 0..slot.copies {
+                let range = slot.copy_range(copy);
+                self.dirty[range.start] = self.wanted[range.clone()] != self.content[range.clone()];
+            }
+        }
+        let last = self.content.len() - 1;
+        self.dirty[last] = self.wanted[last] != self.content[last];
+    }
+
+    /// Every writer of a dirty copy runs; every copy that a running step writes, or needs other than it is, is dirty.
+    fn spread(&mut self, frame: u64, keys: &[Option<u64>]) {
+        for node in &self.nodes {
+            self.run[node.step as usize] = false;
+        }
+        loop {
+            let mut settled = true;
+            let mut access = 0;
+            for node in &self.nodes {
+                let touches = access..access + node.touches.len();
+                access = touches.end;
+                if node.maker.key(keys, 0).is_none() {
+                    continue;
+                }
+                let picture = node.maker == Maker::Present && self.dirty[self.content.len() - 1];
+                let dirty = |t: &Touch| t.writes && self.dirty[self.slots[t.slot as usize].base(frame, t.age)];
+                if !self.run[node.step as usize] && (picture || node.touches.iter().any(dirty)) {
+                    self.run[node.step as usize] = true;
+                    settled = false;
+                }
+                if !self.run[node.step as usize] {
+                    continue;
+                }
+                for (i, touch) in node.touches.iter().enumerate() {
+                    let slot = &self.slots[touch.slot as usize];
+                    let base = slot.base(frame, touch.age);
+                    let in_place = || {
+                        let now = &self.content[touch.contents(&self.slots, frame)];
+                        now.iter().fold(mix(1, i as u64), |hash, content| mix(hash, content.id))
+                            == self.seen[touches.start + i]
+                    };
+                    if !self.dirty[base] && (touch.writes || slot.aliased || !in_place()) {
+                        self.dirty[base] = true;
+                        settled = false;
+                    }
+                }
+            }
+            if settled {
+                return;
+            }
+        }
+    }
+
+    /// What is in place when the decided steps have run.
+    fn commit(&mut self, frame: u64) {
+        for slot in &self.slots {
+            let current = slot.base(frame, 0);
+            for copy in 0..slot.copies {
+                let range = slot.copy_range(copy);
+                if slot.aliased {
+                    for content in &mut self.content[range] {
+                        self.fresh += 1;
+                        *content = Content { id: mix(0xa1, self.fresh), run: 0 };
+                    }
+                } else if range.start == current || self.dirty[range.start] {
+                    self.content[range.clone()].copy_from_slice(&self.wanted[range]);
+                }
+            }
+        }
+        let last = self.content.len() - 1;
+        self.content[last] = self.wanted[last];
+    }
+}
+
+impl Slot {
+    /// Index of mip 0 of the copy that holds the content of `age` frames ago.
+    fn base(&self, frame: u64, age: u32) -> usize {
+        let copies = u64::from(self.copies);
+        let copy = (frame + copies - u64::from(age) % copies) % copies;
+        self.first + (copy as usize) * self.mips as usize
+    }
+
+    fn copy_range(&self, copy: u32) -> std::ops::Range<usize> {
+        let first = self.first + (copy * self.mips) as usize;
+        first..first + self.mips as usize
+    }
+}
+
+impl Touch {
+    fn contents(&self, slots: &[Slot], frame: u64) -> std::ops::Range<usize> {
+        let first = slots[self.slot as usize].base(frame, self.age) + self.mips.0 as usize;
+        first..first + self.mips.1 as usize
+    }
+}
+
+impl Maker {
+    fn key(self, keys: &[Option<u64>], present: u64) -> Option<u64> {
+        match self {
+            Maker::Clear(value) => Some(value),
+            Maker::Pass(pass) => keys[pass as usize],
+            Maker::Present => Some(present),
+        }
+    }
+
+    fn salt(self) -> u64 {
+        match self {
+            Maker::Clear(_) => 0xc1,
+            Maker::Pass(pass) => 0x1_0000 + u64::from(pass),
+            Maker::Present => 0xd1,
+        }
+    }
+}
+
+/// Mixes a value into a hash (the finaliser of `SplitMix64`, G. L. Steele et al., 2014).
+pub fn mix(hash: u64, value: u64) -> u64 {
+    let mut x = hash.rotate_left(23) ^ value.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+/// Hash of bytes, eight at a time.
+pub fn hash_bytes(seed: u64, bytes: &[u8]) -> u64 {
+    let (words, rest) = bytes.as_chunks::<8>();
+    let hash = words.iter().fold(mix(seed, bytes.len() as u64), |hash, word| mix(hash, u64::from_le_bytes(*word)));
+    rest.iter().fold(hash, |hash, byte| mix(hash, u64::from(*byte)))
+}
+
+fn hash_text(text: &str) -> u64 {
+    hash_bytes(0, text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A machine that holds a number for each mip of each copy, and runs nodes on them.
+    struct Machine {
+        values: Vec<u64>,
+        picture: u64,
+    }
+
+    impl Machine {
+        fn run(&mut self, memo: &Memo, frame: u64, keys: &[Option<u64>], present: u64, run: &[bool]) {
+            for node in &memo.nodes {
+                let Some(key) = node.maker.key(keys, present).filter(|_| run[node.step as usize]) else { continue };
+                let mut hash = mix(node.maker.salt(), key);
+                for touch in node.touches.iter().filter(|t| t.reads) {
+                    for value in &self.values[touch.contents(&memo.slots, frame)] {
+                        hash = mix(hash, *value);
+                    }
+                }
+                for (i, touch) in node.touches.iter().enumerate().filter(|(_, t)| t.writes) {
+                    for (mip, value) in self.values[touch.contents(&memo.slots, frame)].iter_mut().enumerate() {
+                        *value = mix(mix(hash, i as u64), mip as u64);
+                    }
+                }
+                if node.maker == Maker::Present {
+                    self.picture = hash;
+                }
+            }
+            // Aliased memory is another's when the frame ends.
+            for slot in memo.slots.iter().filter(|slot| slot.aliased) {
+                for copy in 0..slot.copies {
+                    self.values[slot.copy_range(copy)].fill(0xdead ^ frame);
+                }
+            }
+        }
+    }
+
+    struct Random(u64);
+
+    impl Random {
+        fn below(&mut self, n: u64) -> u64 {
+            self.0 = mix(self.0, 1);
+            self.0 % n
+        }
+    }
+
+    /// A random frame: transient slots are written before they are read, as a plan guarantees.
+    fn random_memo(random: &mut Random) -> (Memo, usize) {
+        let passes = 2 + random.below(6) as usize;
+        let mut memo = Memo::empty(passes + 4);
+        let slots = 2 + random.below(4) as u32;
+        for _ in 0..slots {
+            let transient = random.below(2) == 0;
+            let copies = if transient { 1 } else { 1 + random.below(3) as u32 };
+            memo.slot(copies, 1 + random.below(3) as u32, transient && random.below(2) == 0, transient);
+        }
+        let mut written = vec![false; slots as usize];
+        let mut step = 0;
+        for pass in 0..passes as u32 {
+            let mut touches: Vec<Touch> = Vec::new();
+            for _ in 0..1 + random.below(3) {
+                let slot = random.below(u64::from(slots)) as u32;
+                let Slot { copies, mips, transient, .. } = memo.slots[slot as usize];
+                if touches.iter().any(|t| t.slot == slot) {
+                    continue;
+                }
+                if transient && !written[slot as usize] {
+                    touches.push(Touch { slot, age: 0, mips: (0, mips), reads: false, writes: true });
+                } else if random.below(2) == 0 {
+                    let first = random.below(u64::from(mips)) as u32;
+                    touches.push(Touch { slot, age: 0, mips: (first, 1), reads: random.below(3) == 0, writes: true });
+                } else {
+                    let age = random.below(u64::from(copies)) as u32;
+                    touches.push(Touch { slot, age, mips: (0, mips), reads: true, writes: false });
+                }
+            }
+            for touch in touches.iter().filter(|t| t.writes) {
+                written[touch.slot as usize] = true;
+            }
+            if random.below(8) == 0 {
+                let slot = random.below(u64::from(slots)) as u32;
+                let mips = memo.slots[slot as usize].mips;
+                let touch = Touch { slot, age: 0, mips: (0, mips), reads: false, writes: true };
+                if step < 3 {
+                    written[slot as usize] = true;
+                    memo.node(step, Maker::Clear(7), vec![touch]);
+                    step += 1;
+                }
+            }
+            memo.node(step, Maker::Pass(pass), touches);
+            step += 1;
+        }
+        let shown = (0..slots).find(|s| !memo.slots[*s as usize].transient || written[*s as usize]);
+        let touch = shown.map(|slot| Touch { slot, age: 0, mips: (0, 1), reads: true, writes: false });
+        memo.node(step, Maker::Present, touch.into_iter().collect());
+        memo.finish();
+        (memo, passes)
+    }
+
+    #[test]
+    fn skipping_never_changes_a_result() {
+        let mut skipped = 0_u32;
+        for seed in 0..4000 {
+            let random = &mut Random(seed);
+            let (mut memo, passes) = random_memo(random);
+            // Passes that are at times not due have persistent outputs only (the plan's rule), so let none of them be gated here that
+            // writes something transient.
+            let gated: Vec<bool> = memo
+                .nodes
+                .iter()
+                .filter(|n| matches!(n.maker, Maker::Pass(_)))
+                .map(|n| n.touches.iter().all(|t| !memo.slots[t.slot as usize].transient))
+                .collect();
+            let start = || Machine { values: (0..memo.content.len() as u64).map(|i| mix(9, i)).collect(), picture: 0 };
+            let (mut full, mut lean) = (start(), start());
+            let mut keys: Vec<Option<u64>> = (0..passes as u64).map(Some).collect();
+            let mut present = 0;
+            for frame in 0..12 {
+                if frame % 3 == 2 {
+                    let which = random.below(passes as u64) as usize;
+                    keys[which] = if gated[which] && random.below(3) == 0 { None } else { Some(random.below(4)) };
+                }
+                if random.below(9) == 0 {
+                    present = random.below(3);
+                }
+                let all = vec![true; memo.run.len()];
+                full.run(&memo, frame, &keys, present, &all);
+                let run = memo.decide(frame, &keys, present).to_vec();
+                lean.run(&memo, frame, &keys, present, &run);
+                skipped += memo.nodes.iter().filter(|n| !run[n.step as usize]).count() as u32;
+                for slot in memo.slots.iter().filter(|slot| !slot.aliased) {
+                    for copy in 0..slot.copies {
+                        let range = slot.copy_range(copy);
+                        assert_eq!(
+                            full.values[range.clone()],
+                            lean.values[range],
+                            "seed {seed} frame {frame}: {memo:#?}"
+                        );
+                    }
+                }
+                assert_eq!(full.picture, lean.picture, "seed {seed} frame {frame}");
+            }
+        }
+        assert!(skipped > 50_000, "only {skipped} steps were skipped");
+    }
+
+    /// `a` (transient, aliased) → `b` (persistent) → picture.
+    fn chain() -> Memo {
+        let mut memo = Memo::empty(3);
+        memo.slot(1, 1, true, true);
+        memo.slot(1, 1, false, false);
+        let write = |slot| Touch { slot, age: 0, mips: (0, 1), reads: false, writes: true };
+        let read = |slot| Touch { slot, age: 0, mips: (0, 1), reads: true, writes: false };
+        memo.node(0, Maker::Pass(0), vec![write(0)]);
+        memo.node(1, Maker::Pass(1), vec![read(0), write(1)]);
+        memo.node(2, Maker::Present, vec![read(1)]);
+        memo.finish();
+        memo
+    }
+
+    #[test]
+    fn a_still_frame_runs_nothing() {
+        let mut memo = chain();
+        let keys = [Some(1), Some(2)];
+        assert_eq!(memo.decide(0, &keys, 0), [true; 3]);
+        assert_eq!(memo.decide(1, &keys, 0), [false; 3]);
+        // Another way of showing reruns the picture only; a changed pass reruns what its inputs need.
+        assert_eq!(memo.decide(2, &keys, 1), [false, false, true]);
+        assert_eq!(memo.decide(3, &[Some(1), Some(9)], 1), [true; 3]);
+        memo.forget();
+        assert_eq!(memo.decide(4, &[Some(1), Some(9)], 1), [true; 3]);
+    }
+
+    #[test]
+    fn accumulation_always_runs() {
+        let mut memo = Memo::empty(2);
+        memo.slot(1, 1, false, false);
+        memo.node(0, Maker::Pass(0), vec![Touch { slot: 0, age: 0, mips: (0, 1), reads: true, writes: true }]);
+        memo.node(1, Maker::Present, vec![Touch { slot: 0, age: 0, mips: (0, 1), reads: true, writes: false }]);
+        memo.finish();
+        for frame in 0..4 {
+            assert_eq!(memo.decide(frame, &[Some(1)], 0), [true; 2]);
+        }
+    }
+}
