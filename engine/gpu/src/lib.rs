@@ -1,1 +1,44 @@
-//! (in the making)
+//! Vulkan for raxel, and the only crate with `unsafe`: a device with one queue, memory, images, buffers, compute pipelines, command
+//! buffers, timestamps, windows, and bytes to the device and back.
+//!
+//! Objects hold their device and what they are made of. An object that is dropped while the device may still use it is destroyed
+//! when the device's timeline has passed it (`retire`), so a handle that the device sees is alive. What the functions leave to
+//! the caller is order: which access must come after which is said by [`Barrier`]s, and is checked by the validation layer's
+//! synchronization validation in tests.
+
+#![allow(unsafe_code, reason = "Vulkan is a C interface; each block says why it is sound")]
+
+mod buffer;
+mod choice;
+mod command;
+mod descriptors;
+mod device;
+mod image;
+mod instance;
+mod log;
+mod memory;
+mod pipeline;
+mod query;
+mod queue;
+mod result;
+mod retire;
+mod surface;
+mod transfer;
+
+pub use ash::vk;
+
+pub use buffer::{Buffer, BufferInfo};
+pub use choice::{Candidate, DeviceKind, Verdict, choose};
+pub use command::{Barrier, ClearColor, CommandBuffer, Scope};
+pub use descriptors::{Descriptors, Resource};
+pub use device::{Capabilities, Device, DeviceOptions};
+pub use image::{Image, ImageInfo, ImageView, ViewInfo};
+pub use instance::Validation;
+pub use log::{Message, Severity, ValidationLog};
+pub use memory::{Backing, Block, Location};
+pub use pipeline::{ComputePipeline, PipelineInfo, Sampler, Slot};
+pub use query::Timestamps;
+pub use queue::Moment;
+pub use result::{Error, Result};
+pub use surface::{Acquired, Presented, Surface};
+pub use transfer::{download_buffer, download_image, upload};

@@ -1,0 +1,360 @@
+//! Command buffers: what is recorded for the device.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::buffer::Buffer;
+use crate::descriptors::Descriptors;
+use crate::device::Device;
+use crate::image::Image;
+use crate::pipeline::ComputePipeline;
+use crate::query::Timestamps;
+use crate::result::{Named, Result};
+use crate::retire::Dead;
+
+/// A dependency that was put together beforehand, so that recording it allocates nothing.
+#[derive(Clone, Default)]
+pub struct Barrier {
+    memory: Option<vk::MemoryBarrier2<'static>>,
+    images: Vec<vk::ImageMemoryBarrier2<'static>>,
+    _held: Vec<Arc<Image>>,
+}
+
+/// Stages and accesses of one side of a dependency.
+pub type Scope = (vk::PipelineStageFlags2, vk::AccessFlags2);
+
+impl Barrier {
+    /// A dependency of everything after on everything before.
+    pub fn full() -> Barrier {
+        let all = (
+            vk::PipelineStageFlags2::ALL_COMMANDS,
+            vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
+        );
+        Barrier::default().memory(all, all)
+    }
+
+    /// Adds the global memory barrier.
+    #[must_use]
+    pub fn memory(mut self, src: Scope, dst: Scope) -> Barrier {
+        self.memory = Some(
+            vk::MemoryBarrier2::default()
+                .src_stage_mask(src.0)
+                .src_access_mask(src.1)
+                .dst_stage_mask(dst.0)
+                .dst_access_mask(dst.1),
+        );
+        self
+    }
+
+    /// Adds the transition of a whole image from `UNDEFINED` to `GENERAL`: its contents are lost.
+    #[must_use]
+    pub fn activate(mut self, image: &Arc<Image>, src: Scope, dst: Scope) -> Barrier {
+        self.images.push(
+            transition(image.raw, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL)
+                .src_stage_mask(src.0)
+                .src_access_mask(src.1)
+                .dst_stage_mask(dst.0)
+                .dst_access_mask(dst.1),
+        );
+        self._held.push(image.clone());
+        self
+    }
+}
+
+pub(crate) fn transition(
+    image: vk::Image,
+    old: vk::ImageLayout,
+    new: vk::ImageLayout,
+) -> vk::ImageMemoryBarrier2<'static> {
+    vk::ImageMemoryBarrier2::default()
+        .image(image)
+        .old_layout(old)
+        .new_layout(new)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .subresource_range(whole())
+}
+
+fn whole() -> vk::ImageSubresourceRange {
+    vk::ImageSubresourceRange {
+        aspect_mask: vk::ImageAspectFlags::COLOR,
+        base_mip_level: 0,
+        level_count: vk::REMAINING_MIP_LEVELS,
+        base_array_layer: 0,
+        layer_count: vk::REMAINING_ARRAY_LAYERS,
+    }
+}
+
+/// Four channels of a clear, in the kind of the image's format.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClearColor {
+    /// Float, unorm, snorm.
+    Float([f32; 4]),
+    /// Signed.
+    Int([i32; 4]),
+    /// Unsigned.
+    Uint([u32; 4]),
+}
+
+/// A command buffer with its pool. Recorded, submitted, and recorded again once the device has finished it.
+pub struct CommandBuffer {
+    pub(crate) raw: vk::CommandBuffer,
+    pool: vk::CommandPool,
+    device: Arc<Device>,
+    open: bool,
+}
+
+impl CommandBuffer {
+    /// Makes an empty one.
+    pub fn new(device: &Arc<Device>, name: &str) -> Result<CommandBuffer> {
+        let create = vk::CommandPoolCreateInfo::default()
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
+            .queue_family_index(device.queue.family);
+        // SAFETY: plain data.
+        let pool = unsafe { device.raw.create_command_pool(&create, None) }.named("vkCreateCommandPool")?;
+        let mut commands = CommandBuffer { raw: vk::CommandBuffer::null(), pool, device: device.clone(), open: false };
+        let allocate = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+        // SAFETY: the pool was just made.
+        commands.raw = unsafe { device.raw.allocate_command_buffers(&allocate) }.named("vkAllocateCommandBuffers")?[0];
+        device.name(commands.raw, name);
+        Ok(commands)
+    }
+
+    /// Forgets what was recorded and starts anew. The device must have finished what was submitted before.
+    pub fn begin(&mut self) -> Result<()> {
+        self.close();
+        let begin =
+            vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: `&mut self` is the pool's external synchronisation; the caller says that the device has finished.
+        unsafe {
+            let reset = self.device.raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty());
+            self.device.watch(reset.named("vkResetCommandPool"))?;
+            self.device.watch(self.device.raw.begin_command_buffer(self.raw, &begin).named("vkBeginCommandBuffer"))?;
+        }
+        self.open = true;
+        self.device.recording_began();
+        Ok(())
+    }
+
+    /// Ends the recording and submits it.
+    pub fn submit(&mut self) -> Result<crate::queue::Moment> {
+        self.end()?;
+        let device = self.device.clone();
+        let moment = device.submit(self);
+        self.close();
+        moment
+    }
+
+    pub(crate) fn end(&mut self) -> Result<()> {
+        // SAFETY: the buffer is being recorded.
+        self.device.watch(unsafe { self.device.raw.end_command_buffer(self.raw) }.named("vkEndCommandBuffer"))
+    }
+
+    /// What was recorded is submitted or given up.
+    pub(crate) fn close(&mut self) {
+        if std::mem::take(&mut self.open) {
+            self.device.recording_ended();
+        }
+    }
+
+    /// Records a dependency.
+    pub fn barrier(&mut self, barrier: &Barrier) {
+        let mut info = vk::DependencyInfo::default().image_memory_barriers(&barrier.images);
+        if let Some(memory) = &barrier.memory {
+            info = info.memory_barriers(std::slice::from_ref(memory));
+        }
+        // SAFETY: recording; the images are held by the barrier.
+        unsafe { self.device.raw.cmd_pipeline_barrier2(self.raw, &info) };
+    }
+
+    pub(crate) fn image_barrier(&mut self, barrier: vk::ImageMemoryBarrier2<'_>) {
+        let info = vk::DependencyInfo::default().image_memory_barriers(std::slice::from_ref(&barrier));
+        // SAFETY: recording; the caller keeps the image.
+        unsafe { self.device.raw.cmd_pipeline_barrier2(self.raw, &info) };
+    }
+
+    /// Clears all mips and layers of an image in `GENERAL`.
+    pub fn clear_image(&mut self, image: &Image, color: ClearColor) {
+        let value = match color {
+            ClearColor::Float(float32) => vk::ClearColorValue { float32 },
+            ClearColor::Int(int32) => vk::ClearColorValue { int32 },
+            ClearColor::Uint(uint32) => vk::ClearColorValue { uint32 },
+        };
+        // SAFETY: recording; a dropped image lives on until the submission has finished.
+        unsafe {
+            self.device.raw.cmd_clear_color_image(self.raw, image.raw, vk::ImageLayout::GENERAL, &value, &[whole()]);
+        }
+    }
+
+    /// Fills a part of a buffer with a 32-bit pattern. Offset and size are multiples of 4.
+    pub fn fill_buffer(&mut self, buffer: &Buffer, offset: u64, size: u64, pattern: u32) {
+        // SAFETY: as in `clear_image`.
+        unsafe { self.device.raw.cmd_fill_buffer(self.raw, buffer.raw, offset, size, pattern) };
+    }
+
+    /// Binds a pipeline and its descriptor sets.
+    pub fn bind(&mut self, pipeline: &ComputePipeline, descriptors: &Descriptors) {
+        let point = vk::PipelineBindPoint::COMPUTE;
+        // SAFETY: as in `clear_image`; the sets were made for this pipeline's layout.
+        unsafe {
+            self.device.raw.cmd_bind_pipeline(self.raw, point, pipeline.raw);
+            if !descriptors.sets.is_empty() {
+                let (layout, sets) = (pipeline.layout, &descriptors.sets);
+                self.device.raw.cmd_bind_descriptor_sets(self.raw, point, layout, 0, sets, &[]);
+            }
+        }
+    }
+
+    /// Sets the push constants from offset 0 on.
+    pub fn push(&mut self, pipeline: &ComputePipeline, bytes: &[u8]) {
+        // SAFETY: as in `clear_image`; the layout has a range of at least so many bytes.
+        unsafe {
+            let stages = vk::ShaderStageFlags::COMPUTE;
+            self.device.raw.cmd_push_constants(self.raw, pipeline.layout, stages, 0, bytes);
+        }
+    }
+
+    /// Dispatches so many workgroups.
+    pub fn dispatch(&mut self, groups: [u32; 3]) {
+        // SAFETY: recording; a pipeline is bound.
+        unsafe { self.device.raw.cmd_dispatch(self.raw, groups[0], groups[1], groups[2]) };
+    }
+
+    /// Dispatches as many workgroups as three `uint`s at an offset say.
+    pub fn dispatch_indirect(&mut self, buffer: &Buffer, offset: u64) {
+        // SAFETY: as in `clear_image`; a pipeline is bound.
+        unsafe { self.device.raw.cmd_dispatch_indirect(self.raw, buffer.raw, offset) };
+    }
+
+    /// Copies bytes from one buffer to another.
+    pub fn copy_buffer(&mut self, from: &Buffer, offset: u64, to: &Buffer, size: u64) {
+        let region = vk::BufferCopy { src_offset: offset, dst_offset: 0, size };
+        // SAFETY: as in `clear_image`.
+        unsafe { self.device.raw.cmd_copy_buffer(self.raw, from.raw, to.raw, &[region]) };
+    }
+
+    /// Copies one layer, or one slice of a 3-D image, of one mip to the start of a buffer, without padding. The image is in `GENERAL`.
+    pub fn copy_image_to_buffer(&mut self, image: &Image, mip: u32, layer: u32, to: &Buffer) {
+        let [width, height, _] = image.mip_extent(mip);
+        let (slice, layer) = if image.info().volume { (layer, 0) } else { (0, layer) };
+        let region = vk::BufferImageCopy {
+            image_subresource: subresource(mip, layer),
+            image_offset: vk::Offset3D { x: 0, y: 0, z: slice as i32 },
+            image_extent: vk::Extent3D { width, height, depth: 1 },
+            ..Default::default()
+        };
+        let layout = vk::ImageLayout::GENERAL;
+        // SAFETY: as in `clear_image`.
+        unsafe { self.device.raw.cmd_copy_image_to_buffer(self.raw, image.raw, layout, to.raw, &[region]) };
+    }
+
+    /// Makes timestamps ready to be written.
+    pub fn reset_timestamps(&mut self, timestamps: &Timestamps) {
+        // SAFETY: as in `clear_image`.
+        unsafe { self.device.raw.cmd_reset_query_pool(self.raw, timestamps.raw, 0, timestamps.count()) };
+    }
+
+    /// Takes the time when all compute work before has finished (`after`), or when work from here on may start.
+    pub fn timestamp(&mut self, timestamps: &Timestamps, index: u32, after: bool) {
+        let stage =
+            if after { vk::PipelineStageFlags2::COMPUTE_SHADER } else { vk::PipelineStageFlags2::TOP_OF_PIPE };
+        // SAFETY: as in `clear_image`.
+        unsafe { self.device.raw.cmd_write_timestamp2(self.raw, stage, timestamps.raw, index) };
+    }
+
+    /// Writes a word once all compute work before has finished, for [`crate::Buffer::bytes`] after a device loss.
+    pub fn mark(&mut self, buffer: &Buffer, offset: u64, word: u32) {
+        if let Some(marker) = &self.device.marker {
+            // SAFETY: as in `clear_image`; the extension is on.
+            unsafe {
+                let stage = vk::PipelineStageFlags::COMPUTE_SHADER;
+                (marker.fp().cmd_write_buffer_marker_amd)(self.raw, stage, buffer.raw, offset, word);
+            }
+            return;
+        }
+        let memory = vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER)
+            .dst_stage_mask(vk::PipelineStageFlags2::CLEAR);
+        let info = vk::DependencyInfo::default().memory_barriers(std::slice::from_ref(&memory));
+        // SAFETY: as in `clear_image`.
+        unsafe {
+            self.device.raw.cmd_pipeline_barrier2(self.raw, &info);
+            self.device.raw.cmd_fill_buffer(self.raw, buffer.raw, offset, 4, word);
+        }
+    }
+
+    /// Opens a named region for captures; does nothing without the validation layer.
+    pub fn label(&mut self, name: &std::ffi::CStr) {
+        if let Some(debug) = &self.device.debug {
+            let label = vk::DebugUtilsLabelEXT::default().label_name(name);
+            // SAFETY: recording.
+            unsafe { debug.cmd_begin_debug_utils_label(self.raw, &label) };
+        }
+    }
+
+    /// Closes the region.
+    pub fn end_label(&mut self) {
+        if let Some(debug) = &self.device.debug {
+            // SAFETY: recording; a region is open.
+            unsafe { debug.cmd_end_debug_utils_label(self.raw) };
+        }
+    }
+
+    /// Copies a whole picture onto another image of another size, nearest texels; layouts `GENERAL` and `to_layout`.
+    pub(crate) fn blit(
+        &mut self,
+        from: &Image,
+        to: vk::Image,
+        to_layout: vk::ImageLayout,
+        to_extent: [u32; 2],
+    ) {
+        let corners = |[x, y]: [u32; 2]| {
+            [vk::Offset3D::default(), vk::Offset3D { x: x as i32, y: y as i32, z: 1 }]
+        };
+        let region = vk::ImageBlit2::default()
+            .src_subresource(subresource(0, 0))
+            .src_offsets(corners([from.info().extent[0], from.info().extent[1]]))
+            .dst_subresource(subresource(0, 0))
+            .dst_offsets(corners(to_extent));
+        let info = vk::BlitImageInfo2::default()
+            .src_image(from.raw)
+            .src_image_layout(vk::ImageLayout::GENERAL)
+            .dst_image(to)
+            .dst_image_layout(to_layout)
+            .regions(std::slice::from_ref(&region))
+            .filter(vk::Filter::NEAREST);
+        // SAFETY: as in `clear_image`.
+        unsafe { self.device.raw.cmd_blit_image2(self.raw, &info) };
+    }
+
+    /// Copies the texels of one image to another of the same extent and texel size, bit by bit; both in `GENERAL`.
+    pub(crate) fn copy_image(&mut self, from: &Image, to: &Image) {
+        let [width, height, depth] = from.info().extent;
+        let region = vk::ImageCopy {
+            src_subresource: subresource(0, 0),
+            dst_subresource: subresource(0, 0),
+            extent: vk::Extent3D { width, height, depth },
+            ..Default::default()
+        };
+        let general = vk::ImageLayout::GENERAL;
+        // SAFETY: as in `clear_image`.
+        unsafe { self.device.raw.cmd_copy_image(self.raw, from.raw, general, to.raw, general, &[region]) };
+    }
+}
+
+impl Drop for CommandBuffer {
+    fn drop(&mut self) {
+        self.close();
+        self.device.retire(Dead::CommandPool(self.pool));
+    }
+}
+
+fn subresource(mip: u32, layer: u32) -> vk::ImageSubresourceLayers {
+    vk::ImageSubresourceLayers {
+        aspect_mask: vk::ImageAspectFlags::COLOR,
+        mip_level: mip,
+        base_array_layer: layer,
+        layer_count: 1,
+    }
+}

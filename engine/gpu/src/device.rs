@@ -1,0 +1,429 @@
+//! The logical device: one queue, its timeline, its memory, and what it can do.
+
+use std::ffi::CStr;
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+use ash::{amd, ext, khr, vk};
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+
+use crate::choice::{Candidate, DeviceKind, Verdict, choose};
+use crate::instance::{Instance, Validation};
+use crate::log::ValidationLog;
+use crate::queue::Queue;
+use crate::result::{Error, Named, Result};
+use crate::retire::Retired;
+
+/// How a device is opened.
+#[derive(Clone, Debug, Default)]
+pub struct DeviceOptions {
+    /// Index in the loader's list or a part of the name; `None` takes `RAXEL_DEVICE` from the environment, else the best one.
+    pub device: Option<String>,
+    /// How much is checked.
+    pub validation: Validation,
+}
+
+/// What the device can do, as far as raxel asks.
+#[derive(Clone, Debug)]
+pub struct Capabilities {
+    /// Name of the device.
+    pub name: String,
+    /// Name and version of the driver.
+    pub driver: String,
+    /// Kind of the device.
+    pub kind: DeviceKind,
+    /// Vulkan version of the device: major, minor, patch.
+    pub version: (u32, u32, u32),
+    /// `VkPhysicalDeviceLimits`.
+    pub limits: vk::PhysicalDeviceLimits,
+    /// Invocations in a subgroup.
+    pub subgroup_size: u32,
+    /// Subgroup operations that compute shaders have.
+    pub subgroup_operations: vk::SubgroupFeatureFlags,
+    /// 64-bit integers in shaders (`shaderInt64`).
+    pub int64: bool,
+    /// Out-of-range buffer accesses stay in the buffer (`robustBufferAccess`).
+    pub robust_buffers: bool,
+    /// Out-of-range image accesses read zero (`robustImageAccess`).
+    pub robust_images: bool,
+    /// Storage images may be loaded without a format qualifier.
+    pub read_without_format: bool,
+    /// Storage images may be stored to without a format qualifier.
+    pub write_without_format: bool,
+    /// Nanoseconds of one timestamp tick; 0 when the queue has no timestamps.
+    pub timestamp_period: f32,
+    /// Windows can be presented to.
+    pub present: bool,
+    /// The validation layer is on.
+    pub validated: bool,
+}
+
+/// An open device. Everything made on it holds an `Arc` of it.
+pub struct Device {
+    pub(crate) raw: ash::Device,
+    pub(crate) physical: vk::PhysicalDevice,
+    pub(crate) queue: Queue,
+    pub(crate) swapchain: Option<khr::swapchain::Device>,
+    pub(crate) debug: Option<ext::debug_utils::Device>,
+    pub(crate) marker: Option<amd::buffer_marker::Device>,
+    /// `None` only while the device is dropped.
+    pub(crate) allocator: Mutex<Option<Allocator>>,
+    pub(crate) retired: Mutex<Retired>,
+    pub(crate) pipeline_cache: vk::PipelineCache,
+    pub(crate) lost: AtomicBool,
+    capabilities: Capabilities,
+    verdicts: Vec<Verdict>,
+    pub(crate) instance: Arc<Instance>,
+}
+
+impl fmt::Debug for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Device").field(&self.capabilities.name).finish()
+    }
+}
+
+impl Device {
+    /// Opens the best device, or the one that `options` or `RAXEL_DEVICE` names.
+    pub fn new(options: &DeviceOptions) -> Result<Arc<Device>> {
+        let instance = Arc::new(Instance::new(options.validation)?);
+        let wanted = options
+            .device
+            .clone()
+            .or_else(|| std::env::var("RAXEL_DEVICE").ok())
+            .filter(|text| !text.trim().is_empty());
+        let looked_at = look_at_all(&instance)?;
+        let verdicts = choose(looked_at.iter().map(|seen| seen.candidate.clone()).collect(), wanted.as_deref());
+        let Some(chosen) = verdicts.iter().position(|verdict| verdict.chosen) else {
+            let candidates = verdicts.iter().map(ToString::to_string).collect();
+            return Err(match wanted {
+                Some(wanted) if !verdicts.is_empty() => Error::NoSuchDevice { wanted, candidates },
+                _ => Error::NoDriver { candidates },
+            });
+        };
+        open(instance, &looked_at[chosen], verdicts)
+    }
+
+    /// Every device the loader listed and why it was or was not chosen; the text `raxel` prints.
+    pub fn verdicts(&self) -> &[Verdict] {
+        &self.verdicts
+    }
+
+    /// What it can do.
+    pub fn capabilities(&self) -> &Capabilities {
+        &self.capabilities
+    }
+
+    /// What the validation layer said.
+    pub fn log(&self) -> &ValidationLog {
+        &self.instance.log
+    }
+
+    /// Whether a call said that the device is gone. Nothing can be done with a lost device but to open another.
+    pub fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Declares the device lost: nothing is waited for any more and its objects are leaked, since the device may still use them.
+    pub fn abandon(&self) {
+        self.lost.store(true, Ordering::Relaxed);
+    }
+
+    /// Gives a handle a name in messages and captures.
+    pub(crate) fn name<H: vk::Handle>(&self, handle: H, name: &str) {
+        if let (Some(debug), Ok(name)) = (&self.debug, std::ffi::CString::new(name)) {
+            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+            // SAFETY: the handle is alive and belongs to this device. A name that cannot be set is no loss.
+            let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+        }
+    }
+
+    /// Remembers a loss, whoever met it.
+    pub(crate) fn watch<T>(&self, result: Result<T>) -> Result<T> {
+        if matches!(result, Err(Error::DeviceLost)) {
+            self.abandon();
+        }
+        result
+    }
+
+    /// Whether an image of this kind can be made with these usages.
+    pub fn image_support(&self, info: &crate::image::ImageInfo) -> bool {
+        let (ty, flags) = info.kind();
+        // SAFETY: a query on the physical device.
+        let properties = unsafe {
+            self.instance.raw.get_physical_device_image_format_properties(
+                self.physical,
+                info.format,
+                ty,
+                vk::ImageTiling::OPTIMAL,
+                info.usage,
+                flags,
+            )
+        };
+        properties.is_ok_and(|limits| {
+            limits.max_mip_levels >= info.mips
+                && limits.max_array_layers >= info.layers
+                && limits.max_extent.width >= info.extent[0]
+                && limits.max_extent.height >= info.extent[1]
+                && limits.max_extent.depth >= info.extent[2]
+        })
+    }
+
+    /// What optimal-tiling images of a format can be used for.
+    pub fn format_features(&self, format: vk::Format) -> vk::FormatFeatureFlags {
+        // SAFETY: a query on the physical device.
+        unsafe { self.instance.raw.get_physical_device_format_properties(self.physical, format) }
+            .optimal_tiling_features
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        if self.is_lost() {
+            // Its work may never end: freeing anything could be a use after free, and waiting could take for ever.
+            if let Ok(allocator) = self.allocator.get_mut() {
+                std::mem::forget(allocator.take());
+            }
+            std::mem::forget(self.instance.clone());
+            return;
+        }
+        // SAFETY: nobody else holds the device, so no other thread can be in a call with it.
+        unsafe {
+            let _ = self.raw.device_wait_idle();
+            let retired = self.retired.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let retired = std::mem::take(retired);
+            self.free(retired.all());
+            if let Ok(allocator) = self.allocator.get_mut() {
+                drop(allocator.take());
+            }
+            self.raw.destroy_pipeline_cache(self.pipeline_cache, None);
+            self.queue.destroy(&self.raw);
+            self.raw.destroy_device(None);
+        }
+    }
+}
+
+/// A physical device with what the choice and the opening need.
+struct Seen {
+    physical: vk::PhysicalDevice,
+    candidate: Candidate,
+    family: u32,
+    extensions: Vec<vk::ExtensionProperties>,
+}
+
+impl Seen {
+    fn has(&self, name: &CStr) -> bool {
+        self.extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name))
+    }
+}
+
+fn look_at_all(instance: &Instance) -> Result<Vec<Seen>> {
+    // SAFETY: the instance is alive.
+    let devices = unsafe { instance.raw.enumerate_physical_devices() }.named("vkEnumeratePhysicalDevices")?;
+    devices.into_iter().enumerate().map(|(index, physical)| look_at(instance, index, physical)).collect()
+}
+
+fn look_at(instance: &Instance, index: usize, physical: vk::PhysicalDevice) -> Result<Seen> {
+    let raw = &instance.raw;
+    // SAFETY: `physical` comes from this instance; all of these are plain queries.
+    let (properties, memory, families, extensions) = unsafe {
+        (
+            raw.get_physical_device_properties(physical),
+            raw.get_physical_device_memory_properties(physical),
+            raw.get_physical_device_queue_family_properties(physical),
+            raw.enumerate_device_extension_properties(physical).named("vkEnumerateDeviceExtensionProperties")?,
+        )
+    };
+    let version = properties.api_version;
+    let mut missing = Vec::new();
+    if vk::api_version_major(version) == 1 && vk::api_version_minor(version) < 3 {
+        missing.push("Vulkan 1.3");
+    } else {
+        let (mut v12, mut v13) =
+            (vk::PhysicalDeviceVulkan12Features::default(), vk::PhysicalDeviceVulkan13Features::default());
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+        // SAFETY: as above; the chain lives until the call returns.
+        unsafe { raw.get_physical_device_features2(physical, &mut features) };
+        for (there, name) in [
+            (v13.synchronization2, "synchronization2"),
+            (v13.maintenance4, "maintenance4"),
+            (v12.timeline_semaphore, "timelineSemaphore"),
+        ] {
+            if there == vk::FALSE {
+                missing.push(name);
+            }
+        }
+    }
+    // A family that can also draw is the one that window systems present from.
+    let with = |flags: vk::QueueFlags| families.iter().position(|family| family.queue_flags.contains(flags));
+    let family = with(vk::QueueFlags::COMPUTE | vk::QueueFlags::GRAPHICS).or_else(|| with(vk::QueueFlags::COMPUTE));
+    if family.is_none() {
+        missing.push("a queue with compute");
+    }
+    let memory = memory
+        .memory_heaps_as_slice()
+        .iter()
+        .filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
+        .map(|heap| heap.size)
+        .sum();
+    let candidate = Candidate {
+        index,
+        name: text(properties.device_name_as_c_str()),
+        kind: match properties.device_type {
+            vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+            vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+            vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+            vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+            _ => DeviceKind::Other,
+        },
+        version: (vk::api_version_major(version), vk::api_version_minor(version)),
+        missing,
+        memory,
+    };
+    Ok(Seen { physical, candidate, family: family.unwrap_or(0) as u32, extensions })
+}
+
+fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<Arc<Device>> {
+    let physical = seen.physical;
+    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut subgroup).push_next(&mut driver);
+    let (mut can12, mut can13) =
+        (vk::PhysicalDeviceVulkan12Features::default(), vk::PhysicalDeviceVulkan13Features::default());
+    let mut can = vk::PhysicalDeviceFeatures2::default().push_next(&mut can12).push_next(&mut can13);
+    // SAFETY: plain queries; the chains live until the calls return.
+    let families = unsafe {
+        instance.raw.get_physical_device_properties2(physical, &mut properties);
+        instance.raw.get_physical_device_features2(physical, &mut can);
+        instance.raw.get_physical_device_queue_family_properties(physical)
+    };
+    let (can, properties) = (can.features, properties.properties);
+
+    let features = vk::PhysicalDeviceFeatures {
+        shader_int64: can.shader_int64,
+        shader_int16: can.shader_int16,
+        shader_float64: can.shader_float64,
+        robust_buffer_access: can.robust_buffer_access,
+        shader_storage_image_read_without_format: can.shader_storage_image_read_without_format,
+        shader_storage_image_write_without_format: can.shader_storage_image_write_without_format,
+        shader_storage_image_extended_formats: can.shader_storage_image_extended_formats,
+        shader_storage_image_array_dynamic_indexing: can.shader_storage_image_array_dynamic_indexing,
+        shader_sampled_image_array_dynamic_indexing: can.shader_sampled_image_array_dynamic_indexing,
+        shader_storage_buffer_array_dynamic_indexing: can.shader_storage_buffer_array_dynamic_indexing,
+        ..Default::default()
+    };
+    let mut on12 = vk::PhysicalDeviceVulkan12Features {
+        timeline_semaphore: vk::TRUE,
+        scalar_block_layout: can12.scalar_block_layout,
+        shader_int8: can12.shader_int8,
+        shader_float16: can12.shader_float16,
+        storage_buffer8_bit_access: can12.storage_buffer8_bit_access,
+        shader_buffer_int64_atomics: can12.shader_buffer_int64_atomics,
+        vulkan_memory_model: can12.vulkan_memory_model,
+        vulkan_memory_model_device_scope: can12.vulkan_memory_model_device_scope,
+        ..Default::default()
+    };
+    let mut on13 = vk::PhysicalDeviceVulkan13Features {
+        synchronization2: vk::TRUE,
+        maintenance4: vk::TRUE,
+        robust_image_access: can13.robust_image_access,
+        subgroup_size_control: can13.subgroup_size_control,
+        compute_full_subgroups: can13.compute_full_subgroups,
+        shader_integer_dot_product: can13.shader_integer_dot_product,
+        ..Default::default()
+    };
+    let present = instance.surface.is_some() && seen.has(khr::swapchain::NAME);
+    let marker = seen.has(amd::buffer_marker::NAME);
+    let optional = [
+        (present, khr::swapchain::NAME),
+        (marker, amd::buffer_marker::NAME),
+        // The specification demands it of whoever uses a device that has it (MoltenVK).
+        (seen.has(khr::portability_subset::NAME), khr::portability_subset::NAME),
+    ];
+    let extensions: Vec<_> = optional.iter().filter(|(on, _)| *on).map(|(_, name)| name.as_ptr()).collect();
+    let queues =
+        [vk::DeviceQueueCreateInfo::default().queue_family_index(seen.family).queue_priorities(&[1.0])];
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&extensions)
+        .enabled_features(&features)
+        .push_next(&mut on12)
+        .push_next(&mut on13);
+    // SAFETY: everything asked for was offered, and `info` lives until the call returns.
+    let raw = unsafe { instance.raw.create_device(physical, &info, None) }.named("vkCreateDevice")?;
+
+    let allocator = Allocator::new(&AllocatorCreateDesc {
+        instance: instance.raw.clone(),
+        device: raw.clone(),
+        physical_device: physical,
+        debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
+        buffer_device_address: false,
+        allocation_sizes: gpu_allocator::AllocationSizes::default(),
+    });
+    // SAFETY: the device was just made; the cache starts empty.
+    let cache = unsafe { raw.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default(), None) };
+    let queue = Queue::new(&raw, seen.family);
+    let (allocator, pipeline_cache, queue) = match (allocator, cache.named("vkCreatePipelineCache"), queue) {
+        (Ok(allocator), Ok(cache), Ok(queue)) => (allocator, cache, queue),
+        (allocator, cache, queue) => {
+            drop(allocator);
+            // SAFETY: nothing else was made on the device but these.
+            unsafe {
+                if let Ok(cache) = &cache {
+                    raw.destroy_pipeline_cache(*cache, None);
+                }
+                if let Ok(queue) = &queue {
+                    queue.destroy(&raw);
+                }
+                raw.destroy_device(None);
+            }
+            cache?;
+            queue?;
+            return Err(Error::OutOfMemory { name: "memory allocator".to_owned(), size: 0 });
+        }
+    };
+    let version = properties.api_version;
+    let capabilities = Capabilities {
+        name: seen.candidate.name.clone(),
+        driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
+        kind: seen.candidate.kind,
+        version: (vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version)),
+        limits: properties.limits,
+        subgroup_size: subgroup.subgroup_size,
+        subgroup_operations: if subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE) {
+            subgroup.supported_operations
+        } else {
+            vk::SubgroupFeatureFlags::empty()
+        },
+        int64: features.shader_int64 == vk::TRUE,
+        robust_buffers: features.robust_buffer_access == vk::TRUE,
+        robust_images: on13.robust_image_access == vk::TRUE,
+        read_without_format: features.shader_storage_image_read_without_format == vk::TRUE,
+        write_without_format: features.shader_storage_image_write_without_format == vk::TRUE,
+        timestamp_period: match families[seen.family as usize].timestamp_valid_bits {
+            0 => 0.0,
+            _ => properties.limits.timestamp_period,
+        },
+        present,
+        validated: instance.validated,
+    };
+    Ok(Arc::new(Device {
+        swapchain: present.then(|| khr::swapchain::Device::new(&instance.raw, &raw)),
+        debug: instance.validated.then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
+        marker: marker.then(|| amd::buffer_marker::Device::new(&instance.raw, &raw)),
+        allocator: Mutex::new(Some(allocator)),
+        retired: Mutex::default(),
+        pipeline_cache,
+        lost: AtomicBool::new(false),
+        capabilities,
+        verdicts,
+        raw,
+        physical,
+        queue,
+        instance,
+    }))
+}
+
+fn text(name: std::result::Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {
+    name.map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}

@@ -1,0 +1,183 @@
+//! Images and their views.
+
+use std::fmt;
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::device::Device;
+use crate::memory::{Backing, Held, Location};
+use crate::result::{Error, Named, Result};
+use crate::retire::Dead;
+
+/// What an image is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageInfo {
+    /// Texel format.
+    pub format: vk::Format,
+    /// 3-D, else 2-D.
+    pub volume: bool,
+    /// Texels of mip 0; the third is 1 unless `volume`.
+    pub extent: [u32; 3],
+    /// Mips.
+    pub mips: u32,
+    /// Array layers.
+    pub layers: u32,
+    /// Usages.
+    pub usage: vk::ImageUsageFlags,
+}
+
+impl ImageInfo {
+    pub(crate) fn kind(&self) -> (vk::ImageType, vk::ImageCreateFlags) {
+        (if self.volume { vk::ImageType::TYPE_3D } else { vk::ImageType::TYPE_2D }, vk::ImageCreateFlags::empty())
+    }
+
+    fn create_info(&self) -> vk::ImageCreateInfo<'static> {
+        let [width, height, depth] = self.extent;
+        let (ty, flags) = self.kind();
+        vk::ImageCreateInfo::default()
+            .flags(flags)
+            .image_type(ty)
+            .format(self.format)
+            .extent(vk::Extent3D { width, height, depth })
+            .mip_levels(self.mips)
+            .array_layers(self.layers)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(self.usage)
+            .sharing_mode(vk::SharingMode::EXCLUSIVE)
+            .initial_layout(vk::ImageLayout::UNDEFINED)
+    }
+}
+
+/// An image and its memory. Its contents are in `GENERAL` once it was first brought there by a barrier.
+pub struct Image {
+    pub(crate) raw: vk::Image,
+    device: Arc<Device>,
+    _held: Held,
+    info: ImageInfo,
+    name: String,
+}
+
+impl fmt::Debug for Image {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.info.extent;
+        write!(f, "Image({}, {:?}, {x}x{y}x{z})", self.name, self.info.format)
+    }
+}
+
+impl Image {
+    /// Makes an image.
+    pub fn new(device: &Arc<Device>, name: &str, info: &ImageInfo, backing: Backing<'_>) -> Result<Image> {
+        if !device.image_support(info) {
+            return Err(Error::FormatUnsupported {
+                name: name.to_owned(),
+                format: info.format,
+                usage: format!("{:?} of {:?}", info.usage, info.extent),
+            });
+        }
+        // SAFETY: the info is plain data and the device supports it.
+        let raw = unsafe { device.raw.create_image(&info.create_info(), None) }.named("vkCreateImage")?;
+        // SAFETY: the image was just made.
+        let requirements = unsafe { device.raw.get_image_memory_requirements(raw) };
+        let held =
+            Held::find(device, name, requirements, backing, Location::Device, false).and_then(|(held, memory, at)| {
+                // SAFETY: memory and offset suit the requirements; the memory is held as long as the image.
+                unsafe { device.raw.bind_image_memory(raw, memory, at) }.named("vkBindImageMemory")?;
+                Ok(held)
+            });
+        match held {
+            Ok(held) => {
+                device.name(raw, name);
+                Ok(Image { raw, device: device.clone(), _held: held, info: *info, name: name.to_owned() })
+            }
+            Err(error) => {
+                // SAFETY: nobody has seen the image.
+                unsafe { device.raw.destroy_image(raw, None) };
+                Err(error)
+            }
+        }
+    }
+
+    /// What an image would need.
+    pub fn requirements(device: &Device, info: &ImageInfo) -> vk::MemoryRequirements {
+        let create = info.create_info();
+        let query = vk::DeviceImageMemoryRequirements::default().create_info(&create);
+        let mut answer = vk::MemoryRequirements2::default();
+        // SAFETY: maintenance4 is on; the info is plain data.
+        unsafe { device.raw.get_device_image_memory_requirements(&query, &mut answer) };
+        answer.memory_requirements
+    }
+
+    /// What it is.
+    pub fn info(&self) -> &ImageInfo {
+        &self.info
+    }
+
+    /// Name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Texels of a mip.
+    pub fn mip_extent(&self, mip: u32) -> [u32; 3] {
+        self.info.extent.map(|texels| (texels >> mip).max(1))
+    }
+}
+
+impl Drop for Image {
+    fn drop(&mut self) {
+        // Before `_held`, whose memory it uses.
+        self.device.retire(Dead::Image(self.raw));
+    }
+}
+
+/// The part of an image that a view shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ViewInfo {
+    /// Dimension and arrayness that the shader declares.
+    pub ty: vk::ImageViewType,
+    /// First mip and number of mips.
+    pub mips: (u32, u32),
+    /// First layer and number of layers.
+    pub layers: (u32, u32),
+}
+
+/// A view of a part of an image; holds the image.
+pub struct ImageView {
+    pub(crate) raw: vk::ImageView,
+    device: Arc<Device>,
+    image: Arc<Image>,
+}
+
+impl ImageView {
+    /// Makes a view.
+    pub fn new(device: &Arc<Device>, image: &Arc<Image>, info: &ViewInfo) -> Result<ImageView> {
+        let create = vk::ImageViewCreateInfo::default()
+            .image(image.raw)
+            .view_type(info.ty)
+            .format(image.info.format)
+            .subresource_range(vk::ImageSubresourceRange {
+                aspect_mask: vk::ImageAspectFlags::COLOR,
+                base_mip_level: info.mips.0,
+                level_count: info.mips.1,
+                base_array_layer: info.layers.0,
+                layer_count: info.layers.1,
+            });
+        // SAFETY: the image is alive and held by the view.
+        let raw = unsafe { device.raw.create_image_view(&create, None) }.named("vkCreateImageView")?;
+        device.name(raw, &image.name);
+        Ok(ImageView { raw, device: device.clone(), image: image.clone() })
+    }
+
+    /// The image.
+    pub fn image(&self) -> &Arc<Image> {
+        &self.image
+    }
+}
+
+impl Drop for ImageView {
+    fn drop(&mut self) {
+        self.device.retire(Dead::View(self.raw));
+    }
+}

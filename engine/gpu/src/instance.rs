@@ -1,0 +1,201 @@
+//! The Vulkan loader and instance, with the validation layer when it is wanted.
+
+use std::ffi::{CStr, c_void};
+use std::sync::Arc;
+
+use ash::{ext, khr, vk};
+
+use crate::log::{Message, Severity, ValidationLog};
+use crate::result::{Error, Named, Result};
+
+const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// How much the driver's work is checked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Validation {
+    /// Not at all.
+    #[default]
+    Off,
+    /// By the validation layer if it is installed.
+    IfInstalled,
+    /// By the validation layer, synchronization included; without the layer there is no device.
+    Required,
+}
+
+/// The loader, the instance and its debug messenger.
+pub(crate) struct Instance {
+    pub(crate) raw: ash::Instance,
+    pub(crate) entry: ash::Entry,
+    pub(crate) surface: Option<khr::surface::Instance>,
+    pub(crate) validated: bool,
+    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    // The messenger's callback holds a pointer to it: dropped after the instance.
+    pub(crate) log: Arc<ValidationLog>,
+}
+
+impl Instance {
+    pub(crate) fn new(validation: Validation) -> Result<Instance> {
+        // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what every Vulkan program does.
+        let entry = unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader { reason: error.to_string() })?;
+        let log = Arc::new(ValidationLog::default());
+
+        // SAFETY: plain queries, no handle is involved.
+        let layers = unsafe { entry.enumerate_instance_layer_properties() }.named("vkEnumerateInstanceLayerProperties")?;
+        let layer = layers.iter().find(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION));
+        let validated = match validation {
+            Validation::Off => false,
+            Validation::IfInstalled => layer.is_some(),
+            Validation::Required if layer.is_none() => return Err(Error::NoValidationLayer),
+            Validation::Required => true,
+        };
+
+        // SAFETY: as above.
+        let offered = unsafe { entry.enumerate_instance_extension_properties(None) }
+            .named("vkEnumerateInstanceExtensionProperties")?;
+        // SAFETY: as above; the layer was listed.
+        let offered_by_layer = validated
+            .then(|| unsafe { entry.enumerate_instance_extension_properties(Some(VALIDATION)) })
+            .transpose()
+            .named("vkEnumerateInstanceExtensionProperties")?
+            .unwrap_or_default();
+        let has = |name: &CStr| offered.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        let layer_has = |name: &CStr| offered_by_layer.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+
+        // Surfaces of every window system that is there: the instance is made before anybody knows whether a window will come.
+        let windowing = [
+            khr::surface::NAME,
+            khr::xlib_surface::NAME,
+            khr::xcb_surface::NAME,
+            khr::wayland_surface::NAME,
+            khr::win32_surface::NAME,
+            ext::metal_surface::NAME,
+        ];
+        let mut extensions: Vec<&CStr> = windowing.into_iter().filter(|name| has(name)).collect();
+        let debug = validated && (has(ext::debug_utils::NAME) || layer_has(ext::debug_utils::NAME));
+        if debug {
+            extensions.push(ext::debug_utils::NAME);
+        }
+        // MoltenVK is only listed with portability enumeration. Untested: no machine with it was at hand.
+        let portability = has(khr::portability_enumeration::NAME);
+        if portability {
+            extensions.push(khr::portability_enumeration::NAME);
+        }
+        let by_settings = layer_has(ext::layer_settings::NAME);
+        let by_features = layer_has(ext::validation_features::NAME);
+        if validated && by_settings {
+            extensions.push(ext::layer_settings::NAME);
+        } else if validated && by_features {
+            extensions.push(ext::validation_features::NAME);
+        }
+
+        let extension_names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
+        let layer_names: Vec<_> = validated.then_some(VALIDATION.as_ptr()).into_iter().collect();
+        let application = vk::ApplicationInfo::default()
+            .application_name(c"raxel")
+            .engine_name(c"raxel")
+            .api_version(vk::API_VERSION_1_3);
+        let mut messenger_info = messenger_info(&log);
+        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+        let on = vk::TRUE.to_ne_bytes();
+        let setting = |name| {
+            vk::LayerSettingEXT::default()
+                .layer_name(VALIDATION)
+                .setting_name(name)
+                .ty(vk::LayerSettingTypeEXT::BOOL32)
+                .values(&on)
+        };
+        // Since 1.3.290 synchronization validation looks at shader accesses only when told to.
+        let settings = [setting(c"validate_sync"), setting(c"syncval_shader_accesses_heuristic")];
+        let mut settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
+        let mut info = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_layer_names(&layer_names)
+            .enabled_extension_names(&extension_names);
+        if portability {
+            info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
+        }
+        if debug {
+            info = info.push_next(&mut messenger_info);
+        }
+        if validated && by_settings {
+            info = info.push_next(&mut settings);
+        } else if validated && by_features {
+            info = info.push_next(&mut features);
+        }
+        // SAFETY: everything `info` points to lives until the call returns; `log` outlives the instance (field order).
+        let raw = match unsafe { entry.create_instance(&info, None) } {
+            Ok(raw) => raw,
+            Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => return Err(Error::NoDriver { candidates: Vec::new() }),
+            Err(result) => return Err(Error::Vulkan { call: "vkCreateInstance", result }),
+        };
+
+        let messenger = if debug {
+            let functions = ext::debug_utils::Instance::new(&entry, &raw);
+            let info = self::messenger_info(&log);
+            // SAFETY: the callback's user pointer is `log`, which outlives the messenger (field order and `Drop`).
+            match unsafe { functions.create_debug_utils_messenger(&info, None) } {
+                Ok(messenger) => Some((functions, messenger)),
+                Err(result) => {
+                    // SAFETY: the instance was just made and has no children.
+                    unsafe { raw.destroy_instance(None) };
+                    return Err(Error::Vulkan { call: "vkCreateDebugUtilsMessengerEXT", result });
+                }
+            }
+        } else {
+            None
+        };
+        let surface = has(khr::surface::NAME).then(|| khr::surface::Instance::new(&entry, &raw));
+        Ok(Instance { raw, entry, surface, validated, messenger, log })
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: devices and surfaces hold an `Arc` of the instance, so none is left.
+        unsafe {
+            if let Some((functions, messenger)) = self.messenger.take() {
+                functions.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.raw.destroy_instance(None);
+        }
+    }
+}
+
+fn messenger_info(log: &Arc<ValidationLog>) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
+    vk::DebugUtilsMessengerCreateInfoEXT::default()
+        .message_severity(
+            vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+        )
+        .message_type(
+            vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+                | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE
+                | vk::DebugUtilsMessageTypeFlagsEXT::GENERAL,
+        )
+        .pfn_user_callback(Some(on_message))
+        .user_data(Arc::as_ptr(log).cast_mut().cast())
+}
+
+unsafe extern "system" fn on_message(
+    severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    log: *mut c_void,
+) -> vk::Bool32 {
+    // What the loader says of its own search for drivers and layers is no fault of ours.
+    let general = kind == vk::DebugUtilsMessageTypeFlagsEXT::GENERAL;
+    // SAFETY: Vulkan passes valid data for the time of the call, and `log` is the pointer given at creation.
+    let (data, log) = unsafe { (data.as_ref(), log.cast::<ValidationLog>().as_ref()) };
+    if let (Some(data), Some(log), false) = (data, log, general) {
+        // SAFETY: both are null or NUL-terminated and live for the time of the call.
+        let (id, text) = unsafe { (data.message_id_name_as_c_str(), data.message_as_c_str()) };
+        let text_of = |text: Option<&CStr>| text.map(|t| t.to_string_lossy().into_owned()).unwrap_or_default();
+        let severity = if severity.contains(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR) {
+            Severity::Error
+        } else {
+            Severity::Warning
+        };
+        log.push(Message { severity, id: text_of(id), text: text_of(text) });
+    }
+    vk::FALSE
+}

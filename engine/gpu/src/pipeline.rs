@@ -1,0 +1,159 @@
+//! Compute pipelines with their layouts, and samplers.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::device::Device;
+use crate::result::{Error, Named, Result};
+use crate::retire::Dead;
+
+/// One descriptor of a shader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Slot {
+    /// Descriptor set.
+    pub set: u32,
+    /// Binding in the set.
+    pub binding: u32,
+    /// Kind.
+    pub ty: vk::DescriptorType,
+    /// Array length.
+    pub count: u32,
+}
+
+/// What a compute pipeline is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct PipelineInfo<'a> {
+    /// The module.
+    pub spirv: &'a [u32],
+    /// Entry point.
+    pub entry: &'a str,
+    /// Descriptors.
+    pub slots: &'a [Slot],
+    /// Bytes of push constants, a multiple of 4.
+    pub push_bytes: u32,
+    /// Specialization constants: id and 32 bits of value.
+    pub specialization: &'a [(u32, u32)],
+}
+
+/// A compute pipeline with its layout.
+pub struct ComputePipeline {
+    pub(crate) raw: vk::Pipeline,
+    pub(crate) layout: vk::PipelineLayout,
+    pub(crate) set_layouts: Vec<vk::DescriptorSetLayout>,
+    pub(crate) slots: Vec<Slot>,
+    device: Arc<Device>,
+}
+
+impl ComputePipeline {
+    /// Makes a pipeline. Slow: the driver compiles the shader.
+    pub fn new(device: &Arc<Device>, name: &str, info: &PipelineInfo<'_>) -> Result<ComputePipeline> {
+        let entry = std::ffi::CString::new(info.entry)
+            .map_err(|_| Error::Vulkan { call: "vkCreateShaderModule", result: vk::Result::ERROR_INITIALIZATION_FAILED })?;
+        // From here on, `Drop` frees what was made so far.
+        let mut pipeline = ComputePipeline {
+            raw: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layouts: Vec::new(),
+            slots: info.slots.to_vec(),
+            device: device.clone(),
+        };
+        let sets = info.slots.iter().map(|slot| slot.set + 1).max().unwrap_or(0);
+        for set in 0..sets {
+            let bindings: Vec<_> = info
+                .slots
+                .iter()
+                .filter(|slot| slot.set == set)
+                .map(|slot| {
+                    vk::DescriptorSetLayoutBinding::default()
+                        .binding(slot.binding)
+                        .descriptor_type(slot.ty)
+                        .descriptor_count(slot.count)
+                        .stage_flags(vk::ShaderStageFlags::COMPUTE)
+                })
+                .collect();
+            let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+            // SAFETY: plain data.
+            let layout = unsafe { device.raw.create_descriptor_set_layout(&create, None) };
+            pipeline.set_layouts.push(layout.named("vkCreateDescriptorSetLayout")?);
+        }
+        let ranges = [vk::PushConstantRange {
+            stage_flags: vk::ShaderStageFlags::COMPUTE,
+            offset: 0,
+            size: info.push_bytes.next_multiple_of(4),
+        }];
+        let create = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(&pipeline.set_layouts)
+            .push_constant_ranges(if info.push_bytes == 0 { &[] } else { &ranges });
+        // SAFETY: the set layouts are alive.
+        pipeline.layout =
+            unsafe { device.raw.create_pipeline_layout(&create, None) }.named("vkCreatePipelineLayout")?;
+
+        let create = vk::ShaderModuleCreateInfo::default().code(info.spirv);
+        // SAFETY: the shader compiler has parsed the module; the driver is given nothing it has not seen whole.
+        let module = unsafe { device.raw.create_shader_module(&create, None) }.named("vkCreateShaderModule")?;
+        let entries: Vec<_> = info
+            .specialization
+            .iter()
+            .enumerate()
+            .map(|(i, (id, _))| vk::SpecializationMapEntry { constant_id: *id, offset: (i * 4) as u32, size: 4 })
+            .collect();
+        let data: Vec<u8> = info.specialization.iter().flat_map(|(_, bits)| bits.to_ne_bytes()).collect();
+        let specialization = vk::SpecializationInfo::default().map_entries(&entries).data(&data);
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module)
+            .name(&entry)
+            .specialization_info(&specialization);
+        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
+        // SAFETY: module and layout are alive; the cache is internally synchronised.
+        let made = unsafe { device.raw.create_compute_pipelines(device.pipeline_cache, &create, None) };
+        // SAFETY: a module is not needed once the pipeline is made.
+        unsafe { device.raw.destroy_shader_module(module, None) };
+        pipeline.raw = device.watch(made.map_err(|(_, result)| result).named("vkCreateComputePipelines"))?[0];
+        device.name(pipeline.raw, name);
+        Ok(pipeline)
+    }
+}
+
+impl Drop for ComputePipeline {
+    fn drop(&mut self) {
+        self.device.retire(Dead::Pipeline(self.raw, self.layout, std::mem::take(&mut self.set_layouts)));
+    }
+}
+
+/// A sampler.
+pub struct Sampler {
+    pub(crate) raw: vk::Sampler,
+    device: Arc<Device>,
+}
+
+impl Sampler {
+    /// Makes a sampler: linear or nearest, repeating or clamped to the edge, over all mips.
+    pub fn new(device: &Arc<Device>, linear: bool, repeat: bool) -> Result<Sampler> {
+        let (filter, mipmap) = if linear {
+            (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR)
+        } else {
+            (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST)
+        };
+        let mode = if repeat { vk::SamplerAddressMode::REPEAT } else { vk::SamplerAddressMode::CLAMP_TO_EDGE };
+        let create = vk::SamplerCreateInfo::default()
+            .mag_filter(filter)
+            .min_filter(filter)
+            .mipmap_mode(mipmap)
+            .address_mode_u(mode)
+            .address_mode_v(mode)
+            .address_mode_w(mode)
+            .max_lod(vk::LOD_CLAMP_NONE);
+        // SAFETY: plain data.
+        let raw = unsafe { device.raw.create_sampler(&create, None) }.named("vkCreateSampler")?;
+        device.name(raw, if linear { "linear sampler" } else { "nearest sampler" });
+        Ok(Sampler { raw, device: device.clone() })
+    }
+}
+
+impl Drop for Sampler {
+    fn drop(&mut self) {
+        self.device.retire(Dead::Sampler(self.raw));
+    }
+}

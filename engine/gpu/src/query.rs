@@ -1,0 +1,52 @@
+//! Timestamps.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::device::Device;
+use crate::result::{Named, Result};
+use crate::retire::Dead;
+
+/// A pool of timestamps.
+pub struct Timestamps {
+    pub(crate) raw: vk::QueryPool,
+    device: Arc<Device>,
+    count: u32,
+}
+
+impl Timestamps {
+    /// Makes a pool; `None` when the queue has no timestamps.
+    pub fn new(device: &Arc<Device>, name: &str, count: u32) -> Result<Option<Timestamps>> {
+        if device.capabilities().timestamp_period == 0.0 || count == 0 {
+            return Ok(None);
+        }
+        let create = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(count);
+        // SAFETY: plain data.
+        let raw = unsafe { device.raw.create_query_pool(&create, None) }.named("vkCreateQueryPool")?;
+        device.name(raw, name);
+        Ok(Some(Timestamps { raw, device: device.clone(), count }))
+    }
+
+    /// Number of timestamps.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Reads timestamps from the first on, without waiting: ticks, and 0 or 1 for whether the tick was written.
+    pub fn read(&self, into: &mut [[u64; 2]]) -> Result<()> {
+        let count = into.len().min(self.count as usize);
+        let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WITH_AVAILABILITY;
+        // SAFETY: at most `count` queries are read; each element holds a tick and its availability.
+        match unsafe { self.device.raw.get_query_pool_results(self.raw, 0, &mut into[..count], flags) } {
+            Ok(()) | Err(ash::vk::Result::NOT_READY) => Ok(()),
+            result => self.device.watch(result.named("vkGetQueryPoolResults")),
+        }
+    }
+}
+
+impl Drop for Timestamps {
+    fn drop(&mut self) {
+        self.device.retire(Dead::QueryPool(self.raw));
+    }
+}

@@ -1,0 +1,119 @@
+//! What can go wrong on a device.
+
+use ash::vk;
+
+/// Result of everything in this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// An error of the loader, the driver or the device.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The Vulkan loader library is not installed.
+    #[error("no Vulkan loader: {reason}\n{}", INSTALL)]
+    NoLoader {
+        /// What the system said.
+        reason: String,
+    },
+    /// The loader found no driver, or every driver lacks something raxel needs.
+    #[error("no suitable Vulkan device{}\n{}", list(.candidates), INSTALL)]
+    NoDriver {
+        /// One line for each device that was looked at, with the reason against it.
+        candidates: Vec<String>,
+    },
+    /// The device that was asked for by name or index is not there or not suitable.
+    #[error("no suitable Vulkan device `{wanted}`{}", list(.candidates))]
+    NoSuchDevice {
+        /// What was asked for.
+        wanted: String,
+        /// One line for each device there is.
+        candidates: Vec<String>,
+    },
+    /// Validation was asked for and `VK_LAYER_KHRONOS_validation` is not installed.
+    #[error(
+        "the Vulkan validation layer is not installed\n\
+         help: on Debian or Ubuntu: sudo apt-get install vulkan-validationlayers"
+    )]
+    NoValidationLayer,
+    /// The device is gone: a hang, a crash of the driver, or unplugged.
+    #[error("the device was lost")]
+    DeviceLost,
+    /// The device did not finish in time.
+    #[error("the device did not finish within {seconds} s")]
+    TimedOut {
+        /// How long was waited.
+        seconds: f64,
+    },
+    /// No memory left for this.
+    #[error("out of memory for `{name}` ({size} bytes)")]
+    OutOfMemory {
+        /// What it was for.
+        name: String,
+        /// Bytes asked for.
+        size: u64,
+    },
+    /// A buffer larger than the device can bind.
+    #[error("`{name}` has {size} bytes, more than the {limit} that the device can bind")]
+    TooLarge {
+        /// Name of the buffer.
+        name: String,
+        /// Bytes.
+        size: u64,
+        /// `maxStorageBufferRange`.
+        limit: u64,
+    },
+    /// The device cannot use this format in this way.
+    #[error("the device cannot use {format:?} as {usage} (image `{name}`)")]
+    FormatUnsupported {
+        /// Name of the image.
+        name: String,
+        /// Format.
+        format: vk::Format,
+        /// What it was to be used as.
+        usage: String,
+    },
+    /// The window system offers no format raxel can show a picture in.
+    #[error("the surface offers none of the 8-bit RGBA or BGRA formats; it offers {offered:?}")]
+    SurfaceFormat {
+        /// What it offers.
+        offered: Vec<vk::Format>,
+    },
+    /// The device cannot present to this window.
+    #[error("{device} cannot present to this window: {reason}")]
+    CannotPresent {
+        /// Name of the device.
+        device: String,
+        /// Why.
+        reason: String,
+    },
+    /// Anything else a Vulkan call says.
+    #[error("{call}: {result}")]
+    Vulkan {
+        /// Name of the call.
+        call: &'static str,
+        /// What it returned.
+        result: vk::Result,
+    },
+}
+
+const INSTALL: &str = "help: on Debian or Ubuntu: sudo apt-get install libvulkan1 mesa-vulkan-drivers";
+
+fn list(candidates: &[String]) -> String {
+    if candidates.is_empty() {
+        return ": the Vulkan loader found no driver".to_owned();
+    }
+    candidates.iter().fold(":".to_owned(), |text, line| text + "\n  " + line)
+}
+
+/// Turns a failed call into an [`Error`] that names the call.
+pub(crate) trait Named<T> {
+    fn named(self, call: &'static str) -> Result<T>;
+}
+
+impl<T> Named<T> for std::result::Result<T, vk::Result> {
+    fn named(self, call: &'static str) -> Result<T> {
+        self.map_err(|result| match result {
+            vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost,
+            result => Error::Vulkan { call, result },
+        })
+    }
+}
