@@ -4,9 +4,12 @@
 mod code;
 pub mod codes;
 mod diagnostic;
+pub mod disk;
 pub mod files;
+pub mod render;
 pub mod table;
 
 pub use code::Code;
 pub use diagnostic::{Diagnostic, Label, Severity, SourceMap, Span};
+pub use disk::{DiskFiles, MemoryFiles};
 pub use files::{FileError, Files};

@@ -181,6 +181,21 @@ pub enum Type {
     Struct(Block),
 }
 
+impl Type {
+    /// Bytes from the first to the last: a runtime array has none.
+    pub fn size(&self) -> u32 {
+        match self {
+            Type::Scalar(scalar) => scalar.size(),
+            Type::Vector(scalar, components) => scalar.size().saturating_mul(*components),
+            Type::Matrix { columns, rows, stride, row_major, .. } => {
+                stride.saturating_mul(if *row_major { *rows } else { *columns })
+            }
+            Type::Array { len, stride, .. } => stride.saturating_mul(len.unwrap_or(0)),
+            Type::Struct(block) => block.size,
+        }
+    }
+}
+
 /// Component type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[allow(missing_docs, reason = "each variant is the type of its name")]
@@ -199,6 +214,18 @@ pub enum Scalar {
     F64,
     /// A buffer reference (64-bit address).
     Address,
+}
+
+impl Scalar {
+    /// Bytes. A boolean has the four of the `uint` that holds it.
+    pub const fn size(self) -> u32 {
+        match self {
+            Scalar::I8 | Scalar::U8 => 1,
+            Scalar::I16 | Scalar::U16 | Scalar::F16 => 2,
+            Scalar::Bool | Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
+            Scalar::I64 | Scalar::U64 | Scalar::F64 | Scalar::Address => 8,
+        }
+    }
 }
 
 /// What an image load or fetch gives.

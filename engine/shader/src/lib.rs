@@ -1,7 +1,18 @@
 //! Shaders: GLSL, HLSL and SPIR-V in; a module and its interface out.
 
+mod compile;
+mod compiler;
 pub mod format;
 pub mod interface;
+mod lexer;
+pub mod library;
+mod messages;
+mod module;
+mod places;
+mod reflect;
 mod request;
+mod sources;
 
+pub use compiler::Compiler;
+pub use module::bytes_of;
 pub use request::{Request, Shader, ShaderSource};

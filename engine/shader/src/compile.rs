@@ -1,0 +1,151 @@
+//! GLSL and HLSL to SPIR-V through shaderc.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, Span, codes};
+use shaderc::{
+    CompileOptions, EnvVersion, IncludeType, OptimizationLevel, ResolvedInclude, ShaderKind, SourceLanguage,
+    SpirvVersion, TargetEnv,
+};
+
+use crate::lexer;
+use crate::messages;
+use crate::request::Request;
+use crate::sources::{Form, Sources};
+
+/// Changes when the same texts would give another module: part of every key.
+pub(crate) const VERSION: &str = concat!("raxel-shader ", env!("CARGO_PKG_VERSION"), " shaderc 0.10 spv1.5 unoptimised");
+
+/// Compiles the text of a request; everything said about it goes to `sources.diagnostics`. `None` when there is an error.
+pub(crate) fn compile(
+    shaderc: &shaderc::Compiler,
+    request: &Request,
+    text: &Arc<str>,
+    sources: &mut Sources<'_>,
+) -> Option<Vec<u32>> {
+    let hlsl = is_hlsl(&request.path);
+    let refusals = refusals(request, text, hlsl);
+    if !refusals.is_empty() {
+        sources.diagnostics.extend(refusals);
+        return None;
+    }
+    let state = RefCell::new(sources);
+    let result = options(request, hlsl).and_then(|mut options| {
+        options.set_include_callback(|requested, form, includer, depth| {
+            let form = match form {
+                IncludeType::Relative => Form::Quoted,
+                IncludeType::Standard => Form::Angled,
+            };
+            // shaderc calls back on this thread, one include at a time, and never from inside the callback.
+            let mut sources = state.borrow_mut();
+            match sources.include(requested, form, includer, depth) {
+                Some((name, text)) => Ok(ResolvedInclude { resolved_name: name, content: text.to_string() }),
+                None => Err(INCLUDE_FAILED.to_owned()),
+            }
+        });
+        shaderc.compile_into_spirv(text, ShaderKind::Compute, &request.path, &request.entry, Some(&options))
+    });
+    let sources = state.into_inner();
+    match result {
+        Ok(module) => {
+            let found = messages::diagnostics(&module.get_warning_messages(), sources);
+            sources.diagnostics.extend(found);
+            Some(module.as_binary().to_vec())
+        }
+        Err(shaderc::Error::CompilationError(_, output)) => {
+            let output: String =
+                output.lines().filter(|line| !line.contains(INCLUDE_FAILED)).flat_map(|line| [line, "\n"]).collect();
+            let found = messages::diagnostics(&output, sources);
+            // After a missing include all else is doubtful: what it declares is missing too.
+            let include_failed = sources.diagnostics.iter().any(Diagnostic::is_error);
+            sources.diagnostics.extend(found.into_iter().filter(|found| !include_failed || !found.is_error()));
+            if !sources.diagnostics.iter().any(Diagnostic::is_error) {
+                sources.diagnostics.push(failure(&request.path, output.trim()));
+            }
+            None
+        }
+        Err(error) => {
+            sources.diagnostics.push(failure(&request.path, &error.to_string()));
+            None
+        }
+    }
+}
+
+const INCLUDE_FAILED: &str = "raxel cannot include this";
+
+fn failure(path: &str, reason: &str) -> Diagnostic {
+    Diagnostic::error(codes::shader::COMPILE, format!("the shader compiler fails: {reason}"))
+        .label(Span::new(path, 0..0), "in this shader")
+}
+
+fn is_hlsl(path: &str) -> bool {
+    path.to_ascii_lowercase().ends_with(".hlsl")
+}
+
+/// What can be said better than by the compiler, or would make it stop the process.
+fn refusals(request: &Request, text: &str, hlsl: bool) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let path = request.path.as_str();
+    let tokens = lexer::tokens(text);
+    let start = Span::new(path, 0..0);
+    if tokens.is_empty() {
+        found.push(Diagnostic::error(codes::shader::EMPTY, format!("`{path}` is empty")).label(start, "no text"));
+    } else if !hlsl && !tokens.windows(2).any(|pair| pair[0].text == "#" && pair[1].text == "version") {
+        found.push(
+            Diagnostic::error(codes::shader::NO_VERSION, format!("`{path}` has no `#version`"))
+                .label(Span::new(path, tokens[0].range()), "the version must come before this")
+                .help("write `#version 460` on the first line"),
+        );
+    }
+    if !hlsl && request.entry != "main" {
+        found.push(
+            Diagnostic::error(
+                codes::shader::NO_ENTRY,
+                format!("the entry point `{}` is asked for, but GLSL always starts at `main`", request.entry),
+            )
+            .label(Span::new(path, 0..0), "this is GLSL"),
+        );
+    } else if !is_identifier(&request.entry) {
+        found.push(
+            Diagnostic::error(codes::shader::NO_ENTRY, format!("`{}` cannot be an entry point", request.entry))
+                .label(Span::new(path, 0..0), "asked for of this shader"),
+        );
+    }
+    for (name, value) in &request.defines {
+        if !is_identifier(name) || name == "defined" || name.to_ascii_lowercase().starts_with("gl_") {
+            found.push(Diagnostic::error(codes::shader::BAD_DEFINE, format!("`{name}` cannot be defined")));
+        }
+        if value.contains(['\n', '\r', '\0', '\\']) {
+            found.push(Diagnostic::error(codes::shader::BAD_DEFINE, format!("the value of `{name}` is not one line")));
+        }
+    }
+    found
+}
+
+fn is_identifier(name: &str) -> bool {
+    !name.is_empty()
+        && !name.starts_with(|c: char| c.is_ascii_digit())
+        && name.chars().all(|c| c == '_' || c.is_ascii_alphanumeric())
+}
+
+fn options<'a>(request: &Request, hlsl: bool) -> Result<CompileOptions<'a>, shaderc::Error> {
+    let mut options = CompileOptions::new()?;
+    // SPIR-V 1.5: version 1.6, the default of Vulkan 1.3, has `LocalSizeId`, which needs a device feature.
+    options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
+    options.set_target_spirv(SpirvVersion::V1_5);
+    // Optimisation strips names, and drivers optimise on their own.
+    options.set_optimization_level(OptimizationLevel::Zero);
+    options.set_generate_debug_info();
+    options.set_auto_bind_uniforms(true);
+    options.set_auto_map_locations(true);
+    if hlsl {
+        options.set_source_language(SourceLanguage::HLSL);
+        options.set_hlsl_io_mapping(true);
+        options.set_hlsl_offsets(true);
+    }
+    for (name, value) in &request.defines {
+        options.add_macro_definition(name, Some(value));
+    }
+    Ok(options)
+}

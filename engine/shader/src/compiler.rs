@@ -1,0 +1,238 @@
+//! The compiler with its cache: a request in, a module and its interface out.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
+
+use crate::compile;
+use crate::interface::Interface;
+use crate::module::{self, Module, ModuleError};
+use crate::places;
+use crate::reflect;
+use crate::request::{Request, Shader, ShaderSource};
+use crate::sources::{Dependency, Sources};
+
+/// Most modules that are kept, and most words of them.
+const MAX_ENTRIES: usize = 512;
+const MAX_WORDS: usize = 16 << 20;
+
+/// Compiles the shaders of one project. Shaders may be compiled on several threads at once.
+pub struct Compiler {
+    files: Arc<dyn Files>,
+    shaderc: Option<shaderc::Compiler>,
+    cache: Mutex<Cache>,
+}
+
+impl Compiler {
+    /// For the project that `files` reads.
+    pub fn new(files: Arc<dyn Files>) -> Self {
+        Self { files, shaderc: shaderc::Compiler::new().ok(), cache: Mutex::default() }
+    }
+
+    fn compile(&self, request: &Request, texts: &mut SourceMap) -> Result<Entry, Vec<Diagnostic>> {
+        let mut sources = Sources::new(&*self.files);
+        let words = if request.path.to_ascii_lowercase().ends_with(".spv") {
+            self.ready(request, &mut sources)
+        } else {
+            self.from_text(request, &mut sources)
+        };
+        let result = words.and_then(|words| {
+            let module = Module::new(&words, &request.entry)
+                .map_err(|error| sources.diagnostics.push(module_diagnostic(&error, &request.path)))
+                .ok()?;
+            let mut interface = reflect::reflect(&module, &request.entry)
+                .map_err(|reason| sources.diagnostics.push(reflection_diagnostic(&reason, &request.path)))
+                .ok()?;
+            places::fill(&mut interface, &sources);
+            Some((module.without_debug_text(), interface))
+        });
+        texts.extend(&sources.texts);
+        match result {
+            Some((spirv, interface)) if !sources.diagnostics.iter().any(Diagnostic::is_error) => {
+                Ok(Entry::new(request, spirv, interface, sources))
+            }
+            _ => Err(sources.diagnostics),
+        }
+    }
+
+    fn from_text(&self, request: &Request, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
+        let Some(shaderc) = &self.shaderc else {
+            sources
+                .diagnostics
+                .push(Diagnostic::error(codes::shader::COMPILE, "the shader compiler does not start: out of memory"));
+            return None;
+        };
+        match sources.root(&request.path) {
+            Ok(text) => compile::compile(shaderc, request, &text, sources),
+            Err(diagnostic) => {
+                sources.diagnostics.push(*diagnostic);
+                None
+            }
+        }
+    }
+
+    fn ready(&self, request: &Request, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
+        let words = match self.files.read(&request.path) {
+            Ok(bytes) => {
+                sources.dependencies.push((request.path.clone(), Some(blake3::hash(&bytes))));
+                module::words_of(&bytes).map_err(|error| module_diagnostic(&error, &request.path))
+            }
+            Err(error) => Err(error.diagnostic(&request.path, None)),
+        };
+        words.map_err(|diagnostic| sources.diagnostics.push(diagnostic)).ok()
+    }
+
+    fn cached(&self, request: &Request, texts: &mut SourceMap) -> Option<(Arc<Shader>, Vec<Diagnostic>)> {
+        let candidates = self.lock().candidates(request);
+        let mut answers: HashMap<&str, Option<blake3::Hash>> = HashMap::new();
+        for entry in &candidates {
+            let holds = entry.dependencies.iter().all(|(path, expected)| {
+                *answers.entry(path).or_insert_with(|| match self.files.read(path) {
+                    Ok(bytes) => Some(blake3::hash(&bytes)),
+                    Err(_) => None,
+                }) == *expected
+            });
+            if holds {
+                self.lock().touch(entry);
+                texts.extend(&entry.texts);
+                return Some((entry.shader.clone(), entry.warnings.clone()));
+            }
+        }
+        None
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Cache> {
+        // The cache is whole after every operation, so a panic elsewhere does not spoil it.
+        self.cache.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl ShaderSource for Compiler {
+    fn shader(
+        &self,
+        request: &Request,
+        texts: &mut SourceMap,
+    ) -> Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>> {
+        if let Some(hit) = self.cached(request, texts) {
+            return Ok(hit);
+        }
+        let entry = Arc::new(self.compile(request, texts)?);
+        self.lock().insert(entry.clone());
+        Ok((entry.shader.clone(), entry.warnings.clone()))
+    }
+}
+
+impl std::fmt::Debug for Compiler {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Compiler").field("cached", &self.lock().entries.len()).finish_non_exhaustive()
+    }
+}
+
+/// A compiled shader, and what it depends on.
+struct Entry {
+    shader: Arc<Shader>,
+    warnings: Vec<Diagnostic>,
+    dependencies: Vec<Dependency>,
+    texts: SourceMap,
+}
+
+impl Entry {
+    fn new(request: &Request, spirv: Vec<u32>, interface: Interface, sources: Sources<'_>) -> Self {
+        let mut key = blake3::Hasher::new();
+        let mut field = |bytes: &[u8]| {
+            key.update(&(bytes.len() as u64).to_le_bytes());
+            key.update(bytes);
+        };
+        field(compile::VERSION.as_bytes());
+        field(request.path.as_bytes());
+        field(request.entry.as_bytes());
+        for (name, value) in &request.defines {
+            field(name.as_bytes());
+            field(value.as_bytes());
+        }
+        for source in &sources.found {
+            field(source.name.as_bytes());
+            field(source.text.as_bytes());
+        }
+        if sources.found.is_empty() {
+            // A ready module is its own text.
+            field(&module::bytes_of(&spirv));
+        }
+        let files = if sources.found.is_empty() {
+            vec![request.path.clone()]
+        } else {
+            sources.found.iter().map(|source| source.name.clone()).collect()
+        };
+        let shader = Shader {
+            request: request.clone(),
+            spirv: spirv.into(),
+            interface,
+            files,
+            key: *key.finalize().as_bytes(),
+        };
+        Self {
+            shader: Arc::new(shader),
+            warnings: sources.diagnostics,
+            dependencies: sources.dependencies,
+            texts: sources.texts,
+        }
+    }
+}
+
+/// Modules by request, several versions of each: taking an edit back costs nothing.
+#[derive(Default)]
+struct Cache {
+    /// Oldest use first.
+    entries: Vec<Arc<Entry>>,
+}
+
+impl Cache {
+    /// Newest first.
+    fn candidates(&self, request: &Request) -> Vec<Arc<Entry>> {
+        self.entries.iter().rev().filter(|entry| entry.shader.request == *request).cloned().collect()
+    }
+
+    fn touch(&mut self, entry: &Arc<Entry>) {
+        if let Some(at) = self.entries.iter().position(|known| Arc::ptr_eq(known, entry)) {
+            let entry = self.entries.remove(at);
+            self.entries.push(entry);
+        }
+    }
+
+    fn insert(&mut self, entry: Arc<Entry>) {
+        self.entries.push(entry);
+        let mut words: usize = self.entries.iter().map(|entry| entry.shader.spirv.len()).sum();
+        while self.entries.len() > MAX_ENTRIES || (words > MAX_WORDS && self.entries.len() > 1) {
+            words -= self.entries.remove(0).shader.spirv.len();
+        }
+    }
+}
+
+fn module_diagnostic(error: &ModuleError, path: &str) -> Diagnostic {
+    match error {
+        ModuleError::Broken(reason) => {
+            Diagnostic::error(codes::shader::BAD_SPIRV, format!("`{path}` is no sound SPIR-V module: {reason}"))
+        }
+        ModuleError::Unsupported(reason) => {
+            Diagnostic::error(codes::shader::UNSUPPORTED_SPIRV, format!("`{path}` is not supported: {reason}"))
+        }
+        ModuleError::NoEntry { entry, found } => {
+            let diagnostic = Diagnostic::error(
+                codes::shader::NO_ENTRY,
+                format!("`{path}` has no compute entry point `{entry}`"),
+            );
+            if found.is_empty() {
+                diagnostic.note("it has no entry point at all")
+            } else {
+                diagnostic.note(format!("it has {}", found.join(", ")))
+            }
+        }
+    }
+    .label(Span::new(path, 0..0), "this module")
+}
+
+fn reflection_diagnostic(reason: &str, path: &str) -> Diagnostic {
+    Diagnostic::error(codes::shader::REFLECTION, format!("the interface of `{path}` cannot be read: {reason}"))
+        .label(Span::new(path, 0..0), "this module")
+}

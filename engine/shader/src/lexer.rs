@@ -1,0 +1,93 @@
+//! Just enough of a lexer for GLSL and HLSL: where comments and words are.
+
+use std::ops::Range;
+
+/// Byte ranges of the lines, without their ends.
+pub(crate) fn line_ranges(text: &str) -> Vec<Range<usize>> {
+    let mut ranges = Vec::new();
+    let mut start = 0;
+    for line in text.split('\n') {
+        let content = line.strip_suffix('\r').unwrap_or(line);
+        ranges.push(start..start + content.len());
+        start += line.len() + 1;
+    }
+    ranges
+}
+
+/// Whether a character is part of an identifier or number.
+pub(crate) fn is_word(c: char) -> bool {
+    c == '_' || c.is_alphanumeric()
+}
+
+/// Where `word` stands in `text`: for an identifier, not as a part of a longer one.
+pub(crate) fn find_word(text: &str, word: &str) -> Option<usize> {
+    let identifier = word.chars().all(is_word);
+    text.match_indices(word).map(|(at, _)| at).find(|at| {
+        !identifier
+            || !(text[..*at].chars().next_back().is_some_and(is_word)
+                || text[at + word.len()..].chars().next().is_some_and(is_word))
+    })
+}
+
+/// One token: a word, or one other character that is no white space.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Token<'t> {
+    pub text: &'t str,
+    pub at: usize,
+}
+
+impl Token<'_> {
+    pub fn range(&self) -> Range<usize> {
+        self.at..self.at + self.text.len()
+    }
+
+    pub fn is_identifier(&self) -> bool {
+        self.text.starts_with(|c: char| c == '_' || c.is_alphabetic())
+    }
+}
+
+/// The tokens of a text in order, without comments and white space.
+pub(crate) fn tokens(text: &str) -> Vec<Token<'_>> {
+    let mut tokens = Vec::new();
+    let mut at = 0;
+    while let Some(c) = text[at..].chars().next() {
+        let rest = &text[at..];
+        let length = if rest.starts_with("//") {
+            rest.find('\n').unwrap_or(rest.len())
+        } else if rest.starts_with("/*") {
+            rest[2..].find("*/").map_or(rest.len(), |end| end + 4)
+        } else if c.is_whitespace() {
+            c.len_utf8()
+        } else {
+            let length = if is_word(c) {
+                rest.find(|c| !is_word(c)).unwrap_or(rest.len())
+            } else {
+                c.len_utf8()
+            };
+            tokens.push(Token { text: &rest[..length], at });
+            length
+        };
+        at += length;
+    }
+    tokens
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn skips_comments() {
+        let text = "a/* b */ c// d\n_e1+2 /* f";
+        let words: Vec<_> = tokens(text).iter().map(|token| token.text).collect();
+        assert_eq!(words, ["a", "c", "_e1", "+", "2"]);
+        assert!(tokens("/*/").is_empty());
+    }
+
+    #[test]
+    fn finds_whole_words() {
+        assert_eq!(find_word("foobar foo", "foo"), Some(7));
+        assert_eq!(find_word("a += 1", "+="), Some(2));
+        assert_eq!(find_word("foobar", "foo"), None);
+    }
+}

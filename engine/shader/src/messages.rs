@@ -1,0 +1,182 @@
+//! Turns what the shader compiler prints into diagnostics. It names a file and a line, and often a word in quotes, but no column:
+//! the word is looked for on its line.
+
+use std::ops::Range;
+
+use raxel_diagnostics::{Code, Diagnostic, Severity, Span, codes};
+
+use crate::lexer;
+use crate::sources::Sources;
+
+/// Most errors that are reported of one shader; one mistake often makes many.
+const MAX_ERRORS: usize = 8;
+/// Most warnings that are reported of one shader.
+const MAX_WARNINGS: usize = 16;
+
+/// One line of the compiler's output.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Message<'t> {
+    severity: Severity,
+    file: &'t str,
+    /// From 1; `None` when the message is about the whole shader.
+    line: Option<usize>,
+    /// The word in quotes, if it is not empty.
+    token: Option<&'t str>,
+    text: String,
+}
+
+/// The diagnostics in the compiler's output, errors first by order of appearance.
+pub(crate) fn diagnostics(output: &str, sources: &Sources<'_>) -> Vec<Diagnostic> {
+    let mut messages: Vec<Message<'_>> = Vec::new();
+    for message in output.lines().filter_map(Message::parse) {
+        if !message.is_noise() && !messages.contains(&message) {
+            messages.push(message);
+        }
+    }
+    let mut found = some(&messages, Severity::Error, MAX_ERRORS, sources);
+    found.extend(some(&messages, Severity::Warning, MAX_WARNINGS, sources));
+    found
+}
+
+fn some(messages: &[Message<'_>], severity: Severity, most: usize, sources: &Sources<'_>) -> Vec<Diagnostic> {
+    let mut of_kind = messages.iter().filter(|message| message.severity == severity);
+    let mut found: Vec<_> = of_kind.by_ref().take(most).map(|message| message.diagnostic(sources)).collect();
+    let more = of_kind.count();
+    if more > 0
+        && let Some(last) = found.pop()
+    {
+        let kind = if severity == Severity::Error { "errors" } else { "warnings" };
+        found.push(last.note(format!("+{more} more {kind} in this shader")));
+    }
+    found
+}
+
+impl<'t> Message<'t> {
+    /// `file:line: error: 'token' : text`, or `file: error: text`.
+    fn parse(line: &'t str) -> Option<Self> {
+        let (error, warning) = (line.find(": error: "), line.find(": warning: "));
+        let (severity, at, length) = match (error, warning) {
+            (Some(at), warning) if warning.is_none_or(|other| at < other) => (Severity::Error, at, ": error: ".len()),
+            (_, Some(at)) => (Severity::Warning, at, ": warning: ".len()),
+            _ => return None,
+        };
+        let (place, text) = (&line[..at], line[at + length..].trim());
+        let (file, line) = match place.rsplit_once(':').map(|(file, line)| (file, line.parse::<usize>())) {
+            Some((file, Ok(line))) => (file, Some(line)),
+            _ => (place, None),
+        };
+        let (token, text) = match text.strip_prefix('\'').and_then(|rest| rest.split_once("' :")) {
+            Some((token, text)) => (Some(token.trim()).filter(|token| !token.is_empty()), text.trim()),
+            None => (None, text),
+        };
+        Some(Self { severity, file, line, token, text: tidy(text) })
+    }
+
+    /// What only says that there were errors.
+    fn is_noise(&self) -> bool {
+        self.text.contains("compilation terminated") || self.text.ends_with("compilation errors.  No code generated.")
+    }
+
+    fn code(&self) -> Code {
+        match self.severity {
+            Severity::Error if self.text.contains("Missing entry point") => codes::shader::NO_ENTRY,
+            Severity::Error => codes::shader::COMPILE,
+            Severity::Warning => codes::shader::WARNING,
+        }
+    }
+
+    fn diagnostic(&self, sources: &Sources<'_>) -> Diagnostic {
+        let message = match self.token {
+            _ if self.code() == codes::shader::NO_ENTRY => "there is no `void main()`".to_owned(),
+            Some(token) => format!("`{token}`: {}", self.text),
+            None => self.text.clone(),
+        };
+        let mut diagnostic = Diagnostic::error(self.code(), message);
+        diagnostic.severity = self.severity;
+        let Some(text) = sources.text(self.file) else {
+            // A `#line` may name a file that is none of the shader's.
+            return match (self.line, self.file) {
+                (Some(line), file) => diagnostic.note(format!("at {file}:{line}")),
+                (None, _) => diagnostic,
+            };
+        };
+        let range = self.line.map_or(0..0, |line| place(text, line, self.token));
+        let label = match self.text.as_str() {
+            "undeclared identifier" => "not declared",
+            text if text.starts_with("syntax error") && self.token.is_none() => {
+                "noticed here; the mistake may be just above"
+            }
+            _ => "",
+        };
+        sources.with_chain(diagnostic.label(Span::new(self.file, range), label), self.file)
+    }
+}
+
+/// glslang's words without its double spaces and its quotes inside types: `' const float'` is `const float`.
+fn tidy(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for word in text.split_whitespace() {
+        if !out.is_empty() && !out.ends_with('\u{1}') {
+            out.push(' ');
+        }
+        out.push_str(word);
+        // An opening quote followed by a space belongs to the next word.
+        if word == "'" {
+            out.push('\u{1}');
+        }
+    }
+    out.replace("'\u{1}", "'")
+}
+
+/// The range of `token` on line `line` (from 1), or of the line's first word, or of the whole line.
+fn place(text: &str, line: usize, token: Option<&str>) -> Range<usize> {
+    let lines = lexer::line_ranges(text);
+    // The compiler may blame the line after the last.
+    let Some(range) = lines.get(line.saturating_sub(1)).or(lines.last()) else { return 0..0 };
+    let content = &text[range.clone()];
+    let trimmed = content.trim();
+    let start = range.start + (content.len() - content.trim_start().len());
+    let whole = start..start + trimmed.len();
+    match token {
+        None => {
+            let word = trimmed.find(|c: char| !lexer::is_word(c)).unwrap_or(trimmed.len());
+            let first = trimmed.chars().next().map_or(0, char::len_utf8);
+            start..start + word.max(first)
+        }
+        Some(token) => lexer::find_word(content, token)
+            .map_or(whole, |at| range.start + at..range.start + at + token.len()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parses_what_the_compiler_prints() {
+        let message = Message::parse("shaders/a.comp:12: error: 'foo' : undeclared identifier ").unwrap();
+        assert_eq!((message.file, message.line, message.token), ("shaders/a.comp", Some(12), Some("foo")));
+        assert_eq!(message.text, "undeclared identifier");
+        let message = Message::parse("<raxel/world.glsl>:3: error: '' :  syntax error, unexpected RIGHT_BRACE").unwrap();
+        assert_eq!((message.file, message.line, message.token), ("<raxel/world.glsl>", Some(3), None));
+        let message =
+            Message::parse("a.comp:6: error: 'assign' :  cannot convert from ' const float' to ' temp int'").unwrap();
+        assert_eq!(message.text, "cannot convert from 'const float' to 'temp int'");
+        let message = Message::parse("a.comp: error: Linking compute stage: Missing entry point: x").unwrap();
+        assert_eq!((message.line, message.code()), (None, codes::shader::NO_ENTRY));
+        assert_eq!(Message::parse("2 errors generated."), None);
+    }
+
+    #[test]
+    fn finds_the_token_on_its_line() {
+        let text = "void main() {\n    int foobar = foo;\n\té = 1;\n}";
+        let at = |line, token| &text[place(text, line, token)];
+        assert_eq!(at(2, Some("foo")), "foo");
+        assert_eq!(place(text, 2, Some("foo")).start, 31);
+        assert_eq!(at(2, Some("assign")), "int foobar = foo;");
+        assert_eq!(at(2, None), "int");
+        assert_eq!(at(3, None), "é");
+        assert_eq!(at(99, None), "}");
+        assert_eq!(place("", 1, Some("x")), 0..0);
+    }
+}

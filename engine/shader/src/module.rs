@@ -1,0 +1,415 @@
+//! A SPIR-V module as words that have been looked at: what comes from a file may be anything, and nothing behind this door (the
+//! reflector, the driver) copes with a damaged module. Numbers and layouts are those of the SPIR-V 1.6 specification, sections 2.3
+//! (physical layout) and 3 (binary form).
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use spirq::spirv::{BuiltIn, Capability, Decoration, ExecutionMode, ExecutionModel, Op};
+
+/// Largest module that is read, in words: 16 MiB.
+const MAX_WORDS: usize = 4 << 20;
+/// Largest id bound (the limit of the specification, section 2.17).
+const MAX_BOUND: u32 = 4_194_303;
+/// Deepest nesting of types (the specification allows structs of 255; no layout in a block comes near).
+const MAX_TYPE_DEPTH: u32 = 64;
+/// Most nodes that all types have together when every use of a type is written out. The reflector writes them out.
+const MAX_TYPE_NODES: u64 = 1 << 20;
+
+const MAGIC: u32 = 0x0723_0203;
+const HEADER_WORDS: usize = 5;
+
+/// Why a module is not taken.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum ModuleError {
+    /// Not well formed.
+    #[error("{0}")]
+    Broken(String),
+    /// Well formed as far as can be seen, but not for raxel.
+    #[error("{0}")]
+    Unsupported(String),
+    /// There is no such entry point; the second value lists what there is.
+    #[error("there is no compute entry point `{entry}`")]
+    NoEntry {
+        /// What was asked for.
+        entry: String,
+        /// The module's entry points, with their kinds.
+        found: Vec<String>,
+    },
+}
+
+fn broken<T>(reason: impl Into<String>) -> Result<T, ModuleError> {
+    Err(ModuleError::Broken(reason.into()))
+}
+
+/// One instruction: its opcode, and its operands without the first word.
+#[derive(Clone, Copy)]
+pub(crate) struct Instruction<'w> {
+    pub opcode: u32,
+    pub operands: &'w [u32],
+}
+
+impl Instruction<'_> {
+    fn is(&self, op: Op) -> bool {
+        self.opcode == op as u32
+    }
+}
+
+/// A module whose structure has been checked.
+pub(crate) struct Module<'w> {
+    words: &'w [u32],
+    instructions: Vec<Instruction<'w>>,
+    /// The function that the entry point is.
+    entry: u32,
+}
+
+/// Turns the bytes of a `.spv` file into words.
+pub(crate) fn words_of(bytes: &[u8]) -> Result<Vec<u32>, ModuleError> {
+    if bytes.is_empty() {
+        return broken("the file is empty");
+    }
+    if bytes.len() > MAX_WORDS * 4 {
+        return Err(ModuleError::Unsupported(format!(
+            "the file has {} bytes, more than the {} of the largest module raxel reads",
+            bytes.len(),
+            MAX_WORDS * 4
+        )));
+    }
+    if !bytes.len().is_multiple_of(4) {
+        return broken(format!("the file has {} bytes, which is no multiple of 4", bytes.len()));
+    }
+    Ok(bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect())
+}
+
+/// The bytes of a `.spv` file.
+pub fn bytes_of(words: &[u32]) -> Vec<u8> {
+    words.iter().flat_map(|word| word.to_le_bytes()).collect()
+}
+
+impl<'w> Module<'w> {
+    /// Looks at a module from end to end, and finds the compute entry point `entry`.
+    pub fn new(words: &'w [u32], entry: &str) -> Result<Self, ModuleError> {
+        check_header(words)?;
+        let bound = words[3];
+        let mut instructions = Vec::new();
+        let mut rest = &words[HEADER_WORDS..];
+        while let Some(first) = rest.first() {
+            let count = (first >> 16) as usize;
+            if count == 0 || count > rest.len() {
+                return broken(format!(
+                    "the instruction at word {} says it has {count} words, and {} are left",
+                    words.len() - rest.len(),
+                    rest.len()
+                ));
+            }
+            instructions.push(Instruction { opcode: first & 0xffff, operands: &rest[1..count] });
+            rest = &rest[count..];
+        }
+        check_ids(&instructions, bound)?;
+        check_functions(&instructions)?;
+        check_types(&instructions)?;
+        let entry = find_entry(&instructions, entry)?;
+        Ok(Self { words, instructions, entry })
+    }
+
+    /// The words up to the first function: all that says what the module's interface is.
+    pub fn declarations(&self) -> Vec<u32> {
+        let mut end = HEADER_WORDS;
+        for instruction in &self.instructions {
+            if instruction.is(Op::Function) {
+                break;
+            }
+            end += instruction.operands.len() + 1;
+        }
+        self.words[..end].to_vec()
+    }
+
+    /// Names of the capabilities beyond `Shader` (and `Matrix`, which it implies).
+    pub fn capabilities(&self) -> Vec<String> {
+        let names: BTreeSet<String> = self
+            .of(Op::Capability)
+            .filter_map(|operands| operands.first())
+            .map(|id| Capability::from_u32(*id).map_or_else(|| format!("{id}"), |name| format!("{name:?}")))
+            .filter(|name| name != "Shader" && name != "Matrix")
+            .collect();
+        names.into_iter().collect()
+    }
+
+    /// Workgroup size: three literals, or three ids of constants.
+    pub fn workgroup_size(&self) -> WorkgroupSize {
+        // A constant decorated as `WorkgroupSize` wins over the execution mode (Vulkan 1.3, "Interfaces with built-in variables").
+        let decorated = self.of(Op::Decorate).find_map(|operands| match operands {
+            [id, decoration, builtin]
+                if *decoration == Decoration::BuiltIn as u32 && *builtin == BuiltIn::WorkgroupSize as u32 =>
+            {
+                Some(*id)
+            }
+            _ => None,
+        });
+        if let Some(id) = decorated {
+            for instruction in &self.instructions {
+                let composite = instruction.is(Op::ConstantComposite) || instruction.is(Op::SpecConstantComposite);
+                if let [_, result, x, y, z] = instruction.operands
+                    && composite
+                    && *result == id
+                {
+                    return WorkgroupSize::Ids([*x, *y, *z]);
+                }
+            }
+        }
+        for operands in self.of(Op::ExecutionMode).chain(self.of(Op::ExecutionModeId)) {
+            if let [entry, mode, x, y, z] = operands
+                && *entry == self.entry
+            {
+                if *mode == ExecutionMode::LocalSize as u32 {
+                    return WorkgroupSize::Literals([*x, *y, *z]);
+                }
+                if *mode == ExecutionMode::LocalSizeId as u32 {
+                    return WorkgroupSize::Ids([*x, *y, *z]);
+                }
+            }
+        }
+        WorkgroupSize::Literals([1, 1, 1])
+    }
+
+    /// Ids that the entry point uses as the base of an access, directly or through the functions it calls. Global variables that are
+    /// not among them are declared and never touched.
+    pub fn used_ids(&self) -> HashSet<u32> {
+        let mut bodies: HashMap<u32, (Vec<u32>, Vec<u32>)> = HashMap::new();
+        let mut current = None;
+        for instruction in &self.instructions {
+            if instruction.is(Op::Function) {
+                current = instruction.operands.get(1).copied();
+            } else if instruction.is(Op::FunctionEnd) {
+                current = None;
+            } else if let Some(function) = current {
+                let (uses, calls) = bodies.entry(function).or_default();
+                if instruction.is(Op::FunctionCall) {
+                    calls.extend(instruction.operands.get(2));
+                }
+                uses.extend_from_slice(accessed(instruction));
+            }
+        }
+        let mut seen = HashSet::from([self.entry]);
+        let mut open = vec![self.entry];
+        let mut used = HashSet::new();
+        while let Some(function) = open.pop() {
+            if let Some((uses, calls)) = bodies.get(&function) {
+                used.extend(uses.iter().copied());
+                open.extend(calls.iter().copied().filter(|call| seen.insert(*call)));
+            }
+        }
+        used
+    }
+
+    fn of(&self, op: Op) -> impl Iterator<Item = &'w [u32]> {
+        self.instructions.iter().filter(move |instruction| instruction.is(op)).map(|instruction| instruction.operands)
+    }
+
+    /// The module without the texts and line numbers that only a debugger reads. Names stay: validation messages use them.
+    pub fn without_debug_text(&self) -> Vec<u32> {
+        let mut words = self.words[..HEADER_WORDS].to_vec();
+        for instruction in &self.instructions {
+            let debug = [Op::Source, Op::SourceContinued, Op::SourceExtension, Op::Line, Op::NoLine, Op::ModuleProcessed];
+            if !debug.iter().any(|op| instruction.is(*op)) {
+                words.push(((instruction.operands.len() as u32 + 1) << 16) | instruction.opcode);
+                words.extend_from_slice(instruction.operands);
+            }
+        }
+        words
+    }
+}
+
+/// Workgroup size as the module has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WorkgroupSize {
+    Literals([u32; 3]),
+    Ids([u32; 3]),
+}
+
+fn check_header(words: &[u32]) -> Result<(), ModuleError> {
+    if words.len() < HEADER_WORDS {
+        return broken(format!("the file has {} words, fewer than the {HEADER_WORDS} of a header", words.len()));
+    }
+    if words.len() > MAX_WORDS {
+        return Err(ModuleError::Unsupported(format!("the module has more than {MAX_WORDS} words")));
+    }
+    if words[0] == MAGIC.swap_bytes() {
+        return Err(ModuleError::Unsupported("the module has the other byte order".to_owned()));
+    }
+    if words[0] != MAGIC {
+        return broken(format!("the file starts with {:#010x}, not with SPIR-V's {MAGIC:#010x}", words[0]));
+    }
+    let (major, minor) = ((words[1] >> 16) & 0xff, (words[1] >> 8) & 0xff);
+    if words[1] & 0xff00_00ff != 0 || major != 1 {
+        return broken(format!("the header says version {:#010x}, which is none", words[1]));
+    }
+    if minor > 6 {
+        return Err(ModuleError::Unsupported(format!("the module is SPIR-V 1.{minor}, and raxel reads up to 1.6")));
+    }
+    if words[3] == 0 || words[3] > MAX_BOUND {
+        return broken(format!("the id bound is {}, not 1 to {MAX_BOUND}", words[3]));
+    }
+    if words[4] != 0 {
+        return broken(format!("the header's last word is {}, not 0", words[4]));
+    }
+    Ok(())
+}
+
+/// Where an instruction that declares something has its result id.
+fn result_of(instruction: &Instruction<'_>) -> Option<usize> {
+    use Op as O;
+    let first = [
+        O::ExtInstImport, O::TypeVoid, O::TypeBool, O::TypeInt, O::TypeFloat, O::TypeVector, O::TypeMatrix, O::TypeImage,
+        O::TypeSampler, O::TypeSampledImage, O::TypeArray, O::TypeRuntimeArray, O::TypeStruct, O::TypePointer,
+        O::TypeFunction, O::TypeForwardPointer, O::Label, O::String,
+    ];
+    let second = [
+        O::ConstantTrue, O::ConstantFalse, O::Constant, O::ConstantComposite, O::ConstantNull, O::SpecConstantTrue,
+        O::SpecConstantFalse, O::SpecConstant, O::SpecConstantComposite, O::SpecConstantOp, O::Variable, O::Function,
+        O::FunctionParameter,
+    ];
+    if first.iter().any(|op| instruction.is(*op)) {
+        Some(0)
+    } else if second.iter().any(|op| instruction.is(*op)) {
+        Some(1)
+    } else {
+        None
+    }
+}
+
+/// Every declaration has an id inside the bound, and declares it once.
+fn check_ids(instructions: &[Instruction<'_>], bound: u32) -> Result<(), ModuleError> {
+    let mut declared = HashSet::new();
+    for instruction in instructions {
+        let Some(position) = result_of(instruction) else { continue };
+        let Some(id) = instruction.operands.get(position).copied() else {
+            return broken(format!("an instruction of opcode {} has no result id", instruction.opcode));
+        };
+        if id == 0 || id >= bound {
+            return broken(format!("id {id} is outside the bound of {bound}"));
+        }
+        if !instruction.is(Op::TypeForwardPointer) && !declared.insert(id) {
+            return broken(format!("id {id} is declared twice"));
+        }
+    }
+    Ok(())
+}
+
+/// Functions begin and end in turn, and there is one.
+fn check_functions(instructions: &[Instruction<'_>]) -> Result<(), ModuleError> {
+    let mut inside = false;
+    let mut any = false;
+    for instruction in instructions {
+        let begins = instruction.is(Op::Function);
+        if begins && inside || instruction.is(Op::FunctionEnd) && !inside {
+            return broken("functions are not properly ended");
+        }
+        any |= begins;
+        inside = (inside || begins) && !instruction.is(Op::FunctionEnd);
+    }
+    if inside || !any {
+        return broken("the last function is cut off");
+    }
+    Ok(())
+}
+
+/// Types are declared after their parts, and written out they are neither too deep nor too many.
+fn check_types(instructions: &[Instruction<'_>]) -> Result<(), ModuleError> {
+    let mut known: HashMap<u32, (u32, u64)> = HashMap::new();
+    let mut total = 0u64;
+    for instruction in instructions {
+        let parts: &[u32] = match Op::from_u32(instruction.opcode) {
+            Some(Op::TypeVector | Op::TypeMatrix | Op::TypeImage | Op::TypeSampledImage) => part(instruction, 1..2)?,
+            Some(Op::TypeArray | Op::TypeRuntimeArray) => part(instruction, 1..2)?,
+            Some(Op::TypePointer) => part(instruction, 2..3)?,
+            Some(Op::TypeStruct) => &instruction.operands[1..],
+            Some(Op::TypeVoid | Op::TypeBool | Op::TypeInt | Op::TypeFloat | Op::TypeSampler) => &[],
+            _ => continue,
+        };
+        let (mut depth, mut nodes) = (0, 1u64);
+        for id in parts {
+            // A part that is not known yet is a forward pointer, which has no parts of its own for the reflector.
+            let (part_depth, part_nodes) = known.get(id).copied().unwrap_or((0, 1));
+            depth = depth.max(part_depth);
+            nodes = nodes.saturating_add(part_nodes);
+        }
+        total = total.saturating_add(nodes);
+        if depth >= MAX_TYPE_DEPTH || total > MAX_TYPE_NODES {
+            return broken("its types are nested too deep or written out too large");
+        }
+        known.insert(instruction.operands[0], (depth + 1, nodes));
+    }
+    // A variable copies its type once more.
+    for instruction in instructions.iter().filter(|instruction| instruction.is(Op::Variable)) {
+        let nodes = instruction.operands.first().and_then(|ty| known.get(ty)).map_or(1, |(_, nodes)| *nodes);
+        total = total.saturating_add(nodes);
+        if total > MAX_TYPE_NODES {
+            return broken("its variables are too many for their types");
+        }
+    }
+    Ok(())
+}
+
+fn part<'w>(instruction: &Instruction<'w>, range: std::ops::Range<usize>) -> Result<&'w [u32], ModuleError> {
+    instruction
+        .operands
+        .get(range)
+        .ok_or_else(|| ModuleError::Broken(format!("a type of opcode {} is cut off", instruction.opcode)))
+}
+
+fn find_entry(instructions: &[Instruction<'_>], entry: &str) -> Result<u32, ModuleError> {
+    let mut found = Vec::new();
+    let mut ids = Vec::new();
+    for instruction in instructions.iter().filter(|instruction| instruction.is(Op::EntryPoint)) {
+        let [model, id, name @ ..] = instruction.operands else { return broken("an entry point is cut off") };
+        let name = literal(name)?;
+        let compute = *model == ExecutionModel::GLCompute as u32;
+        if compute && name == entry {
+            ids.push(*id);
+        }
+        let kind = ExecutionModel::from_u32(*model).map_or_else(|| format!("kind {model}"), |kind| format!("{kind:?}"));
+        found.push(format!("`{name}` ({kind})"));
+    }
+    match ids.as_slice() {
+        [] => Err(ModuleError::NoEntry { entry: entry.to_owned(), found }),
+        [id] => {
+            let exists = instructions
+                .iter()
+                .any(|instruction| instruction.is(Op::Function) && instruction.operands.get(1) == Some(id));
+            if exists { Ok(*id) } else { broken(format!("the entry point `{entry}` has no function")) }
+        }
+        _ => broken(format!("there are {} compute entry points `{entry}`", ids.len())),
+    }
+}
+
+/// A literal string (section 2.2.1): UTF-8, ended by a zero byte.
+fn literal(words: &[u32]) -> Result<String, ModuleError> {
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).take_while(|byte| *byte != 0).collect();
+    if bytes.len() >= words.len() * 4 {
+        return broken("a string has no end");
+    }
+    String::from_utf8(bytes).or_else(|_| broken("a string is not UTF-8"))
+}
+
+/// The operands of an instruction in a function that may be variables being accessed. Of opcodes that are not known here, all.
+fn accessed<'w>(instruction: &Instruction<'w>) -> &'w [u32] {
+    let operands = instruction.operands;
+    let range = match instruction.opcode {
+        // Function call: result type, result, function, arguments.
+        57 => 3..operands.len(),
+        // Image texel pointer, load, access chains, array length, copy object; atomics with a result.
+        60 | 61 | 65..=68 | 70 | 83 | 227 | 229..=242 | 318 | 5614 | 5615 | 6035 => 2..3,
+        // Store, copy memory (sized); atomic store, atomic flag clear.
+        62 | 228 | 319 => 0..1,
+        63 | 64 => 0..2,
+        // Extended instruction: result type, result, set, number, arguments.
+        12 => 4..operands.len(),
+        // Select and phi may choose between pointers; a function may return one.
+        169 | 245 => 2..operands.len(),
+        254 => 0..1,
+        // The rest of the core instructions take values, and their operands may be literals.
+        0..=400 => 0..0,
+        _ => 0..operands.len(),
+    };
+    operands.get(range).unwrap_or(&[])
+}
