@@ -1,1 +1,98 @@
-//! GPU encodings of a world: one file a layout.
+//! GPU encodings of a world: one file a layout, each the twin of `shaders/include/raxel/<layout>.glsl`. An encoding is the content of
+//! one storage buffer in 32-bit words: a header, the materials, then the voxels.
+
+mod block;
+mod chunks;
+mod header;
+mod tree64;
+
+use thiserror::Error;
+
+pub use block::{BlockMember, WORDS_STRIDE};
+pub use header::{ChunksHeader, Extent, MATERIAL_WORDS, Tree64Header};
+
+use crate::world::World;
+
+/// A way to lay out a world in a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Layout {
+    /// A list of 32³ flat chunks that is searched linearly.
+    Chunks,
+    /// A sparse tree of 4³ nodes with occupancy masks.
+    Tree64,
+}
+
+/// The content of a world buffer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Encoded {
+    /// The whole buffer.
+    pub words: Vec<u32>,
+    /// Bytes that say where solid voxels are.
+    pub geometry_bytes: u64,
+    /// Bytes that say what they are made of, the palette included.
+    pub attribute_bytes: u64,
+}
+
+/// Why a world does not fit a layout. Nothing big has been allocated when this is returned.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum LayoutError {
+    /// More bytes than the buffer may have.
+    #[error("the world takes {bytes} bytes in the layout `{layout}`, and the largest storage buffer has {limit} bytes")]
+    TooLarge {
+        /// The layout's name.
+        layout: &'static str,
+        /// Bytes needed.
+        bytes: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// Its voxels are too far apart.
+    #[error("the world is {span} voxels wide, and the layout `{layout}` holds at most {limit}")]
+    TooWide {
+        /// The layout's name.
+        layout: &'static str,
+        /// Largest extent of the world's chunks in voxels.
+        span: u64,
+        /// Largest extent allowed.
+        limit: u64,
+    },
+}
+
+impl Layout {
+    /// Every layout.
+    pub const ALL: &[Layout] = &[Layout::Chunks, Layout::Tree64];
+
+    /// Its name in `source = "world.<name>"`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Chunks => "chunks",
+            Self::Tree64 => "tree64",
+        }
+    }
+
+    /// The layout of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|layout| layout.name() == name)
+    }
+
+    /// The members of the buffer block that a shader must declare for it, in order; the last is the runtime array.
+    pub fn block(self) -> Vec<BlockMember> {
+        match self {
+            Self::Chunks => ChunksHeader::block(),
+            Self::Tree64 => Tree64Header::block(),
+        }
+    }
+
+    /// Encodes a world for a buffer of at most `limit` bytes.
+    pub fn encode(self, world: &World, limit: u64) -> Result<Encoded, LayoutError> {
+        match self {
+            Self::Chunks => chunks::encode(world, limit),
+            Self::Tree64 => tree64::encode(world, limit),
+        }
+    }
+}
+
+/// `bytes`, unless they are over the limit.
+fn check_size(layout: Layout, bytes: u64, limit: u64) -> Result<u64, LayoutError> {
+    if bytes > limit { Err(LayoutError::TooLarge { layout: layout.name(), bytes, limit }) } else { Ok(bytes) }
+}

@@ -1,0 +1,294 @@
+// The exact walk of a lattice ray through a cube of 2^k voxels a side: steps over empty blocks, never over a solid voxel.
+//
+// Everything is mirrored so that the ray never moves down: cell c of the cube is q = c, or 2^k - 1 - c on an axis of negative
+// direction. Along each axis the ray crosses planes n = 1, 2, 3, ... after its origin, at
+//     t(n) = (n * 2^24 - G) / D        (units: lattice steps)
+// with G in [0, 2^24] the mirrored fraction and D in [0, 2^31) the size of the direction, both integers. Which of two crossings
+// comes first is a comparison of integer products. Floating point proposes; when it cannot tell (its error is bounded by
+// RX_WALK_ERROR, a few times the sum of Vulkan's guaranteed roundings), integers decide. See docs/exactness.md.
+//
+// Ties: a ray that crosses several planes at once steps over all of them at once; the cells it only touches are not visited.
+#ifndef RAXEL_WALK_GLSL
+#define RAXEL_WALK_GLSL
+
+#include "ray.glsl"
+
+const float RX_WALK_ERROR = 9.5367431640625e-7;  // 2^-20, relative to the cells passed, plus one
+const float RX_NEVER = 1.0e38;                   // crossing time on an axis the ray does not move along
+
+struct RxWalk {
+    uvec3 q;        // current cell
+    uvec3 entry;    // cell in which the floating-point walk begins: the origin's, or the first one in the cube
+    uvec3 origin;   // the ray's own cell, modulo 2^32: crossings since the origin are q - origin
+    uvec3 g_fixed;  // G
+    uvec3 d_fixed;  // D
+    vec3 g;         // place in the entry cell, 0 to 1
+    vec3 h;         // 1 - g, with a precision of its own
+    vec3 d;         // D * 2^-30
+    vec3 inv;       // 1 / d, or 0
+    float t;        // time of the last step since entry, in units of d
+    uint axes;      // bit a: the last step crossed a plane of axis a; 0 in the origin's own cell
+    uint first;     // one axis of `axes`, the one the exact arithmetic is done with
+    uvec3 flip;     // mirrors: c = q ^ flip
+};
+
+uint rx_pick(uvec3 v, uint axis) {
+    return axis == 0u ? v.x : axis == 1u ? v.y : v.z;
+}
+
+// 64-bit integers as (low, high), two's complement.
+uvec2 rx_product(uint a, uint b) {
+    uvec2 r;
+    umulExtended(a, b, r.y, r.x);
+    return r;
+}
+
+uvec2 rx_difference(uvec2 a, uvec2 b) {
+    return uvec2(a.x - b.x, a.y - b.y - (a.x < b.x ? 1u : 0u));
+}
+
+// How far plane n_b of axis b is ahead when the ray crosses plane n_a of axis a, times D_a: whole part (floor, 64 bits) and rest
+// to be subtracted (24 bits):  ahead = whole - rest * 2^-24.
+void rx_walk_ahead(RxWalk w, uint a, uint n_a, uint b, uint n_b, out uvec2 whole, out uint rest) {
+    uint d_a = rx_pick(w.d_fixed, a), d_b = rx_pick(w.d_fixed, b);
+    uvec2 planes = rx_difference(rx_product(n_b, d_a), rx_product(n_a, d_b));
+    uvec2 start = rx_difference(rx_product(rx_pick(w.g_fixed, b), d_a), rx_product(rx_pick(w.g_fixed, a), d_b));
+    rest = start.x & 0xffffffu;
+    whole = rx_difference(planes, uvec2((start.x >> 24) | (start.y << 8), uint(int(start.y) >> 24)));
+}
+
+// Sign of t_b(n_b) - t_a(n_a): -1, 0 or 1.
+int rx_walk_compare(RxWalk w, uint a, uint n_a, uint b, uint n_b) {
+    uvec2 whole;
+    uint rest;
+    rx_walk_ahead(w, a, n_a, b, n_b, whole, rest);
+    if ((whole.x | whole.y) == 0u) return rest == 0u ? 0 : -1;
+    return int(whole.y) < 0 ? -1 : 1;
+}
+
+// The same distance in voxels, as a float of full relative precision: `ahead` planes in front lie at 0 to 1.
+float rx_walk_gap(RxWalk w, uint a, uint n_a, uint b, uint n_b) {
+    uvec2 whole;
+    uint rest;
+    rx_walk_ahead(w, a, n_a, b, n_b, whole, rest);
+    bool behind = int(whole.y) < 0;
+    uint size = behind ? 0u - whole.x : whole.x;  // |whole| <= 2^31 here
+    precise float gap = float(size) + (behind ? 1.0 : -1.0) * (float(rest) * 5.9604644775390625e-8);
+    return clamp((behind ? -gap : gap) / float(rx_pick(w.d_fixed, a)), -1.0, 1.0);
+}
+
+// Number of planes of axis b crossed up to and including the time t_a(n_a), known to lie in [low, high].
+uint rx_walk_count(RxWalk w, uint a, uint n_a, uint b, uint low, uint high) {
+    for (uint i = 0u; i < 32u && low < high; ++i) {
+        uint middle = high - ((high - low) >> 1);
+        if (rx_walk_compare(w, a, n_a, b, middle) <= 0) low = middle;
+        else high = middle - 1u;
+    }
+    return low;
+}
+
+// One component of a direction on the lattice; `top` is the exponent of the largest component.
+uint rx_lattice_component(uint bits, uint top) {
+    uint exponent = (bits >> 23) & 0xffu;
+    uint shift = top - exponent;
+    return exponent == 0u || shift > 30u ? 0u : (((bits & 0x7fffffu) | 0x800000u) << 7) >> shift;
+}
+
+uint rx_lattice_top(vec3 dir) {
+    uvec3 exponents = (floatBitsToUint(dir) >> 23) & 0xffu;
+    return max(exponents.x, max(exponents.y, exponents.z));
+}
+
+bool rx_not_finite(vec3 v) {
+    return any(equal(floatBitsToUint(v) & 0x7f800000u, uvec3(0x7f800000u)));
+}
+
+// Enters the cube: the ray's cell and time when it first is in it. False if it never is.
+bool rx_walk_enter(inout RxWalk w, bvec3 before, uint last) {
+    // The last of the three slabs to be entered.
+    uvec3 enter = uvec3(0u) - w.origin;
+    uint a = before.x ? 0u : before.y ? 1u : 2u;
+    if (a == 0u && before.y && rx_walk_compare(w, 0u, enter.x, 1u, enter.y) > 0) a = 1u;
+    if (a != 2u && before.z && rx_walk_compare(w, a, rx_pick(enter, a), 2u, enter.z) > 0) a = 2u;
+    uint n_a = rx_pick(enter, a);
+    precise float t = (float(n_a) - float(rx_pick(w.g_fixed, a)) * 5.9604644775390625e-8)
+                    / (float(rx_pick(w.d_fixed, a)) * 9.31322574615478515625e-10);
+    w.axes = 1u << a;
+    w.first = a;
+    uvec3 crossed = enter;
+    for (uint b = 0u; b < 3u; ++b) {
+        uint d_b = rx_pick(w.d_fixed, b);
+        uint start = rx_pick(w.origin, b);
+        uint at = rx_pick(enter, b);
+        bool outside = b == 0u ? before.x : b == 1u ? before.y : before.z;
+        uint low = outside ? at : 0u;
+        uint high = last - start;  // crossings to the last cell of the cube
+        uint count = 0u;
+        if (b == a) {
+            count = n_a;
+        } else if (d_b != 0u) {
+            // Leaves this slab before the others are entered.
+            if (rx_walk_compare(w, a, n_a, b, high + 1u) <= 0) return false;
+            float x = t * (float(d_b) * 9.31322574615478515625e-10) + float(rx_pick(w.g_fixed, b)) * 5.9604644775390625e-8;
+            float error = (x + 1.0) * (4.0 * RX_WALK_ERROR);
+            if (x - error > float(low)) low = max(low, uint(min(x - error, 4.29496704e9)));
+            if (x + error < float(high)) high = min(high, uint(max(x + error, 0.0)));
+            count = rx_walk_count(w, a, n_a, b, min(low, high), high);
+            if (count != 0u && rx_walk_compare(w, a, n_a, b, count) == 0) w.axes |= 1u << b;
+        }
+        uint cell = start + count;
+        float g = 0.0, h = 1.0;
+        if (b != a && d_b != 0u) {
+            g = -rx_walk_gap(w, a, n_a, b, count);
+            h = rx_walk_gap(w, a, n_a, b, count + 1u);
+        }
+        if (b == 0u) { w.q.x = cell; w.g.x = g; w.h.x = h; }
+        else if (b == 1u) { w.q.y = cell; w.g.y = g; w.h.y = h; }
+        else { w.q.z = cell; w.g.z = g; w.h.z = h; }
+    }
+    w.entry = w.q;
+    return true;
+}
+
+// Puts a ray on the lattice and enters the cube of 2^log2_size voxels (at most 2^30) whose smallest corner is `corner`.
+// False if the ray is invalid or never is in the cube.
+bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, out RxWalk w) {
+    uint last = (1u << log2_size) - 1u;
+    uint top = rx_lattice_top(ray.dir);
+    bool valid = top != 0u && !rx_not_finite(ray.dir) && !rx_not_finite(ray.frac);
+    uvec3 bits = floatBitsToUint(ray.dir);
+    w.d_fixed = uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
+    bvec3 still = equal(w.d_fixed, uvec3(0u));
+    bvec3 down = bvec3((bits.x >> 31) != 0u && !still.x, (bits.y >> 31) != 0u && !still.y, (bits.z >> 31) != 0u && !still.z);
+    uvec3 fixed_frac = uvec3(clamp(ray.frac, 0.0, 1.0) * 16777216.0);
+    w.g_fixed = mix(mix(fixed_frac, uvec3(16777216u) - fixed_frac, down), uvec3(0u), still);
+    w.flip = mix(uvec3(0u), uvec3(last), down);
+    uvec3 relative = uvec3(ray.cell) - uvec3(corner);
+    w.origin = mix(relative, uvec3(last) - relative, down);
+    w.q = w.origin;
+    w.entry = w.origin;
+    w.g = vec3(w.g_fixed) * 5.9604644775390625e-8;
+    w.h = vec3(uvec3(16777216u) - w.g_fixed) * 5.9604644775390625e-8;
+    w.d = vec3(w.d_fixed) * 9.31322574615478515625e-10;
+    w.inv = mix(1.0 / max(w.d, vec3(1.0e-20)), vec3(0.0), still);
+    w.t = 0.0;
+    w.axes = 0u;
+    w.first = 0u;
+
+    bvec3 below = lessThan(ray.cell, corner);
+    bvec3 above = greaterThan(ray.cell, corner + ivec3(last));
+    bvec3 before = mix(below, above, down);
+    bvec3 past = mix(above, below, down);
+    bvec3 lost = bvec3(past.x || (still.x && before.x), past.y || (still.y && before.y), past.z || (still.z && before.z));
+    if (!valid || any(lost)) return false;
+    return any(before) ? rx_walk_enter(w, before, last) : true;
+}
+
+// Decides a step by integers: which of the axes leaves the block first (`a` is a guess), and where the others are then.
+void rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uvec3 high) {
+    uvec3 ends = end - w.origin;  // crossings since the ray's origin
+    uvec3 base = w.entry - w.origin;
+    uvec3 here = w.q - w.entry;
+    uvec3 block = end - w.entry;
+    // Another axis whose end is in doubt may leave first, or with `a`.
+    for (uint i = 1u; i < 3u; ++i) {
+        uint b = i == 1u ? (a == 0u ? 1u : 0u) : (a == 2u ? 1u : 2u);
+        if (rx_pick(high, b) != rx_pick(block, b)) continue;
+        if (rx_walk_compare(w, a, rx_pick(ends, a), b, rx_pick(ends, b)) < 0) {
+            // The guess was late: the bounds of the two axes left are open again.
+            a = b;
+            low = here;
+            high = block;
+            i = 0u;
+        }
+    }
+    for (uint b = 0u; b < 3u; ++b) {
+        if (b == a) continue;
+        uint at = rx_pick(base, b);
+        uint count = rx_walk_count(w, a, rx_pick(ends, a), b, rx_pick(low, b) + at, rx_pick(high, b) + at) - at;
+        if (b == 0u) low.x = count;
+        else if (b == 1u) low.y = count;
+        else low.z = count;
+    }
+}
+
+// Leaves the aligned block of 2^shift voxels a side that holds the current cell.
+void rx_walk_step(inout RxWalk w, uint shift) {
+    uvec3 end = (w.q | ((1u << shift) - 1u)) + 1u;
+    uvec3 block = end - w.entry;
+    vec3 times = (vec3(block - 1u) + w.h) * w.inv;
+    times = mix(times, vec3(RX_NEVER), equal(w.inv, vec3(0.0)));
+    float t = min(times.x, min(times.y, times.z));
+    uint a = times.x == t ? 0u : times.y == t ? 1u : 2u;
+
+    // Cells passed on each axis when the block is left, with their error.
+    vec3 x = t * w.d + w.g;
+    vec3 error = (x + 1.0) * RX_WALK_ERROR;
+    uvec3 low = max(uvec3(max(x - error, 0.0)), w.q - w.entry);
+    uvec3 high = max(min(uvec3(x + error), block), low);
+    bvec3 unsure = notEqual(low, high);
+    if ((unsure.x && a != 0u) || (unsure.y && a != 1u) || (unsure.z && a != 2u)) rx_walk_decide(w, end, a, low, high);
+
+    w.q = w.entry + low;
+    if (a == 0u) w.q.x = end.x;
+    else if (a == 1u) w.q.y = end.y;
+    else w.q.z = end.z;
+    w.axes = (w.q.x == end.x ? 1u : 0u) | (w.q.y == end.y ? 2u : 0u) | (w.q.z == end.z ? 4u : 0u);
+    w.first = a;
+    w.t = t;
+}
+
+// Fills in all of a hit but its material: the current cell is the voxel. False if it lies beyond ray.t_max.
+bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, out RxHit hit) {
+    hit.voxel = corner + ivec3(w.q ^ w.flip);
+    hit.material = 0u;
+    hit.steps = 0u;
+    if (w.axes == 0u) {
+        hit.face = RX_FACE_INSIDE;
+        hit.t = 0.0;
+        hit.uv = clamp(ray.frac.xy, 0.0, 1.0);
+        return true;
+    }
+    // On an edge or corner the face of the steepest axis counts, then the one first in the order x, y, z.
+    uint a = 3u;
+    uint steepest = 0u;
+    for (uint i = 0u; i < 3u; ++i) {
+        uint d = rx_pick(w.d_fixed, i);
+        if ((w.axes & (1u << i)) != 0u && d > steepest) {
+            a = i;
+            steepest = d;
+        }
+    }
+    bool down = rx_pick(w.flip, a) != 0u;
+    hit.face = 2u * a + (down ? 1u : 0u);
+
+    uvec3 n = w.q - w.origin;
+    uint n_a = rx_pick(n, a);
+    precise float lattice_t = (float(n_a) - float(rx_pick(w.g_fixed, a)) * 5.9604644775390625e-8)
+                            / (float(steepest) * 9.31322574615478515625e-10);
+    precise float scale = uintBitsToFloat(max(254u - rx_lattice_top(ray.dir), 1u) << 23);
+    precise float t = lattice_t * scale;
+    hit.t = t;
+
+    vec3 place = clamp(ray.frac, 0.0, 1.0);
+    for (uint b = 0u; b < 3u; ++b) {
+        if (b == a || rx_pick(w.d_fixed, b) == 0u) continue;
+        uint n_b = rx_pick(n, b);
+        float p = rx_pick(w.flip, b) == 0u ? -rx_walk_gap(w, a, n_a, b, n_b) : rx_walk_gap(w, a, n_a, b, n_b + 1u);
+        p = clamp(p, 0.0, 1.0);
+        if (b == 0u) place.x = p;
+        else if (b == 1u) place.y = p;
+        else place.z = p;
+    }
+    hit.uv = a == 0u ? place.yz : a == 1u ? place.xz : place.xy;
+    return t <= ray.t_max;
+}
+
+// Time since entry after which no hit can be within ray.t_max, with room for rounding.
+float rx_walk_t_end(RxWalk w, RxRay ray) {
+    if (ray.t_max >= 1.0e37) return RX_FAR;
+    float scale = uintBitsToFloat(clamp(rx_lattice_top(ray.dir), 1u, 253u) << 23);
+    return ray.t_max * scale * 1.0001 + 1.0e-3;
+}
+
+#endif

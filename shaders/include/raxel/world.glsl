@@ -1,0 +1,21 @@
+// The bound world. A graph that binds `world = "…"` to a buffer with `source = "world.<layout>"` compiles its shader with
+// RX_LAYOUT_<LAYOUT>; whichever it is, a shader uses
+//
+//     bool rx_trace(RxRay ray, out RxHit hit);             first solid voxel along a ray, exactly
+//     uint rx_material(ivec3 cell);                        material of a voxel, 0 for air
+//     RxMaterial rx_material_properties(uint material);
+#ifndef RAXEL_WORLD_GLSL
+#define RAXEL_WORLD_GLSL
+
+#include "ray.glsl"
+#include "walk.glsl"
+
+#if defined(RX_LAYOUT_TREE64)
+#include "tree64.glsl"
+#elif defined(RX_LAYOUT_CHUNKS)
+#include "chunks.glsl"
+#else
+#error "<raxel/world.glsl> needs a world: bind `world` to a buffer with source = \"world.tree64\" or \"world.chunks\""
+#endif
+
+#endif
