@@ -4,5 +4,6 @@ pub mod camera;
 pub mod clock;
 pub mod params;
 pub mod project;
+pub mod reload;
 pub mod show;
 pub mod timeline;

@@ -1,0 +1,258 @@
+//! Decides when an edit is finished, and whether it changed anything.
+//!
+//! Editors save in many ways: in place, in pieces, by renaming a new file over the old one, by deleting first. A file counts as
+//! changed when nothing has touched it for a moment, it is neither missing nor empty for a moment only, and its bytes differ.
+//! Time is given from outside, so that this is a plain function of events.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// Quiet time after a file was closed or renamed into place. Short: the file is whole, and only the other files of a "save all" are
+/// still to come.
+pub const QUIET_AFTER_CLOSE: Duration = Duration::from_millis(15);
+
+/// Quiet time after a write, where the system does not say when the writer closes the file.
+pub const QUIET_AFTER_WRITE: Duration = Duration::from_millis(50);
+
+/// Quiet time after a write, where the system will say when the writer closes the file.
+pub const QUIET_WHILE_OPEN: Duration = Duration::from_millis(300);
+
+/// How long a file that was there before may be missing or empty, as it is between two steps of a save.
+pub const GONE_FOR_A_MOMENT: Duration = Duration::from_millis(250);
+
+/// Longest wait for quiet, however busy the folder.
+pub const LONGEST_WAIT: Duration = Duration::from_millis(1500);
+
+/// What happened to a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Touch {
+    /// Closed after writing, renamed, deleted: one step of a save is finished.
+    Finished,
+    /// Written to; the system will say when it is closed.
+    Open,
+    /// Something, and the system says no more.
+    Unknown,
+}
+
+impl Touch {
+    fn quiet(self) -> Duration {
+        match self {
+            Touch::Finished => QUIET_AFTER_CLOSE,
+            Touch::Open => QUIET_WHILE_OPEN,
+            Touch::Unknown => QUIET_AFTER_WRITE,
+        }
+    }
+}
+
+/// Contents of a file, as far as they matter here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// No file, or none that can be read.
+    Missing,
+    /// A file without bytes.
+    Empty,
+    /// BLAKE3 of the bytes.
+    Bytes(blake3::Hash),
+}
+
+impl Content {
+    /// Of these bytes.
+    pub fn of(bytes: &[u8]) -> Self {
+        if bytes.is_empty() { Content::Empty } else { Content::Bytes(blake3::hash(bytes)) }
+    }
+}
+
+/// Files that were touched and are waited for, and the contents of all files as last used.
+#[derive(Debug, Default)]
+pub struct Settle {
+    touched: BTreeMap<String, Touched>,
+    known: BTreeMap<String, Content>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Touched {
+    first: Instant,
+    due: Instant,
+}
+
+impl Settle {
+    /// The files that matter from now on, with the contents that were used. A file that already mattered keeps the contents that
+    /// were recorded for it.
+    pub fn expect(&mut self, files: impl IntoIterator<Item = (String, Content)>) {
+        let mut known = BTreeMap::new();
+        for (path, content) in files {
+            let content = self.known.get(&path).copied().unwrap_or(content);
+            known.insert(path, content);
+        }
+        self.touched.retain(|path, _| known.contains_key(path));
+        self.known = known;
+    }
+
+    /// Whether a file matters.
+    pub fn matters(&self, path: &str) -> bool {
+        self.known.contains_key(path)
+    }
+
+    /// Files that matter.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.known.keys().map(String::as_str)
+    }
+
+    /// Something happened to a file.
+    pub fn touch(&mut self, path: &str, touch: Touch, now: Instant) {
+        if self.matters(path) {
+            let first = self.touched.get(path).map_or(now, |touched| touched.first);
+            let due = (now + touch.quiet()).min(first + LONGEST_WAIT);
+            self.touched.insert(path.to_owned(), Touched { first, due });
+        }
+    }
+
+    /// When [`Settle::changed`] is worth calling; `None` while nothing was touched.
+    pub fn due(&self) -> Option<Instant> {
+        self.touched.values().map(|touched| touched.due).max()
+    }
+
+    /// Once all touched files are quiet: those whose contents differ from what was used. They count as used from then on.
+    pub fn changed(&mut self, now: Instant, read: impl Fn(&str) -> Content) -> Vec<String> {
+        if self.due().is_none_or(|due| due > now) {
+            return Vec::new();
+        }
+        let contents: Vec<(String, Content)> = self.touched.keys().map(|path| (path.clone(), read(path))).collect();
+        let mut wait = false;
+        for (path, content) in &contents {
+            let gone = matches!(content, Content::Missing | Content::Empty);
+            let was_there = matches!(self.known.get(path), Some(Content::Bytes(_)));
+            if gone
+                && was_there
+                && let Some(touched) = self.touched.get_mut(path)
+            {
+                let patience = touched.first + GONE_FOR_A_MOMENT;
+                if now < patience {
+                    touched.due = patience;
+                    wait = true;
+                }
+            }
+        }
+        if wait {
+            return Vec::new();
+        }
+        self.touched.clear();
+        let mut changed = Vec::new();
+        for (path, content) in contents {
+            if self.known.get(&path) != Some(&content) {
+                self.known.insert(path.clone(), content);
+                changed.push(path);
+            }
+        }
+        changed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+
+    use super::*;
+
+    /// A folder in memory with a clock: `at(ms)` moves the clock.
+    struct Folder {
+        start: Instant,
+        files: RefCell<BTreeMap<String, Vec<u8>>>,
+        settle: Settle,
+    }
+
+    impl Folder {
+        fn new(files: &[(&str, &str)]) -> Self {
+            let files: BTreeMap<String, Vec<u8>> =
+                files.iter().map(|(path, text)| ((*path).to_owned(), text.as_bytes().to_vec())).collect();
+            let mut settle = Settle::default();
+            settle.expect(files.iter().map(|(path, bytes)| (path.clone(), Content::of(bytes))));
+            Self { start: Instant::now(), files: RefCell::new(files), settle }
+        }
+
+        fn write(&mut self, ms: u64, path: &str, text: &str, touch: Touch) {
+            self.files.borrow_mut().insert(path.to_owned(), text.as_bytes().to_vec());
+            self.settle.touch(path, touch, self.start + Duration::from_millis(ms));
+        }
+
+        fn remove(&mut self, ms: u64, path: &str) {
+            self.files.borrow_mut().remove(path);
+            self.settle.touch(path, Touch::Finished, self.start + Duration::from_millis(ms));
+        }
+
+        fn changed(&mut self, ms: u64) -> Vec<String> {
+            let files = &self.files;
+            self.settle.changed(self.start + Duration::from_millis(ms), |path| {
+                files.borrow().get(path).map_or(Content::Missing, |bytes| Content::of(bytes))
+            })
+        }
+    }
+
+    #[test]
+    fn a_plain_save_is_seen_soon_and_once() {
+        let mut folder = Folder::new(&[("a", "1"), ("b", "1")]);
+        folder.write(0, "a", "", Touch::Open);
+        folder.write(1, "a", "2", Touch::Open);
+        folder.write(1, "a", "2", Touch::Finished);
+        assert!(folder.changed(10).is_empty());
+        assert_eq!(folder.changed(17), ["a"]);
+        assert!(folder.changed(1000).is_empty());
+    }
+
+    #[test]
+    fn a_save_without_change_is_none() {
+        let mut folder = Folder::new(&[("a", "1")]);
+        folder.write(0, "a", "1", Touch::Finished);
+        assert!(folder.changed(20).is_empty());
+        // A file that does not matter is not even waited for.
+        folder.write(30, "a~", "1", Touch::Finished);
+        assert_eq!(folder.settle.due(), None);
+    }
+
+    #[test]
+    fn pieces_are_waited_for() {
+        let mut folder = Folder::new(&[("a", "whole")]);
+        folder.write(0, "a", "", Touch::Open);
+        folder.write(100, "a", "ne", Touch::Open);
+        assert!(folder.changed(200).is_empty());
+        folder.write(220, "a", "new", Touch::Open);
+        folder.write(220, "a", "new", Touch::Finished);
+        assert_eq!(folder.changed(236), ["a"]);
+    }
+
+    #[test]
+    fn a_file_that_is_gone_for_a_moment_is_no_change() {
+        let mut folder = Folder::new(&[("a", "1")]);
+        folder.remove(0, "a");
+        assert!(folder.changed(20).is_empty());
+        folder.write(100, "a", "1", Touch::Finished);
+        assert!(folder.changed(120).is_empty());
+        assert_eq!(folder.settle.due(), None);
+        // One that stays away is.
+        folder.remove(1000, "a");
+        assert!(folder.changed(1100).is_empty());
+        assert_eq!(folder.changed(1300), ["a"]);
+        folder.write(2000, "a", "1", Touch::Finished);
+        assert_eq!(folder.changed(2020), ["a"]);
+    }
+
+    #[test]
+    fn files_saved_together_change_together() {
+        let mut folder = Folder::new(&[("a", "1"), ("b", "1")]);
+        folder.write(0, "a", "2", Touch::Finished);
+        folder.write(10, "b", "2", Touch::Finished);
+        assert!(folder.changed(16).is_empty());
+        assert_eq!(folder.changed(26), ["a", "b"]);
+    }
+
+    #[test]
+    fn a_busy_file_is_not_waited_for_forever() {
+        let mut folder = Folder::new(&[("a", "0")]);
+        let mut seen = 0;
+        for ms in (0..4000).step_by(10) {
+            folder.write(ms, "a", &ms.to_string(), Touch::Finished);
+            seen += folder.changed(ms).len();
+        }
+        assert!(seen >= 2, "{seen}");
+    }
+}
