@@ -177,6 +177,8 @@ pub struct ResourcePlan {
     pub resource: ResourceId,
     /// What is created per copy.
     pub desc: ResourceDesc,
+    /// What each copy needs, as [`PlanInput::memory`] says; nothing for a source but its bytes.
+    pub memory: Requirements,
     /// `history + 1` copies; frame f writes copy f mod copies, and `@n` reads copy (f − n) mod copies.
     pub copies: u32,
     /// Contents at the start of each frame, if it is cleared.
@@ -293,7 +295,7 @@ pub struct Barrier {
 }
 
 /// Scopes of a dependency.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
 pub struct Dependency {
     /// First scope.
     pub src: Scope,

@@ -1,0 +1,194 @@
+//! Alias: lets transient resources that never live at the same time share memory.
+//!
+//! Packing is greedy by size with best fit (Pisarchyk and Lee, "Efficient Memory Management for Deep Neural Net Inference", 2020,
+//! section 5.2): the largest resource first, each at the place in a growing arena, free during its whole life, that makes the arena
+//! grow least and leaves the smallest hole. An arena is then cut where nothing overlaps: every piece with at least two
+//! occupants becomes a block; a resource that shares with nobody gets memory of its own.
+
+use crate::lifetimes::Life;
+use crate::plan::{BlockPlan, Place, Requirements, ResourceDesc, ResourcePlan};
+
+/// The memory of a frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Alias {
+    /// By used resource: its place in a shared block.
+    pub places: Vec<Option<Place>>,
+    /// By used resource: the others that share memory with it, in order.
+    pub neighbours: Vec<Vec<u32>>,
+    /// Shared blocks.
+    pub blocks: Vec<BlockPlan>,
+}
+
+/// A resource that may share memory.
+struct Item {
+    resource: u32,
+    needs: Requirements,
+    image: bool,
+    life: (u32, u32),
+    offset: u64,
+}
+
+impl Item {
+    fn end(&self) -> u64 {
+        self.offset + self.needs.size
+    }
+
+    /// Its bytes; in whole pages when it is set against a resource of the other kind, because the device may (`granularity` is
+    /// `bufferImageGranularity`).
+    fn range(&self, against_image: bool, granularity: u64) -> (u64, u64) {
+        if self.image == against_image {
+            (self.offset, self.end())
+        } else {
+            (self.offset / granularity * granularity, self.end().next_multiple_of(granularity))
+        }
+    }
+
+    fn touches(&self, other: &Item, granularity: u64) -> bool {
+        let (a, b) = (self.range(other.image, granularity), other.range(self.image, granularity));
+        a.0 < b.1 && b.0 < a.1
+    }
+
+    fn meets(&self, other: &Item) -> bool {
+        self.life.0 <= other.life.1 && other.life.0 <= self.life.1
+    }
+}
+
+struct Arena {
+    type_bits: u32,
+    size: u64,
+    items: Vec<Item>,
+}
+
+/// Finds a place for every transient resource.
+pub(crate) fn alias(resources: &[ResourcePlan], lives: &[Life], granularity: u64, enabled: bool) -> Alias {
+    let granularity = granularity.max(1);
+    let mut result = Alias {
+        places: vec![None; resources.len()],
+        neighbours: vec![Vec::new(); resources.len()],
+        blocks: Vec::new(),
+    };
+    if !enabled {
+        return result;
+    }
+    let mut items: Vec<Item> = (0..)
+        .zip(resources.iter().zip(lives))
+        .filter_map(|(resource, (plan, life))| match *life {
+            Life::Transient { first, last } if plan.memory.size > 0 => Some(Item {
+                resource,
+                needs: Requirements { alignment: plan.memory.alignment.max(1), ..plan.memory },
+                image: matches!(plan.desc, ResourceDesc::Image(_)),
+                life: (first, last),
+                offset: 0,
+            }),
+            _ => None,
+        })
+        .collect();
+    items.sort_by_key(|item| (std::cmp::Reverse(item.needs.size), item.life.0, item.resource));
+    let mut arenas: Vec<Arena> = Vec::new();
+    for item in items {
+        put(item, &mut arenas, granularity);
+    }
+    for arena in arenas {
+        cut(arena.items, granularity, &mut result);
+    }
+    result
+}
+
+/// Puts an item where its arena grows least.
+fn put(mut item: Item, arenas: &mut Vec<Arena>, granularity: u64) {
+    let mut best: Option<(u64, u64, usize, u64)> = None;
+    for (index, arena) in arenas.iter().enumerate() {
+        if arena.type_bits & item.needs.type_bits == 0 {
+            continue;
+        }
+        let (offset, hole) = fit(&item, arena, granularity);
+        let growth = (offset + item.needs.size).saturating_sub(arena.size);
+        let place = (growth, hole, index, offset);
+        if best.is_none_or(|best| place < best) {
+            best = Some(place);
+        }
+    }
+    match best {
+        Some((growth, _, index, offset)) if growth < item.needs.size => {
+            let arena = &mut arenas[index];
+            item.offset = offset;
+            arena.size += growth;
+            arena.type_bits &= item.needs.type_bits;
+            arena.items.push(item);
+        }
+        _ => arenas.push(Arena { type_bits: item.needs.type_bits, size: item.needs.size, items: vec![item] }),
+    }
+}
+
+/// The offset in an arena that leaves the smallest hole among those that do not grow it, else the lowest one; and the hole.
+fn fit(item: &Item, arena: &Arena, granularity: u64) -> (u64, u64) {
+    let mut taken: Vec<(u64, u64)> = arena
+        .items
+        .iter()
+        .filter(|other| other.meets(item))
+        .map(|other| other.range(item.image, granularity))
+        .collect();
+    taken.sort_unstable();
+    // Against a neighbour of the other kind both ranges are whole pages; aligning the offset and the size does the rest.
+    let mixed = arena.items.iter().any(|other| other.image != item.image && other.meets(item));
+    let alignment = item.needs.alignment.max(if mixed { granularity } else { 1 });
+    let size = item.needs.size.next_multiple_of(if mixed { granularity } else { 1 });
+    let mut best: Option<(u64, u64)> = None;
+    let mut free = 0;
+    for (start, end) in taken {
+        let offset = u64::next_multiple_of(free, alignment);
+        if offset + size <= start {
+            let hole = start - offset - size;
+            if best.is_none_or(|(least, _)| hole < least) {
+                best = Some((hole, offset));
+            }
+        }
+        free = free.max(end);
+    }
+    let last = u64::next_multiple_of(free, alignment);
+    if last + item.needs.size <= arena.size {
+        let hole = arena.size - last - item.needs.size;
+        if best.is_none_or(|(least, _)| hole < least) {
+            best = Some((hole, last));
+        }
+    }
+    best.map_or((last, 0), |(hole, offset)| (offset, hole))
+}
+
+/// Cuts an arena where no two occupants share memory, and makes the pieces blocks.
+fn cut(mut items: Vec<Item>, granularity: u64, result: &mut Alias) {
+    items.sort_by_key(|item| (item.offset, item.resource));
+    let mut start = 0;
+    while start < items.len() {
+        let mut end = start + 1;
+        while end < items.len() && items[start..end].iter().any(|item| item.touches(&items[end], granularity)) {
+            end += 1;
+        }
+        if end - start > 1 {
+            block(&items[start..end], granularity, result);
+        }
+        start = end;
+    }
+}
+
+fn block(items: &[Item], granularity: u64, result: &mut Alias) {
+    let alignment = items.iter().map(|item| item.needs.alignment).fold(granularity, u64::max);
+    // Offsets stay aligned when all move by a multiple of every alignment.
+    let base = items.iter().map(|item| item.offset).min().unwrap_or(0) / alignment * alignment;
+    let number = result.blocks.len() as u32;
+    for item in items {
+        result.places[item.resource as usize] = Some(Place { block: number, offset: item.offset - base });
+        let mut neighbours: Vec<u32> = items
+            .iter()
+            .filter(|other| other.resource != item.resource && other.touches(item, granularity))
+            .map(|other| other.resource)
+            .collect();
+        neighbours.sort_unstable();
+        result.neighbours[item.resource as usize] = neighbours;
+    }
+    result.blocks.push(BlockPlan {
+        size: items.iter().map(Item::end).max().unwrap_or(0) - base,
+        alignment,
+        type_bits: items.iter().fold(u32::MAX, |bits, item| bits & item.needs.type_bits),
+    });
+}

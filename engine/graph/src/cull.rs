@@ -1,0 +1,162 @@
+//! Cull: leave out passes whose `when` does not hold and passes that nothing presented or pinned depends on, now or in any later
+//! frame.
+
+use crate::checked::{BufferSize, Graph, PassId, ResourceId, ResourceKind};
+use crate::plan::{CullReason, Culled, PlanInput, Present};
+use crate::region::{Parts, Region};
+use crate::sizes::Size;
+
+/// What is left of a graph.
+#[derive(Clone, Debug)]
+pub(crate) struct Cull {
+    /// Passes that run, in program order.
+    pub live: Vec<PassId>,
+    /// The others.
+    pub culled: Vec<Culled>,
+    /// Resources that live passes, the present point or pins use, in order of the file.
+    pub used: Vec<ResourceId>,
+    /// By resource: a pass that would write it is off, so that (a part of) it stays at `init`.
+    pub switched_off: Vec<bool>,
+}
+
+/// Which parts of every resource matter at one point of the frame.
+type Needs = Vec<Vec<bool>>;
+
+/// Decides what runs.
+pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
+    let on: Vec<bool> = graph
+        .passes
+        .iter()
+        .map(|pass| pass.when.as_ref().is_none_or(|when| (input.facts)(&when.fact) != when.negated))
+        .collect();
+    let parts = parts(graph, sizes, input.present);
+    let region = |access| -> Vec<usize> { region_parts(&parts, sizes, access).collect() };
+
+    // What must be in the resources when a frame ends: what is read from outside, and by later frames. The latter is not known
+    // before the passes that read it are, so this grows until it stays the same.
+    let mut at_end: Needs = parts.iter().map(|parts| vec![false; parts.count()]).collect();
+    for pinned in input.pinned {
+        at_end[pinned.0 as usize].fill(true);
+    }
+    let presented = presented(input.present, sizes);
+    let presented: Vec<usize> = parts[input.present.resource.0 as usize].of(presented).collect();
+    let taken_early = input.present.age == 0 && input.present.after.is_some();
+    if !taken_early {
+        mark(&mut at_end[input.present.resource.0 as usize], presented.iter().copied());
+    }
+
+    let mut live = vec![false; graph.passes.len()];
+    loop {
+        let before = at_end.clone();
+        let mut needs = at_end.clone();
+        // Backwards through the frame: a pass runs when something behind it needs what it writes. A store never makes an earlier
+        // one useless, for a pass need not write every texel.
+        for (index, pass) in graph.passes.iter().enumerate().rev() {
+            if taken_early && input.present.after == Some(PassId(index as u32)) {
+                mark(&mut needs[input.present.resource.0 as usize], presented.iter().copied());
+            }
+            if !on[index] {
+                continue;
+            }
+            live[index] |= pass
+                .accesses
+                .iter()
+                .any(|a| a.access.writes() && region(a).iter().any(|&part| needs[a.resource.0 as usize][part]));
+            if live[index] {
+                for access in pass.accesses.iter().filter(|a| a.access.reads()) {
+                    let point = if access.age == 0 { &mut needs } else { &mut at_end };
+                    mark(&mut point[access.resource.0 as usize], region(access));
+                }
+            }
+        }
+        // What is needed when a frame starts must be there when the last one ends, unless the frame starts with a clear.
+        for (index, resource) in graph.resources.iter().enumerate() {
+            let cleared = match &resource.kind {
+                ResourceKind::Target(target) => target.clear.is_some(),
+                ResourceKind::Buffer(buffer) => buffer.clear.is_some(),
+            };
+            if !cleared {
+                let needed = (0..needs[index].len()).filter(|&part| needs[index][part]);
+                mark(&mut at_end[index], needed);
+            }
+        }
+        if at_end == before {
+            break;
+        }
+    }
+
+    let mut result = Cull {
+        live: Vec::new(),
+        culled: Vec::new(),
+        used: Vec::new(),
+        switched_off: vec![false; graph.resources.len()],
+    };
+    let mut used = vec![false; graph.resources.len()];
+    used[input.present.resource.0 as usize] = true;
+    for pinned in input.pinned {
+        used[pinned.0 as usize] = true;
+    }
+    for (index, pass) in graph.passes.iter().enumerate() {
+        let id = PassId(index as u32);
+        if live[index] {
+            result.live.push(id);
+            for access in &pass.accesses {
+                used[access.resource.0 as usize] = true;
+            }
+        } else if on[index] {
+            result.culled.push(Culled { pass: id, reason: CullReason::Unused });
+        } else {
+            result.culled.push(Culled { pass: id, reason: CullReason::Condition });
+            for access in pass.accesses.iter().filter(|a| a.access.writes()) {
+                result.switched_off[access.resource.0 as usize] = true;
+            }
+        }
+    }
+    result.used = (0..graph.resources.len()).filter(|&i| used[i]).map(|i| ResourceId(i as u32)).collect();
+    result
+}
+
+/// What the present step reads.
+pub(crate) fn presented(present: Present, sizes: &[Size]) -> Region {
+    match sizes[present.resource.0 as usize] {
+        Size::Image { volume, .. } => Region::one(present.mip, if volume { 0 } else { present.layer }),
+        size @ Size::Buffer(_) => Region::whole(&size),
+    }
+}
+
+/// The parts of every resource that accesses and the present point tell apart.
+fn parts(graph: &Graph, sizes: &[Size], present: Present) -> Vec<Parts> {
+    let mut regions: Vec<Vec<Region>> = sizes.iter().map(|size| vec![Region::whole(size)]).collect();
+    for access in graph.passes.iter().flat_map(|pass| &pass.accesses) {
+        let resource = access.resource.0 as usize;
+        regions[resource].push(Region::of(access, &sizes[resource]));
+    }
+    regions[present.resource.0 as usize].push(presented(present, sizes));
+    regions.into_iter().map(Parts::new).collect()
+}
+
+fn region_parts<'a>(
+    parts: &'a [Parts],
+    sizes: &'a [Size],
+    access: &crate::checked::BoundAccess,
+) -> impl Iterator<Item = usize> + use<> {
+    let resource = access.resource.0 as usize;
+    parts[resource].of(Region::of(access, &sizes[resource]))
+}
+
+fn mark(needs: &mut [bool], parts: impl IntoIterator<Item = usize>) {
+    for part in parts {
+        needs[part] = true;
+    }
+}
+
+/// The name of a buffer's source, if it has one.
+pub(crate) fn source(graph: &Graph, resource: ResourceId) -> Option<&str> {
+    match &graph.resource(resource).kind {
+        ResourceKind::Buffer(buffer) => match &buffer.size {
+            BufferSize::Source(name) => Some(name),
+            _ => None,
+        },
+        ResourceKind::Target(_) => None,
+    }
+}

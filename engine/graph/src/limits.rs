@@ -1,0 +1,271 @@
+//! Limits: what only an output size and a device can show to be wrong.
+
+use raxel_diagnostics::{Code, Diagnostic, codes};
+
+use crate::checked::{BoundAccess, BufferSize, Dispatch, Extent, Graph, Pass, Resource, ResourceId, ResourceKind};
+use crate::cull::Cull;
+use crate::plan::{Limits, PlanInput};
+use crate::sizes::{Size, full_chain, groups, local_size};
+
+/// Checks that the present point exists.
+pub(crate) fn check_present(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Result<(), Vec<Diagnostic>> {
+    let present = input.present;
+    let resource = graph.resource(present.resource);
+    let mut found = Vec::new();
+    let mut missing = |what: &str, asked: u32, there: u32| {
+        if asked >= there {
+            let range = if there == 1 { "only 0".to_owned() } else { format!("0 to {}", there - 1) };
+            found.push(
+                Diagnostic::error(
+                    codes::graph::PRESENT_OUT_OF_RANGE,
+                    format!("`{}` has no {what} {asked} to show: it has {range}", resource.name),
+                )
+                .label(resource.place.clone(), "declared here"),
+            );
+        }
+    };
+    missing("earlier frame", present.age, resource.history + 1);
+    if let Size::Image { mips, layers, .. } = sizes[present.resource.0 as usize] {
+        missing("mip", present.mip, mips);
+        let slices = sizes[present.resource.0 as usize].texels(present.mip).map_or(layers, |[_, _, slices]| slices);
+        missing("layer", present.layer, slices);
+    }
+    if found.is_empty() { Ok(()) } else { Err(found) }
+}
+
+/// Checks what is created and run against the limits of the device.
+pub(crate) fn check(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cull) -> Result<(), Vec<Diagnostic>> {
+    let mut found = Vec::new();
+    for &id in &cull.used {
+        let resource = graph.resource(id);
+        match sizes[id.0 as usize] {
+            Size::Image { extent, volume, mips, layers } => {
+                image(graph, resource, (extent, volume, mips, layers), input, &mut found);
+            }
+            Size::Buffer(bytes) => buffer(graph, resource, bytes, &input.limits, &mut found),
+        }
+    }
+    for &id in &cull.live {
+        let pass = graph.pass(id);
+        dispatch(pass, sizes, &input.limits, &mut found);
+        blocks(pass, &input.limits, &mut found);
+        for access in &pass.accesses {
+            subresources(graph, pass, access, sizes, &mut found);
+        }
+        if let Dispatch::Indirect { buffer, offset } = pass.dispatch {
+            arguments(graph, pass, (buffer, offset), sizes, &mut found);
+        }
+    }
+    if found.is_empty() { Ok(()) } else { Err(found) }
+}
+
+fn image(
+    graph: &Graph,
+    resource: &Resource,
+    (extent, volume, mips, layers): ([u32; 3], bool, u32, u32),
+    input: &PlanInput,
+    found: &mut Vec<Diagnostic>,
+) {
+    let [w, h, d] = extent;
+    let shown = if volume { format!("{w}×{h}×{d}") } else { format!("{w}×{h}") };
+    let (limit, name) = if volume {
+        (input.limits.image_3d, "maxImageDimension3D")
+    } else {
+        (input.limits.image_2d, "maxImageDimension2D")
+    };
+    if extent.into_iter().max().unwrap_or(1) > limit {
+        let mut diagnostic = Diagnostic::error(
+            codes::graph::TARGET_TOO_LARGE,
+            format!("`{}` would be {shown} texels, but the device allows {limit} on an axis", resource.name),
+        )
+        .label(resource.place.clone(), format!("{shown} at this output size"))
+        .note(format!("the limit is `{name}` = {limit}"));
+        if follows_output(graph, resource) {
+            let [x, y] = input.output;
+            diagnostic = diagnostic.note(format!("the output is {x}×{y} pixels"));
+        }
+        found.push(diagnostic);
+    }
+    if layers > input.limits.image_layers {
+        let limit = input.limits.image_layers;
+        found.push(over(
+            codes::graph::TOO_MANY_LAYERS,
+            resource,
+            format!("`{}` has {layers} layers, but the device allows {limit}", resource.name),
+            ("maxImageArrayLayers", limit.into()),
+        ));
+    }
+    let chain = full_chain(extent);
+    if mips > chain {
+        found.push(
+            Diagnostic::error(
+                codes::graph::TOO_MANY_MIPS,
+                format!("`{}` has {mips} mips, but {shown} texels have only {chain} down to one", resource.name),
+            )
+            .label(resource.place.clone(), format!("{shown} at this output size"))
+            .help("`mips = 0` is the full chain at every size"),
+        );
+    }
+}
+
+fn follows_output(graph: &Graph, resource: &Resource) -> bool {
+    let mut kind = &resource.kind;
+    for _ in 0..=graph.resources.len() {
+        match kind {
+            ResourceKind::Target(target) => match target.extent {
+                Extent::Output { .. } => return true,
+                Extent::Of { target, .. } => kind = &graph.resource(target).kind,
+                Extent::Fixed2(_) | Extent::Fixed3(_) => return false,
+            },
+            ResourceKind::Buffer(_) => return false,
+        }
+    }
+    false
+}
+
+fn buffer(graph: &Graph, resource: &Resource, bytes: Option<u64>, limits: &Limits, found: &mut Vec<Diagnostic>) {
+    let Some(bytes) = bytes else { return };
+    let limit = limits.storage_buffer;
+    if bytes > limit {
+        let mut diagnostic = over(
+            codes::graph::BUFFER_TOO_LARGE,
+            resource,
+            format!("`{}` would be {bytes} bytes, but the device allows {limit}", resource.name),
+            ("maxStorageBufferRange", limit),
+        );
+        if let ResourceKind::Buffer(buffer) = &resource.kind {
+            match &buffer.size {
+                BufferSize::PerPixel { of, stride } => {
+                    let of = graph.resource(*of);
+                    diagnostic = diagnostic.label(of.place.clone(), format!("{stride} bytes for each texel of this"));
+                }
+                BufferSize::Source(name) => {
+                    diagnostic = diagnostic.note(format!("`{name}` supplies it; a smaller world has fewer bytes"));
+                }
+                BufferSize::Bytes(_) => {}
+            }
+        }
+        found.push(diagnostic);
+    }
+}
+
+fn over(code: Code, resource: &Resource, message: String, (name, limit): (&str, u64)) -> Diagnostic {
+    Diagnostic::error(code, message)
+        .label(resource.place.clone(), "declared here")
+        .note(format!("the limit is `{name}` = {limit}"))
+}
+
+fn dispatch(pass: &Pass, sizes: &[Size], limits: &Limits, found: &mut Vec<Diagnostic>) {
+    let local = local_size(pass);
+    if let Some(groups) = groups(pass, sizes) {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let (count, limit) = (groups[axis], limits.workgroup_count[axis]);
+            if count > limit {
+                found.push(
+                    Diagnostic::error(
+                        codes::graph::TOO_MANY_WORKGROUPS,
+                        format!(
+                            "pass `{}` would dispatch {count} workgroups along {name}, but the device allows {limit}",
+                            pass.name
+                        ),
+                    )
+                    .label(pass.place.clone(), format!("workgroups of {} threads along {name}", local[axis]))
+                    .note(format!("the limit is `maxComputeWorkGroupCount[{axis}]` = {limit}")),
+                );
+            }
+        }
+    }
+    let [x, y, z] = local;
+    let threads = local.iter().map(|&side| u64::from(side)).product::<u64>();
+    let too_long = (0..3).find(|&axis| local[axis] > limits.workgroup_size[axis]);
+    let limit = match too_long {
+        Some(axis) => Some((format!("maxComputeWorkGroupSize[{axis}]"), limits.workgroup_size[axis])),
+        None if threads > limits.workgroup_invocations.into() => {
+            Some(("maxComputeWorkGroupInvocations".to_owned(), limits.workgroup_invocations))
+        }
+        None => None,
+    };
+    if let Some((name, limit)) = limit {
+        found.push(
+            Diagnostic::error(
+                codes::graph::WORKGROUP_TOO_LARGE,
+                format!("pass `{}` has workgroups of {x}×{y}×{z} threads, more than the device allows", pass.name),
+            )
+            .label(pass.place.clone(), format!("`{}` says {x}×{y}×{z}", pass.shader.request.path))
+            .note(format!("the limit is `{name}` = {limit}")),
+        );
+    }
+}
+
+fn blocks(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
+    let push = pass.shader.interface.push.as_ref().map_or(0, |block| block.size);
+    if push > limits.push_constants {
+        let limit = limits.push_constants;
+        found.push(
+            Diagnostic::error(
+                codes::graph::PUSH_TOO_LARGE,
+                format!("pass `{}` pushes {push} bytes, but the device allows {limit}", pass.name),
+            )
+            .label(pass.place.clone(), "")
+            .note(format!("the limit is `maxPushConstantsSize` = {limit}"))
+            .help("move what is large into a uniform block"),
+        );
+    }
+    for block in &pass.uniforms {
+        let limit = limits.uniform_buffer;
+        if u64::from(block.size) > limit {
+            let name = pass.shader.interface.bindings.get(block.binding as usize).map_or("", |b| b.name.as_str());
+            found.push(
+                Diagnostic::error(
+                    codes::graph::UNIFORM_TOO_LARGE,
+                    format!(
+                        "uniform block `{name}` of pass `{}` has {} bytes, but the device allows {limit}",
+                        pass.name, block.size
+                    ),
+                )
+                .label(pass.place.clone(), "")
+                .note(format!("the limit is `maxUniformBufferRange` = {limit}")),
+            );
+        }
+    }
+}
+
+fn subresources(graph: &Graph, pass: &Pass, access: &BoundAccess, sizes: &[Size], found: &mut Vec<Diagnostic>) {
+    let Size::Image { mips, extent: [w, h, _], .. } = sizes[access.resource.0 as usize] else { return };
+    let last = access.mips.0.saturating_add(access.mips.1.max(1));
+    if last > mips {
+        let resource = graph.resource(access.resource);
+        found.push(
+            Diagnostic::error(
+                codes::graph::TOO_MANY_MIPS,
+                format!("pass `{}` binds mip {} of `{}`, which has {mips}", pass.name, last - 1, resource.name),
+            )
+            .label(pass.place.clone(), "bound by this pass")
+            .label(resource.place.clone(), format!("{w}×{h} at this output size: mips 0 to {}", mips - 1)),
+        );
+    }
+}
+
+fn arguments(
+    graph: &Graph,
+    pass: &Pass,
+    (buffer, offset): (ResourceId, u64),
+    sizes: &[Size],
+    found: &mut Vec<Diagnostic>,
+) {
+    let Size::Buffer(Some(bytes)) = sizes[buffer.0 as usize] else { return };
+    if offset.saturating_add(12) > bytes {
+        let resource = graph.resource(buffer);
+        found.push(
+            Diagnostic::error(
+                codes::graph::ARGUMENTS_OUT_OF_RANGE,
+                format!(
+                    "pass `{}` reads 12 bytes of workgroup counts at offset {offset}, but `{}` has {bytes} bytes",
+                    pass.name, resource.name
+                ),
+            )
+            .label(pass.place.clone(), "dispatched here")
+            .label(resource.place.clone(), "declared here"),
+        );
+    }
+}

@@ -1,0 +1,89 @@
+//! The back end of the compiler: a checked graph in, a plan out. No device is touched.
+
+use std::sync::Arc;
+
+use raxel_diagnostics::Diagnostic;
+
+use crate::alias::{Alias, alias};
+use crate::barriers::{Frame, barriers};
+use crate::checked::Graph;
+use crate::cull::cull;
+use crate::describe::describe;
+use crate::lifetimes::{Life, lifetimes};
+use crate::limits;
+use crate::order::{Action, Order, order};
+use crate::plan::{Barrier, Lifetime, PassPlan, Plan, PlanInput, ResourcePlan, Step};
+use crate::sizes::{groups, sizes};
+
+/// Compiles a checked graph for one output size, present point and state of the conditions. The errors are those that only a size or
+/// a device can show, all at once.
+pub fn plan(graph: Arc<Graph>, input: &PlanInput) -> Result<Plan, Vec<Diagnostic>> {
+    // Everything relative to the output gets its size.
+    let sizes = sizes(&graph, input.output, input.sources);
+    limits::check_present(&graph, &sizes, input)?;
+
+    // Passes that nobody will see are left out; so are resources that only they use.
+    let cull = cull(&graph, &sizes, input);
+
+    // What is left must fit the device.
+    limits::check(&graph, &sizes, input, &cull)?;
+    let mut resources = describe(&graph, &sizes, &cull.used, input.memory);
+
+    // A frame is what the file says in the order of the file; clears and the present step find their places.
+    let order = order(&graph, &sizes, input, &cull);
+
+    // What no later frame reads only lives from its first to its last step,
+    let lives = lifetimes(&graph, input, &cull, &order);
+
+    // and shares memory with what lives at other times.
+    let alias = alias(&resources, &lives, input.memory.granularity(), input.alias);
+
+    // Conflicting accesses are ordered by as few and as small barriers as there can be.
+    let frame = Frame { order: &order, live: &cull.live, resources: &resources, lives: &lives, alias: &alias };
+    let barriers = barriers(&frame);
+
+    // The frame becomes one flat list.
+    let steps = flatten(&order, barriers, &lives, &alias, &mut resources);
+    let passes = cull.live.iter().map(|&pass| PassPlan { pass, groups: groups(graph.pass(pass), &sizes) }).collect();
+    Ok(Plan {
+        output: input.output,
+        present: input.present,
+        resources,
+        blocks: alias.blocks,
+        passes,
+        culled: cull.culled,
+        steps,
+        graph,
+    })
+}
+
+/// Puts each barrier in front of its action, and counts lifetimes in steps.
+fn flatten(
+    order: &Order,
+    barriers: Vec<Option<Barrier>>,
+    lives: &[Life],
+    alias: &Alias,
+    resources: &mut [ResourcePlan],
+) -> Vec<Step> {
+    let mut steps = Vec::with_capacity(order.actions.len() * 2);
+    let mut step_of = Vec::with_capacity(order.actions.len());
+    for (action, barrier) in order.actions.iter().zip(barriers) {
+        steps.extend(barrier.map(Step::Barrier));
+        step_of.push(steps.len() as u32);
+        steps.push(match *action {
+            Action::Clear(resource) => Step::Clear { resource },
+            Action::Dispatch(pass) => Step::Dispatch { pass },
+            Action::Present => Step::Present,
+        });
+    }
+    for (index, life) in lives.iter().enumerate() {
+        if let Life::Transient { first, last } = *life {
+            resources[index].lifetime = Lifetime::Transient {
+                first: step_of[first as usize],
+                last: step_of[last as usize],
+                place: alias.places[index],
+            };
+        }
+    }
+    steps
+}
