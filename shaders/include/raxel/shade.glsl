@@ -1,0 +1,51 @@
+// Light on voxel faces. Needs <raxel/world.glsl> first.
+#ifndef RAXEL_SHADE_GLSL
+#define RAXEL_SHADE_GLSL
+
+#include "sky.glsl"
+#include "random.glsl"
+
+// Whether nothing stands between a face and the sun. The ray starts exactly on the face, so there is no bias and no acne.
+bool rx_sees_sun(RxHit hit, vec3 sun) {
+    RxHit unused;
+    return dot(rx_normal(hit.face), sun) > 0.0 && !rx_trace(rx_ray_from_face(hit.voxel, hit.face, hit.uv, sun), unused);
+}
+
+float rx_corner_light(bool side_a, bool side_b, bool corner) {
+    const float light[4] = float[](1.0, 0.74, 0.55, 0.40);
+    return light[side_a && side_b ? 3 : int(side_a) + int(side_b) + int(corner)];
+}
+
+// How open a point of a face is to the sky, 0 to 1: the eight voxels around it in the layer above darken its corners
+// (Lysenko, "Ambient occlusion for Minecraft-like worlds", 2013), blended over the face.
+float rx_openness(RxHit hit) {
+    ivec3 u, v;
+    rx_face_tangents(hit.face, u, v);
+    ivec3 above = hit.voxel + rx_face_step(hit.face);
+    bool l = rx_material(above - u) != 0u, r = rx_material(above + u) != 0u;
+    bool b = rx_material(above - v) != 0u, t = rx_material(above + v) != 0u;
+    vec4 corners = vec4(rx_corner_light(l, b, rx_material(above - u - v) != 0u),
+                        rx_corner_light(r, b, rx_material(above + u - v) != 0u),
+                        rx_corner_light(l, t, rx_material(above - u + v) != 0u),
+                        rx_corner_light(r, t, rx_material(above + u + v) != 0u));
+    return mix(mix(corners.x, corners.y, hit.uv.x), mix(corners.z, corners.w, hit.uv.x), hit.uv.y);
+}
+
+// Light from the sky and the ground on a face that sees all of it.
+vec3 rx_ambient(vec3 normal, vec3 sun) {
+    vec3 from_sky = rx_sky(normalize(normal + vec3(0.0, 0.6, 0.0)), sun);
+    vec3 from_ground = vec3(0.20, 0.17, 0.13) * (0.25 + 0.75 * rx_sun_color(sun)) * max(sun.y, 0.05);
+    return mix(from_ground, from_sky, 0.5 + 0.5 * normal.y) * (normal.x != 0.0 ? 0.86 : normal.z != 0.0 ? 0.94 : 1.0);
+}
+
+// A few per cent of difference between neighbouring voxels, so that large flat areas do not look like plastic.
+float rx_grain(ivec3 voxel) {
+    return 0.95 + 0.10 * float(rx_hash(voxel) >> 8) * 5.9604644775390625e-8;
+}
+
+// A filmic curve from linear light to linear display values in 0 to 1 (Narkowicz, "ACES filmic tone mapping curve", 2015).
+vec3 rx_tone_curve(vec3 light) {
+    return clamp(light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14), 0.0, 1.0);
+}
+
+#endif
