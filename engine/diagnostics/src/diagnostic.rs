@@ -1,6 +1,6 @@
 //! The diagnostic itself: plain data that names every place involved. Rendering lives in `render`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -105,6 +105,12 @@ impl Diagnostic {
     }
 }
 
+/// The same diagnostics in the same order, each once: files that are read by several passes report their mistakes several times.
+pub fn each_once(diagnostics: impl IntoIterator<Item = Diagnostic>) -> Vec<Diagnostic> {
+    let mut seen = HashSet::new();
+    diagnostics.into_iter().filter(|diagnostic| seen.insert(diagnostic.clone())).collect()
+}
+
 /// The texts that diagnostics point into: path → text. A file that is not UTF-8 is held with its broken bytes replaced.
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
@@ -132,5 +138,17 @@ impl SourceMap {
         for (file, text) in other.iter() {
             self.texts.insert(file.clone(), text.clone());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Diagnostic, Span, each_once};
+    use crate::codes::files;
+
+    #[test]
+    fn says_everything_once() {
+        let at = |start| Diagnostic::error(files::BAD_VALUE, "m").label(Span::new("f", start..9), "");
+        assert_eq!(each_once([at(1), at(2), at(1)]), [at(1), at(2)]);
     }
 }

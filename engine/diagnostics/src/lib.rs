@@ -10,6 +10,7 @@ pub mod render;
 pub mod table;
 
 pub use code::Code;
-pub use diagnostic::{Diagnostic, Label, Severity, SourceMap, Span};
+pub use codes::explain;
+pub use diagnostic::{Diagnostic, Label, Severity, SourceMap, Span, each_once};
 pub use disk::{DiskFiles, MemoryFiles};
 pub use files::{FileError, Files};

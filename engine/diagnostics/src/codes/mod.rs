@@ -15,3 +15,36 @@ pub mod world;
 pub fn all() -> impl Iterator<Item = (crate::Code, &'static str)> {
     [files::ALL, graph::ALL, shader::ALL, world::ALL, session::ALL].into_iter().flatten().copied()
 }
+
+/// The page of a code, in Markdown: what `raxel explain` prints. Upper and lower case are the same.
+pub fn explain(code: &str) -> Option<&'static str> {
+    all().find(|(known, _)| known.as_str().eq_ignore_ascii_case(code.trim())).map(|(_, page)| page)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    #[test]
+    fn every_page_has_a_code_and_a_title() {
+        let mut declared = BTreeSet::new();
+        for (code, page) in super::all() {
+            assert!(declared.insert(format!("{code}.md")), "{code} is declared twice");
+            let title = page.lines().next().unwrap_or_default();
+            assert!(title.starts_with(&format!("# {code}: ")), "{code}: {title:?}");
+            assert!(page.lines().count() > 2, "{code} says nothing");
+        }
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/errors");
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            assert!(declared.contains(&name), "docs/errors/{name} is the page of no code");
+        }
+    }
+
+    #[test]
+    fn explains_in_any_case() {
+        assert!(super::explain("rx0011").unwrap().starts_with("# RX0011: "));
+        assert_eq!(super::explain("RX9999"), None);
+    }
+}

@@ -1,0 +1,15 @@
+//! Diagnostics as text, in three forms that say the same: for people, for editors and grep, for programs. None of them fails,
+//! whatever the spans are: a file may have changed since it was read, or its text may not be at hand.
+
+mod human;
+mod json;
+mod position;
+mod short;
+
+pub use human::human;
+pub use json::json;
+pub use position::{Position, position};
+pub use short::short;
+
+#[cfg(test)]
+mod tests;
