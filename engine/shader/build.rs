@@ -16,7 +16,8 @@ fn main() -> io::Result<()> {
     let mut table = String::from("&[\n");
     for (name, path) in found {
         println!("cargo:rerun-if-changed={}", path.display());
-        writeln!(table, "    ({name:?}, include_str!({:?})),", path.canonicalize()?).map_err(io::Error::other)?;
+        let path = path.canonicalize()?.display().to_string();
+        writeln!(table, "    ({name:?}, include_str!({path:?})),").map_err(io::Error::other)?;
     }
     table.push(']');
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or(io::ErrorKind::NotFound)?);

@@ -15,7 +15,8 @@ use crate::request::Request;
 use crate::sources::{Form, Sources};
 
 /// Changes when the same texts would give another module: part of every key.
-pub(crate) const VERSION: &str = concat!("raxel-shader ", env!("CARGO_PKG_VERSION"), " shaderc 0.10 spv1.5 unoptimised");
+pub(crate) const VERSION: &str =
+    concat!("raxel-shader ", env!("CARGO_PKG_VERSION"), " shaderc 0.10 spv1.5 unoptimised");
 
 /// Compiles the text of a request; everything said about it goes to `sources.diagnostics`. `None` when there is an error.
 pub(crate) fn compile(

@@ -35,7 +35,7 @@ impl Compiler {
         let words = if request.path.to_ascii_lowercase().ends_with(".spv") {
             self.ready(request, &mut sources)
         } else {
-            self.from_text(request, &mut sources)
+            self.of_text(request, &mut sources)
         };
         let result = words.and_then(|words| {
             let module = Module::new(&words, &request.entry)
@@ -56,7 +56,7 @@ impl Compiler {
         }
     }
 
-    fn from_text(&self, request: &Request, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
+    fn of_text(&self, request: &Request, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
         let Some(shaderc) = &self.shaderc else {
             sources
                 .diagnostics
@@ -164,13 +164,8 @@ impl Entry {
         } else {
             sources.found.iter().map(|source| source.name.clone()).collect()
         };
-        let shader = Shader {
-            request: request.clone(),
-            spirv: spirv.into(),
-            interface,
-            files,
-            key: *key.finalize().as_bytes(),
-        };
+        let shader =
+            Shader { request: request.clone(), spirv: spirv.into(), interface, files, key: *key.finalize().as_bytes() };
         Self {
             shader: Arc::new(shader),
             warnings: sources.diagnostics,
@@ -218,10 +213,8 @@ fn module_diagnostic(error: &ModuleError, path: &str) -> Diagnostic {
             Diagnostic::error(codes::shader::UNSUPPORTED_SPIRV, format!("`{path}` is not supported: {reason}"))
         }
         ModuleError::NoEntry { entry, found } => {
-            let diagnostic = Diagnostic::error(
-                codes::shader::NO_ENTRY,
-                format!("`{path}` has no compute entry point `{entry}`"),
-            );
+            let diagnostic =
+                Diagnostic::error(codes::shader::NO_ENTRY, format!("`{path}` has no compute entry point `{entry}`"));
             if found.is_empty() {
                 diagnostic.note("it has no entry point at all")
             } else {

@@ -14,6 +14,11 @@ pub(crate) fn line_ranges(text: &str) -> Vec<Range<usize>> {
     ranges
 }
 
+/// Number of the line that a byte is on, from 1.
+pub(crate) fn line_of(text: &str, at: usize) -> usize {
+    text[..at].matches('\n').count() + 1
+}
+
 /// Whether a character is part of an identifier or number.
 pub(crate) fn is_word(c: char) -> bool {
     c == '_' || c.is_alphanumeric()
@@ -54,16 +59,12 @@ pub(crate) fn tokens(text: &str) -> Vec<Token<'_>> {
         let rest = &text[at..];
         let length = if rest.starts_with("//") {
             rest.find('\n').unwrap_or(rest.len())
-        } else if rest.starts_with("/*") {
-            rest[2..].find("*/").map_or(rest.len(), |end| end + 4)
+        } else if let Some(comment) = rest.strip_prefix("/*") {
+            comment.find("*/").map_or(rest.len(), |end| end + 4)
         } else if c.is_whitespace() {
             c.len_utf8()
         } else {
-            let length = if is_word(c) {
-                rest.find(|c| !is_word(c)).unwrap_or(rest.len())
-            } else {
-                c.len_utf8()
-            };
+            let length = if is_word(c) { rest.find(|c| !is_word(c)).unwrap_or(rest.len()) } else { c.len_utf8() };
             tokens.push(Token { text: &rest[..length], at });
             length
         };

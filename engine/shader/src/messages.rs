@@ -143,8 +143,9 @@ fn place(text: &str, line: usize, token: Option<&str>) -> Range<usize> {
             let first = trimmed.chars().next().map_or(0, char::len_utf8);
             start..start + word.max(first)
         }
-        Some(token) => lexer::find_word(content, token)
-            .map_or(whole, |at| range.start + at..range.start + at + token.len()),
+        Some(token) => {
+            lexer::find_word(content, token).map_or(whole, |at| range.start + at..range.start + at + token.len())
+        }
     }
 }
 
@@ -157,7 +158,8 @@ mod tests {
         let message = Message::parse("shaders/a.comp:12: error: 'foo' : undeclared identifier ").unwrap();
         assert_eq!((message.file, message.line, message.token), ("shaders/a.comp", Some(12), Some("foo")));
         assert_eq!(message.text, "undeclared identifier");
-        let message = Message::parse("<raxel/world.glsl>:3: error: '' :  syntax error, unexpected RIGHT_BRACE").unwrap();
+        let message =
+            Message::parse("<raxel/world.glsl>:3: error: '' :  syntax error, unexpected RIGHT_BRACE").unwrap();
         assert_eq!((message.file, message.line, message.token), ("<raxel/world.glsl>", Some(3), None));
         let message =
             Message::parse("a.comp:6: error: 'assign' :  cannot convert from ' const float' to ' temp int'").unwrap();

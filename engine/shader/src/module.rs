@@ -209,7 +209,8 @@ impl<'w> Module<'w> {
     pub fn without_debug_text(&self) -> Vec<u32> {
         let mut words = self.words[..HEADER_WORDS].to_vec();
         for instruction in &self.instructions {
-            let debug = [Op::Source, Op::SourceContinued, Op::SourceExtension, Op::Line, Op::NoLine, Op::ModuleProcessed];
+            let debug =
+                [Op::Source, Op::SourceContinued, Op::SourceExtension, Op::Line, Op::NoLine, Op::ModuleProcessed];
             if !debug.iter().any(|op| instruction.is(*op)) {
                 words.push(((instruction.operands.len() as u32 + 1) << 16) | instruction.opcode);
                 words.extend_from_slice(instruction.operands);
@@ -259,13 +260,38 @@ fn check_header(words: &[u32]) -> Result<(), ModuleError> {
 fn result_of(instruction: &Instruction<'_>) -> Option<usize> {
     use Op as O;
     let first = [
-        O::ExtInstImport, O::TypeVoid, O::TypeBool, O::TypeInt, O::TypeFloat, O::TypeVector, O::TypeMatrix, O::TypeImage,
-        O::TypeSampler, O::TypeSampledImage, O::TypeArray, O::TypeRuntimeArray, O::TypeStruct, O::TypePointer,
-        O::TypeFunction, O::TypeForwardPointer, O::Label, O::String,
+        O::ExtInstImport,
+        O::TypeVoid,
+        O::TypeBool,
+        O::TypeInt,
+        O::TypeFloat,
+        O::TypeVector,
+        O::TypeMatrix,
+        O::TypeImage,
+        O::TypeSampler,
+        O::TypeSampledImage,
+        O::TypeArray,
+        O::TypeRuntimeArray,
+        O::TypeStruct,
+        O::TypePointer,
+        O::TypeFunction,
+        O::TypeForwardPointer,
+        O::Label,
+        O::String,
     ];
     let second = [
-        O::ConstantTrue, O::ConstantFalse, O::Constant, O::ConstantComposite, O::ConstantNull, O::SpecConstantTrue,
-        O::SpecConstantFalse, O::SpecConstant, O::SpecConstantComposite, O::SpecConstantOp, O::Variable, O::Function,
+        O::ConstantTrue,
+        O::ConstantFalse,
+        O::Constant,
+        O::ConstantComposite,
+        O::ConstantNull,
+        O::SpecConstantTrue,
+        O::SpecConstantFalse,
+        O::SpecConstant,
+        O::SpecConstantComposite,
+        O::SpecConstantOp,
+        O::Variable,
+        O::Function,
         O::FunctionParameter,
     ];
     if first.iter().any(|op| instruction.is(*op)) {
@@ -319,8 +345,14 @@ fn check_types(instructions: &[Instruction<'_>]) -> Result<(), ModuleError> {
     let mut total = 0u64;
     for instruction in instructions {
         let parts: &[u32] = match Op::from_u32(instruction.opcode) {
-            Some(Op::TypeVector | Op::TypeMatrix | Op::TypeImage | Op::TypeSampledImage) => part(instruction, 1..2)?,
-            Some(Op::TypeArray | Op::TypeRuntimeArray) => part(instruction, 1..2)?,
+            Some(
+                Op::TypeVector
+                | Op::TypeMatrix
+                | Op::TypeImage
+                | Op::TypeSampledImage
+                | Op::TypeArray
+                | Op::TypeRuntimeArray,
+            ) => part(instruction, 1..2)?,
             Some(Op::TypePointer) => part(instruction, 2..3)?,
             Some(Op::TypeStruct) => &instruction.operands[1..],
             Some(Op::TypeVoid | Op::TypeBool | Op::TypeInt | Op::TypeFloat | Op::TypeSampler) => &[],
@@ -399,14 +431,13 @@ fn accessed<'w>(instruction: &Instruction<'w>) -> &'w [u32] {
         57 => 3..operands.len(),
         // Image texel pointer, load, access chains, array length, copy object; atomics with a result.
         60 | 61 | 65..=68 | 70 | 83 | 227 | 229..=242 | 318 | 5614 | 5615 | 6035 => 2..3,
-        // Store, copy memory (sized); atomic store, atomic flag clear.
-        62 | 228 | 319 => 0..1,
+        // Store, atomic store, atomic flag clear; return, which may give a pointer; copy memory (sized).
+        62 | 228 | 254 | 319 => 0..1,
         63 | 64 => 0..2,
         // Extended instruction: result type, result, set, number, arguments.
         12 => 4..operands.len(),
-        // Select and phi may choose between pointers; a function may return one.
+        // Select and phi may choose between pointers.
         169 | 245 => 2..operands.len(),
-        254 => 0..1,
         // The rest of the core instructions take values, and their operands may be literals.
         0..=400 => 0..0,
         _ => 0..operands.len(),

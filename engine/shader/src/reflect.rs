@@ -108,11 +108,9 @@ fn binding(
         SpirvType::CombinedImageSampler(sampler) => {
             let image = &sampler.sampled_image_ty;
             match dim(image.dim) {
-                Some(dim) if !image.is_multisampled => BindingKind::SampledImage {
-                    dim,
-                    arrayed: image.is_array,
-                    scalar: scalar_kind(&image.scalar_ty)?,
-                },
+                Some(dim) if !image.is_multisampled => {
+                    BindingKind::SampledImage { dim, arrayed: image.is_array, scalar: scalar_kind(&image.scalar_ty)? }
+                }
                 _ => BindingKind::Unsupported(sampler.to_string()),
             }
         }
@@ -124,8 +122,9 @@ fn binding(
         _ => format!("set{}binding{}", place.set(), place.bind()),
     };
     let access = match (&kind, decorations.get_desc_access_ty(id, ty)) {
-        (BindingKind::SampledImage { .. } | BindingKind::UniformBuffer(_), _)
-        | (_, Some(AccessType::ReadOnly)) => Access::Read,
+        (BindingKind::SampledImage { .. } | BindingKind::UniformBuffer(_), _) | (_, Some(AccessType::ReadOnly)) => {
+            Access::Read
+        }
         (_, Some(AccessType::WriteOnly)) => Access::Write,
         _ => Access::ReadWrite,
     };
@@ -185,11 +184,9 @@ fn ty(ty: &SpirvType) -> Result<Type, String> {
             stride: stride(ty.stride)?,
             row_major: ty.axis_order == Some(MatrixAxisOrder::RowMajor),
         },
-        SpirvType::Array(ty) => Type::Array {
-            element: Box::new(self::ty(&ty.element_ty)?),
-            len: ty.nelement,
-            stride: stride(ty.stride)?,
-        },
+        SpirvType::Array(ty) => {
+            Type::Array { element: Box::new(self::ty(&ty.element_ty)?), len: ty.nelement, stride: stride(ty.stride)? }
+        }
         SpirvType::Struct(ty) => Type::Struct(block(ty)?),
         SpirvType::DeviceAddress(_) | SpirvType::DevicePointer(_) => Type::Scalar(Scalar::Address),
         other => return Err(format!("a block holds `{other}`, which has no bytes")),

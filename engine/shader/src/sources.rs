@@ -5,7 +5,7 @@ use std::sync::Arc;
 use raxel_diagnostics::files::{self, join};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap, Span, codes};
 
-use crate::library;
+use crate::{lexer, library};
 
 /// Where shaders live in a project, and where `<…>` includes are looked for.
 const SHADERS: &str = "shaders";
@@ -82,13 +82,7 @@ impl<'f> Sources<'f> {
 
     /// Answers an `#include` at `depth` (1 in the shader itself): the name and the text to put there. On `None` the reason is in
     /// `diagnostics`.
-    pub fn include(
-        &mut self,
-        requested: &str,
-        form: Form,
-        includer: &str,
-        depth: usize,
-    ) -> Option<(String, Arc<str>)> {
+    pub fn include(&mut self, requested: &str, form: Form, includer: &str, depth: usize) -> Option<(String, Arc<str>)> {
         let question = (includer.to_owned(), requested.to_owned());
         if self.refused.contains(&question) {
             return None;
@@ -133,9 +127,10 @@ impl<'f> Sources<'f> {
             };
             let in_library = path.strip_prefix(INCLUDE).map(|rest| rest.trim_start_matches('/'));
             let library_name = in_library.map(|name| format!("<{name}>"));
-            let known = self.found.iter().find(|source| {
-                source.name == path || library_name.as_ref().is_some_and(|name| source.name == *name)
-            });
+            let known = self
+                .found
+                .iter()
+                .find(|source| source.name == path || library_name.as_ref().is_some_and(|name| source.name == *name));
             let (name, text) = if let Some(source) = known {
                 (source.name.clone(), source.text.clone())
             } else if let Some(text) = self.read(&path, Some(&place))? {
@@ -254,9 +249,7 @@ impl<'f> Sources<'f> {
         let mut name = name;
         for _ in 0..MAX_DEPTH {
             let Some(span) = self.source(name).and_then(|source| source.included_at.as_ref()) else { break };
-            let line = self.text(&span.file).map_or(0, |text| {
-                text.as_bytes()[..span.range.start].iter().filter(|byte| **byte == b'\n').count() + 1
-            });
+            let line = self.text(&span.file).map_or(0, |text| lexer::line_of(text, span.range.start));
             diagnostic = diagnostic.note(format!("included from {}:{line}", span.file));
             name = &span.file;
         }
