@@ -1,6 +1,8 @@
 //! 64³ voxels as a flattened 64-tree: one occupancy mask for each 4³ block, and the materials of the solid voxels packed in the
 //! same order. One byte a solid voxel (none when all are of one material), whatever the empty space around them.
 
+use std::hash::{Hash, Hasher};
+
 use crate::dense::DenseChunk;
 use crate::material::{AIR, MaterialIndex};
 
@@ -45,8 +47,9 @@ pub const fn voxel_index(x: u32, y: u32, z: u32) -> (usize, u32) {
 }
 
 /// An immutable chunk with at least one solid voxel. Equal content is equal bytes.
-#[derive(Clone, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq)]
 pub struct Chunk {
+    hash: u64,
     masks: Box<[u64; BLOCKS]>,
     firsts: Box<[u32; BLOCKS]>,
     materials: Packed,
@@ -54,7 +57,7 @@ pub struct Chunk {
 }
 
 /// Materials of the solid voxels in tree order.
-#[derive(Clone, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq)]
 enum Packed {
     /// All the same.
     Uniform(MaterialIndex),
@@ -86,7 +89,17 @@ impl Chunk {
                 plain.extend(Bits(mask).map(|bit| voxels[bit as usize]));
             }
         }
-        Some(Self { masks: masks.clone(), firsts, materials: Packed::from_plain(plain), solids })
+        let materials = Packed::from_plain(plain);
+        let hash = masks.iter().copied().chain(materials.words()).fold(0, |hash: u64, word| {
+            // The mixing step of FxHash; chunks with equal hashes are compared in full.
+            (hash.rotate_left(5) ^ word).wrapping_mul(0x517c_c1b7_2722_0a95)
+        });
+        Some(Self { hash, masks: masks.clone(), firsts, materials, solids })
+    }
+
+    /// A hash of the content.
+    pub fn content_hash(&self) -> u64 {
+        self.hash
     }
 
     /// Number of solid voxels, 1…262 144.
@@ -213,7 +226,27 @@ impl std::fmt::Debug for Chunk {
     }
 }
 
+impl Hash for Chunk {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        state.write_u64(self.hash);
+    }
+}
+
 impl Packed {
+    /// The content in words, for hashing.
+    fn words(&self) -> Box<dyn Iterator<Item = u64> + '_> {
+        let of_bytes = |bytes: &[u8]| bytes.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte));
+        let of_materials =
+            |materials: &[u16]| materials.iter().fold(0, |word, &material| word << 16 | u64::from(material));
+        match self {
+            Self::Uniform(material) => Box::new(std::iter::once(u64::from(*material))),
+            Self::Indexed { palette, indices } => {
+                Box::new(palette.chunks(4).map(of_materials).chain(indices.chunks(8).map(of_bytes)))
+            }
+            Self::Plain(materials) => Box::new(materials.chunks(4).map(of_materials)),
+        }
+    }
+
     fn from_plain(plain: Vec<MaterialIndex>) -> Self {
         let first = plain[0];
         if plain.iter().all(|&material| material == first) {

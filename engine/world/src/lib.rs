@@ -1,14 +1,21 @@
 //! Voxel worlds: what they are, how files build them, how models come in and go out, and how the GPU sees them.
 
+pub mod build;
 mod chunk;
 mod dense;
+pub mod file;
 pub mod layout;
 mod material;
+mod orientation;
+mod random;
+pub mod vox;
 mod world;
 
 pub use chunk::{
     BLOCKS, Bits, CHUNK_EDGE, CHUNK_VOXELS, Chunk, block_cell, block_index, child_cell, child_index, voxel_index,
 };
 pub use dense::{DenseChunk, Mode};
+pub use file::{Aim, CameraHint, Loaded, load, schema};
 pub use material::{AIR, MAX_MATERIALS, Material, MaterialIndex, linear_from_srgb, srgb_from_linear};
+pub use orientation::{Orientation, Placement};
 pub use world::{Bounds, ChunkPos, Info, MaterialInfo, World};

@@ -1,3 +1,38 @@
 use crate::code::declare;
 
-declare! {}
+declare! {
+    /// An operation names a material that is not declared.
+    UNKNOWN_MATERIAL = "RX0301";
+    /// An operation names a model that is not declared.
+    UNKNOWN_MODEL = "RX0302";
+    /// A colour that is none.
+    COLOR = "RX0303";
+    /// A box or area that is not given clearly, or is empty.
+    EXTENT = "RX0304";
+    /// An operation reaches beyond the range of voxel coordinates.
+    OUT_OF_RANGE = "RX0305";
+    /// An operation reaches over more than a world can hold.
+    TOO_LARGE = "RX0306";
+    /// The voxels of a world take too much memory.
+    TOO_MANY_BYTES = "RX0307";
+    /// More materials than palette indices.
+    TOO_MANY_MATERIALS = "RX0308";
+    /// Noise too fine for its distance from the origin.
+    NOISE_TOO_FINE = "RX0309";
+    /// A scatter found fewer places than it was asked for.
+    SCATTER_SHORT = "RX0310";
+    /// A world without voxels.
+    EMPTY = "RX0311";
+    /// A .vox file that is cut off, or is none.
+    VOX_STRUCTURE = "RX0320";
+    /// A field of a .vox file that cannot be.
+    VOX_VALUE = "RX0321";
+    /// A scene graph that contains itself.
+    VOX_CYCLE = "RX0322";
+    /// A .vox file larger than what is imported.
+    VOX_TOO_LARGE = "RX0323";
+    /// A world with more materials than a .vox file has.
+    EXPORT_MATERIALS = "RX0330";
+    /// A world with more voxels than a .vox file holds.
+    EXPORT_VOXELS = "RX0331";
+}

@@ -1,0 +1,54 @@
+//! Build operations: plain data that says what is where, applied chunk by chunk in the order of the file.
+
+mod maze;
+mod menger;
+mod place;
+mod scatter;
+mod shape;
+mod stage;
+mod terrain;
+
+pub use maze::{Maze, MazePlan};
+pub use menger::Menger;
+pub use place::Placed;
+pub use scatter::Scatter;
+pub use scatter::place_anchor;
+pub use shape::{Ball, Box3, Cylinder, Shape, Solid, Span3};
+pub use stage::{BuildError, MAX_BUILD_BYTES, MAX_BUILD_CHUNKS, Shortfall, build};
+pub use terrain::{Band, Layer, Noise, River, Terrain, Water};
+
+use crate::dense::DenseChunk;
+use crate::world::{Bounds, ChunkPos};
+
+/// One operation of a build. Materials are palette indices of the world being built.
+pub enum Operation {
+    /// A closed form that can tell inside from outside.
+    Solid(Solid),
+    /// A height field of noise.
+    Terrain(Terrain),
+    /// A model at one or more places.
+    Place(Placed),
+    /// A model at random places on what was built before.
+    Scatter(Scatter),
+}
+
+/// Chunks that a box of voxels touches, as half-open ranges of chunk coordinates along x, y, z.
+pub(crate) fn chunk_ranges(bounds: &Bounds) -> [std::ops::Range<i64>; 3] {
+    std::array::from_fn(|i| bounds.min[i] >> 6..(bounds.max[i] + 63) >> 6)
+}
+
+/// The part of a box inside one chunk, in chunk-local coordinates; `None` when they do not meet.
+pub(crate) fn local_part(bounds: &Bounds, pos: ChunkPos) -> Option<([i32; 3], [i32; 3])> {
+    let origin = pos.origin().to_array();
+    let low = std::array::from_fn(|i| (bounds.min[i] - i64::from(origin[i])).clamp(0, 64) as i32);
+    let high = std::array::from_fn(|i| (bounds.max[i] - i64::from(origin[i])).clamp(0, 64) as i32);
+    (0..3).all(|i| low[i] < high[i]).then_some((low, high))
+}
+
+/// What an operation needs of a chunk while it is being built.
+pub(crate) struct Target<'a> {
+    /// Where the chunk lies.
+    pub pos: ChunkPos,
+    /// Its voxels so far.
+    pub chunk: &'a mut DenseChunk,
+}

@@ -1,0 +1,257 @@
+//! Runs the operations: all chunks at once, each chunk through every operation in turn. A scatter has to see the ground that it
+//! stands on, so it begins a new stage.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::build::place::Parts;
+use crate::build::terrain::Surface;
+use crate::build::{Operation, Placed, Target, chunk_ranges, local_part};
+use crate::chunk::Chunk;
+use crate::dense::{DenseChunk, Mode};
+use crate::material::Material;
+use crate::world::{Bounds, ChunkPos, World};
+
+/// Chunks that one build may fill: 4096³ voxels.
+pub const MAX_BUILD_CHUNKS: u64 = 1 << 18;
+
+/// Bytes of chunks that one build may make.
+pub const MAX_BUILD_BYTES: u64 = 4 << 30;
+
+/// Why a build was not made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BuildError {
+    /// An operation reaches over more chunks than a build may have. Found before any is made.
+    #[error("it reaches over {chunks} chunks of 64³ voxels; a world has at most {limit}")]
+    TooManyChunks {
+        /// Index of the operation.
+        operation: usize,
+        /// Chunks that it, or all operations up to it, reach over (or more).
+        chunks: u64,
+        /// Chunks allowed.
+        limit: u64,
+    },
+    /// The voxels take too much memory.
+    #[error("its voxels take more than {limit} bytes")]
+    TooManyBytes {
+        /// Bytes allowed.
+        limit: u64,
+    },
+}
+
+/// A scatter that found fewer places than it was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shortfall {
+    /// Index of the operation.
+    pub operation: usize,
+    /// How many were asked for.
+    pub wanted: u64,
+    /// How many stand.
+    pub placed: u64,
+}
+
+/// Builds a world from operations in order.
+pub fn build(materials: Vec<Material>, operations: &[Operation]) -> Result<(World, Vec<Shortfall>), BuildError> {
+    // Sizes are known before anything is made, but for scatters.
+    let mut reach = 0;
+    for (index, operation) in operations.iter().enumerate() {
+        reach += chunks_reached(operation);
+        if reach > MAX_BUILD_CHUNKS {
+            return Err(BuildError::TooManyChunks { operation: index, chunks: reach, limit: MAX_BUILD_CHUNKS });
+        }
+    }
+    let mut chunks = BTreeMap::new();
+    let mut shortfalls = Vec::new();
+    let mut stage = Vec::new();
+    for (index, operation) in operations.iter().enumerate() {
+        if let Operation::Scatter(scatter) = operation {
+            run(&mut chunks, &std::mem::take(&mut stage))?;
+            let placed = scatter.choose(&chunks);
+            if (placed.placements.len() as u64) < scatter.count {
+                let count = placed.placements.len() as u64;
+                shortfalls.push(Shortfall { operation: index, wanted: scatter.count, placed: count });
+            }
+            let step = Step::place(index, &placed)?;
+            run(&mut chunks, &[step])?;
+        } else {
+            stage.push(Step::new(index, operation)?);
+        }
+    }
+    run(&mut chunks, &stage)?;
+    Ok((World::from_shared(materials, chunks), shortfalls))
+}
+
+/// Chunks that an operation may make; none when it only changes what is there.
+fn chunks_reached(operation: &Operation) -> u64 {
+    let of_box = |bounds: &Bounds, mode: Mode| match mode {
+        Mode::Add => chunk_ranges(bounds).iter().map(|r| (r.end - r.start).max(0) as u64).fold(1, u64::saturating_mul),
+        Mode::Subtract | Mode::Paint => 0,
+    };
+    match operation {
+        Operation::Solid(solid) => of_box(&solid.shape.bounds(), solid.mode),
+        Operation::Terrain(terrain) => of_box(&terrain.bounds(), terrain.mode),
+        // Counted when its parts are known.
+        Operation::Place(_) | Operation::Scatter(_) => 0,
+    }
+}
+
+/// An operation ready to run.
+enum Step<'a> {
+    Solid(&'a crate::build::Solid, Bounds),
+    Terrain(&'a crate::build::Terrain, Bounds),
+    Place(&'a Placed, Parts),
+}
+
+impl<'a> Step<'a> {
+    fn new(index: usize, operation: &'a Operation) -> Result<Self, BuildError> {
+        match operation {
+            Operation::Solid(solid) => Ok(Self::Solid(solid, solid.shape.bounds())),
+            Operation::Terrain(terrain) => Ok(Self::Terrain(terrain, terrain.bounds())),
+            Operation::Place(placed) => Self::place(index, placed),
+            Operation::Scatter(_) => unreachable!("a scatter becomes a placed model first"),
+        }
+    }
+
+    fn place(index: usize, placed: &'a Placed) -> Result<Self, BuildError> {
+        let parts = placed.parts(MAX_BUILD_CHUNKS).ok_or(BuildError::TooManyChunks {
+            operation: index,
+            chunks: MAX_BUILD_CHUNKS + 1,
+            limit: MAX_BUILD_CHUNKS,
+        })?;
+        Ok(Self::Place(placed, parts))
+    }
+
+    fn mode(&self) -> Mode {
+        match self {
+            Self::Solid(solid, _) => solid.mode,
+            Self::Terrain(terrain, _) => terrain.mode,
+            Self::Place(placed, _) => placed.mode,
+        }
+    }
+
+    fn touches(&self, pos: ChunkPos) -> bool {
+        match self {
+            Self::Solid(_, bounds) | Self::Terrain(_, bounds) => local_part(bounds, pos).is_some(),
+            Self::Place(_, parts) => parts.contains_key(&pos),
+        }
+    }
+
+    /// Chunks that it may make.
+    fn makes(&self) -> Vec<ChunkPos> {
+        match self {
+            _ if self.mode() != Mode::Add => Vec::new(),
+            Self::Solid(_, bounds) | Self::Terrain(_, bounds) => {
+                let [xs, ys, zs] = chunk_ranges(bounds).map(|range| range.start as i32..range.end as i32);
+                let mut all = Vec::new();
+                for y in ys {
+                    for z in zs.clone() {
+                        all.extend(xs.clone().map(|x| ChunkPos::new(x, y, z)));
+                    }
+                }
+                all
+            }
+            Self::Place(_, parts) => parts.keys().copied().collect(),
+        }
+    }
+}
+
+/// Applies one stage to the chunks so far.
+fn run(chunks: &mut BTreeMap<ChunkPos, Arc<Chunk>>, steps: &[Step<'_>]) -> Result<(), BuildError> {
+    let mut touched: HashSet<ChunkPos> = steps.iter().flat_map(Step::makes).collect();
+    touched.extend(chunks.keys().filter(|pos| steps.iter().any(|step| step.touches(**pos))));
+    // Heights are worked out once for all chunks above each other.
+    let mut columns: BTreeMap<(i32, i32), Vec<i32>> = BTreeMap::new();
+    for pos in touched {
+        columns.entry((pos.z, pos.x)).or_default().push(pos.y);
+    }
+    let pool = Pool::of(chunks.values());
+    let built: Vec<(ChunkPos, Option<Arc<Chunk>>)> = columns
+        .into_par_iter()
+        .map_init(DenseChunk::default, |dense, ((z, x), mut ys)| {
+            ys.sort_unstable();
+            let surfaces: Vec<Option<Surface>> = steps
+                .iter()
+                .map(|step| match step {
+                    Step::Terrain(terrain, _) => {
+                        let needed = ys.iter().any(|&y| step.touches(ChunkPos::new(x, y, z)));
+                        needed.then(|| terrain.surface(x, z))
+                    }
+                    _ => None,
+                })
+                .collect();
+            let mut of_column = Vec::with_capacity(ys.len());
+            for y in ys {
+                if pool.full() {
+                    break;
+                }
+                let pos = ChunkPos::new(x, y, z);
+                dense.clear();
+                if let Some(chunk) = chunks.get(&pos) {
+                    dense.unpack(chunk);
+                }
+                let mut target = Target { pos, chunk: dense };
+                for (step, surface) in steps.iter().zip(&surfaces) {
+                    match (step, surface) {
+                        (Step::Solid(solid, _), _) => solid.apply(&mut target),
+                        (Step::Terrain(terrain, _), Some(surface)) => terrain.apply(&mut target, surface),
+                        (Step::Terrain(..), None) => {}
+                        (Step::Place(placed, parts), _) => placed.apply(&mut target, parts),
+                    }
+                }
+                of_column.push((pos, Chunk::pack(target.chunk).map(|chunk| pool.share(chunk))));
+            }
+            of_column
+        })
+        .flatten_iter()
+        .collect();
+    if pool.full() {
+        return Err(BuildError::TooManyBytes { limit: MAX_BUILD_BYTES });
+    }
+    for (pos, chunk) in built {
+        match chunk {
+            Some(chunk) => chunks.insert(pos, chunk),
+            None => chunks.remove(&pos),
+        };
+    }
+    Ok(())
+}
+
+/// Keeps one of equal chunks. Which of them it is shows nowhere: they are equal.
+struct Pool {
+    known: [Mutex<HashMap<u64, Vec<Arc<Chunk>>>>; 16],
+    bytes: AtomicU64,
+}
+
+impl Pool {
+    fn of<'c>(chunks: impl Iterator<Item = &'c Arc<Chunk>>) -> Self {
+        let pool = Self { known: std::array::from_fn(|_| Mutex::default()), bytes: AtomicU64::new(0) };
+        let mut seen = HashSet::new();
+        for chunk in chunks.filter(|chunk| seen.insert(Arc::as_ptr(chunk))) {
+            pool.bytes.fetch_add(chunk.bytes(), Ordering::Relaxed);
+            let shard = &pool.known[chunk.content_hash() as usize % 16];
+            let mut shard = shard.lock().unwrap_or_else(PoisonError::into_inner);
+            shard.entry(chunk.content_hash()).or_default().push(chunk.clone());
+        }
+        pool
+    }
+
+    fn share(&self, chunk: Chunk) -> Arc<Chunk> {
+        let hash = chunk.content_hash();
+        let mut shard = self.known[hash as usize % 16].lock().unwrap_or_else(PoisonError::into_inner);
+        let same_hash = shard.entry(hash).or_default();
+        if let Some(known) = same_hash.iter().find(|known| ***known == chunk) {
+            return known.clone();
+        }
+        self.bytes.fetch_add(chunk.bytes(), Ordering::Relaxed);
+        let chunk = Arc::new(chunk);
+        same_hash.push(chunk.clone());
+        chunk
+    }
+
+    fn full(&self) -> bool {
+        self.bytes.load(Ordering::Relaxed) > MAX_BUILD_BYTES
+    }
+}

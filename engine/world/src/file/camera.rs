@@ -1,0 +1,51 @@
+//! `[camera]`: from where a world is best looked at.
+
+use raxel_diagnostics::table::Table;
+use serde::Serialize;
+
+/// Where a camera starts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CameraHint {
+    /// In voxels, Y up.
+    pub position: [f64; 3],
+    /// Where it looks.
+    pub aim: Aim,
+    /// Vertical field of view in degrees, if the file gives one.
+    pub fov: Option<f64>,
+}
+
+/// Where a camera looks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Aim {
+    /// At a position in voxels.
+    LookAt([f64; 3]),
+    /// Along a direction.
+    Angles {
+        /// Turn to the left about +Y in degrees; 0 looks along −Z.
+        yaw: f64,
+        /// Tilt upwards in degrees, −90…90.
+        pitch: f64,
+    },
+}
+
+/// Coordinates that a world has.
+const REACH: f64 = 2_147_483_648.0;
+
+pub(super) fn read(table: &Table<'_, '_>) -> Option<CameraHint> {
+    let position = table.need("position").and_then(|node| node.numbers::<3>(-REACH..=REACH));
+    let fov = table.get("fov").and_then(|node| node.number(1.0..=179.0));
+    let look_at = table.get("look_at").map(|node| node.numbers::<3>(-REACH..=REACH));
+    let yaw = table.get("yaw").and_then(|node| node.number(-360.0..=360.0));
+    let pitch = table.get("pitch").and_then(|node| node.number(-90.0..=90.0));
+    let why = "a camera looks at a place or along a direction";
+    if !table.conflict("look_at", "yaw", why) {
+        table.conflict("look_at", "pitch", why);
+    }
+    table.finish();
+    let aim = match look_at {
+        Some(place) => Aim::LookAt(place?),
+        None => Aim::Angles { yaw: yaw.unwrap_or(0.0), pitch: pitch.unwrap_or(0.0) },
+    };
+    Some(CameraHint { position: position?, aim, fov })
+}

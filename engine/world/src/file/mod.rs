@@ -1,0 +1,144 @@
+//! World files: `worlds/*.toml`, and .vox scenes as worlds of their own.
+
+mod camera;
+mod extent;
+mod materials;
+mod models;
+mod operations;
+mod schema;
+mod solids;
+mod terrain;
+
+use std::sync::Arc;
+
+use raxel_diagnostics::table::{Table, read_document};
+use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes, files};
+
+pub use camera::{Aim, CameraHint};
+pub use schema::schema;
+
+use crate::build::{BuildError, Operation, build};
+use crate::vox;
+use crate::world::World;
+use materials::Palette;
+use models::Models;
+use operations::OperationReader;
+
+/// A world and what its file says about looking at it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// Its name; the file's stem when it gives none.
+    pub name: String,
+    /// A sentence about it.
+    pub about: Option<String>,
+    /// The voxels.
+    pub world: World,
+    /// From where to look at it, if the file says so.
+    pub camera: Option<CameraHint>,
+    /// Every file that was read, the world file first: a change of any of them changes the world.
+    pub files: Vec<String>,
+}
+
+/// What a world file says, before anything is built.
+struct Description {
+    name: Option<String>,
+    about: Option<String>,
+    camera: Option<CameraHint>,
+    palette: Palette,
+    operations: Vec<(Operation, Span)>,
+    files: Vec<String>,
+}
+
+/// Loads the world at a project path: a world file, or a .vox scene. Warnings come with the world; with any error there is none,
+/// and all that was found is returned.
+pub fn load(
+    path: &str,
+    files: &dyn Files,
+    texts: &mut SourceMap,
+) -> Result<(Loaded, Vec<Diagnostic>), Vec<Diagnostic>> {
+    if is_vox(path) {
+        return load_vox(path, files).map_err(|error| vec![*error]);
+    }
+    let text = files::read_text(files, path, None, texts).map_err(|error| vec![*error])?;
+    let (description, mut found) = read_document(path, &text, texts, |root| Some(read(root, path, files)))?;
+    let (operations, places): (Vec<_>, Vec<_>) = description.operations.into_iter().unzip();
+    let (world, shortfalls) = build(description.palette.into_materials(), &operations).map_err(|error| {
+        let mut all = std::mem::take(&mut found);
+        all.push(build_diagnostic(&error, path, &places));
+        all
+    })?;
+    for shortfall in shortfalls {
+        found.push(
+            Diagnostic::warning(
+                codes::world::SCATTER_SHORT,
+                format!("only {} of {} found a place", shortfall.placed, shortfall.wanted),
+            )
+            .label(places[shortfall.operation].clone(), "this scatter")
+            .help("ask for fewer, for a smaller `min_spacing`, or for a larger area that has the materials of `on`"),
+        );
+    }
+    if world.bounds().is_none() {
+        found.push(
+            Diagnostic::warning(codes::world::EMPTY, format!("`{path}` builds a world without a single voxel"))
+                .label(Span::new(path, 0..0), ""),
+        );
+    }
+    let loaded = Loaded {
+        name: description.name.unwrap_or_else(|| stem(path)),
+        about: description.about,
+        world,
+        camera: description.camera,
+        files: description.files,
+    };
+    Ok((loaded, found))
+}
+
+/// Whether a path names a .vox file.
+fn is_vox(path: &str) -> bool {
+    path.rsplit_once('.').is_some_and(|(_, extension)| extension.eq_ignore_ascii_case("vox"))
+}
+
+fn stem(path: &str) -> String {
+    let name = path.rsplit('/').next().unwrap_or(path);
+    name.split('.').next().unwrap_or(name).to_owned()
+}
+
+fn load_vox(path: &str, files: &dyn Files) -> Result<(Loaded, Vec<Diagnostic>), Box<Diagnostic>> {
+    let bytes: Arc<[u8]> = files.read(path).map_err(|error| Box::new(error.diagnostic(path, None)))?;
+    let world = vox::import(&bytes).map_err(|error| Box::new(error.diagnostic(path, None)))?;
+    Ok((Loaded { name: stem(path), about: None, world, camera: None, files: vec![path.to_owned()] }, Vec::new()))
+}
+
+/// Reads the whole file, reporting everything that is wrong with it.
+fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
+    let name = root.string("name").map(|(name, _)| name);
+    let about = root.string("about").map(|(about, _)| about);
+    let seed = root.get("seed").and_then(|node| node.integer(i64::MIN..=i64::MAX)).unwrap_or(0);
+    let camera = root.get("camera").and_then(|node| node.table()).and_then(|table| camera::read(&table));
+    let palette = Palette::read(root);
+    let models = Models::read(root, path, files);
+    let mut reader = OperationReader::new(palette, models, seed as u64);
+    let operations = (root.array_of_tables("build").iter().enumerate())
+        .filter_map(|(index, table)| Some((reader.read(index, table)?, table.span().clone())))
+        .collect();
+    root.finish();
+    let (palette, models) = reader.into_parts();
+    let mut all_files = vec![path.to_owned()];
+    all_files.extend(models.into_files());
+    Description { name, about, camera, palette, operations, files: all_files }
+}
+
+fn build_diagnostic(error: &BuildError, path: &str, places: &[Span]) -> Diagnostic {
+    match error {
+        BuildError::TooManyChunks { operation, chunks, limit } => Diagnostic::error(
+            codes::world::TOO_LARGE,
+            format!("this reaches over {chunks} chunks of 64³ voxels; a world has at most {limit}"),
+        )
+        .label(places[*operation].clone(), "with everything before it")
+        .help("make it smaller; solids that only matter at their surface take `shell`"),
+        BuildError::TooManyBytes { .. } => {
+            Diagnostic::error(codes::world::TOO_MANY_BYTES, format!("`{path}` is too large: {error}"))
+                .label(Span::new(path, 0..0), "")
+        }
+    }
+}

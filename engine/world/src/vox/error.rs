@@ -1,0 +1,79 @@
+//! What can be wrong with a .vox file, and with a world that is to become one.
+
+use raxel_diagnostics::{Diagnostic, Span, codes};
+
+/// Why a .vox file was not imported.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message} (at byte {offset})")]
+pub struct VoxError {
+    /// Which sort of mistake.
+    pub kind: VoxErrorKind,
+    /// Where in the file, in bytes from its start.
+    pub offset: usize,
+    /// One line, lower case.
+    pub message: String,
+}
+
+/// Sorts of mistakes in a .vox file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VoxErrorKind {
+    /// Not a .vox file, cut off, or with chunks that do not fit into each other.
+    Structure,
+    /// A field that cannot be: an unknown id, a rotation that is none, a voxel outside its model.
+    Value,
+    /// A scene graph that contains itself.
+    Cycle,
+    /// More than raxel imports.
+    TooLarge,
+}
+
+impl VoxError {
+    pub(super) fn new(kind: VoxErrorKind, offset: usize, message: impl Into<String>) -> Self {
+        Self { kind, offset, message: message.into() }
+    }
+
+    /// The diagnostic for the file at a project path. `named_at` is the place that names it, if a file does.
+    pub fn diagnostic(&self, path: &str, named_at: Option<(Span, &str)>) -> Diagnostic {
+        let code = match self.kind {
+            VoxErrorKind::Structure => codes::world::VOX_STRUCTURE,
+            VoxErrorKind::Value => codes::world::VOX_VALUE,
+            VoxErrorKind::Cycle => codes::world::VOX_CYCLE,
+            VoxErrorKind::TooLarge => codes::world::VOX_TOO_LARGE,
+        };
+        let diagnostic = Diagnostic::error(code, format!("`{path}`: {self}"));
+        match named_at {
+            Some((span, text)) => diagnostic.label(span, text),
+            None => diagnostic,
+        }
+    }
+}
+
+/// Why a world cannot become a .vox file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ExportError {
+    /// The palette of a .vox file is a byte wide.
+    #[error("the world uses {used} materials; a .vox file has at most 255")]
+    TooManyMaterials {
+        /// Materials that voxels are made of.
+        used: usize,
+    },
+    /// Its chunk sizes are 32 bits wide.
+    #[error("the world has {voxels} voxels; a .vox file has at most {limit}")]
+    TooManyVoxels {
+        /// Solid voxels.
+        voxels: u64,
+        /// How many fit.
+        limit: u64,
+    },
+}
+
+impl ExportError {
+    /// The diagnostic for the world of that name.
+    pub fn diagnostic(&self, world: &str) -> Diagnostic {
+        let code = match self {
+            ExportError::TooManyMaterials { .. } => codes::world::EXPORT_MATERIALS,
+            ExportError::TooManyVoxels { .. } => codes::world::EXPORT_VOXELS,
+        };
+        Diagnostic::error(code, format!("`{world}` cannot be written as .vox: {self}"))
+    }
+}
