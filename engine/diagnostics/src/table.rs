@@ -34,6 +34,11 @@ impl Reporter {
         self.found.borrow_mut().push(diagnostic);
     }
 
+    /// How many there are so far: a reader that compares two counts knows whether something between them was wrong.
+    pub fn count(&self) -> usize {
+        self.found.borrow().len()
+    }
+
     /// Everything reported, in order.
     pub fn into_diagnostics(self) -> Vec<Diagnostic> {
         self.found.into_inner()
@@ -208,6 +213,11 @@ impl<'a, 't> Node<'a, 't> {
             DeValue::Array(_) => "an array",
             DeValue::Table(_) => "a table",
         }
+    }
+
+    /// Where diagnostics go.
+    pub fn reporter(&self) -> &'a Reporter {
+        self.reporter
     }
 
     /// Reports anything about this value, with its place as the primary label.
