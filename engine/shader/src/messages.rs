@@ -101,31 +101,89 @@ impl<'t> Message<'t> {
             };
         };
         let range = self.line.map_or(0..0, |line| place(text, line, self.token));
+        let syntax = self.text.starts_with("syntax error");
+        let before = lexer::tokens(text).into_iter().take_while(|token| token.at < range.start).last();
         let label = match self.text.as_str() {
             "undeclared identifier" => "not declared",
-            text if text.starts_with("syntax error") && self.token.is_none() => {
-                "noticed here; the mistake may be just above"
-            }
+            _ if syntax && self.token.is_none() => "noticed here; the mistake may be just above",
             _ => "",
         };
-        sources.with_chain(diagnostic.label(Span::new(self.file, range), label), self.file)
+        diagnostic = diagnostic.label(Span::new(self.file, range), label);
+        if let Some(before) = before.filter(|_| syntax && self.text.contains("SEMICOLON")) {
+            let end = before.range().end;
+            diagnostic = diagnostic.label(Span::new(self.file, end..end), "a `;` may be missing here");
+        }
+        if let Some(token) = self.token.filter(|_| self.is_unknown_name())
+            && let Some(close) = closest(token, sources)
+        {
+            diagnostic = diagnostic.help(format!("did you mean `{close}`?"));
+        }
+        sources.with_chain(diagnostic, self.file)
+    }
+
+    fn is_unknown_name(&self) -> bool {
+        self.text == "undeclared identifier" || self.text.starts_with("no matching overloaded function")
     }
 }
 
-/// glslang's words without its double spaces and its quotes inside types: `' const float'` is `const float`.
+/// The name in the shader's texts that is most like `name`, if one is.
+fn closest(name: &str, sources: &Sources<'_>) -> Option<String> {
+    let most = name.chars().count() / 3;
+    let texts = sources.found.iter().map(|source| lexer::tokens(&source.text));
+    texts
+        .flatten()
+        .filter(|token| token.is_identifier() && token.text != name)
+        .map(|token| (strsim::damerau_levenshtein(token.text, name), token.text))
+        .filter(|(distance, _)| *distance <= most)
+        .min()
+        .map(|(_, close)| close.to_owned())
+}
+
+/// glslang's words without double spaces, and its types by their GLSL names: `' const 3-component vector of float'` is `vec3`.
 fn tidy(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
-    for word in text.split_whitespace() {
-        if !out.is_empty() && !out.ends_with('\u{1}') {
-            out.push(' ');
-        }
-        out.push_str(word);
-        // An opening quote followed by a space belongs to the next word.
-        if word == "'" {
-            out.push('\u{1}');
+    for (index, part) in text.split('\'').enumerate() {
+        let words: Vec<&str> = part.split_whitespace().collect();
+        // Odd parts are inside quotes, unless the last quote is not closed.
+        if index % 2 == 1 {
+            let closed = text.matches('\'').count() > index;
+            out.push_str(if closed { "`" } else { "'" });
+            out.push_str(&if closed { glsl_type(&words) } else { words.join(" ") });
+            out.push_str(if closed { "`" } else { "" });
+        } else {
+            if index > 0 && part.starts_with(char::is_whitespace) {
+                out.push(' ');
+            }
+            out.push_str(&words.join(" "));
+            if part.len() > 1 && part.ends_with(char::is_whitespace) && !words.is_empty() {
+                out.push(' ');
+            }
         }
     }
-    out.replace("'\u{1}", "'")
+    out.trim().to_owned()
+}
+
+fn glsl_type(words: &[&str]) -> String {
+    let qualifiers = ["const", "temp", "global", "in", "out", "inout", "highp", "mediump", "lowp"];
+    let start = words.iter().position(|word| !qualifiers.contains(word)).unwrap_or(0);
+    let words = &words[start..];
+    let prefix = |scalar: &str| match scalar {
+        "float" => Some(""),
+        "int" => Some("i"),
+        "uint" => Some("u"),
+        "bool" => Some("b"),
+        "double" => Some("d"),
+        _ => None,
+    };
+    if let [size, "vector", "of", scalar] = words
+        && let (Some(size), Some(prefix)) = (size.strip_suffix("-component"), prefix(scalar))
+    {
+        return format!("{prefix}vec{size}");
+    }
+    if let [size, "matrix", "of", "float"] = words {
+        return format!("mat{}", size.trim_end_matches("X1").replace('X', "x"));
+    }
+    words.join(" ")
 }
 
 /// The range of `token` on line `line` (from 1), or of the line's first word, or of the whole line.
@@ -163,7 +221,12 @@ mod tests {
         assert_eq!((message.file, message.line, message.token), ("<raxel/world.glsl>", Some(3), None));
         let message =
             Message::parse("a.comp:6: error: 'assign' :  cannot convert from ' const float' to ' temp int'").unwrap();
-        assert_eq!(message.text, "cannot convert from 'const float' to 'temp int'");
+        assert_eq!(message.text, "cannot convert from `float` to `int`");
+        assert_eq!(
+            tidy("cannot  convert from ' const 3-component vector of float' to 'x'"),
+            "cannot convert from `vec3` to `x`"
+        );
+        assert_eq!(tidy("'a' 4X4 matrix of float isn't"), "`a` 4X4 matrix of float isn't");
         let message = Message::parse("a.comp: error: Linking compute stage: Missing entry point: x").unwrap();
         assert_eq!((message.line, message.code()), (None, codes::shader::NO_ENTRY));
         assert_eq!(Message::parse("2 errors generated."), None);

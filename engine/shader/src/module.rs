@@ -52,6 +52,11 @@ impl Instruction<'_> {
     fn is(&self, op: Op) -> bool {
         self.opcode == op as u32
     }
+
+    fn write(&self, words: &mut Vec<u32>) {
+        words.push(((self.operands.len() as u32 + 1) << 16) | self.opcode);
+        words.extend_from_slice(self.operands);
+    }
 }
 
 /// A module whose structure has been checked.
@@ -111,16 +116,37 @@ impl<'w> Module<'w> {
         Ok(Self { words, instructions, entry })
     }
 
-    /// The words up to the first function: all that says what the module's interface is.
+    /// The words up to the first function: all that says what the module's interface is. Computed constants that size nothing are
+    /// left undefined, since the reflector can compute only some.
     pub fn declarations(&self) -> Vec<u32> {
-        let mut end = HEADER_WORDS;
-        for instruction in &self.instructions {
-            if instruction.is(Op::Function) {
-                break;
+        let sizes = self.sizes();
+        let mut words = self.words[..HEADER_WORDS].to_vec();
+        for instruction in self.instructions.iter().take_while(|instruction| !instruction.is(Op::Function)) {
+            match instruction.operands {
+                [ty, id, ..] if instruction.is(Op::SpecConstantOp) && !sizes.contains(id) => {
+                    words.extend([(3 << 16) | Op::Undef as u32, *ty, *id]);
+                }
+                _ => instruction.write(&mut words),
             }
-            end += instruction.operands.len() + 1;
         }
-        self.words[..end].to_vec()
+        words
+    }
+
+    /// Ids of constants that are the length of an array or a workgroup size, and of those they are computed from.
+    fn sizes(&self) -> HashSet<u32> {
+        let mut sizes: HashSet<u32> = self.of(Op::TypeArray).filter_map(|operands| operands.get(2)).copied().collect();
+        if let WorkgroupSize::Ids(ids) = self.workgroup_size() {
+            sizes.extend(ids);
+        }
+        // Operands are declared before what is computed from them.
+        for instruction in self.instructions.iter().rev().filter(|instruction| instruction.is(Op::SpecConstantOp)) {
+            if let [_, id, _, operands @ ..] = instruction.operands
+                && sizes.contains(id)
+            {
+                sizes.extend(operands);
+            }
+        }
+        sizes
     }
 
     /// Names of the capabilities beyond `Shader` (and `Matrix`, which it implies).
@@ -212,8 +238,7 @@ impl<'w> Module<'w> {
             let debug =
                 [Op::Source, Op::SourceContinued, Op::SourceExtension, Op::Line, Op::NoLine, Op::ModuleProcessed];
             if !debug.iter().any(|op| instruction.is(*op)) {
-                words.push(((instruction.operands.len() as u32 + 1) << 16) | instruction.opcode);
-                words.extend_from_slice(instruction.operands);
+                instruction.write(&mut words);
             }
         }
         words
@@ -321,22 +346,29 @@ fn check_ids(instructions: &[Instruction<'_>], bound: u32) -> Result<(), ModuleE
     Ok(())
 }
 
-/// Functions begin and end in turn, and there is one.
+/// Functions begin and end in turn, there is one, and all that are called are there.
 fn check_functions(instructions: &[Instruction<'_>]) -> Result<(), ModuleError> {
     let mut inside = false;
-    let mut any = false;
+    let (mut declared, mut called) = (HashSet::<u32>::new(), HashSet::<u32>::new());
     for instruction in instructions {
         let begins = instruction.is(Op::Function);
         if begins && inside || instruction.is(Op::FunctionEnd) && !inside {
             return broken("functions are not properly ended");
         }
-        any |= begins;
+        if begins {
+            declared.extend(instruction.operands.get(1));
+        } else if instruction.is(Op::FunctionCall) {
+            called.extend(instruction.operands.get(2));
+        }
         inside = (inside || begins) && !instruction.is(Op::FunctionEnd);
     }
-    if inside || !any {
+    if inside || declared.is_empty() {
         return broken("the last function is cut off");
     }
-    Ok(())
+    match called.difference(&declared).min() {
+        Some(missing) => broken(format!("function {missing} is called and not there")),
+        None => Ok(()),
+    }
 }
 
 /// Types are declared after their parts, and written out they are neither too deep nor too many.

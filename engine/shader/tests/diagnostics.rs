@@ -1,0 +1,199 @@
+//! What is said about shaders that do not compile, as whole text.
+
+use std::sync::Arc;
+
+use raxel_diagnostics::{MemoryFiles, SourceMap, render};
+use raxel_shader::{Compiler, Request, ShaderSource};
+
+/// What is said about `shaders/a.comp` among these files.
+fn said<B: AsRef<[u8]>>(files: impl IntoIterator<Item = (&'static str, B)>) -> String {
+    said_of("shaders/a.comp", "main", &[], files)
+}
+
+fn said_of<B: AsRef<[u8]>>(
+    path: &str,
+    entry: &str,
+    defines: &[(&str, &str)],
+    files: impl IntoIterator<Item = (&'static str, B)>,
+) -> String {
+    let request = Request {
+        path: path.to_owned(),
+        entry: entry.to_owned(),
+        defines: defines.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect(),
+    };
+    let mut texts = SourceMap::default();
+    let found = match Compiler::new(Arc::new(MemoryFiles::new(files))).shader(&request, &mut texts) {
+        Ok((_, warnings)) => warnings,
+        Err(found) => {
+            assert!(found.iter().any(raxel_diagnostics::Diagnostic::is_error));
+            found
+        }
+    };
+    render::human(&found, &texts, false)
+}
+
+const HEAD: &str = "#version 460\nlayout(local_size_x = 8) in;\n";
+
+fn body(text: &str) -> String {
+    format!("{HEAD}{text}")
+}
+
+#[test]
+fn an_unknown_name_is_underlined() {
+    insta::assert_snapshot!(said([("shaders/a.comp", body("void main() {\n    float foobar = 1.0 + foo;\n}\n"))]));
+}
+
+#[test]
+fn a_wrong_type_underlines_the_line() {
+    insta::assert_snapshot!(said([("shaders/a.comp", body("void main() {\n    int steps = vec3(1.0);\n}\n"))]));
+}
+
+#[test]
+fn a_missing_semicolon_is_noticed_below() {
+    insta::assert_snapshot!(said([("shaders/a.comp", body("void main() {\n    float a = 1.0\n    a += 1.0;\n}\n"))]));
+}
+
+#[test]
+fn many_errors_are_cut_short() {
+    let lines: String = (0..30).map(|i| format!("    x{i} = 1;\n")).collect();
+    let out = said([("shaders/a.comp", body(&format!("void main() {{\n{lines}}}\n")))]);
+    assert_eq!(out.matches("error[RX0210]").count(), 8, "{out}");
+    assert!(out.contains("more errors in this shader"), "{out}");
+}
+
+#[test]
+fn an_error_in_an_include_says_by_which_way() {
+    insta::assert_snapshot!(said([
+        ("shaders/a.comp", body("\n#include \"lib/outer.glsl\"\nvoid main() { f(); }\n")),
+        ("shaders/lib/outer.glsl", "// first\n#include \"inner.glsl\"\n".to_owned()),
+        ("shaders/lib/inner.glsl", "void f() {\n    undefined_thing();\n}\n".to_owned()),
+    ]));
+}
+
+#[test]
+fn a_missing_include_lists_the_places() {
+    insta::assert_snapshot!(said([(
+        "shaders/a.comp",
+        body("#include \"lightning.glsl\"\n#include <raxel/wrold.glsl>\nvoid main() { shade(); }\n")
+    ),]));
+}
+
+#[test]
+fn includes_stay_in_the_project() {
+    insta::assert_snapshot!(said([(
+        "shaders/a.comp",
+        body(
+            "#include \"/etc/passwd\"\n#include \"../../x.glsl\"\n#include <../../../y>\n#include \"C:/z\"\nvoid main() {}\n"
+        )
+    ),]));
+}
+
+#[test]
+fn a_cycle_is_named() {
+    insta::assert_snapshot!(said([
+        ("shaders/a.comp", body("#include \"b.glsl\"\nvoid main() {}\n")),
+        ("shaders/b.glsl", "#include \"c.glsl\"\n".to_owned()),
+        ("shaders/c.glsl", "\n#include \"b.glsl\"\n".to_owned()),
+    ]));
+}
+
+#[test]
+fn a_shader_that_includes_itself_is_a_cycle() {
+    let out = said([("shaders/a.comp", body("#include \"a.comp\"\nvoid main() {}\n"))]);
+    assert!(out.contains("error[RX0203]: `shaders/a.comp` includes itself"), "{out}");
+}
+
+#[test]
+fn protected_files_may_meet_again() {
+    let out = said([
+        (
+            "shaders/a.comp",
+            body("#include \"b.glsl\"\n#include \"b.glsl\"\n#include \"g.glsl\"\nvoid main() { b(); g(); }\n"),
+        ),
+        ("shaders/b.glsl", "#pragma once\n#include \"b.glsl\"\n#include \"g.glsl\"\nvoid b() { g(); }\n".to_owned()),
+        ("shaders/g.glsl", "// guard\n#ifndef G\n#define G\n#include \"g.glsl\"\nvoid g() {}\n#endif\n".to_owned()),
+    ]);
+    assert_eq!(out, "");
+}
+
+#[test]
+fn includes_have_a_floor() {
+    let chain: Vec<_> =
+        (0..40).map(|i| (format!("shaders/{i}.glsl"), format!("#include \"{}.glsl\"\n", i + 1))).collect();
+    let files = MemoryFiles::new(chain);
+    files.insert("shaders/a.comp", body("#include \"0.glsl\"\nvoid main() {}\n"));
+    let request = Request { path: "shaders/a.comp".to_owned(), entry: "main".to_owned(), defines: Vec::new() };
+    let found = Compiler::new(Arc::new(files)).shader(&request, &mut SourceMap::default()).unwrap_err();
+    assert_eq!(found[0].code.as_str(), "RX0204");
+    assert_eq!(found.len(), 1);
+}
+
+#[test]
+fn includes_that_double_hit_the_cap() {
+    let big = format!("// {}\n", "x".repeat(1 << 20));
+    let many = "#include \"big.glsl\"\n".repeat(20);
+    let out = said([("shaders/a.comp", body(&format!("{many}void main() {{}}\n"))), ("shaders/big.glsl", big)]);
+    assert!(out.contains("error[RX0204]: the texts of this shader have more than 16777216 bytes"), "{out}");
+}
+
+#[test]
+fn no_version_no_main_no_text() {
+    insta::assert_snapshot!(
+        [
+            said([("shaders/a.comp", "// sky\nlayout(local_size_x = 8) in;\nvoid main() {}\n")]),
+            said([("shaders/a.comp", body("void mian() {}\n"))]),
+            said([("shaders/a.comp", " \n// nothing\n")]),
+            said([("shaders/a.comp", "")]),
+            said([("shaders/b.comp", "")]),
+        ]
+        .join("\n")
+    );
+}
+
+#[test]
+fn bytes_that_are_no_text() {
+    insta::assert_snapshot!(
+        [
+            said([("shaders/a.comp", b"#version 460\n// \xff\n".as_slice())]),
+            said([("shaders/a.comp", b"#version 460\n// \0\nvoid main() {}\n".as_slice())]),
+            said([
+                ("shaders/a.comp", b"#version 460\n#include \"x.glsl\"\nvoid main() {}\n".as_slice()),
+                ("shaders/x.glsl", b"float a;\xc3".as_slice()),
+            ]),
+        ]
+        .join("\n")
+    );
+}
+
+#[test]
+fn warnings_do_not_stop_a_shader() {
+    insta::assert_snapshot!(said([("shaders/a.comp", body("#extension GL_NV_nothing : warn\nvoid main() {}\n"))]));
+}
+
+#[test]
+fn an_error_directive_is_an_error() {
+    insta::assert_snapshot!(said([(
+        "shaders/a.comp",
+        body("#ifndef RX_LAYOUT\n#error no world is bound\n#endif\nvoid main() {}\n")
+    )]));
+}
+
+#[test]
+fn odd_requests_are_refused() {
+    let file = [("shaders/a.comp", body("void main() {}\n"))];
+    insta::assert_snapshot!(
+        [
+            said_of("shaders/a.comp", "shade", &[], file.clone()),
+            said_of("shaders/a.comp", "main", &[("A B", "1"), ("GL_X", "1"), ("", "1"), ("N", "1\n#error")], file),
+        ]
+        .join("\n")
+    );
+}
+
+#[test]
+fn line_directives_do_no_harm() {
+    let out = said([("shaders/a.comp", body("#line 900000 \"else.glsl\"\nvoid main() { oops; }\n"))]);
+    assert!(out.contains("`oops`") && out.contains("else.glsl:900000"), "{out}");
+    let out = said([("shaders/a.comp", body("#line 900000\nvoid main() { oops; }\n"))]);
+    assert!(out.contains("`oops`"), "{out}");
+}

@@ -1,0 +1,283 @@
+//! Ready modules and HLSL; and that nothing a `.spv` file can hold does harm.
+
+use std::sync::Arc;
+
+use proptest::prelude::*;
+use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap, render};
+use raxel_shader::interface::{Access, BindingKind, Scalar, Type};
+use raxel_shader::{Compiler, Request, Shader, ShaderSource, bytes_of};
+
+fn request(path: &str) -> Request {
+    Request { path: path.to_owned(), entry: "main".to_owned(), defines: Vec::new() }
+}
+
+fn shader<B: AsRef<[u8]>>(path: &str, bytes: B) -> Result<Arc<Shader>, Vec<Diagnostic>> {
+    compile(&request(path), [(path.to_owned(), bytes)])
+}
+
+fn compile<B: AsRef<[u8]>>(
+    request: &Request,
+    files: impl IntoIterator<Item = (String, B)>,
+) -> Result<Arc<Shader>, Vec<Diagnostic>> {
+    let compiler = Compiler::new(Arc::new(MemoryFiles::new(files)));
+    compiler.shader(request, &mut SourceMap::default()).map(|(shader, _)| shader)
+}
+
+fn good<B: AsRef<[u8]>>(path: &str, text: B) -> Arc<Shader> {
+    shader(path, text).unwrap_or_else(|found| panic!("{}", render::human(&found, &SourceMap::default(), false)))
+}
+
+const SAMPLE: &str = r"#version 460
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+layout(local_size_x_id = 0, local_size_y = 4) in;
+layout(constant_id = 1) const uint COUNT = 3;
+layout(push_constant) uniform Push { mat3 turn; uint64_t seed; vec4 rows[2]; } push;
+struct Node { uint mask; vec3 low; };
+layout(std430) buffer World { uint count; Node nodes[]; } world;
+layout(std140) uniform Materials { vec4 albedo[256]; } materials;
+uniform sampler2DArray pages;
+layout(rgba8) writeonly uniform image2D outColor[2];
+shared float tile[COUNT * 2u];
+vec4 shade(uint i) { return materials.albedo[i & 255u] + texture(pages, vec3(0.0)); }
+void main() {
+    uint i = gl_LocalInvocationIndex;
+    tile[i % COUNT] = push.turn[0].x;
+    barrier();
+    if (push.seed == 0ul) world.nodes[i].low *= tile[0];
+    imageStore(outColor[i & 1u], ivec2(i), shade(atomicAdd(world.count, 1u)) + push.rows[0]);
+}
+";
+
+/// Without its reflection's places, a module has the same interface as the text it came from.
+#[test]
+fn a_module_says_what_its_source_says() {
+    let from_text = good("shaders/a.comp", SAMPLE);
+    let ready = good("shaders/a.spv", bytes_of(&from_text.spirv));
+    let strip = |shader: &Shader| {
+        let text = format!("{:?}", shader.interface);
+        let mut out = String::new();
+        let mut rest = text.as_str();
+        while let Some((before, after)) = rest.split_once("place: Some(Span {") {
+            out.push_str(before);
+            out.push_str("place: None");
+            rest = after.split_once("})").unwrap().1;
+        }
+        out + rest
+    };
+    assert_eq!(strip(&from_text), strip(&ready));
+    assert!(ready.interface.push.is_some() && ready.interface.bindings.len() == 4);
+    assert_eq!(ready.interface.capabilities, ["Int64"]);
+    assert_eq!(ready.spirv, from_text.spirv);
+    assert_eq!(ready.files, ["shaders/a.spv"]);
+    assert_eq!(ready.interface.local_size[0].spec_id, Some(0));
+}
+
+#[test]
+fn only_what_is_used_must_be_bound() {
+    let text = r"#version 460
+buffer World { uint nodes[]; } world;
+buffer Direct { uint a; } direct;
+buffer ByArgument { uint b; } by_argument;
+layout(r32ui) uniform uimage2D counted;
+writeonly uniform uimage2D passed;
+uniform sampler2D never;
+buffer Length { uint c[]; } measured;
+uint trace(uint i) { return world.nodes[i]; }
+void write(writeonly uimage2D image) { imageStore(image, ivec2(0), uvec4(1)); }
+void touch() { direct.a = by_argument.b + uint(measured.c.length()); }
+void main() { touch(); write(passed); imageAtomicAdd(counted, ivec2(0), 1u); }
+";
+    let found = good("shaders/a.comp", text);
+    let mut names: Vec<_> = found.interface.bindings.iter().map(|binding| binding.name.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["by_argument", "counted", "direct", "measured", "passed"]);
+}
+
+#[test]
+fn constants_may_be_computed() {
+    let text = r"#version 460
+layout(constant_id = 1) const int N = 3;
+layout(constant_id = 2) const float F = 0.5;
+layout(constant_id = 3) const bool B = false;
+const vec3 V = vec3(F, 1.0, 2.0);
+const ivec2 I = ivec2(N, N + 1) * 2;
+const bool C = B && N > 2;
+const uint U = uint(N) << 3u;
+buffer Out { float o[]; };
+void main() { o[I.x] = V.x + float(U) + (C ? 1.0 : 0.0) + float(-N % 2) + float(N / 2 * (N - 1)); }
+";
+    let found = good("shaders/a.comp", text);
+    assert_eq!(found.interface.specialization.len(), 3);
+}
+
+#[test]
+fn buffer_references_are_addresses() {
+    let text = r"#version 460
+#extension GL_EXT_buffer_reference : require
+layout(buffer_reference, std430) buffer Node;
+layout(buffer_reference, std430) buffer Node { Node next; uint value; };
+layout(push_constant) uniform Push { Node first; vec2 scale; };
+buffer Out { uint o; };
+void main() { o = first.next.value + uint(scale.x); }
+";
+    let push = good("shaders/a.comp", text).interface.push.clone().unwrap();
+    assert_eq!(push.members[0].ty, Type::Scalar(Scalar::Address));
+    assert_eq!((push.members[1].offset, push.size), (8, 16));
+}
+
+#[test]
+fn what_cannot_be_bound_is_named() {
+    let text = r"#version 460
+uniform texture2D tex; uniform sampler smp; layout(r32f) uniform imageBuffer texels; uniform samplerBuffer fetched;
+layout(r32f) writeonly uniform image2D o;
+void main() { imageStore(o, ivec2(0), texture(sampler2D(tex, smp), vec2(0)) + imageLoad(texels, 0) + texelFetch(fetched, 0)); }
+";
+    let found = good("shaders/a.comp", text);
+    for binding in &found.interface.bindings {
+        assert_eq!(matches!(binding.kind, BindingKind::Unsupported(_)), binding.name != "o", "{binding:?}");
+    }
+    assert_eq!(found.interface.bindings.len(), 5);
+}
+
+#[test]
+fn hlsl_is_read_too() {
+    let text = r#"
+#include "shared.hlsl"
+struct Push { float4 tint; int3 cell; float exposure; };
+[[vk::push_constant]] ConstantBuffer<Push> push;
+cbuffer Settings { float4 sun; float strength; };
+RWTexture2D<float4> outColor;
+Texture2D<float4> unused;
+StructuredBuffer<Node> nodes;
+RWStructuredBuffer<uint> counters;
+[numthreads(8, 4, 1)]
+void shade(uint3 id : SV_DispatchThreadID) {
+    uint old;
+    InterlockedAdd(counters[0], nodes[id.x].mask, old);
+    outColor[id.xy] = push.tint * push.exposure * strength + sun + old + push.cell.x;
+}
+"#;
+    let mut asked = request("shaders/a.hlsl");
+    asked.entry = "shade".to_owned();
+    let files = [
+        ("shaders/a.hlsl".to_owned(), text),
+        ("shaders/include/shared.hlsl".to_owned(), "struct Node { uint mask; uint child; };\n"),
+    ];
+    let found = compile(&asked, files).unwrap_or_else(|found| panic!("{found:?}"));
+    let interface = &found.interface;
+    assert_eq!(interface.entry, "shade");
+    assert_eq!(interface.local_size.map(|size| size.value), [8, 4, 1]);
+    let push: Vec<_> =
+        interface.push.as_ref().unwrap().members.iter().map(|member| (member.name.as_str(), member.offset)).collect();
+    assert_eq!(push, [("tint", 0), ("cell", 16), ("exposure", 28)]);
+    let mut bindings: Vec<_> =
+        interface.bindings.iter().map(|binding| (binding.name.as_str(), binding.access)).collect();
+    bindings.sort_by_key(|(name, _)| *name);
+    assert_eq!(
+        bindings,
+        [
+            ("Settings", Access::Read),
+            ("counters", Access::ReadWrite),
+            ("nodes", Access::Read),
+            ("outColor", Access::ReadWrite)
+        ]
+    );
+}
+
+fn code_of(bytes: &[u8]) -> &'static str {
+    shader("shaders/a.spv", bytes).map_or_else(|found| found[0].code.as_str(), |_| "")
+}
+
+#[test]
+fn broken_modules_are_refused() {
+    let module = bytes_of(&good("shaders/a.comp", SAMPLE).spirv);
+    assert_eq!(code_of(&module), "");
+    assert_eq!(code_of(b""), "RX0220");
+    assert_eq!(code_of(b"\x03\x02\x23\x07"), "RX0220");
+    assert_eq!(code_of(b"#version 460\nvoid main() {}\n"), "RX0220");
+    let words = |from: usize, bytes: [u8; 4]| {
+        let mut changed = module.clone();
+        changed[from * 4..from * 4 + 4].copy_from_slice(&bytes);
+        changed
+    };
+    assert_eq!(code_of(&words(0, [7, 0x23, 2, 3])), "RX0221", "the other byte order");
+    assert_eq!(code_of(&words(1, [0, 7, 1, 0])), "RX0221", "SPIR-V 1.7");
+    assert_eq!(code_of(&words(1, [0, 0, 2, 0])), "RX0220", "SPIR-V 2.0");
+    assert_eq!(code_of(&words(3, [0, 0, 0, 0])), "RX0220", "no ids");
+    assert_eq!(code_of(&words(3, [2, 0, 0, 0])), "RX0220", "ids beyond the bound");
+    assert_eq!(code_of(&words(5, [17, 0, 0, 0])), "RX0220", "an instruction of no words");
+    for length in 0..module.len() {
+        assert_eq!(code_of(&module[..length]), "RX0220", "cut to {length} bytes");
+    }
+    let mut asked = request("shaders/a.spv");
+    asked.entry = "other".to_owned();
+    let found = compile(&asked, [("shaders/a.spv".to_owned(), &module)]).unwrap_err();
+    assert_eq!(found[0].code.as_str(), "RX0213");
+    assert_eq!(found[0].notes, ["it has `main` (GLCompute)"]);
+}
+
+/// A module of one function and these declarations, after the usual head: `void` is 1, `main` 2, its label 3, its type 4.
+fn around(declarations: &[u32]) -> Vec<u8> {
+    let mut words = vec![0x0723_0203, 0x0001_0500, 0, 1 << 20, 0, 0x0002_0011, 1, 0x0003_000e, 0, 1];
+    words.extend([0x0005_000f, 5, 2, u32::from_le_bytes(*b"main"), 0, 0x0006_0010, 2, 17, 1, 1, 1]);
+    words.extend([0x0002_0013, 1, 0x0003_0021, 4, 1]);
+    words.extend(declarations);
+    words.extend([0x0005_0036, 1, 2, 0, 4, 0x0002_00f8, 3, 0x0001_00fd, 0x0001_0038]);
+    bytes_of(&words)
+}
+
+#[test]
+fn bombs_of_types_do_not_go_off() {
+    assert_eq!(code_of(&around(&[])), "");
+    // Each struct holds the one before twice: written out, 2^60 members.
+    let mut doubling = vec![0x0003_0016, 10, 32];
+    doubling.extend((11..70).flat_map(|id| [0x0004_001e, id, id - 1, id - 1]));
+    assert_eq!(code_of(&around(&doubling)), "RX0220");
+    // Each array holds the one before: as deep as a stack is not.
+    let mut nesting = vec![0x0003_0016, 10, 32];
+    nesting.extend((11..200_000).flat_map(|id| [0x0003_001d, id, id - 1]));
+    assert_eq!(code_of(&around(&nesting)), "RX0220");
+    // A struct that holds itself.
+    assert_eq!(code_of(&around(&[0x0003_001e, 10, 10])), "");
+    // An instruction the reflector does not know.
+    assert_eq!(code_of(&around(&[0x0001_7fff])), "RX0222");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_damage_does_harm(
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u32>(), 0u8..5), 1..6),
+        cut in prop::option::of(any::<prop::sample::Index>()),
+    ) {
+        static MODULE: std::sync::LazyLock<Vec<u32>> =
+            std::sync::LazyLock::new(|| good("shaders/a.comp", SAMPLE).spirv.to_vec());
+        let mut words = MODULE.clone();
+        for (place, value, how) in edits {
+            let at = place.index(words.len());
+            match how {
+                0 => words[at] = value,
+                1 => words[at] ^= 1 << (value % 32),
+                2 => words[at] = value % 300,
+                3 => { words.remove(at); }
+                _ => words.insert(at, MODULE[value as usize % MODULE.len()]),
+            }
+        }
+        if let Some(cut) = cut {
+            words.truncate(cut.index(words.len()));
+        }
+        match shader("shaders/a.spv", bytes_of(&words)) {
+            Ok(found) => prop_assert_eq!(found.interface.entry.as_str(), "main"),
+            Err(found) => {
+                prop_assert!(found[0].code.as_str().starts_with("RX02"));
+                prop_assert!(!render::human(&found, &SourceMap::default(), false).is_empty());
+            }
+        }
+    }
+
+    #[test]
+    fn no_bytes_do_harm(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        prop_assert!(shader("shaders/a.spv", bytes).is_err());
+    }
+}
