@@ -28,7 +28,6 @@ struct RxWalk {
     vec3 inv;       // 1 / d, or 0
     float t;        // time of the last step since entry, in units of d
     uint axes;      // bit a: the last step crossed a plane of axis a; 0 in the origin's own cell
-    uint first;     // one axis of `axes`, the one the exact arithmetic is done with
     uvec3 flip;     // mirrors: c = q ^ flip
 };
 
@@ -114,7 +113,6 @@ bool rx_walk_enter(inout RxWalk w, bvec3 before, uint last) {
     precise float t = (float(n_a) - float(rx_pick(w.g_fixed, a)) * 5.9604644775390625e-8)
                     / (float(rx_pick(w.d_fixed, a)) * 9.31322574615478515625e-10);
     w.axes = 1u << a;
-    w.first = a;
     uvec3 crossed = enter;
     for (uint b = 0u; b < 3u; ++b) {
         uint d_b = rx_pick(w.d_fixed, b);
@@ -173,7 +171,6 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, out RxWalk w) {
     w.inv = mix(1.0 / max(w.d, vec3(1.0e-20)), vec3(0.0), still);
     w.t = 0.0;
     w.axes = 0u;
-    w.first = 0u;
 
     bvec3 below = lessThan(ray.cell, corner);
     bvec3 above = greaterThan(ray.cell, corner + ivec3(last));
@@ -185,7 +182,8 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, out RxWalk w) {
 }
 
 // Decides a step by integers: which of the axes leaves the block first (`a` is a guess), and where the others are then.
-void rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uvec3 high) {
+// Gives the axes that cross a plane at the same time.
+uint rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uvec3 high) {
     uvec3 ends = end - w.origin;  // crossings since the ray's origin
     uvec3 base = w.entry - w.origin;
     uvec3 here = w.q - w.entry;
@@ -202,14 +200,17 @@ void rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uv
             i = 0u;
         }
     }
+    uint axes = 0u;
     for (uint b = 0u; b < 3u; ++b) {
         if (b == a) continue;
         uint at = rx_pick(base, b);
-        uint count = rx_walk_count(w, a, rx_pick(ends, a), b, rx_pick(low, b) + at, rx_pick(high, b) + at) - at;
-        if (b == 0u) low.x = count;
-        else if (b == 1u) low.y = count;
-        else low.z = count;
+        uint count = rx_walk_count(w, a, rx_pick(ends, a), b, rx_pick(low, b) + at, rx_pick(high, b) + at);
+        if (count - at != rx_pick(here, b) && rx_walk_compare(w, a, rx_pick(ends, a), b, count) == 0) axes |= 1u << b;
+        if (b == 0u) low.x = count - at;
+        else if (b == 1u) low.y = count - at;
+        else low.z = count - at;
     }
+    return axes;
 }
 
 // Leaves the aligned block of 2^shift voxels a side that holds the current cell.
@@ -227,14 +228,14 @@ void rx_walk_step(inout RxWalk w, uint shift) {
     uvec3 low = max(uvec3(max(x - error, 0.0)), w.q - w.entry);
     uvec3 high = max(min(uvec3(x + error), block), low);
     bvec3 unsure = notEqual(low, high);
-    if ((unsure.x && a != 0u) || (unsure.y && a != 1u) || (unsure.z && a != 2u)) rx_walk_decide(w, end, a, low, high);
+    w.axes = 0u;
+    if ((unsure.x && a != 0u) || (unsure.y && a != 1u) || (unsure.z && a != 2u)) w.axes = rx_walk_decide(w, end, a, low, high);
 
     w.q = w.entry + low;
     if (a == 0u) w.q.x = end.x;
     else if (a == 1u) w.q.y = end.y;
     else w.q.z = end.z;
-    w.axes = (w.q.x == end.x ? 1u : 0u) | (w.q.y == end.y ? 2u : 0u) | (w.q.z == end.z ? 4u : 0u);
-    w.first = a;
+    w.axes |= 1u << a;
     w.t = t;
 }
 

@@ -1,0 +1,45 @@
+//! The ray that is traced exactly.
+
+use crate::ray::Ray;
+
+/// Steps of the fraction lattice in a voxel: 2²⁴.
+pub const ONE: i64 = 1 << 24;
+
+/// A ray with integer origin and direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lattice {
+    /// Voxel that the ray starts in.
+    pub cell: [i64; 3],
+    /// Place in it in units of 2⁻²⁴ voxel: 0…2²⁴.
+    pub frac: [i64; 3],
+    /// Direction; the largest component is in 2³⁰…2³¹ − 1.
+    pub dir: [i64; 3],
+    /// The direction in voxels is `dir` × 2^`exponent`.
+    pub exponent: i32,
+}
+
+impl Lattice {
+    /// `None` for a ray that hits nothing by rule: not finite, or without direction.
+    pub fn of(ray: &Ray) -> Option<Self> {
+        let finite = ray.frac.iter().chain(&ray.dir).all(|v| v.is_finite());
+        let exponent_of = |v: f32| (v.to_bits() >> 23 & 0xff) as i32;
+        let top = ray.dir.map(exponent_of).into_iter().max().unwrap_or(0);
+        if !finite || top == 0 {
+            return None;
+        }
+        let component = |v: f32| {
+            let (exponent, shift) = (exponent_of(v), top - exponent_of(v));
+            if exponent == 0 || shift > 30 {
+                return 0;
+            }
+            let size = i64::from(v.to_bits() & 0x7f_ffff | 0x80_0000) << 7 >> shift;
+            if v.is_sign_negative() { -size } else { size }
+        };
+        Some(Self {
+            cell: ray.cell.map(i64::from),
+            frac: ray.frac.map(|f| (f64::from(f.clamp(0.0, 1.0)) * ONE as f64) as i64),
+            dir: ray.dir.map(component),
+            exponent: top - 157,
+        })
+    }
+}

@@ -1,0 +1,162 @@
+//! The CPU port of the tree64 tracer against the exact tracer, and that against brute force.
+
+use glam::IVec3;
+use proptest::prelude::*;
+use raxel_oracle::brute::{self, Verdict};
+use raxel_oracle::metrics::Errors;
+use raxel_oracle::port::Tree64;
+use raxel_oracle::scenes::{self, Scene};
+use raxel_oracle::sets::{self, RaySet};
+use raxel_oracle::{Ray, exact};
+use raxel_world::World;
+use raxel_world::layout::Layout;
+
+fn compare(world: &World, rays: &[Ray]) -> Errors {
+    let buffer = Layout::Tree64.encode(world, u64::MAX).expect("small").words;
+    let tree = Tree64::new(&buffer);
+    let mut errors = Errors::default();
+    for ray in rays {
+        let (answer, found) = (exact::first_hit(world, ray), tree.trace(ray));
+        let before = errors.wrong();
+        errors.add(ray, &answer, found.as_ref());
+        assert_eq!(errors.wrong(), before, "{ray:?}\nexact {answer:?}\nfound {found:?}");
+    }
+    errors
+}
+
+fn check_scene(name: &str) {
+    let scene = Scene::find(name).expect("a scene");
+    for corner in [IVec3::new(-13, 5, -40), IVec3::new(1 << 30, -(1 << 30) - 7, i32::MAX - 400)] {
+        let world = scene.world(corner, 7);
+        for set in sets::ALL {
+            let errors = compare(&world, &set.rays(&world, 1500, 42));
+            assert!(errors.t_error < 1e-5, "{} {}: t is off by {}", scene.name, set.name, errors.t_error);
+            if set.name == "invalid" {
+                assert_eq!(errors.hits, 0);
+            } else if name != "corners" {
+                assert!(errors.hits > 20, "{} {}: {errors:?}", scene.name, set.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn port_is_exact_on_sparse() {
+    check_scene("sparse");
+}
+
+#[test]
+fn port_is_exact_on_a_checkerboard() {
+    check_scene("checkerboard");
+}
+
+#[test]
+fn port_is_exact_on_a_diagonal_plane() {
+    check_scene("diagonal");
+}
+
+#[test]
+fn port_is_exact_on_a_solid_cube() {
+    check_scene("solid");
+}
+
+#[test]
+fn port_is_exact_on_far_corners() {
+    check_scene("corners");
+}
+
+#[test]
+fn port_is_exact_on_a_menger_sponge() {
+    check_scene("menger");
+}
+
+#[test]
+fn port_is_exact_on_hills() {
+    check_scene("hills");
+}
+
+/// Every scene must be hit by rays of the ordinary sets, and the lattice set must meet ties: the tests above compare something.
+#[test]
+fn sets_hit_and_meet_ties() {
+    let world = Scene::find("hills").expect("a scene").world(IVec3::ZERO, 1);
+    for (name, hits, ties) in [("pinhole", 300, 0), ("lattice", 200, 300), ("inside", 700, 0), ("far", 50, 0)] {
+        let errors = compare(&world, &RaySet::find(name).expect("a set").rays(&world, 2000, 3));
+        assert!(errors.hits >= hits && errors.ties >= ties, "{name}: {errors:?}");
+    }
+}
+
+#[test]
+fn exact_tracer_agrees_with_brute_force() {
+    for name in ["sparse", "menger", "checkerboard"] {
+        let world = Scene::find(name).expect("a scene").world(IVec3::new(-9, 3, 2), 5);
+        let mut hits = 0;
+        for set in ["pinhole", "incoherent", "edges", "lattice", "faces", "inside", "zeros"] {
+            let mut unsure = 0;
+            for ray in RaySet::find(set).expect("a set").rays(&world, 120, 11) {
+                let answer = exact::first_hit(&world, &ray);
+                let voxel = answer.hit.map(|hit| hit.voxel);
+                match brute::first_hit(&world, &ray) {
+                    Verdict::Miss => assert_eq!(voxel, None, "{name} {set} {ray:?}"),
+                    Verdict::Hit(expected, _) => {
+                        hits += 1;
+                        assert_eq!(voxel, Some(expected), "{name} {set} {ray:?}");
+                    }
+                    Verdict::Unsure(either, or_none) => {
+                        unsure += 1;
+                        assert!(
+                            voxel.map_or(or_none, |v| either.contains(&v)),
+                            "{name} {set} {ray:?}: {voxel:?} {either:?}"
+                        );
+                    }
+                }
+            }
+            assert!(unsure < 100, "{name} {set}: brute force is unsure of {unsure} of 120");
+        }
+        assert!(hits > 100, "{name}: brute force is sure of {hits} hits");
+    }
+}
+
+#[test]
+fn moving_ray_and_world_moves_the_hit() {
+    let scene = Scene::find("hills").expect("a scene");
+    let here = scene.world(IVec3::ZERO, 1);
+    let by = [i32::MAX - 100, i32::MIN + 20, 123_456_789];
+    let there = scene.world(IVec3::from_array(by), 1);
+    let buffers = [&here, &there].map(|world| Layout::Tree64.encode(world, u64::MAX).expect("small").words);
+    for set in ["pinhole", "lattice", "edges"] {
+        for ray in RaySet::find(set).expect("a set").rays(&here, 3000, 9) {
+            let Some(moved) = ray.moved(by) else { continue };
+            let first = Tree64::new(&buffers[0]).trace(&ray);
+            let second = Tree64::new(&buffers[1]).trace(&moved);
+            // The tree's cells differ, and so do the steps; what is found may not, not even by a bit.
+            let expected =
+                first.map(|hit| (std::array::from_fn(|i| hit.voxel[i] + by[i]), hit.face, hit.t.to_bits(), hit.uv));
+            assert_eq!(second.map(|hit| (hit.voxel, hit.face, hit.t.to_bits(), hit.uv)), expected, "{ray:?}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    #[test]
+    fn port_is_exact_on_random_worlds(
+        seed in any::<u64>(),
+        size in 1i32..40,
+        one_in in 1u64..400,
+        corner in prop::array::uniform3(prop_oneof![-100i32..100, Just(i32::MIN), Just(i32::MAX - 39), any::<i32>()]),
+    ) {
+        let mut random = sets::Random::new(seed);
+        let mut voxels = Vec::new();
+        for cell in (0..size * size * size).map(|i| IVec3::new(i % size, i / size % size, i / size / size)) {
+            if random.below(one_in) == 0 {
+                let at = [0, 1, 2].map(|i| corner[i].saturating_add(cell[i]));
+                voxels.push((IVec3::from_array(at), 1 + random.below(3) as u16));
+            }
+        }
+        let world = World::from_voxels(scenes::materials(), voxels);
+        for set in sets::ALL {
+            compare(&world, &set.rays(&world, 60, seed));
+        }
+    }
+}
