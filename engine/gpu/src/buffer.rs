@@ -1,7 +1,8 @@
 //! Buffers.
 
 use std::fmt;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 
@@ -27,8 +28,13 @@ pub struct Buffer {
     device: Arc<Device>,
     held: Held,
     size: u64,
+    location: Location,
     name: String,
+    serial: u64,
+    writing: Mutex<()>,
 }
+
+static SERIAL: AtomicU64 = AtomicU64::new(1);
 
 impl fmt::Debug for Buffer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -47,15 +53,25 @@ impl Buffer {
         let raw = unsafe { device.raw.create_buffer(&create_info(info), None) }.named("vkCreateBuffer")?;
         // SAFETY: the buffer was just made.
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
-        let held = Held::find(device, name, requirements, backing, info.location, true).and_then(|(held, memory, at)| {
-            // SAFETY: memory and offset suit the requirements; the memory is held as long as the buffer.
-            unsafe { device.raw.bind_buffer_memory(raw, memory, at) }.named("vkBindBufferMemory")?;
-            Ok(held)
-        });
+        let held =
+            Held::find(device, name, requirements, backing, info.location, true).and_then(|(held, memory, at)| {
+                // SAFETY: memory and offset suit the requirements; the memory is held as long as the buffer.
+                unsafe { device.raw.bind_buffer_memory(raw, memory, at) }.named("vkBindBufferMemory")?;
+                Ok(held)
+            });
         match held {
             Ok(held) => {
                 device.name(raw, name);
-                Ok(Buffer { raw, device: device.clone(), held, size: info.size, name: name.to_owned() })
+                Ok(Buffer {
+                    raw,
+                    device: device.clone(),
+                    held,
+                    size: info.size,
+                    location: info.location,
+                    name: name.to_owned(),
+                    serial: SERIAL.fetch_add(1, Ordering::Relaxed),
+                    writing: Mutex::new(()),
+                })
             }
             Err(error) => {
                 // SAFETY: nobody has seen the buffer.
@@ -85,21 +101,48 @@ impl Buffer {
         &self.name
     }
 
-    /// The host's view of it; `None` when it lives on the device. Reads what the device wrote before the last wait.
-    pub fn bytes(&self) -> Option<&[u8]> {
-        match &self.held {
-            Held::Own(memory) => memory.bytes().and_then(|bytes| bytes.get(..self.size as usize)),
-            Held::Block(_) => None,
+    /// A number that no other buffer of this process has: equal serials, same buffer.
+    pub fn serial(&self) -> u64 {
+        self.serial
+    }
+
+    /// Writes bytes from the host. The device must not be reading them meanwhile. `false`, with nothing written, when the buffer is not
+    /// [`Location::Upload`] or too small.
+    pub fn write(&self, offset: u64, bytes: &[u8]) -> bool {
+        let Held::Own(memory) = &self.held else { return false };
+        let fits = offset.checked_add(bytes.len() as u64).is_some_and(|end| end <= self.size);
+        let _one_at_a_time = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
+        match memory.allocation().mapped_ptr() {
+            Some(host) if fits && self.location == Location::Upload => {
+                // SAFETY: the mapping has `size` bytes; writers take turns, and no reference into an upload buffer is ever given out.
+                unsafe {
+                    let to = host.as_ptr().cast::<u8>().add(offset as usize);
+                    std::ptr::copy_nonoverlapping(bytes.as_ptr(), to, bytes.len());
+                }
+                true
+            }
+            _ => false,
         }
     }
 
-    /// The host's view of it, to be written; `None` when it lives on the device. The device must not be reading the part that is written.
-    pub fn bytes_mut(&mut self) -> Option<&mut [u8]> {
-        let size = self.size as usize;
-        match &mut self.held {
-            Held::Own(memory) => memory.bytes_mut().and_then(|bytes| bytes.get_mut(..size)),
-            Held::Block(_) => None,
+    /// What the device wrote before the last wait; `None` when the buffer is not [`Location::Download`].
+    pub fn bytes(&self) -> Option<&[u8]> {
+        match &self.held {
+            Held::Own(memory) if self.location == Location::Download => {
+                memory.allocation().mapped_slice().and_then(|bytes| bytes.get(..self.size as usize))
+            }
+            _ => None,
         }
+    }
+
+    /// One word at a multiple of 4, as it is right now, even while the device writes it. `None` when out of range or not
+    /// [`Location::Download`].
+    pub fn word(&self, offset: u64) -> Option<u32> {
+        let Held::Own(memory) = &self.held else { return None };
+        let fits = self.location == Location::Download && offset % 4 == 0 && offset.checked_add(4)? <= self.size;
+        let host = memory.allocation().mapped_ptr().filter(|_| fits)?;
+        // SAFETY: in range and aligned; volatile, since the device may write it.
+        Some(unsafe { host.as_ptr().cast::<u32>().add(offset as usize / 4).read_volatile() })
     }
 }
 

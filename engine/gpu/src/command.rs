@@ -27,10 +27,8 @@ pub type Scope = (vk::PipelineStageFlags2, vk::AccessFlags2);
 impl Barrier {
     /// A dependency of everything after on everything before.
     pub fn full() -> Barrier {
-        let all = (
-            vk::PipelineStageFlags2::ALL_COMMANDS,
-            vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
-        );
+        let all =
+            (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
         Barrier::default().memory(all, all)
     }
 
@@ -124,8 +122,7 @@ impl CommandBuffer {
     /// Forgets what was recorded and starts anew. The device must have finished what was submitted before.
     pub fn begin(&mut self) -> Result<()> {
         self.close();
-        let begin =
-            vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: `&mut self` is the pool's external synchronisation; the caller says that the device has finished.
         unsafe {
             let reset = self.device.raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty());
@@ -257,8 +254,7 @@ impl CommandBuffer {
 
     /// Takes the time when all compute work before has finished (`after`), or when work from here on may start.
     pub fn timestamp(&mut self, timestamps: &Timestamps, index: u32, after: bool) {
-        let stage =
-            if after { vk::PipelineStageFlags2::COMPUTE_SHADER } else { vk::PipelineStageFlags2::TOP_OF_PIPE };
+        let stage = if after { vk::PipelineStageFlags2::COMPUTE_SHADER } else { vk::PipelineStageFlags2::TOP_OF_PIPE };
         // SAFETY: as in `clear_image`.
         unsafe { self.device.raw.cmd_write_timestamp2(self.raw, stage, timestamps.raw, index) };
     }
@@ -302,16 +298,8 @@ impl CommandBuffer {
     }
 
     /// Copies a whole picture onto another image of another size, nearest texels; layouts `GENERAL` and `to_layout`.
-    pub(crate) fn blit(
-        &mut self,
-        from: &Image,
-        to: vk::Image,
-        to_layout: vk::ImageLayout,
-        to_extent: [u32; 2],
-    ) {
-        let corners = |[x, y]: [u32; 2]| {
-            [vk::Offset3D::default(), vk::Offset3D { x: x as i32, y: y as i32, z: 1 }]
-        };
+    pub(crate) fn blit(&mut self, from: &Image, to: vk::Image, to_layout: vk::ImageLayout, to_extent: [u32; 2]) {
+        let corners = |[x, y]: [u32; 2]| [vk::Offset3D::default(), vk::Offset3D { x: x as i32, y: y as i32, z: 1 }];
         let region = vk::ImageBlit2::default()
             .src_subresource(subresource(0, 0))
             .src_offsets(corners([from.info().extent[0], from.info().extent[1]]))

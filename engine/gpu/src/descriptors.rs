@@ -61,7 +61,8 @@ impl Descriptors {
         let allocate =
             vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&pipeline.set_layouts);
         // SAFETY: the pool was sized for exactly these sets.
-        descriptors.sets = unsafe { device.raw.allocate_descriptor_sets(&allocate) }.named("vkAllocateDescriptorSets")?;
+        descriptors.sets =
+            unsafe { device.raw.allocate_descriptor_sets(&allocate) }.named("vkAllocateDescriptorSets")?;
         for (set, raw) in descriptors.sets.iter().enumerate() {
             device.name(*raw, &format!("{name}, set {set}"));
         }

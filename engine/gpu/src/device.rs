@@ -341,8 +341,7 @@ fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<
         (seen.has(khr::portability_subset::NAME), khr::portability_subset::NAME),
     ];
     let extensions: Vec<_> = optional.iter().filter(|(on, _)| *on).map(|(_, name)| name.as_ptr()).collect();
-    let queues =
-        [vk::DeviceQueueCreateInfo::default().queue_family_index(seen.family).queue_priorities(&[1.0])];
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(seen.family).queue_priorities(&[1.0])];
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)

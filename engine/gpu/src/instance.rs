@@ -40,7 +40,8 @@ impl Instance {
         let log = Arc::new(ValidationLog::default());
 
         // SAFETY: plain queries, no handle is involved.
-        let layers = unsafe { entry.enumerate_instance_layer_properties() }.named("vkEnumerateInstanceLayerProperties")?;
+        let layers =
+            unsafe { entry.enumerate_instance_layer_properties() }.named("vkEnumerateInstanceLayerProperties")?;
         let layer = layers.iter().find(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION));
         let validated = match validation {
             Validation::Off => false,
@@ -164,9 +165,7 @@ impl Drop for Instance {
 
 fn messenger_info(log: &Arc<ValidationLog>) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
     vk::DebugUtilsMessengerCreateInfoEXT::default()
-        .message_severity(
-            vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
-        )
+        .message_severity(vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR)
         .message_type(
             vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
                 | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE

@@ -59,15 +59,6 @@ impl Memory {
     pub(crate) fn allocation(&self) -> &Allocation {
         self.allocation.as_ref().expect("only `drop` takes it")
     }
-
-    /// The host's view of it: `None` for [`Location::Device`].
-    pub(crate) fn bytes(&self) -> Option<&[u8]> {
-        self.allocation().mapped_slice()
-    }
-
-    pub(crate) fn bytes_mut(&mut self) -> Option<&mut [u8]> {
-        self.allocation.as_mut().and_then(Allocation::mapped_slice_mut)
-    }
 }
 
 impl Drop for Memory {

@@ -48,8 +48,10 @@ pub struct ComputePipeline {
 impl ComputePipeline {
     /// Makes a pipeline. Slow: the driver compiles the shader.
     pub fn new(device: &Arc<Device>, name: &str, info: &PipelineInfo<'_>) -> Result<ComputePipeline> {
-        let entry = std::ffi::CString::new(info.entry)
-            .map_err(|_| Error::Vulkan { call: "vkCreateShaderModule", result: vk::Result::ERROR_INITIALIZATION_FAILED })?;
+        let entry = std::ffi::CString::new(info.entry).map_err(|_| Error::Vulkan {
+            call: "vkCreateShaderModule",
+            result: vk::Result::ERROR_INITIALIZATION_FAILED,
+        })?;
         // From here on, `Drop` frees what was made so far.
         let mut pipeline = ComputePipeline {
             raw: vk::Pipeline::null(),

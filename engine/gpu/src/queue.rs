@@ -71,8 +71,8 @@ impl Device {
         let all = vk::PipelineStageFlags2::ALL_COMMANDS;
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands.raw)];
         // The picture of the window is first touched by a transfer.
-        let acquired =
-            window.map_or(vk::SemaphoreSubmitInfo::default(), |w| info(w.acquired, vk::PipelineStageFlags2::ALL_TRANSFER));
+        let acquired = window
+            .map_or(vk::SemaphoreSubmitInfo::default(), |w| info(w.acquired, vk::PipelineStageFlags2::ALL_TRANSFER));
         let signals = [
             info(self.queue.semaphore, all).value(value),
             window.map_or(vk::SemaphoreSubmitInfo::default(), |w| info(w.rendered, all)),
@@ -115,9 +115,7 @@ impl Device {
         let nanoseconds = timeout.map_or(u64::MAX, |t| u64::try_from(t.as_nanos()).unwrap_or(u64::MAX));
         // SAFETY: the semaphore is a live timeline semaphore.
         match unsafe { self.raw.wait_semaphores(&info, nanoseconds) } {
-            Err(vk::Result::TIMEOUT) => {
-                Err(Error::TimedOut { seconds: timeout.unwrap_or_default().as_secs_f64() })
-            }
+            Err(vk::Result::TIMEOUT) => Err(Error::TimedOut { seconds: timeout.unwrap_or_default().as_secs_f64() }),
             result => self.watch(result.named("vkWaitSemaphores")),
         }
     }

@@ -78,10 +78,9 @@ impl Surface {
         let display = window.display_handle().map_err(|error| cannot(error.to_string()))?.as_raw();
         let handle = window.window_handle().map_err(|error| cannot(error.to_string()))?.as_raw();
         // SAFETY: the handles are alive: the window is kept by the surface, which destroys the `VkSurfaceKHR` before it.
-        let raw = unsafe {
-            ash_window::create_surface(&device.instance.entry, &device.instance.raw, display, handle, None)
-        }
-        .named("vkCreateSurfaceKHR")?;
+        let raw =
+            unsafe { ash_window::create_surface(&device.instance.entry, &device.instance.raw, display, handle, None) }
+                .named("vkCreateSurfaceKHR")?;
         let mut surface = Surface {
             device: device.clone(),
             raw,
@@ -158,7 +157,10 @@ impl Surface {
                     self.turn += 1;
                     chain.stale = suboptimal;
                     let rendered = chain.rendered[index as usize];
-                    return Ok(Some(Acquired { index, semaphores: WindowSemaphores { acquired: semaphore, rendered } }));
+                    return Ok(Some(Acquired {
+                        index,
+                        semaphores: WindowSemaphores { acquired: semaphore, rendered },
+                    }));
                 }
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => chain.stale = true,
                 Err(result) => return self.device.watch(Err(result).named("vkAcquireNextImageKHR")),
@@ -366,9 +368,8 @@ fn choose_format(
         .iter()
         .filter(|(format, _)| can_blit(*format))
         .find_map(|(format, encode)| {
-            let fits = |f: &&vk::SurfaceFormatKHR| {
-                f.format == *format && f.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR
-            };
+            let fits =
+                |f: &&vk::SurfaceFormatKHR| f.format == *format && f.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR;
             offered.iter().find(fits).map(|format| (*format, *encode))
         })
         .ok_or_else(|| Error::SurfaceFormat { offered: offered.iter().map(|f| f.format).collect() })

@@ -20,15 +20,16 @@ pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Option<Du
     if size > limit {
         return Err(Error::TooLarge { name: name.to_owned(), size, limit });
     }
-    let usage = vk::BufferUsageFlags::STORAGE_BUFFER
-        | vk::BufferUsageFlags::TRANSFER_SRC
-        | vk::BufferUsageFlags::TRANSFER_DST;
+    let usage =
+        vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
     let buffer = Buffer::new(device, name, &BufferInfo { size, usage, location: Location::Device }, Backing::Own)?;
     let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_SRC, location: Location::Upload };
-    let mut staging = Buffer::new(device, &format!("{name}, staging"), &info, Backing::Own)?;
-    let host = staging.bytes_mut().ok_or_else(|| unmapped(name, size))?;
-    host[..bytes.len()].copy_from_slice(bytes);
-    host[bytes.len()..].fill(0);
+    let staging = Buffer::new(device, &format!("{name}, staging"), &info, Backing::Own)?;
+    let padding = [0; 4];
+    let written = staging.write(0, bytes) && staging.write(bytes.len() as u64, &padding[..size as usize - bytes.len()]);
+    if !written {
+        return Err(unmapped(name, size));
+    }
     let mut commands = CommandBuffer::new(device, "upload")?;
     commands.begin()?;
     commands.copy_buffer(&staging, 0, &buffer, size);

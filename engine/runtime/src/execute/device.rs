@@ -1,0 +1,162 @@
+//! What a plan needs to know of a device, and how a plan's descriptions become Vulkan's.
+
+use std::sync::Arc;
+
+use raxel_gpu::{BufferInfo, ClearColor, Device, Image, ImageInfo, Location, Scope, vk};
+use raxel_graph::checked::Clear;
+use raxel_graph::plan::{self, AccessMask, BufferDesc, ImageDesc, Limits, MemoryModel, Requirements, Stages};
+use raxel_shader::format::Format;
+
+/// The limits of a device that a plan is checked against.
+pub fn limits(device: &Device) -> Limits {
+    let limits = &device.capabilities().limits;
+    Limits {
+        image_2d: limits.max_image_dimension2_d,
+        image_3d: limits.max_image_dimension3_d,
+        image_layers: limits.max_image_array_layers,
+        storage_buffer: u64::from(limits.max_storage_buffer_range),
+        uniform_buffer: u64::from(limits.max_uniform_buffer_range),
+        push_constants: limits.max_push_constants_size,
+        workgroup_count: limits.max_compute_work_group_count,
+        workgroup_size: limits.max_compute_work_group_size,
+        workgroup_invocations: limits.max_compute_work_group_invocations,
+    }
+}
+
+/// Memory requirements as the device states them.
+#[derive(Clone, Debug)]
+pub struct DeviceMemory(pub Arc<Device>);
+
+impl MemoryModel for DeviceMemory {
+    fn image(&self, image: &ImageDesc) -> Requirements {
+        requirements(Image::requirements(&self.0, &image_info(&self.0, image)))
+    }
+
+    fn buffer(&self, buffer: &BufferDesc) -> Requirements {
+        requirements(raxel_gpu::Buffer::requirements(&self.0, &buffer_info(buffer)))
+    }
+
+    fn granularity(&self) -> u64 {
+        self.0.capabilities().limits.buffer_image_granularity
+    }
+}
+
+fn requirements(answer: vk::MemoryRequirements) -> Requirements {
+    Requirements { size: answer.size, alignment: answer.alignment, type_bits: answer.memory_type_bits }
+}
+
+pub(super) fn image_info(device: &Device, desc: &ImageDesc) -> ImageInfo {
+    let format = vulkan_format(desc.format);
+    let mut usage = vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
+    if desc.usage.storage {
+        usage |= vk::ImageUsageFlags::STORAGE;
+    }
+    // Sampled whenever it can be: any target may become the debug target, without being made anew.
+    let can_sample = device.format_features(format).contains(vk::FormatFeatureFlags::SAMPLED_IMAGE);
+    if desc.usage.sampled || can_sample {
+        usage |= vk::ImageUsageFlags::SAMPLED;
+    }
+    let ImageDesc { volume, extent, mips, layers, .. } = *desc;
+    ImageInfo { format, volume, extent, mips, layers, usage }
+}
+
+pub(super) fn buffer_info(desc: &BufferDesc) -> BufferInfo {
+    let mut usage =
+        vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
+    if desc.uniform {
+        usage |= vk::BufferUsageFlags::UNIFORM_BUFFER;
+    }
+    if desc.indirect {
+        usage |= vk::BufferUsageFlags::INDIRECT_BUFFER;
+    }
+    // Clears fill whole words.
+    BufferInfo { size: desc.size.max(4).next_multiple_of(4), usage, location: Location::Device }
+}
+
+pub(super) fn scope(scope: &plan::Scope) -> Scope {
+    let mut stages = vk::PipelineStageFlags2::empty();
+    for (ours, theirs) in [
+        (Stages::COMPUTE, vk::PipelineStageFlags2::COMPUTE_SHADER),
+        (Stages::CLEAR, vk::PipelineStageFlags2::CLEAR),
+        (Stages::INDIRECT, vk::PipelineStageFlags2::DRAW_INDIRECT),
+    ] {
+        if scope.stages.contains(ours) {
+            stages |= theirs;
+        }
+    }
+    let mut access = vk::AccessFlags2::empty();
+    for (ours, theirs) in [
+        (AccessMask::STORAGE_READ, vk::AccessFlags2::SHADER_STORAGE_READ),
+        (AccessMask::STORAGE_WRITE, vk::AccessFlags2::SHADER_STORAGE_WRITE),
+        (AccessMask::SAMPLED_READ, vk::AccessFlags2::SHADER_SAMPLED_READ),
+        (AccessMask::UNIFORM_READ, vk::AccessFlags2::UNIFORM_READ),
+        (AccessMask::TRANSFER_WRITE, vk::AccessFlags2::TRANSFER_WRITE),
+        (AccessMask::INDIRECT_READ, vk::AccessFlags2::INDIRECT_COMMAND_READ),
+    ] {
+        if scope.access.contains(ours) {
+            access |= theirs;
+        }
+    }
+    (stages, access)
+}
+
+pub(super) fn color(clear: Clear) -> ClearColor {
+    match clear {
+        Clear::Float(value) => ClearColor::Float(value),
+        Clear::Int(value) => ClearColor::Int(value),
+        Clear::Uint(value) => ClearColor::Uint(value),
+    }
+}
+
+/// The 32-bit pattern of a buffer's clear.
+pub(super) fn pattern(clear: Clear) -> u32 {
+    match clear {
+        Clear::Float(value) => value[0].to_bits(),
+        Clear::Int(value) => value[0] as u32,
+        Clear::Uint(value) => value[0],
+    }
+}
+
+pub(super) fn vulkan_format(format: Format) -> vk::Format {
+    match format {
+        Format::Rgba32f => vk::Format::R32G32B32A32_SFLOAT,
+        Format::Rgba16f => vk::Format::R16G16B16A16_SFLOAT,
+        Format::Rg32f => vk::Format::R32G32_SFLOAT,
+        Format::Rg16f => vk::Format::R16G16_SFLOAT,
+        Format::R11fG11fB10f => vk::Format::B10G11R11_UFLOAT_PACK32,
+        Format::R32f => vk::Format::R32_SFLOAT,
+        Format::R16f => vk::Format::R16_SFLOAT,
+        Format::Rgba16 => vk::Format::R16G16B16A16_UNORM,
+        Format::Rgb10A2 => vk::Format::A2B10G10R10_UNORM_PACK32,
+        Format::Rgba8 => vk::Format::R8G8B8A8_UNORM,
+        Format::Rg16 => vk::Format::R16G16_UNORM,
+        Format::Rg8 => vk::Format::R8G8_UNORM,
+        Format::R16 => vk::Format::R16_UNORM,
+        Format::R8 => vk::Format::R8_UNORM,
+        Format::Rgba16Snorm => vk::Format::R16G16B16A16_SNORM,
+        Format::Rgba8Snorm => vk::Format::R8G8B8A8_SNORM,
+        Format::Rg16Snorm => vk::Format::R16G16_SNORM,
+        Format::Rg8Snorm => vk::Format::R8G8_SNORM,
+        Format::R16Snorm => vk::Format::R16_SNORM,
+        Format::R8Snorm => vk::Format::R8_SNORM,
+        Format::Rgba32i => vk::Format::R32G32B32A32_SINT,
+        Format::Rgba16i => vk::Format::R16G16B16A16_SINT,
+        Format::Rgba8i => vk::Format::R8G8B8A8_SINT,
+        Format::Rg32i => vk::Format::R32G32_SINT,
+        Format::Rg16i => vk::Format::R16G16_SINT,
+        Format::Rg8i => vk::Format::R8G8_SINT,
+        Format::R32i => vk::Format::R32_SINT,
+        Format::R16i => vk::Format::R16_SINT,
+        Format::R8i => vk::Format::R8_SINT,
+        Format::Rgba32ui => vk::Format::R32G32B32A32_UINT,
+        Format::Rgba16ui => vk::Format::R16G16B16A16_UINT,
+        Format::Rgb10A2ui => vk::Format::A2B10G10R10_UINT_PACK32,
+        Format::Rgba8ui => vk::Format::R8G8B8A8_UINT,
+        Format::Rg32ui => vk::Format::R32G32_UINT,
+        Format::Rg16ui => vk::Format::R16G16_UINT,
+        Format::Rg8ui => vk::Format::R8G8_UINT,
+        Format::R32ui => vk::Format::R32_UINT,
+        Format::R16ui => vk::Format::R16_UINT,
+        Format::R8ui => vk::Format::R8_UINT,
+    }
+}

@@ -1,0 +1,217 @@
+//! Shows the debug target: a compute pass of the runtime's own that maps texels to a picture.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use raxel_diagnostics::{MemoryFiles, SourceMap};
+use raxel_graph::checked::{BufferSize, Display, DisplayMap, ResourceKind};
+use raxel_graph::plan::{Plan, ResourceDesc};
+use raxel_graph::sizes;
+use raxel_shader::format::Format;
+use raxel_shader::interface::{BindingKind, Block, Scalar, ScalarKind, Type};
+use raxel_shader::{Compiler, Request, Shader, ShaderSource};
+
+use super::error::ExecuteError;
+
+/// Which compilation of the display shader a debug target needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Variant {
+    pub(super) scalar: ScalarKind,
+    pub(super) source: SourceKind,
+}
+
+/// What the display shader reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum SourceKind {
+    /// A 2-D image, layered or not.
+    Flat,
+    /// A 3-D image.
+    Volume,
+    /// A buffer.
+    Buffer,
+}
+
+/// The push constants of the display shader (`display.comp`).
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct Push {
+    output_extent: [i32; 2],
+    source_extent: [i32; 2],
+    range: [f32; 2],
+    map: u32,
+    channel: u32,
+    channels: u32,
+    slice: u32,
+    elements: u32,
+}
+
+/// Workgroup size of the display shader, both axes.
+pub(super) const GROUP: u32 = 8;
+
+/// How the plan's debug target is shown.
+pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
+    let shown = plan.present;
+    let output_extent = plan.output.map(|pixels| pixels as i32);
+    let planned = plan.resources.iter().find(|r| r.resource == shown.resource);
+    if let Some(ResourceDesc::Image(desc)) = planned.map(|r| &r.desc) {
+        let display = match &plan.graph.resource(shown.resource).kind {
+            ResourceKind::Target(target) => target.display,
+            ResourceKind::Buffer(_) => None,
+        };
+        let display = display.unwrap_or_else(|| default_display(desc.format));
+        let source = if desc.volume { SourceKind::Volume } else { SourceKind::Flat };
+        let push = Push {
+            output_extent,
+            source_extent: [desc.extent[0], desc.extent[1]].map(|texels| (texels >> shown.mip).max(1) as i32),
+            range: display.range,
+            map: display.map as u32,
+            channel: display.channel.min(desc.format.channels() - 1),
+            channels: desc.format.channels(),
+            slice: shown.layer,
+            elements: 0,
+        };
+        return (Variant { scalar: desc.format.scalar(), source }, push);
+    }
+    let (words, width, scalar) = buffer_grid(plan);
+    let bytes = match planned.map(|r| &r.desc) {
+        Some(ResourceDesc::Buffer(desc)) => desc.size,
+        _ => 0,
+    };
+    let elements = (bytes / 4 / u64::from(words)).min(1 << 30) as u32;
+    let width = width.unwrap_or_else(|| f64::from(elements).sqrt().ceil() as u32).max(1);
+    let map = match (scalar, words) {
+        (ScalarKind::Float, 3..) => DisplayMap::Color,
+        (ScalarKind::Float, _) => DisplayMap::Gray,
+        (ScalarKind::Int | ScalarKind::Uint, _) => DisplayMap::Id,
+    };
+    let push = Push {
+        output_extent,
+        source_extent: [width as i32, elements.div_ceil(width).max(1) as i32],
+        range: [0.0, 1.0],
+        map: map as u32,
+        channel: 0,
+        channels: words,
+        slice: 0,
+        elements,
+    };
+    (Variant { scalar, source: SourceKind::Buffer }, push)
+}
+
+impl Push {
+    /// The buffer shown has so many bytes (a source's size is not in the plan).
+    pub(super) fn with_bytes(mut self, bytes: u64) -> Push {
+        let elements = (bytes / 4 / u64::from(self.channels.max(1))).min(1 << 30) as u32;
+        if elements != self.elements {
+            let width = f64::from(elements).sqrt().ceil().max(1.0) as u32;
+            self.elements = elements;
+            self.source_extent = [width as i32, elements.div_ceil(width).max(1) as i32];
+        }
+        self
+    }
+}
+
+/// 32-bit words of an element, elements a row if there is a natural number of them, and what a word is.
+fn buffer_grid(plan: &Plan) -> (u32, Option<u32>, ScalarKind) {
+    let resource = plan.present.resource;
+    let scalar = declared_scalar(plan).unwrap_or(ScalarKind::Uint);
+    match &plan.graph.resource(resource).kind {
+        ResourceKind::Buffer(buffer) => match buffer.size {
+            BufferSize::PerPixel { of, stride } if stride >= 4 => {
+                (stride / 4, Some(sizes::extent(&plan.graph, plan.output, of)[0]), scalar)
+            }
+            _ => (1, None, scalar),
+        },
+        ResourceKind::Target(_) => (1, None, scalar),
+    }
+}
+
+/// What the first shader that binds the buffer says its words are.
+fn declared_scalar(plan: &Plan) -> Option<ScalarKind> {
+    plan.graph.passes.iter().find_map(|pass| {
+        let access = pass.accesses.iter().find(|access| access.resource == plan.present.resource)?;
+        match &pass.shader.interface.bindings.get(access.binding? as usize)?.kind {
+            BindingKind::StorageBuffer(block) => block_scalar(block),
+            _ => None,
+        }
+    })
+}
+
+fn block_scalar(block: &Block) -> Option<ScalarKind> {
+    type_scalar(&block.members.last()?.ty)
+}
+
+fn type_scalar(ty: &Type) -> Option<ScalarKind> {
+    match ty {
+        Type::Scalar(scalar) | Type::Vector(scalar, _) | Type::Matrix { scalar, .. } => match scalar {
+            Scalar::F32 => Some(ScalarKind::Float),
+            Scalar::I32 => Some(ScalarKind::Int),
+            _ => Some(ScalarKind::Uint),
+        },
+        Type::Array { element, .. } => type_scalar(element),
+        Type::Struct(block) => block_scalar(block),
+    }
+}
+
+/// How a target is shown when its file does not say.
+fn default_display(format: Format) -> Display {
+    let name = format.name();
+    let map = match (format.scalar(), name.ends_with('f'), format.channels()) {
+        (ScalarKind::Int | ScalarKind::Uint, ..) => DisplayMap::Id,
+        (ScalarKind::Float, true, 3..) => DisplayMap::Color,
+        (ScalarKind::Float, true, _) => DisplayMap::Gray,
+        (ScalarKind::Float, false, 3..) if name.ends_with("_snorm") => DisplayMap::Normal,
+        (ScalarKind::Float, false, _) => DisplayMap::Raw,
+    };
+    Display { map, range: [0.0, 1.0], channel: 0 }
+}
+
+/// Compiles one variant of the display shader.
+pub(super) fn compile(variant: Variant) -> Result<Arc<Shader>, ExecuteError> {
+    const PATH: &str = "shaders/display.comp";
+    let mut defines = BTreeMap::new();
+    let scalar = match variant.scalar {
+        ScalarKind::Float => "RX_FLOAT",
+        ScalarKind::Int => "RX_INT",
+        ScalarKind::Uint => "RX_UINT",
+    };
+    defines.insert(scalar, "1");
+    match variant.source {
+        SourceKind::Flat => {}
+        SourceKind::Volume => {
+            defines.insert("RX_VOLUME", "1");
+        }
+        SourceKind::Buffer => {
+            defines.insert("RX_BUFFER", "1");
+        }
+    }
+    let request = Request {
+        path: PATH.to_owned(),
+        entry: "main".to_owned(),
+        defines: defines.into_iter().map(|(name, value)| (name.to_owned(), value.to_owned())).collect(),
+    };
+    let compiler = Compiler::new(Arc::new(MemoryFiles::new([(PATH, include_str!("display.comp"))])));
+    let mut texts = SourceMap::default();
+    match compiler.shader(&request, &mut texts) {
+        Ok((shader, _)) => Ok(shader),
+        Err(diagnostics) => {
+            Err(ExecuteError::Display(diagnostics.iter().map(|d| d.message.clone()).collect::<Vec<_>>().join("; ")))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_variant_compiles() {
+        for scalar in [ScalarKind::Float, ScalarKind::Int, ScalarKind::Uint] {
+            for source in [SourceKind::Flat, SourceKind::Volume, SourceKind::Buffer] {
+                let shader = compile(Variant { scalar, source }).expect("the display shader is ours");
+                let push = shader.interface.push.as_ref().expect("it has a push block");
+                assert_eq!(push.size as usize, size_of::<Push>());
+                assert_eq!(shader.interface.local_size.map(|axis| axis.value), [GROUP, GROUP, 1]);
+            }
+        }
+    }
+}

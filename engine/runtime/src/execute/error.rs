@@ -1,0 +1,83 @@
+//! What can go wrong while a plan is prepared or run.
+
+/// An error of the executor.
+#[derive(Debug, thiserror::Error)]
+pub enum ExecuteError {
+    /// The driver or the device.
+    #[error(transparent)]
+    Gpu(raxel_gpu::Error),
+    /// The device is gone or hangs. Nothing more can be run on it: open another [`raxel_gpu::Device`] and a new executor.
+    #[error("the device {}{}", if *.timed_out { "did not finish in time" } else { "was lost" }, suspect_text(.suspect.as_deref()))]
+    DeviceLost {
+        /// Name of the pass that was running, as far as the crash markers can tell.
+        suspect: Option<String>,
+        /// The watchdog gave up, rather than the driver.
+        timed_out: bool,
+    },
+    /// A buffer source that nobody supplied.
+    #[error("nothing supplies `{source_name}`, which buffer `{buffer}` needs")]
+    MissingSource {
+        /// Name of the buffer.
+        buffer: String,
+        /// Name of the source.
+        source_name: String,
+    },
+    /// The device cannot make a target of this format with the usages it needs.
+    #[error("the device cannot use format `{format}` for target `{target}` as {usage}")]
+    Format {
+        /// Name of the target.
+        target: String,
+        /// GLSL name of the format.
+        format: &'static str,
+        /// What the target is used as.
+        usage: String,
+    },
+    /// A pass needs something the device does not have.
+    #[error("the device lacks {lacks}, which the shader of pass `{pass}` needs")]
+    Capability {
+        /// Name of the pass.
+        pass: String,
+        /// What is lacking.
+        lacks: String,
+    },
+    /// Nothing was swapped in yet.
+    #[error("there is no plan to run")]
+    NoPlan,
+    /// The resource does not exist in the running plan: nothing presented depends on it.
+    #[error("`{resource}` is not part of the running plan; present or pin it to read it")]
+    NotLive {
+        /// Name of the resource.
+        resource: String,
+    },
+    /// The resource shares memory and was overwritten within the frame.
+    #[error("`{resource}` shares memory with others and does not survive the frame; present or pin it to read it")]
+    NotKept {
+        /// Name of the resource.
+        resource: String,
+    },
+    /// A part of a resource that it does not have.
+    #[error("`{resource}` has no {part}")]
+    OutOfRange {
+        /// Name of the resource.
+        resource: String,
+        /// The part that was asked for and what there is.
+        part: String,
+    },
+    /// The shader that shows the debug target failed to compile.
+    #[error("the display shader failed to compile: {0}")]
+    Display(String),
+}
+
+impl From<raxel_gpu::Error> for ExecuteError {
+    fn from(error: raxel_gpu::Error) -> Self {
+        match error {
+            raxel_gpu::Error::DeviceLost => ExecuteError::DeviceLost { suspect: None, timed_out: false },
+            raxel_gpu::Error::TimedOut { .. } => ExecuteError::DeviceLost { suspect: None, timed_out: true },
+            error => ExecuteError::Gpu(error),
+        }
+    }
+}
+
+fn suspect_text(suspect: Option<&str>) -> String {
+    suspect.map(|pass| format!("; the last pass it started is `{pass}`")).unwrap_or_default()
+}

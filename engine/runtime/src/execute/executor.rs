@@ -1,0 +1,360 @@
+//! The executor: one running plan, two frames in flight.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use raxel_gpu::{Barrier, CommandBuffer, Device, Moment, Presented, Surface};
+use raxel_graph::plan::Plan;
+
+use super::FRAMES;
+use super::error::ExecuteError;
+use super::inputs::FrameInputs;
+use super::physical::Copies;
+use super::prepare::{Builder, Prepared, Running, Shared, Watch, lock, pass_name};
+use super::record::{DeviceRecorder, begin_lives, marker_word};
+use super::replay::Counts;
+use super::report::{FrameReport, PassTime, Shown, SwapReport};
+
+/// What an executor does besides running passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExecutorOptions {
+    /// Passes whose results are still valid are not dispatched again.
+    pub memo: bool,
+    /// GPU time is taken of every pass.
+    pub timings: bool,
+    /// Each pass leaves a mark when it has finished, so that a device loss can be blamed.
+    pub markers: bool,
+    /// How long a frame may take before the device counts as lost. `None`: for ever.
+    pub watchdog: Option<Duration>,
+}
+
+impl Default for ExecutorOptions {
+    fn default() -> Self {
+        Self { memo: true, timings: true, markers: true, watchdog: Some(Duration::from_secs(10)) }
+    }
+}
+
+/// Runs plans on a device.
+pub struct Executor {
+    pub(super) shared: Arc<Shared>,
+    pub(super) running: Option<Prepared>,
+    slots: [FrameSlot; FRAMES],
+    /// Frames begun; rotates histories.
+    pub(super) frame: u64,
+    /// The next recording waits for everything before it: the barriers of the plan cover only frame after frame.
+    fresh: bool,
+    full: Barrier,
+    memo: bool,
+    times: Vec<PassTime>,
+    ticks: Vec<[u64; 2]>,
+}
+
+/// One of the frames in flight.
+struct FrameSlot {
+    commands: CommandBuffer,
+    moment: Moment,
+    frame: u64,
+    watch: Option<Arc<Watch>>,
+    ran: Vec<u32>,
+    harvested: bool,
+}
+
+impl Executor {
+    /// An executor with default options.
+    pub fn new(device: Arc<Device>) -> Result<Executor, ExecuteError> {
+        Executor::with_options(device, ExecutorOptions::default())
+    }
+
+    /// An executor that has nothing to run yet.
+    pub fn with_options(device: Arc<Device>, options: ExecutorOptions) -> Result<Executor, ExecuteError> {
+        let slot = |name| -> Result<FrameSlot, ExecuteError> {
+            Ok(FrameSlot {
+                commands: CommandBuffer::new(&device, name)?,
+                moment: Moment::default(),
+                frame: 0,
+                watch: None,
+                ran: Vec::new(),
+                harvested: true,
+            })
+        };
+        Ok(Executor {
+            slots: [slot("even frames")?, slot("odd frames")?],
+            shared: Arc::new(Shared::new(device, options)),
+            running: None,
+            frame: 0,
+            fresh: true,
+            full: Barrier::full(),
+            memo: options.memo,
+            times: Vec::new(),
+            ticks: Vec::new(),
+        })
+    }
+
+    /// The device.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.shared.device
+    }
+
+    /// What makes plans ready to be swapped in, on any thread.
+    pub fn builder(&self) -> Builder {
+        Builder { shared: self.shared.clone() }
+    }
+
+    /// The running plan.
+    pub fn plan(&self) -> Option<&Arc<Plan>> {
+        self.running.as_ref().map(Prepared::plan)
+    }
+
+    /// Runs another plan from the next frame on. What both describe alike keeps its contents; what only the old one used is destroyed
+    /// when the device has finished with it.
+    pub fn swap(&mut self, mut next: Prepared) -> SwapReport {
+        let mut report = SwapReport::default();
+        let old = self.running.as_ref();
+        for (index, physical) in next.resources.iter().enumerate() {
+            let before = old.and_then(|old| old.resources.iter().position(|before| Arc::ptr_eq(before, physical)));
+            match (old, before) {
+                (Some(old), Some(before)) => {
+                    next.replay.memo.carry(index, &old.replay.memo, before);
+                    report.kept.push(physical.name.clone());
+                }
+                _ => report.created.push(physical.name.clone()),
+            }
+            if let Copies::Source(buffer) = &physical.copies {
+                next.replay.memo.supply(index, buffer.serial());
+            }
+        }
+        if let Some(old) = old {
+            let gone = |name: &String| !next.resources.iter().any(|physical| physical.name == *name);
+            report.dropped = old.resources.iter().map(|physical| physical.name.clone()).filter(gone).collect();
+            next.replay.carry_ticks(&old.replay);
+        }
+        next.replay.set_memo(self.memo);
+        let plan = next.plan();
+        self.times = plan.passes.iter().map(|pass| PassTime { pass: pass.pass, nanoseconds: None }).collect();
+        self.ticks = vec![[0; 2]; 2 * plan.passes.len()];
+        for slot in &mut self.slots {
+            slot.ran.reserve(plan.passes.len());
+        }
+        *lock(&self.shared.running) =
+            Running { resources: next.resources.clone(), picture: Some(next.display.picture.clone()) };
+        self.running = Some(next);
+        self.fresh = true;
+        report
+    }
+
+    /// Whether passes whose results are still valid are left out.
+    pub fn set_memo(&mut self, on: bool) {
+        self.memo = on;
+        if let Some(running) = &mut self.running {
+            running.replay.set_memo(on);
+        }
+    }
+
+    /// Every resource starts again at its `init` before the next frame.
+    pub fn reset_history(&mut self) {
+        if let Some(running) = &mut self.running {
+            for physical in running.resources.iter().filter(|p| !matches!(p.copies, Copies::Source(_))) {
+                physical.born.store(false, Ordering::Relaxed);
+            }
+            running.replay.reset();
+            self.supply_sources();
+            self.fresh = true;
+        }
+    }
+
+    /// Runs one frame, and shows its picture in the window if there is one.
+    pub fn frame(
+        &mut self,
+        inputs: &FrameInputs<'_>,
+        window: Option<&mut Surface>,
+    ) -> Result<FrameReport, ExecuteError> {
+        let result = self.run_frame(inputs, window);
+        result.map_err(|error| {
+            // Nobody knows which of the frame's results came to be.
+            self.fresh = true;
+            if let Some(running) = &mut self.running {
+                running.replay.memo.forget();
+            }
+            self.supply_sources();
+            self.blame(error)
+        })
+    }
+
+    fn run_frame(
+        &mut self,
+        inputs: &FrameInputs<'_>,
+        mut window: Option<&mut Surface>,
+    ) -> Result<FrameReport, ExecuteError> {
+        let slot_index = (self.frame % FRAMES as u64) as usize;
+        let device = self.shared.device.clone();
+        device.wait(self.slots[slot_index].moment, self.shared.watchdog())?;
+        device.collect();
+        self.harvest(slot_index)?;
+        let acquired = match &mut window {
+            Some(window) => window.acquire()?,
+            None => None,
+        };
+
+        let start = Instant::now();
+        let running = self.running.as_mut().ok_or(ExecuteError::NoPlan)?;
+        let number = self.frame;
+        let decided = running.replay.decide(number, inputs);
+        let newborn =
+            running.resources.iter().any(|p| p.needs_init()) || !running.display.picture.born.load(Ordering::Relaxed);
+        let slot = &mut self.slots[slot_index];
+        let mut report = FrameReport { frame: number, ..FrameReport::default() };
+        self.frame += 1;
+        if !decided && !newborn && acquired.is_none() {
+            // The barriers of the plan reach from one recorded frame to the next only if none is left out.
+            self.fresh = true;
+            count(&mut report, running.replay.walk(&mut Nothing));
+            report.shown = if window.is_some() { Shown::Minimised } else { Shown::Headless };
+            report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
+            return Ok(report);
+        }
+
+        slot.commands.begin()?;
+        slot.ran.clear();
+        slot.frame = number;
+        slot.watch = Some(running.watch.clone());
+        slot.harvested = false;
+        if newborn {
+            begin_lives(&mut slot.commands, running);
+        } else if self.fresh {
+            slot.commands.barrier(&self.full);
+        }
+        if let Some(timestamps) = &running.watch.timestamps[slot_index] {
+            slot.commands.reset_timestamps(timestamps);
+        }
+        let mut recorder = DeviceRecorder {
+            commands: &mut slot.commands,
+            prepared: running,
+            frame: number,
+            slot: slot_index,
+            ran: &mut slot.ran,
+        };
+        count(&mut report, running.replay.walk(&mut recorder));
+        slot.moment = match (window, acquired) {
+            (Some(window), Some(acquired)) => {
+                window.draw(&mut slot.commands, &acquired, &running.display.picture.image)?;
+                let (moment, presented) = window.present(&mut slot.commands, &acquired)?;
+                report.shown = match presented {
+                    Presented::Shown => Shown::Presented,
+                    Presented::OutOfDate => Shown::OutOfDate,
+                };
+                moment
+            }
+            (window, _) => {
+                report.shown = if window.is_some() { Shown::Minimised } else { Shown::Headless };
+                slot.commands.submit()?
+            }
+        };
+        if newborn {
+            running.resources.iter().for_each(|physical| physical.born.store(true, Ordering::Relaxed));
+            running.display.picture.born.store(true, Ordering::Relaxed);
+        }
+        self.fresh = !decided;
+        report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
+        Ok(report)
+    }
+
+    /// Waits until the device has finished all frames.
+    pub fn wait(&mut self) -> Result<(), ExecuteError> {
+        let result = self.shared.device.wait_idle(self.shared.watchdog());
+        result.map_err(|error| self.blame(error.into()))
+    }
+
+    /// GPU times of the passes in the last frame that the device has finished; order of the plan's passes.
+    pub fn timings(&mut self) -> &[PassTime] {
+        let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
+        for slot in order {
+            let finished = self.shared.device.reached().is_ok_and(|reached| self.slots[slot].moment <= reached);
+            if finished && self.harvest(slot).is_err() {
+                break;
+            }
+        }
+        &self.times
+    }
+
+    /// Reads the times of a finished frame.
+    fn harvest(&mut self, slot_index: usize) -> Result<(), ExecuteError> {
+        let slot = &mut self.slots[slot_index];
+        let (Some(watch), false) = (&slot.watch, slot.harvested) else { return Ok(()) };
+        slot.harvested = true;
+        let current = self.running.as_ref().is_some_and(|running| Arc::ptr_eq(&running.watch, watch));
+        let Some(timestamps) = watch.timestamps[slot_index].as_ref().filter(|_| current) else { return Ok(()) };
+        timestamps.read(&mut self.ticks)?;
+        let period = f64::from(self.shared.device.capabilities().timestamp_period);
+        for (time, ticks) in self.times.iter_mut().zip(self.ticks.chunks_exact(2)) {
+            let there = ticks.iter().all(|[_, available]| *available != 0);
+            time.nanoseconds = there.then(|| ticks[1][0].saturating_sub(ticks[0][0]) as f64 * period);
+        }
+        Ok(())
+    }
+
+    fn supply_sources(&mut self) {
+        let Some(running) = &mut self.running else { return };
+        for (index, physical) in running.resources.iter().enumerate() {
+            if let Copies::Source(buffer) = &physical.copies {
+                running.replay.memo.supply(index, buffer.serial());
+            }
+        }
+    }
+
+    /// Adds the suspect to a device loss, and gives up a device that hangs.
+    pub(super) fn blame(&self, error: ExecuteError) -> ExecuteError {
+        match error {
+            ExecuteError::DeviceLost { timed_out, .. } => {
+                self.shared.device.abandon();
+                ExecuteError::DeviceLost { suspect: self.suspect(), timed_out }
+            }
+            error => error,
+        }
+    }
+
+    /// The first pass that was dispatched and left no mark.
+    fn suspect(&self) -> Option<String> {
+        let mut order: Vec<usize> = (0..FRAMES).collect();
+        order.sort_by_key(|slot| self.slots[*slot].frame);
+        order.into_iter().find_map(|index| {
+            let slot = &self.slots[index];
+            let watch = slot.watch.as_ref()?;
+            let markers = watch.markers.as_ref()?;
+            let unfinished =
+                |pass: &&u32| markers.word(watch.marker(index, **pass as usize)) != Some(marker_word(slot.frame));
+            pass_name(&watch.plan, *slot.ran.iter().find(unfinished)? as usize)
+        })
+    }
+}
+
+impl Drop for Executor {
+    fn drop(&mut self) {
+        // Command buffers must not be freed while they run; what a hung device holds is leaked.
+        if self.shared.device.wait_idle(self.shared.watchdog()).is_err() {
+            self.shared.device.abandon();
+        }
+    }
+}
+
+fn count(report: &mut FrameReport, counts: Counts) {
+    report.dispatched = counts.dispatched;
+    report.skipped = counts.skipped;
+    report.idle = counts.idle;
+    report.barriers = counts.barriers;
+    report.clears = counts.clears;
+    report.displayed = counts.displayed;
+}
+
+/// Records nothing.
+struct Nothing;
+
+impl super::replay::Recorder for Nothing {
+    fn uniforms(&mut self, _: &[u8]) {}
+    fn barrier(&mut self, _: usize) {}
+    fn clear(&mut self, _: usize) {}
+    fn bind(&mut self, _: usize) {}
+    fn push(&mut self, _: usize, _: &[u8]) {}
+    fn dispatch(&mut self, _: usize) {}
+    fn present(&mut self) {}
+}

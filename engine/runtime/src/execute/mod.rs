@@ -1,0 +1,28 @@
+//! Runs a plan on the device: prepares it off to the side, swaps it in at a frame boundary, walks it frame by frame, shows the debug
+//! target, reads anything back.
+
+mod device;
+mod display;
+mod error;
+mod executor;
+mod inputs;
+mod memo;
+mod physical;
+mod prepare;
+mod readback;
+mod record;
+mod replay;
+mod report;
+mod texel;
+mod values;
+
+pub use device::{DeviceMemory, limits};
+pub use error::ExecuteError;
+pub use executor::{Executor, ExecutorOptions};
+pub use inputs::{Builtins, FrameInputs, Override};
+pub use prepare::{Builder, Prepared, Sources};
+pub use replay::{Counts, Recorder, Replay};
+pub use report::{FrameReport, PassTime, Picture, Shown, SwapReport, Texels};
+
+/// Frames that are recorded while the device still works on earlier ones.
+const FRAMES: usize = 2;

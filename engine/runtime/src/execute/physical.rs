@@ -1,0 +1,229 @@
+//! The images and buffers of a plan, shared between plans as long as their description stays the same.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use raxel_gpu::{Backing, Block, Buffer, Device, Image, ImageView, ViewInfo, vk};
+use raxel_graph::checked::Clear;
+use raxel_graph::plan::{Lifetime, Place, Plan, ResourceDesc, ResourcePlan};
+use raxel_shader::format::Format;
+
+use super::device::{buffer_info, image_info, vulkan_format};
+use super::error::ExecuteError;
+use super::prepare::Sources;
+
+/// All copies of one resource.
+#[derive(Debug)]
+pub(super) struct Physical {
+    pub(super) name: String,
+    desc: ResourceDesc,
+    init: Clear,
+    /// Key of the shared memory block with all its occupants, and the place in it.
+    place: Option<(BlockKey, u64)>,
+    pub(super) copies: Copies,
+    /// Has its `init` contents, or what frames made of them. Resources in shared memory have no contents to begin with.
+    pub(super) born: AtomicBool,
+}
+
+#[derive(Debug)]
+pub(super) enum Copies {
+    Images(Vec<Arc<Image>>),
+    Buffers(Vec<Arc<Buffer>>),
+    /// Supplied from outside.
+    Source(Arc<Buffer>),
+}
+
+/// What makes two shared blocks the same: size, alignment, memory types, and every occupant with its offset.
+type BlockKey = Arc<str>;
+
+impl Physical {
+    pub(super) fn image(&self, copy: usize) -> Option<&Arc<Image>> {
+        match &self.copies {
+            Copies::Images(images) => images.get(copy),
+            Copies::Buffers(_) | Copies::Source(_) => None,
+        }
+    }
+
+    pub(super) fn buffer(&self, copy: usize) -> Option<&Arc<Buffer>> {
+        match &self.copies {
+            Copies::Images(_) => None,
+            Copies::Buffers(buffers) => buffers.get(copy),
+            Copies::Source(buffer) => Some(buffer),
+        }
+    }
+
+    pub(super) fn count(&self) -> u32 {
+        match &self.copies {
+            Copies::Images(images) => images.len() as u32,
+            Copies::Buffers(buffers) => buffers.len() as u32,
+            Copies::Source(_) => 1,
+        }
+    }
+
+    /// Shares memory: its contents do not outlive a frame.
+    pub(super) fn is_placed(&self) -> bool {
+        self.place.is_some()
+    }
+
+    pub(super) fn format(&self) -> Option<Format> {
+        match &self.desc {
+            ResourceDesc::Image(desc) => Some(desc.format),
+            ResourceDesc::Buffer(_) | ResourceDesc::Source(_) => None,
+        }
+    }
+
+    pub(super) fn init(&self) -> Clear {
+        self.init
+    }
+
+    /// Whether frames find contents in it that nobody put there in the frame.
+    pub(super) fn needs_init(&self) -> bool {
+        !self.is_placed() && !matches!(self.copies, Copies::Source(_)) && !self.born.load(Ordering::Relaxed)
+    }
+
+    fn suits(&self, planned: &ResourcePlan, name: &str, place: Option<&(BlockKey, u64)>) -> bool {
+        self.name == name
+            && self.desc == planned.desc
+            && self.init == planned.init
+            && self.count() == planned.copies
+            && self.place.as_ref() == place
+    }
+}
+
+/// Makes what a plan needs, taking over from `running` what has not changed. Order of `plan.resources`.
+pub(super) fn make(
+    device: &Arc<Device>,
+    plan: &Plan,
+    running: &[Arc<Physical>],
+    sources: &Sources,
+) -> Result<Vec<Arc<Physical>>, ExecuteError> {
+    let keys = block_keys(plan);
+    let mut blocks: HashMap<u32, Arc<Block>> = HashMap::new();
+    let mut made = Vec::with_capacity(plan.resources.len());
+    for planned in &plan.resources {
+        let name = &plan.graph.resource(planned.resource).name;
+        let at = placed(planned);
+        let place = at.map(|place| (keys[place.block as usize].clone(), place.offset));
+        if let ResourceDesc::Source(source) = &planned.desc {
+            made.push(supplied(name, source, planned, running, sources)?);
+            continue;
+        }
+        if let Some(kept) = running.iter().find(|old| old.suits(planned, name, place.as_ref())) {
+            made.push(kept.clone());
+            continue;
+        }
+        let block = match at {
+            None => None,
+            Some(Place { block, offset }) => {
+                let shared = match blocks.get(&block) {
+                    Some(shared) => shared.clone(),
+                    None => {
+                        let desc = plan.blocks[block as usize];
+                        let label = format!("shared block {block}");
+                        let new = Block::new(device, &label, desc.size, desc.alignment, desc.type_bits)?;
+                        blocks.insert(block, new.clone());
+                        new
+                    }
+                };
+                Some((shared, offset))
+            }
+        };
+        let backing = block.as_ref().map_or(Backing::Own, |(block, offset)| Backing::Placed(block, *offset));
+        let label = |copy: u32| if planned.copies == 1 { name.clone() } else { format!("{name}, copy {copy}") };
+        let copies = match &planned.desc {
+            ResourceDesc::Image(desc) => {
+                let info = image_info(device, desc);
+                if !device.image_support(&info) {
+                    let usage = if desc.usage.storage { "a storage image" } else { "a sampled image" };
+                    let format = desc.format.name();
+                    return Err(ExecuteError::Format { target: name.clone(), format, usage: usage.to_owned() });
+                }
+                let image = |copy| Image::new(device, &label(copy), &info, backing).map(Arc::new);
+                Copies::Images((0..planned.copies).map(image).collect::<Result<_, _>>()?)
+            }
+            ResourceDesc::Buffer(desc) => {
+                let info = buffer_info(desc);
+                let buffer = |copy| Buffer::new(device, &label(copy), &info, backing).map(Arc::new);
+                Copies::Buffers((0..planned.copies).map(buffer).collect::<Result<_, _>>()?)
+            }
+            ResourceDesc::Source(_) => continue,
+        };
+        made.push(Arc::new(Physical {
+            name: name.clone(),
+            desc: planned.desc.clone(),
+            init: planned.init,
+            place,
+            copies,
+            born: AtomicBool::new(false),
+        }));
+    }
+    Ok(made)
+}
+
+fn supplied(
+    name: &str,
+    source: &str,
+    planned: &ResourcePlan,
+    running: &[Arc<Physical>],
+    sources: &Sources,
+) -> Result<Arc<Physical>, ExecuteError> {
+    let buffer = sources
+        .get(source)
+        .ok_or_else(|| ExecuteError::MissingSource { buffer: name.to_owned(), source_name: source.to_owned() })?;
+    let same = |old: &&Arc<Physical>| {
+        old.suits(planned, name, None) && matches!(&old.copies, Copies::Source(old) if Arc::ptr_eq(old, buffer))
+    };
+    Ok(running.iter().find(same).cloned().unwrap_or_else(|| {
+        Arc::new(Physical {
+            name: name.to_owned(),
+            desc: planned.desc.clone(),
+            init: planned.init,
+            place: None,
+            copies: Copies::Source(buffer.clone()),
+            born: AtomicBool::new(true),
+        })
+    }))
+}
+
+fn placed(planned: &ResourcePlan) -> Option<Place> {
+    match planned.lifetime {
+        Lifetime::Transient { place, .. } => place,
+        Lifetime::Persistent => None,
+    }
+}
+
+fn block_keys(plan: &Plan) -> Vec<BlockKey> {
+    let mut keys: Vec<String> = plan.blocks.iter().map(|block| format!("{block:?}")).collect();
+    for planned in &plan.resources {
+        if let Some(Place { block, offset }) = placed(planned) {
+            let name = &plan.graph.resource(planned.resource).name;
+            keys[block as usize] += &format!("; {name} at {offset}: {:?}", planned.desc);
+        }
+    }
+    keys.into_iter().map(Arc::from).collect()
+}
+
+/// A view of a part of a target, as a shader declares it.
+pub(super) fn view(
+    device: &Arc<Device>,
+    image: &Arc<Image>,
+    ty: vk::ImageViewType,
+    mips: (u32, u32),
+    layers: (u32, u32),
+) -> Result<Arc<ImageView>, ExecuteError> {
+    let rest =
+        |(first, count): (u32, u32), all: u32| (first, if count == 0 { all.saturating_sub(first) } else { count });
+    let mips = rest(mips, image.info().mips);
+    let layers = match ty {
+        vk::ImageViewType::TYPE_3D => (0, 1),
+        vk::ImageViewType::TYPE_2D => (layers.0, 1),
+        _ => rest(layers, image.info().layers),
+    };
+    Ok(Arc::new(ImageView::new(device, image, &ViewInfo { ty, mips, layers })?))
+}
+
+/// Whether a device can sample a format with linear filtering.
+pub(super) fn filters_linearly(device: &Device, format: Format) -> bool {
+    device.format_features(vulkan_format(format)).contains(vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
+}

@@ -1,0 +1,546 @@
+//! Makes a plan ready to run: images, buffers, pipelines, descriptor sets. On any thread, while another plan runs.
+
+use std::collections::{BTreeMap, HashMap};
+use std::ffi::CString;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use raxel_gpu::{
+    Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Image, ImageInfo, Location,
+    PipelineInfo, Resource, Sampler, Slot, Timestamps, vk,
+};
+use raxel_graph::checked::{BoundAccess, Dispatch, Pass, PassId};
+use raxel_graph::plan::{Plan, Step};
+use raxel_shader::Shader;
+use raxel_shader::interface::{Binding, BindingKind, Dim};
+
+use super::FRAMES;
+use super::device::scope;
+use super::display::{self, SourceKind, Variant};
+use super::error::ExecuteError;
+use super::executor::ExecutorOptions;
+use super::memo::{hash_bytes, mix};
+use super::physical::{self, Physical};
+use super::replay::Replay;
+use super::values;
+
+/// Buffers supplied from outside, by the name that graphs call them, e.g. `world.tree64`.
+pub type Sources = BTreeMap<String, Arc<Buffer>>;
+
+/// Makes plans ready to run. Cheap to clone, and meant for threads other than the executor's.
+#[derive(Clone)]
+pub struct Builder {
+    pub(super) shared: Arc<Shared>,
+}
+
+/// What the executor and its builders share.
+pub(super) struct Shared {
+    pub(super) device: Arc<Device>,
+    pub(super) options: ExecutorOptions,
+    /// What the running plan uses.
+    pub(super) running: Mutex<Running>,
+    pipelines: Mutex<HashMap<PipelineKey, Arc<ComputePipeline>>>,
+    displays: Mutex<HashMap<Variant, Arc<ComputePipeline>>>,
+    samplers: Mutex<HashMap<(bool, bool), Arc<Sampler>>>,
+}
+
+#[derive(Default)]
+pub(super) struct Running {
+    pub(super) resources: Vec<Arc<Physical>>,
+    pub(super) picture: Option<Arc<PictureImage>>,
+}
+
+/// Shader key and specialization.
+type PipelineKey = ([u8; 32], Vec<(u32, u32)>);
+
+/// Pipelines are kept for edits that are taken back, until there are so many.
+const KEPT_PIPELINES: usize = 512;
+
+/// What the debug target is mapped to.
+pub(super) struct PictureImage {
+    pub(super) image: Arc<Image>,
+    /// Is in `GENERAL`.
+    pub(super) born: AtomicBool,
+}
+
+/// A plan with everything it needs on the device.
+pub struct Prepared {
+    pub(super) replay: Replay,
+    pub(super) resources: Vec<Arc<Physical>>,
+    pub(super) passes: Vec<PreparedPass>,
+    /// By step; `None` where the step is no barrier.
+    pub(super) barriers: Vec<Option<Barrier>>,
+    /// The uniform blocks of every frame in flight, one after the other.
+    pub(super) uniforms: Option<Arc<Buffer>>,
+    pub(super) display: PreparedDisplay,
+    pub(super) watch: Arc<Watch>,
+}
+
+pub(super) struct PreparedPass {
+    pub(super) pipeline: Arc<ComputePipeline>,
+    /// For each rotation of the histories it touches, for each frame in flight if it has uniform blocks.
+    pub(super) sets: Vec<Descriptors>,
+    pub(super) rotations: u64,
+    pub(super) groups: Groups,
+    pub(super) label: CString,
+}
+
+pub(super) enum Groups {
+    Direct([u32; 3]),
+    /// Copies of the argument buffer, age, byte offset.
+    Indirect(Vec<Arc<Buffer>>, u32, u64),
+}
+
+pub(super) struct PreparedDisplay {
+    pub(super) pipeline: Arc<ComputePipeline>,
+    /// For each copy of the debug target.
+    pub(super) sets: Vec<Descriptors>,
+    pub(super) age: u32,
+    pub(super) push: display::Push,
+    pub(super) groups: [u32; 3],
+    pub(super) picture: Arc<PictureImage>,
+    pub(super) before: Barrier,
+    pub(super) after: Barrier,
+}
+
+/// What watches the passes of a plan while they run, for each frame in flight.
+pub(super) struct Watch {
+    pub(super) plan: Arc<Plan>,
+    /// A word for each pass: the frame in which it last finished.
+    pub(super) markers: Option<Buffer>,
+    /// Two for each pass: before and after.
+    pub(super) timestamps: [Option<Timestamps>; FRAMES],
+}
+
+impl Watch {
+    pub(super) fn marker(&self, slot: usize, pass: usize) -> u64 {
+        ((slot * self.plan.passes.len() + pass) * 4) as u64
+    }
+}
+
+impl Prepared {
+    /// The plan.
+    pub fn plan(&self) -> &Arc<Plan> {
+        self.replay.plan()
+    }
+}
+
+impl Shared {
+    pub(super) fn new(device: Arc<Device>, options: ExecutorOptions) -> Shared {
+        Shared {
+            device,
+            options,
+            running: Mutex::default(),
+            pipelines: Mutex::default(),
+            displays: Mutex::default(),
+            samplers: Mutex::default(),
+        }
+    }
+
+    pub(super) fn watchdog(&self) -> Option<Duration> {
+        self.options.watchdog
+    }
+
+    /// Turns an error into ours; a device that hangs is given up.
+    pub(super) fn error(&self, error: raxel_gpu::Error) -> ExecuteError {
+        if matches!(error, raxel_gpu::Error::TimedOut { .. }) {
+            self.device.abandon();
+        }
+        error.into()
+    }
+}
+
+/// What a panicking thread left behind in these maps is whole: entries are put in last.
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Builder {
+    /// The device.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.shared.device
+    }
+
+    /// Puts bytes into a storage buffer on the device, to be supplied as a source. Waits for the copy.
+    pub fn upload_buffer(&self, bytes: &[u8], name: &str) -> Result<Arc<Buffer>, ExecuteError> {
+        raxel_gpu::upload(&self.shared.device, name, bytes, self.shared.watchdog())
+            .map(Arc::new)
+            .map_err(|error| self.shared.error(error))
+    }
+
+    /// Makes everything that a plan needs. What the running plan has and the new one describes alike is shared, contents included;
+    /// the running plan is not disturbed.
+    pub fn prepare(&self, plan: Arc<Plan>, sources: &Sources) -> Result<Prepared, ExecuteError> {
+        let device = &self.shared.device;
+        let (running, picture) = {
+            let running = lock(&self.shared.running);
+            (running.resources.clone(), running.picture.clone())
+        };
+        let resources = physical::make(device, &plan, &running, sources)?;
+        let picture = self.picture(&plan, picture)?;
+        let (variant, mut push) = display::describe(&plan);
+        let shown = resources.iter().zip(&plan.resources).find(|(_, r)| r.resource == plan.present.resource);
+        if let Some(buffer) = shown.and_then(|(physical, _)| physical.buffer(0)) {
+            push = push.with_bytes(buffer.size());
+        }
+        let key =
+            mix(hash_bytes(0, bytemuck::bytes_of(&push)), hash_bytes(1, format!("{:?}", plan.present).as_bytes()));
+        let replay = Replay::new(&plan, key);
+        let uniforms = match replay.uniform_bytes() {
+            0 => None,
+            bytes => {
+                let info = BufferInfo {
+                    size: bytes * FRAMES as u64,
+                    usage: vk::BufferUsageFlags::UNIFORM_BUFFER,
+                    location: Location::Upload,
+                };
+                Some(Arc::new(Buffer::new(device, "uniform blocks", &info, Backing::Own)?))
+            }
+        };
+        let passes = (0..plan.passes.len())
+            .map(|index| self.pass(&plan, index, &replay, &resources, uniforms.as_ref()))
+            .collect::<Result<_, _>>()?;
+        let display = self.display(&plan, &resources, variant, push, picture)?;
+        Ok(Prepared {
+            barriers: plan.steps.iter().map(|step| barrier(step, &resources)).collect(),
+            watch: Arc::new(self.watch(&plan)?),
+            replay,
+            resources,
+            passes,
+            uniforms,
+            display,
+        })
+    }
+
+    fn picture(&self, plan: &Plan, running: Option<Arc<PictureImage>>) -> Result<Arc<PictureImage>, ExecuteError> {
+        let info = ImageInfo {
+            format: vk::Format::R8G8B8A8_UNORM,
+            volume: false,
+            extent: [plan.output[0], plan.output[1], 1],
+            mips: 1,
+            layers: 1,
+            usage: vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST,
+        };
+        Ok(match running {
+            Some(picture) if *picture.image.info() == info => picture,
+            _ => Arc::new(PictureImage {
+                image: Arc::new(Image::new(&self.shared.device, "picture", &info, Backing::Own)?),
+                born: AtomicBool::new(false),
+            }),
+        })
+    }
+
+    fn watch(&self, plan: &Arc<Plan>) -> Result<Watch, ExecuteError> {
+        let (device, options) = (&self.shared.device, &self.shared.options);
+        let passes = plan.passes.len() as u64;
+        let info = BufferInfo {
+            size: passes * 4 * FRAMES as u64,
+            usage: vk::BufferUsageFlags::TRANSFER_DST,
+            location: Location::Download,
+        };
+        let wanted = options.markers && passes > 0;
+        let mut timestamps = [const { None }; FRAMES];
+        if options.timings {
+            for pool in &mut timestamps {
+                *pool = Timestamps::new(device, "pass times", 2 * passes as u32)?;
+            }
+        }
+        let markers = wanted.then(|| Buffer::new(device, "crash markers", &info, Backing::Own)).transpose()?;
+        Ok(Watch { plan: plan.clone(), markers, timestamps })
+    }
+
+    fn pass(
+        &self,
+        plan: &Plan,
+        index: usize,
+        replay: &Replay,
+        resources: &[Arc<Physical>],
+        uniforms: Option<&Arc<Buffer>>,
+    ) -> Result<PreparedPass, ExecuteError> {
+        let planned = &plan.passes[index];
+        let pass = plan.graph.pass(planned.pass);
+        let physical = |access: &BoundAccess| {
+            plan.resources.iter().position(|r| r.resource == access.resource).map(|i| &resources[i])
+        };
+        let pipeline = self.pipeline(pass)?;
+        // Descriptors name physical copies, so there is a set for every way the copies it touches can stand.
+        let counts = pass.accesses.iter().filter_map(physical).map(|p| u64::from(p.count().max(1)));
+        let rotations = counts.fold(1, lcm);
+        let frames = if pass.uniforms.is_empty() { 1 } else { FRAMES as u64 };
+        let places = replay.uniform_places(index);
+        let mut sets = Vec::new();
+        for rotation in 0..rotations {
+            for slot in 0..frames {
+                let mut elements = Vec::with_capacity(pass.shader.interface.bindings.len());
+                for (b, binding) in pass.shader.interface.bindings.iter().enumerate() {
+                    let mut bound = Vec::new();
+                    for access in pass.accesses.iter().filter(|access| access.binding == Some(b as u32)) {
+                        if let Some(physical) = physical(access) {
+                            bound.extend(self.element(physical, access, binding, rotation)?);
+                        }
+                    }
+                    if let (Some(place), Some(buffer)) = (places.iter().find(|p| p.binding == b as u32), uniforms) {
+                        let offset = place.offset + slot * replay.uniform_bytes();
+                        bound.push(Resource::Buffer(buffer.clone(), offset, place.size));
+                    }
+                    elements.push(bound);
+                }
+                sets.push(Descriptors::new(&self.shared.device, &pass.name, &pipeline, &elements)?);
+            }
+        }
+        let groups = match (&pass.dispatch, planned.groups) {
+            (Dispatch::Indirect { buffer, offset }, _) => {
+                let of = |access: &&BoundAccess| access.binding.is_none() && access.resource == *buffer;
+                let arguments = pass.accesses.iter().find(of);
+                let physical = arguments.and_then(physical);
+                let copies = physical.map(|p| (0..p.count()).filter_map(|c| p.buffer(c as usize).cloned()).collect());
+                Groups::Indirect(copies.unwrap_or_default(), arguments.map_or(0, |access| access.age), *offset)
+            }
+            (_, groups) => Groups::Direct(groups.unwrap_or([0; 3])),
+        };
+        let label = CString::new(pass.name.clone()).unwrap_or_default();
+        Ok(PreparedPass { pipeline, sets, rotations, groups, label })
+    }
+
+    /// What one access puts into its binding.
+    fn element(
+        &self,
+        physical: &Physical,
+        access: &BoundAccess,
+        binding: &Binding,
+        rotation: u64,
+    ) -> Result<Option<Resource>, ExecuteError> {
+        let copy = copy_of(rotation, access.age, physical.count());
+        if let Some(buffer) = physical.buffer(copy) {
+            return Ok(Some(Resource::Buffer(buffer.clone(), 0, buffer.size())));
+        }
+        let Some(image) = physical.image(copy) else { return Ok(None) };
+        let device = &self.shared.device;
+        match &binding.kind {
+            BindingKind::StorageImage { dim, arrayed, .. } => {
+                // A storage image shows its first mip only.
+                let view = physical::view(device, image, view_type(*dim, *arrayed), (access.mips.0, 1), access.layers)?;
+                Ok(Some(Resource::StorageImage(view)))
+            }
+            BindingKind::SampledImage { dim, arrayed, .. } => {
+                let view = physical::view(device, image, view_type(*dim, *arrayed), access.mips, access.layers)?;
+                let (linear, repeat) = access.sampler.map_or((false, false), |s| (s.linear, s.repeat));
+                if let Some(format) = physical.format().filter(|f| linear && !physical::filters_linearly(device, *f)) {
+                    let usage = "a linearly filtered image".to_owned();
+                    let target = physical.name.clone();
+                    return Err(ExecuteError::Format { target, format: format.name(), usage });
+                }
+                Ok(Some(Resource::SampledImage(view, self.sampler(linear, repeat)?)))
+            }
+            BindingKind::StorageBuffer(_) | BindingKind::UniformBuffer(_) | BindingKind::Unsupported(_) => Ok(None),
+        }
+    }
+
+    fn sampler(&self, linear: bool, repeat: bool) -> Result<Arc<Sampler>, ExecuteError> {
+        let mut samplers = lock(&self.shared.samplers);
+        if let Some(sampler) = samplers.get(&(linear, repeat)) {
+            return Ok(sampler.clone());
+        }
+        let sampler = Arc::new(Sampler::new(&self.shared.device, linear, repeat)?);
+        samplers.insert((linear, repeat), sampler.clone());
+        Ok(sampler)
+    }
+
+    fn pipeline(&self, pass: &Pass) -> Result<Arc<ComputePipeline>, ExecuteError> {
+        let specialization: Vec<_> =
+            pass.specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect();
+        let key = (pass.shader.key, specialization);
+        if let Some(pipeline) = lock(&self.shared.pipelines).get(&key) {
+            return Ok(pipeline.clone());
+        }
+        if let Some(lacks) = lacking(&self.shared.device, &pass.shader) {
+            return Err(ExecuteError::Capability { pass: pass.name.clone(), lacks });
+        }
+        let pipeline = Arc::new(make_pipeline(&self.shared.device, &pass.name, &pass.shader, &key.1)?);
+        let mut pipelines = lock(&self.shared.pipelines);
+        if pipelines.len() >= KEPT_PIPELINES {
+            pipelines.retain(|_, pipeline| Arc::strong_count(pipeline) > 1);
+        }
+        pipelines.insert(key, pipeline.clone());
+        Ok(pipeline)
+    }
+
+    fn display(
+        &self,
+        plan: &Plan,
+        resources: &[Arc<Physical>],
+        variant: Variant,
+        push: display::Push,
+        picture: Arc<PictureImage>,
+    ) -> Result<PreparedDisplay, ExecuteError> {
+        let device = &self.shared.device;
+        let known = lock(&self.shared.displays).get(&variant).cloned();
+        let pipeline = match known {
+            Some(pipeline) => pipeline,
+            None => {
+                let shader = display::compile(variant)?;
+                let pipeline = Arc::new(make_pipeline(device, "display", &shader, &[])?);
+                lock(&self.shared.displays).insert(variant, pipeline.clone());
+                pipeline
+            }
+        };
+        let shown = plan.present;
+        let physical = plan
+            .resources
+            .iter()
+            .position(|r| r.resource == shown.resource)
+            .map(|i| &resources[i])
+            .ok_or_else(|| ExecuteError::NotLive { resource: plan.graph.resource(shown.resource).name.clone() })?;
+        let target = physical::view(device, &picture.image, vk::ImageViewType::TYPE_2D, (0, 1), (0, 1))?;
+        let sets = (0..physical.count() as usize)
+            .map(|copy| {
+                let source = match (physical.image(copy), physical.buffer(copy)) {
+                    (Some(image), _) => {
+                        let ty = match variant.source {
+                            SourceKind::Volume => vk::ImageViewType::TYPE_3D,
+                            _ => vk::ImageViewType::TYPE_2D_ARRAY,
+                        };
+                        let view = physical::view(device, image, ty, (shown.mip, 1), (0, 0))?;
+                        Resource::SampledImage(view, self.sampler(false, false)?)
+                    }
+                    (None, Some(buffer)) => Resource::Buffer(buffer.clone(), 0, buffer.size()),
+                    (None, None) => return Err(ExecuteError::NotLive { resource: physical.name.clone() }),
+                };
+                let elements = [vec![source], vec![Resource::StorageImage(target.clone())]];
+                Ok(Descriptors::new(device, "display", &pipeline, &elements)?)
+            })
+            .collect::<Result<_, ExecuteError>>()?;
+        let (compute, transfer) = (vk::PipelineStageFlags2::COMPUTE_SHADER, vk::PipelineStageFlags2::ALL_TRANSFER);
+        let store = vk::AccessFlags2::SHADER_STORAGE_WRITE;
+        Ok(PreparedDisplay {
+            pipeline,
+            sets,
+            age: shown.age,
+            push,
+            groups: [plan.output[0].div_ceil(display::GROUP), plan.output[1].div_ceil(display::GROUP), 1],
+            picture,
+            // The last picture may still be copied to the window.
+            before: Barrier::default().memory((transfer | compute, store), (compute, store)),
+            after: Barrier::default().memory((compute, store), (transfer, vk::AccessFlags2::TRANSFER_READ)),
+        })
+    }
+}
+
+/// The physical copy that holds the content of `age` frames ago in frame `frame`.
+pub(super) fn copy_of(frame: u64, age: u32, copies: u32) -> usize {
+    let copies = u64::from(copies.max(1));
+    ((frame + copies - u64::from(age) % copies) % copies) as usize
+}
+
+fn lcm(a: u64, b: u64) -> u64 {
+    let (mut x, mut y) = (a, b);
+    while y != 0 {
+        (x, y) = (y, x % y);
+    }
+    a / x * b
+}
+
+fn view_type(dim: Dim, arrayed: bool) -> vk::ImageViewType {
+    match (dim, arrayed) {
+        (Dim::D1, false) => vk::ImageViewType::TYPE_1D,
+        (Dim::D1, true) => vk::ImageViewType::TYPE_1D_ARRAY,
+        (Dim::D2, false) => vk::ImageViewType::TYPE_2D,
+        (Dim::D2, true) => vk::ImageViewType::TYPE_2D_ARRAY,
+        (Dim::D3, _) => vk::ImageViewType::TYPE_3D,
+        (Dim::Cube, false) => vk::ImageViewType::CUBE,
+        (Dim::Cube, true) => vk::ImageViewType::CUBE_ARRAY,
+    }
+}
+
+fn barrier(step: &Step, resources: &[Arc<Physical>]) -> Option<Barrier> {
+    let Step::Barrier(planned) = step else { return None };
+    let mut barrier = Barrier::default();
+    if let Some(dependency) = &planned.memory {
+        barrier = barrier.memory(scope(&dependency.src), scope(&dependency.dst));
+    }
+    for activation in &planned.activate {
+        if let Some(image) = resources[activation.resource as usize].image(0) {
+            let dependency = &activation.dependency;
+            barrier = barrier.activate(image, scope(&dependency.src), scope(&dependency.dst));
+        }
+    }
+    Some(barrier)
+}
+
+fn make_pipeline(
+    device: &Arc<Device>,
+    name: &str,
+    shader: &Shader,
+    specialization: &[(u32, u32)],
+) -> raxel_gpu::Result<ComputePipeline> {
+    let slots: Vec<Slot> = shader
+        .interface
+        .bindings
+        .iter()
+        .filter_map(|binding| {
+            let ty = match binding.kind {
+                BindingKind::StorageImage { .. } => vk::DescriptorType::STORAGE_IMAGE,
+                BindingKind::SampledImage { .. } => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+                BindingKind::StorageBuffer(_) => vk::DescriptorType::STORAGE_BUFFER,
+                BindingKind::UniformBuffer(_) => vk::DescriptorType::UNIFORM_BUFFER,
+                BindingKind::Unsupported(_) => return None,
+            };
+            Some(Slot { set: binding.set, binding: binding.binding, ty, count: binding.count.max(1) })
+        })
+        .collect();
+    let info = PipelineInfo {
+        spirv: &shader.spirv,
+        entry: &shader.interface.entry,
+        slots: &slots,
+        push_bytes: shader.interface.push.as_ref().map_or(0, |block| block.size),
+        specialization,
+    };
+    ComputePipeline::new(device, name, &info)
+}
+
+/// What a shader needs and the device lacks.
+fn lacking(device: &Device, shader: &Shader) -> Option<String> {
+    let can = device.capabilities();
+    let operations = |flags| can.subgroup_operations.contains(flags);
+    shader.interface.capabilities.iter().find_map(|capability| {
+        let there = match capability.as_str() {
+            "Int64" => can.int64,
+            "StorageImageReadWithoutFormat" => can.read_without_format,
+            "StorageImageWriteWithoutFormat" => can.write_without_format,
+            "GroupNonUniform" => operations(vk::SubgroupFeatureFlags::BASIC),
+            "GroupNonUniformVote" => operations(vk::SubgroupFeatureFlags::VOTE),
+            "GroupNonUniformArithmetic" => operations(vk::SubgroupFeatureFlags::ARITHMETIC),
+            "GroupNonUniformBallot" => operations(vk::SubgroupFeatureFlags::BALLOT),
+            "GroupNonUniformShuffle" => operations(vk::SubgroupFeatureFlags::SHUFFLE),
+            "GroupNonUniformShuffleRelative" => operations(vk::SubgroupFeatureFlags::SHUFFLE_RELATIVE),
+            "GroupNonUniformClustered" => operations(vk::SubgroupFeatureFlags::CLUSTERED),
+            "GroupNonUniformQuad" => operations(vk::SubgroupFeatureFlags::QUAD),
+            _ => true,
+        };
+        (!there).then(|| format!("`{capability}`"))
+    })
+}
+
+/// The name of a pass of a plan.
+pub(super) fn pass_name(plan: &Plan, pass: usize) -> Option<String> {
+    let id: PassId = plan.passes.get(pass)?.pass;
+    Some(plan.graph.pass(id).name.clone())
+}
+
+// The picture is written as `rgba8` by the display shader.
+const _: () = assert!(matches!(raxel_shader::format::Format::Rgba8.bytes(), 4));
+
+#[cfg(test)]
+mod tests {
+    use super::{copy_of, lcm};
+
+    #[test]
+    fn histories_rotate() {
+        assert_eq!(lcm(2, 3), 6);
+        assert_eq!((0..4).map(|frame| copy_of(frame, 0, 2)).collect::<Vec<_>>(), [0, 1, 0, 1]);
+        assert_eq!(copy_of(0, 1, 2), 1);
+        assert_eq!(copy_of(5, 2, 3), 0);
+        assert_eq!(copy_of(7, 3, 1), 0);
+    }
+}

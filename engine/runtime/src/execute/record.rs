@@ -1,0 +1,138 @@
+//! Records a frame into a command buffer of the device.
+
+use raxel_gpu::{Barrier, CommandBuffer, vk};
+
+use super::device::{color, pattern};
+use super::physical::{Copies, Physical};
+use super::prepare::{Groups, Prepared, copy_of};
+use super::replay::Recorder;
+
+/// Records the steps of one frame.
+pub(super) struct DeviceRecorder<'a> {
+    pub(super) commands: &'a mut CommandBuffer,
+    pub(super) prepared: &'a Prepared,
+    /// The number that rotates histories.
+    pub(super) frame: u64,
+    /// Which of the frames in flight.
+    pub(super) slot: usize,
+    /// Passes dispatched, in order.
+    pub(super) ran: &'a mut Vec<u32>,
+}
+
+impl Recorder for DeviceRecorder<'_> {
+    fn uniforms(&mut self, bytes: &[u8]) {
+        if let Some(buffer) = &self.prepared.uniforms {
+            // The frame that used this part last has finished.
+            buffer.write((self.slot * bytes.len()) as u64, bytes);
+        }
+    }
+
+    fn barrier(&mut self, step: usize) {
+        if let Some(barrier) = &self.prepared.barriers[step] {
+            self.commands.barrier(barrier);
+        }
+    }
+
+    fn clear(&mut self, resource: usize) {
+        let physical = &self.prepared.resources[resource];
+        let copy = copy_of(self.frame, 0, physical.count());
+        if let Some(clear) = self.prepared.replay.plan().resources[resource].clear {
+            fill(self.commands, physical, copy, clear);
+        }
+    }
+
+    fn bind(&mut self, pass: usize) {
+        let prepared = &self.prepared.passes[pass];
+        self.commands.label(&prepared.label);
+        if let Some(timestamps) = &self.prepared.watch.timestamps[self.slot] {
+            self.commands.timestamp(timestamps, 2 * pass as u32, false);
+        }
+        let per_rotation = prepared.sets.len() as u64 / prepared.rotations;
+        let set = (self.frame % prepared.rotations) * per_rotation + self.slot as u64 % per_rotation;
+        self.commands.bind(&prepared.pipeline, &prepared.sets[set as usize]);
+    }
+
+    fn push(&mut self, pass: usize, bytes: &[u8]) {
+        self.commands.push(&self.prepared.passes[pass].pipeline, bytes);
+    }
+
+    fn dispatch(&mut self, pass: usize) {
+        match &self.prepared.passes[pass].groups {
+            Groups::Direct(groups) => self.commands.dispatch(*groups),
+            Groups::Indirect(copies, age, offset) => {
+                if let Some(buffer) = copies.get(copy_of(self.frame, *age, copies.len() as u32)) {
+                    self.commands.dispatch_indirect(buffer, *offset);
+                }
+            }
+        }
+        let watch = &self.prepared.watch;
+        if let Some(timestamps) = &watch.timestamps[self.slot] {
+            self.commands.timestamp(timestamps, 2 * pass as u32 + 1, true);
+        }
+        if let Some(markers) = &watch.markers {
+            self.commands.mark(markers, watch.marker(self.slot, pass), marker_word(self.frame));
+        }
+        self.ran.push(pass as u32);
+        self.commands.end_label();
+    }
+
+    fn present(&mut self) {
+        let display = &self.prepared.display;
+        self.commands.barrier(&display.before);
+        let set = copy_of(self.frame, display.age, display.sets.len() as u32);
+        self.commands.bind(&display.pipeline, &display.sets[set]);
+        self.commands.push(&display.pipeline, bytemuck::bytes_of(&display.push));
+        self.commands.dispatch(display.groups);
+        self.commands.barrier(&display.after);
+    }
+}
+
+/// What a pass leaves behind when it has finished in a frame; never 0, which is there from the beginning.
+pub(super) fn marker_word(frame: u64) -> u32 {
+    (frame % u64::from(u32::MAX)) as u32 + 1
+}
+
+/// Brings new images into `GENERAL` and fills new resources with `init`. Ends with everything visible to everything.
+pub(super) fn begin_lives(commands: &mut CommandBuffer, prepared: &Prepared) {
+    let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+    let before = (all, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
+    let clears = (vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
+    let mut barrier = Barrier::full();
+    let newborn = || prepared.resources.iter().filter(|physical| physical.needs_init());
+    for physical in newborn() {
+        if let Copies::Images(images) = &physical.copies {
+            barrier = images.iter().fold(barrier, |barrier, image| barrier.activate(image, before, clears));
+        }
+    }
+    let picture = &prepared.display.picture;
+    let new_picture = !picture.born.load(std::sync::atomic::Ordering::Relaxed);
+    if new_picture {
+        barrier = barrier.activate(&picture.image, before, clears);
+    }
+    commands.barrier(&barrier);
+    for physical in newborn() {
+        for copy in 0..physical.count() as usize {
+            fill(commands, physical, copy, physical.init());
+        }
+    }
+    if new_picture {
+        commands.clear_image(&picture.image, raxel_gpu::ClearColor::Float([0.0, 0.0, 0.0, 1.0]));
+    }
+    commands.barrier(&Barrier::full());
+}
+
+fn fill(commands: &mut CommandBuffer, physical: &Physical, copy: usize, clear: raxel_graph::checked::Clear) {
+    match &physical.copies {
+        Copies::Images(images) => {
+            if let Some(image) = images.get(copy) {
+                commands.clear_image(image, color(clear));
+            }
+        }
+        Copies::Buffers(buffers) => {
+            if let Some(buffer) = buffers.get(copy) {
+                commands.fill_buffer(buffer, 0, buffer.size(), pattern(clear));
+            }
+        }
+        Copies::Source(_) => {}
+    }
+}

@@ -1,0 +1,326 @@
+//! The frame as a flat walk: values into bytes, the memo's decision, and the steps of the plan into a [`Recorder`]. Knows nothing
+//! of the device; allocates nothing; looks nothing up by name.
+
+use std::sync::Arc;
+
+use raxel_graph::checked::{Every, Fill, ResourceId, Source, Value};
+use raxel_graph::plan::{Plan, Step};
+use raxel_graph::sizes;
+
+use super::inputs::FrameInputs;
+use super::memo::{Memo, hash_bytes, mix};
+use super::values;
+
+/// What a frame is recorded into: the device's command buffer, or nothing at all to measure the walk itself.
+pub trait Recorder {
+    /// The bytes of all uniform blocks of the frame, at their offsets in the uniform buffer.
+    fn uniforms(&mut self, bytes: &[u8]);
+    /// The barrier at a step.
+    fn barrier(&mut self, step: usize);
+    /// The clear of a resource's current copy (index into the plan's resources).
+    fn clear(&mut self, resource: usize);
+    /// Pipeline and descriptors of a pass (index into the plan's passes).
+    fn bind(&mut self, pass: usize);
+    /// The push constants of the bound pass.
+    fn push(&mut self, pass: usize, bytes: &[u8]);
+    /// The dispatch of the bound pass.
+    fn dispatch(&mut self, pass: usize);
+    /// The display of the debug target.
+    fn present(&mut self);
+}
+
+/// Where a pass's uniform block lies in the uniform bytes of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct UniformPlace {
+    pub(super) binding: u32,
+    pub(super) offset: u64,
+    pub(super) size: u64,
+}
+
+/// What a walk recorded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Dispatches, the display's not counted.
+    pub dispatched: u32,
+    /// Passes whose results are still valid.
+    pub skipped: u32,
+    /// Passes that are not due or disabled.
+    pub idle: u32,
+    /// Barriers.
+    pub barriers: u32,
+    /// Clears.
+    pub clears: u32,
+    /// The debug target was displayed.
+    pub displayed: bool,
+}
+
+struct Pass {
+    push: Vec<u8>,
+    places: Vec<UniformPlace>,
+    /// Hash of everything but the values: pipeline, workgroups, bindings.
+    base: u64,
+    /// For `every = { hz }`: the tick of the last run.
+    tick: Option<i64>,
+    due: bool,
+}
+
+/// A plan made ready to be walked, with the state that lasts from frame to frame.
+pub struct Replay {
+    plan: Arc<Plan>,
+    passes: Vec<Pass>,
+    /// Extents of all resources of the graph, for `extent of` values.
+    extents: Vec<[u32; 3]>,
+    uniforms: Vec<u8>,
+    keys: Vec<Option<u64>>,
+    run: Vec<bool>,
+    pub(super) memo: Memo,
+    memo_on: bool,
+    display: u64,
+    any: bool,
+}
+
+/// Uniform blocks start at multiples of this: the most that a device may ask for (`minUniformBufferOffsetAlignment`).
+const UNIFORM_ALIGNMENT: u64 = 256;
+
+impl Replay {
+    /// For a plan whose `init` contents are in place. `display` says how the debug target is shown: equal numbers, equal pictures.
+    pub fn new(plan: &Arc<Plan>, display: u64) -> Replay {
+        let mut end = 0;
+        let passes: Vec<Pass> = plan
+            .passes
+            .iter()
+            .map(|planned| {
+                let pass = plan.graph.pass(planned.pass);
+                let places = pass
+                    .uniforms
+                    .iter()
+                    .map(|block| {
+                        let place = UniformPlace { binding: block.binding, offset: end, size: u64::from(block.size) };
+                        end = (end + place.size).next_multiple_of(UNIFORM_ALIGNMENT);
+                        place
+                    })
+                    .collect();
+                let bytes = pass.shader.interface.push.as_ref().map_or(0, |block| block.size);
+                let key = hash_bytes(0, &pass.shader.key);
+                let base =
+                    format!("{:?}{:?}{:?}{:?}", planned.groups, pass.dispatch, pass.accesses, pass.specialization);
+                Pass {
+                    push: vec![0; bytes as usize],
+                    places,
+                    base: hash_bytes(key, base.as_bytes()),
+                    tick: None,
+                    due: true,
+                }
+            })
+            .collect();
+        Replay {
+            keys: vec![None; passes.len()],
+            run: vec![true; plan.steps.len()],
+            memo: Memo::new(plan),
+            memo_on: true,
+            uniforms: vec![0; end as usize],
+            any: true,
+            extents: (0..plan.graph.resources.len())
+                .map(|id| sizes::extent(&plan.graph, plan.output, ResourceId(id as u32)))
+                .collect(),
+            plan: plan.clone(),
+            passes,
+            display,
+        }
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &Arc<Plan> {
+        &self.plan
+    }
+
+    pub(super) fn uniform_places(&self, pass: usize) -> &[UniformPlace] {
+        &self.passes[pass].places
+    }
+
+    pub(super) fn uniform_bytes(&self) -> u64 {
+        self.uniforms.len() as u64
+    }
+
+    /// Whether results that are still valid are kept (on at first), or every pass runs in every frame.
+    pub fn set_memo(&mut self, on: bool) {
+        if on && !self.memo_on {
+            self.memo.forget();
+        }
+        self.memo_on = on;
+    }
+
+    /// Nothing is in place any more but `init`: everything runs in the next frame, passes with `every` too.
+    pub fn reset(&mut self) {
+        self.memo.forget();
+        for pass in &mut self.passes {
+            pass.tick = None;
+        }
+    }
+
+    /// Takes over when passes of the same name ran last, so that a swap does not make `every` fire.
+    pub(super) fn carry_ticks(&mut self, old: &Replay) {
+        for (pass, planned) in self.passes.iter_mut().zip(&self.plan.passes) {
+            let now = self.plan.graph.pass(planned.pass);
+            let before =
+                old.plan.passes.iter().zip(&old.passes).find(|(p, _)| old.plan.graph.pass(p.pass).name == now.name);
+            if let Some((before, state)) = before {
+                // A pass that was edited runs at once.
+                if old.plan.graph.pass(before.pass).every == now.every && state.base == pass.base {
+                    pass.tick = state.tick;
+                }
+            }
+        }
+    }
+
+    /// Writes the frame's values and decides what runs. `frame` is the number that rotates histories. `false`: nothing need run.
+    pub fn decide(&mut self, frame: u64, inputs: &FrameInputs<'_>) -> bool {
+        self.schedule(inputs);
+        self.fill(inputs);
+        if self.memo_on {
+            for (i, pass) in self.passes.iter().enumerate() {
+                self.keys[i] = pass.due.then(|| {
+                    let blocks = pass.places.iter().fold(hash_bytes(pass.base, &pass.push), |hash, place| {
+                        hash_bytes(hash, &self.uniforms[place.offset as usize..(place.offset + place.size) as usize])
+                    });
+                    mix(blocks, 1)
+                });
+            }
+            self.run.copy_from_slice(self.memo.decide(frame, &self.keys, self.display));
+        } else {
+            self.run.fill(true);
+        }
+        self.any = self.plan.steps.iter().zip(&self.run).any(|(step, run)| match step {
+            Step::Barrier(_) => false,
+            Step::Dispatch { pass } => *run && self.passes[*pass as usize].due,
+            Step::Clear { .. } | Step::Present => *run,
+        });
+        self.any
+    }
+
+    /// Records the steps that were decided to run. Barriers are recorded as planned, whichever passes run between them.
+    pub fn walk<R: Recorder>(&self, recorder: &mut R) -> Counts {
+        let mut counts = self.counts();
+        if !self.any {
+            return counts;
+        }
+        if !self.uniforms.is_empty() {
+            recorder.uniforms(&self.uniforms);
+        }
+        for (index, (step, run)) in self.plan.steps.iter().zip(&self.run).enumerate() {
+            match step {
+                Step::Barrier(_) => {
+                    recorder.barrier(index);
+                    counts.barriers += 1;
+                }
+                Step::Clear { resource } if *run => {
+                    recorder.clear(*resource as usize);
+                    counts.clears += 1;
+                }
+                Step::Dispatch { pass } if *run && self.passes[*pass as usize].due => {
+                    let pass = *pass as usize;
+                    recorder.bind(pass);
+                    let push = &self.passes[pass].push;
+                    if !push.is_empty() {
+                        recorder.push(pass, push);
+                    }
+                    recorder.dispatch(pass);
+                    counts.dispatched += 1;
+                }
+                Step::Present if *run => {
+                    recorder.present();
+                    counts.displayed = true;
+                }
+                Step::Clear { .. } | Step::Dispatch { .. } | Step::Present => {}
+            }
+        }
+        counts
+    }
+
+    /// Skipped and idle passes of the decided frame.
+    fn counts(&self) -> Counts {
+        let mut counts = Counts::default();
+        for (step, run) in self.plan.steps.iter().zip(&self.run) {
+            if let Step::Dispatch { pass } = step {
+                let due = self.passes[*pass as usize].due;
+                counts.idle += u32::from(!due);
+                counts.skipped += u32::from(due && !run);
+            }
+        }
+        counts
+    }
+
+    /// Which passes are due in this frame.
+    fn schedule(&mut self, inputs: &FrameInputs<'_>) {
+        for (pass, planned) in self.passes.iter_mut().zip(&self.plan.passes) {
+            let disabled = inputs.disabled.contains(&planned.pass);
+            pass.due = !disabled
+                && match self.plan.graph.pass(planned.pass).every {
+                    None => true,
+                    Some(Every::Frames(frames)) => {
+                        let first = pass.tick.is_none();
+                        pass.tick = Some(0);
+                        first || inputs.builtins.frame_index.is_multiple_of(frames.max(1))
+                    }
+                    Some(Every::Hz(hz)) => {
+                        let tick = (inputs.clock * hz).floor() as i64;
+                        let due = pass.tick.is_none_or(|last| tick != last);
+                        pass.tick = Some(tick);
+                        due
+                    }
+                };
+        }
+    }
+
+    /// Writes push constants and uniform blocks.
+    fn fill(&mut self, inputs: &FrameInputs<'_>) {
+        let Replay { plan, passes, uniforms, extents, .. } = self;
+        for (state, planned) in passes.iter_mut().zip(&plan.passes) {
+            let pass = plan.graph.pass(planned.pass);
+            for fill in &pass.push {
+                values::write(&mut state.push, fill, &value(plan, extents, fill, inputs));
+            }
+            for (block, place) in pass.uniforms.iter().zip(&state.places) {
+                let bytes = &mut uniforms[place.offset as usize..(place.offset + place.size) as usize];
+                for fill in &block.fills {
+                    values::write(bytes, fill, &value(plan, extents, fill, inputs));
+                }
+            }
+            for over in inputs.overrides.iter().filter(|over| over.pass == planned.pass) {
+                match over.uniform {
+                    None => {
+                        if let Some(fill) = pass.push.get(over.fill as usize) {
+                            values::write(&mut state.push, fill, &over.value);
+                        }
+                    }
+                    Some(block) => {
+                        let block = block as usize;
+                        if let (Some(fills), Some(place)) = (pass.uniforms.get(block), state.places.get(block)) {
+                            if let Some(fill) = fills.fills.get(over.fill as usize) {
+                                let bytes = &mut uniforms[place.offset as usize..(place.offset + place.size) as usize];
+                                values::write(bytes, fill, &over.value);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn value(plan: &Plan, extents: &[[u32; 3]], fill: &Fill, inputs: &FrameInputs<'_>) -> Value {
+    match fill.from {
+        Source::Value(value) => value,
+        Source::Param(param) => inputs
+            .params
+            .get(param.0 as usize)
+            .or_else(|| plan.graph.params.get(param.0 as usize).map(|param| &param.default))
+            .copied()
+            .unwrap_or(Value::U32(0)),
+        Source::Builtin(builtin) => inputs.builtins.value(builtin),
+        Source::ExtentOf(resource) => {
+            let [x, y, z] = extents[resource.0 as usize];
+            Value::IVec4([x as i32, y as i32, z as i32, 1])
+        }
+    }
+}

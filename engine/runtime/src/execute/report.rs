@@ -1,0 +1,108 @@
+//! What a frame or a swap did, and the pictures and texels that are read back.
+
+use raxel_graph::checked::PassId;
+use raxel_shader::format::Format;
+use raxel_shader::interface::ScalarKind;
+
+/// What one frame did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameReport {
+    /// Frames the executor has run before this one.
+    pub frame: u64,
+    /// Dispatches recorded, the display's not counted.
+    pub dispatched: u32,
+    /// Passes not dispatched since their results are still valid.
+    pub skipped: u32,
+    /// Passes not dispatched since they were not due (`every`) or are disabled.
+    pub idle: u32,
+    /// Barriers recorded.
+    pub barriers: u32,
+    /// Clears recorded.
+    pub clears: u32,
+    /// Whether the debug target was mapped to a picture again.
+    pub displayed: bool,
+    /// What happened at the window.
+    pub shown: Shown,
+    /// Nanoseconds of CPU time between the start of the frame and its submission, waiting for the device not counted.
+    pub cpu_nanoseconds: u64,
+}
+
+/// What happened at the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shown {
+    /// There is no window.
+    #[default]
+    Headless,
+    /// The picture was presented.
+    Presented,
+    /// The window has no area (minimised): the frame ran, nothing was presented.
+    Minimised,
+    /// The window changed while the frame ran; the next frame presents again.
+    OutOfDate,
+}
+
+/// What a swap did with the resources, by name.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SwapReport {
+    /// Kept their contents.
+    pub kept: Vec<String>,
+    /// New, or described otherwise than before: start at their `init`.
+    pub created: Vec<String>,
+    /// No longer there.
+    pub dropped: Vec<String>,
+}
+
+/// GPU time of one pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PassTime {
+    /// The pass.
+    pub pass: PassId,
+    /// Nanoseconds; `None` when it was not dispatched in that frame.
+    pub nanoseconds: Option<f64>,
+}
+
+/// The presented picture: 8 bits a channel, sRGB-encoded, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// `width × height × 4` bytes: red, green, blue, alpha.
+    pub rgba: Vec<u8>,
+}
+
+/// One layer or slice of one mip of a target, as the device holds it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Texels {
+    /// Format.
+    pub format: Format,
+    /// Texels.
+    pub width: u32,
+    /// Texels.
+    pub height: u32,
+    /// `width × height × format.bytes()` bytes, rows from the top, no padding.
+    pub bytes: Vec<u8>,
+}
+
+impl Texels {
+    /// What the texels hold.
+    pub fn scalar(&self) -> ScalarKind {
+        self.format.scalar()
+    }
+
+    /// The texels as floats: red, green, blue, alpha. Integers are converted; absent channels are 0, absent alpha 1.
+    pub fn floats(&self) -> Vec<[f32; 4]> {
+        self.chunks().map(|texel| super::texel::floats(self.format, texel)).collect()
+    }
+
+    /// The texels as unsigned integers, signed ones by their bits. `None` for formats of floats.
+    pub fn integers(&self) -> Option<Vec<[u32; 4]>> {
+        (self.scalar() != ScalarKind::Float)
+            .then(|| self.chunks().map(|texel| super::texel::integers(self.format, texel)).collect())
+    }
+
+    fn chunks(&self) -> std::slice::ChunksExact<'_, u8> {
+        self.bytes.chunks_exact(self.format.bytes() as usize)
+    }
+}
