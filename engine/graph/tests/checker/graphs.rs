@@ -1,0 +1,364 @@
+//! Random checked graphs, from a seed.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, Span};
+use raxel_graph::checked::*;
+use raxel_graph::plan::{
+    BufferDesc, ImageDesc, Limits, MemoryModel, Plan, PlanInput, Present, Requirements,
+};
+use raxel_shader::format::Format;
+use raxel_shader::interface::{Access, Interface, LocalSize};
+use raxel_shader::{Request, Shader};
+
+/// SplitMix64 (Steele, Lea and Flood, 2014).
+#[derive(Clone)]
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Random {
+        Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5851_F42D_4C95_7F2D)
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// A number below `end`.
+    pub fn below(&mut self, end: u32) -> u32 {
+        (self.next() % u64::from(end.max(1))) as u32
+    }
+
+    /// True in so many of a hundred cases.
+    pub fn percent(&mut self, percent: u32) -> bool {
+        self.below(100) < percent
+    }
+
+    pub fn pick<T: Copy>(&mut self, of: &[T]) -> T {
+        of[self.below(of.len() as u32) as usize]
+    }
+}
+
+/// A graph and what it is planned for.
+pub struct Case {
+    pub graph: Arc<Graph>,
+    pub present: Present,
+    pub pinned: Vec<ResourceId>,
+    pub facts: [bool; 3],
+    pub sources: BTreeMap<String, u64>,
+    pub memory: RandomMemory,
+    pub alias: bool,
+}
+
+impl Case {
+    pub fn holds(&self, fact: &Fact) -> bool {
+        match fact {
+            Fact::WorldHasEmission => self.facts[0],
+            Fact::WorldHasTransparency => self.facts[1],
+            _ => self.facts[2],
+        }
+    }
+
+    pub fn runs(&self, pass: &Pass) -> bool {
+        pass.when.as_ref().is_none_or(|when| self.holds(&when.fact) != when.negated)
+    }
+
+    pub fn plan(&self) -> Result<Plan, Vec<Diagnostic>> {
+        let input = PlanInput {
+            output: OUTPUT,
+            present: self.present,
+            pinned: &self.pinned,
+            facts: &|fact| self.holds(fact),
+            sources: &self.sources,
+            memory: &self.memory,
+            alias: self.alias,
+            limits: Limits::PORTABLE,
+        };
+        raxel_graph::plan(self.graph.clone(), &input)
+    }
+}
+
+pub const OUTPUT: [u32; 2] = [64, 32];
+
+/// Requirements that are a random function of what is asked for.
+pub struct RandomMemory {
+    pub seed: u64,
+    pub granularity: u64,
+    pub kinds_apart: bool,
+}
+
+impl RandomMemory {
+    fn requirements(&self, of: u64, buffer: bool) -> Requirements {
+        let mut random = Random::new(self.seed ^ of.wrapping_mul(0x0100_0000_01B3));
+        let alignment = 16_u64 << random.below(6);
+        let size = u64::from(1 + random.below(40)) * 32;
+        let type_bits = match (self.kinds_apart, buffer) {
+            (true, true) => 0b1_0000,
+            (true, false) => 0b0_0001,
+            _ => random.pick(&[0b111, 0b011, 0b110, 0b100]),
+        };
+        Requirements { size: size.next_multiple_of(alignment), alignment, type_bits }
+    }
+}
+
+impl MemoryModel for RandomMemory {
+    fn image(&self, image: &ImageDesc) -> Requirements {
+        let [w, h, d] = image.extent.map(u64::from);
+        let of = w * 31 + h * 37 + d * 41 + u64::from(image.mips * 43 + image.layers * 47) + image.format as u64 * 53;
+        self.requirements(of, false)
+    }
+
+    fn buffer(&self, buffer: &BufferDesc) -> Requirements {
+        self.requirements(buffer.size, true)
+    }
+
+    fn granularity(&self) -> u64 {
+        self.granularity
+    }
+}
+
+/// A random graph. Most passes load what was stored before them, so that few are culled.
+pub fn case(seed: u64) -> Case {
+    let mut random = Random::new(seed);
+    let r = &mut random;
+    // Half of the graphs are chains of whole resources, which share memory; the others are as wild as can be.
+    let tame = r.percent(50);
+    let resources = resources(r, tame);
+    let count = 1 + if r.percent(8) { r.below(24) } else { r.below(9) } + if tame { 2 } else { 0 };
+    let mut passes = Vec::new();
+    let mut stored: Vec<ResourceId> = Vec::new();
+    for number in 0..count {
+        passes.push(pass(r, number, &resources, &mut stored, tame));
+    }
+    let any = |r: &mut Random| ResourceId(r.below(resources.len() as u32));
+    let present = stored.last().copied().filter(|_| r.percent(80)).unwrap_or_else(|| any(r));
+    let of = &resources[present.0 as usize];
+    let (mips, layers) = match &of.kind {
+        ResourceKind::Target(target) => (target.mips.max(1), target.layers),
+        ResourceKind::Buffer(_) => (1, 1),
+    };
+    let present = Present {
+        resource: present,
+        age: if r.percent(20) { r.below(of.history + 1) } else { 0 },
+        mip: r.below(mips),
+        layer: r.below(layers),
+        after: r.percent(25).then(|| PassId(r.below(count))),
+    };
+    let pinned = if r.percent(15) { vec![any(r)] } else { Vec::new() };
+    let graph = Graph {
+        name: format!("random {seed}"),
+        about: String::new(),
+        present: present.resource,
+        params: Vec::new(),
+        resources,
+        passes,
+        files: Vec::new(),
+    };
+    Case {
+        graph: Arc::new(graph),
+        present,
+        pinned,
+        facts: [r.percent(50), r.percent(50), r.percent(50)],
+        sources: BTreeMap::from([("world.tree64".to_owned(), 4096)]),
+        memory: RandomMemory {
+            seed: r.next(),
+            granularity: r.pick(&[1, 1, 64, 1024]),
+            kinds_apart: r.percent(30),
+        },
+        alias: r.percent(85),
+    }
+}
+
+fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
+    let count = if tame { 5 + r.below(9) } else { 1 + r.below(9) };
+    let rarely = |percent: u32| if tame { percent / 4 } else { percent };
+    (0..count)
+        .map(|number| {
+            let history = if r.percent(rarely(20)) { 1 + r.below(2) } else { 0 };
+            let cleared = r.percent(20);
+            let filled = r.percent(rarely(10));
+            let kind = if r.percent(30) {
+                let size = if number > 0 && r.percent(10) {
+                    BufferSize::Source("world.tree64".to_owned())
+                } else {
+                    BufferSize::Bytes(u64::from(4 + r.below(60)) * 16)
+                };
+                let source = matches!(size, BufferSize::Source(_));
+                ResourceKind::Buffer(Buffer {
+                    size,
+                    clear: (cleared && !source).then_some(7),
+                    init: (filled && !source).then_some(1),
+                })
+            } else {
+                let volume = r.percent(10);
+                let extent = if volume {
+                    Extent::Fixed3([8 + r.below(8), 8, 8])
+                } else if number > 0 && r.percent(50) {
+                    Extent::Output { scale: [0.5, 0.5] }
+                } else {
+                    Extent::Fixed2([32 + r.below(32), 32])
+                };
+                ResourceKind::Target(Target {
+                    format: r.pick(&[Format::R32f, Format::Rgba8, Format::Rgba16f]),
+                    extent,
+                    mips: if r.percent(30) { r.below(4) } else { 1 },
+                    layers: if !volume && r.percent(20) { 1 + r.below(3) } else { 1 },
+                    clear: cleared.then_some(Clear::Float([0.5; 4])),
+                    init: filled.then_some(Clear::Float([1.0; 4])),
+                    display: None,
+                })
+            };
+            let source = matches!(&kind, ResourceKind::Buffer(Buffer { size: BufferSize::Source(_), .. }));
+            Resource { name: format!("r{number}"), kind, history: if source { 0 } else { history }, place: place() }
+        })
+        .collect()
+}
+
+fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<ResourceId>, tame: bool) -> Pass {
+    let mut accesses = Vec::new();
+    let any = |r: &mut Random| ResourceId(r.below(resources.len() as u32));
+    for _ in 0..r.below(3) + u32::from(tame && !stored.is_empty()) {
+        let resource = if stored.is_empty() || !tame && r.percent(10) {
+            any(r)
+        } else if tame {
+            r.pick(&stored[stored.len().saturating_sub(3)..])
+        } else {
+            r.pick(stored)
+        };
+        let of = &resources[resource.0 as usize];
+        let age = if of.history > 0 && r.percent(60) { r.below(of.history + 1) } else { 0 };
+        let (usage, access) = match of.kind {
+            ResourceKind::Target(_) if r.percent(50) => (Usage::SampledImage, Access::Read),
+            ResourceKind::Target(_) => (Usage::StorageImage, Access::Read),
+            ResourceKind::Buffer(_) if r.percent(20) => (Usage::UniformBuffer, Access::Read),
+            ResourceKind::Buffer(_) => (Usage::StorageBuffer, Access::Read),
+        };
+        accesses.push(bound(r, resources, resource, age, access, usage));
+    }
+    let mut written = Vec::new();
+    for _ in 0..1 + r.below(2) {
+        let mut resource = any(r);
+        for _ in 0..if tame { 6 } else { 1 } {
+            if stored.contains(&resource) && r.percent(if tame { 95 } else { 50 }) {
+                resource = any(r);
+            }
+        }
+        let of = &resources[resource.0 as usize];
+        let usage = match &of.kind {
+            ResourceKind::Target(_) => Usage::StorageImage,
+            ResourceKind::Buffer(Buffer { size: BufferSize::Source(_), .. }) => continue,
+            ResourceKind::Buffer(_) => Usage::StorageBuffer,
+        };
+        let access = if r.percent(75) { Access::Write } else { Access::ReadWrite };
+        let mut stores = bound(r, resources, resource, 0, access, usage);
+        if tame && !stored.contains(&resource) {
+            (stores.mips, stores.layers, stores.access) = ((0, 0), (0, 0), Access::Write);
+        }
+        accesses.push(stores);
+        written.push(resource);
+    }
+    let arguments: Vec<ResourceId> = stored
+        .iter()
+        .copied()
+        .filter(|id| {
+            let kind = &resources[id.0 as usize].kind;
+            matches!(kind, ResourceKind::Buffer(Buffer { size: BufferSize::Bytes(_), .. }))
+        })
+        .collect();
+    let mut dispatch = Dispatch::Threads([32, 8, 1]);
+    if !arguments.is_empty() && r.percent(30) {
+        let buffer = r.pick(&arguments);
+        dispatch = Dispatch::Indirect { buffer, offset: 0 };
+        accesses.push(bound(r, resources, buffer, 0, Access::Read, Usage::IndirectArguments));
+    }
+    stored.extend(written);
+    Pass {
+        name: format!("p{number}"),
+        shader: shader(),
+        dispatch,
+        accesses,
+        push: Vec::new(),
+        uniforms: Vec::new(),
+        specialization: Vec::new(),
+        when: r.percent(if tame { 3 } else { 10 }).then(|| Condition {
+            fact: if r.percent(50) { Fact::WorldHasEmission } else { Fact::WorldHasVoxels },
+            negated: r.percent(50),
+        }),
+        every: r.percent(if tame { 3 } else { 8 }).then_some(Every::Frames(3)),
+        place: place(),
+    }
+}
+
+fn bound(
+    r: &mut Random,
+    resources: &[Resource],
+    resource: ResourceId,
+    age: u32,
+    access: Access,
+    usage: Usage,
+) -> BoundAccess {
+    let (mips, layers) = match &resources[resource.0 as usize].kind {
+        ResourceKind::Target(target) => (target.mips.max(1), target.layers),
+        ResourceKind::Buffer(_) => (1, 1),
+    };
+    let mut part = |end: u32| {
+        if end == 1 || r.percent(50) {
+            (0, 0)
+        } else {
+            let first = r.below(end);
+            (first, r.below(end - first + 1))
+        }
+    };
+    let (mut mips, mut layers) = (part(mips), part(layers));
+    if !matches!(usage, Usage::StorageImage | Usage::SampledImage) {
+        (mips, layers) = ((0, 1), (0, 1));
+    }
+    BoundAccess { resource, age, mips, layers, access, usage, binding: None, sampler: None }
+}
+
+fn place() -> Span {
+    Span::new("graphs/random.toml", 0..0)
+}
+
+/// A shader that is never looked into.
+pub fn shader() -> Arc<Shader> {
+    let local = LocalSize { value: 8, spec_id: None };
+    Arc::new(Shader {
+        request: Request { path: "shaders/random.comp".into(), entry: "main".into(), defines: Vec::new() },
+        spirv: Arc::from([]),
+        interface: Interface { entry: "main".into(), local_size: [local, local, LocalSize::default()], ..Interface::default() },
+        files: Vec::new(),
+        key: [0; 32],
+    })
+}
+
+/// The graph as text, for a seed that fails.
+pub fn text(case: &Case) -> String {
+    let graph = &case.graph;
+    let mut out = String::new();
+    let name = |id: ResourceId| &graph.resource(id).name;
+    let _ = writeln!(out, "present {:?}, pinned {:?}, facts {:?}", case.present, case.pinned, case.facts);
+    for resource in &graph.resources {
+        let _ = writeln!(out, "{}: history {} {:?}", resource.name, resource.history, resource.kind);
+    }
+    for pass in &graph.passes {
+        let on = if case.runs(pass) { "" } else { " (off)" };
+        let every = if pass.every.is_some() { " (every)" } else { "" };
+        let _ = write!(out, "{}{on}{every}:", pass.name);
+        for a in &pass.accesses {
+            let _ = write!(
+                out,
+                " {:?} {}@{} m{:?} l{:?} {:?};",
+                a.access, name(a.resource), a.age, a.mips, a.layers, a.usage
+            );
+        }
+        out.push('\n');
+    }
+    out
+}

@@ -1,0 +1,162 @@
+//! Is it safe to forget what shares memory?
+
+use raxel_graph::checked::*;
+use raxel_graph::plan::{Lifetime, Place, Plan, ResourceDesc, Step};
+
+use super::flow::{subresources, touched};
+use super::graphs::Case;
+
+/// A resource in a shared block.
+struct Placed {
+    index: usize,
+    place: Place,
+    image: bool,
+    first: u32,
+    last: u32,
+}
+
+/// The bytes of a placed resource, in whole pages against a resource of the other kind.
+pub fn bytes(plan: &Plan, index: usize, page: u64) -> Option<(u32, u64, u64)> {
+    let Lifetime::Transient { place: Some(place), .. } = plan.resources[index].lifetime else { return None };
+    let (start, end) = (place.offset, place.offset + plan.resources[index].memory.size);
+    Some((place.block, start - start % page, end.div_ceil(page) * page))
+}
+
+/// Whether two placed resources share memory.
+pub fn share(plan: &Plan, a: usize, b: usize, granularity: u64) -> bool {
+    let image = |i: usize| matches!(plan.resources[i].desc, ResourceDesc::Image(_));
+    let page = if image(a) == image(b) { 1 } else { granularity };
+    match (bytes(plan, a, page), bytes(plan, b, page)) {
+        (Some(a), Some(b)) => a.0 == b.0 && a.1 < b.2 && b.1 < a.2,
+        _ => false,
+    }
+}
+
+/// What is wrong with lifetimes and places.
+pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
+    let mut faults = Vec::new();
+    let mut placed = Vec::new();
+    for (index, resource) in plan.resources.iter().enumerate() {
+        let name = &case.graph.resource(resource.resource).name;
+        let Lifetime::Transient { first, last, place } = resource.lifetime else { continue };
+        let uses = uses(plan, index);
+        if uses.first() != Some(&first) || uses.last() != Some(&last) {
+            faults.push(format!("{name}: lives {first} to {last}, but is used at {uses:?}"));
+        }
+        if let Some(why) = outlives_frame(case, plan, index) {
+            faults.push(format!("{name}: transient, but {why}"));
+        }
+        if let Some(place) = place {
+            if !case.alias {
+                faults.push(format!("{name}: shares memory, which was not asked for"));
+            }
+            let image = matches!(resource.desc, ResourceDesc::Image(_));
+            placed.push(Placed { index, place, image, first, last });
+        }
+    }
+    for one in &placed {
+        let resource = &plan.resources[one.index];
+        let block = &plan.blocks[one.place.block as usize];
+        let needs = resource.memory;
+        if one.place.offset % needs.alignment != 0 || block.alignment % needs.alignment != 0 {
+            faults.push(format!("resource {}: not aligned", one.index));
+        }
+        if one.place.offset + needs.size > block.size {
+            faults.push(format!("resource {}: beyond its block", one.index));
+        }
+        if block.type_bits == 0 || needs.type_bits & block.type_bits != block.type_bits {
+            faults.push(format!("resource {}: no memory type for it and its block", one.index));
+        }
+        let mut shares = false;
+        for other in placed.iter().filter(|other| other.index != one.index && other.place.block == one.place.block) {
+            let page = if one.image == other.image { 1 } else { case.memory.granularity };
+            let (a, b) = (bytes(plan, one.index, page), bytes(plan, other.index, page));
+            let (Some(a), Some(b)) = (a, b) else { continue };
+            if a.1 < b.2 && b.1 < a.2 {
+                shares = true;
+                if one.first <= other.last && other.first <= one.last {
+                    faults.push(format!("resources {} and {} live in the same bytes", one.index, other.index));
+                }
+            }
+        }
+        if !shares {
+            faults.push(format!("resource {}: in a block, but shares with nobody", one.index));
+        }
+    }
+    for (number, block) in plan.blocks.iter().enumerate() {
+        let of_block = placed.iter().filter(|one| one.place.block == number as u32);
+        let sum: u64 = of_block.map(|one| plan.resources[one.index].memory.size).sum();
+        if block.size > sum {
+            faults.push(format!("block {number}: larger than its occupants together"));
+        }
+    }
+    faults
+}
+
+/// Steps that touch a resource.
+fn uses(plan: &Plan, index: usize) -> Vec<u32> {
+    let id = plan.resources[index].resource;
+    let touches = |step: &Step| match step {
+        Step::Barrier(_) => false,
+        Step::Clear { resource } => *resource as usize == index,
+        Step::Dispatch { pass } => {
+            plan.graph.pass(plan.passes[*pass as usize].pass).accesses.iter().any(|a| a.resource == id)
+        }
+        Step::Present => plan.present.resource == id,
+    };
+    (0..).zip(&plan.steps).filter(|(_, step)| touches(step)).map(|(at, _)| at).collect()
+}
+
+/// Why the contents of a resource matter beyond the frame that stores them.
+fn outlives_frame(case: &Case, plan: &Plan, index: usize) -> Option<&'static str> {
+    let graph = &case.graph;
+    let id = plan.resources[index].resource;
+    let resource = graph.resource(id);
+    let init = match &resource.kind {
+        ResourceKind::Target(target) => target.init.is_some(),
+        ResourceKind::Buffer(buffer) => buffer.init.is_some(),
+    };
+    let touched_by = |pass: &&Pass| pass.accesses.iter().any(|a| a.resource == id);
+    let stored_by = |pass: &&Pass| pass.accesses.iter().any(|a| a.resource == id && a.access.writes());
+    if init {
+        return Some("it has `init`");
+    }
+    if resource.history > 0 {
+        return Some("it has history");
+    }
+    if id == case.present.resource || case.pinned.contains(&id) {
+        return Some("it is looked at from outside");
+    }
+    if graph.passes.iter().filter(|pass| !case.runs(pass)).any(|pass| stored_by(&pass)) {
+        return Some("a pass that stores to it is off");
+    }
+    let live = || plan.passes.iter().map(|pass| graph.pass(pass.pass));
+    if live().filter(touched_by).any(|pass| pass.every.is_some()) {
+        return Some("a pass that touches it does not run in each frame");
+    }
+    // Subresource by subresource: nothing is loaded before it is stored.
+    let (mips, layers) = subresources(graph)[id.0 as usize];
+    for mip in 0..mips {
+        for layer in 0..layers {
+            for step in &plan.steps {
+                let touches = |a: &&BoundAccess| {
+                    a.resource == id && touched(a, (mips, layers)).contains(&(mip, layer))
+                };
+                match step {
+                    Step::Clear { resource } if *resource as usize == index => break,
+                    Step::Dispatch { pass } => {
+                        let accesses = &graph.pass(plan.passes[*pass as usize].pass).accesses;
+                        if accesses.iter().filter(touches).any(|a| a.access.reads()) {
+                            return Some("it is loaded before anything is stored");
+                        }
+                        if accesses.iter().any(|a| touches(&a)) {
+                            break;
+                        }
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+    None
+}

@@ -1,0 +1,19 @@
+//! A slow, independent judge of plans. It shares no code with the phases: sizes, culling, order, memory and synchronisation are all
+//! worked out again from the checked graph, by brute force, and compared with what the plan says.
+
+pub mod flow;
+pub mod graphs;
+pub mod memory;
+pub mod sync;
+
+use raxel_graph::plan::Plan;
+
+/// Everything that is wrong with a plan; empty for a right one.
+pub fn faults(case: &graphs::Case, plan: &Plan) -> Vec<String> {
+    let mut faults = flow::faults(case, plan);
+    if faults.is_empty() {
+        faults.extend(memory::faults(case, plan));
+        faults.extend(sync::faults(plan, &sync::Run::full(plan, case.memory.granularity)));
+    }
+    faults
+}

@@ -1,0 +1,386 @@
+//! Is every access ordered against every conflicting one?
+//!
+//! A run unrolls frames and walks them like a queue, remembering every access that was ever made. Each barrier tells every
+//! remembered access which stages now wait for it and, for a store, which accesses see it (the rules of Vulkan's chapter
+//! "Synchronization and Cache Control"; a layout transition is a store by the barrier itself). Each new access asks every
+//! remembered one that it conflicts with.
+
+use std::collections::BTreeMap;
+
+use raxel_graph::checked::*;
+use raxel_graph::plan::*;
+use raxel_shader::interface::Access;
+
+use super::flow::{subresources, touched};
+use super::memory::share;
+
+/// How a plan is run.
+pub struct Run {
+    /// Frames that are run.
+    pub frames: u32,
+    /// Accesses of the first so many frames are remembered. A plan repeats, so one frame says as much as all.
+    pub remembered: u32,
+    /// (frame, live pass) that is left out.
+    pub skip: Box<dyn Fn(u32, u32) -> bool>,
+    /// `bufferImageGranularity`.
+    pub granularity: u64,
+}
+
+impl Run {
+    /// All of several rounds through the longest ring of copies.
+    pub fn full(plan: &Plan, granularity: u64) -> Run {
+        let ring = plan.resources.iter().map(|r| r.copies).max().unwrap_or(1);
+        Run { frames: 2 * ring + 2, remembered: u32::MAX, skip: Box::new(|_, _| false), granularity }
+    }
+
+    /// As much as finds every fault of a plan that repeats.
+    pub fn short(plan: &Plan, granularity: u64) -> Run {
+        let ring = plan.resources.iter().map(|r| r.copies).max().unwrap_or(1);
+        Run { frames: ring + 1, remembered: 1, ..Run::full(plan, granularity) }
+    }
+}
+
+/// An access, or the transition of an image, that has been made.
+struct Made {
+    resource: usize,
+    copy: u32,
+    parts: u64,
+    stage: Stages,
+    access: AccessMask,
+    store: bool,
+    transition: bool,
+    time: u32,
+    /// Stages that wait for it, it being available if it is a store.
+    waiting: Stages,
+    /// Accesses that see it.
+    seen_by: AccessMask,
+}
+
+/// What one step accesses.
+struct Asked {
+    resource: usize,
+    age: u32,
+    parts: u64,
+    stage: Stages,
+    access: AccessMask,
+    store: bool,
+}
+
+fn earlier(stages: Stages) -> u32 {
+    stages.0 | if stages.contains(Stages::COMPUTE) { Stages::INDIRECT.0 } else { 0 }
+}
+
+fn later(stages: Stages) -> u32 {
+    stages.0 | if stages.contains(Stages::INDIRECT) { Stages::COMPUTE.0 } else { 0 }
+}
+
+/// What is wrong with the synchronisation of a plan. Stops at the end of the frame with the first fault.
+pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
+    let steps = asked(plan);
+    let count = plan.resources.len();
+    let neighbours: Vec<Vec<bool>> = (0..count)
+        .map(|a| (0..count).map(|b| a != b && share(plan, a, b, run.granularity)).collect())
+        .collect();
+    let placed: Vec<bool> = plan
+        .resources
+        .iter()
+        .map(|r| matches!(r.lifetime, Lifetime::Transient { place: Some(_), .. }))
+        .collect();
+    let image: Vec<bool> = plan.resources.iter().map(|r| matches!(r.desc, ResourceDesc::Image(_))).collect();
+    let mut faults = scopes(plan);
+    let mut made: Vec<Made> = Vec::new();
+    let mut time = 0;
+    for frame in 0..run.frames {
+        // When each image was taken into use in this frame.
+        let mut active: BTreeMap<usize, u32> = BTreeMap::new();
+        let mut used = vec![false; count];
+        for (at, step) in plan.steps.iter().enumerate() {
+            time += 1;
+            if let Step::Barrier(barrier) = step {
+                let mut born = Vec::new();
+                for activation in &barrier.activate {
+                    let resource = activation.resource as usize;
+                    if !placed[resource] {
+                        faults.push(format!("step {at}: {resource} is discarded, but has memory of its own"));
+                    }
+                    if !image[resource] {
+                        continue;
+                    }
+                    if used[resource] || active.insert(resource, time).is_some() {
+                        faults.push(format!("step {at}: {resource} is discarded while it is in use"));
+                    }
+                    let scopes = &activation.dependency;
+                    for old in made.iter().filter(|old| old.resource == resource || neighbours[resource][old.resource]) {
+                        let waited = old.waiting.0 & earlier(scopes.src.stages) != 0;
+                        let direct = match (old.transition, old.store) {
+                            (true, _) => false,
+                            (false, true) => {
+                                scopes.src.stages.contains(old.stage) && scopes.src.access.contains(old.access)
+                            }
+                            (false, false) => earlier(scopes.src.stages) & old.stage.0 != 0,
+                        };
+                        if !(waited || direct) {
+                            faults.push(format!(
+                                "step {at}: {resource} takes over memory before {} of {} is done",
+                                old.access, old.resource
+                            ));
+                        }
+                    }
+                    if frame < run.remembered {
+                        born.push(Made {
+                            resource,
+                            copy: 0,
+                            parts: u64::MAX,
+                            stage: Stages::NONE,
+                            access: AccessMask::NONE,
+                            store: true,
+                            transition: true,
+                            time,
+                            waiting: Stages(later(scopes.dst.stages)),
+                            seen_by: scopes.dst.access,
+                        });
+                    }
+                }
+                for old in &mut made {
+                    pass_barrier(barrier, &image, old);
+                }
+                made.extend(born);
+                continue;
+            }
+            if let Step::Dispatch { pass } = step
+                && (run.skip)(frame, *pass)
+            {
+                continue;
+            }
+            let mut now = Vec::new();
+            for ask in &steps[at] {
+                let copies = plan.resources[ask.resource].copies;
+                let copy = (frame + copies * 2 - ask.age) % copies;
+                used[ask.resource] = true;
+                let since = if placed[ask.resource] && image[ask.resource] {
+                    match active.get(&ask.resource) {
+                        Some(since) => *since,
+                        None => {
+                            faults.push(format!("step {at}: image {} is used before it is activated", ask.resource));
+                            continue;
+                        }
+                    }
+                } else {
+                    0
+                };
+                for old in &made {
+                    let same = old.resource == ask.resource && old.copy == copy && old.parts & ask.parts != 0;
+                    // What happened before a transition is ordered before that, and that before this.
+                    if old.time < since || !(same || neighbours[ask.resource][old.resource]) || !(old.store || ask.store)
+                    {
+                        continue;
+                    }
+                    let ordered = if old.store {
+                        old.seen_by.contains(ask.access)
+                    } else {
+                        old.waiting.contains(ask.stage)
+                    };
+                    if !ordered {
+                        faults.push(format!(
+                            "frame {frame}, step {at}: {} of {} is not ordered after {} of {}",
+                            ask.access, ask.resource, old.access, old.resource
+                        ));
+                    }
+                }
+                if frame < run.remembered {
+                    now.push(Made {
+                        resource: ask.resource,
+                        copy,
+                        parts: ask.parts,
+                        stage: ask.stage,
+                        access: ask.access,
+                        store: ask.store,
+                        transition: false,
+                        time,
+                        waiting: Stages::NONE,
+                        seen_by: AccessMask::NONE,
+                    });
+                }
+            }
+            made.extend(now);
+            if !faults.is_empty() {
+                return faults;
+            }
+        }
+    }
+    faults
+}
+
+/// Tells a remembered access about a barrier.
+fn pass_barrier(barrier: &Barrier, image: &[bool], old: &mut Made) {
+    let (mut waiting, mut seen_by) = (old.waiting, old.seen_by);
+    if let Some(memory) = &barrier.memory {
+        let direct = if old.store {
+            !old.transition && memory.src.stages.contains(old.stage) && memory.src.access.contains(old.access)
+        } else {
+            earlier(memory.src.stages) & old.stage.0 != 0
+        };
+        if direct || old.waiting.0 & earlier(memory.src.stages) != 0 {
+            waiting.0 |= later(memory.dst.stages);
+            seen_by |= memory.dst.access;
+        }
+    }
+    for activation in barrier.activate.iter().filter(|a| image[a.resource as usize]) {
+        // The transition of one image orders execution for all; what it makes available and visible is its own affair.
+        let scopes = &activation.dependency;
+        let direct = !old.store && earlier(scopes.src.stages) & old.stage.0 != 0;
+        if direct || old.waiting.0 & earlier(scopes.src.stages) != 0 {
+            waiting.0 |= later(scopes.dst.stages);
+        }
+    }
+    (old.waiting, old.seen_by) = (waiting, seen_by);
+}
+
+/// An access in a scope needs its stage beside it.
+fn scopes(plan: &Plan) -> Vec<String> {
+    let mut faults = Vec::new();
+    for step in &plan.steps {
+        let Step::Barrier(barrier) = step else { continue };
+        let all = barrier.memory.iter().chain(barrier.activate.iter().map(|a| &a.dependency));
+        for scope in all.flat_map(|d| [d.src, d.dst]) {
+            for (access, name) in AccessMask::ALL {
+                let stage = match *access {
+                    AccessMask::TRANSFER_WRITE => Stages::CLEAR,
+                    AccessMask::INDIRECT_READ => Stages::INDIRECT,
+                    _ => Stages::COMPUTE,
+                };
+                if scope.access.contains(*access) && !scope.stages.contains(stage) {
+                    faults.push(format!("{name} without {stage}"));
+                }
+            }
+        }
+    }
+    faults
+}
+
+/// The accesses of every step.
+fn asked(plan: &Plan) -> Vec<Vec<Asked>> {
+    let sizes = subresources(&plan.graph);
+    let index: BTreeMap<ResourceId, usize> = plan.resources.iter().enumerate().map(|(i, r)| (r.resource, i)).collect();
+    // The (mip, layer) pairs of random graphs fit in 64 bits.
+    let set = |parts: &[(u32, u32)], layers: u32| parts.iter().fold(0_u64, |set, (m, l)| set | 1 << (m * layers + l));
+    plan.steps
+        .iter()
+        .map(|step| match step {
+            Step::Barrier(_) => Vec::new(),
+            Step::Clear { resource } => vec![Asked {
+                resource: *resource as usize,
+                age: 0,
+                parts: u64::MAX,
+                stage: Stages::CLEAR,
+                access: AccessMask::TRANSFER_WRITE,
+                store: true,
+            }],
+            Step::Present => {
+                let shown = plan.present;
+                let resource = index[&shown.resource];
+                let (parts, access) = match &plan.resources[resource].desc {
+                    ResourceDesc::Image(image) => {
+                        let layer = if image.volume { 0 } else { shown.layer };
+                        (set(&[(shown.mip, layer)], image.layers), AccessMask::SAMPLED_READ)
+                    }
+                    _ => (1, AccessMask::STORAGE_READ),
+                };
+                vec![Asked { resource, age: shown.age, parts, stage: Stages::COMPUTE, access, store: false }]
+            }
+            Step::Dispatch { pass } => {
+                let mut all = Vec::new();
+                for bound in &plan.graph.pass(plan.passes[*pass as usize].pass).accesses {
+                    let size = sizes[bound.resource.0 as usize];
+                    let parts = set(&touched(bound, size), size.1);
+                    let (load, store) = match bound.access {
+                        Access::Read => (true, false),
+                        Access::Write => (false, true),
+                        Access::ReadWrite => (true, true),
+                    };
+                    let (stage, loads) = match bound.usage {
+                        Usage::SampledImage => (Stages::COMPUTE, AccessMask::SAMPLED_READ),
+                        Usage::StorageImage | Usage::StorageBuffer => (Stages::COMPUTE, AccessMask::STORAGE_READ),
+                        Usage::UniformBuffer => (Stages::COMPUTE, AccessMask::UNIFORM_READ),
+                        Usage::IndirectArguments => (Stages::INDIRECT, AccessMask::INDIRECT_READ),
+                    };
+                    let resource = index[&bound.resource];
+                    let ask = |access, store| Asked { resource, age: bound.age, parts, stage, access, store };
+                    if load {
+                        all.push(ask(loads, false));
+                    }
+                    if store {
+                        all.push(ask(AccessMask::STORAGE_WRITE, true));
+                    }
+                }
+                all
+            }
+        })
+        .collect()
+}
+
+/// Every plan with one thing less: a barrier, the activation of an image, a stage or an access of a scope.
+pub fn with_one_less(plan: &Plan) -> Vec<(String, Plan)> {
+    let mut all = Vec::new();
+    let mut put = |at: usize, what: String, barrier: Option<Barrier>| {
+        let mut less = plan.clone();
+        match barrier {
+            Some(barrier) => less.steps[at] = Step::Barrier(barrier),
+            // An empty barrier keeps the numbers of the steps.
+            None => less.steps[at] = Step::Barrier(Barrier::default()),
+        }
+        all.push((format!("step {at} without {what}"), less));
+    };
+    for (at, step) in plan.steps.iter().enumerate() {
+        let Step::Barrier(barrier) = step else { continue };
+        put(at, "all".to_owned(), None);
+        if let Some(memory) = barrier.memory {
+            put(at, "memory".to_owned(), Some(Barrier { memory: None, ..barrier.clone() }));
+            for (what, less) in smaller(memory) {
+                put(at, what, Some(Barrier { memory: Some(less), ..barrier.clone() }));
+            }
+        }
+        for (number, activation) in barrier.activate.iter().enumerate() {
+            if !matches!(plan.resources[activation.resource as usize].desc, ResourceDesc::Image(_)) {
+                continue;
+            }
+            let mut without = barrier.clone();
+            without.activate.remove(number);
+            put(at, format!("activation {number}"), Some(without));
+            for (what, less) in smaller(activation.dependency) {
+                let mut without = barrier.clone();
+                without.activate[number].dependency = less;
+                put(at, format!("activation {number} {what}"), Some(without));
+            }
+        }
+    }
+    all
+}
+
+fn smaller(dependency: Dependency) -> Vec<(String, Dependency)> {
+    let mut all = Vec::new();
+    for source in [true, false] {
+        let scope = if source { dependency.src } else { dependency.dst };
+        let mut put = |what: String, scope: Scope| {
+            let less = if source { Dependency { src: scope, ..dependency } } else { Dependency { dst: scope, ..dependency } };
+            all.push((format!("{} {what}", if source { "src" } else { "dst" }), less));
+        };
+        for (access, name) in AccessMask::ALL {
+            if scope.access.contains(*access) {
+                put((*name).to_owned(), Scope { access: AccessMask(scope.access.0 & !access.0), ..scope });
+            }
+        }
+        for (stage, name) in Stages::ALL {
+            if scope.stages.contains(*stage) {
+                let made = match *stage {
+                    Stages::CLEAR => AccessMask::TRANSFER_WRITE.0,
+                    Stages::INDIRECT => AccessMask::INDIRECT_READ.0,
+                    _ => !(AccessMask::TRANSFER_WRITE.0 | AccessMask::INDIRECT_READ.0),
+                };
+                let less = Scope { stages: Stages(scope.stages.0 & !stage.0), access: AccessMask(scope.access.0 & !made) };
+                put((*name).to_owned(), less);
+            }
+        }
+    }
+    all
+}
