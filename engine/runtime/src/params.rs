@@ -31,6 +31,16 @@ pub enum SetError {
         /// Type of the value.
         found: &'static str,
     },
+    /// The value has another number of components.
+    #[error("`{name}` has {expected} components, which {found} has not")]
+    WrongShape {
+        /// Name.
+        name: String,
+        /// Components of the member.
+        expected: u32,
+        /// Type of the value.
+        found: &'static str,
+    },
     /// The value is outside the range that the graph declares.
     #[error("`{name}` is {found}; it must be in {}…{}", .range[0], .range[1])]
     OutOfRange {

@@ -76,16 +76,10 @@ struct Touched {
 }
 
 impl Settle {
-    /// The files that matter from now on, with the contents that were used. A file that already mattered keeps the contents that
-    /// were recorded for it.
+    /// The files that matter from now on, with the contents that were used.
     pub fn expect(&mut self, files: impl IntoIterator<Item = (String, Content)>) {
-        let mut known = BTreeMap::new();
-        for (path, content) in files {
-            let content = self.known.get(&path).copied().unwrap_or(content);
-            known.insert(path, content);
-        }
-        self.touched.retain(|path, _| known.contains_key(path));
-        self.known = known;
+        self.known = files.into_iter().collect();
+        self.touched.retain(|path, _| self.known.contains_key(path));
     }
 
     /// Whether a file matters.
@@ -110,6 +104,11 @@ impl Settle {
     /// When [`Settle::changed`] is worth calling; `None` while nothing was touched.
     pub fn due(&self) -> Option<Instant> {
         self.touched.values().map(|touched| touched.due).max()
+    }
+
+    /// Whether a touched file already differs from what was used, be its edit finished or not.
+    pub fn differs(&self, read: impl Fn(&str) -> Content) -> bool {
+        self.touched.keys().any(|path| self.known.get(path) != Some(&read(path)))
     }
 
     /// Once all touched files are quiet: those whose contents differ from what was used. They count as used from then on.

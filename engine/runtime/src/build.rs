@@ -1,0 +1,288 @@
+//! From files to a plan with its buffers: the steps that opening, reloading and replanning share. Nothing here runs a frame.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, DiskFiles, Files, SourceMap, Span, codes};
+use raxel_graph::SourceLayout;
+use raxel_graph::checked::{BufferSize, Fact, Graph, ResourceId, ResourceKind};
+use raxel_graph::plan::{Limits, Plan, PlanInput, Present, ResourceDesc};
+use raxel_shader::Compiler;
+
+use crate::execute::{self, ExecuteError};
+use crate::params::Params;
+use crate::project::Project;
+use crate::reload::record::Recorder;
+use crate::reload::settle::Content;
+use crate::timeline::{self, Demo};
+use crate::world::{SessionWorld, SourceError, source_layouts};
+
+/// Loads graphs, worlds and demos of one project. Compiled shaders are kept between loads.
+pub struct Loader {
+    files: Arc<dyn Files>,
+    shader_files: Arc<Recorder>,
+    compiler: Compiler,
+    layouts: Vec<SourceLayout>,
+}
+
+/// Something loaded from files, right or wrong.
+#[derive(Debug)]
+pub struct Part<T> {
+    /// The thing, or everything that is wrong with it.
+    pub result: Result<Arc<T>, Vec<Diagnostic>>,
+    /// Warnings, when it is right.
+    pub warnings: Vec<Diagnostic>,
+    /// The texts that diagnostics point into.
+    pub texts: SourceMap,
+    /// Every file that was asked for, with what was found: a change of any of them changes the thing.
+    pub files: BTreeMap<String, Content>,
+}
+
+impl<T> Clone for Part<T> {
+    fn clone(&self) -> Self {
+        Self {
+            result: self.result.clone(),
+            warnings: self.warnings.clone(),
+            texts: self.texts.clone(),
+            files: self.files.clone(),
+        }
+    }
+}
+
+impl<T> Part<T> {
+    fn new(
+        result: Result<(T, Vec<Diagnostic>), Vec<Diagnostic>>,
+        texts: SourceMap,
+        files: BTreeMap<String, Content>,
+    ) -> Self {
+        match result {
+            Ok((value, warnings)) => Self { result: Ok(Arc::new(value)), warnings, texts, files },
+            Err(found) => Self { result: Err(found), warnings: Vec::new(), texts, files },
+        }
+    }
+
+    /// Something that comes from no file.
+    pub fn without_file(value: T) -> Self {
+        Self::new(Ok((value, Vec::new())), SourceMap::default(), BTreeMap::new())
+    }
+
+    /// Whether a change of one of these files concerns it.
+    pub fn depends_on(&self, changed: &[String]) -> bool {
+        changed.iter().any(|path| self.files.contains_key(path))
+    }
+
+    /// Everything found: errors, or warnings.
+    pub fn found(&self) -> &[Diagnostic] {
+        match &self.result {
+            Ok(_) => &self.warnings,
+            Err(found) => found,
+        }
+    }
+}
+
+impl Loader {
+    /// For a project on disk.
+    pub fn new(project: &Project) -> std::io::Result<Self> {
+        Ok(Self::with_files(Arc::new(DiskFiles::new(project.root())?)))
+    }
+
+    /// For a project that `files` reads.
+    pub fn with_files(files: Arc<dyn Files>) -> Self {
+        let shader_files = Arc::new(Recorder::new(files.clone()));
+        let compiler = Compiler::new(shader_files.clone());
+        Self { files, shader_files, compiler, layouts: source_layouts() }
+    }
+
+    /// The files of the project.
+    pub fn files(&self) -> &Arc<dyn Files> {
+        &self.files
+    }
+
+    /// Parses and checks a graph, and compiles its shaders. Graphs are loaded one at a time.
+    pub fn graph(&self, path: &str) -> Part<Graph> {
+        let mut texts = SourceMap::default();
+        let result = raxel_graph::compile(path, &*self.shader_files, &self.compiler, &self.layouts, &mut texts);
+        Part::new(result, texts, self.shader_files.take())
+    }
+
+    /// Builds a world.
+    pub fn world(&self, path: &str) -> Part<SessionWorld> {
+        self.recorded(|files, texts| SessionWorld::load(path, files, texts))
+    }
+
+    /// Reads a demo.
+    pub fn demo(&self, path: &str) -> Part<Demo> {
+        self.recorded(|files, texts| timeline::read(files, path, texts))
+    }
+
+    fn recorded<T>(
+        &self,
+        load: impl FnOnce(&dyn Files, &mut SourceMap) -> Result<(T, Vec<Diagnostic>), Vec<Diagnostic>>,
+    ) -> Part<T> {
+        let recorder = Recorder::new(self.files.clone());
+        let mut texts = SourceMap::default();
+        let result = load(&recorder, &mut texts);
+        Part::new(result, texts, recorder.take())
+    }
+}
+
+/// What a plan is made for, apart from the files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// Extent of the output in pixels.
+    pub output: [u32; 2],
+    /// What is shown.
+    pub present: Present,
+    /// Resources that stay readable at the end of a frame.
+    pub pinned: Vec<ResourceId>,
+    /// Whether each fact that a pass asks for holds.
+    pub facts: Vec<(Fact, bool)>,
+    /// Whether transient resources may share memory.
+    pub alias: bool,
+}
+
+/// The facts that the passes of a graph ask for, and whether they hold.
+pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params) -> Vec<(Fact, bool)> {
+    let mut facts: Vec<(Fact, bool)> = Vec::new();
+    for condition in graph.passes.iter().filter_map(|pass| pass.when.as_ref()) {
+        if facts.iter().all(|(fact, _)| *fact != condition.fact) {
+            let holds = match condition.fact {
+                Fact::Param(id) => params.get(id) == raxel_graph::checked::Value::Bool(true),
+                _ => world.holds(&condition.fact),
+            };
+            facts.push((condition.fact.clone(), holds));
+        }
+    }
+    facts
+}
+
+/// What is needed of a device to make plans for it.
+#[derive(Clone)]
+pub struct Target {
+    /// Makes what a plan needs.
+    pub builder: execute::Builder,
+    /// Asks the device about memory.
+    pub memory: Arc<execute::DeviceMemory>,
+    /// Limits of the device.
+    pub limits: Limits,
+}
+
+/// A plan with the outside buffers it needs.
+pub struct Assembly {
+    /// The plan.
+    pub plan: Arc<Plan>,
+    /// The buffers.
+    pub sources: execute::Sources,
+}
+
+/// Why a graph cannot run on this device.
+#[derive(Debug)]
+pub enum BuildError {
+    /// The author can change something about it.
+    Diagnosed(Vec<Diagnostic>),
+    /// The device fails.
+    Device(ExecuteError),
+}
+
+/// Plans a graph, and encodes and uploads the layouts that its live passes bind.
+pub fn assemble(
+    graph: &Arc<Graph>,
+    world: &SessionWorld,
+    selection: &Selection,
+    target: &Target,
+) -> Result<Assembly, BuildError> {
+    let sizes = world.sizes();
+    let plan = make_plan(graph, &sizes, selection, target)?;
+    // Only the plan knows which layouts a live pass binds; a world's other layouts are never made.
+    let sources = sources(&plan, world, target)?;
+    // The first plan did not know the sizes of the layouts made just now.
+    let fresh = sources.keys().any(|name| !sizes.contains_key(name));
+    let plan = if fresh { make_plan(graph, &world.sizes(), selection, target)? } else { plan };
+    Ok(Assembly { plan: Arc::new(plan), sources })
+}
+
+/// The outside buffers of a plan, made where they are not there yet.
+pub fn sources(plan: &Plan, world: &SessionWorld, target: &Target) -> Result<execute::Sources, BuildError> {
+    let mut sources = execute::Sources::new();
+    let mut found = Vec::new();
+    for resource in &plan.resources {
+        let ResourceDesc::Source(name) = &resource.desc else { continue };
+        let place = plan.graph.resource(resource.resource);
+        match world.source(name, place, target.limits.storage_buffer, &target.builder) {
+            Ok(buffer) => {
+                sources.insert(name.clone(), buffer);
+            }
+            Err(SourceError::Diagnosed(diagnostic)) => found.push(*diagnostic),
+            Err(SourceError::Device(error)) => return Err(refusal(error, &plan.graph)),
+        }
+    }
+    if found.is_empty() { Ok(sources) } else { Err(BuildError::Diagnosed(found)) }
+}
+
+fn make_plan(
+    graph: &Arc<Graph>,
+    sizes: &BTreeMap<String, u64>,
+    selection: &Selection,
+    target: &Target,
+) -> Result<Plan, BuildError> {
+    // A source that is not made yet counts as empty.
+    let mut sources: BTreeMap<String, u64> = source_names(graph).into_iter().map(|name| (name, 0)).collect();
+    sources.extend(sizes.iter().map(|(name, bytes)| (name.clone(), *bytes)));
+    let input = PlanInput {
+        output: selection.output,
+        present: selection.present,
+        pinned: &selection.pinned,
+        facts: &|fact| selection.facts.iter().any(|(known, holds)| known == fact && *holds),
+        sources: &sources,
+        memory: &*target.memory,
+        alias: selection.alias,
+        limits: target.limits,
+    };
+    raxel_graph::plan(graph.clone(), &input).map_err(BuildError::Diagnosed)
+}
+
+/// Names of the buffer sources that a graph declares.
+pub fn source_names(graph: &Graph) -> BTreeSet<String> {
+    graph
+        .resources
+        .iter()
+        .filter_map(|resource| match &resource.kind {
+            ResourceKind::Buffer(buffer) => match &buffer.size {
+                BufferSize::Source(name) => Some(name.clone()),
+                _ => None,
+            },
+            ResourceKind::Target(_) => None,
+        })
+        .collect()
+}
+
+/// Creates everything that a plan needs, next to what is running.
+pub fn prepare(assembly: &Assembly, target: &Target) -> Result<execute::Prepared, BuildError> {
+    target
+        .builder
+        .prepare(assembly.plan.clone(), &assembly.sources)
+        .map_err(|error| refusal(error, &assembly.plan.graph))
+}
+
+/// An error of the device as a diagnostic that points at what the author can change, if there is such a thing.
+fn refusal(error: ExecuteError, graph: &Graph) -> BuildError {
+    let resource = |name: &str| graph.find_resource(name).map(|id| graph.resource(id).place.clone());
+    let pass = |name: &str| graph.find_pass(name).map(|id| graph.pass(id).place.clone());
+    let place: Option<(Span, &str)> = match &error {
+        ExecuteError::MissingSource { buffer, .. } => resource(buffer).map(|span| (span, "this buffer")),
+        ExecuteError::Format { target, .. } => resource(target).map(|span| (span, "this target")),
+        ExecuteError::Capability { pass: name, .. } => pass(name).map(|span| (span, "this pass")),
+        ExecuteError::Gpu(
+            raxel_gpu::Error::OutOfMemory { name, .. }
+            | raxel_gpu::Error::TooLarge { name, .. }
+            | raxel_gpu::Error::FormatUnsupported { name, .. },
+        ) => resource(name).map(|span| (span, "for this")),
+        _ => None,
+    };
+    match place {
+        Some((span, text)) => BuildError::Diagnosed(vec![
+            Diagnostic::error(codes::session::DEVICE_REFUSES, error.to_string()).label(span, text),
+        ]),
+        None => BuildError::Device(error),
+    }
+}

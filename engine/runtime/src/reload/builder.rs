@@ -1,0 +1,425 @@
+//! The thread that rebuilds: it waits for finished edits, loads again what depends on them, and creates everything a new plan needs
+//! while the old one runs. Only what is whole is handed over.
+
+use std::collections::BTreeMap;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use raxel_diagnostics::{Diagnostic, SourceMap};
+use raxel_graph::checked::Graph;
+
+use super::event::{Failed, Rebuilt};
+use super::record::content;
+use super::settle::{Content, Settle, Touch};
+use super::watch::{Means, Notice, Tell, Watcher};
+use crate::build::{self, BuildError, Loader, Part, Selection, Target};
+use crate::execute::Prepared;
+use crate::params::Params;
+use crate::show::Show;
+use crate::timeline::Demo;
+use crate::world::SessionWorld;
+
+/// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
+const HOLD: Duration = Duration::from_millis(120);
+
+/// The parts of a session that come from files.
+#[derive(Clone)]
+pub struct Parts {
+    /// Project path of the graph.
+    pub graph_path: String,
+    /// Project path of the world; `None` for the empty world.
+    pub world_path: Option<String>,
+    /// Project path of the demo, if one runs.
+    pub demo_path: Option<String>,
+    /// The graph.
+    pub graph: Part<Graph>,
+    /// The world.
+    pub world: Part<SessionWorld>,
+    /// The demo.
+    pub demo: Option<Part<Demo>>,
+}
+
+impl Parts {
+    /// Every file with what was found in it.
+    fn files(&self) -> BTreeMap<String, Content> {
+        let mut files = self.graph.files.clone();
+        files.extend(self.world.files.clone());
+        files.extend(self.demo.iter().flat_map(|demo| demo.files.clone()));
+        files
+    }
+
+    /// Everything found in all parts, with the texts; the demo is held against its graph.
+    pub fn diagnostics(&self) -> (Vec<Diagnostic>, SourceMap) {
+        let mut texts = self.graph.texts.clone();
+        texts.extend(&self.world.texts);
+        let mut found: Vec<Diagnostic> = self.graph.found().iter().chain(self.world.found()).cloned().collect();
+        if let Some(demo) = &self.demo {
+            texts.extend(&demo.texts);
+            found.extend_from_slice(demo.found());
+            if let (Ok(demo), Ok(graph)) = (&demo.result, &self.graph.result) {
+                found.extend(demo.check(graph));
+            }
+        }
+        (found, texts)
+    }
+}
+
+/// What the session wants at the moment, for builds.
+#[derive(Clone)]
+pub struct Wishes {
+    /// Extent of the output in pixels.
+    pub output: [u32; 2],
+    /// What is shown.
+    pub show: Show,
+    /// Resources that stay readable.
+    pub pinned: Vec<String>,
+    /// Params as the user set them.
+    pub params: Params,
+    /// Whether transient resources may share memory.
+    pub alias: bool,
+    /// The device.
+    pub target: Target,
+}
+
+impl Wishes {
+    /// What a plan of this graph and world is made for. A debug target that the graph does not have gives way to the graph's own,
+    /// and a pinned resource that it does not have is left out.
+    pub fn selection(&self, graph: &Graph, world: &SessionWorld) -> Selection {
+        let mut params = self.params.clone();
+        params.adopt(graph);
+        let present = self.show.resolve(graph).or_else(|_| Show::default().resolve(graph));
+        Selection {
+            output: self.output,
+            present: present.unwrap_or(raxel_graph::plan::Present {
+                resource: graph.present,
+                age: 0,
+                mip: 0,
+                layer: 0,
+                after: None,
+            }),
+            pinned: self.pinned.iter().filter_map(|name| graph.find_resource(name)).collect(),
+            facts: build::facts(graph, world, &params),
+            alias: self.alias,
+        }
+    }
+}
+
+/// A finished edit.
+pub enum Outcome {
+    /// Ready to be swapped in.
+    Ready(Box<Ready>),
+    /// Wrong.
+    Failed(Failed),
+}
+
+/// Everything that a new plan needs.
+pub struct Ready {
+    /// Counts the edits.
+    pub generation: u64,
+    /// Files that changed.
+    pub changed: Vec<String>,
+    /// What was built anew.
+    pub rebuilt: Rebuilt,
+    /// The parts.
+    pub parts: Parts,
+    /// What the plan was made for.
+    pub selection: Selection,
+    /// The device that the plan was made for.
+    pub target: Target,
+    /// The plan with its resources.
+    pub prepared: Prepared,
+    /// When the edit was seen to be finished.
+    pub since: Instant,
+}
+
+enum Message {
+    Touched(String, Touch),
+    FolderChanged,
+    Stop,
+}
+
+/// A session's end of the thread.
+pub struct Reloader {
+    outcomes: Receiver<Outcome>,
+    messages: Sender<Message>,
+    wishes: Arc<Mutex<Wishes>>,
+    means: Means,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// Is called on the builder's thread when there is something for [`Reloader::poll`].
+pub type Waker = Arc<dyn Fn() + Send + Sync>;
+
+impl Reloader {
+    /// Watches the files of `parts` in the folder `root`.
+    pub fn start(
+        root: &std::path::Path,
+        loader: Arc<Loader>,
+        parts: Parts,
+        wishes: Wishes,
+        poll: bool,
+        waker: Option<Waker>,
+    ) -> std::io::Result<Self> {
+        let (messages, inbox) = channel();
+        let (sender, outcomes) = channel();
+        let tell: Tell = {
+            // `notify` calls from one thread; the lock makes the sender shareable all the same.
+            let messages = Mutex::new(messages.clone());
+            Arc::new(move |notice| {
+                let message = match notice {
+                    Notice::File(path, touch) => Message::Touched(path.to_owned(), touch),
+                    Notice::Folder => Message::FolderChanged,
+                };
+                // The builder may have stopped already.
+                let _ = messages.lock().unwrap_or_else(PoisonError::into_inner).send(message);
+            })
+        };
+        let watcher = Watcher::new(root, poll, tell);
+        let wishes = Arc::new(Mutex::new(wishes));
+        let mut builder = Builder {
+            loader,
+            watcher,
+            settle: Settle::default(),
+            inbox,
+            outcomes: sender,
+            wishes: wishes.clone(),
+            running: Vec::new(),
+            parts,
+            generation: 0,
+            changed: Vec::new(),
+            rebuilt: Rebuilt::default(),
+            unfinished: None,
+            held: None,
+            waker,
+        };
+        builder.running = builder.shader_keys();
+        builder.watch();
+        let means = builder.watcher.means();
+        let thread = std::thread::Builder::new().name("raxel-reload".to_owned()).spawn(move || builder.run())?;
+        Ok(Self { outcomes, messages, wishes, means, thread: Some(thread) })
+    }
+
+    /// How changes are learnt of.
+    pub fn means(&self) -> Means {
+        self.means
+    }
+
+    /// Changes what builds are made for.
+    pub fn set_wishes(&self, wishes: Wishes) {
+        *self.wishes.lock().unwrap_or_else(PoisonError::into_inner) = wishes;
+    }
+
+    /// The outcomes since the last call, oldest first.
+    pub fn poll(&self) -> Vec<Outcome> {
+        self.outcomes.try_iter().collect()
+    }
+
+    /// Waits for an outcome.
+    pub fn wait(&self, timeout: Duration) -> Vec<Outcome> {
+        let first = self.outcomes.recv_timeout(timeout);
+        first.into_iter().chain(self.outcomes.try_iter()).collect()
+    }
+}
+
+impl Drop for Reloader {
+    fn drop(&mut self) {
+        let _ = self.messages.send(Message::Stop);
+        if let Some(thread) = self.thread.take() {
+            // A panic of the thread was shown when it happened.
+            let _ = thread.join();
+        }
+    }
+}
+
+struct Builder {
+    loader: Arc<Loader>,
+    watcher: Watcher,
+    settle: Settle,
+    inbox: Receiver<Message>,
+    outcomes: Sender<Outcome>,
+    wishes: Arc<Mutex<Wishes>>,
+    parts: Parts,
+    generation: u64,
+    /// Files of edits that were not handed over yet.
+    changed: Vec<String>,
+    /// Parts that were built anew and do not run yet.
+    rebuilt: Rebuilt,
+    /// Modules of the last graph that was right: path and key.
+    running: Vec<(String, [u8; 32])>,
+    /// An edit that is loaded and not handed over yet, with the time at which it was seen to be finished.
+    unfinished: Option<Instant>,
+    /// A wrong edit that waits for the rest of it.
+    held: Option<(Instant, Failed)>,
+    waker: Option<Waker>,
+}
+
+impl Builder {
+    fn run(mut self) {
+        loop {
+            let deadlines = [self.settle.due(), self.held.as_ref().map(|(due, _)| *due)];
+            let wait = deadlines.into_iter().flatten().min().map(|due| due.saturating_duration_since(Instant::now()));
+            let message = match wait {
+                Some(wait) => self.inbox.recv_timeout(wait),
+                None => self.inbox.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            };
+            match message {
+                Ok(message) => {
+                    if !self.take(message) {
+                        return;
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+            let files = self.loader.files();
+            let changed = self.settle.changed(Instant::now(), |path| content(&files.read(path)));
+            if !changed.is_empty() {
+                self.held = None;
+                self.unfinished = Some(Instant::now());
+                self.load(changed);
+            }
+            if let Some(since) = self.unfinished {
+                match self.superseded() {
+                    None => return,
+                    // The newer edit is loaded first.
+                    Some(true) => continue,
+                    Some(false) => self.finish(since),
+                }
+            }
+            if self.settle.due().is_none()
+                && self.held.as_ref().is_some_and(|(due, _)| *due <= Instant::now())
+                && let Some((_, failed)) = self.held.take()
+            {
+                self.hand_over(Outcome::Failed(failed));
+            }
+        }
+    }
+
+    /// Takes note of a message. False when it is time to stop.
+    fn take(&mut self, message: Message) -> bool {
+        match message {
+            Message::Touched(path, touch) => self.settle.touch(&path, touch, Instant::now()),
+            Message::FolderChanged => self.watcher.renew(),
+            Message::Stop => return false,
+        }
+        true
+    }
+
+    /// Watches what the parts depend on. What changed before the watch began is noticed too.
+    fn watch(&mut self) {
+        let files = self.parts.files();
+        let new: Vec<String> = files.keys().filter(|path| !self.settle.matters(path)).cloned().collect();
+        self.watcher.watch(files.keys().map(String::as_str));
+        self.settle.expect(files);
+        for path in new {
+            self.settle.touch(&path, Touch::Finished, Instant::now());
+        }
+    }
+
+    /// Whether a newer edit makes the build in flight pointless. `None` when it is time to stop.
+    fn superseded(&mut self) -> Option<bool> {
+        while let Ok(message) = self.inbox.try_recv() {
+            if !self.take(message) {
+                return None;
+            }
+        }
+        let files = self.loader.files();
+        Some(self.settle.differs(|path| content(&files.read(path))))
+    }
+
+    /// Loads what depends on the changed files.
+    fn load(&mut self, changed: Vec<String>) {
+        let parts = &mut self.parts;
+        if parts.graph.depends_on(&changed) {
+            parts.graph = self.loader.graph(&parts.graph_path);
+            self.rebuilt.graph = true;
+        }
+        if let Some(path) = parts.world_path.as_ref().filter(|_| parts.world.depends_on(&changed)) {
+            parts.world = self.loader.world(path);
+            self.rebuilt.world = true;
+        }
+        if let (Some(demo), Some(path)) = (&mut parts.demo, &parts.demo_path)
+            && demo.depends_on(&changed)
+        {
+            *demo = self.loader.demo(path);
+            self.rebuilt.demo = true;
+        }
+        for path in changed {
+            if !self.changed.contains(&path) {
+                self.changed.push(path);
+            }
+        }
+        self.watch();
+    }
+
+    /// Hands over a plan, or holds what is wrong.
+    fn finish(&mut self, since: Instant) {
+        self.unfinished = None;
+        self.generation += 1;
+        match self.assemble(since) {
+            Outcome::Failed(failed) => self.held = Some((Instant::now() + HOLD, failed)),
+            ready @ Outcome::Ready(_) => {
+                self.running = self.shader_keys();
+                self.hand_over(ready);
+            }
+        }
+    }
+
+    /// Plans and creates what the parts describe, if they are right.
+    fn assemble(&mut self, since: Instant) -> Outcome {
+        let changed = std::mem::take(&mut self.changed);
+        let generation = self.generation;
+        let (diagnostics, texts) = self.parts.diagnostics();
+        let failed =
+            |diagnostics, texts| Outcome::Failed(Failed { generation, changed: changed.clone(), diagnostics, texts });
+        let (graph, world) = match (&self.parts.graph.result, &self.parts.world.result) {
+            (Ok(graph), Ok(world)) if !diagnostics.iter().any(Diagnostic::is_error) => (graph.clone(), world.clone()),
+            _ => return failed(diagnostics, texts),
+        };
+        let wishes = self.wishes.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let selection = wishes.selection(&graph, &world);
+        let built = build::assemble(&graph, &world, &selection, &wishes.target)
+            .and_then(|assembly| build::prepare(&assembly, &wishes.target));
+        let prepared = match built {
+            Ok(prepared) => prepared,
+            Err(BuildError::Diagnosed(found)) => return failed(found, texts),
+            Err(BuildError::Device(error)) => {
+                let code = raxel_diagnostics::codes::session::DEVICE_REFUSES;
+                return failed(vec![Diagnostic::error(code, error.to_string())], texts);
+            }
+        };
+        let mut rebuilt = std::mem::take(&mut self.rebuilt);
+        rebuilt.shaders =
+            self.shader_keys().into_iter().filter(|key| !self.running.contains(key)).map(|key| key.0).collect();
+        rebuilt.shaders.dedup();
+        Outcome::Ready(Box::new(Ready {
+            generation,
+            changed,
+            rebuilt,
+            parts: self.parts.clone(),
+            selection,
+            target: wishes.target,
+            prepared,
+            since,
+        }))
+    }
+
+    fn shader_keys(&self) -> Vec<(String, [u8; 32])> {
+        let Ok(graph) = &self.parts.graph.result else { return self.running.clone() };
+        let mut keys: Vec<_> =
+            graph.passes.iter().map(|pass| (pass.shader.request.path.clone(), pass.shader.key)).collect();
+        keys.sort();
+        keys.dedup();
+        keys
+    }
+
+    fn hand_over(&mut self, outcome: Outcome) {
+        // The session may be gone; then nobody wants to know.
+        let _ = self.outcomes.send(outcome);
+        if let Some(waker) = &self.waker {
+            waker();
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! What a session tells about edits.
+
+use raxel_diagnostics::{Diagnostic, SourceMap};
+
+use crate::execute::SwapReport;
+
+/// Something that happened apart from frames.
+#[derive(Debug)]
+pub enum ReloadEvent {
+    /// An edit is running.
+    Reloaded(Reloaded),
+    /// An edit is wrong; what ran before runs on.
+    Failed(Failed),
+    /// The device was lost and opened anew.
+    DeviceRebuilt {
+        /// The pass that is switched off until its shader changes.
+        suspect: Option<String>,
+        /// Milliseconds from the loss to the new plan.
+        milliseconds: f64,
+    },
+}
+
+/// An edit that is running.
+#[derive(Debug)]
+pub struct Reloaded {
+    /// Counts the edits of a session, wrong ones included; what was opened is 0.
+    pub generation: u64,
+    /// Project paths of the files that changed.
+    pub changed: Vec<String>,
+    /// What was built anew.
+    pub rebuilt: Rebuilt,
+    /// What became of the contents of targets and buffers.
+    pub resources: SwapReport,
+    /// Milliseconds from the moment the edit was seen to be finished until it was swapped in.
+    pub milliseconds: f64,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The texts that they point into.
+    pub texts: SourceMap,
+}
+
+/// What an edit made necessary.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Rebuilt {
+    /// The graph.
+    pub graph: bool,
+    /// The world.
+    pub world: bool,
+    /// The demo.
+    pub demo: bool,
+    /// Shaders whose module is new, by project path.
+    pub shaders: Vec<String>,
+}
+
+/// An edit that is wrong.
+#[derive(Debug)]
+pub struct Failed {
+    /// Counts the edits of a session.
+    pub generation: u64,
+    /// Project paths of the files that changed.
+    pub changed: Vec<String>,
+    /// Everything that is wrong, in all files.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The texts that they point into.
+    pub texts: SourceMap,
+}

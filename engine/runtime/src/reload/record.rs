@@ -1,0 +1,64 @@
+//! Remembers which files a build asked for, and what it found: exactly the files whose change makes another build worthwhile.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use raxel_diagnostics::{FileError, Files};
+
+use super::settle::Content;
+
+/// Reads through, and keeps account.
+pub struct Recorder {
+    files: Arc<dyn Files>,
+    seen: Mutex<BTreeMap<String, Content>>,
+}
+
+impl Recorder {
+    /// Reads `files`.
+    pub fn new(files: Arc<dyn Files>) -> Self {
+        Self { files, seen: Mutex::default() }
+    }
+
+    /// Everything asked for since the last call, files that are missing included.
+    pub fn take(&self) -> BTreeMap<String, Content> {
+        std::mem::take(&mut *self.seen.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Files for Recorder {
+    fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
+        let result = self.files.read(path);
+        let content = content(&result);
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), content);
+        result
+    }
+}
+
+/// What a read found, as far as a later change of it matters.
+pub fn content(result: &Result<Arc<[u8]>, FileError>) -> Content {
+    match result {
+        Ok(bytes) => Content::of(bytes),
+        Err(_) => Content::Missing,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_diagnostics::MemoryFiles;
+
+    use super::*;
+
+    #[test]
+    fn missing_files_count_too() {
+        let recorder = Recorder::new(Arc::new(MemoryFiles::new([("a", "1"), ("b", "")])));
+        for path in ["a", "b", "c"] {
+            let _ = recorder.read(path);
+        }
+        let seen: Vec<_> = recorder.take().into_iter().collect();
+        assert_eq!(
+            seen,
+            [("a".into(), Content::of(b"1")), ("b".into(), Content::Empty), ("c".into(), Content::Missing)]
+        );
+        assert!(recorder.take().is_empty());
+    }
+}

@@ -1,0 +1,252 @@
+//! Driving a session by names: params, push values, camera, debug target, size, clock.
+
+use raxel_graph::checked::{Fill, Graph, Param, PassId, Value};
+
+use super::{FrameError, Session};
+use crate::camera::Camera;
+use crate::clock::Clock;
+use crate::execute::Override;
+use crate::params::{self, Params, SetError};
+use crate::reload::builder::Wishes;
+use crate::show::{Show, ShowError};
+
+impl Session {
+    /// The params that the graph declares.
+    pub fn params(&self) -> &[Param] {
+        &self.graph.params
+    }
+
+    /// A param's value in the last frame.
+    pub fn param(&self, name: &str) -> Result<Value, SetError> {
+        match self.graph.find_param(name) {
+            Some(id) => Ok(self.values[id.0 as usize]),
+            None => Err(SetError::unknown("param", name, self.graph.params.iter().map(|param| param.name.as_str()))),
+        }
+    }
+
+    /// Sets a param. The value stays, also over reloads, until the graph no longer declares the name with this type.
+    pub fn set_param(&mut self, name: &str, value: Value) -> Result<(), SetError> {
+        self.params.set(&self.graph, name, value)?;
+        self.params_changed();
+        Ok(())
+    }
+
+    /// Sets a param from text, as the command line does: `0.5`, `true`, `1,2,3`.
+    pub fn set_param_text(&mut self, name: &str, text: &str) -> Result<(), SetError> {
+        let value = params::parse(&self.graph, name, text)?;
+        self.set_param(name, value)
+    }
+
+    /// Brings a param back to the graph's default.
+    pub fn unset_param(&mut self, name: &str) -> Result<(), SetError> {
+        self.params.unset(&self.graph, name)?;
+        self.params_changed();
+        Ok(())
+    }
+
+    fn params_changed(&mut self) {
+        self.values = self.params.values().to_vec();
+        self.tell_reloader();
+    }
+
+    /// Replaces the value of a member of a pass's push-constant or uniform block, whatever the graph says. It stays, also over
+    /// reloads, as long as the pass has the member.
+    pub fn set_push(&mut self, pass: &str, member: &str, value: Value) -> Result<(), SetError> {
+        let change = find_member(&self.graph, pass, member, value)?;
+        self.pushes.insert((pass.to_owned(), member.to_owned()), value);
+        self.overrides
+            .retain(|known| (known.pass, known.uniform, known.fill) != (change.pass, change.uniform, change.fill));
+        self.overrides.push(change);
+        Ok(())
+    }
+
+    /// Gives a member back to the graph.
+    pub fn unset_push(&mut self, pass: &str, member: &str) {
+        self.pushes.remove(&(pass.to_owned(), member.to_owned()));
+        self.find_overrides();
+    }
+
+    /// Finds the members that have replaced values, in the graph that runs.
+    pub(super) fn find_overrides(&mut self) {
+        let graph = &self.graph;
+        let found =
+            self.pushes.iter().filter_map(|((pass, member), value)| find_member(graph, pass, member, *value).ok());
+        self.overrides = found.collect();
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Moves the camera. A demo that moves it too wins, until [`Session::take_over`].
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.camera = camera;
+    }
+
+    /// The pixel under the cursor, from the top left.
+    pub fn set_cursor(&mut self, pixel: Option<[i32; 2]>) {
+        self.cursor = pixel;
+    }
+
+    /// The debug target.
+    pub fn show(&self) -> &Show {
+        &self.show
+    }
+
+    /// Chooses the debug target by its text: `depth`, `color@1`, `pyramid,mip=2`, `color,after=sky`.
+    pub fn set_present(&mut self, text: &str) -> Result<(), ShowError> {
+        self.set_show(Show::parse(text)?)
+    }
+
+    /// Chooses the debug target; an empty one is the graph's own.
+    pub fn set_show(&mut self, show: Show) -> Result<(), ShowError> {
+        show.resolve(&self.graph)?;
+        self.show = show;
+        self.tell_reloader();
+        Ok(())
+    }
+
+    /// Keeps a resource readable at the end of each frame, whatever is shown.
+    pub fn pin(&mut self, name: &str) -> Result<(), ShowError> {
+        Show::resource(name).resolve(&self.graph)?;
+        if !self.pinned.iter().any(|known| known == name) {
+            self.pinned.push(name.to_owned());
+            self.tell_reloader();
+        }
+        Ok(())
+    }
+
+    /// Extent of the output in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.output
+    }
+
+    /// Changes the extent of the output from the next frame on. A window without area keeps the last extent.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        if width > 0 && height > 0 && self.output != [width, height] {
+            self.output = [width, height];
+            self.tell_reloader();
+        }
+    }
+
+    /// The clock.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// Stops or starts the clock. Frames are drawn all the same, of the same moment.
+    pub fn pause(&mut self, paused: bool) {
+        self.clock.set_paused(paused);
+    }
+
+    /// While paused: lets one frame pass.
+    pub fn step(&mut self) {
+        self.clock.step();
+    }
+
+    /// Puts the next frame at so many seconds.
+    pub fn seek(&mut self, seconds: f64) {
+        self.clock.seek(seconds);
+    }
+
+    /// Starts over: clock, history and every resource as at the first frame. Params, camera and debug target stay.
+    pub fn reset(&mut self) {
+        self.clock.reset();
+        self.executor.reset_history();
+        self.previous_camera = self.camera;
+    }
+
+    /// The user moved something that a demo drives: from here on the demo is only looked at, not followed. Nothing jumps.
+    pub fn take_over(&mut self) {
+        if self.taken_over || self.demo.is_none() {
+            return;
+        }
+        self.taken_over = true;
+        for (param, value) in self.graph.params.iter().zip(&self.values) {
+            // Values of this frame; the graph's own types and ranges always fit.
+            let _ = self.params.set(&self.graph, &param.name, *value);
+        }
+        self.params_changed();
+    }
+
+    /// Lets the demo drive again.
+    pub fn hand_back(&mut self) {
+        self.taken_over = false;
+    }
+
+    /// Whether a demo drives.
+    pub fn demo_drives(&self) -> bool {
+        self.demo.is_some() && !self.taken_over
+    }
+
+    /// What builds are to be made for.
+    pub(super) fn wishes(&self) -> Wishes {
+        Wishes {
+            output: self.output,
+            show: self.show.clone(),
+            pinned: self.pinned.clone(),
+            params: self.frame_params(),
+            alias: self.options.alias,
+            target: self.target.clone(),
+        }
+    }
+
+    /// The params with the values of this frame, for conditions.
+    fn frame_params(&self) -> Params {
+        let mut params = self.params.clone();
+        for (param, (shown, set)) in self.graph.params.iter().zip(self.values.iter().zip(self.params.values())) {
+            if shown != set {
+                // A demo's value, which was checked against the param.
+                let _ = params.set(&self.graph, &param.name, *shown);
+            }
+        }
+        params
+    }
+
+    pub(super) fn tell_reloader(&self) {
+        if let Some(reloader) = &self.reloader {
+            reloader.set_wishes(self.wishes());
+        }
+    }
+
+    /// Makes the plan for what is wanted now, if the running one is for something else.
+    pub(super) fn replan(&mut self) -> Result<(), FrameError> {
+        let selection = self.wishes().selection(&self.graph, &self.world);
+        if selection == self.selection {
+            return Ok(());
+        }
+        self.plan_for(selection)
+    }
+}
+
+/// The member of a pass's blocks, as an override of that value.
+fn find_member(graph: &Graph, pass: &str, member: &str, value: Value) -> Result<Override, SetError> {
+    let Some(id) = graph.find_pass(pass) else {
+        return Err(SetError::unknown("pass", pass, graph.passes.iter().map(|pass| pass.name.as_str())));
+    };
+    let found = graph.pass(id);
+    let in_block = |uniform: Option<u32>, fills: &[Fill]| {
+        let fill = fills.iter().position(|fill| fill.member == member)?;
+        Some((uniform, fill))
+    };
+    let blocks = std::iter::once((None, &found.push))
+        .chain(found.uniforms.iter().enumerate().map(|(i, block)| (Some(i as u32), &block.fills)));
+    let place = blocks.clone().find_map(|(uniform, fills)| in_block(uniform, fills));
+    let Some((uniform, fill)) = place else {
+        let names: Vec<&str> = blocks.flat_map(|(_, fills)| fills.iter().map(|fill| fill.member.as_str())).collect();
+        return Err(SetError::unknown("push member", member, names.into_iter()));
+    };
+    let fills = uniform.map_or(&found.push, |index| &found.uniforms[index as usize].fills);
+    fits(&fills[fill], value)?;
+    Ok(Override { pass: PassId(id.0), uniform, fill: fill as u32, value })
+}
+
+/// A value must have as many components as the member; their types are converted.
+fn fits(fill: &Fill, value: Value) -> Result<(), SetError> {
+    let (rows, columns) = fill.shape;
+    if params::components(&value).len() == (rows * columns) as usize {
+        return Ok(());
+    }
+    Err(SetError::WrongShape { name: fill.member.clone(), expected: rows * columns, found: params::type_name(&value) })
+}

@@ -1,0 +1,190 @@
+//! A session: a project that is open and runs. The library's front door; the command line and the window drive the same type.
+
+mod drive;
+mod error;
+mod frame;
+mod open;
+mod recover;
+mod reload;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+pub use error::{FrameError, OpenError, ReadError};
+pub use raxel_gpu::Validation;
+
+use raxel_diagnostics::{Diagnostic, SourceMap};
+use raxel_graph::checked::{Graph, PassId, Value};
+use raxel_graph::plan::Plan;
+
+use crate::build::{Loader, Selection, Target};
+use crate::camera::Camera;
+use crate::clock::Clock;
+use crate::execute::{Executor, ExecutorOptions, Override};
+use crate::params::Params;
+use crate::project::Project;
+use crate::reload::ReloadEvent;
+use crate::reload::builder::{Parts, Reloader, Waker};
+use crate::show::Show;
+use crate::timeline::Demo;
+use crate::world::SessionWorld;
+
+/// What is opened, and how. Start from [`Options::default`] and change what matters.
+#[derive(Clone)]
+pub struct Options {
+    /// The project's folder, or any path inside it. The current folder when `None` and no file is named.
+    pub project: Option<PathBuf>,
+    /// The graph's file, relative to the current folder or to the project; the demo's, or the project's default, when `None`.
+    pub graph: Option<PathBuf>,
+    /// The world's file; the demo's, or the project's default, when `None`.
+    pub world: Option<PathBuf>,
+    /// A demo to run.
+    pub demo: Option<PathBuf>,
+    /// Extent of the output in pixels.
+    pub size: [u32; 2],
+    /// Seconds of a frame; `None` follows the wall clock.
+    pub step: Option<f64>,
+    /// The debug target: the graph's own when empty.
+    pub show: Show,
+    /// Resources that can be read at the end of a frame, besides the one shown.
+    pub pinned: Vec<String>,
+    /// The Vulkan device: a part of its name, or its number.
+    pub device: Option<String>,
+    /// Whether the validation layer looks on.
+    pub validation: Validation,
+    /// Passes whose inputs did not change are not run again.
+    pub memo: bool,
+    /// Transient resources may share memory.
+    pub alias: bool,
+    /// A frame that takes longer means that the device hangs.
+    pub watchdog: Option<Duration>,
+    /// Files are watched, and edits swapped in by [`Session::poll_reload`].
+    pub watch: bool,
+    /// Files are looked at now and then, even where the system can tell of changes (network folders).
+    pub poll: bool,
+    /// Called, on another thread, when there is something for [`Session::poll_reload`].
+    pub waker: Option<Waker>,
+}
+
+impl Default for Options {
+    /// The current folder's project at 1280 × 720, sixty frames a second, without watching its files.
+    fn default() -> Self {
+        Self {
+            project: None,
+            graph: None,
+            world: None,
+            demo: None,
+            size: [1280, 720],
+            step: Some(1.0 / 60.0),
+            show: Show::default(),
+            pinned: Vec::new(),
+            device: None,
+            validation: Validation::Off,
+            memo: true,
+            alias: true,
+            watchdog: ExecutorOptions::default().watchdog,
+            watch: false,
+            poll: false,
+            waker: None,
+        }
+    }
+}
+
+/// An open project. See the crate's example.
+pub struct Session {
+    project: Project,
+    options: Options,
+    loader: Arc<Loader>,
+    reloader: Option<Reloader>,
+
+    parts: Parts,
+    graph: Arc<Graph>,
+    world: Arc<SessionWorld>,
+    demo: Option<Arc<Demo>>,
+    texts: SourceMap,
+    warnings: Vec<Diagnostic>,
+
+    target: Target,
+    executor: Executor,
+    device: Arc<raxel_gpu::Device>,
+    recovery: recover::Budget,
+
+    selection: Selection,
+    plans: Vec<(Selection, Arc<Plan>)>,
+    output: [u32; 2],
+    /// What the user wants shown.
+    show: Show,
+    pinned: Vec<String>,
+
+    clock: Clock,
+    camera: Camera,
+    previous_camera: Camera,
+    cursor: Option<[i32; 2]>,
+    params: Params,
+    /// Values of the params in this frame: the user's, under those of the demo.
+    values: Vec<Value>,
+    pushes: BTreeMap<(String, String), Value>,
+    overrides: Vec<Override>,
+    /// Passes switched off after a loss of the device: name and key of the shader.
+    switched_off: Vec<(String, [u8; 32])>,
+    disabled: Vec<PassId>,
+    /// What the demo wanted shown in the last frame.
+    demo_show: Option<Show>,
+    /// The user moved: the demo no longer drives.
+    taken_over: bool,
+    events: Vec<ReloadEvent>,
+}
+
+impl Session {
+    /// The project.
+    pub fn project(&self) -> &Project {
+        &self.project
+    }
+
+    /// The graph that runs.
+    pub fn graph(&self) -> &Arc<Graph> {
+        &self.graph
+    }
+
+    /// Project path of its file.
+    pub fn graph_path(&self) -> &str {
+        &self.parts.graph_path
+    }
+
+    /// The world that it runs over.
+    pub fn world(&self) -> &Arc<SessionWorld> {
+        &self.world
+    }
+
+    /// The demo that drives, if there is one.
+    pub fn demo(&self) -> Option<&Arc<Demo>> {
+        self.demo.as_ref()
+    }
+
+    /// The plan that runs.
+    pub fn plan(&self) -> Option<&Arc<Plan>> {
+        self.executor.plan()
+    }
+
+    /// What runs it: timings, and everything that needs no names.
+    pub fn executor(&mut self) -> &mut Executor {
+        &mut self.executor
+    }
+
+    /// The device. It is another one after [`ReloadEvent::DeviceRebuilt`].
+    pub fn device(&self) -> &Arc<raxel_gpu::Device> {
+        &self.device
+    }
+
+    /// Warnings of what was opened.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.warnings
+    }
+
+    /// The texts that warnings point into.
+    pub fn texts(&self) -> &SourceMap {
+        &self.texts
+    }
+}

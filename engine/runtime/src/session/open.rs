@@ -1,0 +1,212 @@
+//! Opening: files, device, first plan.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, codes};
+
+use super::recover::Budget;
+use super::{OpenError, Options, Session};
+use crate::build::{self, Loader, Part, Target};
+use crate::clock::{Clock, Pace};
+use crate::execute::{self, DeviceMemory, Executor, ExecutorOptions};
+use crate::params::Params;
+use crate::project::Project;
+use crate::reload::builder::{Parts, Reloader, Wishes};
+use crate::world::SessionWorld;
+
+impl Session {
+    /// Opens a project: finds and loads its files, opens a device, plans, and creates everything. Nothing has run yet.
+    pub fn open(options: Options) -> Result<Self, OpenError> {
+        let project = find_project(&options)?;
+        let loader = Arc::new(Loader::new(&project).map_err(|error| {
+            Box::new(Diagnostic::error(codes::session::NO_PROJECT, format!("the project cannot be read: {error}")))
+        })?);
+        let (parts, device) = load(&project, &options, &loader)?;
+        let (warnings, texts) = parts.diagnostics();
+        let project_error = |diagnostics| OpenError::Project { diagnostics, texts: Box::new(texts.clone()) };
+        let (graph, world) = match (&parts.graph.result, &parts.world.result) {
+            (Ok(graph), Ok(world)) if !warnings.iter().any(Diagnostic::is_error) => (graph.clone(), world.clone()),
+            _ => return Err(project_error(warnings)),
+        };
+        let demo = parts.demo.as_ref().and_then(|demo| demo.result.clone().ok());
+        // What was asked for by name must be there; later, after an edit, it may be missing.
+        options.show.resolve(&graph)?;
+        for name in &options.pinned {
+            crate::show::Show::resource(name).resolve(&graph)?;
+        }
+
+        let device = device?;
+        let (executor, target) = start(&device, &options)?;
+        let mut params = Params::default();
+        params.adopt(&graph);
+        let wishes = Wishes {
+            output: options.size.map(|pixels| pixels.max(1)),
+            show: options.show.clone(),
+            pinned: options.pinned.clone(),
+            params: params.clone(),
+            alias: options.alias,
+            target: target.clone(),
+        };
+        let selection = wishes.selection(&graph, &world);
+        let with_texts = |error| match error {
+            build::BuildError::Diagnosed(diagnostics) => project_error(diagnostics),
+            build::BuildError::Device(error) => OpenError::Device(error),
+        };
+        let assembly = build::assemble(&graph, &world, &selection, &target).map_err(with_texts)?;
+        let prepared = build::prepare(&assembly, &target).map_err(with_texts)?;
+
+        let camera = world.first_camera();
+        let mut session = Self {
+            clock: Clock::new(options.step.map_or(Pace::Live, Pace::Fixed)),
+            camera,
+            previous_camera: camera,
+            cursor: None,
+            values: params.values().to_vec(),
+            params,
+            pushes: BTreeMap::new(),
+            overrides: Vec::new(),
+            switched_off: Vec::new(),
+            disabled: Vec::new(),
+            demo_show: None,
+            taken_over: false,
+            events: Vec::new(),
+            output: wishes.output,
+            show: options.show.clone(),
+            pinned: options.pinned.clone(),
+            plans: vec![(selection.clone(), assembly.plan.clone())],
+            selection,
+            recovery: Budget::default(),
+            executor,
+            target,
+            device,
+            reloader: None,
+            graph,
+            world,
+            demo,
+            texts,
+            warnings,
+            parts,
+            project,
+            loader,
+            options,
+        };
+        session.executor.swap(prepared);
+        if session.options.watch {
+            session.reloader = Some(session.start_reloader(wishes)?);
+        }
+        Ok(session)
+    }
+
+    fn start_reloader(&self, wishes: Wishes) -> Result<Reloader, OpenError> {
+        let (root, options) = (self.project.root(), &self.options);
+        Reloader::start(root, self.loader.clone(), self.parts.clone(), wishes, options.poll, options.waker.clone())
+            .map_err(|error| {
+                let message = format!("files cannot be watched: {error}");
+                Box::new(Diagnostic::error(codes::session::NO_PROJECT, message)).into()
+            })
+    }
+}
+
+/// Opens an executor on a device.
+pub(super) fn start(
+    device: &Arc<raxel_gpu::Device>,
+    options: &Options,
+) -> Result<(Executor, Target), execute::ExecuteError> {
+    let executor_options =
+        ExecutorOptions { memo: options.memo, watchdog: options.watchdog, ..ExecutorOptions::default() };
+    let executor = Executor::with_options(device.clone(), executor_options)?;
+    let target = Target {
+        builder: executor.builder(),
+        memory: Arc::new(DeviceMemory(device.clone())),
+        limits: execute::limits(device),
+    };
+    Ok((executor, target))
+}
+
+/// Opens a device as the options say.
+pub(super) fn open_device(options: &Options) -> Result<Arc<raxel_gpu::Device>, raxel_gpu::Error> {
+    raxel_gpu::Device::new(&raxel_gpu::DeviceOptions { device: options.device.clone(), validation: options.validation })
+}
+
+fn find_project(options: &Options) -> Result<Project, Box<Diagnostic>> {
+    if let Some(folder) = &options.project {
+        return Project::around(folder).or_else(|_| Project::at(folder));
+    }
+    match options.demo.as_ref().or(options.graph.as_ref()) {
+        // A file inside a project that is not named from it: `raxel render graphs/a.toml` in the project's folder too.
+        Some(file) if file.exists() => Project::around_file(file),
+        _ => Project::around(Path::new(".")),
+    }
+}
+
+/// Loads graph, world and demo; the device is opened meanwhile.
+#[allow(clippy::type_complexity, reason = "two results, each for its own error")]
+fn load(
+    project: &Project,
+    options: &Options,
+    loader: &Loader,
+) -> Result<(Parts, Result<Arc<raxel_gpu::Device>, OpenError>), OpenError> {
+    let named = |path: &Option<std::path::PathBuf>| path.as_ref().map(|path| project.path_of(path)).transpose();
+    let demo_path = named(&options.demo)?;
+    let demo = demo_path.as_ref().map(|path| loader.demo(path));
+    let of_demo = match &demo {
+        None => None,
+        Some(part) => match &part.result {
+            Ok(demo) => Some(demo.clone()),
+            // Without it neither graph nor world is known.
+            Err(found) if options.graph.is_none() || options.world.is_none() => {
+                return Err(OpenError::Project { diagnostics: found.clone(), texts: Box::new(part.texts.clone()) });
+            }
+            Err(_) => None,
+        },
+    };
+    let graph_path = match (named(&options.graph)?, &of_demo) {
+        (Some(path), _) => path,
+        (None, Some(demo)) => demo.graph.value.clone(),
+        (None, None) => project.default_graph()?,
+    };
+    let (world_path, no_world) = match (named(&options.world)?, &of_demo) {
+        (Some(path), _) => (Some(path), None),
+        (None, Some(demo)) => (Some(demo.world.value.clone()), None),
+        (None, None) => match project.default_world() {
+            Ok(path) => (Some(path), None),
+            Err(error) => (None, Some(error)),
+        },
+    };
+    let ((mut graph, mut world), device) = rayon::join(
+        || {
+            rayon::join(
+                || loader.graph(&graph_path),
+                || {
+                    world_path
+                        .as_ref()
+                        .map_or_else(|| Part::without_file(SessionWorld::empty()), |path| loader.world(path))
+                },
+            )
+        },
+        || open_device(options).map_err(OpenError::from),
+    );
+    if let (Ok(loaded), Some(error)) = (&graph.result, no_world)
+        && build::source_names(loaded).iter().any(|name| name.starts_with("world."))
+    {
+        graph.result = Err(vec![*error]);
+    }
+    if let Some(demo) = &of_demo {
+        name_missing(&mut graph, &demo.graph);
+        name_missing(&mut world, &demo.world);
+    }
+    Ok((Parts { graph_path, world_path, demo_path, graph, world, demo }, device))
+}
+
+/// A file that a demo names and that is missing is pointed at where the demo names it.
+fn name_missing<T>(part: &mut Part<T>, named: &crate::timeline::Place<String>) {
+    if let Err(found) = &mut part.result {
+        for diagnostic in found {
+            if diagnostic.code == codes::files::NOT_FOUND && diagnostic.labels.is_empty() {
+                *diagnostic = diagnostic.clone().label(named.span.clone(), "named here");
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Losing the device: everything a session is made of lies in main memory, so that another device can be opened and filled.
+
+use std::time::{Duration, Instant};
+
+use super::{FrameError, Session, open};
+use crate::build;
+use crate::execute::ExecuteError;
+use crate::reload::ReloadEvent;
+
+/// A device that dies sooner after it was opened counts against the budget.
+const SHORT_LIFE: Duration = Duration::from_secs(10);
+
+/// So many short lives in a row, and the session gives up.
+const SHORT_LIVES: u32 = 3;
+
+/// Keeps a session from opening devices for ever.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Budget {
+    opened: Option<Instant>,
+    short_lives: u32,
+}
+
+impl Budget {
+    /// Notes a loss. False when there were too many.
+    fn spend(&mut self, now: Instant) -> bool {
+        let short = self.opened.is_some_and(|opened| now.saturating_duration_since(opened) < SHORT_LIFE);
+        self.short_lives = if short { self.short_lives + 1 } else { 0 };
+        self.short_lives < SHORT_LIVES
+    }
+
+    /// Notes that a device was opened after a loss.
+    fn opened(&mut self, now: Instant) {
+        self.opened = Some(now);
+    }
+}
+
+impl Session {
+    /// Opens the device anew and switches off the pass that ran when it was lost. Contents of targets and buffers start at `init`.
+    pub(super) fn recover(&mut self, lost: ExecuteError) -> Result<(), FrameError> {
+        let began = Instant::now();
+        let suspect = match &lost {
+            ExecuteError::DeviceLost { suspect, .. } => suspect.clone(),
+            _ => return Err(FrameError::Device(lost)),
+        };
+        if !self.recovery.spend(began) {
+            return Err(FrameError::Device(lost));
+        }
+        if let Some(id) = suspect.as_ref().and_then(|name| self.graph.find_pass(name)) {
+            let pass = self.graph.pass(id);
+            self.switched_off.push((pass.name.clone(), pass.shader.key));
+        }
+        self.find_disabled();
+        let device = open::open_device(&self.options).map_err(|error| FrameError::Device(error.into()))?;
+        let (executor, target) = open::start(&device, &self.options).map_err(FrameError::Device)?;
+        // The old executor goes before its device.
+        self.executor = executor;
+        self.device = device;
+        self.target = target;
+        self.world.forget_device();
+        self.plans.clear();
+        let assembly = build::assemble(&self.graph, &self.world, &self.selection, &self.target);
+        let prepared = assembly.and_then(|assembly| {
+            build::prepare(&assembly, &self.target).map(|prepared| (assembly.plan.clone(), prepared))
+        });
+        let (plan, prepared) = prepared.map_err(|error| self.plan_error(error))?;
+        self.executor.swap(prepared);
+        self.remember(self.selection.clone(), plan);
+        self.tell_reloader();
+        self.recovery.opened(Instant::now());
+        let milliseconds = began.elapsed().as_secs_f64() * 1e3;
+        self.events.push(ReloadEvent::DeviceRebuilt { suspect, milliseconds });
+        Ok(())
+    }
+
+    /// Finds the passes that are switched off in the graph that runs: those whose shader is still the one that was suspected.
+    pub(super) fn find_disabled(&mut self) {
+        let graph = &self.graph;
+        self.switched_off
+            .retain(|(name, key)| graph.find_pass(name).is_some_and(|id| graph.pass(id).shader.key == *key));
+        self.disabled = self.switched_off.iter().filter_map(|(name, _)| graph.find_pass(name)).collect();
+    }
+
+    /// Names of the passes that are switched off since the device was lost while they ran.
+    pub fn switched_off(&self) -> impl Iterator<Item = &str> {
+        self.switched_off.iter().map(|(name, _)| name.as_str())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_short_lives_end_it_and_a_long_one_forgives() {
+        let start = Instant::now();
+        let at = |seconds| start + Duration::from_secs(seconds);
+        let mut budget = Budget::default();
+        // The first loss may come at any time.
+        assert!(budget.spend(at(1)));
+        budget.opened(at(1));
+        assert!(budget.spend(at(2)));
+        budget.opened(at(2));
+        assert!(budget.spend(at(3)));
+        budget.opened(at(3));
+        let mut forgiven = budget;
+        assert!(!budget.spend(at(4)));
+        assert!(forgiven.spend(at(60)));
+        forgiven.opened(at(60));
+        assert!(forgiven.spend(at(61)));
+    }
+}

@@ -1,0 +1,97 @@
+//! Swapping in edits, at the boundary between two frames.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::Session;
+use crate::build::{self, BuildError};
+use crate::reload::builder::{Outcome, Ready};
+use crate::reload::{Failed, ReloadEvent, Reloaded};
+use crate::show::Show;
+
+impl Session {
+    /// Swaps in the newest edit that is ready, and tells what happened since the last call. To be called between frames.
+    pub fn poll_reload(&mut self) -> Vec<ReloadEvent> {
+        let outcomes = self.reloader.as_ref().map(|reloader| reloader.poll()).unwrap_or_default();
+        self.settle(outcomes)
+    }
+
+    /// Waits until an edit is ready or wrong, or the time is up, and then does as [`Session::poll_reload`].
+    pub fn wait_reload(&mut self, timeout: Duration) -> Vec<ReloadEvent> {
+        let outcomes = match &self.reloader {
+            Some(reloader) if self.events.is_empty() => reloader.wait(timeout),
+            Some(reloader) => reloader.poll(),
+            None => Vec::new(),
+        };
+        self.settle(outcomes)
+    }
+
+    fn settle(&mut self, outcomes: Vec<Outcome>) -> Vec<ReloadEvent> {
+        // Of several edits only the newest runs; the others never were.
+        let newest = outcomes.iter().rposition(|outcome| matches!(outcome, Outcome::Ready(_)));
+        for (index, outcome) in outcomes.into_iter().enumerate() {
+            match outcome {
+                Outcome::Failed(failed) => self.events.push(ReloadEvent::Failed(failed)),
+                Outcome::Ready(ready) if Some(index) == newest => {
+                    let event = self.adopt(*ready);
+                    self.events.push(event);
+                }
+                Outcome::Ready(_) => {}
+            }
+        }
+        std::mem::take(&mut self.events)
+    }
+
+    /// Makes an edit what runs.
+    fn adopt(&mut self, ready: Ready) -> ReloadEvent {
+        let Ready { generation, changed, rebuilt, parts, selection, target, prepared, since } = ready;
+        let (diagnostics, texts) = parts.diagnostics();
+        let (Ok(graph), Ok(world)) = (&parts.graph.result, &parts.world.result) else {
+            // The builder hands over right parts only.
+            return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
+        };
+        let (graph, world) = (graph.clone(), world.clone());
+        // Something may have been chosen since the build began.
+        let wishes = self.wishes();
+        let wanted = wishes.selection(&graph, &world);
+        let stale = wanted != selection || !Arc::ptr_eq(&target.memory, &self.target.memory);
+        let built = if stale {
+            build::assemble(&graph, &world, &wanted, &self.target)
+                .and_then(|assembly| build::prepare(&assembly, &self.target))
+        } else {
+            Ok(prepared)
+        };
+        let prepared = match built {
+            Ok(prepared) => prepared,
+            Err(error) => {
+                let diagnostics = match error {
+                    BuildError::Diagnosed(found) => found,
+                    BuildError::Device(error) => vec![raxel_diagnostics::Diagnostic::error(
+                        raxel_diagnostics::codes::session::DEVICE_REFUSES,
+                        error.to_string(),
+                    )],
+                };
+                return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
+            }
+        };
+        let resources = self.executor.swap(prepared);
+        if let Some(plan) = self.executor.plan().cloned() {
+            self.plans.clear();
+            self.remember(wanted, plan);
+        }
+        if self.show.resolve(&graph).is_err() {
+            self.show = Show::default();
+        }
+        self.demo = parts.demo.as_ref().and_then(|demo| demo.result.clone().ok());
+        self.graph = graph;
+        self.world = world;
+        self.parts = parts;
+        self.params.adopt(&self.graph);
+        self.values = self.params.values().to_vec();
+        self.find_overrides();
+        self.find_disabled();
+        self.tell_reloader();
+        let milliseconds = since.elapsed().as_secs_f64() * 1e3;
+        ReloadEvent::Reloaded(Reloaded { generation, changed, rebuilt, resources, milliseconds, diagnostics, texts })
+    }
+}

@@ -1,0 +1,251 @@
+//! The world of a session: its voxels, what conditions and cameras ask about them, and the layouts that passes bind.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, table};
+use raxel_graph::SourceLayout;
+use raxel_graph::checked::{Fact, Resource};
+use raxel_shader::interface::{Block, Member, Scalar, Type};
+use raxel_world::file::{Aim, Loaded};
+use raxel_world::layout::{BlockMember, Layout, LayoutError};
+
+use crate::camera::Camera;
+use crate::execute;
+
+/// What stands before a layout's name in `source = "world.tree64"`.
+const PREFIX: &str = "world.";
+
+/// A world with its encodings for the device.
+pub struct SessionWorld {
+    /// Project path of its file; `None` for the empty world of a session without one.
+    pub path: Option<String>,
+    loaded: Loaded,
+    buffers: Mutex<BTreeMap<Layout, Arc<raxel_gpu::Buffer>>>,
+}
+
+impl SessionWorld {
+    /// A world without voxels.
+    pub fn empty() -> Self {
+        let loaded = Loaded {
+            name: "empty".to_owned(),
+            about: None,
+            world: raxel_world::World::empty(),
+            camera: None,
+            files: Vec::new(),
+        };
+        Self { path: None, loaded, buffers: Mutex::default() }
+    }
+
+    /// Loads the world at a project path, with its warnings.
+    pub fn load(
+        path: &str,
+        files: &dyn Files,
+        texts: &mut SourceMap,
+    ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
+        let (loaded, warnings) = raxel_world::file::load(path, files, texts)?;
+        Ok((Self { path: Some(path.to_owned()), loaded, buffers: Mutex::default() }, warnings))
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.loaded.name
+    }
+
+    /// The voxels.
+    pub fn voxels(&self) -> &raxel_world::World {
+        &self.loaded.world
+    }
+
+    /// Whether a fact about worlds holds. Facts about params are not the world's.
+    pub fn holds(&self, fact: &Fact) -> bool {
+        match fact {
+            Fact::WorldHasEmission => self.loaded.world.has_emission(),
+            Fact::WorldHasTransparency => self.loaded.world.has_transparency(),
+            Fact::WorldHasVoxels => self.loaded.world.bounds().is_some(),
+            Fact::Param(_) => false,
+        }
+    }
+
+    /// Smallest voxel and one past the largest, in what `i32` can hold; zero for an empty world.
+    pub fn bounds(&self) -> [[i32; 3]; 2] {
+        let bounds = self.loaded.world.bounds();
+        bounds.map_or([[0; 3]; 2], |bounds| [bounds.min, bounds.max].map(|corner| corner.map(saturated)))
+    }
+
+    /// From where to look at it first: where its file says, else from a corner above, at a distance from which it is seen whole.
+    pub fn first_camera(&self) -> Camera {
+        if let Some(hint) = &self.loaded.camera {
+            let mut camera = Camera::at(hint.position);
+            match hint.aim {
+                Aim::LookAt(target) => camera.look_at(target),
+                Aim::Angles { yaw, pitch } => {
+                    camera.yaw = yaw.to_radians();
+                    camera.pitch = pitch.to_radians().clamp(-Camera::MAX_PITCH, Camera::MAX_PITCH);
+                }
+            }
+            if let Some(fov) = hint.fov {
+                camera.fov = fov.to_radians();
+            }
+            return camera;
+        }
+        let Some(bounds) = self.loaded.world.bounds() else { return Camera::default() };
+        let (min, max) = (bounds.min.map(|cell| cell as f64), bounds.max.map(|cell| cell as f64));
+        let centre: [f64; 3] = std::array::from_fn(|axis| f64::midpoint(min[axis], max[axis]));
+        let radius = (0..3).map(|axis| (max[axis] - min[axis]).powi(2)).sum::<f64>().sqrt() * 0.5;
+        let distance = radius / (Camera::default().fov * 0.5).tan();
+        let from = glam::DVec3::new(0.5, 0.55, 0.67).normalize() * distance;
+        let mut camera = Camera::at((glam::DVec3::from_array(centre) + from).to_array());
+        camera.look_at(centre);
+        camera
+    }
+
+    /// The buffer of a source such as `world.tree64`, encoded and uploaded at its first use. `resource` is the buffer that wants it,
+    /// `limit` the largest storage buffer of the device in bytes.
+    pub fn source(
+        &self,
+        source: &str,
+        resource: &Resource,
+        limit: u64,
+        builder: &execute::Builder,
+    ) -> Result<Arc<raxel_gpu::Buffer>, SourceError> {
+        let layout =
+            layout_of(source).ok_or_else(|| SourceError::Diagnosed(Box::new(unknown_source(source, resource))))?;
+        let mut buffers = self.buffers.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(buffer) = buffers.get(&layout) {
+            return Ok(buffer.clone());
+        }
+        let encoded = layout
+            .encode(&self.loaded.world, limit)
+            .map_err(|error| SourceError::Diagnosed(Box::new(self.does_not_fit(&error, resource))))?;
+        let buffer =
+            builder.upload_buffer(bytemuck::cast_slice(&encoded.words), source).map_err(SourceError::Device)?;
+        buffers.insert(layout, buffer.clone());
+        Ok(buffer)
+    }
+
+    /// Bytes of the layouts that are on the device, by source name.
+    pub fn sizes(&self) -> BTreeMap<String, u64> {
+        let buffers = self.buffers.lock().unwrap_or_else(PoisonError::into_inner);
+        buffers.iter().map(|(layout, buffer)| (format!("{PREFIX}{}", layout.name()), buffer.size())).collect()
+    }
+
+    /// Forgets what is on the device, since the device is gone.
+    pub fn forget_device(&self) {
+        self.buffers.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
+    fn does_not_fit(&self, error: &LayoutError, resource: &Resource) -> Diagnostic {
+        let whose = self.path.as_deref().unwrap_or("the empty world");
+        Diagnostic::error(codes::session::LAYOUT_TOO_LARGE, format!("`{whose}` does not fit: {error}"))
+            .label(resource.place.clone(), "for this buffer")
+            .help("build a smaller world, or bind a more compact layout (`raxel world info` compares them)")
+    }
+}
+
+impl std::fmt::Debug for SessionWorld {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SessionWorld")
+            .field("path", &self.path)
+            .field("name", &self.loaded.name)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Why a source cannot be supplied.
+#[derive(Debug)]
+pub enum SourceError {
+    /// The author can change something about it.
+    Diagnosed(Box<Diagnostic>),
+    /// The device refuses.
+    Device(execute::ExecuteError),
+}
+
+fn saturated(cell: i64) -> i32 {
+    cell.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+}
+
+fn layout_of(source: &str) -> Option<Layout> {
+    Layout::from_name(source.strip_prefix(PREFIX)?)
+}
+
+fn unknown_source(source: &str, resource: &Resource) -> Diagnostic {
+    let names: Vec<String> = Layout::ALL.iter().map(|layout| format!("{PREFIX}{}", layout.name())).collect();
+    let names = || names.iter().map(String::as_str);
+    let diagnostic = Diagnostic::error(codes::session::UNKNOWN_SOURCE, format!("nothing supplies `{source}`"))
+        .label(resource.place.clone(), "for this buffer");
+    match table::closest(source, names()) {
+        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+        None => diagnostic.help(format!("sources: {}", table::list(names()))),
+    }
+}
+
+/// The buffers that a session can supply, for the graph compiler: every layout with the block that shaders must declare.
+pub fn source_layouts() -> Vec<SourceLayout> {
+    Layout::ALL
+        .iter()
+        .map(|layout| SourceLayout { name: format!("{PREFIX}{}", layout.name()), block: block(&layout.block()) })
+        .collect()
+}
+
+fn block(members: &[BlockMember]) -> Block {
+    let sized_end = |member: &BlockMember| match member.stride {
+        Some(_) => member.offset,
+        None => member.offset + if member.ty == "ivec3" { 12 } else { 4 },
+    };
+    Block {
+        name: "RxWorld".to_owned(),
+        size: members.iter().map(sized_end).max().unwrap_or(0),
+        members: members
+            .iter()
+            .map(|member| {
+                let element = match member.ty {
+                    "ivec3" => Type::Vector(Scalar::I32, 3),
+                    _ => Type::Scalar(Scalar::U32),
+                };
+                Member {
+                    name: member.name.to_owned(),
+                    offset: member.offset,
+                    ty: match member.stride {
+                        Some(stride) => Type::Array { element: Box::new(element), len: None, stride },
+                        None => element,
+                    },
+                    place: None,
+                }
+            })
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_layout_is_offered_with_its_runtime_array() {
+        let sources = source_layouts();
+        assert_eq!(
+            sources.iter().map(|source| source.name.as_str()).collect::<Vec<_>>(),
+            ["world.chunks", "world.tree64"]
+        );
+        for source in sources {
+            let last = source.block.members.last().unwrap();
+            assert!(matches!(last.ty, Type::Array { len: None, stride: 4, .. }), "{last:?}");
+            assert_eq!(source.block.size, last.offset);
+        }
+    }
+
+    #[test]
+    fn a_world_is_seen_whole_at_first() {
+        let voxels = [[-10, 0, 5], [90, 40, 60]].map(|cell| (glam::IVec3::from_array(cell), 1));
+        let materials = vec![raxel_world::Material::air(); 2];
+        let mut world = SessionWorld::empty();
+        world.loaded.world = raxel_world::World::from_voxels(materials, voxels);
+        let camera = world.first_camera();
+        let to_centre = glam::DVec3::new(40.5, 20.5, 33.0) - camera.position();
+        assert!((camera.rotation() * glam::DVec3::NEG_Z).abs_diff_eq(to_centre.normalize(), 1e-6));
+        assert!(to_centre.length() > 60.0);
+        assert_eq!(world.bounds(), [[-10, 0, 5], [91, 41, 61]]);
+        assert!(world.holds(&Fact::WorldHasVoxels) && !world.holds(&Fact::WorldHasEmission));
+    }
+}
