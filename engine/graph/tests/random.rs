@@ -5,11 +5,12 @@ mod checker;
 
 use checker::graphs::{Random, case, text};
 use checker::sync::{self, Run};
+use raxel_graph::plan::{Activation, CullReason, Culled, Lifetime, Place, Plan, ResourceDesc, Step};
 
 /// Graphs of the normal test run.
 const GRAPHS: u64 = 3000;
 
-fn planned(seed: u64) -> Option<(checker::graphs::Case, raxel_graph::plan::Plan)> {
+fn planned(seed: u64) -> Option<(checker::graphs::Case, Plan)> {
     let case = case(seed);
     match case.plan() {
         Ok(plan) => Some((case, plan)),
@@ -30,7 +31,7 @@ fn every_plan_is_right() {
         assert!(faults.is_empty(), "seed {seed}\n{}\n{:#?}\n{faults:#?}", text(&case), plan.steps);
         passes += plan.passes.len();
         culled += plan.culled.len();
-        barriers += plan.steps.iter().filter(|s| matches!(s, raxel_graph::plan::Step::Barrier(_))).count();
+        barriers += plan.steps.iter().filter(|s| matches!(s, Step::Barrier(_))).count();
         placed += plan.blocks.len();
     }
     // The random graphs are worth the trouble.
@@ -63,4 +64,126 @@ fn passes_may_be_left_out() {
             assert!(faults.is_empty(), "seed {seed}\n{}\n{:#?}\n{faults:#?}", text(&case), plan.steps);
         }
     }
+}
+
+/// A way to break a plan; `None` where it cannot be applied.
+type Break = fn(&checker::graphs::Case, &Plan) -> Option<Plan>;
+
+/// The judge must be able to say no: each of these leaves no plan right.
+#[test]
+fn broken_plans_are_found_out() {
+    let ways: &[(&str, Break)] = &[
+        ("all barriers are gone", |_, plan| edited(plan, |step| !matches!(step, Step::Barrier(_)))),
+        ("a clear is gone", |_, plan| {
+            let clear = plan.steps.iter().position(|step| matches!(step, Step::Clear { .. }))?;
+            without(plan, clear)
+        }),
+        ("a pass is gone", |_, plan| {
+            let last = plan.steps.iter().rposition(|step| matches!(step, Step::Dispatch { .. }))?;
+            without(plan, last)
+        }),
+        ("nothing is shown", |_, plan| edited(plan, |step| *step != Step::Present)),
+        ("two passes change places", |_, plan| {
+            let mut broken = plan.clone();
+            let mut passes = broken.steps.iter_mut().filter(|step| matches!(step, Step::Dispatch { .. }));
+            let (a, b) = (passes.next()?, passes.next()?);
+            std::mem::swap(a, b);
+            Some(broken)
+        }),
+        ("a barrier is put off until the next one", |_, plan| {
+            let mut broken = plan.clone();
+            let mut barriers = broken.steps.iter_mut().filter_map(|step| match step {
+                Step::Barrier(barrier) if barrier.activate.is_empty() => Some(barrier),
+                _ => None,
+            });
+            let (a, b) = (barriers.next()?, barriers.next()?);
+            let moved = std::mem::take(a).memory?;
+            let merged = b.memory.get_or_insert_default();
+            merged.src.stages |= moved.src.stages;
+            merged.src.access |= moved.src.access;
+            merged.dst.stages |= moved.dst.stages;
+            merged.dst.access |= moved.dst.access;
+            Some(broken)
+        }),
+        ("an image takes over too late", |_, plan| {
+            let mut broken = plan.clone();
+            let mut taken = None;
+            for step in &mut broken.steps {
+                match step {
+                    Step::Barrier(barrier) => {
+                        let image = |a: &Activation| {
+                            matches!(plan.resources[a.resource as usize].desc, ResourceDesc::Image(_))
+                        };
+                        if let Some(late) = taken {
+                            barrier.activate.push(late);
+                            return Some(broken);
+                        }
+                        if let Some(at) = barrier.activate.iter().position(image) {
+                            taken = Some(barrier.activate.remove(at));
+                        }
+                    }
+                    _ => continue,
+                }
+            }
+            None
+        }),
+        ("two live resources share bytes", |_, plan| {
+            let lives: Vec<_> = (0..plan.resources.len())
+                .filter_map(|index| match plan.resources[index].lifetime {
+                    Lifetime::Transient { first, last, place: Some(place) } => Some((index, first, last, place)),
+                    _ => None,
+                })
+                .collect();
+            let met = |a: &(usize, u32, u32, Place), b: &(usize, u32, u32, Place)| {
+                a.0 != b.0 && a.3.block == b.3.block && a.1 <= b.2 && b.1 <= a.2
+            };
+            let (a, b) = lives.iter().find_map(|a| Some((a, lives.iter().find(|b| met(a, b))?)))?;
+            let mut broken = plan.clone();
+            if let Lifetime::Transient { place: Some(place), .. } = &mut broken.resources[a.0].lifetime {
+                place.offset = b.3.offset;
+            }
+            Some(broken)
+        }),
+        ("what is shown is forgotten", |_, plan| {
+            let mut broken = plan.clone();
+            let shown = broken.resources.iter_mut().find(|r| r.resource == plan.present.resource)?;
+            shown.lifetime = Lifetime::Transient { first: 0, last: plan.steps.len() as u32 - 1, place: None };
+            Some(broken)
+        }),
+        ("a pass that is needed is culled", |_, plan| {
+            let mut broken = plan.clone();
+            let pass = broken.passes.pop()?.pass;
+            broken.culled.push(Culled { pass, reason: CullReason::Unused });
+            let gone = broken.passes.len() as u32;
+            broken.steps.retain(|step| *step != Step::Dispatch { pass: gone });
+            Some(broken)
+        }),
+    ];
+    for (what, way) in ways {
+        let mut tried = 0;
+        for seed in 0..GRAPHS / 3 {
+            let Some((case, plan)) = planned(seed) else { continue };
+            // Without a barrier there is nothing to remove.
+            if !plan.steps.iter().any(|step| matches!(step, Step::Barrier(_))) {
+                continue;
+            }
+            let Some(broken) = way(&case, &plan) else { continue };
+            tried += 1;
+            let faults = checker::faults(&case, &broken);
+            assert!(!faults.is_empty(), "seed {seed}: {what}, and nobody sees it\n{}\n{:#?}", text(&case), plan.steps);
+        }
+        assert!(tried > 20, "{what}: tried on {tried} graphs only");
+    }
+}
+
+fn edited(plan: &Plan, keep: impl Fn(&Step) -> bool) -> Option<Plan> {
+    let mut broken = plan.clone();
+    broken.steps.retain(keep);
+    Some(broken)
+}
+
+fn without(plan: &Plan, step: usize) -> Option<Plan> {
+    let mut broken = plan.clone();
+    broken.steps.remove(step);
+    Some(broken)
 }
