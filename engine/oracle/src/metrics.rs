@@ -37,6 +37,24 @@ impl Errors {
         self.missed + self.invented + self.early + self.late + self.face + self.material
     }
 
+    /// Both together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            rays: self.rays + other.rays,
+            hits: self.hits + other.hits,
+            ties: self.ties + other.ties,
+            missed: self.missed + other.missed,
+            invented: self.invented + other.invented,
+            early: self.early + other.early,
+            late: self.late + other.late,
+            face: self.face + other.face,
+            material: self.material + other.material,
+            wrong_without_tie: self.wrong_without_tie + other.wrong_without_tie,
+            t_error: self.t_error.max(other.t_error),
+        }
+    }
+
     /// Adds one ray.
     pub fn add(&mut self, ray: &Ray, exact: &Answer, found: Option<&Hit>) {
         let before = self.wrong();
