@@ -2,17 +2,28 @@
 
 mod alias;
 mod barriers;
+mod check;
 pub mod checked;
+mod compile;
 mod cull;
 mod describe;
+mod extends;
 mod lifetimes;
 mod limits;
 pub mod memory;
+mod model;
 mod order;
+mod parse;
 pub mod plan;
 mod planner;
+pub mod print;
+mod reflect;
 mod region;
+mod resolve;
 pub mod sizes;
+mod value;
 
+pub use compile::{Compiled, SourceLayout, compile};
 pub use memory::EstimatedMemory;
-pub use planner::plan;
+pub use planner::{dump, plan};
+pub use value::ValueType;

@@ -1,0 +1,121 @@
+//! Phase 5, check: the graph is held against what its shaders declare, and against itself. One family of checks a file. Every
+//! disagreement is reported once and names both places.
+
+mod bindings;
+mod blocks;
+mod constants;
+mod dispatch;
+mod extents;
+mod flow;
+mod images;
+mod overlaps;
+mod portability;
+mod sources;
+
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, Span};
+use raxel_shader::Shader;
+use raxel_shader::interface::Interface;
+
+use crate::SourceLayout;
+use crate::checked::{self, Graph};
+use crate::reflect::Reflected;
+use crate::resolve::{Pass, Resolved};
+
+/// A pass beside its shader.
+struct Context<'a> {
+    graph: &'a Resolved,
+    pass: &'a Pass,
+    shader: &'a Arc<Shader>,
+    sources: &'a [SourceLayout],
+}
+
+impl Context<'_> {
+    fn interface(&self) -> &Interface {
+        &self.shader.interface
+    }
+
+    /// Adds the place in the shader; a module without its source is at least named.
+    fn in_shader(&self, diagnostic: Diagnostic, place: Option<&Span>, text: impl Into<String>) -> Diagnostic {
+        match place {
+            Some(place) => diagnostic.label(place.clone(), text),
+            None => diagnostic.note(format!("{} in `{}`", text.into(), self.shader.request.path)),
+        }
+    }
+}
+
+/// Checks everything that can be said without a device. `None` when a pass is so broken that there is no graph.
+pub fn check(
+    resolved: &Resolved,
+    reflected: &Reflected,
+    sources: &[SourceLayout],
+    found: &mut Vec<Diagnostic>,
+) -> Option<Graph> {
+    // Extents of targets by themselves: no size in terms of itself, no more mips than texels.
+    extents::check(resolved, found);
+    // Each pass against its shader.
+    let mut passes = Vec::with_capacity(resolved.passes.len());
+    for (pass, shader) in resolved.passes.iter().zip(reflected) {
+        let Some(shader) = shader else { continue };
+        let checked = check_pass(&Context { graph: resolved, pass, shader, sources }, found);
+        passes.extend(checked);
+    }
+    // What flows from pass to pass, once all of them are known.
+    let complete = passes.len() == resolved.passes.len() && resolved.present.is_some();
+    if !complete {
+        return None;
+    }
+    let graph = assemble(resolved, passes)?;
+    flow::check(&graph, resolved, found);
+    Some(graph)
+}
+
+/// Checks one pass. `None` when something in it is missing or wrong.
+fn check_pass(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<checked::Pass> {
+    let before = found.iter().filter(|diagnostic| diagnostic.is_error()).count();
+    let pass = context.pass;
+    // Every name the shader binds is bound to something that suits it.
+    let mut accesses = bindings::check(context, found);
+    // Every member of its blocks has a value of its type.
+    let push = blocks::push(context, found);
+    let uniforms = blocks::uniforms(context, found);
+    // Constants, then the workgroup size that they may set.
+    let specialization = constants::check(context, found);
+    portability::check(context, &specialization, found);
+    accesses.extend(dispatch::check(context, found));
+    // Nothing is written through one name while another sees it.
+    overlaps::check(context, &accesses, found);
+    let errors = found.iter().filter(|diagnostic| diagnostic.is_error()).count();
+    let dispatch = pass.dispatch.as_ref()?.value.clone();
+    (errors == before && pass.sound).then(|| checked::Pass {
+        name: pass.name.value.clone(),
+        shader: context.shader.clone(),
+        dispatch,
+        accesses,
+        push,
+        uniforms,
+        specialization,
+        when: pass.when.clone(),
+        every: pass.every,
+        place: pass.name.span.clone(),
+    })
+}
+
+fn assemble(resolved: &Resolved, passes: Vec<checked::Pass>) -> Option<Graph> {
+    let mut files = resolved.files.clone();
+    for file in passes.iter().flat_map(|pass| &pass.shader.files) {
+        if !files.contains(file) {
+            files.push(file.clone());
+        }
+    }
+    Some(Graph {
+        name: resolved.name.clone(),
+        about: resolved.about.clone(),
+        present: resolved.present.as_ref()?.value,
+        params: resolved.params.iter().map(|param| param.item.clone()).collect(),
+        resources: resolved.resources.iter().map(|resource| resource.item.clone()).collect(),
+        passes,
+        files,
+    })
+}

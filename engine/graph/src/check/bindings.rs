@@ -1,0 +1,267 @@
+//! Every GLSL name is bound to a resource of the right kind, and every entry of `bind` is a GLSL name that the shader uses.
+
+use raxel_diagnostics::table::closest;
+use raxel_diagnostics::{Diagnostic, codes};
+use raxel_shader::interface::{Access, Binding, BindingKind, Block, Type};
+
+use super::{Context, images, sources};
+use crate::checked::{BoundAccess, BufferSize, ResourceKind, Usage};
+use crate::resolve::Bind;
+use crate::value::glsl;
+
+/// Checks all bindings of a pass; gives the accesses that they are.
+pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAccess> {
+    let bindings = &context.interface().bindings;
+    let entries = &context.pass.bind;
+    let misspelt = unused(context, found);
+    let mut accesses = Vec::with_capacity(entries.len());
+    for (index, binding) in bindings.iter().enumerate() {
+        if !supported(context, binding, found) {
+            continue;
+        }
+        let filled = context.pass.uniforms.iter().find(|block| block.name.value == binding.name);
+        let entry = entries.iter().find(|entry| entry.name.value == binding.name);
+        match (entry, filled) {
+            (Some(entry), Some(block)) => found.push(
+                Diagnostic::error(
+                    codes::files::CONFLICTING_KEYS,
+                    format!("`{}` is both bound to a resource and filled as a uniform block", binding.name),
+                )
+                .label(entry.name.span.clone(), "bound here")
+                .label(block.name.span.clone(), "filled here"),
+            ),
+            (Some(entry), None) => accesses.extend(bound(context, index as u32, binding, entry, found)),
+            (None, Some(_)) => {}
+            (None, None) if misspelt.contains(&binding.name.as_str()) => {}
+            (None, None) => unbound(context, binding, found),
+        }
+    }
+    accesses
+}
+
+/// Reports entries that the shader has no use for; gives the names that they are likely meant to be.
+fn unused<'c>(context: &'c Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<&'c str> {
+    let bindings = &context.interface().bindings;
+    let entries = &context.pass.bind;
+    let mut meant = Vec::new();
+    for entry in entries {
+        let name = entry.name.value.as_str();
+        if bindings.iter().any(|binding| binding.name == name) {
+            continue;
+        }
+        let shader = &context.shader.request.path;
+        let diagnostic =
+            Diagnostic::error(codes::graph::BIND_UNUSED, format!("`{shader}` has no binding `{name}` that it uses"))
+                .label(entry.name.span.clone(), format!("bound for pass `{}`", context.pass.name.value));
+        let free = || {
+            let taken = |name: &str| entries.iter().any(|entry| entry.name.value == name);
+            bindings.iter().filter(move |binding| !taken(&binding.name))
+        };
+        // A block may also be named by its type where its instance name is needed.
+        let by_type = free().find(|binding| block(binding).is_some_and(|block| block.name == name));
+        let close = closest(name, free().map(|binding| binding.name.as_str()));
+        let close = free().find(|binding| Some(binding.name.as_str()) == close);
+        found.push(match by_type.or(close) {
+            Some(binding) => {
+                meant.push(binding.name.as_str());
+                let diagnostic = context.in_shader(diagnostic, binding.place.as_ref(), "the shader's nearest name");
+                diagnostic.help(format!("did you mean `{}`?", binding.name))
+            }
+            None => diagnostic.help(
+                "take the entry out, or use the name in the shader: one that is declared and never used is not there",
+            ),
+        });
+    }
+    meant
+}
+
+fn block(binding: &Binding) -> Option<&Block> {
+    match &binding.kind {
+        BindingKind::StorageBuffer(block) | BindingKind::UniformBuffer(block) => Some(block),
+        _ => None,
+    }
+}
+
+/// Whether raxel binds such a thing at all.
+fn supported(context: &Context<'_>, binding: &Binding, found: &mut Vec<Diagnostic>) -> bool {
+    let pass = &context.pass.name;
+    let (code, message, label) = match &binding.kind {
+        BindingKind::Unsupported(what) => (
+            codes::graph::UNSUPPORTED_BINDING,
+            format!("`{}` is a {what}, which a graph cannot bind", binding.name),
+            "images, samplers with their image, storage and uniform blocks can be bound",
+        ),
+        _ if binding.count != 1 => {
+            let length = if binding.count == 0 { String::new() } else { binding.count.to_string() };
+            (
+                codes::graph::DESCRIPTOR_ARRAY,
+                format!("`{}[{length}]` is an array of bindings, which a graph cannot bind", binding.name),
+                "declare them one by one, or use the layers of one image",
+            )
+        }
+        _ => return true,
+    };
+    let diagnostic = Diagnostic::error(code, message);
+    // Nothing in the graph is wrong here, so the shader's place comes first.
+    let diagnostic = context.in_shader(diagnostic, binding.place.as_ref(), label);
+    found.push(diagnostic.label(pass.span.clone(), format!("used by pass `{}`", pass.value)));
+    false
+}
+
+fn unbound(context: &Context<'_>, binding: &Binding, found: &mut Vec<Diagnostic>) {
+    let pass = &context.pass;
+    // An entry that could not be read is reported already.
+    if !pass.sound {
+        return;
+    }
+    let name = &binding.name;
+    let diagnostic = Diagnostic::error(
+        codes::graph::UNBOUND,
+        format!("the shader's `{name}` is bound to nothing in pass `{}`", pass.name.value),
+    )
+    .label(pass.name.span.clone(), format!("`bind` has no `{name}`"));
+    let diagnostic = context.in_shader(diagnostic, binding.place.as_ref(), "declared here");
+    found.push(match &binding.kind {
+        BindingKind::UniformBuffer(_) => diagnostic
+            .help(format!("fill it with `[passes.uniforms.{name}]`, or bind a buffer: `bind = {{ {name} = \"…\" }}`")),
+        _ => diagnostic.help(format!("add `{name} = \"…\"` to `bind`")),
+    });
+}
+
+/// One entry held against its binding.
+fn bound(
+    context: &Context<'_>,
+    index: u32,
+    binding: &Binding,
+    entry: &Bind,
+    found: &mut Vec<Diagnostic>,
+) -> Option<BoundAccess> {
+    let target = entry.target.as_ref()?;
+    let (id, age) = target.value;
+    let declared = &context.graph.resources[id.0 as usize];
+    let before = found.len();
+    writable(context, binding, entry, found);
+    let access = match (&declared.item.kind, &binding.kind) {
+        (ResourceKind::Target(image), BindingKind::StorageImage { .. } | BindingKind::SampledImage { .. }) => {
+            images::check(context, index, binding, entry, image, found)?
+        }
+        (ResourceKind::Buffer(_), BindingKind::StorageBuffer(block) | BindingKind::UniformBuffer(block)) => {
+            for (key, place) in [
+                ("mip", entry.mip.as_ref().map(|v| &v.span)),
+                ("layer", entry.layer.as_ref().map(|v| &v.span)),
+                ("filter", entry.linear.as_ref().map(|v| &v.span)),
+                ("wrap", entry.repeat.as_ref().map(|v| &v.span)),
+            ] {
+                if let Some(place) = place {
+                    let message = format!("`{}` is a buffer, which has no `{key}`", declared.item.name);
+                    found.push(
+                        Diagnostic::error(codes::graph::WRONG_KIND, message)
+                            .label(place.clone(), "only a target has one")
+                            .label(declared.item.place.clone(), "declared here"),
+                    );
+                }
+            }
+            if declared.sound {
+                layout(context, binding, block, entry, found);
+            }
+            let uniform = matches!(binding.kind, BindingKind::UniformBuffer(_));
+            BoundAccess {
+                resource: id,
+                age,
+                mips: (0, 1),
+                layers: (0, 1),
+                access: if uniform { Access::Read } else { binding.access },
+                usage: if uniform { Usage::UniformBuffer } else { Usage::StorageBuffer },
+                binding: Some(index),
+                sampler: None,
+            }
+        }
+        (kind, _) => {
+            let is = if matches!(kind, ResourceKind::Target(_)) { "target" } else { "buffer" };
+            let needs = match &binding.kind {
+                BindingKind::StorageBuffer(_) => "a buffer block",
+                BindingKind::UniformBuffer(_) => "a uniform block",
+                _ => "an image",
+            };
+            let diagnostic = Diagnostic::error(
+                codes::graph::WRONG_KIND,
+                format!("`{}` is {needs} in the shader, but `{}` is a {is}", binding.name, declared.item.name),
+            )
+            .label(target.span.clone(), format!("a {is}"));
+            let diagnostic = context.in_shader(diagnostic, binding.place.as_ref(), needs);
+            found.push(diagnostic.label(declared.item.place.clone(), "declared here"));
+            return None;
+        }
+    };
+    (found.len() == before).then_some(access)
+}
+
+/// Earlier frames and sources are only read.
+fn writable(context: &Context<'_>, binding: &Binding, entry: &Bind, found: &mut Vec<Diagnostic>) {
+    let Some(target) = entry.target.as_ref().filter(|_| writes(binding)) else { return };
+    let (id, age) = target.value;
+    let resource = &context.graph.resources[id.0 as usize].item;
+    let why = if age > 0 {
+        "an earlier frame cannot be changed"
+    } else if matches!(&resource.kind, ResourceKind::Buffer(buffer) if matches!(buffer.size, BufferSize::Source(_))) {
+        "what comes from outside cannot be changed by a pass"
+    } else {
+        return;
+    };
+    let (name, what) =
+        (&binding.name, if age > 0 { format!("{}@{age}", resource.name) } else { resource.name.clone() });
+    let diagnostic = Diagnostic::error(
+        codes::graph::READ_ONLY,
+        format!("the shader may write `{name}`, but `{what}` can only be read"),
+    )
+    .label(target.span.clone(), why);
+    let text = if binding.access == Access::Write { "declared `writeonly`" } else { "not declared `readonly`" };
+    let diagnostic = context.in_shader(diagnostic, binding.place.as_ref(), text);
+    found.push(match binding.access {
+        Access::Write => diagnostic,
+        _ => diagnostic.help(format!("declare `{name}` as `readonly` if the shader only reads it")),
+    });
+}
+
+fn writes(binding: &Binding) -> bool {
+    matches!(binding.kind, BindingKind::StorageImage { .. } | BindingKind::StorageBuffer(_)) && binding.access.writes()
+}
+
+/// Whether a buffer has the bytes that a block needs, in the layout that the block says.
+fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind, found: &mut Vec<Diagnostic>) {
+    let Some(target) = &entry.target else { return };
+    let declared = &context.graph.resources[target.value.0.0 as usize];
+    let ResourceKind::Buffer(buffer) = &declared.item.kind else { return };
+    match &buffer.size {
+        BufferSize::Source(source) => sources::check(context, binding, block, source, declared, found),
+        BufferSize::Bytes(bytes) if *bytes < u64::from(block.size) => {
+            let diagnostic = Diagnostic::error(
+                codes::graph::BUFFER_SIZE,
+                format!(
+                    "buffer `{}` has {bytes} bytes, but the shader's `{}` needs {}",
+                    declared.item.name, binding.name, block.size
+                ),
+            )
+            .label(declared.detail.clone(), "the size");
+            let diagnostic = context.in_shader(diagnostic, binding.place.as_ref(), "the block");
+            found.push(diagnostic.label(target.span.clone(), "bound here"));
+        }
+        _ => {}
+    }
+    // Only a block that is one runtime array has elements that the file's `stride` can mean.
+    let [member] = block.members.as_slice() else { return };
+    let Type::Array { element, len: None, stride } = &member.ty else { return };
+    if let Some(declared_stride) = declared.stride.filter(|declared| declared != stride) {
+        let diagnostic = Diagnostic::error(
+            codes::graph::BUFFER_STRIDE,
+            format!(
+                "an element of buffer `{}` has {declared_stride} bytes, but one of the shader's `{}` has {stride}",
+                declared.item.name, binding.name
+            ),
+        )
+        .label(declared.detail.clone(), "the size");
+        let place = member.place.as_ref().or(binding.place.as_ref());
+        let diagnostic = context.in_shader(diagnostic, place, format!("elements of type `{}`", glsl(element)));
+        found.push(diagnostic.help(format!("change `stride` to {stride}")));
+    }
+}

@@ -1,0 +1,84 @@
+//! Dispatch: some workgroups, over mips that exist; indirect arguments inside their buffer.
+
+use raxel_diagnostics::{Diagnostic, codes};
+use raxel_shader::interface::Access;
+
+use super::Context;
+use super::extents::mip_count;
+use crate::checked::{BoundAccess, BufferSize, Dispatch, ResourceId, ResourceKind, Usage};
+
+/// Bytes of the arguments of an indirect dispatch: three `uint`s.
+const ARGUMENTS: u64 = 12;
+
+/// Checks the dispatch; gives the access of its indirect arguments.
+pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<BoundAccess> {
+    let dispatch = context.pass.dispatch.as_ref()?;
+    let error = |code, message: String| {
+        Diagnostic::error(code, message)
+            .label(dispatch.span.clone(), format!("the dispatch of pass `{}`", context.pass.name.value))
+    };
+    match &dispatch.value {
+        Dispatch::Groups(counts) | Dispatch::Threads(counts) if counts.contains(&0) => {
+            found.push(
+                error(codes::graph::DISPATCH_SIZE, format!("a dispatch of {counts:?} runs nothing"))
+                    .help("every axis is at least 1; switch a pass off with `when`"),
+            );
+            None
+        }
+        // How many are too many only the device can say.
+        Dispatch::Groups(_) | Dispatch::Threads(_) => None,
+        Dispatch::ThreadsOf { target, mip } => {
+            let count = mip_count(context.graph, *target);
+            if let Some(count) = count.filter(|count| mip >= count) {
+                let resource = &context.graph.resources[target.0 as usize].item;
+                let s = if count == 1 { "" } else { "s" };
+                let message = format!("target `{}` has {count} mip{s}, so no mip {mip}", resource.name);
+                found.push(error(codes::graph::MIP_OR_LAYER, message).label(resource.place.clone(), "declared here"));
+            }
+            None
+        }
+        Dispatch::Indirect { buffer, offset } => indirect(context, *buffer, *offset, &error, found),
+    }
+}
+
+fn indirect(
+    context: &Context<'_>,
+    buffer: ResourceId,
+    offset: u64,
+    error: &dyn Fn(raxel_diagnostics::Code, String) -> Diagnostic,
+    found: &mut Vec<Diagnostic>,
+) -> Option<BoundAccess> {
+    let declared = &context.graph.resources[buffer.0 as usize];
+    let ResourceKind::Buffer(kind) = &declared.item.kind else { return None };
+    let name = &declared.item.name;
+    if offset % 4 != 0 {
+        let message = format!("the arguments in `{name}` are at offset {offset}, which is no multiple of 4");
+        found.push(error(codes::graph::INDIRECT, message).help(format!("use {}", offset / 4 * 4)));
+        return None;
+    }
+    let bytes = match kind.size {
+        BufferSize::Bytes(bytes) => Some(bytes),
+        // At least one pixel.
+        BufferSize::PerPixel { .. } | BufferSize::Source(_) => None,
+    };
+    if let Some(bytes) = bytes.filter(|bytes| declared.sound && offset.saturating_add(ARGUMENTS) > *bytes) {
+        let message = format!("`{name}` has {bytes} bytes, too few for the {ARGUMENTS} bytes of arguments at {offset}");
+        found.push(error(codes::graph::INDIRECT, message).label(declared.detail.clone(), "the size"));
+        return None;
+    }
+    if matches!(kind.size, BufferSize::Source(_)) {
+        let message = format!("`{name}` comes from outside and holds no dispatch arguments");
+        found.push(error(codes::graph::INDIRECT, message).label(declared.detail.clone(), "the source"));
+        return None;
+    }
+    Some(BoundAccess {
+        resource: buffer,
+        age: 0,
+        mips: (0, 1),
+        layers: (0, 1),
+        access: Access::Read,
+        usage: Usage::IndirectArguments,
+        binding: None,
+        sampler: None,
+    })
+}

@@ -1,0 +1,108 @@
+//! Extents of targets: none in terms of itself, mips that its texels allow, dispatches over what exists.
+
+use raxel_diagnostics::{Diagnostic, codes};
+
+use crate::checked::{Extent, ResourceId, ResourceKind, Target};
+use crate::resolve::Resolved;
+
+/// Checks every target.
+pub fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
+    let mut reported = vec![false; graph.resources.len()];
+    for index in 0..graph.resources.len() {
+        if !reported[index] {
+            cycle(graph, ResourceId(index as u32), &mut reported, found);
+        }
+        mips(graph, ResourceId(index as u32), found);
+    }
+}
+
+fn target(graph: &Resolved, id: ResourceId) -> Option<&Target> {
+    match &graph.resources[id.0 as usize].item.kind {
+        ResourceKind::Target(target) => Some(target),
+        ResourceKind::Buffer(_) => None,
+    }
+}
+
+/// The target that this one's extent is a part of.
+fn parent(graph: &Resolved, id: ResourceId) -> Option<ResourceId> {
+    match target(graph, id)?.extent {
+        Extent::Of { target, .. } => Some(target),
+        _ => None,
+    }
+}
+
+/// Reports the cycle that `id` is on, if it is on one.
+fn cycle(graph: &Resolved, id: ResourceId, reported: &mut [bool], found: &mut Vec<Diagnostic>) {
+    let mut chain = vec![id];
+    while let Some(next) = chain.last().and_then(|last| parent(graph, *last)) {
+        if next == id {
+            let name = |id: ResourceId| graph.resources[id.0 as usize].item.name.as_str();
+            let names: Vec<&str> = chain.iter().chain([&id]).map(|id| name(*id)).collect();
+            let mut diagnostic = Diagnostic::error(
+                codes::graph::SIZE_CYCLE,
+                format!("the size of target `{}` is a part of itself: {}", name(id), names.join(" → ")),
+            );
+            for link in &chain {
+                reported[link.0 as usize] = true;
+                diagnostic = diagnostic.label(graph.resources[link.0 as usize].item.place.clone(), "");
+            }
+            found.push(diagnostic);
+            return;
+        }
+        // Leads into a cycle that it is not on.
+        if chain.contains(&next) {
+            return;
+        }
+        chain.push(next);
+    }
+}
+
+fn mips(graph: &Resolved, id: ResourceId, found: &mut Vec<Diagnostic>) {
+    let Some(target) = target(graph, id) else { return };
+    let Some(most) = fixed(graph, id).map(full_chain) else { return };
+    if target.mips > most {
+        let declared = &graph.resources[id.0 as usize].item;
+        found.push(
+            Diagnostic::error(
+                codes::graph::MIP_OR_LAYER,
+                format!("target `{}` has {} mips, but its texels allow {most}", declared.name, target.mips),
+            )
+            .label(declared.place.clone(), "")
+            .help("`mips = \"full\"` is as many as there can be"),
+        );
+    }
+}
+
+/// The extent, where it does not depend on the output.
+fn fixed(graph: &Resolved, id: ResourceId) -> Option<[u32; 3]> {
+    match target(graph, id)?.extent {
+        Extent::Fixed2([w, h]) => Some([w, h, 1]),
+        Extent::Fixed3(extent) => Some(extent),
+        Extent::Output { .. } | Extent::Of { .. } => None,
+    }
+}
+
+fn full_chain(extent: [u32; 3]) -> u32 {
+    u32::BITS - extent.into_iter().max().unwrap_or(1).max(1).leading_zeros()
+}
+
+/// Number of mips, where it does not depend on the output.
+pub fn mip_count(graph: &Resolved, id: ResourceId) -> Option<u32> {
+    match target(graph, id)?.mips {
+        0 => fixed(graph, id).map(full_chain),
+        count => Some(count),
+    }
+}
+
+/// Whether a target has three dimensions, its own or those of the target that it is a part of.
+pub fn is_volume(graph: &Resolved, id: ResourceId) -> bool {
+    let mut next = Some(id);
+    for _ in 0..=graph.resources.len() {
+        let Some(id) = next else { return false };
+        if matches!(target(graph, id).map(|target| target.extent), Some(Extent::Fixed3(_))) {
+            return true;
+        }
+        next = parent(graph, id);
+    }
+    false
+}

@@ -1,0 +1,91 @@
+//! What flows between passes: nothing is presented that nobody makes, and what is read is written somewhere.
+
+use raxel_diagnostics::{Diagnostic, codes};
+
+use crate::checked::{BoundAccess, BufferSize, Extent, Fact, Graph, ResourceId, ResourceKind, Source};
+use crate::resolve::Resolved;
+
+/// Checks a graph whose passes are all known.
+pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
+    for index in 0..graph.resources.len() {
+        resource(graph, resolved, ResourceId(index as u32), found);
+    }
+    unused_params(graph, found);
+}
+
+fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<Diagnostic>) {
+    let resource = graph.resource(id);
+    let accesses = || graph.passes.iter().flat_map(|pass| &pass.accesses).filter(|access| access.resource == id);
+    let written = accesses().any(|access: &BoundAccess| access.access.writes());
+    if written || has_content(&resource.kind) {
+        return;
+    }
+    let name = &resource.name;
+    if let Some(present) = resolved.present.as_ref().filter(|present| present.value == id) {
+        found.push(
+            Diagnostic::error(codes::graph::PRESENT_UNWRITTEN, format!("`{name}` is presented, but no pass writes it"))
+                .label(present.span.clone(), "presented here")
+                .label(resource.place.clone(), "declared here")
+                .help("present a target that a pass writes, or give it `init` or `clear`"),
+        );
+    } else if let Some(reader) =
+        graph.passes.iter().find(|pass| pass.accesses.iter().any(|access| access.resource == id))
+    {
+        found.push(
+            Diagnostic::warning(
+                codes::graph::NEVER_WRITTEN,
+                format!("pass `{}` reads `{name}`, but no pass writes it: it is always zero", reader.name),
+            )
+            .label(resource.place.clone(), "never written")
+            .label(reader.place.clone(), "read by this pass")
+            .help("if zero is meant, say so with `init = 0`"),
+        );
+    } else if !mentioned(graph, id) {
+        let what = if matches!(resource.kind, ResourceKind::Target(_)) { "target" } else { "buffer" };
+        found.push(
+            Diagnostic::warning(codes::graph::UNUSED, format!("{what} `{name}` is not used"))
+                .label(resource.place.clone(), "no pass binds it"),
+        );
+    }
+}
+
+/// Whether something is in it though no pass writes it.
+fn has_content(kind: &ResourceKind) -> bool {
+    match kind {
+        ResourceKind::Target(target) => target.clear.is_some() || target.init.is_some(),
+        ResourceKind::Buffer(buffer) => {
+            buffer.clear.is_some() || buffer.init.is_some() || matches!(buffer.size, BufferSize::Source(_))
+        }
+    }
+}
+
+/// Whether a size, a dispatch or a value depends on its extent.
+fn mentioned(graph: &Graph, id: ResourceId) -> bool {
+    let by_size = graph.resources.iter().any(|other| match &other.kind {
+        ResourceKind::Target(target) => matches!(target.extent, Extent::Of { target, .. } if target == id),
+        ResourceKind::Buffer(buffer) => matches!(buffer.size, BufferSize::PerPixel { of, .. } if of == id),
+    });
+    let by_pass = graph.passes.iter().any(|pass| {
+        let fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
+        matches!(pass.dispatch, crate::checked::Dispatch::ThreadsOf { target, .. } if target == id)
+            || fills.into_iter().any(|fill| fill.from == Source::ExtentOf(id))
+    });
+    by_size || by_pass
+}
+
+fn unused_params(graph: &Graph, found: &mut Vec<Diagnostic>) {
+    for (index, param) in graph.params.iter().enumerate() {
+        let id = crate::checked::ParamId(index as u32);
+        let used = graph.passes.iter().any(|pass| {
+            let mut fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
+            let condition = pass.when.as_ref().is_some_and(|when| when.fact == Fact::Param(id));
+            condition || fills.any(|fill| fill.from == Source::Param(id))
+        });
+        if !used {
+            found.push(
+                Diagnostic::warning(codes::graph::UNUSED, format!("param `{}` is not used", param.name))
+                    .label(param.place.clone(), "no pass takes it"),
+            );
+        }
+    }
+}

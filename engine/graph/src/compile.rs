@@ -1,0 +1,45 @@
+//! The front end in five calls: a graph file and its shaders in, a checked graph out.
+
+use raxel_diagnostics::{Diagnostic, Files, SourceMap};
+use raxel_shader::ShaderSource;
+use raxel_shader::interface::Block;
+
+use crate::checked::Graph;
+use crate::{check, extends, reflect, resolve};
+
+/// A buffer that the runtime can supply: `source = "world.tree64"`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceLayout {
+    /// Its name, e.g. `world.tree64`.
+    pub name: String,
+    /// How its bytes are laid out; a shader's block must agree member by member.
+    pub block: Block,
+}
+
+/// The checked graph with warnings, or everything that is wrong with it (warnings included).
+pub type Compiled = Result<(Graph, Vec<Diagnostic>), Vec<Diagnostic>>;
+
+/// Compiles the graph file of that path (relative to the project root). `texts` receives every text that diagnostics point into,
+/// which are also the files that the result depends on.
+pub fn compile(
+    path: &str,
+    files: &dyn Files,
+    shaders: &dyn ShaderSource,
+    sources: &[SourceLayout],
+    texts: &mut SourceMap,
+) -> Compiled {
+    let mut found = Vec::new();
+    // The file is read, with every file it extends, and laid over them.
+    let Some(loaded) = extends::load(path, files, texts, &mut found) else { return Err(found) };
+    // Names become indices, words become types, literals become values.
+    let resolved = resolve::resolve(loaded, sources, &mut found);
+    // Each distinct shader is compiled once; its interface says what it must be given.
+    let reflected = reflect::reflect(&resolved, shaders, texts, &mut found);
+    // The graph and its shaders are held against each other.
+    let graph = check::check(&resolved, &reflected, sources, &mut found);
+    // A graph with any error is not handed on.
+    match graph {
+        Some(graph) if !found.iter().any(Diagnostic::is_error) => Ok((graph, found)),
+        _ => Err(found),
+    }
+}

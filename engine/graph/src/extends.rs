@@ -1,0 +1,348 @@
+//! Phase 2, extends: a graph file and the files it extends become one model of what they say together. The file laid on top wins,
+//! key by key; params, targets, buffers, passes, bind entries and block members are matched by name. Places stay those of the file
+//! that a value came from.
+
+use raxel_diagnostics::files::{join, read_text};
+use raxel_diagnostics::table::closest;
+use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
+
+use crate::model::{At, Bind, Buffer, File, Fills, Member, Param, Pass, Target};
+use crate::parse::parse;
+
+/// Files that may extend each other in a row.
+const LONGEST_CHAIN: usize = 16;
+
+/// A model with the files it came from, the given one first.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// What the files say together.
+    pub model: File,
+    /// Their paths.
+    pub files: Vec<String>,
+}
+
+/// Reads the graph file of that path and every file it extends. `None` when one of them cannot be read as TOML.
+pub fn load(path: &str, files: &dyn Files, texts: &mut SourceMap, found: &mut Vec<Diagnostic>) -> Option<Loaded> {
+    let mut chain: Vec<File> = Vec::new();
+    let mut next = (path.to_owned(), None::<Span>);
+    loop {
+        let (path, named_at) = next;
+        let text = match read_text(files, &path, named_at.map(|span| (span, "extended here")), texts) {
+            Ok(text) => text,
+            Err(diagnostic) => {
+                found.push(*diagnostic);
+                return None;
+            }
+        };
+        let file = parse(&path, &text, found)?;
+        let base = file.extends.clone();
+        chain.push(file);
+        let Some(base) = base else { break };
+        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+        let Some(base_path) = join(folder, &base.value) else {
+            found.push(
+                Diagnostic::error(
+                    codes::files::OUTSIDE_ROOT,
+                    format!("`{}` is no path inside the project", base.value),
+                )
+                .label(base.span, "extended here")
+                .help(format!("write it relative to `{folder}/`")),
+            );
+            return None;
+        };
+        if let Some(diagnostic) = refuse(&chain, &base_path, &base.span) {
+            found.push(diagnostic);
+            return None;
+        }
+        next = (base_path, Some(base.span));
+    }
+    let files = chain.iter().map(|file| file.path.to_string()).collect();
+    // The innermost base first, then each file over all below it.
+    let mut layers = chain.into_iter().rev();
+    let base = layers.next()?;
+    reject_overlay_keys(&base, found);
+    let model = layers.fold(base, |below, above| overlay(below, above, found));
+    Some(Loaded { model, files })
+}
+
+/// Why the last file of a chain may not extend `base`, if it may not.
+fn refuse(chain: &[File], base: &str, named_at: &Span) -> Option<Diagnostic> {
+    let names = || chain.iter().map(|file| file.path.as_ref()).chain([base]).collect::<Vec<_>>().join(" → ");
+    let message = if chain.iter().any(|file| file.path.as_ref() == base) {
+        format!("`{base}` extends itself: {}", names())
+    } else if chain.len() >= LONGEST_CHAIN {
+        format!("more than {LONGEST_CHAIN} graphs extend each other: {}", names())
+    } else {
+        return None;
+    };
+    let mut diagnostic =
+        Diagnostic::error(codes::graph::EXTENDS_CYCLE, message).label(named_at.clone(), "this closes the chain");
+    for file in &chain[..chain.len() - 1] {
+        if let Some(extends) = &file.extends {
+            diagnostic = diagnostic.label(extends.span.clone(), "extended here");
+        }
+    }
+    Some(diagnostic)
+}
+
+/// `remove`, `before` and `after` mean something only over a base.
+fn reject_overlay_keys(file: &File, found: &mut Vec<Diagnostic>) {
+    let mut reject = |key: &str, name: &At<String>, span: &Span| {
+        found.push(
+            Diagnostic::error(
+                codes::graph::NOTHING_TO_OVERLAY,
+                format!("`{}` has `{key}`, but `{}` extends no graph", name.value, file.path),
+            )
+            .label(span.clone(), "there is no base that this could change")
+            .help("give the graph a base with `extends = \"base.toml\"`, or take the key out"),
+        );
+    };
+    let removed = (file.params.iter().filter(|p| p.remove).map(|p| &p.name))
+        .chain(file.targets.iter().filter(|t| t.remove).map(|t| &t.name))
+        .chain(file.buffers.iter().filter(|b| b.remove).map(|b| &b.name))
+        .chain(file.passes.iter().filter(|p| p.remove).map(|p| &p.name))
+        .chain(file.passes.iter().flat_map(|p| p.bind.iter().filter(|b| b.remove).map(|b| &b.name)))
+        .chain(
+            file.passes.iter().flat_map(|p| blocks(p).flat_map(|f| &f.members).filter(|m| m.remove).map(|m| &m.path)),
+        );
+    removed.for_each(|name| reject("remove", name, &name.span));
+    for pass in &file.passes {
+        for (key, place) in [("before", &pass.before), ("after", &pass.after)] {
+            if let Some(place) = place {
+                reject(key, &pass.name, &place.span);
+            }
+        }
+    }
+}
+
+fn blocks(pass: &Pass) -> impl Iterator<Item = &Fills> {
+    pass.push.iter().chain(&pass.uniforms)
+}
+
+/// What can be laid over an equal thing of the base, by name.
+trait Layer {
+    /// What it is, for messages.
+    const WHAT: &'static str;
+    fn name(&self) -> &At<String>;
+    fn removed(&self) -> bool;
+    /// Puts `above` over this.
+    fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>);
+}
+
+/// Lays `above` over `below`.
+fn overlay(below: File, above: File, found: &mut Vec<Diagnostic>) -> File {
+    let mut passes = below.passes;
+    let moves: Vec<_> = above.passes.iter().map(|p| (p.name.clone(), p.before.clone(), p.after.clone())).collect();
+    merge(&mut passes, above.passes, found);
+    for (name, before, after) in moves {
+        place(&mut passes, &name, before.as_ref(), after.as_ref(), found);
+    }
+    let mut file = File { passes, ..below };
+    file.path = above.path;
+    file.extends = above.extends;
+    replace(&mut file.name, above.name);
+    replace(&mut file.about, above.about);
+    replace(&mut file.present, above.present);
+    merge(&mut file.params, above.params, found);
+    merge(&mut file.targets, above.targets, found);
+    merge(&mut file.buffers, above.buffers, found);
+    file
+}
+
+fn replace<T>(below: &mut Option<T>, above: Option<T>) {
+    if above.is_some() {
+        *below = above;
+    }
+}
+
+/// Keys that exclude each other also replace each other.
+fn replace_either<A, B>(below: (&mut Option<A>, &mut Option<B>), above: (Option<A>, Option<B>)) {
+    if above.0.is_some() || above.1.is_some() {
+        (*below.0, *below.1) = above;
+    }
+}
+
+fn merge<T: Layer>(below: &mut Vec<T>, above: Vec<T>, found: &mut Vec<Diagnostic>) {
+    for item in above {
+        let same = below.iter().position(|other| other.name().value == item.name().value);
+        match (same, item.removed()) {
+            (Some(index), true) => drop(below.remove(index)),
+            (Some(index), false) => below[index].cover(item, found),
+            (None, false) => below.push(item),
+            (None, true) => {
+                found.push(unknown(T::WHAT, item.name(), below.iter().map(|other| &other.name().value[..])))
+            }
+        }
+    }
+}
+
+/// Moves a pass before or after another of the base.
+fn place(
+    passes: &mut Vec<Pass>,
+    name: &At<String>,
+    before: Option<&At<String>>,
+    after: Option<&At<String>>,
+    found: &mut Vec<Diagnostic>,
+) {
+    let Some(anchor) = before.or(after) else { return };
+    let Some(from) = passes.iter().position(|pass| pass.name.value == name.value) else { return };
+    let moved = passes.remove(from);
+    let place = passes.iter().position(|pass| pass.name.value == anchor.value);
+    if place.is_none() {
+        found.push(unknown("pass", anchor, passes.iter().map(|pass| &pass.name.value[..])));
+    }
+    let index = place.map_or(from, |index| index + usize::from(before.is_none()));
+    passes.insert(index, moved);
+}
+
+fn unknown<'n>(what: &str, name: &At<String>, known: impl Iterator<Item = &'n str>) -> Diagnostic {
+    let code = match what {
+        "pass" => codes::graph::UNKNOWN_PASS,
+        "param" => codes::graph::UNKNOWN_PARAM,
+        "target" | "buffer" => codes::graph::UNKNOWN_RESOURCE,
+        _ => codes::graph::NOTHING_TO_OVERLAY,
+    };
+    let diagnostic = Diagnostic::error(code, format!("the base has no {what} `{}`", name.value))
+        .label(name.span.clone(), format!("no such {what}"));
+    match closest(&name.value, known) {
+        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+        None => diagnostic,
+    }
+}
+
+impl Layer for Param {
+    const WHAT: &'static str = "param";
+    fn name(&self) -> &At<String> {
+        &self.name
+    }
+    fn removed(&self) -> bool {
+        self.remove
+    }
+    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
+        self.flawed |= above.flawed;
+        replace(&mut self.ty, above.ty);
+        replace(&mut self.default, above.default);
+        replace(&mut self.range, above.range);
+        replace(&mut self.step, above.step);
+        replace(&mut self.label, above.label);
+    }
+}
+
+impl Layer for Target {
+    const WHAT: &'static str = "target";
+    fn name(&self) -> &At<String> {
+        &self.name
+    }
+    fn removed(&self) -> bool {
+        self.remove
+    }
+    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
+        self.flawed |= above.flawed;
+        replace(&mut self.format, above.format);
+        replace(&mut self.size, above.size);
+        replace(&mut self.mips, above.mips);
+        replace(&mut self.layers, above.layers);
+        replace(&mut self.history, above.history);
+        replace_either((&mut self.clear, &mut self.init), (above.clear, above.init));
+        replace(&mut self.display, above.display);
+    }
+}
+
+impl Layer for Buffer {
+    const WHAT: &'static str = "buffer";
+    fn name(&self) -> &At<String> {
+        &self.name
+    }
+    fn removed(&self) -> bool {
+        self.remove
+    }
+    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
+        self.flawed |= above.flawed;
+        if above.source.is_some() {
+            // A source brings its own size and contents.
+            (self.clear, self.init, self.history) = (None, None, None);
+        }
+        replace_either((&mut self.size, &mut self.source), (above.size, above.source));
+        replace_either((&mut self.clear, &mut self.init), (above.clear, above.init));
+        replace(&mut self.history, above.history);
+    }
+}
+
+impl Layer for Pass {
+    const WHAT: &'static str = "pass";
+    fn name(&self) -> &At<String> {
+        &self.name
+    }
+    fn removed(&self) -> bool {
+        self.remove
+    }
+    fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>) {
+        self.flawed |= above.flawed;
+        replace(&mut self.shader, above.shader);
+        replace(&mut self.entry, above.entry);
+        merge(&mut self.defines, above.defines, found);
+        merge(&mut self.specialization, above.specialization, found);
+        replace(&mut self.dispatch, above.dispatch);
+        merge(&mut self.bind, above.bind, found);
+        match (&mut self.push, above.push) {
+            (Some(below), Some(above)) => below.cover(above, found),
+            (below, above) => replace(below, above),
+        }
+        merge(&mut self.uniforms, above.uniforms, found);
+        replace(&mut self.when, above.when);
+        replace(&mut self.every, above.every);
+    }
+}
+
+impl Layer for Fills {
+    const WHAT: &'static str = "block";
+    fn name(&self) -> &At<String> {
+        &self.name
+    }
+    fn removed(&self) -> bool {
+        false
+    }
+    fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>) {
+        merge(&mut self.members, above.members, found);
+    }
+}
+
+impl Layer for Member {
+    const WHAT: &'static str = "member";
+    fn name(&self) -> &At<String> {
+        &self.path
+    }
+    fn removed(&self) -> bool {
+        self.remove
+    }
+    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
+        *self = above;
+    }
+}
+
+impl Layer for Bind {
+    const WHAT: &'static str = "binding";
+    fn name(&self) -> &At<String> {
+        &self.name
+    }
+    fn removed(&self) -> bool {
+        self.remove
+    }
+    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
+        *self = above;
+    }
+}
+
+/// A define or a specialization constant.
+impl<T> Layer for (At<String>, T) {
+    const WHAT: &'static str = "constant";
+    fn name(&self) -> &At<String> {
+        &self.0
+    }
+    fn removed(&self) -> bool {
+        false
+    }
+    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
+        *self = above;
+    }
+}

@@ -1,0 +1,291 @@
+//! The file model: what graph files say, word for word, each value with its place. Nothing is looked up yet, and every key may be
+//! missing, because a file that `extends` another says only what differs. [`crate::extends`] lays such files over each other.
+
+use std::sync::Arc;
+
+use raxel_diagnostics::Span;
+
+use crate::checked::{DisplayMap, Every};
+
+/// A value with its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct At<T> {
+    /// The value.
+    pub value: T,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl<T> At<T> {
+    /// A value written at `span`.
+    pub fn new(value: T, span: Span) -> Self {
+        Self { value, span }
+    }
+}
+
+/// One graph file, or several laid over each other.
+#[derive(Clone, Debug)]
+pub struct File {
+    /// Its path; of the outermost file when there are several.
+    pub path: Arc<str>,
+    /// `name`.
+    pub name: Option<At<String>>,
+    /// `about`.
+    pub about: Option<At<String>>,
+    /// `present`.
+    pub present: Option<At<String>>,
+    /// `extends`.
+    pub extends: Option<At<String>>,
+    /// `[params.*]`.
+    pub params: Vec<Param>,
+    /// `[targets.*]`.
+    pub targets: Vec<Target>,
+    /// `[buffers.*]`.
+    pub buffers: Vec<Buffer>,
+    /// `[[passes]]`.
+    pub passes: Vec<Pass>,
+}
+
+/// `[params.NAME]`.
+#[derive(Clone, Debug)]
+pub struct Param {
+    /// The key.
+    pub name: At<String>,
+    /// `remove = true`.
+    pub remove: bool,
+    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    pub flawed: bool,
+    /// `type`, a word such as `f32`.
+    pub ty: Option<At<String>>,
+    /// `default`.
+    pub default: Option<Literal>,
+    /// `range`.
+    pub range: Option<At<[f64; 2]>>,
+    /// `step`.
+    pub step: Option<At<f64>>,
+    /// `label`.
+    pub label: Option<At<String>>,
+}
+
+/// `[targets.NAME]`.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// The key.
+    pub name: At<String>,
+    /// `remove = true`.
+    pub remove: bool,
+    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    pub flawed: bool,
+    /// `format`.
+    pub format: Option<At<String>>,
+    /// `size`.
+    pub size: Option<At<Size>>,
+    /// `mips`; 0 is `"full"`.
+    pub mips: Option<At<u32>>,
+    /// `layers`.
+    pub layers: Option<At<u32>>,
+    /// `history`.
+    pub history: Option<At<u32>>,
+    /// `clear`.
+    pub clear: Option<Literal>,
+    /// `init`.
+    pub init: Option<Literal>,
+    /// `display`.
+    pub display: Option<At<Display>>,
+}
+
+/// `size` of a target.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Size {
+    /// `0.5`, `{ scale = [0.5, 1.0] }`: parts of the output.
+    Output([f64; 2]),
+    /// `[w, h]` in texels.
+    Fixed2([u32; 2]),
+    /// `[w, h, d]` in texels.
+    Fixed3([u32; 3]),
+    /// `{ of = "hit", scale = 0.5 }`.
+    Of {
+        /// The other target.
+        target: At<String>,
+        /// 1 when the file gives none.
+        scale: f64,
+    },
+}
+
+/// `display` of a target.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Display {
+    /// `map`, or the whole value when it is a word.
+    pub map: Option<DisplayMap>,
+    /// `range`.
+    pub range: Option<[f64; 2]>,
+    /// `channel`.
+    pub channel: Option<At<u32>>,
+}
+
+/// `[buffers.NAME]`.
+#[derive(Clone, Debug)]
+pub struct Buffer {
+    /// The key.
+    pub name: At<String>,
+    /// `remove = true`.
+    pub remove: bool,
+    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    pub flawed: bool,
+    /// `size`.
+    pub size: Option<At<BufferSize>>,
+    /// `source`.
+    pub source: Option<At<String>>,
+    /// `clear`.
+    pub clear: Option<Literal>,
+    /// `init`.
+    pub init: Option<Literal>,
+    /// `history`.
+    pub history: Option<At<u32>>,
+}
+
+/// `size` of a buffer.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BufferSize {
+    /// Bytes.
+    Bytes(u64),
+    /// `{ count = 1024, stride = 16 }`.
+    Elements {
+        /// Number of elements.
+        count: u64,
+        /// Bytes of an element.
+        stride: u32,
+    },
+    /// `{ of = "hit", stride = 8 }`: one element a pixel.
+    PerPixel {
+        /// The target.
+        of: At<String>,
+        /// Bytes of an element.
+        stride: u32,
+    },
+}
+
+/// One of `[[passes]]`.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    /// `name`.
+    pub name: At<String>,
+    /// `remove = true`.
+    pub remove: bool,
+    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    pub flawed: bool,
+    /// `before`: insert (or move) the pass before this one of the base.
+    pub before: Option<At<String>>,
+    /// `after`: the same, after.
+    pub after: Option<At<String>>,
+    /// `shader`, relative to `shaders/`.
+    pub shader: Option<At<String>>,
+    /// `entry`.
+    pub entry: Option<At<String>>,
+    /// `defines`: name and text.
+    pub defines: Vec<(At<String>, String)>,
+    /// `specialization`.
+    pub specialization: Vec<(At<String>, Literal)>,
+    /// `dispatch`.
+    pub dispatch: Option<At<Dispatch>>,
+    /// `bind`.
+    pub bind: Vec<Bind>,
+    /// `push`.
+    pub push: Option<Fills>,
+    /// `uniforms`.
+    pub uniforms: Vec<Fills>,
+    /// `when`.
+    pub when: Option<At<String>>,
+    /// `every`.
+    pub every: Option<At<Every>>,
+}
+
+/// `dispatch`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Dispatch {
+    /// `{ threads = "hit", mip = 1 }`.
+    ThreadsOf {
+        /// The target.
+        target: At<String>,
+        /// 0 when the file gives none.
+        mip: u32,
+    },
+    /// `{ threads = [x, y, z] }`.
+    Threads([u32; 3]),
+    /// `[x, y, z]`, `{ groups = [x, y, z] }`.
+    Groups([u32; 3]),
+    /// `{ indirect = "args", offset = 0 }`.
+    Indirect {
+        /// The buffer.
+        buffer: At<String>,
+        /// Bytes.
+        offset: At<u64>,
+    },
+}
+
+/// One entry of `bind`.
+#[derive(Clone, Debug)]
+pub struct Bind {
+    /// The key: the GLSL name.
+    pub name: At<String>,
+    /// `{ remove = true }`.
+    pub remove: bool,
+    /// The resource with its age, e.g. `color@1`. `None` when the file's value is wrong, and with `remove`.
+    pub target: Option<At<String>>,
+    /// `mip`.
+    pub mip: Option<At<u32>>,
+    /// `layer`.
+    pub layer: Option<At<u32>>,
+    /// `filter`: linear, else nearest.
+    pub linear: Option<At<bool>>,
+    /// `wrap`: repeat, else clamp.
+    pub repeat: Option<At<bool>>,
+}
+
+/// The values of one push-constant or uniform block.
+#[derive(Clone, Debug)]
+pub struct Fills {
+    /// The key of the table: `push`, or the GLSL name of the uniform block.
+    pub name: At<String>,
+    /// Members by path.
+    pub members: Vec<Member>,
+}
+
+/// The value of one member.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// The key; nested members by path, e.g. `sun.direction`.
+    pub path: At<String>,
+    /// `{ remove = true }`.
+    pub remove: bool,
+    /// `type`, a word such as `vec3` or `vec4[8]`.
+    pub ty: Option<At<String>>,
+    /// `from`, or the whole value when it is a string.
+    pub from: Option<At<String>>,
+    /// `value`, or the whole value when it is no string and no table.
+    pub value: Option<Literal>,
+    /// `offset` in bytes.
+    pub offset: Option<At<u32>>,
+}
+
+/// A value written in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Literal {
+    /// The value.
+    pub data: Data,
+    /// Where it is written.
+    pub span: Span,
+}
+
+/// What a [`Literal`] holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Data {
+    /// `true`, `false`.
+    Bool(bool),
+    /// An integer.
+    Int(i64),
+    /// A finite float.
+    Float(f64),
+    /// An array.
+    Array(Vec<Literal>),
+}

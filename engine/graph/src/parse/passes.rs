@@ -1,0 +1,223 @@
+//! Reads `[[passes]]`.
+
+use raxel_diagnostics::table::{Node, Table};
+
+use super::{at, literal, remove, text};
+use crate::checked::Every;
+use crate::model::{At, Bind, Dispatch, Fills, Literal, Member, Pass};
+
+/// Structs in structs that `push` and `uniforms` may nest at most.
+const DEEPEST_NESTING: usize = 16;
+
+/// A pass; `None` when it has no name, because then nothing can be said about it.
+pub fn pass(table: &Table<'_, '_>) -> Option<Pass> {
+    let before = table.reporter().count();
+    let name = table.need_string("name").map(|(value, span)| At::new(value, span));
+    let mut pass = Pass {
+        name: name.clone().unwrap_or_else(|| At::new(String::new(), table.span().clone())),
+        remove: remove(table, &["name", "remove"]),
+        flawed: false,
+        before: text(table, "before"),
+        after: text(table, "after"),
+        shader: text(table, "shader"),
+        entry: text(table, "entry"),
+        defines: defines(table),
+        specialization: specialization(table),
+        dispatch: table.get("dispatch").and_then(|node| at(&node, dispatch(&node))),
+        bind: table.get("bind").and_then(|node| node.table()).map(|table| bind(&table)).unwrap_or_default(),
+        push: table.get("push").and_then(|node| fills("push".to_owned(), &node)),
+        uniforms: table.tables("uniforms").into_iter().filter_map(|(name, node, _)| fills(name, &node)).collect(),
+        when: text(table, "when"),
+        every: table.get("every").and_then(|node| at(&node, every(&node))),
+    };
+    table.conflict("before", "after", "a pass has one place");
+    table.finish();
+    pass.flawed = table.reporter().count() > before;
+    name.map(|_| pass)
+}
+
+fn defines(table: &Table<'_, '_>) -> Vec<(At<String>, String)> {
+    let Some(table) = table.get("defines").and_then(|node| node.table()) else { return Vec::new() };
+    let read = |(name, node): (String, Node<'_, '_>)| {
+        let text = if node.is_string() {
+            node.string()?
+        } else if node.is_boolean() {
+            u8::from(node.boolean()?).to_string()
+        } else if node.is_integer() {
+            node.integer(i64::MIN..=i64::MAX)?.to_string()
+        } else if node.is_number() {
+            // `{:?}` keeps the point of `2.0`, so that the shader too sees a float.
+            format!("{:?}", node.number(f64::MIN..=f64::MAX)?)
+        } else {
+            return node.wrong_type("a string, a number or a boolean");
+        };
+        Some((At::new(name, node.key_span.clone()), text))
+    };
+    table.entries().into_iter().filter_map(read).collect()
+}
+
+fn specialization(table: &Table<'_, '_>) -> Vec<(At<String>, Literal)> {
+    let Some(table) = table.get("specialization").and_then(|node| node.table()) else { return Vec::new() };
+    let read = |(name, node): (String, Node<'_, '_>)| Some((At::new(name, node.key_span.clone()), literal(&node)?));
+    table.entries().into_iter().filter_map(read).collect()
+}
+
+fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
+    if node.is_array() {
+        return counts(node).map(Dispatch::Groups);
+    }
+    if !node.is_table() {
+        return node.wrong_type("`[x, y, z]` workgroups, or a table with `threads`, `groups` or `indirect`");
+    }
+    let table = node.table()?;
+    let (threads, mip) = (table.get("threads"), table.get("mip"));
+    let groups = table.get("groups");
+    let (indirect, offset) = (table.get("indirect"), table.get("offset"));
+    table.finish();
+    let given = [("threads", &threads), ("groups", &groups), ("indirect", &indirect)];
+    let given: Vec<&str> = given.iter().filter(|(_, node)| node.is_some()).map(|(key, _)| *key).collect();
+    if given.len() != 1 {
+        let which = if given.is_empty() { "none".to_owned() } else { given.join(", ") };
+        return node.bad_value(format!("`{}` needs one of `threads`, `groups`, `indirect`; it has {which}", node.name));
+    }
+    let whole = threads.as_ref().is_some_and(Node::is_string);
+    if let (Some(mip), false) = (&mip, whole) {
+        return mip.bad_value(format!("`{}` needs `threads` to name a target", mip.name));
+    }
+    if let (Some(offset), None) = (&offset, &indirect) {
+        return offset.bad_value(format!("`{}` needs `indirect`", offset.name));
+    }
+    if let Some(node) = threads {
+        if node.is_array() {
+            return counts(&node).map(Dispatch::Threads);
+        }
+        if !node.is_string() {
+            return node.wrong_type("the name of a target or `[x, y, z]`");
+        }
+        let mip = mip.map_or(Some(0), |mip| mip.integer(0..=16))? as u32;
+        return Some(Dispatch::ThreadsOf { target: At::new(node.string()?, node.span.clone()), mip });
+    }
+    if let Some(node) = indirect {
+        let offset = match offset {
+            Some(offset) => At::new(offset.integer(0..=i64::MAX)? as u64, offset.span),
+            None => At::new(0, node.span.clone()),
+        };
+        return Some(Dispatch::Indirect { buffer: At::new(node.string()?, node.span.clone()), offset });
+    }
+    counts(&groups?).map(Dispatch::Groups)
+}
+
+/// One to three counts; those that are left out are 1.
+fn counts(node: &Node<'_, '_>) -> Option<[u32; 3]> {
+    let elements = node.array()?;
+    if elements.is_empty() || elements.len() > 3 {
+        return node.bad_value(format!("`{}` needs 1 to 3 integers, not {}", node.name, elements.len()));
+    }
+    let mut counts = [1; 3];
+    for (count, element) in counts.iter_mut().zip(&elements) {
+        *count = element.integer(0..=i64::from(u32::MAX))? as u32;
+    }
+    Some(counts)
+}
+
+fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
+    let read = |(name, node): (String, Node<'_, '_>)| {
+        let name = At::new(name, node.key_span.clone());
+        if node.is_string() {
+            let target = at(&node, node.string());
+            return Some(Bind { name, remove: false, target, mip: None, layer: None, linear: None, repeat: None });
+        }
+        if !node.is_table() {
+            return node.wrong_type("the name of a resource, or a table with `target`");
+        }
+        let table = node.table()?;
+        let remove = remove(&table, &["remove"]);
+        let target = if remove { None } else { table.need_string("target") };
+        let bind = Bind {
+            name,
+            remove,
+            target: target.map(|(value, span)| At::new(value, span)),
+            mip: table.get("mip").and_then(|node| at(&node, node.integer(0..=16).map(|n| n as u32))),
+            layer: table.get("layer").and_then(|node| at(&node, node.integer(0..=65_535).map(|n| n as u32))),
+            linear: table.get("filter").and_then(|node| at(&node, node.word(&[("nearest", false), ("linear", true)]))),
+            repeat: table.get("wrap").and_then(|node| at(&node, node.word(&[("clamp", false), ("repeat", true)]))),
+        };
+        table.finish();
+        Some(bind)
+    };
+    table.entries().into_iter().filter_map(read).collect()
+}
+
+fn fills(name: String, node: &Node<'_, '_>) -> Option<Fills> {
+    let mut members = Vec::new();
+    collect(&node.table()?, "", 0, &mut members);
+    Some(Fills { name: At::new(name, node.key_span.clone()), members })
+}
+
+/// Members of a table, those of nested tables under their path.
+fn collect(table: &Table<'_, '_>, prefix: &str, depth: usize, members: &mut Vec<Member>) {
+    for (key, node) in table.entries() {
+        let path = At::new(if prefix.is_empty() { key } else { format!("{prefix}.{key}") }, node.key_span.clone());
+        let absent = |path| Member { path, remove: false, ty: None, from: None, value: None, offset: None };
+        if node.is_string() {
+            let from = at(&node, node.string());
+            members.push(Member { from, ..absent(path) });
+        } else if !node.is_table() {
+            let Some(value) = literal(&node) else { continue };
+            members.push(Member { value: Some(value), ..absent(path) });
+        } else if let Some(inner) = node.table() {
+            if is_member(&inner) {
+                members.extend(member(path, &node));
+            } else if depth < DEEPEST_NESTING {
+                collect(&inner, &path.value, depth + 1, members);
+            } else {
+                node.bad_value::<()>(format!("`{}` nests more than {DEEPEST_NESTING} structs", node.name));
+            }
+        }
+    }
+}
+
+/// Whether a table says the value of one member, and is not a struct with members of its own: it has one of a member's keys, and
+/// that key's value is no table.
+fn is_member(table: &Table<'_, '_>) -> bool {
+    let keys = ["from", "value", "type", "offset", "remove"];
+    table.entries().iter().any(|(key, node)| keys.contains(&key.as_str()) && !node.is_table())
+}
+
+fn member(path: At<String>, node: &Node<'_, '_>) -> Option<Member> {
+    let table = node.table()?;
+    let remove = remove(&table, &["remove"]);
+    table.conflict("from", "value", "a member has one value");
+    let member = Member {
+        path,
+        remove,
+        ty: text(&table, "type"),
+        from: text(&table, "from"),
+        value: table.get("value").and_then(|node| literal(&node)),
+        offset: table.get("offset").and_then(|node| at(&node, node.integer(0..=i64::from(u32::MAX)).map(|n| n as u32))),
+    };
+    if !remove && table.get("from").is_none() && table.get("value").is_none() {
+        node.bad_value::<()>(format!("`{}` needs `from` or `value`", node.name));
+    }
+    table.finish();
+    Some(member)
+}
+
+fn every(node: &Node<'_, '_>) -> Option<Every> {
+    if !node.is_table() {
+        return node.wrong_type("`{ hz = … }` or `{ frames = … }`");
+    }
+    let table = node.table()?;
+    let both = table.conflict("hz", "frames", "a pass has one rhythm");
+    let (hz, frames) = (table.get("hz"), table.get("frames"));
+    table.finish();
+    match (hz, frames) {
+        _ if both => None,
+        (Some(hz), _) => match hz.number(f64::MIN..=f64::MAX)? {
+            rate if rate > 0.0 && rate <= 10_000.0 => Some(Every::Hz(rate)),
+            rate => hz.bad_value(format!("`{}` is {rate}; it must be above 0 and at most 10000", hz.name)),
+        },
+        (_, Some(frames)) => frames.integer(1..=i64::from(u32::MAX)).map(|n| Every::Frames(n as u32)),
+        (None, None) => node.bad_value(format!("`{}` needs `hz` or `frames`", node.name)),
+    }
+}

@@ -1,0 +1,187 @@
+//! Reads `[targets.*]` and `[buffers.*]`.
+
+use raxel_diagnostics::table::{Node, Table};
+
+use super::{at, literal, remove, text};
+use crate::checked::DisplayMap;
+use crate::model::{At, Buffer, BufferSize, Display, Size, Target};
+
+/// Texels on an axis that any device may have at most (`maxImageDimension2D` of today's devices is 16384 or 32768).
+const LONGEST_AXIS: i64 = 65_536;
+/// Array layers that a target may have at most.
+const MOST_LAYERS: i64 = 2048;
+/// Earlier frames that a resource may keep at most: each is a full copy.
+const LONGEST_HISTORY: i64 = 16;
+/// Bytes that a buffer may have at most: 64 GiB.
+const LARGEST_BUFFER: i64 = 1 << 36;
+/// Bytes that an element of a buffer may have at most.
+const LARGEST_STRIDE: i64 = 1 << 20;
+/// Scales of a target's size: below, every target is one texel; above, every one is too large.
+const SCALES: std::ops::RangeInclusive<f64> = 1.0 / 65_536.0..=64.0;
+
+/// The words of `display.map`.
+pub const DISPLAY_MAPS: [(&str, DisplayMap); 8] = [
+    ("color", DisplayMap::Color),
+    ("raw", DisplayMap::Raw),
+    ("gray", DisplayMap::Gray),
+    ("turbo", DisplayMap::Turbo),
+    ("viridis", DisplayMap::Viridis),
+    ("normal", DisplayMap::Normal),
+    ("id", DisplayMap::Id),
+    ("integer", DisplayMap::Integer),
+];
+
+pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Target {
+    let before = table.reporter().count();
+    table.conflict("clear", "init", "`clear` fills the target each frame, `init` once");
+    let mut target = Target {
+        name: At::new(name, node.key_span.clone()),
+        remove: remove(table, &["remove"]),
+        flawed: false,
+        format: text(table, "format"),
+        size: table.get("size").and_then(|node| at(&node, size(&node))),
+        mips: table.get("mips").and_then(|node| at(&node, mips(&node))),
+        layers: table.get("layers").and_then(|node| at(&node, node.integer(1..=MOST_LAYERS).map(|n| n as u32))),
+        history: history(table),
+        clear: table.get("clear").and_then(|node| literal(&node)),
+        init: table.get("init").and_then(|node| literal(&node)),
+        display: table.get("display").and_then(|node| at(&node, display(&node))),
+    };
+    table.finish();
+    target.flawed = table.reporter().count() > before;
+    target
+}
+
+fn history(table: &Table<'_, '_>) -> Option<At<u32>> {
+    table.get("history").and_then(|node| at(&node, node.integer(0..=LONGEST_HISTORY).map(|n| n as u32)))
+}
+
+fn size(node: &Node<'_, '_>) -> Option<Size> {
+    if node.is_number() {
+        return node.number(SCALES).map(|scale| Size::Output([scale; 2]));
+    }
+    if node.is_array() {
+        let elements = node.array()?;
+        if elements.iter().any(|element| element.is_number() && !element.is_integer()) {
+            return node.bad_value(format!(
+                "`{}` is in whole texels; parts of the output are written `{{ scale = [x, y] }}`",
+                node.name
+            ));
+        }
+        return match elements.len() {
+            3 => node.integers::<3>(1..=LONGEST_AXIS).map(|size| Size::Fixed3(size.map(|n| n as u32))),
+            2 => node.integers::<2>(1..=LONGEST_AXIS).map(|size| Size::Fixed2(size.map(|n| n as u32))),
+            n => node.bad_value(format!("`{}` needs 2 or 3 integers, not {n}", node.name)),
+        };
+    }
+    if !node.is_table() {
+        return node.wrong_type("a scale, `[w, h]`, `[w, h, d]` or a table with `of` and `scale`");
+    }
+    let table = node.table()?;
+    let of = text(&table, "of");
+    let scale = table.get("scale");
+    table.finish();
+    match (of, scale) {
+        (None, None) => node.bad_value(format!("`{}` needs `of`, `scale` or both", node.name)),
+        (Some(target), None) => Some(Size::Of { target, scale: 1.0 }),
+        (Some(target), Some(scale)) => Some(Size::Of { target, scale: scale.number(SCALES)? }),
+        (None, Some(scale)) if scale.is_array() => scale.numbers::<2>(SCALES).map(Size::Output),
+        (None, Some(scale)) => scale.number(SCALES).map(|scale| Size::Output([scale; 2])),
+    }
+}
+
+fn mips(node: &Node<'_, '_>) -> Option<u32> {
+    if node.is_string() {
+        return node.word(&[("full", 0)]);
+    }
+    if !node.is_integer() {
+        return node.wrong_type("a number of mips or `\"full\"`");
+    }
+    node.integer(1..=17).map(|n| n as u32)
+}
+
+fn display(node: &Node<'_, '_>) -> Option<Display> {
+    if node.is_string() {
+        return node.word(&DISPLAY_MAPS).map(|map| Display { map: Some(map), range: None, channel: None });
+    }
+    if !node.is_table() {
+        return node.wrong_type("the name of a map, or a table with `map`, `range` and `channel`");
+    }
+    let table = node.table()?;
+    let map = table.get("map").map(|node| node.word(&DISPLAY_MAPS));
+    let range = table.get("range").map(|node| {
+        let range = node.numbers::<2>(f64::from(f32::MIN)..=f64::from(f32::MAX))?;
+        if range[0] < range[1] {
+            return Some(range);
+        }
+        node.bad_value(format!("`{}` is empty: {} is not less than {}", node.name, range[0], range[1]))
+    });
+    let channel = table.get("channel").map(|node| at(&node, node.integer(0..=3).map(|n| n as u32)));
+    table.finish();
+    // A key that is there and wrong makes the whole value unknown: its mistake is reported already.
+    let known = |absent: bool, known: bool| absent || known;
+    let sound = known(map.is_none(), map.flatten().is_some())
+        && known(range.is_none(), range.flatten().is_some())
+        && known(channel.is_none(), channel.as_ref().is_some_and(Option::is_some));
+    sound.then(|| Display { map: map.flatten(), range: range.flatten(), channel: channel.flatten() })
+}
+
+pub fn buffer(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Buffer {
+    let before = table.reporter().count();
+    table.conflict("clear", "init", "`clear` fills the buffer each frame, `init` once");
+    let mut buffer = Buffer {
+        name: At::new(name, node.key_span.clone()),
+        remove: remove(table, &["remove"]),
+        flawed: false,
+        size: table.get("size").and_then(|node| at(&node, buffer_size(&node))),
+        source: text(table, "source"),
+        clear: table.get("clear").and_then(|node| literal(&node)),
+        init: table.get("init").and_then(|node| literal(&node)),
+        history: history(table),
+    };
+    if buffer.source.is_some() {
+        for key in ["size", "clear", "init", "history"] {
+            table.conflict("source", key, "the contents of a source come from outside");
+        }
+    }
+    table.finish();
+    buffer.flawed = table.reporter().count() > before;
+    buffer
+}
+
+fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {
+    if node.is_integer() {
+        let bytes = node.integer(4..=LARGEST_BUFFER)? as u64;
+        if bytes % 4 != 0 {
+            return node.bad_value(format!("`{}` is {bytes} bytes; it must be a multiple of 4", node.name));
+        }
+        return Some(BufferSize::Bytes(bytes));
+    }
+    if !node.is_table() {
+        return node.wrong_type("a number of bytes, `{ count, stride }` or `{ of, stride }`");
+    }
+    let table = node.table()?;
+    let stride = table.need("stride").and_then(|node| {
+        let stride = node.integer(4..=LARGEST_STRIDE)? as u32;
+        if stride % 4 == 0 {
+            return Some(stride);
+        }
+        node.bad_value(format!("`{}` is {stride} bytes; it must be a multiple of 4", node.name))
+    });
+    let of = text(&table, "of");
+    let count = table.get("count").map(|node| node.integer(1..=LARGEST_BUFFER).map(|n| n as u64));
+    let both = table.conflict("of", "count", "the pixels of a target are counted already");
+    table.finish();
+    match (of, count) {
+        (None, None) => node.bad_value(format!("`{}` needs `count` or `of`", node.name)),
+        (Some(of), _) if !both => Some(BufferSize::PerPixel { of, stride: stride? }),
+        (_, Some(count)) if !both => {
+            let (count, stride) = (count?, stride?);
+            if count.saturating_mul(u64::from(stride)) > LARGEST_BUFFER as u64 {
+                return node.bad_value(format!("`{}` is {count} × {stride} bytes; the most is 64 GiB", node.name));
+            }
+            Some(BufferSize::Elements { count, stride })
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,275 @@
+//! Phase 3, resolve: names become indices, words become types, literals become values. Whatever needs no shader to be known to be
+//! wrong is reported here. What is wrong is kept with a stand-in and `sound: false`, so that later phases can go on and report the
+//! rest; a graph with any error is never handed on.
+
+mod params;
+mod passes;
+mod resources;
+
+use std::collections::HashMap;
+
+use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::{Code, Diagnostic, Span, codes};
+use raxel_shader::Request;
+
+use crate::SourceLayout;
+use crate::checked::{self, Condition, Every, ParamId, ResourceId};
+use crate::extends::Loaded;
+use crate::model::{At, File, Literal};
+use crate::value::ValueType;
+
+/// Passes, resources and params that a graph may have of each.
+const MOST: usize = 4096;
+
+/// A graph whose names are resolved.
+#[derive(Clone, Debug)]
+pub struct Resolved {
+    /// `name`.
+    pub name: String,
+    /// `about`.
+    pub about: String,
+    /// `present` and its place; `None` when it is missing or unknown.
+    pub present: Option<At<ResourceId>>,
+    /// In the order of the model.
+    pub params: Vec<Declared<checked::Param>>,
+    /// Targets, then buffers, each in the order of the model.
+    pub resources: Vec<Declared<checked::Resource>>,
+    /// In program order.
+    pub passes: Vec<Pass>,
+    /// The graph's files.
+    pub files: Vec<String>,
+}
+
+/// Something declared in the file. When it is not `sound`, parts of it are stand-ins for what is reported as wrong.
+#[derive(Clone, Debug)]
+pub struct Declared<T> {
+    /// The thing.
+    pub item: T,
+    /// Whether all of it is meant.
+    pub sound: bool,
+    /// Where its main property is written (a target's format, a buffer's size or source, a param's type), else where its name is.
+    pub detail: Span,
+    /// Bytes of an element, for a buffer whose size is a number of elements.
+    pub stride: Option<u32>,
+}
+
+/// A pass whose names are resolved.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    /// Its name.
+    pub name: At<String>,
+    /// What to compile, at the place of `shader`; `None` when that is missing or wrong.
+    pub request: Option<At<Request>>,
+    /// `None` when it is missing or wrong.
+    pub dispatch: Option<At<checked::Dispatch>>,
+    /// The entries of `bind`.
+    pub bind: Vec<Bind>,
+    /// The push-constant values.
+    pub push: Option<Fills>,
+    /// The uniform blocks.
+    pub uniforms: Vec<Fills>,
+    /// Constants by name.
+    pub specialization: Vec<(At<String>, Literal)>,
+    /// `when`.
+    pub when: Option<Condition>,
+    /// `every`.
+    pub every: Option<Every>,
+    /// Whether the file's entries are all known, so that what is absent is meant to be absent.
+    pub sound: bool,
+}
+
+/// A GLSL name bound to a resource.
+#[derive(Clone, Debug)]
+pub struct Bind {
+    /// The GLSL name.
+    pub name: At<String>,
+    /// The resource and its age, `None` when there is no such resource or age.
+    pub target: Option<At<(ResourceId, u32)>>,
+    /// `mip`.
+    pub mip: Option<At<u32>>,
+    /// `layer`.
+    pub layer: Option<At<u32>>,
+    /// `filter`: linear, else nearest.
+    pub linear: Option<At<bool>>,
+    /// `wrap`: repeat, else clamp.
+    pub repeat: Option<At<bool>>,
+}
+
+/// The values of a block.
+#[derive(Clone, Debug)]
+pub struct Fills {
+    /// `push`, or the GLSL name of the uniform block.
+    pub name: At<String>,
+    /// Members by path.
+    pub members: Vec<Member>,
+}
+
+/// The value of a member.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// Path in the block.
+    pub path: At<String>,
+    /// The type that the file declares; with a number of elements for an array.
+    pub ty: Option<At<(ValueType, Option<u32>)>>,
+    /// `None` when it is missing or unknown.
+    pub feed: Option<At<Feed>>,
+    /// The offset that the file declares, in bytes.
+    pub offset: Option<At<u32>>,
+}
+
+/// Where the value of a member comes from.
+#[derive(Clone, Debug)]
+pub enum Feed {
+    /// A param, a builtin or an extent, with its type.
+    From(checked::Source, ValueType),
+    /// Written in the file; its type is the member's.
+    Literal(Literal),
+}
+
+/// Names with their indices.
+type Names = HashMap<String, u32>;
+
+/// Resolves every name of a model. `sources` are the buffer sources that the runtime can supply.
+pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnostic>) -> Resolved {
+    let Loaded { model, files } = loaded;
+    let start = Span::new(model.path.clone(), 0..0);
+    // Names first: a resource may be mentioned before it is declared.
+    let param_names = declare("param", model.params.iter().map(|param| &param.name), found);
+    let targets = model.targets.iter().map(|target| &target.name);
+    let resource_names =
+        declare("target or buffer", targets.chain(model.buffers.iter().map(|buffer| &buffer.name)), found);
+    declare("pass", model.passes.iter().map(|pass| &pass.name), found);
+
+    let name = required(model.name.as_ref(), "name", &start, found);
+    let about = model.about.as_ref().map(|about| about.value.clone()).unwrap_or_default();
+    let params = model.params.iter().map(|param| params::param(param, found)).collect::<Vec<_>>();
+    let resources = resources::resources(&model, &resource_names, sources, found);
+    let scope = Scope { params: &params, param_names: &param_names, resources: &resources, names: &resource_names };
+    let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, found)).collect();
+    let present = present(&model, &scope, &start, found);
+    Resolved { name, about, present, params, resources, passes, files }
+}
+
+/// What a pass can name.
+struct Scope<'a> {
+    params: &'a [Declared<checked::Param>],
+    param_names: &'a Names,
+    resources: &'a [Declared<checked::Resource>],
+    names: &'a Names,
+}
+
+impl Scope<'_> {
+    fn param(&self, name: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<ParamId> {
+        match self.param_names.get(name) {
+            Some(id) => Some(ParamId(*id)),
+            None => {
+                let known = self.param_names.keys().map(String::as_str);
+                found.push(unknown(codes::graph::UNKNOWN_PARAM, "param", name, place, known));
+                None
+            }
+        }
+    }
+
+    fn resource(&self, name: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
+        resource(self.names, name, place, found)
+    }
+}
+
+fn resource(names: &Names, name: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
+    if let Some(id) = names.get(name) {
+        return Some(ResourceId(*id));
+    }
+    let known = names.keys().map(String::as_str);
+    found.push(unknown(codes::graph::UNKNOWN_RESOURCE, "target or buffer", name, place, known));
+    None
+}
+
+/// A name that nothing has, with the closest that something has, or all of them if they are few.
+fn unknown<'n>(code: Code, what: &str, name: &str, place: &Span, known: impl Iterator<Item = &'n str>) -> Diagnostic {
+    let mut known: Vec<&str> = known.collect();
+    known.sort_unstable();
+    let diagnostic =
+        Diagnostic::error(code, format!("there is no {what} `{name}`")).label(place.clone(), format!("no such {what}"));
+    match closest(name, known.iter().copied()) {
+        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+        None if known.is_empty() => diagnostic.help(format!("the graph declares no {what}")),
+        None if known.len() <= 16 => diagnostic.help(format!("there is {}", list(known.into_iter()))),
+        None => diagnostic,
+    }
+}
+
+/// Numbers names in their order; reports those that are given twice, are malformed or too many.
+fn declare<'m>(what: &str, names: impl Iterator<Item = &'m At<String>>, found: &mut Vec<Diagnostic>) -> Names {
+    let mut first: HashMap<String, (u32, &Span)> = HashMap::new();
+    for (index, name) in names.enumerate() {
+        if index == MOST {
+            found.push(
+                Diagnostic::error(codes::graph::TOO_MANY, format!("a graph has at most {MOST} of each kind of thing"))
+                    .label(name.span.clone(), format!("this {what} is one too many")),
+            );
+        }
+        if !is_name(&name.value) {
+            found.push(
+                Diagnostic::error(codes::graph::BAD_NAME, format!("`{}` cannot be the name of a {what}", name.value))
+                    .label(name.span.clone(), "")
+                    .help("a name has 1 to 64 letters, digits, `_` and `-`"),
+            );
+        }
+        if let Some((_, earlier)) = first.get(&name.value) {
+            found.push(
+                Diagnostic::error(codes::graph::DUPLICATE_NAME, format!("two things are called `{}`", name.value))
+                    .label(name.span.clone(), format!("this {what} has the name of another"))
+                    .label((*earlier).clone(), "the first one"),
+            );
+            continue;
+        }
+        first.insert(name.value.clone(), (index as u32, &name.span));
+    }
+    first.into_iter().map(|(name, (index, _))| (name, index)).collect()
+}
+
+fn is_name(name: &str) -> bool {
+    (1..=64).contains(&name.len()) && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-')
+}
+
+fn required(value: Option<&At<String>>, key: &str, start: &Span, found: &mut Vec<Diagnostic>) -> String {
+    if let Some(value) = value {
+        return value.value.clone();
+    }
+    found.push(missing("the file", key, start));
+    String::new()
+}
+
+/// The diagnostic for a key that must be there.
+fn missing(whose: &str, key: &str, place: &Span) -> Diagnostic {
+    Diagnostic::error(codes::files::MISSING_KEY, format!("{whose} needs the key `{key}`"))
+        .label(place.clone(), "missing here")
+}
+
+fn present(model: &File, scope: &Scope<'_>, start: &Span, found: &mut Vec<Diagnostic>) -> Option<At<ResourceId>> {
+    let Some(present) = &model.present else {
+        found.push(
+            missing("the file", "present", start).help("name the target that is shown when nobody chooses another"),
+        );
+        return None;
+    };
+    let (name, age) = age(&present.value);
+    let id = scope.resource(name, &present.span, found)?;
+    if age != Some(0) {
+        found.push(
+            Diagnostic::error(codes::graph::HISTORY, format!("`present` is `{}`, an earlier frame", present.value))
+                .label(present.span.clone(), "")
+                .help(format!("present `{name}`; earlier frames of it can be chosen while it runs")),
+        );
+        return None;
+    }
+    Some(At::new(id, present.span.clone()))
+}
+
+/// Splits `color@1` into name and age. The age is `None` when it is no number of at least 1.
+fn age(reference: &str) -> (&str, Option<u32>) {
+    match reference.split_once('@') {
+        None => (reference, Some(0)),
+        Some((name, age)) => (name, age.parse().ok().filter(|age| *age >= 1)),
+    }
+}

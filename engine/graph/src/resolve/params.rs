@@ -1,0 +1,114 @@
+//! Resolves `[params.*]`: type, default, range.
+
+use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_shader::interface::Scalar;
+
+use super::{Declared, missing};
+use crate::checked::{self, Value};
+use crate::model::{Data, Literal, Param};
+use crate::value::{ValueType, describe, typed};
+
+pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Param> {
+    let (before, name) = (found.len(), &param.name);
+    let whose = format!("`params.{}`", name.value);
+    let ty = match &param.ty {
+        Some(word) => param_type(&word.value, &word.span, found),
+        None => {
+            if !param.flawed {
+                found.push(missing(&whose, "type", &name.span));
+            }
+            None
+        }
+    };
+    let default = match (&param.default, ty) {
+        (Some(literal), Some(ty)) => default(param, literal, ty, found),
+        (None, _) if !param.flawed => {
+            found.push(missing(&whose, "default", &name.span));
+            None
+        }
+        _ => None,
+    };
+    range(param, ty, default, found);
+    let detail = param.ty.as_ref().map_or(&name.span, |ty| &ty.span).clone();
+    let item = checked::Param {
+        name: name.value.clone(),
+        default: default.unwrap_or(Value::Bool(false)),
+        range: param.range.as_ref().map(|range| range.value),
+        step: param.step.as_ref().map(|step| step.value),
+        label: param.label.as_ref().map_or_else(|| name.value.clone(), |label| label.value.clone()),
+        place: name.span.clone(),
+    };
+    Declared { item, sound: default.is_some() && !param.flawed && found.len() == before, detail, stride: None }
+}
+
+/// The type of that word; a param can be all but a matrix.
+fn param_type(word: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<ValueType> {
+    let words = || ValueType::words().filter(|word| *word != "mat4");
+    if words().any(|known| known == word) {
+        return ValueType::from_word(word);
+    }
+    found.push(unknown_type(word, place, words()));
+    None
+}
+
+/// The diagnostic for a word that is no type.
+pub fn unknown_type<'n>(word: &str, place: &Span, words: impl Iterator<Item = &'n str> + Clone) -> Diagnostic {
+    let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_TYPE, format!("there is no type `{word}`"))
+        .label(place.clone(), "no such type");
+    match ValueType::word_of_glsl(word).or_else(|| closest(word, words.clone())) {
+        Some(word) => diagnostic.help(format!("did you mean `{word}`?")),
+        None => diagnostic.help(format!("one of: {}", list(words))),
+    }
+}
+
+fn default(param: &Param, literal: &Literal, ty: ValueType, found: &mut Vec<Diagnostic>) -> Option<Value> {
+    let value = typed(literal, ty);
+    if value.is_none() {
+        let mut diagnostic = Diagnostic::error(
+            codes::graph::LITERAL,
+            format!(
+                "the default of param `{}` is {}, which is no `{}`",
+                param.name.value,
+                describe(literal),
+                ty.word()
+            ),
+        )
+        .label(literal.span.clone(), "");
+        if let Some(ty) = &param.ty {
+            diagnostic = diagnostic.label(ty.span.clone(), "the type");
+        }
+        found.push(diagnostic);
+    }
+    value
+}
+
+fn range(param: &Param, ty: Option<ValueType>, default: Option<Value>, found: &mut Vec<Diagnostic>) {
+    let Some(range) = &param.range else { return };
+    let ([low, high], name) = (range.value, &param.name.value);
+    let error = |message: String| Diagnostic::error(codes::graph::PARAM_RANGE, message);
+    if ty.is_some_and(|ty| ty.scalar == Scalar::Bool) {
+        let message = format!("param `{name}` is a `bool`, which has no range");
+        found.push(error(message).label(range.span.clone(), "the range"));
+    } else if low >= high {
+        let message = format!("the range of param `{name}` is empty: {low} is not less than {high}");
+        let diagnostic = error(message).label(range.span.clone(), "the range");
+        found.push(if low > high { diagnostic.help(format!("write [{high}, {low}]")) } else { diagnostic });
+    } else if let (Some(_), Some(literal)) = (default, &param.default) {
+        // As written, before it is rounded to 32 bits.
+        if let Some(outside) = numbers(literal).into_iter().find(|number| !(low..=high).contains(number)) {
+            let message = format!("the default of param `{name}` is {outside}, outside its range {low}…{high}");
+            found
+                .push(error(message).label(literal.span.clone(), "the default").label(range.span.clone(), "the range"));
+        }
+    }
+}
+
+fn numbers(literal: &Literal) -> Vec<f64> {
+    match &literal.data {
+        Data::Bool(_) => Vec::new(),
+        Data::Int(value) => vec![*value as f64],
+        Data::Float(value) => vec![*value],
+        Data::Array(elements) => elements.iter().flat_map(numbers).collect(),
+    }
+}

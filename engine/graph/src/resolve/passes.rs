@@ -1,0 +1,305 @@
+//! Resolves `[[passes]]`: the shader to compile, resources, params, builtins, conditions.
+
+use raxel_diagnostics::files::join;
+use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_shader::Request;
+
+use super::params::unknown_type;
+use super::{Bind, Feed, Fills, Member, Pass, Scope, age, missing};
+use crate::checked::{self, BufferSize, Builtin, Condition, Extent, Fact, ResourceId, ResourceKind, Source, Value};
+use crate::model::{self, At};
+use crate::value::ValueType;
+
+/// The facts of `when` that are no param.
+const FACTS: [(&str, Fact); 3] = [
+    ("world.has_emission", Fact::WorldHasEmission),
+    ("world.has_transparency", Fact::WorldHasTransparency),
+    ("world.has_voxels", Fact::WorldHasVoxels),
+];
+
+/// Elements that an array member may be declared with.
+const LONGEST_MEMBER: u32 = 4096;
+
+pub fn pass(pass: &model::Pass, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Pass {
+    let whose = format!("pass `{}`", pass.name.value);
+    let bind: Vec<Bind> = pass.bind.iter().map(|entry| bind(entry, scope, found)).collect();
+    let request = request(pass, &whose, &bind, scope, found);
+    let dispatch = match &pass.dispatch {
+        Some(given) => dispatch(given, scope, found),
+        None => {
+            if !pass.flawed {
+                found.push(
+                    missing(&whose, "dispatch", &pass.name.span)
+                        .help("e.g. `dispatch = { threads = \"NAME\" }` for one thread per texel of a target"),
+                );
+            }
+            None
+        }
+    };
+    Pass {
+        name: pass.name.clone(),
+        request,
+        dispatch,
+        bind,
+        push: pass.push.as_ref().map(|block| fills(block, scope, found)),
+        uniforms: pass.uniforms.iter().map(|block| fills(block, scope, found)).collect(),
+        specialization: pass.specialization.clone(),
+        when: pass.when.as_ref().and_then(|when| condition(when, scope, found)),
+        every: pass.every.as_ref().map(|every| every.value),
+        sound: !pass.flawed,
+    }
+}
+
+/// What to compile: the file's defines, and one more for each world layout that is bound.
+fn request(
+    pass: &model::Pass,
+    whose: &str,
+    bind: &[Bind],
+    scope: &Scope<'_>,
+    found: &mut Vec<Diagnostic>,
+) -> Option<At<Request>> {
+    let Some(shader) = &pass.shader else {
+        if !pass.flawed {
+            found.push(missing(whose, "shader", &pass.name.span));
+        }
+        return None;
+    };
+    let Some(path) = join("shaders", &shader.value) else {
+        found.push(
+            Diagnostic::error(codes::files::OUTSIDE_ROOT, format!("`{}` is no path inside the project", shader.value))
+                .label(shader.span.clone(), "")
+                .help("write it relative to `shaders/`"),
+        );
+        return None;
+    };
+    let mut defines: Vec<(String, String)> = Vec::new();
+    for (name, text) in &pass.defines {
+        if !is_macro_name(&name.value) {
+            found.push(
+                Diagnostic::error(codes::graph::DEFINE, format!("`{}` cannot be the name of a define", name.value))
+                    .label(name.span.clone(), "")
+                    .help("a define has letters, digits and `_`, no digit first, no `__` and no `GL_` in front"),
+            );
+        } else if text.contains(['\n', '\r', '\0']) {
+            found.push(
+                Diagnostic::error(codes::graph::DEFINE, format!("define `{}` has more than one line", name.value))
+                    .label(name.span.clone(), ""),
+            );
+        } else {
+            defines.push((name.value.clone(), text.clone()));
+        }
+    }
+    for entry in bind {
+        let Some(target) = &entry.target else { continue };
+        let ResourceKind::Buffer(buffer) = &scope.resources[target.value.0.0 as usize].item.kind else { continue };
+        let BufferSize::Source(source) = &buffer.size else { continue };
+        if let Some(layout) = source.strip_prefix("world.") {
+            defines.push((format!("RX_LAYOUT_{}", layout.to_uppercase()), "1".to_owned()));
+        }
+    }
+    defines.sort();
+    defines.dedup();
+    let entry = pass.entry.as_ref().map_or("main", |entry| &entry.value).to_owned();
+    Some(At::new(Request { path, entry, defines }, shader.span.clone()))
+}
+
+fn is_macro_name(name: &str) -> bool {
+    let first = name.bytes().next().is_some_and(|b| b.is_ascii_alphabetic() || b == b'_');
+    let all = name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+    first && all && name.len() <= 256 && !name.contains("__") && !name.starts_with("GL_")
+}
+
+fn bind(entry: &model::Bind, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Bind {
+    Bind {
+        name: entry.name.clone(),
+        target: entry.target.as_ref().and_then(|target| reference(target, scope, found)),
+        mip: entry.mip.clone(),
+        layer: entry.layer.clone(),
+        linear: entry.linear.clone(),
+        repeat: entry.repeat.clone(),
+    }
+}
+
+/// A resource of this frame or an earlier one, e.g. `color@1`.
+fn reference(name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<At<(ResourceId, u32)>> {
+    let (plain, age) = age(&name.value);
+    let id = scope.resource(plain, &name.span, found)?;
+    let declared = &scope.resources[id.0 as usize];
+    let history = declared.item.history;
+    match age {
+        Some(age) if age <= history => return Some(At::new((id, age), name.span.clone())),
+        // A history that could not be read says nothing.
+        Some(_) if !declared.sound => {}
+        Some(age) => found.push(
+            Diagnostic::error(
+                codes::graph::HISTORY,
+                format!("`{}` is {age} frames old, but `{plain}` keeps {history}", name.value),
+            )
+            .label(name.span.clone(), "older than what is kept")
+            .label(declared.item.place.clone(), "declared here")
+            .help(format!("give `{plain}` the key `history = {age}`")),
+        ),
+        None => found.push(
+            Diagnostic::error(codes::graph::HISTORY, format!("`{}` names no earlier frame", name.value))
+                .label(name.span.clone(), "a number of frames, at least 1, follows `@`")
+                .help(format!("write `{plain}` for this frame, `{plain}@1` for the last")),
+        ),
+    }
+    None
+}
+
+fn dispatch(
+    given: &At<model::Dispatch>,
+    scope: &Scope<'_>,
+    found: &mut Vec<Diagnostic>,
+) -> Option<At<checked::Dispatch>> {
+    let dispatch = match &given.value {
+        model::Dispatch::Threads(threads) => checked::Dispatch::Threads(*threads),
+        model::Dispatch::Groups(groups) => checked::Dispatch::Groups(*groups),
+        model::Dispatch::ThreadsOf { target, mip } => {
+            let id = of_kind(target, scope, "target", found)?;
+            checked::Dispatch::ThreadsOf { target: id, mip: *mip }
+        }
+        model::Dispatch::Indirect { buffer, offset } => {
+            let id = of_kind(buffer, scope, "buffer", found)?;
+            checked::Dispatch::Indirect { buffer: id, offset: offset.value }
+        }
+    };
+    Some(At::new(dispatch, given.span.clone()))
+}
+
+/// A resource that must be a target or must be a buffer.
+fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
+    let id = scope.resource(&name.value, &name.span, found)?;
+    let declared = &scope.resources[id.0 as usize].item;
+    let is = match declared.kind {
+        ResourceKind::Target(_) => "target",
+        ResourceKind::Buffer(_) => "buffer",
+    };
+    if is == kind {
+        return Some(id);
+    }
+    found.push(
+        Diagnostic::error(codes::graph::WRONG_KIND, format!("`{}` is a {is}, not a {kind}", name.value))
+            .label(name.span.clone(), format!("a {kind} is needed here"))
+            .label(declared.place.clone(), format!("declared as a {is}")),
+    );
+    None
+}
+
+fn fills(block: &model::Fills, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Fills {
+    Fills { name: block.name.clone(), members: block.members.iter().map(|m| member(m, scope, found)).collect() }
+}
+
+fn member(member: &model::Member, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Member {
+    let ty = member.ty.as_ref().and_then(|word| {
+        let ty = member_type(&word.value);
+        if ty.is_none() {
+            found.push(unknown_type(&word.value, &word.span, ValueType::words()));
+        }
+        ty.map(|ty| At::new(ty, word.span.clone()))
+    });
+    let feed = match (&member.from, &member.value) {
+        (Some(from), _) => source(from, scope, found).map(|feed| At::new(feed, from.span.clone())),
+        (None, Some(literal)) => Some(At::new(Feed::Literal(literal.clone()), literal.span.clone())),
+        (None, None) => None,
+    };
+    Member { path: member.path.clone(), ty, feed, offset: member.offset.clone() }
+}
+
+/// `vec3`, `vec4[8]`.
+fn member_type(word: &str) -> Option<(ValueType, Option<u32>)> {
+    let Some((element, rest)) = word.split_once('[') else { return ValueType::from_word(word).map(|ty| (ty, None)) };
+    let len: u32 = rest.strip_suffix(']')?.parse().ok().filter(|len| (1..=LONGEST_MEMBER).contains(len))?;
+    ValueType::from_word(element).map(|ty| (ty, Some(len)))
+}
+
+/// The word of `from`: `param.NAME`, `target.NAME.size`, or a builtin.
+fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Feed> {
+    let word = from.value.as_str();
+    if let Some(name) = word.strip_prefix("param.") {
+        let id = scope.param(name, &from.span, found)?;
+        let param = &scope.params[id.0 as usize];
+        return param.sound.then(|| Feed::From(Source::Param(id), Value::ty(&param.item.default)));
+    }
+    if let Some(name) = word.strip_prefix("target.").and_then(|rest| rest.strip_suffix(".size")) {
+        let name = At::new(name.to_owned(), from.span.clone());
+        let id = of_kind(&name, scope, "target", found)?;
+        let rows = if has_third_axis(id, scope) { 3 } else { 2 };
+        let ty = ValueType::new(raxel_shader::interface::Scalar::I32, (rows, 1));
+        return Some(Feed::From(Source::ExtentOf(id), ty));
+    }
+    if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == word) {
+        let (scalar, shape) = builtin.ty();
+        return Some(Feed::From(Source::Builtin(*builtin), ValueType::new(scalar, shape)));
+    }
+    found.push(unknown_source(word, &from.span, scope));
+    None
+}
+
+fn unknown_source(word: &str, place: &Span, scope: &Scope<'_>) -> Diagnostic {
+    let builtins = || Builtin::ALL.iter().map(|builtin| builtin.name());
+    let params: Vec<String> = scope.params.iter().map(|param| format!("param.{}", param.item.name)).collect();
+    let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_BUILTIN, format!("nothing is called `{word}`"))
+        .label(place.clone(), "no such value");
+    // A param is often named without the word that says it is one.
+    let meant = params.iter().find(|param| param["param.".len()..] == *word).map(String::as_str);
+    match meant.or_else(|| closest(word, builtins().chain(params.iter().map(String::as_str)))) {
+        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+        None => diagnostic.help(format!("`param.NAME`, `target.NAME.size` or one of: {}", list(builtins()))),
+    }
+}
+
+/// Whether the extent of a target has depth or layers. A chain of `of` that closes on itself is reported elsewhere.
+fn has_third_axis(id: ResourceId, scope: &Scope<'_>) -> bool {
+    let mut next = id;
+    for _ in 0..=scope.resources.len() {
+        let ResourceKind::Target(target) = &scope.resources[next.0 as usize].item.kind else { return false };
+        if next == id && target.layers > 1 {
+            return true;
+        }
+        match target.extent {
+            Extent::Fixed3(_) => return true,
+            Extent::Of { target, .. } => next = target,
+            Extent::Output { .. } | Extent::Fixed2(_) => return false,
+        }
+    }
+    false
+}
+
+/// `world.has_emission`, `!param.fog`; `always` takes away a condition of the base.
+fn condition(when: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Condition> {
+    if when.value == "always" {
+        return None;
+    }
+    let word = when.value.strip_prefix('!').unwrap_or(&when.value);
+    let negated = word.len() < when.value.len();
+    if let Some((_, fact)) = FACTS.iter().find(|(name, _)| *name == word) {
+        return Some(Condition { fact: fact.clone(), negated });
+    }
+    if let Some(name) = word.strip_prefix("param.") {
+        let id = scope.param(name, &when.span, found)?;
+        let param = &scope.params[id.0 as usize];
+        if matches!(param.item.default, Value::Bool(_)) {
+            return Some(Condition { fact: Fact::Param(id), negated });
+        }
+        if param.sound {
+            let ty = param.item.default.ty().word();
+            found.push(
+                Diagnostic::error(codes::graph::CONDITION_TYPE, format!("param `{name}` is `{ty}`, not `bool`"))
+                    .label(when.span.clone(), "a condition holds or does not")
+                    .label(param.detail.clone(), "declared here"),
+            );
+        }
+        return None;
+    }
+    let facts = || FACTS.iter().map(|(name, _)| *name);
+    let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_FACT, format!("there is no condition `{word}`"))
+        .label(when.span.clone(), "no such condition");
+    found.push(match closest(word, facts()) {
+        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+        None => diagnostic.help(format!("`param.NAME` of a bool, or one of: {}", list(facts()))),
+    });
+    None
+}

@@ -1,0 +1,323 @@
+//! Resolves `[targets.*]` and `[buffers.*]`: formats, extents, sources, fill values, display.
+
+use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_shader::format::Format;
+use raxel_shader::interface::ScalarKind;
+
+use super::{Declared, Names, missing, resource, unknown};
+use crate::SourceLayout;
+use crate::checked::{self, Clear, DisplayMap, Extent, Resource, ResourceId, ResourceKind};
+use crate::model::{At, Buffer, BufferSize, Data, Display, File, Literal, Size, Target};
+use crate::value::{describe, float, integer};
+
+/// Resolves targets, then buffers.
+pub fn resources(
+    model: &File,
+    names: &Names,
+    sources: &[SourceLayout],
+    found: &mut Vec<Diagnostic>,
+) -> Vec<Declared<Resource>> {
+    let scope = Scope { names, targets: &model.targets, sources };
+    let mut resources = Vec::with_capacity(model.targets.len() + model.buffers.len());
+    for target in &model.targets {
+        resources.push(scope.target(target, found));
+    }
+    for buffer in &model.buffers {
+        resources.push(scope.buffer(buffer, found));
+    }
+    resources
+}
+
+struct Scope<'a> {
+    names: &'a Names,
+    targets: &'a [Target],
+    sources: &'a [SourceLayout],
+}
+
+impl Scope<'_> {
+    fn target(&self, target: &Target, found: &mut Vec<Diagnostic>) -> Declared<Resource> {
+        let before = found.len();
+        let name = &target.name;
+        let format = format(target, found);
+        let extent = match target.size.as_ref().map(|size| &size.value) {
+            None => Extent::Output { scale: [1.0; 2] },
+            Some(Size::Output(scale)) => Extent::Output { scale: *scale },
+            Some(Size::Fixed2(extent)) => Extent::Fixed2(*extent),
+            Some(Size::Fixed3(extent)) => Extent::Fixed3(*extent),
+            Some(Size::Of { target, scale }) => match self.target_id(target, found) {
+                Some(target) => Extent::Of { target, scale: *scale },
+                None => Extent::Output { scale: [1.0; 2] },
+            },
+        };
+        // Without a format nothing can be said of what depends on it; the rest of the target is still checked.
+        let shape = format.unwrap_or(Format::Rgba32f);
+        let mut fill = |literal: &Option<Literal>, key| {
+            let literal = literal.as_ref().filter(|_| format.is_some())?;
+            colour(&name.value, key, literal, shape, found)
+        };
+        let (clear, init) = (fill(&target.clear, "clear"), fill(&target.init, "init"));
+        let display = target.display.as_ref().filter(|_| format.is_some());
+        let display = display.and_then(|display| show(&name.value, display, shape, found));
+        let kind = ResourceKind::Target(checked::Target {
+            format: shape,
+            extent,
+            mips: target.mips.as_ref().map_or(1, |mips| mips.value),
+            layers: target.layers.as_ref().map_or(1, |layers| layers.value),
+            clear,
+            init,
+            display,
+        });
+        volume_has_no_layers(target, found);
+        let sound = format.is_some() && !target.flawed && found.len() == before;
+        let detail = target.format.as_ref().map_or(&name.span, |format| &format.span).clone();
+        declared(name, kind, target.history.as_ref(), sound, detail)
+    }
+
+    fn buffer(&self, buffer: &Buffer, found: &mut Vec<Diagnostic>) -> Declared<Resource> {
+        let before = found.len();
+        let name = &buffer.name;
+        let size = match (&buffer.source, &buffer.size) {
+            (Some(source), _) => self.source(source, found),
+            (None, Some(size)) => self.buffer_size(&size.value, found),
+            (None, None) => {
+                if !buffer.flawed {
+                    let whose = format!("`buffers.{}`", name.value);
+                    found.push(missing(&whose, "size", &name.span).help("or `source`, for what comes from outside"));
+                }
+                None
+            }
+        };
+        let mut fill = |literal: &Option<Literal>, key| pattern(&name.value, key, literal.as_ref()?, found);
+        let (clear, init) = (fill(&buffer.clear, "clear"), fill(&buffer.init, "init"));
+        let sound = size.is_some() && !buffer.flawed && found.len() == before;
+        let size = size.unwrap_or(checked::BufferSize::Bytes(4));
+        let kind = ResourceKind::Buffer(checked::Buffer { size, clear, init });
+        let places = buffer.source.as_ref().map(|source| &source.span);
+        let detail = places.or(buffer.size.as_ref().map(|size| &size.span)).unwrap_or(&name.span).clone();
+        let stride = match buffer.size.as_ref().map(|size| &size.value) {
+            Some(BufferSize::Elements { stride, .. } | BufferSize::PerPixel { stride, .. }) => Some(*stride),
+            _ => None,
+        };
+        Declared { stride, ..declared(name, kind, buffer.history.as_ref(), sound, detail) }
+    }
+
+    fn buffer_size(&self, size: &BufferSize, found: &mut Vec<Diagnostic>) -> Option<checked::BufferSize> {
+        Some(match size {
+            BufferSize::Bytes(bytes) => checked::BufferSize::Bytes(*bytes),
+            BufferSize::Elements { count, stride } => checked::BufferSize::Bytes(count * u64::from(*stride)),
+            BufferSize::PerPixel { of, stride } => {
+                checked::BufferSize::PerPixel { of: self.target_id(of, found)?, stride: *stride }
+            }
+        })
+    }
+
+    /// The target of that name.
+    fn target_id(&self, name: &At<String>, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
+        let id = resource(self.names, &name.value, &name.span, found)?;
+        if (id.0 as usize) < self.targets.len() {
+            return Some(id);
+        }
+        found.push(
+            Diagnostic::error(
+                codes::graph::WRONG_KIND,
+                format!("`{}` is a buffer; only a target has an extent", name.value),
+            )
+            .label(name.span.clone(), "a target is needed here"),
+        );
+        None
+    }
+
+    fn source(&self, source: &At<String>, found: &mut Vec<Diagnostic>) -> Option<checked::BufferSize> {
+        if self.sources.iter().any(|known| known.name == source.value) {
+            return Some(checked::BufferSize::Source(source.value.clone()));
+        }
+        let known = self.sources.iter().map(|source| source.name.as_str());
+        found.push(unknown(codes::graph::UNKNOWN_SOURCE, "source", &source.value, &source.span, known));
+        None
+    }
+}
+
+fn declared(
+    name: &At<String>,
+    kind: ResourceKind,
+    history: Option<&At<u32>>,
+    sound: bool,
+    detail: Span,
+) -> Declared<Resource> {
+    let history = history.map_or(0, |history| history.value);
+    let item = Resource { name: name.value.clone(), kind, history, place: name.span.clone() };
+    Declared { item, sound, detail, stride: None }
+}
+
+fn format(target: &Target, found: &mut Vec<Diagnostic>) -> Option<Format> {
+    let Some(word) = &target.format else {
+        if !target.flawed {
+            found.push(missing(&format!("`targets.{}`", target.name.value), "format", &target.name.span));
+        }
+        return None;
+    };
+    let format = Format::from_name(&word.value);
+    if format.is_none() {
+        let names = || Format::ALL.iter().map(|format| format.name());
+        let diagnostic =
+            Diagnostic::error(codes::graph::UNKNOWN_FORMAT, format!("there is no format `{}`", word.value))
+                .label(word.span.clone(), "no such format");
+        found.push(match closest(&word.value, names()) {
+            Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+            None => diagnostic.help(format!("one of: {}", list(names()))),
+        });
+    }
+    format
+}
+
+fn volume_has_no_layers(target: &Target, found: &mut Vec<Diagnostic>) {
+    let (Some(size), Some(layers)) = (&target.size, &target.layers) else { return };
+    if matches!(size.value, Size::Fixed3(_)) && layers.value > 1 {
+        found.push(
+            Diagnostic::error(
+                codes::files::CONFLICTING_KEYS,
+                format!("target `{}` has three dimensions and {} layers", target.name.value, layers.value),
+            )
+            .label(layers.span.clone(), "a 3-D image has no layers")
+            .label(size.span.clone(), "three dimensions"),
+        );
+    }
+}
+
+/// A fill value of a target: one number for every channel, or one for each.
+fn colour(name: &str, key: &str, literal: &Literal, format: Format, found: &mut Vec<Diagnostic>) -> Option<Clear> {
+    let channels = format.channels() as usize;
+    let one = std::slice::from_ref(literal);
+    let elements = match &literal.data {
+        Data::Array(elements) => elements.as_slice(),
+        _ => one,
+    };
+    let single = elements.len() == 1 && !matches!(literal.data, Data::Array(_));
+    let clear = (single || elements.len() == channels)
+        .then(|| match format.scalar() {
+            ScalarKind::Float => spread(elements, channels, |_, element| float(element)).map(Clear::Float),
+            ScalarKind::Int => spread(elements, channels, |channel, element| {
+                let half = 1_i64 << (channel_bits(format, channel) - 1);
+                integer(element).filter(|v: &i32| (-half..half).contains(&i64::from(*v)))
+            })
+            .map(Clear::Int),
+            ScalarKind::Uint => spread(elements, channels, |channel, element| {
+                integer(element).filter(|v: &u32| u64::from(*v) < 1 << channel_bits(format, channel))
+            })
+            .map(Clear::Uint),
+        })
+        .flatten();
+    if clear.is_none() {
+        let kind = match format.scalar() {
+            ScalarKind::Float => "floats",
+            ScalarKind::Int => "integers",
+            ScalarKind::Uint => "unsigned integers",
+        };
+        let bits = channel_bits(format, 0);
+        found.push(
+            Diagnostic::error(
+                codes::graph::FILL_VALUE,
+                format!("`{key}` of target `{name}` is {}, which `{}` cannot hold", describe(literal), format.name()),
+            )
+            .label(literal.span.clone(), "")
+            .help(match channels {
+                1 => format!("`{}` takes one of {kind} of {bits} bits", format.name()),
+                n => format!("`{}` takes {n} {kind} of {bits} bits, or one for all channels", format.name()),
+            }),
+        );
+    }
+    clear
+}
+
+/// Bits of a channel of an integer format.
+fn channel_bits(format: Format, channel: usize) -> u32 {
+    match (format, channel) {
+        (Format::Rgb10A2 | Format::Rgb10A2ui, 3) => 2,
+        (Format::Rgb10A2 | Format::Rgb10A2ui, _) => 10,
+        _ => format.bytes() * 8 / format.channels(),
+    }
+}
+
+/// One element for every channel, or an element a channel; channels that the format lacks are zero.
+fn spread<T: Copy + Default>(
+    elements: &[Literal],
+    channels: usize,
+    value: impl Fn(usize, &Literal) -> Option<T>,
+) -> Option<[T; 4]> {
+    let mut all = [T::default(); 4];
+    for (channel, out) in all.iter_mut().enumerate().take(channels) {
+        *out = value(channel, elements.get(channel).or(elements.first())?)?;
+    }
+    Some(all)
+}
+
+/// The fill pattern of a buffer: 32 bits, written as a signed or unsigned integer.
+fn pattern(name: &str, key: &str, literal: &Literal, found: &mut Vec<Diagnostic>) -> Option<u32> {
+    let pattern = integer::<u32>(literal).or_else(|| integer::<i32>(literal).map(|value| value as u32));
+    if pattern.is_none() {
+        let diagnostic = Diagnostic::error(
+            codes::graph::FILL_VALUE,
+            format!("`{key}` of buffer `{name}` is {}, not a 32-bit integer", describe(literal)),
+        )
+        .label(literal.span.clone(), "a buffer is filled with one 32-bit pattern");
+        found.push(match float(literal) {
+            Some(value) if matches!(literal.data, Data::Float(_)) => {
+                diagnostic.help(format!("the pattern of the float {value:?} is {:#010x}", value.to_bits()))
+            }
+            _ => diagnostic,
+        });
+    }
+    pattern
+}
+
+/// `display`, with the format's own map where the file names none.
+fn show(name: &str, display: &At<Display>, format: Format, found: &mut Vec<Diagnostic>) -> Option<checked::Display> {
+    let (channels, float) = (format.channels(), format.scalar() == ScalarKind::Float);
+    let Display { map, range, channel } = &display.value;
+    let map = map.unwrap_or(default_map(format));
+    let needs = match map {
+        DisplayMap::Color if !float || channels < 3 => "a float format with 3 or 4 channels",
+        DisplayMap::Normal if !float || channels < 3 => "a float format with 3 or 4 channels",
+        DisplayMap::Raw if !float => "a float or normalised format",
+        DisplayMap::Id | DisplayMap::Integer if float => "an integer format",
+        _ => "",
+    };
+    let word = crate::parse::DISPLAY_MAPS.iter().find(|known| known.1 == map).map_or("", |known| known.0);
+    if !needs.is_empty() {
+        found.push(
+            Diagnostic::error(
+                codes::graph::DISPLAY,
+                format!("target `{name}` is `{}`, which the display map `{word}` cannot show", format.name()),
+            )
+            .label(display.span.clone(), format!("`{word}` needs {needs}")),
+        );
+        return None;
+    }
+    if let Some(channel) = channel.as_ref().filter(|channel| channel.value >= channels) {
+        found.push(
+            Diagnostic::error(
+                codes::graph::DISPLAY,
+                format!("target `{name}` is `{}`, which has no channel {}", format.name(), channel.value),
+            )
+            .label(channel.span.clone(), format!("the last channel is {}", channels - 1)),
+        );
+        return None;
+    }
+    let range = range.map_or([0.0, 1.0], |range| range.map(|end| end as f32));
+    Some(checked::Display { map, range, channel: channel.as_ref().map_or(0, |channel| channel.value) })
+}
+
+/// The map of a format that the file says nothing about.
+fn default_map(format: Format) -> DisplayMap {
+    match (format.scalar(), format.channels()) {
+        (ScalarKind::Int | ScalarKind::Uint, _) => DisplayMap::Id,
+        (ScalarKind::Float, 1 | 2) => DisplayMap::Gray,
+        (ScalarKind::Float, _) if is_unorm(format) => DisplayMap::Raw,
+        (ScalarKind::Float, _) => DisplayMap::Color,
+    }
+}
+
+fn is_unorm(format: Format) -> bool {
+    matches!(format, Format::Rgba16 | Format::Rgb10A2 | Format::Rgba8)
+}
