@@ -46,10 +46,32 @@ pub(crate) struct Messages {
     pub format: Format,
 }
 
+/// An extent in pixels, both sides at least 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size(pub [u32; 2]);
+
+/// Reads `640x360`.
+pub(crate) fn size(text: &str) -> Result<Size, String> {
+    const LARGEST: u32 = 16384;
+    let side = |side: &str| side.parse().ok().filter(|n| (1..=LARGEST).contains(n));
+    text.split_once(['x', 'X', '×'])
+        .and_then(|(width, height)| Some(Size([side(width)?, side(height)?])))
+        .ok_or_else(|| format!("write WIDTHxHEIGHT with sides of 1 to {LARGEST} pixels, e.g. 640x360"))
+}
+
 /// What to do.
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Verb {
+    Run(verbs::run::Args),
+    Render(verbs::render::Args),
+    Check(verbs::check::Args),
+    World(verbs::world::Args),
+    Shaders(verbs::shaders::Args),
+    New(verbs::new::Args),
+    Schema(verbs::schema::Args),
+    Doctor(verbs::doctor::Args),
     Explain(verbs::explain::Args),
+    Clean(verbs::clean::Args),
     Completions(verbs::completions::Args),
 }
 
@@ -57,8 +79,36 @@ impl Verb {
     /// The form of messages that the verb was asked for.
     pub fn format(&self) -> Format {
         match self {
+            Verb::Run(args) => args.messages.format,
+            Verb::Render(args) => args.messages.format,
+            Verb::Check(args) => args.messages.format,
+            Verb::World(args) => args.format(),
+            Verb::Shaders(args) => args.messages.format,
+            Verb::New(args) => args.messages.format,
+            Verb::Doctor(args) => args.messages.format,
             Verb::Explain(args) => args.messages.format,
-            Verb::Completions(_) => Format::Human,
+            Verb::Clean(args) => args.messages.format,
+            Verb::Schema(_) | Verb::Completions(_) => Format::Human,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("640x360"), Ok(Size([640, 360])));
+        for wrong in ["", "640", "0x1", "-1x5", "1x2x3", "99999x1", "a x b"] {
+            assert!(size(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -1,10 +1,15 @@
 //! The raxel command line: one file a verb, and the window. Data goes to stdout, talk to stderr.
 
 mod args;
+mod device;
 mod failure;
+mod front;
+mod output;
 mod panic;
+mod session;
 mod talk;
 mod verbs;
+mod viewer;
 
 use std::process::ExitCode;
 

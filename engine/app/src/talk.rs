@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 use std::io::{ErrorKind, IsTerminal, Write};
 
+use raxel_diagnostics::{Diagnostic, SourceMap, render};
 use serde_json::{Value, json};
 
 use crate::args::Cli;
-use crate::failure::Failure;
+use crate::failure::{Exit, Failure};
 
 /// The form of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -91,11 +92,40 @@ impl Talk {
         }
     }
 
+    /// Something that happened, as one line of JSON among the talk.
+    pub fn event(&self, value: &Value) {
+        write(To::Stderr, &format!("{value}\n"));
+    }
+
     /// A line of talk for who asked to hear more.
     pub fn detail(&self, text: &str) {
         if self.verbose {
             self.say(text);
         }
+    }
+
+    /// Diagnostics in the form asked for.
+    pub fn diagnostics(&self, diagnostics: &[Diagnostic], texts: &SourceMap, to: To) {
+        if diagnostics.is_empty() {
+            return;
+        }
+        let text = match self.format {
+            Format::Human => render::human(diagnostics, texts, self.colored(to)),
+            Format::Short => render::short(diagnostics, texts),
+            Format::Json => render::json(diagnostics, texts),
+        };
+        write(to, &text);
+    }
+
+    /// Shows diagnostics that point into no file and gives the failure they mean.
+    pub fn stop(&self, diagnostics: &[Diagnostic]) -> Failure {
+        self.stop_in(diagnostics, &SourceMap::default())
+    }
+
+    /// Shows diagnostics and gives the failure they mean.
+    pub fn stop_in(&self, diagnostics: &[Diagnostic], texts: &SourceMap) -> Failure {
+        self.diagnostics(diagnostics, texts, To::Stderr);
+        Failure::said(Exit::Project)
     }
 
     /// Why a verb stops.

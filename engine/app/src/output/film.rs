@@ -42,15 +42,24 @@ impl Film {
         match extension.as_str() {
             "gif" => command.args(["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"]),
             // Chroma is halved: both sides must be even.
-            "webm" => command.args(["-vf", EVEN, "-pix_fmt", "yuv420p", "-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0"]),
-            _ => command.args(["-vf", EVEN, "-pix_fmt", "yuv420p", "-c:v", "libx264", "-crf", "18", "-movflags", "+faststart"]),
+            "webm" => {
+                command.args(["-vf", EVEN, "-pix_fmt", "yuv420p", "-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0"])
+            }
+            _ => command.args([
+                "-vf",
+                EVEN,
+                "-pix_fmt",
+                "yuv420p",
+                "-c:v",
+                "libx264",
+                "-crf",
+                "18",
+                "-movflags",
+                "+faststart",
+            ]),
         };
-        let spawned = command
-            .arg(pending.temporary())
-            .stdin(Stdio::piped())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn();
+        let spawned =
+            command.arg(pending.temporary()).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
         let ffmpeg = spawned.map_err(|error| match error.kind() {
             ErrorKind::NotFound => Failure::usage(format!("`{}` needs ffmpeg, which is not installed", path.display()))
                 .help("apt-get install ffmpeg, or write numbered frames: -o frames/%04d.png"),

@@ -10,9 +10,8 @@ use std::path::{Path, PathBuf};
 
 use raxel_runtime::execute::{Picture, Texels};
 
-pub(crate) use self::film::Film;
+pub(crate) use self::film::{Film, version as ffmpeg_version};
 pub(crate) use self::pending::Pending;
-pub(crate) use self::png::encode as encode_png;
 use crate::failure::{Failure, Result};
 
 /// The form of one picture.
@@ -92,7 +91,11 @@ impl Pattern {
         let (width, after) = rest.split_once('d').ok_or_else(wrong)?;
         let digits = match width {
             "" => 1,
-            _ => width.strip_prefix('0').and_then(|n| n.parse().ok()).filter(|n| (1..=9).contains(n)).ok_or_else(wrong)?,
+            _ => width
+                .strip_prefix('0')
+                .and_then(|n| n.parse().ok())
+                .filter(|n| (1..=9).contains(n))
+                .ok_or_else(wrong)?,
         };
         if after.contains('%') || before.contains('%') {
             return Err(wrong());
@@ -130,7 +133,8 @@ pub(crate) fn write_picture(pending: Pending, picture: &Picture) -> Result {
 
 /// Encodes texels and puts them in place.
 pub(crate) fn write_texels(pending: Pending, texels: &Texels, name: &str) -> Result {
-    let bytes = exr::encode(texels, name).map_err(|error| Failure::usage(format!("the EXR could not be made: {error}")))?;
+    let bytes =
+        exr::encode(texels, name).map_err(|error| Failure::usage(format!("the EXR could not be made: {error}")))?;
     pending.finish(&bytes)
 }
 

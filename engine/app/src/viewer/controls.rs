@@ -112,7 +112,11 @@ impl Controls {
         let axis = |plus: KeyCode, minus: KeyCode| {
             f64::from(i8::from(self.held.contains(&plus)) - i8::from(self.held.contains(&minus)))
         };
-        let motion = [axis(KeyCode::KeyD, KeyCode::KeyA), axis(KeyCode::KeyE, KeyCode::KeyQ), axis(KeyCode::KeyW, KeyCode::KeyS)];
+        let motion = [
+            axis(KeyCode::KeyD, KeyCode::KeyA),
+            axis(KeyCode::KeyE, KeyCode::KeyQ),
+            axis(KeyCode::KeyW, KeyCode::KeyS),
+        ];
         let speed = FlySpeed::default();
         let faster = self.held.contains(&KeyCode::ShiftLeft) || self.held.contains(&KeyCode::ShiftRight);
         let input = FlyInput { motion, look: std::mem::take(&mut self.look) };
@@ -124,7 +128,13 @@ impl Controls {
 mod tests {
     use super::*;
 
-    fn press(controls: &mut Controls, code: KeyCode, key: Key, modifiers: ModifiersState, repeat: bool) -> Option<Command> {
+    fn press(
+        controls: &mut Controls,
+        code: KeyCode,
+        key: Key,
+        modifiers: ModifiersState,
+        repeat: bool,
+    ) -> Option<Command> {
         controls.key(PhysicalKey::Code(code), &key, modifiers, true, repeat)
     }
 

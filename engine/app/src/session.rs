@@ -1,0 +1,196 @@
+//! Opening a session as the command line asks, and what its errors mean there.
+
+use std::path::{Path, PathBuf};
+
+use raxel_gpu::{DeviceOptions, Severity};
+use raxel_runtime::camera::Camera;
+use raxel_runtime::show::Show;
+use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
+
+use crate::failure::{Exit, Failure, Result};
+use crate::front::{FileKind, Front};
+use crate::talk::{Format, Talk, To};
+
+/// What `run` and `render` open.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct What {
+    /// A graph or a demo (*.demo.toml); the project's graph by default.
+    #[arg(value_name = "GRAPH|DEMO")]
+    pub file: Option<PathBuf>,
+
+    /// The world; the demo's, or the project's by default.
+    #[arg(long, value_name = "WORLD")]
+    pub world: Option<PathBuf>,
+
+    /// The debug target: NAME, NAME@1 (a frame ago), NAME:mip=2, NAME:layer=3.
+    #[arg(long, value_name = "TARGET")]
+    pub target: Option<String>,
+
+    /// Take the debug target right after this pass.
+    #[arg(long, value_name = "PASS")]
+    pub after: Option<String>,
+
+    /// Set a param; may be repeated.
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+
+    /// Where the camera is, in voxels.
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    pub camera: Option<Triple>,
+
+    /// What the camera looks at, in voxels.
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    pub look_at: Option<Triple>,
+}
+
+/// Three numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Triple([f64; 3]);
+
+fn triple(text: &str) -> std::result::Result<Triple, String> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
+    numbers.and_then(|n| n.try_into().ok()).map(Triple).ok_or_else(|| "write three numbers, e.g. 10,24.5,-3".to_owned())
+}
+
+impl What {
+    /// Whether the file is a demo.
+    pub fn is_demo(&self) -> bool {
+        self.file.as_deref().is_some_and(|file| FileKind::of(&file.to_string_lossy()) == FileKind::Demo)
+    }
+
+    /// The options of a session, with what is the same for a window and a picture.
+    pub fn options(&self, device: &DeviceOptions) -> Result<Options> {
+        let (graph, demo) = if self.is_demo() { (None, self.file.clone()) } else { (self.file.clone(), None) };
+        // Of a world alone its project is known, too.
+        let project = match (&self.file, &self.world) {
+            (None, Some(world)) => world.parent().filter(|folder| folder.is_dir()).map(Path::to_owned),
+            _ => None,
+        };
+        Ok(Options {
+            project,
+            graph,
+            demo,
+            world: self.world.clone(),
+            show: self.show()?,
+            device: device.device.clone(),
+            validation: device.validation,
+            ..Options::default()
+        })
+    }
+
+    fn show(&self) -> Result<Show> {
+        // A colon may stand for the first comma: `depth:mip=1`.
+        let text = self.target.as_deref().map(|target| target.replacen(':', ",", 1));
+        let mut show = match text {
+            Some(text) => Show::parse(&text).map_err(|error| Failure::usage(error.to_string()))?,
+            None => Show::default(),
+        };
+        if self.after.is_some() {
+            show.after.clone_from(&self.after);
+        }
+        Ok(show)
+    }
+
+    /// Frames and frames a second of the demo, if there is one. Nothing is said here about what is wrong with it: opening does.
+    pub fn demo_length(&self) -> Option<(u64, f64)> {
+        let file = self.file.as_deref().filter(|_| self.is_demo())?;
+        let front = Front::around(file).ok()?;
+        let demo = front.loader.demo(&front.project.path_of(file).ok()?).result.ok()?;
+        Some((demo.frames(), demo.fps))
+    }
+
+    /// Opens a session, says its warnings and the device that was chosen, and sets params and camera.
+    pub fn open(&self, options: Options, talk: &Talk) -> Result<Session> {
+        let mut session = Session::open(options).map_err(|error| open_failure(error, talk))?;
+        for verdict in session.device().verdicts().iter().filter(|verdict| verdict.chosen || talk.verbose()) {
+            talk.detail(&verdict.to_string());
+        }
+        talk.diagnostics(session.warnings(), session.texts(), To::Stderr);
+        for assignment in &self.set {
+            let (name, value) = assignment
+                .split_once('=')
+                .ok_or_else(|| Failure::usage(format!("`--set {assignment}` has no `=`")).help("--set name=value"))?;
+            session
+                .set_param_text(name.trim(), value.trim())
+                .map_err(|error| Failure::usage(format!("`--set {assignment}`: {error}")))?;
+        }
+        if self.camera.is_some() || self.look_at.is_some() {
+            session.take_over();
+            let mut camera = *session.camera();
+            if let Some(Triple(position)) = self.camera {
+                camera = Camera { yaw: camera.yaw, pitch: camera.pitch, fov: camera.fov, ..Camera::at(position) };
+            }
+            if let Some(Triple(target)) = self.look_at {
+                camera.look_at(target);
+            }
+            session.set_camera(camera);
+        }
+        Ok(session)
+    }
+}
+
+fn open_failure(error: OpenError, talk: &Talk) -> Failure {
+    match error {
+        OpenError::Project { diagnostics, texts } => talk.stop_in(&diagnostics, &texts),
+        OpenError::Show(error) => Failure::usage(error.to_string()),
+        OpenError::Device(error) => error.into(),
+    }
+}
+
+/// The failure of a frame, its diagnostics shown.
+pub(crate) fn frame_failure(error: FrameError, talk: &Talk) -> Failure {
+    match error {
+        FrameError::Plan { diagnostics, texts } => talk.stop_in(&diagnostics, &texts),
+        FrameError::SurfaceLost => Failure::new(Exit::DeviceLost, error.to_string()),
+        FrameError::Device(error) => error.into(),
+    }
+}
+
+impl From<ReadError> for Failure {
+    fn from(error: ReadError) -> Self {
+        match error {
+            ReadError::Unknown(error) => Failure::usage(error.to_string()),
+            ReadError::Execute(error) => error.into(),
+        }
+    }
+}
+
+/// Says what the validation layer has said since the last call. True when that was anything.
+pub(crate) fn say_validation(session: &Session, talk: &Talk) -> bool {
+    let messages = session.device().log().take();
+    for message in &messages {
+        let severity = match message.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        };
+        match talk.format() {
+            Format::Human => talk.say(&format!("validation {severity}[{}]: {}", message.id, message.text)),
+            _ => talk.say(&format!("validation {severity}[{}]: {}", message.id, message.text.replace('\n', " "))),
+        }
+    }
+    !messages.is_empty()
+}
+
+/// The failure of a session that the validation layer complained about.
+pub(crate) fn validated(complaints: bool) -> Result {
+    if complaints {
+        Err(Failure::new(Exit::Validation, "the validation layer has complained; see above"))
+    } else {
+        Ok(())
+    }
+}
+
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triples() {
+        assert_eq!(triple("1, -2.5,3e2"), Ok(Triple([1.0, -2.5, 300.0])));
+        for wrong in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,inf"] {
+            assert!(triple(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! `raxel bench`: measurements that others can repeat.

@@ -1,0 +1,102 @@
+//! `raxel check`: everything that is wrong in graphs, worlds and demos, without a GPU.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use crate::args::Messages;
+use crate::failure::{Exit, Failure, Result};
+use crate::front::{FileKind, Front};
+use crate::talk::{self, Format, Talk, To};
+
+/// Reports every mistake in graphs, worlds and demos (with the shaders and models they use), without a GPU.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Diagnostics go to stdout; with --format json one object a line, and one with \"reason\":\"checked\" \
+                        after each file.\n\nExample: raxel check graphs/*.toml --format json"
+)]
+pub(crate) struct Args {
+    /// Graphs, worlds and demos; all of the project's by default.
+    #[arg(value_name = "FILE")]
+    files: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+    let mut bad = 0;
+    let total;
+    if args.files.is_empty() {
+        let front = Front::around(Path::new(".")).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
+        let project = &front.project;
+        let all: Vec<String> = [project.graphs(), project.worlds(), project.demos()].concat();
+        total = all.len();
+        for path in &all {
+            bad += u32::from(!check(&front, path, talk));
+        }
+    } else {
+        total = args.files.len();
+        let mut front: Option<Front> = None;
+        for named in &args.files {
+            bad += u32::from(!check_named(&mut front, named, talk));
+        }
+    }
+    if total == 0 {
+        return Err(Failure::usage("the project has nothing to check: no graph, no world, no demo"));
+    }
+    if bad == 0 {
+        return Ok(());
+    }
+    if talk.format() == Format::Human && total > 1 {
+        talk.say(&format!("{bad} of {total} files have errors"));
+    }
+    Err(Failure::said(Exit::Project))
+}
+
+/// Checks one file that the command line names; a project is opened again only when the file is in another one. True when it has
+/// no error.
+fn check_named(front: &mut Option<Front>, named: &Path, talk: &Talk) -> bool {
+    let opened = match front.take() {
+        Some(front) if front.project.path_of(named).is_ok() => Ok(front),
+        _ => Front::around(named),
+    };
+    let checked = opened.and_then(|opened| {
+        let path = opened.project.path_of(named)?;
+        Ok(check(front.insert(opened), &path, talk))
+    });
+    checked.unwrap_or_else(|diagnostic| {
+        talk.diagnostics(&[*diagnostic], &raxel_diagnostics::SourceMap::default(), To::Stdout);
+        summary(&named.display().to_string(), None, (1, 0), talk);
+        false
+    })
+}
+
+/// Checks one file of a project. True when it has no error.
+fn check(front: &Front, path: &str, talk: &Talk) -> bool {
+    let checked = front.check(path);
+    talk.diagnostics(&checked.found, &checked.texts, To::Stdout);
+    let counts = checked.counts();
+    summary(path, Some(FileKind::of(path)), counts, talk);
+    counts.0 == 0
+}
+
+fn summary(path: &str, kind: Option<FileKind>, (errors, warnings): (usize, usize), talk: &Talk) {
+    if talk.format() == Format::Json {
+        talk::json(&json!({
+            "reason": "checked",
+            "file": path,
+            "kind": kind.map(FileKind::name),
+            "errors": errors,
+            "warnings": warnings,
+        }));
+        return;
+    }
+    let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    talk.say(&match (errors, warnings) {
+        (0, 0) => format!("{path}: ok"),
+        (0, _) => format!("{path}: ok, {}", count(warnings, "warning")),
+        (_, 0) => format!("{path}: {}", count(errors, "error")),
+        _ => format!("{path}: {}, {}", count(errors, "error"), count(warnings, "warning")),
+    });
+}

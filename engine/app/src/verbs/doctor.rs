@@ -1,0 +1,203 @@
+//! `raxel doctor`: whether this machine has what raxel needs, and what to do about what it lacks.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use raxel_diagnostics::{Diagnostic, MemoryFiles};
+use raxel_gpu::{Device, DeviceOptions, Validation};
+use raxel_graph::plan::Present;
+use raxel_runtime::build::{BuildError, Loader, Selection, Target, assemble, prepare};
+use raxel_runtime::execute::{Builtins, DeviceMemory, Executor, FrameInputs, Picture, limits};
+use raxel_runtime::project::Project;
+use raxel_runtime::world::SessionWorld;
+use serde_json::json;
+
+use crate::args::Messages;
+use crate::failure::{Exit, Failure, Result};
+use crate::output;
+use crate::talk::{self, Format, Talk, To};
+
+/// Checks this machine: Vulkan loader, devices, validation layer, shader compiler, a rendered picture, ffmpeg.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit code 4 when there is no suitable device.")]
+pub(crate) struct Args {
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+/// How one finding matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Grade {
+    /// As it should be.
+    Good,
+    /// Missing, and raxel runs without it.
+    Optional,
+    /// raxel does not run like this.
+    Bad,
+}
+
+/// Prints findings as they are made.
+struct Report<'t> {
+    talk: &'t Talk,
+    failure: Option<Failure>,
+}
+
+impl Report<'_> {
+    fn line(&self, grade: Grade, what: &str, finding: &str) {
+        if self.talk.format() == Format::Json {
+            let ok = match grade {
+                Grade::Good => "ok",
+                Grade::Optional => "missing",
+                Grade::Bad => "bad",
+            };
+            return talk::json(&json!({ "reason": "doctor", "what": what, "state": ok, "finding": finding }));
+        }
+        let (mark, color) = match grade {
+            Grade::Good => ("ok  ", "\x1b[32m"),
+            Grade::Optional => ("none", "\x1b[33m"),
+            Grade::Bad => ("BAD ", "\x1b[1;31m"),
+        };
+        let (on, off) = if self.talk.colored(To::Stdout) { (color, "\x1b[0m") } else { ("", "") };
+        let mut lines = finding.lines();
+        talk::data(&format!("{on}{mark}{off}  {what:<17} {}\n", lines.next().unwrap_or_default()));
+        for line in lines {
+            talk::data(&format!("{:24}{line}\n", ""));
+        }
+    }
+
+    fn bad(&mut self, what: &str, failure: Failure) {
+        self.line(Grade::Bad, what, failure.message.as_deref().unwrap_or_default());
+        self.failure.get_or_insert(failure);
+    }
+}
+
+pub(crate) fn run(args: &Args, options: &DeviceOptions, talk: &Talk) -> Result {
+    let Args { messages: _ } = args;
+    let mut report = Report { talk, failure: None };
+    report.line(Grade::Good, "raxel", env!("CARGO_PKG_VERSION"));
+
+    let device = Device::new(&DeviceOptions { validation: Validation::Off, ..options.clone() });
+    match &device {
+        Ok(device) => {
+            let verdicts: Vec<String> = device.verdicts().iter().map(ToString::to_string).collect();
+            let able = device.capabilities();
+            report.line(Grade::Good, "devices", &verdicts.join("\n"));
+            report.line(Grade::Good, "driver", &able.driver);
+            if able.present {
+                report.line(Grade::Good, "windows", "the device can present");
+            } else {
+                report.line(Grade::Optional, "windows", "the device cannot present; `raxel render` works without");
+            }
+        }
+        Err(error) => report.bad("devices", error.into()),
+    }
+
+    match Device::new(&DeviceOptions { validation: Validation::Required, ..options.clone() }) {
+        Ok(_) => report.line(Grade::Good, "validation layer", "VK_LAYER_KHRONOS_validation; `--validate` uses it"),
+        Err(error @ raxel_gpu::Error::NoValidationLayer) => {
+            report.line(Grade::Optional, "validation layer", &error.to_string());
+        }
+        // Said above.
+        Err(_) => {}
+    }
+
+    match compile() {
+        Ok(milliseconds) => {
+            report.line(Grade::Good, "shader compiler", &format!("{milliseconds:.0} ms for a small shader"))
+        }
+        Err(failure) => report.bad("shader compiler", failure),
+    }
+    if let Ok(device) = &device {
+        match render(device) {
+            Ok(milliseconds) => {
+                report.line(Grade::Good, "rendering", &format!("64×64 pixels as expected in {milliseconds:.0} ms"))
+            }
+            Err(failure) => report.bad("rendering", failure),
+        }
+    }
+
+    match output::ffmpeg_version() {
+        Some(version) => report.line(Grade::Good, "ffmpeg", &format!("{version}; `-o film.mp4` uses it")),
+        None => report.line(Grade::Optional, "ffmpeg", "not found; films need it: apt-get install ffmpeg"),
+    }
+    match Project::around(Path::new(".")) {
+        Ok(project) => report.line(
+            Grade::Good,
+            "project",
+            &format!(
+                "{}: {} graphs, {} worlds, {} demos",
+                project.root().display(),
+                project.graphs().len(),
+                project.worlds().len(),
+                project.demos().len()
+            ),
+        ),
+        Err(_) => report.line(Grade::Optional, "project", "none around this folder; `raxel new DIR` makes one"),
+    }
+    report.failure.map_or(Ok(()), Err)
+}
+
+/// A project of one pass that is compiled in.
+fn self_test() -> Loader {
+    let files = MemoryFiles::default();
+    files.insert("graphs/self-test.toml", include_str!("../../templates/self-test.toml"));
+    files.insert("shaders/self-test.comp", include_str!("../../templates/self-test.comp"));
+    Loader::with_files(Arc::new(files))
+}
+
+/// Compiles the test's shader; milliseconds.
+fn compile() -> Result<f64> {
+    let start = Instant::now();
+    match self_test().graph("graphs/self-test.toml").result {
+        Ok(_) => Ok(start.elapsed().as_secs_f64() * 1e3),
+        Err(found) => Err(broken(&found)),
+    }
+}
+
+/// Renders the test's picture and looks at every pixel; milliseconds.
+fn render(device: &Arc<Device>) -> Result<f64> {
+    const SIZE: u32 = 64;
+    let graph = match self_test().graph("graphs/self-test.toml").result {
+        Ok(graph) => graph,
+        Err(found) => return Err(broken(&found)),
+    };
+    let start = Instant::now();
+    let mut executor = Executor::new(device.clone())?;
+    let target =
+        Target { builder: executor.builder(), memory: Arc::new(DeviceMemory(device.clone())), limits: limits(device) };
+    let selection = Selection {
+        output: [SIZE; 2],
+        present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
+        pinned: Vec::new(),
+        facts: Vec::new(),
+        alias: true,
+    };
+    let prepared = assemble(&graph, &SessionWorld::empty(), &selection, &target)
+        .and_then(|assembly| prepare(&assembly, &target))
+        .map_err(|error| match error {
+            BuildError::Diagnosed(found) => broken(&found),
+            BuildError::Device(error) => error.into(),
+        })?;
+    executor.swap(prepared);
+    let builtins = Builtins::default();
+    let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: 0.0, disabled: &[] };
+    executor.frame(&inputs, None)?;
+    let picture = executor.read_presented()?;
+    if picture != expected(SIZE) {
+        return Err(Failure::new(Exit::Check, "the picture is not the one that the shader describes"));
+    }
+    Ok(start.elapsed().as_secs_f64() * 1e3)
+}
+
+/// What templates/self-test.comp paints.
+fn expected(size: u32) -> Picture {
+    let rgba =
+        (0..size * size).flat_map(|i| [(i % size * 4) as u8, (i / size * 4) as u8, (i % 7 * 36) as u8, 255]).collect();
+    Picture { width: size, height: size, rgba }
+}
+
+fn broken(found: &[Diagnostic]) -> Failure {
+    let messages: Vec<&str> = found.iter().map(|diagnostic| diagnostic.message.as_str()).collect();
+    Failure::new(Exit::Check, messages.join("\n"))
+}

@@ -1,0 +1,60 @@
+//! `raxel graph`: the plan of a graph, as text, JSON, Graphviz or Mermaid. Nothing runs and no device is asked.
+
+use std::path::PathBuf;
+
+use raxel_graph::print;
+use raxel_runtime::project::Project;
+use raxel_runtime::show::Show;
+
+use crate::args::{Size, size};
+use crate::failure::{Failure, Result};
+use crate::front::Front;
+use crate::talk::{self, Talk};
+
+/// Prints a graph's plan: order, culled passes, lifetimes, memory and barriers. Sizes of memory are estimates.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: raxel graph graphs/primary.toml --format dot | dot -Tsvg > plan.svg")]
+pub(crate) struct Args {
+    /// The graph; the project's by default.
+    graph: Option<PathBuf>,
+
+    /// The form of the plan.
+    #[arg(long, value_enum, default_value_t = Form::Text)]
+    pub format: Form,
+
+    /// The output size that the plan is made for, in pixels.
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
+    size: Size,
+
+    /// The debug target that the plan is made for; the graph's `present` by default.
+    #[arg(long, value_name = "TARGET")]
+    target: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Form {
+    Text,
+    Json,
+    Dot,
+    Mermaid,
+}
+
+pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+    let (front, path) = Front::of(args.graph.as_deref(), Project::default_graph, talk)?;
+    let part = front.loader.graph(&path);
+    let texts = part.texts.clone();
+    let graph = Front::good(part, talk)?;
+    let show = match &args.target {
+        Some(target) => Show::parse(target).map_err(|error| Failure::usage(error.to_string()))?,
+        None => Show::default(),
+    };
+    let present = show.resolve(&graph).map_err(|error| Failure::usage(error.to_string()))?;
+    let plan = Front::plan(&graph, args.size.0, present).map_err(|found| talk.stop_in(&found, &texts))?;
+    talk::data(&match args.format {
+        Form::Text => print::text(&plan),
+        Form::Json => print::json(&plan),
+        Form::Dot => print::dot(&plan),
+        Form::Mermaid => print::mermaid(&plan),
+    });
+    Ok(())
+}

@@ -1,0 +1,94 @@
+//! `raxel new DIR`: a project that runs with this binary alone. Its files are those that raxel ships, compiled in.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use crate::args::Messages;
+use crate::failure::{Failure, Result};
+use crate::output::shown;
+use crate::talk::Talk;
+use crate::verbs::schema;
+
+/// What a new project starts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Template {
+    /// A traced voxel world with sun, shadow and sky.
+    Voxel,
+    /// One pass that paints the screen; no world.
+    Minimal,
+}
+
+/// Makes a project: graphs, shaders, worlds and the schemas that editors complete them with.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: raxel new my-voxels && cd my-voxels && raxel run")]
+pub(crate) struct Args {
+    /// The folder; it must be empty or not exist.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+
+    /// What to start from.
+    #[arg(long, value_enum, default_value_t = Template::Voxel)]
+    template: Template,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+/// A file of a template: its path in the project and its text.
+type TemplateFile = (&'static str, &'static str);
+
+macro_rules! shipped {
+    ($($path:literal),* $(,)?) => { &[$(($path, include_str!(concat!("../../../../", $path)))),*] };
+}
+
+const VOXEL: &[TemplateFile] = shipped!["graphs/primary.toml", "shaders/primary.comp", "worlds/valley.toml"];
+
+const VOXEL_OWN: &[TemplateFile] = &[("README.md", include_str!("../../templates/voxel/README.md"))];
+
+const MINIMAL: &[TemplateFile] = &[
+    ("README.md", include_str!("../../templates/minimal/README.md")),
+    ("graphs/primary.toml", include_str!("../../templates/minimal/graphs/primary.toml")),
+    ("shaders/paint.comp", include_str!("../../templates/minimal/shaders/paint.comp")),
+];
+
+const EVERY: &[TemplateFile] = &[(".gitignore", include_str!("../../templates/gitignore"))];
+
+pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+    let folder = &args.folder;
+    match fs::read_dir(folder) {
+        Ok(mut entries) => {
+            if entries.next().is_some() {
+                return Err(Failure::usage(format!("`{}` is not empty", folder.display()))
+                    .help("raxel new only fills a folder that is empty or does not exist"));
+            }
+        }
+        Err(error) if error.kind() == ErrorKind::NotFound => {}
+        Err(error) => return Err(Failure::usage(format!("`{}` cannot be used: {error}", folder.display()))),
+    }
+    let files: Vec<&TemplateFile> = match args.template {
+        Template::Voxel => VOXEL.iter().chain(VOXEL_OWN).chain(EVERY).collect(),
+        Template::Minimal => MINIMAL.iter().chain(EVERY).collect(),
+    };
+    for (path, text) in files {
+        write(&folder.join(path), text)?;
+    }
+    for sub in ["worlds", "shaders"] {
+        make_folder(&folder.join(sub))?;
+    }
+    schema::write_all(folder)?;
+    talk.say(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), folder.display()));
+    Ok(())
+}
+
+fn write(path: &Path, text: &str) -> Result {
+    if let Some(folder) = path.parent() {
+        make_folder(folder)?;
+    }
+    fs::write(path, text).map_err(|error| Failure::usage(format!("`{}` cannot be written: {error}", path.display())))
+}
+
+fn make_folder(folder: &Path) -> Result {
+    fs::create_dir_all(folder)
+        .map_err(|error| Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display())))
+}

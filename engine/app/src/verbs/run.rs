@@ -1,0 +1,40 @@
+//! `raxel run`: a graph or a demo in a window, live.
+
+use raxel_gpu::DeviceOptions;
+
+use crate::args::{Messages, Size, size};
+use crate::failure::Result;
+use crate::session::What;
+use crate::talk::Talk;
+use crate::viewer;
+
+/// Opens a window: edits of graphs, shaders, worlds and demos show when they are saved, mistakes are said on stderr.
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("In the window:\n{}", viewer::KEYS))]
+pub(crate) struct Args {
+    #[command(flatten)]
+    pub what: What,
+
+    /// The window's first size in pixels.
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
+    pub size: Size,
+
+    /// Leave after so many frames.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub frames: Option<u64>,
+
+    /// Show pictures as soon as they are made rather than with the screen.
+    #[arg(long)]
+    pub no_vsync: bool,
+
+    /// Also look at the files now and then, where the system does not tell of changes (network folders).
+    #[arg(long)]
+    pub poll: bool,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
+    viewer::run(args, device, talk)
+}

@@ -1,0 +1,75 @@
+//! `raxel shaders`: the SPIR-V of every pass, for other tools.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use raxel_shader::bytes_of;
+use serde_json::json;
+
+use crate::args::Messages;
+use crate::failure::{Exit, Failure, Result};
+use crate::front::Front;
+use crate::output::Pending;
+use crate::talk::{self, Format, Talk, To};
+
+/// Compiles the shaders of all passes of graphs to SPIR-V files, one for each pass: GRAPH.PASS.spv.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: raxel shaders -o spv && spirv-val spv/primary.trace.spv")]
+pub(crate) struct Args {
+    /// Graphs; all of the project's by default.
+    #[arg(value_name = "GRAPH")]
+    graphs: Vec<PathBuf>,
+
+    /// The folder to write to; made if it does not exist. By default .raxel/shaders in the project.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+    let around = args.graphs.first().map_or(Path::new("."), PathBuf::as_path);
+    let front = Front::around(around).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
+    let mut paths = Vec::new();
+    for named in &args.graphs {
+        paths.push(front.project.path_of(named).map_err(|diagnostic| talk.stop(&[*diagnostic]))?);
+    }
+    if paths.is_empty() {
+        paths = front.project.graphs();
+    }
+    let folder = args.output.clone().unwrap_or_else(|| front.project.on_disk(".raxel/shaders"));
+
+    // Every graph is compiled before anything is written.
+    let mut modules: BTreeMap<String, (Vec<u8>, String)> = BTreeMap::new();
+    let mut failed = false;
+    for path in &paths {
+        let part = front.loader.graph(path);
+        talk.diagnostics(part.found(), &part.texts, To::Stderr);
+        let Ok(graph) = part.result else {
+            failed = true;
+            continue;
+        };
+        let stem = Path::new(path).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        for pass in &graph.passes {
+            let file = format!("{stem}.{}.spv", pass.name);
+            modules.insert(file, (bytes_of(&pass.shader.spirv), pass.shader.request.path.clone()));
+        }
+    }
+    if failed {
+        return Err(Failure::said(Exit::Project));
+    }
+    std::fs::create_dir_all(&folder)
+        .map_err(|error| Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display())))?;
+    for (name, (bytes, shader)) in modules {
+        let file = folder.join(name);
+        Pending::new(&file)?.finish(&bytes)?;
+        match talk.format() {
+            Format::Json => {
+                talk::json(&json!({ "reason": "shader", "file": file, "shader": shader, "bytes": bytes.len() }))
+            }
+            _ => talk::data(&format!("{}  {shader}, {} bytes\n", file.display(), bytes.len())),
+        }
+    }
+    Ok(())
+}

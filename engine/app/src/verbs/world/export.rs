@@ -1,0 +1,44 @@
+//! `raxel world export`: a world as a .vox scene.
+
+use std::path::PathBuf;
+
+use raxel_runtime::project::Project;
+use serde_json::json;
+
+use crate::args::Messages;
+use crate::failure::{Failure, Result};
+use crate::front::Front;
+use crate::output::{Pending, shown};
+use crate::talk::{self, Format, Talk};
+
+/// Writes a world as a `MagicaVoxel` scene.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: raxel world export worlds/menger.toml -o menger.vox")]
+pub(crate) struct Args {
+    /// A world file or a .vox scene; the project's world by default.
+    world: Option<PathBuf>,
+
+    /// The file to write.
+    #[arg(short, long, value_name = "FILE.vox")]
+    output: PathBuf,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+pub(super) fn run(args: &Args, talk: &Talk) -> Result {
+    if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vox")) {
+        return Err(Failure::usage(format!("`{}` does not end in .vox", args.output.display())));
+    }
+    let pending = Pending::new(&args.output)?;
+    let (front, path) = Front::of(args.world.as_deref(), Project::default_world, talk)?;
+    let world = front.world(&path, talk)?;
+    let bytes = raxel_world::vox::export(world.voxels()).map_err(|error| talk.stop(&[error.diagnostic(&path)]))?;
+    let size = bytes.len();
+    pending.finish(&bytes)?;
+    match talk.format() {
+        Format::Json => talk::json(&json!({ "reason": "exported", "world": path, "file": args.output, "bytes": size })),
+        _ => talk.say(&format!("wrote {} ({size} bytes)", shown(&args.output))),
+    }
+    Ok(())
+}

@@ -1,0 +1,126 @@
+//! `raxel world import`: a .vox scene becomes a model of the project and a world that places it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use raxel_diagnostics::DiskFiles;
+use raxel_diagnostics::Files;
+use raxel_runtime::project::Project;
+use serde_json::json;
+
+use crate::args::Messages;
+use crate::failure::{Failure, Result};
+use crate::output::{Pending, shown};
+use crate::talk::{self, Format, Talk};
+
+/// Copies a `MagicaVoxel` scene into the project and writes a world around it.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example: raxel world import castle.vox   (makes worlds/castle.toml and worlds/models/castle.vox)"
+)]
+pub(crate) struct Args {
+    /// The .vox file.
+    model: PathBuf,
+
+    /// The world to write; worlds/NAME.toml in the project around the current folder by default.
+    #[arg(short, long, value_name = "FILE.toml")]
+    output: Option<PathBuf>,
+
+    /// Replace files that exist.
+    #[arg(long)]
+    force: bool,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+pub(super) fn run(args: &Args, talk: &Talk) -> Result {
+    let stem = args.model.file_stem().map(|stem| clean(&stem.to_string_lossy())).unwrap_or_default();
+    if stem.is_empty() {
+        return Err(Failure::usage(format!("`{}` names no file", args.model.display())));
+    }
+
+    // The scene is read whole before anything is written: a broken one changes nothing.
+    let bytes = read(&args.model, talk)?;
+    let world = raxel_world::vox::import(&bytes).map_err(|error| {
+        let path = args.model.display().to_string();
+        talk.stop(&[error.diagnostic(&path, None)])
+    })?;
+
+    let around = args.output.as_deref().and_then(Path::parent).filter(|f| !f.as_os_str().is_empty());
+    let project = Project::around(around.unwrap_or(Path::new("."))).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
+    let toml = args.output.clone().unwrap_or_else(|| project.on_disk(&format!("worlds/{stem}.toml")));
+    let model = project.on_disk(&format!("worlds/models/{stem}.vox"));
+    for file in [&toml, &model] {
+        if file.exists() && !args.force && !same_file(file, &args.model) {
+            return Err(Failure::usage(format!("`{}` exists", file.display())).help("--force replaces it"));
+        }
+        if let Some(folder) = file.parent() {
+            fs::create_dir_all(folder).map_err(|error| {
+                Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display()))
+            })?;
+        }
+    }
+    let (pending_model, pending_toml) = (Pending::new(&model)?, Pending::new(&toml)?);
+    pending_model.finish(&bytes)?;
+    pending_toml.finish(description(&stem, &args.model).as_bytes())?;
+
+    let voxels = world.info().solids;
+    match talk.format() {
+        Format::Json => {
+            talk::json(&json!({ "reason": "imported", "world": toml, "model": model, "voxels": voxels }));
+        }
+        _ => talk.say(&format!("wrote {} and {} ({voxels} voxels)", shown(&toml), shown(&model))),
+    }
+    Ok(())
+}
+
+/// The scene's bytes, under the same cap as any file that raxel reads.
+fn read(model: &Path, talk: &Talk) -> Result<Vec<u8>> {
+    let folder = model.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = model.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let files = DiskFiles::new(folder)
+        .map_err(|error| Failure::usage(format!("`{}` cannot be read: {error}", folder.display())))?;
+    match files.read(&name) {
+        Ok(bytes) => Ok(bytes.to_vec()),
+        Err(error) => Err(talk.stop(&[error.diagnostic(&model.display().to_string(), None)])),
+    }
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// A name that is a bare TOML key and a file name everywhere.
+fn clean(stem: &str) -> String {
+    let cleaned: String =
+        stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '_' }).collect();
+    cleaned.trim_matches('_').to_owned()
+}
+
+fn description(stem: &str, model: &Path) -> String {
+    let from = model.file_name().unwrap_or_default().to_string_lossy().replace(['"', '\\', '\n', '\r'], "_");
+    format!(
+        "#:schema ../.raxel/world.schema.json\n\
+         name  = \"{stem}\"\n\
+         about = \"imported from {from}\"\n\n\
+         [models.{stem}]\n\
+         file = \"models/{stem}.vox\"\n\n\
+         [[build]]\n\
+         op     = \"model\"\n\
+         model  = \"{stem}\"\n\
+         origin = [0, 0, 0]\n"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clean;
+
+    #[test]
+    fn names_become_keys() {
+        assert_eq!(clean("My Castle (2)"), "My_Castle__2");
+        assert_eq!(clean("../x"), "x");
+        assert_eq!(clean("ü"), "");
+    }
+}

@@ -1,0 +1,43 @@
+//! `raxel world`: what a world is made of, and models in and out.
+
+mod export;
+mod import;
+mod info;
+
+use crate::args::Messages;
+use crate::failure::Result;
+use crate::talk::{Format, Talk};
+
+/// Looks into worlds, imports and exports `MagicaVoxel` .vox files.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Action {
+    Info(info::Args),
+    Import(import::Args),
+    Export(export::Args),
+}
+
+impl Args {
+    /// The form of messages asked for.
+    pub fn format(&self) -> Format {
+        let Messages { format } = match &self.action {
+            Action::Info(args) => args.messages,
+            Action::Import(args) => args.messages,
+            Action::Export(args) => args.messages,
+        };
+        format
+    }
+}
+
+pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+    match &args.action {
+        Action::Info(args) => info::run(args, talk),
+        Action::Import(args) => import::run(args, talk),
+        Action::Export(args) => export::run(args, talk),
+    }
+}

@@ -1,0 +1,383 @@
+//! The window: winit's events drive a session, and its frames are presented. What is said goes to stderr.
+
+mod controls;
+mod news;
+mod title;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use raxel_gpu::{DeviceOptions, Surface};
+use raxel_graph::checked::{BufferSize, ResourceKind};
+use raxel_runtime::camera::FlyInput;
+use raxel_runtime::execute::Shown;
+use raxel_runtime::show::Show;
+use raxel_runtime::{FrameError, Session};
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::error::EventLoopError;
+use winit::event::{ElementState, MouseButton, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::keyboard::ModifiersState;
+use winit::window::{Window, WindowId};
+
+pub(crate) use self::controls::KEYS;
+use self::controls::{Command, Controls};
+use self::news::News;
+use self::title::Title;
+use crate::failure::{Exit, Failure, Result};
+use crate::output::{self, Pending, shown};
+use crate::session::{frame_failure, say_validation, validated};
+use crate::talk::Talk;
+use crate::verbs::run::Args;
+
+/// Wakes the window: an edit is ready.
+#[derive(Clone, Copy, Debug)]
+struct Wake;
+
+/// Time between two titles.
+const TITLE_EVERY: Duration = Duration::from_millis(250);
+
+/// Time between two looks at a picture that does not change.
+const STILL: Duration = Duration::from_millis(15);
+
+/// Runs a window until it is closed.
+pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
+    let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| no_window(&error))?;
+    let proxy = event_loop.create_proxy();
+    let mut options = args.what.options(device)?;
+    options.size = args.size.0;
+    options.step = None;
+    options.watch = true;
+    options.poll = args.poll;
+    options.waker = Some(Arc::new(move || {
+        // Without a window there is nobody to wake.
+        let _ = proxy.send_event(Wake);
+    }));
+    let session = args.what.open(options, talk)?;
+    talk.say(&format!(
+        "{} on {}; Escape quits, `raxel run --help` lists the keys",
+        session.graph_path(),
+        device_name(&session)
+    ));
+
+    let mut viewer = Viewer {
+        args,
+        talk,
+        news: News::new(talk),
+        session,
+        window: None,
+        controls: Controls::default(),
+        modifiers: ModifiersState::empty(),
+        titled: None,
+        last: Instant::now(),
+        frame_time: None,
+        presented: 0,
+        complained: false,
+        failure: None,
+    };
+    event_loop.run_app(&mut viewer).map_err(|error| no_window(&error))?;
+    viewer.complained |= say_validation(&viewer.session, talk);
+    match viewer.failure.take() {
+        Some(failure) => Err(failure),
+        None => validated(viewer.complained),
+    }
+}
+
+fn device_name(session: &Session) -> String {
+    session.device().capabilities().name.clone()
+}
+
+fn no_window(error: &EventLoopError) -> Failure {
+    Failure::new(Exit::NoDevice, format!("no window can be opened: {error}"))
+        .help("set DISPLAY or WAYLAND_DISPLAY (a desktop, or ssh -X)")
+        .help("`raxel render -o p.png` needs no window")
+}
+
+/// An open window with what it is drawn on.
+struct Open {
+    window: Arc<Window>,
+    surface: Surface,
+}
+
+struct Viewer<'a> {
+    args: &'a Args,
+    talk: &'a Talk,
+    news: News<'a>,
+    session: Session,
+    window: Option<Open>,
+    controls: Controls,
+    modifiers: ModifiersState,
+    titled: Option<Instant>,
+    last: Instant,
+    /// Seconds of a frame, smoothed.
+    frame_time: Option<f64>,
+    presented: u64,
+    complained: bool,
+    failure: Option<Failure>,
+}
+
+impl ApplicationHandler<Wake> for Viewer<'_> {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.window.is_none()
+            && let Err(failure) = self.open(event_loop)
+        {
+            self.stop(event_loop, failure);
+        }
+    }
+
+    fn suspended(&mut self, _: &ActiveEventLoop) {
+        self.window = None;
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, Wake: Wake) {
+        self.redraw();
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => self.resize(size),
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::KeyboardInput { event, .. } => {
+                let pressed = event.state == ElementState::Pressed;
+                let command =
+                    self.controls.key(event.physical_key, &event.logical_key, self.modifiers, pressed, event.repeat);
+                if let Some(command) = command {
+                    self.obey(command, event_loop);
+                }
+                self.redraw();
+            }
+            WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => {
+                self.controls.drag(state == ElementState::Pressed);
+            }
+            WindowEvent::CursorMoved { position, .. } => {
+                self.controls.cursor_moved([position.x, position.y]);
+                self.redraw();
+            }
+            WindowEvent::CursorLeft { .. } => self.controls.cursor_left(),
+            WindowEvent::Focused(false) => self.controls.release_all(),
+            WindowEvent::RedrawRequested => {
+                if let Err(failure) = self.draw(event_loop) {
+                    self.stop(event_loop, failure);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        // Minimised, nothing is drawn until something happens.
+        let drawn = self.window.as_ref().is_some_and(|open| open.surface.extent().is_some());
+        if !drawn {
+            event_loop.set_control_flow(ControlFlow::Wait);
+        }
+        if let ControlFlow::WaitUntil(time) = event_loop.control_flow()
+            && Instant::now() < time
+        {
+            return;
+        }
+        if drawn {
+            self.redraw();
+        }
+    }
+}
+
+impl Viewer<'_> {
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result {
+        let [width, height] = self.args.size.0;
+        let attributes = Window::default_attributes()
+            .with_title(self.title().text())
+            .with_inner_size(PhysicalSize::new(width, height))
+            .with_min_inner_size(PhysicalSize::new(64, 64));
+        let window = event_loop.create_window(attributes).map_err(|error| {
+            Failure::new(Exit::NoDevice, format!("no window can be opened: {error}"))
+                .help("`raxel render -o p.png` needs no window")
+        })?;
+        let window = Arc::new(window);
+        let surface = self.surface(&window)?;
+        let size = window.inner_size();
+        self.session.resize(size.width, size.height);
+        self.window = Some(Open { window, surface });
+        self.last = Instant::now();
+        self.redraw();
+        Ok(())
+    }
+
+    fn surface(&self, window: &Arc<Window>) -> Result<Surface> {
+        let size = window.inner_size();
+        Ok(Surface::new(self.session.device(), window.clone(), [size.width, size.height], !self.args.no_vsync)?)
+    }
+
+    fn resize(&mut self, size: PhysicalSize<u32>) {
+        if let Some(open) = &mut self.window {
+            open.surface.resize([size.width, size.height]);
+        }
+        self.session.resize(size.width, size.height);
+        self.redraw();
+    }
+
+    fn redraw(&self) {
+        if let Some(open) = &self.window {
+            open.window.request_redraw();
+        }
+    }
+
+    fn stop(&mut self, event_loop: &ActiveEventLoop, failure: Failure) {
+        self.failure.get_or_insert(failure);
+        event_loop.exit();
+    }
+
+    /// One frame: edits, motion, the picture, the title.
+    fn draw(&mut self, event_loop: &ActiveEventLoop) -> Result {
+        for event in self.session.poll_reload() {
+            self.news.tell(&event);
+            self.titled = None;
+        }
+        self.fly();
+        let Some(open) = &mut self.window else { return Ok(()) };
+        let report = match self.session.frame_on(&mut open.surface) {
+            Ok(report) => report,
+            Err(FrameError::SurfaceLost) => {
+                let window = open.window.clone();
+                // The old surface belongs to the lost device; it goes before a new one is made for the same window.
+                self.window = None;
+                let surface = self.surface(&window)?;
+                self.window = Some(Open { window, surface });
+                return Ok(());
+            }
+            // What was chosen cannot be shown; what ran before runs on.
+            Err(error @ FrameError::Plan { .. }) => {
+                self.news.refused(&error);
+                self.show(Show::default());
+                return Ok(());
+            }
+            Err(error) => return Err(frame_failure(error, self.talk)),
+        };
+        self.complained |= say_validation(&self.session, self.talk);
+        let still = !report.displayed && report.dispatched == 0;
+        event_loop.set_control_flow(if still {
+            ControlFlow::WaitUntil(Instant::now() + STILL)
+        } else {
+            ControlFlow::Poll
+        });
+        if report.shown == Shown::Presented {
+            self.presented += 1;
+            if self.args.frames.is_some_and(|frames| self.presented >= frames) {
+                event_loop.exit();
+            }
+        }
+        self.update_title();
+        Ok(())
+    }
+
+    /// Moves the camera as keys and mouse ask. The first gesture takes over from a demo.
+    fn fly(&mut self) {
+        let now = Instant::now();
+        let seconds = (now - self.last).as_secs_f64();
+        self.last = now;
+        let smoothed = self.frame_time.map_or(seconds, |old| old * 0.9 + seconds * 0.1);
+        self.frame_time = Some(smoothed);
+        self.session.set_cursor(self.controls.cursor());
+        let (input, speed) = self.controls.fly();
+        if input == FlyInput::default() {
+            return;
+        }
+        self.session.take_over();
+        let mut camera = *self.session.camera();
+        camera.fly(&input, &speed, seconds.min(0.25));
+        self.session.set_camera(camera);
+    }
+
+    fn obey(&mut self, command: Command, event_loop: &ActiveEventLoop) {
+        self.titled = None;
+        match command {
+            Command::NextTarget => self.cycle(1),
+            Command::PreviousTarget => self.cycle(-1),
+            Command::Pause => self.session.pause(!self.session.clock().paused()),
+            Command::Step => {
+                self.session.pause(true);
+                self.session.step();
+            }
+            Command::Reset => {
+                self.session.reset();
+                self.session.hand_back();
+            }
+            Command::Screenshot => match self.screenshot() {
+                Ok(path) => self.talk.say(&format!("wrote {}", shown(&path))),
+                Err(failure) => self.talk.failure(&failure),
+            },
+            Command::Quit => event_loop.exit(),
+        }
+    }
+
+    /// Shows the resource so many places after this one, in the order of the file.
+    fn cycle(&mut self, by: isize) {
+        let graph = self.session.graph();
+        let names: Vec<String> = graph
+            .resources
+            .iter()
+            // A world's buffer is no picture.
+            .filter(|resource| !matches!(&resource.kind, ResourceKind::Buffer(b) if matches!(b.size, BufferSize::Source(_))))
+            .map(|resource| resource.name.clone())
+            .collect();
+        let now = self.target();
+        let at = names.iter().position(|name| *name == now).unwrap_or(0) as isize;
+        if let Some(name) = names.get((at + by).rem_euclid(names.len().max(1) as isize) as usize) {
+            self.show(Show::resource(name.clone()));
+        }
+    }
+
+    fn show(&mut self, show: Show) {
+        if let Err(error) = self.session.set_show(show) {
+            self.talk.say(&format!("warning: {error}"));
+        }
+    }
+
+    /// Name of the resource shown.
+    fn target(&self) -> String {
+        let show = self.session.show();
+        let graph = self.session.graph();
+        if show.resource.is_empty() { graph.resource(graph.present).name.clone() } else { show.resource.clone() }
+    }
+
+    /// Writes what is shown to a PNG in the current folder that does not exist yet.
+    fn screenshot(&mut self) -> Result<PathBuf> {
+        let picture = self.session.read_presented()?;
+        let frame = self.session.clock().now().map_or(0, |moment| moment.index);
+        let name = format!("{}-{}-{frame:05}", self.session.graph().name, self.target());
+        let name: String =
+            name.chars().map(|c| if c.is_alphanumeric() || "-_@".contains(c) { c } else { '_' }).collect();
+        let path = (1..)
+            .map(|n| PathBuf::from(if n == 1 { format!("{name}.png") } else { format!("{name}-{n}.png") }))
+            .find(|path| !path.exists())
+            .unwrap_or_default();
+        output::write_picture(Pending::new(&path)?, &picture)?;
+        Ok(path)
+    }
+
+    fn title(&self) -> Title {
+        Title {
+            graph: self.session.graph().name.clone(),
+            target: match self.session.show() {
+                show if show.resource.is_empty() => self.target(),
+                show => show.to_string(),
+            },
+            milliseconds: self.frame_time.map(|seconds| seconds * 1e3),
+            paused: self.session.clock().paused(),
+            generation: self.news.shown,
+            failed: self.news.failed,
+        }
+    }
+
+    fn update_title(&mut self) {
+        if self.titled.is_some_and(|at| at.elapsed() < TITLE_EVERY) {
+            return;
+        }
+        self.titled = Some(Instant::now());
+        if let Some(open) = &self.window {
+            open.window.set_title(&self.title().text());
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! What happened to the files while the window was open, said once each on stderr.
+
+use raxel_runtime::FrameError;
+use raxel_runtime::reload::ReloadEvent;
+use serde_json::json;
+
+use crate::talk::{Format, Talk, To};
+
+/// Says what happened and keeps what the title shows of it.
+pub(crate) struct News<'a> {
+    talk: &'a Talk,
+    /// Generation that runs.
+    pub shown: u64,
+    /// A newer generation that is wrong.
+    pub failed: Option<u64>,
+}
+
+impl<'a> News<'a> {
+    /// Nothing has happened yet.
+    pub fn new(talk: &'a Talk) -> Self {
+        Self { talk, shown: 0, failed: None }
+    }
+
+    /// Something happened.
+    pub fn tell(&mut self, event: &ReloadEvent) {
+        let json = self.talk.format() == Format::Json;
+        match event {
+            ReloadEvent::Reloaded(reloaded) => {
+                (self.shown, self.failed) = (reloaded.generation, None);
+                self.talk.diagnostics(&reloaded.diagnostics, &reloaded.texts, To::Stderr);
+                if json {
+                    return self.talk.event(&json!({
+                        "reason": "reloaded",
+                        "generation": reloaded.generation,
+                        "changed": reloaded.changed,
+                        "milliseconds": reloaded.milliseconds,
+                        "kept": reloaded.resources.kept,
+                        "created": reloaded.resources.created,
+                        "dropped": reloaded.resources.dropped,
+                    }));
+                }
+                self.talk.say(&format!(
+                    "reloaded {} in {:.0} ms, gen {}",
+                    reloaded.changed.join(", "),
+                    reloaded.milliseconds,
+                    reloaded.generation
+                ));
+                let resources = &reloaded.resources;
+                if !resources.created.is_empty() || !resources.dropped.is_empty() {
+                    self.talk.detail(&format!(
+                        "kept: {}; new: {}; gone: {}",
+                        list(&resources.kept),
+                        list(&resources.created),
+                        list(&resources.dropped)
+                    ));
+                }
+            }
+            ReloadEvent::Failed(failed) => {
+                self.failed = Some(failed.generation);
+                self.talk.diagnostics(&failed.diagnostics, &failed.texts, To::Stderr);
+                if json {
+                    return self.talk.event(&json!({
+                        "reason": "reload-failed",
+                        "generation": failed.generation,
+                        "showing": self.shown,
+                        "changed": failed.changed,
+                    }));
+                }
+                self.talk.say(&format!("gen {} failed: showing gen {}", failed.generation, self.shown));
+            }
+            ReloadEvent::DeviceRebuilt { suspect, milliseconds } => {
+                let advice = suspect
+                    .as_ref()
+                    .map(|pass| format!("; pass `{pass}` is switched off until its shader changes"))
+                    .unwrap_or_default();
+                self.talk.say(&format!("the device was lost and is open again after {milliseconds:.0} ms{advice}"));
+            }
+        }
+    }
+
+    /// A debug target or size that no plan can be made for.
+    pub fn refused(&self, error: &FrameError) {
+        if let FrameError::Plan { diagnostics, texts } = error {
+            self.talk.diagnostics(diagnostics, texts, To::Stderr);
+        }
+    }
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}

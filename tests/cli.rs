@@ -1,0 +1,171 @@
+//! The command line as its users and their scripts see it: exit codes, stdout and stderr, JSON, bad files.
+
+mod common;
+
+use common::{Project, raxel};
+
+#[test]
+fn help_version_and_wrong_use() {
+    let help = raxel(&["--help"]).exits(0);
+    for verb in ["run", "render", "check", "graph", "world", "shaders", "new", "schema", "doctor", "explain", "clean"] {
+        assert!(help.stdout.contains(&format!("\n  {verb} ")), "help names {verb}");
+    }
+    assert!(raxel(&["--version"]).exits(0).stdout.starts_with("raxel "));
+    raxel(&[]).exits(2);
+    assert!(raxel(&["chekc"]).exits(2).stderr.contains("check"), "a verb is suggested");
+    raxel(&["render", "--size", "0x10", "-o", "a.png"]).exits(2);
+    raxel(&["render", "--size", "ten", "-o", "a.png"]).exits(2);
+}
+
+#[test]
+fn explain_prints_pages_and_suggests() {
+    assert!(raxel(&["explain", "rx11"]).exits(0).stdout.starts_with("# RX0011: unknown key"));
+    assert!(raxel(&["explain"]).exits(0).stdout.contains("RX0011  unknown key\n"));
+    let wrong = raxel(&["explain", "RX9911"]).exits(2);
+    assert!(wrong.stdout.is_empty() && wrong.stderr.contains("did you mean `RX"));
+}
+
+#[test]
+fn completions_name_the_verbs() {
+    for shell in ["bash", "zsh", "fish", "powershell"] {
+        assert!(raxel(&["completions", shell]).exits(0).stdout.contains("render"), "{shell}");
+    }
+}
+
+#[test]
+fn shipped_graphs_pass_the_check_and_say_so_in_json() {
+    let run = raxel(&["check", "graphs/primary.toml", "graphs/inspect.toml", "--format", "json"]).exits(0);
+    let summaries: Vec<_> = run.json();
+    assert_eq!(summaries.len(), 2);
+    for (summary, file) in summaries.iter().zip(["graphs/primary.toml", "graphs/inspect.toml"]) {
+        assert_eq!(summary["reason"], "checked");
+        assert_eq!(summary["file"], file);
+        assert_eq!(summary["kind"], "graph");
+        assert_eq!(summary["errors"], 0);
+    }
+}
+
+#[test]
+fn all_mistakes_are_reported_at_once_with_their_places() {
+    let project = Project::shipped();
+    project
+        .edit("graphs/primary.toml", "outColor = \"color\"", "outColor = \"colour\"")
+        .edit("graphs/primary.toml", "type    = \"f32\"\ndefault = 1.0", "typ     = \"f32\"\ndefault = 1.0")
+        .edit("graphs/primary.toml", "exposure      = { type = \"f32\"", "exposure      = { type = \"i32\"");
+    let run = project.raxel(&["check", "graphs/primary.toml"]).exits(3);
+    for part in ["error[RX", "--> graphs/primary.toml:", "colour", "did you mean `color`?", "`typ`", "shaders/primary.comp"] {
+        assert!(run.stdout.contains(part), "{part:?} is not in\n{}", run.stdout);
+    }
+    let short = project.raxel(&["check", "graphs/primary.toml", "--format", "short"]).exits(3);
+    for line in short.stdout.lines() {
+        let mut parts = line.splitn(4, ':');
+        assert!(parts.next().unwrap().contains("primary.toml"), "{line}");
+        assert!(parts.next().unwrap().parse::<u32>().is_ok() && parts.next().unwrap().parse::<u32>().is_ok(), "{line}");
+    }
+    let json = project.raxel(&["check", "graphs/primary.toml", "--format", "json"]).exits(3).json();
+    let (summary, diagnostics) = json.split_last().unwrap();
+    assert_eq!(summary["errors"].as_u64().unwrap() as usize, diagnostics.len());
+    assert!(diagnostics.len() >= 3 && summary["reason"] == "checked");
+}
+
+#[test]
+fn broken_files_are_diagnosed_and_never_a_panic() {
+    let project = Project::shipped();
+    let primary = std::fs::read(project.path("graphs/primary.toml")).unwrap();
+    project
+        .write("graphs/empty.toml", "")
+        .write("graphs/truncated.toml", &primary[..primary.len() / 2])
+        .write("graphs/binary.toml", [0xff, 0xfe, 0, 1, 2])
+        .write("graphs/huge.toml", vec![b'#'; 65 << 20])
+        .write("graphs/deep.toml", format!("a = {}{}", "[".repeat(50_000), "]".repeat(50_000)))
+        .write("graphs/cycle.toml", "extends = \"cycle2.toml\"")
+        .write("graphs/cycle2.toml", "extends = \"cycle.toml\"")
+        .write("graphs/outside.toml", "extends = \"../../x.toml\"")
+        .write("worlds/empty.vox", "")
+        .write("worlds/broken.vox", b"VOX \x96\0\0\0MAIN\xff\xff\xff\x7f")
+        .write("worlds/binary.toml", [0xc3, 0x28])
+        .write("worlds/broken.demo.toml", "world = 3")
+        .write("shaders/empty.spv", "")
+        .write("shaders/cut.spv", [3, 2, 0x23, 7, 0, 5, 1, 0]);
+    for (name, shader) in [("empty_spv", "empty.spv"), ("cut_spv", "cut.spv"), ("none", "none.comp")] {
+        let old = String::from_utf8(primary.clone()).unwrap();
+        project.write(&format!("graphs/{name}.toml"), old.replace("primary.comp", shader));
+    }
+    for file in [
+        "graphs/empty.toml",
+        "graphs/truncated.toml",
+        "graphs/binary.toml",
+        "graphs/huge.toml",
+        "graphs/deep.toml",
+        "graphs/cycle.toml",
+        "graphs/outside.toml",
+        "graphs/empty_spv.toml",
+        "graphs/cut_spv.toml",
+        "graphs/none.toml",
+        "graphs/not-there.toml",
+        "worlds/empty.vox",
+        "worlds/broken.vox",
+        "worlds/binary.toml",
+        "worlds/broken.demo.toml",
+        "graphs",
+    ] {
+        let run = project.raxel(&["check", file, "--format", "short"]).exits(3);
+        assert!(run.stdout.contains("[RX"), "{file} gives no code:\n{}\n{}", run.stdout, run.stderr);
+    }
+}
+
+#[test]
+fn plans_are_printed_in_every_form() {
+    let text = raxel(&["graph", "graphs/primary.toml"]).exits(0);
+    assert!(text.stdout.contains("primary"));
+    let dot = raxel(&["graph", "graphs/primary.toml", "--format", "dot"]).exits(0);
+    assert!(dot.stdout.starts_with("digraph"), "{}", dot.stdout);
+    let mermaid = raxel(&["graph", "graphs/primary.toml", "--format", "mermaid"]).exits(0);
+    assert!(mermaid.stdout.contains("flowchart") || mermaid.stdout.contains("graph "), "{}", mermaid.stdout);
+    let json = raxel(&["graph", "graphs/primary.toml", "--format", "json", "--size", "64x32"]).exits(0);
+    let plan: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
+    assert!(plan.is_object());
+    raxel(&["graph", "graphs/none.toml"]).exits(3);
+}
+
+#[test]
+fn schemas_are_json_and_a_new_project_has_them() {
+    for kind in ["graph", "world", "demo"] {
+        let schema: serde_json::Value = serde_json::from_str(&raxel(&["schema", kind]).exits(0).stdout).unwrap();
+        assert_eq!(schema["type"], "object", "{kind}");
+    }
+}
+
+#[test]
+fn a_new_project_checks_and_a_full_folder_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for template in ["voxel", "minimal"] {
+        let path = folder.path().join(template);
+        let name = path.to_str().unwrap();
+        raxel(&["new", name, "--template", template]).exits(0);
+        assert!(path.join(".raxel/graph.schema.json").is_file());
+        let run = common::raxel_in(&path, &["check"]).exits(0);
+        assert!(run.stdout.is_empty(), "{}", run.stdout);
+        let again = raxel(&["new", name]).exits(2);
+        assert!(again.stderr.contains("is not empty"));
+    }
+}
+
+#[test]
+fn clean_removes_what_raxel_made_and_nothing_else() {
+    let project = Project::empty();
+    project.write(".raxel/cache/x", "1").write(".raxel/demo/valley.png", "1").write(".raxel/mine.txt", "1");
+    project.raxel(&["clean"]).exits(0);
+    assert!(!project.path(".raxel/cache").exists() && !project.path(".raxel/demo").exists());
+    assert!(project.path(".raxel/mine.txt").exists());
+    assert!(project.raxel(&["clean"]).exits(0).stderr.contains("nothing to remove"));
+}
+
+#[test]
+fn shaders_are_written_as_modules() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    raxel(&["shaders", "graphs/primary.toml", "-o", out]).exits(0);
+    let module = std::fs::read(folder.path().join("primary.primary.spv")).unwrap();
+    assert_eq!(module[..4], [3, 2, 0x23, 7]);
+}
