@@ -13,17 +13,37 @@ use crate::lifetimes::{Life, lifetimes};
 use crate::limits;
 use crate::order::{Action, Order, order};
 use crate::plan::{Barrier, Lifetime, PassPlan, Plan, PlanInput, ResourcePlan, Step};
+use crate::print::{After, Phase};
 use crate::sizes::{groups, sizes};
 
 /// Compiles a checked graph for one output size, present point and state of the conditions. The errors are those that only a size or
 /// a device can show, all at once.
 pub fn plan(graph: Arc<Graph>, input: &PlanInput) -> Result<Plan, Vec<Diagnostic>> {
+    bake(graph, input, &mut |_| {})
+}
+
+/// What is known after a phase, as text: one line for each fact.
+pub fn dump(graph: Arc<Graph>, input: &PlanInput, phase: Phase) -> Result<String, Vec<Diagnostic>> {
+    let mut text = String::new();
+    let named = graph.clone();
+    let done = bake(graph, input, &mut |after| {
+        if after.phase() == phase {
+            text = after.text(&named);
+        }
+    });
+    // A graph that does not fit the device can still be looked at up to where it fails.
+    if text.is_empty() { done.map(|_| text) } else { Ok(text) }
+}
+
+fn bake(graph: Arc<Graph>, input: &PlanInput, watch: &mut dyn FnMut(&After)) -> Result<Plan, Vec<Diagnostic>> {
     // Everything relative to the output gets its size.
     let sizes = sizes(&graph, input.output, input.sources);
+    watch(&After::Sizes(&sizes));
     limits::check_present(&graph, &sizes, input)?;
 
     // Passes that nobody will see are left out; so are resources that only they use.
     let cull = cull(&graph, &sizes, input);
+    watch(&After::Cull(&cull));
 
     // What is left must fit the device.
     limits::check(&graph, &sizes, input, &cull)?;
@@ -31,16 +51,20 @@ pub fn plan(graph: Arc<Graph>, input: &PlanInput) -> Result<Plan, Vec<Diagnostic
 
     // A frame is what the file says in the order of the file; clears and the present step find their places.
     let order = order(&graph, &sizes, input, &cull);
+    watch(&After::Order(&order, &cull));
 
     // What no later frame reads only lives from its first to its last step,
     let lives = lifetimes(&graph, input, &cull, &order);
+    watch(&After::Lifetimes(&lives, &cull));
 
     // and shares memory with what lives at other times.
     let alias = alias(&resources, &lives, input.memory.granularity(), input.alias);
+    watch(&After::Alias(&alias, &cull));
 
     // Conflicting accesses are ordered by as few and as small barriers as there can be.
     let frame = Frame { order: &order, live: &cull.live, resources: &resources, lives: &lives, alias: &alias };
     let barriers = barriers(&frame);
+    watch(&After::Barriers(&barriers, &order, &cull));
 
     // The frame becomes one flat list.
     let steps = flatten(&order, barriers, &lives, &alias, &mut resources);

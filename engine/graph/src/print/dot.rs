@@ -1,0 +1,69 @@
+//! A plan as a picture for Graphviz: passes are boxes, images ellipses, buffers cylinders; history is dashed, what is left out grey.
+
+use std::fmt::Write as _;
+
+use super::words;
+use crate::checked::ResourceKind;
+use crate::plan::Plan;
+
+/// The plan as DOT: `raxel graph FILE --format dot | dot -Tsvg`.
+pub fn dot(plan: &Plan) -> String {
+    let graph = &plan.graph;
+    let mut out = String::new();
+    let _ = writeln!(out, "digraph {} {{", quoted(&graph.name));
+    out.push_str("  rankdir=LR;\n  node [fontname=\"sans-serif\", fontsize=11];\n  edge [fontname=\"sans-serif\", fontsize=9];\n");
+    for resource in &plan.resources {
+        let id = resource.resource;
+        let shape = match graph.resource(id).kind {
+            ResourceKind::Target(_) => "ellipse",
+            ResourceKind::Buffer(_) => "cylinder",
+        };
+        let label = format!("{}\n{}", words::name_of(graph, id), words::describe(&resource.desc));
+        let shown = if id == plan.present.resource { ", peripheries=2" } else { "" };
+        let _ = writeln!(out, "  r{} [shape={shape}, label={}{shown}];", id.0, quoted(&label));
+    }
+    for (number, pass) in plan.passes.iter().enumerate() {
+        let label = format!("{}\n{}", graph.pass(pass.pass).name, words::work(plan, number as u32));
+        let _ = writeln!(
+            out,
+            "  p{} [shape=box, style=\"rounded,filled\", fillcolor=\"#dde8f5\", label={}];",
+            pass.pass.0,
+            quoted(&label)
+        );
+    }
+    for culled in &plan.culled {
+        let label = format!("{}\n{}", graph.pass(culled.pass).name, words::culled(graph, culled));
+        let _ = writeln!(
+            out,
+            "  p{} [shape=box, style=\"rounded,dashed\", color=gray, fontcolor=gray, label={}];",
+            culled.pass.0,
+            quoted(&label)
+        );
+    }
+    for pass in &plan.passes {
+        let mut seen = Vec::new();
+        for access in &graph.pass(pass.pass).accesses {
+            let age = if access.age > 0 {
+                format!(" [style=dashed, label={}]", quoted(&format!("@{}", access.age)))
+            } else {
+                String::new()
+            };
+            let (p, r) = (format!("p{}", pass.pass.0), format!("r{}", access.resource.0));
+            let load = access.access.reads().then(|| format!("  {r} -> {p}{age};"));
+            let store = access.access.writes().then(|| format!("  {p} -> {r};"));
+            for edge in [load, store].into_iter().flatten() {
+                if !seen.contains(&edge) {
+                    let _ = writeln!(out, "{edge}");
+                    seen.push(edge);
+                }
+            }
+        }
+    }
+    out.push_str("}\n");
+    out
+}
+
+/// A DOT string: line breaks become `\n`, quotes and backslashes are escaped.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n"))
+}

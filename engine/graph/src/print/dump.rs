@@ -1,0 +1,179 @@
+//! What is known after each phase of the back end, as text.
+
+use std::fmt::Write as _;
+
+use super::words;
+use crate::alias::Alias;
+use crate::checked::Graph;
+use crate::cull::Cull;
+use crate::lifetimes::Life;
+use crate::order::{Action, Order};
+use crate::plan::Barrier;
+use crate::sizes::Size;
+
+/// A phase of the back end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Extents, mips and bytes.
+    Sizes,
+    /// Passes that run.
+    Cull,
+    /// Actions and their accesses.
+    Order,
+    /// What matters only inside a frame.
+    Lifetimes,
+    /// Places in shared memory.
+    Alias,
+    /// Barriers.
+    Barriers,
+}
+
+impl Phase {
+    /// Every phase in order.
+    pub const ALL: &[Phase] =
+        &[Phase::Sizes, Phase::Cull, Phase::Order, Phase::Lifetimes, Phase::Alias, Phase::Barriers];
+
+    /// Its word on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Phase::Sizes => "sizes",
+            Phase::Cull => "cull",
+            Phase::Order => "order",
+            Phase::Lifetimes => "lifetimes",
+            Phase::Alias => "alias",
+            Phase::Barriers => "barriers",
+        }
+    }
+
+    /// The phase of that word.
+    pub fn from_name(name: &str) -> Option<Phase> {
+        Phase::ALL.iter().copied().find(|phase| phase.name() == name)
+    }
+}
+
+/// What a phase leaves behind.
+pub(crate) enum After<'a> {
+    Sizes(&'a [Size]),
+    Cull(&'a Cull),
+    Order(&'a Order, &'a Cull),
+    Lifetimes(&'a [Life], &'a Cull),
+    Alias(&'a Alias, &'a Cull),
+    Barriers(&'a [Option<Barrier>], &'a Order, &'a Cull),
+}
+
+impl After<'_> {
+    /// The phase.
+    pub fn phase(&self) -> Phase {
+        match self {
+            After::Sizes(_) => Phase::Sizes,
+            After::Cull(_) => Phase::Cull,
+            After::Order(..) => Phase::Order,
+            After::Lifetimes(..) => Phase::Lifetimes,
+            After::Alias(..) => Phase::Alias,
+            After::Barriers(..) => Phase::Barriers,
+        }
+    }
+
+    /// One line for each fact.
+    pub fn text(&self, graph: &Graph) -> String {
+        let mut out = String::new();
+        let name = |cull: &Cull, index: usize| words::name_of(graph, cull.used[index]).to_owned();
+        match self {
+            After::Sizes(sizes) => {
+                for (resource, size) in graph.resources.iter().zip(*sizes) {
+                    let _ = writeln!(out, "{}: {}", resource.name, size_text(size));
+                }
+            }
+            After::Cull(cull) => {
+                for pass in &cull.live {
+                    let _ = writeln!(out, "{} runs", graph.pass(*pass).name);
+                }
+                for culled in &cull.culled {
+                    let _ =
+                        writeln!(out, "{} does not: {}", graph.pass(culled.pass).name, words::culled(graph, culled));
+                }
+            }
+            After::Order(order, cull) => {
+                for (number, action) in (0..).zip(&order.actions) {
+                    let _ = writeln!(out, "{number} {}", action_text(graph, cull, *action));
+                    for touch in order.touches.iter().filter(|touch| touch.action == number) {
+                        let (mips, layers) = (touch.region.mips, touch.region.layers);
+                        let _ = writeln!(
+                            out,
+                            "    {} of {}, mips {}..{}, layers {}..{}",
+                            touch.access,
+                            words::aged(graph, cull.used[touch.resource as usize], touch.age),
+                            mips.0,
+                            mips.1,
+                            layers.0,
+                            layers.1
+                        );
+                    }
+                }
+            }
+            After::Lifetimes(lives, cull) => {
+                for (index, life) in lives.iter().enumerate() {
+                    let name = name(cull, index);
+                    let _ = match life {
+                        Life::Persistent => writeln!(out, "{name}: persistent"),
+                        Life::Transient { first, last } => writeln!(out, "{name}: actions {first}..={last}"),
+                    };
+                }
+            }
+            After::Alias(alias, cull) => {
+                for (number, block) in alias.blocks.iter().enumerate() {
+                    let _ = writeln!(
+                        out,
+                        "block {number}: {} bytes, alignment {}, memory types {:#b}",
+                        block.size, block.alignment, block.type_bits
+                    );
+                }
+                for (index, place) in alias.places.iter().enumerate() {
+                    if let Some(place) = place {
+                        let others: Vec<_> = alias.neighbours[index].iter().map(|&i| name(cull, i as usize)).collect();
+                        let _ = writeln!(
+                            out,
+                            "{}: block {} + {}, shared with {}",
+                            name(cull, index),
+                            place.block,
+                            place.offset,
+                            others.join(", ")
+                        );
+                    }
+                }
+            }
+            After::Barriers(barriers, order, cull) => {
+                for (barrier, action) in barriers.iter().zip(&order.actions) {
+                    let Some(barrier) = barrier else { continue };
+                    let _ = writeln!(out, "before {}", action_text(graph, cull, *action));
+                    if let Some(memory) = &barrier.memory {
+                        let _ = writeln!(out, "    {}", words::dependency(memory));
+                    }
+                    for activation in &barrier.activate {
+                        let name = name(cull, activation.resource as usize);
+                        let _ = writeln!(out, "    activate {name}: {}", words::dependency(&activation.dependency));
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+fn action_text(graph: &Graph, cull: &Cull, action: Action) -> String {
+    match action {
+        Action::Clear(resource) => format!("clear {}", words::name_of(graph, cull.used[resource as usize])),
+        Action::Dispatch(pass) => format!("dispatch {}", graph.pass(cull.live[pass as usize]).name),
+        Action::Present => "present".to_owned(),
+    }
+}
+
+fn size_text(size: &Size) -> String {
+    match size {
+        Size::Image { extent: [w, h, d], mips, layers, .. } => {
+            format!("{w}×{h}×{d} texels, {mips} mips, {layers} layers")
+        }
+        Size::Buffer(Some(bytes)) => format!("{bytes} bytes"),
+        Size::Buffer(None) => "not supplied".to_owned(),
+    }
+}

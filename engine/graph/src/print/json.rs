@@ -1,0 +1,116 @@
+//! A plan as JSON: the same facts as the text, with names instead of indices.
+
+use serde_json::{Value, json};
+
+use super::words;
+use crate::checked::PassId;
+use crate::plan::{AccessMask, Barrier, Dependency, Lifetime, Plan, ResourceDesc, ResourcePlan, Scope, Stages, Step};
+
+/// The plan for programs, indented. Keys are sorted; names refer to `resources` and `passes`.
+pub fn json(plan: &Plan) -> String {
+    let graph = &plan.graph;
+    let memory = words::memory(plan);
+    let value = json!({
+        "graph": graph.name,
+        "about": graph.about,
+        "output": plan.output,
+        "present": {
+            "resource": words::name_of(graph, plan.present.resource),
+            "age": plan.present.age,
+            "mip": plan.present.mip,
+            "layer": plan.present.layer,
+            "after": plan.present.after.map(|pass| &graph.pass(pass).name),
+        },
+        "resources": plan.resources.iter().map(|r| resource(plan, r)).collect::<Vec<_>>(),
+        "blocks": plan.blocks,
+        "memory": { "allocated": memory.allocated, "saved": memory.saved },
+        "passes": plan.passes.iter().map(|p| pass(plan, p.pass, p.groups)).collect::<Vec<_>>(),
+        "culled": plan.culled.iter().map(|culled| json!({
+            "pass": graph.pass(culled.pass).name,
+            "reason": culled.reason,
+            "about": words::culled(graph, culled),
+        })).collect::<Vec<_>>(),
+        "steps": plan.steps.iter().map(|s| step(plan, s)).collect::<Vec<_>>(),
+    });
+    format!("{value:#}\n")
+}
+
+fn resource(plan: &Plan, resource: &ResourcePlan) -> Value {
+    let (kind, desc) = match &resource.desc {
+        ResourceDesc::Image(image) => ("image", json!(image)),
+        ResourceDesc::Buffer(buffer) => ("buffer", json!(buffer)),
+        ResourceDesc::Source(name) => ("source", json!(name)),
+    };
+    let lifetime = match resource.lifetime {
+        Lifetime::Persistent => json!("persistent"),
+        Lifetime::Transient { first, last, place } => json!({ "first": first, "last": last, "place": place }),
+    };
+    json!({
+        "name": words::name_of(&plan.graph, resource.resource),
+        "kind": kind,
+        "desc": desc,
+        "copies": resource.copies,
+        "bytes": words::all_copies(resource),
+        "clear": resource.clear,
+        "init": resource.init,
+        "lifetime": lifetime,
+    })
+}
+
+fn pass(plan: &Plan, id: PassId, groups: Option<[u32; 3]>) -> Value {
+    let graph = &plan.graph;
+    let pass = graph.pass(id);
+    let (reads, writes) = words::loads_and_stores(graph, id);
+    json!({
+        "name": pass.name,
+        "shader": pass.shader.request.path,
+        "groups": groups,
+        "every": pass.every,
+        "when": pass.when.as_ref().map(|when| words::condition(graph, when)),
+        "reads": reads,
+        "writes": writes,
+    })
+}
+
+fn step(plan: &Plan, step: &Step) -> Value {
+    match step {
+        Step::Barrier(barrier) => self::barrier(plan, barrier),
+        Step::Clear { resource } => json!({ "step": "clear", "resource": words::resource_name(plan, *resource) }),
+        Step::Dispatch { pass } => {
+            json!({ "step": "dispatch", "pass": plan.graph.pass(plan.passes[*pass as usize].pass).name })
+        }
+        Step::Present => json!({ "step": "present" }),
+    }
+}
+
+fn barrier(plan: &Plan, barrier: &Barrier) -> Value {
+    let graph = &plan.graph;
+    let hazard = |hazard: &crate::plan::Hazard| {
+        json!({
+            "resource": words::name_of(graph, hazard.resource),
+            "kind": words::kind(hazard.kind),
+            "from": hazard.from.map(|pass| &graph.pass(pass).name),
+            "to": hazard.to.map(|pass| &graph.pass(pass).name),
+            "wraps": hazard.wraps,
+        })
+    };
+    json!({
+        "step": "barrier",
+        "memory": barrier.memory.as_ref().map(dependency),
+        "activate": barrier.activate.iter().map(|activation| json!({
+            "resource": words::resource_name(plan, activation.resource),
+            "dependency": dependency(&activation.dependency),
+        })).collect::<Vec<_>>(),
+        "hazards": barrier.hazards.iter().map(hazard).collect::<Vec<_>>(),
+    })
+}
+
+fn dependency(dependency: &Dependency) -> Value {
+    json!({ "src": scope(&dependency.src), "dst": scope(&dependency.dst) })
+}
+
+fn scope(scope: &Scope) -> Value {
+    let stages = Stages::ALL.iter().filter(|(bit, _)| scope.stages.contains(*bit)).map(|(_, name)| *name);
+    let access = AccessMask::ALL.iter().filter(|(bit, _)| scope.access.contains(*bit)).map(|(_, name)| *name);
+    json!({ "stages": stages.collect::<Vec<_>>(), "access": access.collect::<Vec<_>>() })
+}

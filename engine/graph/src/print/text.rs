@@ -1,0 +1,199 @@
+//! A plan as text: the frame step by step, who uses what when, the memory, and what was left out.
+
+use std::fmt::Write as _;
+
+use super::words;
+use crate::checked::ResourceId;
+use crate::plan::{Barrier, Lifetime, Plan, ResourceDesc, Step};
+
+/// The plan for people.
+pub fn text(plan: &Plan) -> String {
+    let mut out = String::new();
+    head(plan, &mut out);
+    steps(plan, &mut out);
+    uses(plan, &mut out);
+    memory(plan, &mut out);
+    culled(plan, &mut out);
+    out
+}
+
+fn head(plan: &Plan, out: &mut String) {
+    let graph = &plan.graph;
+    let [w, h] = plan.output;
+    let all = graph.passes.len();
+    let _ = writeln!(out, "{} at {w}×{h}, shows {}", graph.name, words::present(graph, plan.present));
+    if !graph.about.is_empty() {
+        let _ = writeln!(out, "{}", graph.about);
+    }
+    let _ = writeln!(
+        out,
+        "{} of {}, {} in {}",
+        plan.passes.len(),
+        words::counted(all, "pass", "passes"),
+        words::counted(words::barriers(plan), "barrier", "barriers"),
+        words::counted(plan.steps.len(), "step", "steps"),
+    );
+}
+
+fn steps(plan: &Plan, out: &mut String) {
+    let _ = writeln!(out, "\nframe");
+    let graph = &plan.graph;
+    for (number, step) in plan.steps.iter().enumerate() {
+        match step {
+            Step::Barrier(barrier) => self::barrier(plan, number, barrier, out),
+            Step::Clear { resource } => {
+                let _ = writeln!(out, "{number:>4}  clear {}", words::resource_name(plan, *resource));
+            }
+            Step::Present => {
+                let _ = writeln!(out, "{number:>4}  present {}", words::present(graph, plan.present));
+            }
+            Step::Dispatch { pass } => {
+                let id = plan.passes[*pass as usize].pass;
+                let _ = write!(out, "{number:>4}  {}  {}", graph.pass(id).name, words::work(plan, *pass));
+                if let Some(every) = graph.pass(id).every {
+                    let _ = write!(out, ", {}", words::every(every));
+                }
+                out.push('\n');
+                let (loads, stores) = words::loads_and_stores(graph, id);
+                for (verb, names) in [("reads", loads), ("writes", stores)] {
+                    if !names.is_empty() {
+                        let _ = writeln!(out, "        {verb} {}", names.join(", "));
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn barrier(plan: &Plan, number: usize, barrier: &Barrier, out: &mut String) {
+    let mut mark = format!("{number:>4}  ──");
+    let mut line = |out: &mut String, text: String| {
+        let _ = writeln!(out, "{mark} {text}");
+        mark = "        ".to_owned();
+    };
+    if let Some(memory) = &barrier.memory {
+        line(out, words::dependency(memory));
+    }
+    for activation in &barrier.activate {
+        let name = words::resource_name(plan, activation.resource);
+        let image = matches!(plan.resources[activation.resource as usize].desc, ResourceDesc::Image(_));
+        if image {
+            line(out, format!("activate {name}: {}", words::dependency(&activation.dependency)));
+        } else {
+            line(out, format!("activate {name}"));
+        }
+    }
+    for hazard in &barrier.hazards {
+        let _ = writeln!(out, "           {}", words::hazard(plan, hazard));
+    }
+}
+
+/// One row for each resource, one column for each step.
+fn uses(plan: &Plan, out: &mut String) {
+    let _ = writeln!(out, "\nuses (c clear, r read, w write, x both, p present; │ barrier)");
+    let width = name_width(plan);
+    let rulers: &[usize] = if plan.steps.len() > 100 { &[100, 10, 1] } else { &[10, 1] };
+    for &unit in rulers {
+        let digits: String = (0..plan.steps.len())
+            .map(|step| if unit > 1 && step % unit != 0 { ' ' } else { digit(step / unit) })
+            .collect();
+        let _ = writeln!(out, "  {:width$}  {}", "", digits.trim_end());
+    }
+    for (index, resource) in plan.resources.iter().enumerate() {
+        let marks: Vec<char> = plan.steps.iter().map(|step| mark(plan, index, resource.resource, step)).collect();
+        let touched = |c: &char| *c != '·' && *c != '│';
+        let (first, last) = (marks.iter().position(touched), marks.iter().rposition(touched));
+        let persistent = resource.lifetime == Lifetime::Persistent;
+        let row: String = marks
+            .iter()
+            .enumerate()
+            .map(|(step, &mark)| {
+                let alive = persistent || Some(step) >= first && Some(step) <= last;
+                match mark {
+                    '·' if alive => '─',
+                    '│' if alive => '┼',
+                    other => other,
+                }
+            })
+            .collect();
+        let _ = writeln!(out, "  {:width$}  {row}", words::name_of(&plan.graph, resource.resource));
+    }
+}
+
+fn digit(number: usize) -> char {
+    char::from(b'0' + (number % 10) as u8)
+}
+
+fn mark(plan: &Plan, index: usize, id: ResourceId, step: &Step) -> char {
+    match step {
+        Step::Barrier(_) => '│',
+        Step::Clear { resource } if *resource as usize == index => 'c',
+        Step::Present if plan.present.resource == id => 'p',
+        Step::Dispatch { pass } => {
+            let accesses = &plan.graph.pass(plan.passes[*pass as usize].pass).accesses;
+            let of = || accesses.iter().filter(|access| access.resource == id);
+            match (of().any(|a| a.access.reads()), of().any(|a| a.access.writes())) {
+                (true, true) => 'x',
+                (true, false) => 'r',
+                (false, true) => 'w',
+                (false, false) => '·',
+            }
+        }
+        _ => '·',
+    }
+}
+
+fn name_width(plan: &Plan) -> usize {
+    let names = plan.resources.iter().map(|r| words::name_of(&plan.graph, r.resource).chars().count());
+    names.max().unwrap_or(0)
+}
+
+fn memory(plan: &Plan, out: &mut String) {
+    let _ = writeln!(out, "\nmemory");
+    let width = name_width(plan);
+    let kinds: Vec<String> = plan.resources.iter().map(|resource| words::describe(&resource.desc)).collect();
+    let kind_width = kinds.iter().map(|kind| kind.chars().count()).max().unwrap_or(0);
+    for (resource, kind) in plan.resources.iter().zip(&kinds) {
+        let size = words::bytes(resource.memory.size);
+        let copies = if resource.copies > 1 { format!("{} × {size}", resource.copies) } else { size };
+        let where_ = match (words::block_of(resource), resource.lifetime) {
+            (Some((block, offset)), Lifetime::Transient { first, last, .. }) => {
+                format!("steps {first}–{last}, block {block} + {offset}")
+            }
+            (None, Lifetime::Transient { first, last, .. }) => format!("steps {first}–{last}"),
+            _ if matches!(resource.desc, ResourceDesc::Source(_)) => "supplied".to_owned(),
+            _ => "persistent".to_owned(),
+        };
+        let name = words::name_of(&plan.graph, resource.resource);
+        let _ = writeln!(out, "  {name:width$}  {kind:kind_width$}  {copies:>13}  {where_}");
+    }
+    for (number, block) in plan.blocks.iter().enumerate() {
+        let of_block = plan.resources.iter().filter(|r| words::block_of(r).is_some_and(|(b, _)| b as usize == number));
+        let (count, apart) =
+            of_block.fold((0, 0_u64), |(count, sum), r| (count + 1, sum.saturating_add(r.memory.size)));
+        let _ = writeln!(
+            out,
+            "  block {number}: {} for {count} resources of {}",
+            words::bytes(block.size),
+            words::bytes(apart)
+        );
+    }
+    let memory = words::memory(plan);
+    let _ = write!(out, "  {} in all", words::bytes(memory.allocated));
+    if memory.saved > 0 {
+        let _ = write!(out, ", {} saved by sharing", words::bytes(memory.saved));
+    }
+    out.push('\n');
+}
+
+fn culled(plan: &Plan, out: &mut String) {
+    if plan.culled.is_empty() {
+        return;
+    }
+    let _ = writeln!(out, "\nleft out");
+    let name = |culled: &crate::plan::Culled| plan.graph.pass(culled.pass).name.clone();
+    let width = plan.culled.iter().map(|culled| name(culled).chars().count()).max().unwrap_or(0);
+    for culled in &plan.culled {
+        let _ = writeln!(out, "  {:width$}  {}", name(culled), words::culled(&plan.graph, culled));
+    }
+}

@@ -1,0 +1,207 @@
+//! The words in which all printers speak of a plan.
+
+use crate::checked::{Condition, Dispatch, Every, Fact, Graph, PassId, ResourceId};
+use crate::plan::{
+    CullReason, Culled, Dependency, Hazard, HazardKind, Plan, Present, ResourceDesc, ResourcePlan, Scope, Step,
+};
+
+/// Bytes for people, e.g. `3.5 MiB`.
+pub(super) fn bytes(bytes: u64) -> String {
+    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
+    let unit = (0..UNITS.len() - 1).find(|&unit| bytes >> (10 * unit) < 1024).unwrap_or(UNITS.len() - 1);
+    if unit == 0 {
+        return format!("{bytes} B");
+    }
+    let value = bytes as f64 / (1_u64 << (10 * unit)) as f64;
+    if value < 100.0 { format!("{value:.1} {}", UNITS[unit]) } else { format!("{value:.0} {}", UNITS[unit]) }
+}
+
+/// `word` with its number, e.g. `1 pass`, `2 passes`.
+pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// What a resource is, e.g. `rgba16f 1280×720, 4 mips`.
+pub(super) fn describe(desc: &ResourceDesc) -> String {
+    match desc {
+        ResourceDesc::Image(image) => {
+            let [w, h, d] = image.extent;
+            let mut text = format!("{} {w}×{h}", image.format.name());
+            if image.volume {
+                text += &format!("×{d}");
+            }
+            if image.mips > 1 {
+                text += &format!(", {} mips", image.mips);
+            }
+            if image.layers > 1 {
+                text += &format!(", {} layers", image.layers);
+            }
+            text
+        }
+        ResourceDesc::Buffer(buffer) => format!("buffer, {}", bytes(buffer.size)),
+        ResourceDesc::Source(name) => format!("from {name}"),
+    }
+}
+
+/// Name of a resource of the plan.
+pub(super) fn resource_name(plan: &Plan, index: u32) -> &str {
+    name_of(&plan.graph, plan.resources[index as usize].resource)
+}
+
+/// Name of a resource of the graph.
+pub(super) fn name_of(graph: &Graph, id: ResourceId) -> &str {
+    &graph.resource(id).name
+}
+
+/// Name of a resource at an age, e.g. `color@1`.
+pub(super) fn aged(graph: &Graph, id: ResourceId, age: u32) -> String {
+    let name = name_of(graph, id);
+    if age == 0 { name.to_owned() } else { format!("{name}@{age}") }
+}
+
+/// The debug target, e.g. `pyramid, mip 2, after blur`.
+pub(super) fn present(graph: &Graph, present: Present) -> String {
+    let mut text = aged(graph, present.resource, present.age);
+    if present.mip > 0 {
+        text += &format!(", mip {}", present.mip);
+    }
+    if present.layer > 0 {
+        text += &format!(", layer {}", present.layer);
+    }
+    if let Some(pass) = present.after {
+        text += &format!(", after {}", graph.pass(pass).name);
+    }
+    text
+}
+
+/// What a hazard is, e.g. `read after write`.
+pub(super) fn kind(kind: HazardKind) -> &'static str {
+    match kind {
+        HazardKind::ReadAfterWrite => "read after write",
+        HazardKind::WriteAfterRead => "write after read",
+        HazardKind::WriteAfterWrite => "write after write",
+        HazardKind::Alias => "takes over memory",
+    }
+}
+
+/// A hazard in a line, e.g. `hit: read after write, primary → shade`.
+pub(super) fn hazard(plan: &Plan, hazard: &Hazard) -> String {
+    let graph = &plan.graph;
+    let read = matches!(hazard.kind, HazardKind::WriteAfterRead);
+    let from = actor(graph, hazard.from, read);
+    let to = actor(graph, hazard.to, hazard.kind == HazardKind::ReadAfterWrite);
+    let when = if hazard.wraps { " of the next frame" } else { "" };
+    format!("{}: {}, {from} → {to}{when}", name_of(graph, hazard.resource), kind(hazard.kind))
+}
+
+fn actor(graph: &Graph, pass: Option<PassId>, reads: bool) -> &str {
+    match pass {
+        Some(pass) => &graph.pass(pass).name,
+        None if reads => "present",
+        None => "clear",
+    }
+}
+
+/// Scopes of a dependency in a line.
+pub(super) fn dependency(dependency: &Dependency) -> String {
+    format!("{} → {}", scope(&dependency.src), scope(&dependency.dst))
+}
+
+fn scope(scope: &Scope) -> String {
+    if scope.access.is_empty() { scope.stages.to_string() } else { format!("{} ({})", scope.stages, scope.access) }
+}
+
+/// Why a pass is left out.
+pub(super) fn culled(graph: &Graph, culled: &Culled) -> String {
+    match (culled.reason, &graph.pass(culled.pass).when) {
+        (CullReason::Condition, Some(when)) => format!("`when = \"{}\"` does not hold", condition(graph, when)),
+        (CullReason::Condition, None) => "its condition does not hold".to_owned(),
+        (CullReason::Unused, _) => "nothing presented depends on it".to_owned(),
+    }
+}
+
+/// A condition as the file writes it.
+pub(super) fn condition(graph: &Graph, condition: &Condition) -> String {
+    let fact = match &condition.fact {
+        Fact::WorldHasEmission => "world.has_emission".to_owned(),
+        Fact::WorldHasTransparency => "world.has_transparency".to_owned(),
+        Fact::WorldHasVoxels => "world.has_voxels".to_owned(),
+        Fact::Param(id) => format!("param.{}", graph.params[id.0 as usize].name),
+    };
+    format!("{}{fact}", if condition.negated { "!" } else { "" })
+}
+
+/// When a pass runs, if not in every frame.
+pub(super) fn every(every: Every) -> String {
+    match every {
+        Every::Hz(hz) => format!("{hz} times a second"),
+        Every::Frames(frames) => format!("every {frames} frames"),
+    }
+}
+
+/// How much a pass dispatches, e.g. `160×90×1 groups`.
+pub(super) fn work(plan: &Plan, pass: u32) -> String {
+    let pass = &plan.passes[pass as usize];
+    match (pass.groups, &plan.graph.pass(pass.pass).dispatch) {
+        (Some([x, y, z]), _) => format!("{x}×{y}×{z} groups"),
+        (None, Dispatch::Indirect { buffer, offset }) => {
+            let name = name_of(&plan.graph, *buffer);
+            if *offset == 0 { format!("groups from {name}") } else { format!("groups from {name} + {offset}") }
+        }
+        (None, _) => "groups from a buffer".to_owned(),
+    }
+}
+
+/// Names that a pass loads and stores, each once.
+pub(super) fn loads_and_stores(graph: &Graph, pass: PassId) -> (Vec<String>, Vec<String>) {
+    let (mut loads, mut stores) = (Vec::new(), Vec::new());
+    for access in &graph.pass(pass).accesses {
+        let name = aged(graph, access.resource, access.age);
+        for (list, does) in [(&mut loads, access.access.reads()), (&mut stores, access.access.writes())] {
+            if does && !list.contains(&name) {
+                list.push(name.clone());
+            }
+        }
+    }
+    (loads, stores)
+}
+
+/// Bytes of all copies of a resource.
+pub(super) fn all_copies(resource: &ResourcePlan) -> u64 {
+    resource.memory.size.saturating_mul(resource.copies.into())
+}
+
+/// Memory of a plan.
+pub(super) struct Memory {
+    /// Bytes that are allocated; sources are the runtime's.
+    pub allocated: u64,
+    /// Bytes that resources in shared blocks would take apart from each other, less the blocks.
+    pub saved: u64,
+}
+
+/// Counts the memory of a plan.
+pub(super) fn memory(plan: &Plan) -> Memory {
+    let (mut own, mut placed) = (0_u64, 0_u64);
+    for resource in &plan.resources {
+        match &resource.desc {
+            ResourceDesc::Source(_) => {}
+            _ if block_of(resource).is_some() => placed = placed.saturating_add(all_copies(resource)),
+            _ => own = own.saturating_add(all_copies(resource)),
+        }
+    }
+    let blocks = plan.blocks.iter().fold(0_u64, |sum, block| sum.saturating_add(block.size));
+    Memory { allocated: own.saturating_add(blocks), saved: placed.saturating_sub(blocks) }
+}
+
+/// Block and offset of a resource that shares memory.
+pub(super) fn block_of(resource: &ResourcePlan) -> Option<(u32, u64)> {
+    match resource.lifetime {
+        crate::plan::Lifetime::Transient { place: Some(place), .. } => Some((place.block, place.offset)),
+        _ => None,
+    }
+}
+
+/// Number of barriers in a plan.
+pub(super) fn barriers(plan: &Plan) -> usize {
+    plan.steps.iter().filter(|step| matches!(step, Step::Barrier(_))).count()
+}
