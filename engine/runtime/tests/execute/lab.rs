@@ -1,0 +1,163 @@
+//! A device under validation, and graphs written in the test that uses them.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use raxel_diagnostics::{MemoryFiles, SourceMap};
+use raxel_gpu::{Device, DeviceOptions, Validation};
+use raxel_graph::checked::{Builtin, Fact, Graph, ResourceId};
+use raxel_graph::plan::{Plan, PlanInput, Present};
+use raxel_graph::{SourceLayout, compile, plan};
+use raxel_runtime::execute::{
+    Builtins, DeviceMemory, ExecuteError, Executor, ExecutorOptions, FrameInputs, FrameReport, Prepared, Sources,
+    limits,
+};
+use raxel_shader::Compiler;
+use raxel_shader::interface::{Block, Member, Scalar, Type};
+
+/// A device with an executor. When it is dropped, any message of the validation layer fails the test.
+pub struct Lab {
+    pub device: Arc<Device>,
+    pub executor: Executor,
+    pub sources: Sources,
+    pub expect_messages: bool,
+}
+
+/// How a graph is planned.
+pub struct Planned<'a> {
+    pub output: [u32; 2],
+    pub present: &'a str,
+    pub pinned: &'a [&'a str],
+    pub alias: bool,
+}
+
+impl Default for Planned<'_> {
+    fn default() -> Self {
+        Planned { output: [8, 4], present: "color", pinned: &[], alias: true }
+    }
+}
+
+impl Lab {
+    pub fn new() -> Lab {
+        Lab::with(ExecutorOptions::default())
+    }
+
+    pub fn with(options: ExecutorOptions) -> Lab {
+        let device = Device::new(&DeviceOptions { device: None, validation: Validation::Required });
+        let device =
+            device.expect("these tests need a Vulkan driver and the validation layer: ./raxel test installs both");
+        let executor = Executor::with_options(device.clone(), options).expect("the device has a command pool");
+        Lab { device, executor, sources: Sources::new(), expect_messages: false }
+    }
+
+    pub fn plan(&self, graph: &Arc<Graph>, how: &Planned<'_>) -> Arc<Plan> {
+        let find = |name: &str| graph.find_resource(name).unwrap_or_else(|| panic!("no resource `{name}`"));
+        let pinned: Vec<ResourceId> = how.pinned.iter().map(|name| find(name)).collect();
+        let sizes: BTreeMap<String, u64> = self.sources.iter().map(|(name, b)| (name.clone(), b.size())).collect();
+        let facts = |_: &Fact| true;
+        let input = PlanInput {
+            output: how.output,
+            present: present(graph, how.present),
+            pinned: &pinned,
+            facts: &facts,
+            sources: &sizes,
+            memory: &DeviceMemory(self.device.clone()),
+            alias: how.alias,
+            limits: limits(&self.device),
+        };
+        Arc::new(plan(graph.clone(), &input).unwrap_or_else(|errors| panic!("{errors:#?}")))
+    }
+
+    pub fn prepare(&self, plan: &Arc<Plan>) -> Result<Prepared, ExecuteError> {
+        self.executor.builder().prepare(plan.clone(), &self.sources)
+    }
+
+    /// Compiles, plans, prepares, swaps in.
+    pub fn load(&mut self, files: &[(&str, &str)], how: &Planned<'_>) -> Arc<Plan> {
+        let plan = self.plan(&graph(files), how);
+        let prepared = self.prepare(&plan).unwrap_or_else(|error| panic!("{error}"));
+        self.executor.swap(prepared);
+        plan
+    }
+
+    pub fn frame(&mut self) -> FrameReport {
+        self.frame_with(&Builtins::default(), &[])
+    }
+
+    pub fn frame_with(&mut self, builtins: &Builtins, params: &[raxel_graph::checked::Value]) -> FrameReport {
+        let inputs = FrameInputs { builtins, params, overrides: &[], clock: 0.0, disabled: &[] };
+        self.executor.frame(&inputs, None).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    pub fn floats(&mut self, name: &str, age: u32, mip: u32, layer: u32) -> Vec<[f32; 4]> {
+        let resource = self.find(name);
+        self.executor.read_target(resource, age, mip, layer).unwrap_or_else(|error| panic!("{error}")).floats()
+    }
+
+    pub fn integers(&mut self, name: &str, mip: u32, layer: u32) -> Vec<[u32; 4]> {
+        let resource = self.find(name);
+        let texels = self.executor.read_target(resource, 0, mip, layer).unwrap_or_else(|error| panic!("{error}"));
+        texels.integers().expect("an integer format")
+    }
+
+    pub fn words(&mut self, name: &str) -> Vec<u32> {
+        let resource = self.find(name);
+        let plan = self.executor.plan().expect("a plan runs").clone();
+        let size = plan
+            .resources
+            .iter()
+            .find(|r| r.resource == resource)
+            .map(|r| match &r.desc {
+                raxel_graph::plan::ResourceDesc::Buffer(desc) => desc.size,
+                other => panic!("{other:?} is no buffer"),
+            })
+            .expect("the buffer is live");
+        let bytes = self.executor.read_buffer(resource, 0, 0..size).unwrap_or_else(|error| panic!("{error}"));
+        bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect()
+    }
+
+    pub fn find(&self, name: &str) -> ResourceId {
+        let plan = self.executor.plan().expect("a plan runs");
+        plan.graph.find_resource(name).unwrap_or_else(|| panic!("no resource `{name}`"))
+    }
+}
+
+impl Drop for Lab {
+    fn drop(&mut self) {
+        if self.expect_messages || std::thread::panicking() || self.device.is_lost() {
+            return;
+        }
+        self.executor.wait().unwrap_or_else(|error| panic!("{error}"));
+        let messages = self.device.log().take();
+        assert!(messages.is_empty(), "the validation layer says: {messages:#?}");
+    }
+}
+
+/// Compiles `graphs/test.toml` of the given files, with the source `test.words`: an array of `uint`.
+pub fn graph(files: &[(&str, &str)]) -> Arc<Graph> {
+    let files = Arc::new(MemoryFiles::new(files.iter().copied()));
+    let element = Box::new(Type::Scalar(Scalar::U32));
+    let words =
+        Member { name: "words".to_owned(), offset: 0, ty: Type::Array { element, len: None, stride: 4 }, place: None };
+    let block = Block { name: "Words".to_owned(), size: 0, members: vec![words] };
+    let sources = [SourceLayout { name: "test.words".to_owned(), block }];
+    let mut texts = SourceMap::default();
+    let compiler = Compiler::new(files.clone());
+    match compile("graphs/test.toml", &*files, &compiler, &sources, &mut texts) {
+        Ok((graph, _)) => Arc::new(graph),
+        Err(errors) => panic!("{errors:#?}"),
+    }
+}
+
+fn present(graph: &Graph, text: &str) -> Present {
+    let (name, age) = text.split_once('@').map_or((text, 0), |(name, age)| (name, age.parse().expect("an age")));
+    let resource = graph.find_resource(name).unwrap_or_else(|| panic!("no resource `{name}`"));
+    Present { resource, age, mip: 0, layer: 0, after: None }
+}
+
+/// `frame.index` and `frame.time` as a session would set them.
+pub fn at(frame: u32) -> Builtins {
+    let builtins = Builtins { frame_index: frame, frame_time: frame as f32, ..Builtins::default() };
+    assert_eq!(builtins.value(Builtin::FrameIndex), raxel_graph::checked::Value::U32(frame));
+    builtins
+}

@@ -1,0 +1,203 @@
+//! A small project in a folder of its own.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use raxel_runtime::session::Validation;
+use raxel_runtime::{Options, Session};
+
+const FILL_GRAPH: &str = r#"
+name = "fill"
+present = "color"
+
+[targets.color]
+format = "rgba32f"
+
+[[passes]]
+name = "fill"
+shader = "fill.comp"
+dispatch = { threads = "color" }
+bind = { outColor = "color" }
+"#;
+
+/// Fills with a GLSL expression.
+pub fn fill(expression: &str) -> String {
+    format!(
+        r"#version 460
+//INCLUDE
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform writeonly image2D outColor;
+void main() {{
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), {expression});
+}}
+"
+    )
+}
+
+/// Adds a param to last frame's sum.
+pub const COUNT: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform readonly image2D before;
+layout(rgba32f) uniform writeonly image2D after;
+layout(push_constant) uniform PC { float add; } pc;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(after, pixel, imageLoad(before, pixel) + pc.add);
+}
+";
+
+pub const COUNT_GRAPH: &str = r#"
+name = "count"
+present = "sum"
+
+[params.add]
+type = "f32"
+default = 1.0
+range = [0.0, 8.0]
+
+[targets.sum]
+format = "rgba32f"
+history = 1
+
+[[passes]]
+name = "count"
+shader = "count.comp"
+dispatch = { threads = "sum" }
+bind = { before = "sum@1", after = "sum" }
+
+[passes.push]
+add = { type = "f32", from = "param.add" }
+"#;
+
+/// Number of solid voxels in red, a param in green.
+pub const WORLD_GRAPH: &str = r#"
+name = "world"
+present = "color"
+
+[params.gain]
+type = "f32"
+default = 1.0
+range = [0.0, 8.0]
+
+[targets.color]
+format = "rgba32f"
+
+[buffers.world]
+source = "world.tree64"
+
+[[passes]]
+name = "world"
+shader = "world.comp"
+dispatch = { threads = "color" }
+bind = { outColor = "color", world = "world" }
+
+[passes.push]
+voxels = { type = "u32", from = "world.voxels" }
+gain = { type = "f32", from = "param.gain" }
+"#;
+
+pub const WORLD_SHADER: &str = r"#version 460
+#include <raxel/world.glsl>
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform writeonly image2D outColor;
+layout(push_constant) uniform PC { uint voxels; float gain; } pc;
+void main() {
+    // The material is looked up so that the world is bound.
+    float solid = rx_material(ivec3(0)) > 0u ? 1.0 : 0.0;
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(float(pc.voxels) * solid, pc.gain, 0.0, 0.0));
+}
+";
+
+/// A cube of that edge.
+pub fn box_world(edge: u32) -> String {
+    format!(
+        r##"name = "box"
+[materials]
+red = {{ albedo = "#ff0000" }}
+[[build]]
+op = "box"
+min = [0, 0, 0]
+max = [{edge}, {edge}, {edge}]
+material = "red"
+"##
+    )
+}
+
+/// Holds `gain`.
+pub fn box_demo(gain: f32) -> String {
+    format!("world = \"box.toml\"\ngraph = \"world.toml\"\nduration = 10.0\n[tracks.gain]\nkeys = [[0.0, {gain:?}]]\n")
+}
+
+/// Says which validation messages came, if any did.
+pub fn assert_silent(session: &Session) {
+    let messages = session.device().log().messages();
+    assert!(messages.is_empty(), "{messages:#?}");
+}
+
+pub struct TestProject {
+    folder: tempfile::TempDir,
+}
+
+impl TestProject {
+    pub fn new() -> Self {
+        let project = Self { folder: tempfile::tempdir().unwrap() };
+        project.write("graphs/fill.toml", FILL_GRAPH);
+        project.write("shaders/fill.comp", &fill("vec4(0.25)"));
+        project
+    }
+
+    pub fn path(&self, path: &str) -> PathBuf {
+        self.folder.path().join(path)
+    }
+
+    pub fn write(&self, path: &str, text: &str) {
+        let path = self.path(path);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+
+    pub fn options(&self) -> Options {
+        Options {
+            project: Some(self.folder.path().to_owned()),
+            size: [16, 16],
+            validation: Validation::Required,
+            watch: true,
+            ..Options::default()
+        }
+    }
+
+    pub fn open_with(&self, options: Options) -> Session {
+        Session::open(options).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    pub fn open(&self) -> Session {
+        self.open_graph("graphs/fill.toml")
+    }
+
+    pub fn open_graph(&self, graph: &str) -> Session {
+        self.open_with(Options { graph: Some(Path::new(graph).to_owned()), ..self.options() })
+    }
+
+    pub fn open_demo(&self, demo: &str) -> Session {
+        self.open_with(Options { demo: Some(Path::new(demo).to_owned()), ..self.options() })
+    }
+
+    /// The first texel of what is shown.
+    pub fn texel(&self, session: &mut Session) -> [f32; 4] {
+        let present = session.graph().present;
+        let name = session.graph().resource(present).name.clone();
+        session.read_target(&name).unwrap().floats()[0]
+    }
+
+    /// Its red channel.
+    pub fn red(&self, session: &mut Session) -> f32 {
+        self.texel(session)[0]
+    }
+
+    /// Its red channel after one more frame.
+    pub fn red_after_frame(&self, session: &mut Session) -> f32 {
+        session.frame().unwrap();
+        self.red(session)
+    }
+}

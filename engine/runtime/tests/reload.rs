@@ -1,0 +1,221 @@
+//! Edits of real files while a session runs, in every way in which editors save. On a real device with the validation layer on: no
+//! message may come.
+
+mod project;
+
+use std::fs;
+use std::thread::sleep;
+use std::time::Duration;
+
+use project::TestProject;
+use raxel_graph::checked::Value;
+use raxel_runtime::reload::ReloadEvent;
+
+/// A way in which an editor saves `text` over the file.
+type Save = fn(&std::path::Path, &str);
+
+const SAVES: &[(&str, Save)] = &[
+    ("in place", |path, text| fs::write(path, text).unwrap()),
+    ("renamed over", |path, text| {
+        let new = path.with_extension("tmp");
+        fs::write(&new, text).unwrap();
+        fs::rename(&new, path).unwrap();
+    }),
+    ("truncated, then written in pieces", |path, text| {
+        use std::io::Write;
+        let mut file = fs::File::create(path).unwrap();
+        for piece in text.as_bytes().chunks(text.len().div_ceil(4)) {
+            sleep(Duration::from_millis(25));
+            file.write_all(piece).unwrap();
+            file.flush().unwrap();
+        }
+    }),
+    ("deleted, then made again", |path, text| {
+        fs::remove_file(path).unwrap();
+        sleep(Duration::from_millis(40));
+        fs::write(path, text).unwrap();
+    }),
+    ("moved away as a backup, then made again", |path, text| {
+        fs::rename(path, path.with_extension("bak")).unwrap();
+        fs::write(path, text).unwrap();
+    }),
+];
+
+#[test]
+fn every_way_of_saving_reloads_once_and_without_an_error() {
+    let project = TestProject::new();
+    let mut session = project.open();
+    session.frame().unwrap();
+    assert_eq!(project.red(&mut session), 0.25);
+    for (index, (how, save)) in SAVES.iter().enumerate() {
+        let red = (index + 1) as f32 / 8.0;
+        save(&project.path("shaders/fill.comp"), &project::fill(&format!("vec4({red})")));
+        let events = session.wait_reload(Duration::from_secs(10));
+        match events.as_slice() {
+            [ReloadEvent::Reloaded(reloaded)] => {
+                assert_eq!(reloaded.changed, ["shaders/fill.comp"], "{how}");
+                assert_eq!(reloaded.rebuilt.shaders, ["shaders/fill.comp"], "{how}");
+            }
+            events => panic!("{how}: {events:#?}"),
+        }
+        session.frame().unwrap();
+        assert_eq!(project.red(&mut session), red, "{how}");
+        assert!(session.wait_reload(Duration::from_millis(150)).is_empty(), "{how}: more came");
+    }
+    project::assert_silent(&session);
+}
+
+#[test]
+fn a_save_without_a_change_is_no_edit() {
+    let project = TestProject::new();
+    let mut session = project.open();
+    let text = fs::read_to_string(project.path("shaders/fill.comp")).unwrap();
+    for _ in 0..3 {
+        fs::write(project.path("shaders/fill.comp"), &text).unwrap();
+    }
+    fs::write(project.path("shaders/unrelated.comp"), "nothing").unwrap();
+    assert!(session.wait_reload(Duration::from_millis(400)).is_empty());
+}
+
+#[test]
+fn an_error_is_told_once_and_the_last_picture_stays() {
+    let project = TestProject::new();
+    let mut session = project.open();
+    session.frame().unwrap();
+    project.write("shaders/fill.comp", &project::fill("vec4(nonsense)"));
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
+    assert!(failed.diagnostics[0].message.contains("nonsense"), "{:#?}", failed.diagnostics);
+    assert!(failed.texts.get("shaders/fill.comp").is_some());
+    session.frame().unwrap();
+    assert_eq!(project.red(&mut session), 0.25);
+    assert!(session.wait_reload(Duration::from_millis(200)).is_empty());
+    // The fix.
+    project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+    let events = session.wait_reload(Duration::from_secs(10));
+    assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    session.frame().unwrap();
+    assert_eq!(project.red(&mut session), 0.5);
+    // Taking the edit back before it was an edit: the same text as what runs.
+    project.write("shaders/fill.comp", &project::fill("vec4(broken)"));
+    session.wait_reload(Duration::from_secs(10));
+    project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
+    assert!(reloaded.rebuilt.shaders.is_empty(), "{:?}", reloaded.rebuilt);
+    project::assert_silent(&session);
+}
+
+#[test]
+fn a_missing_include_is_waited_for() {
+    let project = TestProject::new();
+    let mut session = project.open();
+    let with_include = project::fill("vec4(VALUE)").replace("//INCLUDE", "#include \"value.glsl\"");
+    project.write("shaders/fill.comp", &with_include);
+    let events = session.wait_reload(Duration::from_secs(10));
+    assert!(matches!(events.as_slice(), [ReloadEvent::Failed(_)]), "{events:#?}");
+    // In a folder that does not exist yet.
+    project.write("shaders/include/value.glsl", "#define VALUE 0.75\n");
+    let events = session.wait_reload(Duration::from_secs(10));
+    assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    session.frame().unwrap();
+    assert_eq!(project.red(&mut session), 0.75);
+    // An include is an input like any other.
+    project.write("shaders/include/value.glsl", "#define VALUE 1.0\n");
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
+    assert_eq!(reloaded.changed, ["shaders/include/value.glsl"]);
+    session.frame().unwrap();
+    assert_eq!(project.red(&mut session), 1.0);
+    project::assert_silent(&session);
+}
+
+#[test]
+fn a_graph_edit_keeps_history_clock_params_and_camera() {
+    let project = TestProject::new();
+    project.write("shaders/count.comp", project::COUNT);
+    project.write("graphs/count.toml", project::COUNT_GRAPH);
+    let mut session = project.open_graph("graphs/count.toml");
+    session.set_param("add", Value::F32(2.0)).unwrap();
+    let mut camera = *session.camera();
+    camera.yaw = 1.0;
+    session.set_camera(camera);
+    for _ in 0..3 {
+        session.frame().unwrap();
+    }
+    assert_eq!(project.red(&mut session), 6.0);
+    // A new range and a new target: no shader compiles, nothing that was there is lost.
+    let edited = project::COUNT_GRAPH.replace("range = [0.0, 8.0]", "range = [0.0, 9.0]")
+        + "\n[targets.spare]\nformat = \"r32f\"\n";
+    project.write("graphs/count.toml", &edited);
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
+    assert!(reloaded.rebuilt.graph && !reloaded.rebuilt.world && reloaded.rebuilt.shaders.is_empty());
+    assert!(reloaded.resources.kept.contains(&"sum".to_owned()), "{:?}", reloaded.resources);
+    session.frame().unwrap();
+    assert_eq!(project.red(&mut session), 8.0);
+    assert_eq!(session.clock().now().unwrap().index, 3);
+    assert_eq!(session.param("add").unwrap(), Value::F32(2.0));
+    assert_eq!(session.camera().yaw, 1.0);
+    // Another format is another resource: it starts over. Both files are saved at once, and become one edit.
+    project.write("graphs/count.toml", &edited.replace("format = \"rgba32f\"", "format = \"rgba16f\""));
+    project.write("shaders/count.comp", &project::COUNT.replace("rgba32f", "rgba16f"));
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
+    assert_eq!(reloaded.changed, ["graphs/count.toml", "shaders/count.comp"]);
+    assert!(reloaded.resources.created.contains(&"sum".to_owned()), "{:?}", reloaded.resources);
+    session.frame().unwrap();
+    assert_eq!(project.red(&mut session), 2.0);
+    project::assert_silent(&session);
+}
+
+#[test]
+fn the_newest_of_quick_edits_wins() {
+    let project = TestProject::new();
+    let mut session = project.open();
+    for red in [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.75] {
+        project.write("shaders/fill.comp", &project::fill(&format!("vec4({red})")));
+        sleep(Duration::from_millis(7));
+    }
+    let mut events = Vec::new();
+    while project.red_after_frame(&mut session) != 0.75 {
+        let more = session.wait_reload(Duration::from_secs(10));
+        assert!(!more.is_empty(), "the last edit never came");
+        events.extend(more);
+    }
+    assert!(events.iter().all(|event| matches!(event, ReloadEvent::Reloaded(_))), "{events:#?}");
+    project::assert_silent(&session);
+}
+
+#[test]
+fn world_and_demo_edits_reload_what_they_concern() {
+    let project = TestProject::new();
+    project.write("graphs/world.toml", project::WORLD_GRAPH);
+    project.write("shaders/world.comp", project::WORLD_SHADER);
+    project.write("worlds/box.toml", &project::box_world(4));
+    project.write("worlds/box.demo.toml", &project::box_demo(0.25));
+    let mut session = project.open_demo("worlds/box.demo.toml");
+    session.frame().unwrap();
+    assert_eq!(project.texel(&mut session), [64.0, 0.25, 0.0, 0.0]);
+    project.write("worlds/box.toml", &project::box_world(2));
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
+    assert!(reloaded.rebuilt.world && !reloaded.rebuilt.graph && !reloaded.rebuilt.demo);
+    session.frame().unwrap();
+    assert_eq!(project.texel(&mut session), [8.0, 0.25, 0.0, 0.0]);
+    project.write("worlds/box.demo.toml", &project::box_demo(0.5));
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
+    assert!(reloaded.rebuilt.demo && !reloaded.rebuilt.world && !reloaded.rebuilt.graph);
+    session.frame().unwrap();
+    assert_eq!(project.texel(&mut session), [8.0, 0.5, 0.0, 0.0]);
+    // A graph edit that the demo does not fit is an error that names both files.
+    project.write(
+        "graphs/world.toml",
+        &project::WORLD_GRAPH.replace("params.gain", "params.loss").replace("param.gain", "param.loss"),
+    );
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
+    assert!(failed.diagnostics.iter().any(|d| d.code.as_str() == "RX0403"), "{:#?}", failed.diagnostics);
+    project::assert_silent(&session);
+}
