@@ -71,7 +71,10 @@ impl Instance {
             khr::win32_surface::NAME,
             ext::metal_surface::NAME,
         ];
-        let mut extensions: Vec<&CStr> = windowing.into_iter().filter(|name| has(name)).collect();
+        // Where there is no Wayland, Mesa's device-selection layer complains on stderr when it is asked for it.
+        let wayland = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| std::env::var_os(name).is_some());
+        let usable = |name: &CStr| has(name) && (wayland || name != khr::wayland_surface::NAME);
+        let mut extensions: Vec<&CStr> = windowing.into_iter().filter(|name| usable(name)).collect();
         let debug = validated && (has(ext::debug_utils::NAME) || layer_has(ext::debug_utils::NAME));
         if debug {
             extensions.push(ext::debug_utils::NAME);
@@ -167,24 +170,21 @@ fn messenger_info(log: &Arc<ValidationLog>) -> vk::DebugUtilsMessengerCreateInfo
     vk::DebugUtilsMessengerCreateInfoEXT::default()
         .message_severity(vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR)
         // No performance advice: images stay in `GENERAL` on purpose, and the layer would say so at every copy.
-        .message_type(
-            vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::GENERAL,
-        )
+        // No advice on performance: images stay in `GENERAL` by design.
+        .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
         .pfn_user_callback(Some(on_message))
         .user_data(Arc::as_ptr(log).cast_mut().cast())
 }
 
 unsafe extern "system" fn on_message(
     severity: vk::DebugUtilsMessageSeverityFlagsEXT,
-    kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     log: *mut c_void,
 ) -> vk::Bool32 {
-    // What the loader says of its own search for drivers and layers is no fault of ours.
-    let general = kind == vk::DebugUtilsMessageTypeFlagsEXT::GENERAL;
     // SAFETY: Vulkan passes valid data for the time of the call, and `log` is the pointer given at creation.
     let (data, log) = unsafe { (data.as_ref(), log.cast::<ValidationLog>().as_ref()) };
-    if let (Some(data), Some(log), false) = (data, log, general) {
+    if let (Some(data), Some(log)) = (data, log) {
         // SAFETY: both are null or NUL-terminated and live for the time of the call.
         let (id, text) = unsafe { (data.message_id_name_as_c_str(), data.message_as_c_str()) };
         let text_of = |text: Option<&CStr>| text.map(|t| t.to_string_lossy().into_owned()).unwrap_or_default();
