@@ -111,9 +111,8 @@ fn broken_plans_are_found_out() {
             for step in &mut broken.steps {
                 match step {
                     Step::Barrier(barrier) => {
-                        let image = |a: &Activation| {
-                            matches!(plan.resources[a.resource as usize].desc, ResourceDesc::Image(_))
-                        };
+                        let image =
+                            |a: &Activation| matches!(plan.resources[a.resource as usize].desc, ResourceDesc::Image(_));
                         if let Some(late) = taken {
                             barrier.activate.push(late);
                             return Some(broken);

@@ -80,8 +80,7 @@ fn same_resource(
     let n = frame.order.actions.len() as u32;
     let plan = &frame.resources[resource];
     // A placed image is taken over anew in each frame: see `shared_memory`.
-    let within_frame =
-        frame.alias.places[resource].is_some() && matches!(plan.desc, ResourceDesc::Image(_));
+    let within_frame = frame.alias.places[resource].is_some() && matches!(plan.desc, ResourceDesc::Image(_));
     let parts = Parts::new(touches.iter().map(|touch| touch.region));
     let mut earlier: Vec<(u32, &Touch)> = Vec::new();
     for to in touches {
@@ -106,13 +105,7 @@ fn same_resource(
 }
 
 /// Of the hazards of one access, keeps those with nothing in between: a store hides what came before it on the same parts.
-fn explain(
-    frame: &Frame,
-    parts: &Parts,
-    to: &Touch,
-    earlier: &mut [(u32, &Touch)],
-    reasons: &mut Vec<(Hazard, Gaps)>,
-) {
+fn explain(frame: &Frame, parts: &Parts, to: &Touch, earlier: &mut [(u32, &Touch)], reasons: &mut Vec<(Hazard, Gaps)>) {
     earlier.sort_by_key(|(count, from)| (*count, from.writes()));
     let mut open: Vec<usize> = parts.of(to.region).collect();
     let mut loaded: Vec<usize> = Vec::new();
@@ -145,13 +138,7 @@ fn explain(
     }
 }
 
-fn shared_memory(
-    frame: &Frame,
-    resource: usize,
-    touches: &[Vec<Touch>],
-    tight: &mut Tight,
-    hazards: &mut Hazards,
-) {
+fn shared_memory(frame: &Frame, resource: usize, touches: &[Vec<Touch>], tight: &mut Tight, hazards: &mut Hazards) {
     let Life::Transient { first, .. } = frame.lives[resource] else { return };
     if frame.alias.neighbours[resource].is_empty() {
         return;

@@ -81,8 +81,7 @@ mod tests {
         for _ in 0..3000 {
             let n = 1 + random(9);
             let count = random(7);
-            let intervals: Vec<Gaps> =
-                (0..count).map(|_| Gaps { end: random(n), count: 1 + random(n + 3) }).collect();
+            let intervals: Vec<Gaps> = (0..count).map(|_| Gaps { end: random(n), count: 1 + random(n + 3) }).collect();
             let chosen = hit(n, intervals.iter().copied());
             let set = chosen.iter().fold(0, |set, gap| set | 1 << gap);
             assert!(intervals.iter().all(|i| hits(set, n, i)), "{n} {intervals:?} {chosen:?}");

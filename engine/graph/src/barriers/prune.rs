@@ -1,9 +1,9 @@
 //! Fits the scopes: gives every barrier what its hazards ask for, then takes away each stage and access without which all hazards
 //! stay covered. Removing a bit never covers anything, so one try for each is enough, and what stays is needed.
 
+use super::Frame;
 use super::cover::{Need, NeedKind, Slot, covered};
 use super::hazards::{Gaps, Hazards};
-use super::Frame;
 use crate::order::{is_write, stage_of};
 use crate::plan::{AccessMask, Activation, Barrier, Dependency, Hazard, Scope, Stages};
 

@@ -84,7 +84,7 @@ fn barrier(plan: &Plan, number: usize, barrier: &Barrier, out: &mut String) {
         }
     }
     for hazard in &barrier.hazards {
-        let _ = writeln!(out, "           {}", words::hazard(plan, hazard));
+        let _ = writeln!(out, "           {}", words::hazard(plan, number, hazard));
     }
 }
 

@@ -84,14 +84,24 @@ pub(super) fn kind(kind: HazardKind) -> &'static str {
     }
 }
 
-/// A hazard in a line, e.g. `hit: read after write, primary → shade`.
-pub(super) fn hazard(plan: &Plan, hazard: &Hazard) -> String {
+/// A hazard of the barrier at a step in a line, e.g. `hit: read after write, primary → shade`.
+pub(super) fn hazard(plan: &Plan, at: usize, hazard: &Hazard) -> String {
     let graph = &plan.graph;
-    let read = matches!(hazard.kind, HazardKind::WriteAfterRead);
-    let from = actor(graph, hazard.from, read);
+    let from = actor(graph, hazard.from, hazard.kind == HazardKind::WriteAfterRead);
     let to = actor(graph, hazard.to, hazard.kind == HazardKind::ReadAfterWrite);
-    let when = if hazard.wraps { " of the next frame" } else { "" };
-    format!("{}: {}, {from} → {to}{when}", name_of(graph, hazard.resource), kind(hazard.kind))
+    // A barrier behind the later access's place in the frame is about that access in the next one.
+    let ends_here = plan.steps[at..].iter().any(|step| match (step, hazard.to) {
+        (Step::Dispatch { pass }, Some(to)) => plan.passes[*pass as usize].pass == to,
+        (Step::Clear { resource }, None) => plan.resources[*resource as usize].resource == hazard.resource,
+        (Step::Present, None) => hazard.kind == HazardKind::ReadAfterWrite,
+        _ => false,
+    });
+    let (of_from, of_to) = match (hazard.wraps, ends_here) {
+        (false, _) => ("", ""),
+        (true, true) => (" of an earlier frame", ""),
+        (true, false) => ("", " of the next frame"),
+    };
+    format!("{}: {}, {from}{of_from} → {to}{of_to}", name_of(graph, hazard.resource), kind(hazard.kind))
 }
 
 fn actor(graph: &Graph, pass: Option<PassId>, reads: bool) -> &str {

@@ -64,7 +64,8 @@ fn needed(case: &Case) -> u64 {
             (frame + copies * 2 - age % copies) % copies
         };
         let read = |contents: &BTreeMap<_, u64>, id: ResourceId, age: u32, parts: &[(u32, u32)]| {
-            let of = |&(mip, layer): &(u32, u32)| contents.get(&(id.0, copy(id, age), mip, layer)).copied().unwrap_or(0);
+            let of =
+                |&(mip, layer): &(u32, u32)| contents.get(&(id.0, copy(id, age), mip, layer)).copied().unwrap_or(0);
             parts.iter().map(of).fold(0, |all, one| all | one)
         };
         for (index, resource) in graph.resources.iter().enumerate() {

@@ -6,9 +6,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Span};
 use raxel_graph::checked::*;
-use raxel_graph::plan::{
-    BufferDesc, ImageDesc, Limits, MemoryModel, Plan, PlanInput, Present, Requirements,
-};
+use raxel_graph::plan::{BufferDesc, ImageDesc, Limits, MemoryModel, Plan, PlanInput, Present, Requirements};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Interface, LocalSize};
 use raxel_shader::{Request, Shader};
@@ -166,11 +164,7 @@ pub fn case(seed: u64) -> Case {
         pinned,
         facts: [r.percent(50), r.percent(50), r.percent(50)],
         sources: BTreeMap::from([("world.tree64".to_owned(), 4096)]),
-        memory: RandomMemory {
-            seed: r.next(),
-            granularity: r.pick(&[1, 1, 64, 1024]),
-            kinds_apart: r.percent(30),
-        },
+        memory: RandomMemory { seed: r.next(), granularity: r.pick(&[1, 1, 64, 1024]), kinds_apart: r.percent(30) },
         alias: r.percent(85),
     }
 }
@@ -332,7 +326,11 @@ pub fn shader() -> Arc<Shader> {
     Arc::new(Shader {
         request: Request { path: "shaders/random.comp".into(), entry: "main".into(), defines: Vec::new() },
         spirv: Arc::from([]),
-        interface: Interface { entry: "main".into(), local_size: [local, local, LocalSize::default()], ..Interface::default() },
+        interface: Interface {
+            entry: "main".into(),
+            local_size: [local, local, LocalSize::default()],
+            ..Interface::default()
+        },
         files: Vec::new(),
         key: [0; 32],
     })
@@ -355,7 +353,12 @@ pub fn text(case: &Case) -> String {
             let _ = write!(
                 out,
                 " {:?} {}@{} m{:?} l{:?} {:?};",
-                a.access, name(a.resource), a.age, a.mips, a.layers, a.usage
+                a.access,
+                name(a.resource),
+                a.age,
+                a.mips,
+                a.layers,
+                a.usage
             );
         }
         out.push('\n');

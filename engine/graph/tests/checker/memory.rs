@@ -139,9 +139,7 @@ fn outlives_frame(case: &Case, plan: &Plan, index: usize) -> Option<&'static str
     for mip in 0..mips {
         for layer in 0..layers {
             for step in &plan.steps {
-                let touches = |a: &&BoundAccess| {
-                    a.resource == id && touched(a, (mips, layers)).contains(&(mip, layer))
-                };
+                let touches = |a: &&BoundAccess| a.resource == id && touched(a, (mips, layers)).contains(&(mip, layer));
                 match step {
                     Step::Clear { resource } if *resource as usize == index => break,
                     Step::Dispatch { pass } => {

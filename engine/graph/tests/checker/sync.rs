@@ -78,14 +78,10 @@ fn later(stages: Stages) -> u32 {
 pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
     let steps = asked(plan);
     let count = plan.resources.len();
-    let neighbours: Vec<Vec<bool>> = (0..count)
-        .map(|a| (0..count).map(|b| a != b && share(plan, a, b, run.granularity)).collect())
-        .collect();
-    let placed: Vec<bool> = plan
-        .resources
-        .iter()
-        .map(|r| matches!(r.lifetime, Lifetime::Transient { place: Some(_), .. }))
-        .collect();
+    let neighbours: Vec<Vec<bool>> =
+        (0..count).map(|a| (0..count).map(|b| a != b && share(plan, a, b, run.granularity)).collect()).collect();
+    let placed: Vec<bool> =
+        plan.resources.iter().map(|r| matches!(r.lifetime, Lifetime::Transient { place: Some(_), .. })).collect();
     let image: Vec<bool> = plan.resources.iter().map(|r| matches!(r.desc, ResourceDesc::Image(_))).collect();
     let mut faults = scopes(plan);
     let mut made: Vec<Made> = Vec::new();
@@ -110,7 +106,8 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
                         faults.push(format!("step {at}: {resource} is discarded while it is in use"));
                     }
                     let scopes = &activation.dependency;
-                    for old in made.iter().filter(|old| old.resource == resource || neighbours[resource][old.resource]) {
+                    for old in made.iter().filter(|old| old.resource == resource || neighbours[resource][old.resource])
+                    {
                         let waited = old.waiting.0 & earlier(scopes.src.stages) != 0;
                         let direct = match (old.transition, old.store) {
                             (true, _) => false,
@@ -171,15 +168,14 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
                 for old in &made {
                     let same = old.resource == ask.resource && old.copy == copy && old.parts & ask.parts != 0;
                     // What happened before a transition is ordered before that, and that before this.
-                    if old.time < since || !(same || neighbours[ask.resource][old.resource]) || !(old.store || ask.store)
+                    if old.time < since
+                        || !(same || neighbours[ask.resource][old.resource])
+                        || !(old.store || ask.store)
                     {
                         continue;
                     }
-                    let ordered = if old.store {
-                        old.seen_by.contains(ask.access)
-                    } else {
-                        old.waiting.contains(ask.stage)
-                    };
+                    let ordered =
+                        if old.store { old.seen_by.contains(ask.access) } else { old.waiting.contains(ask.stage) };
                     if !ordered {
                         faults.push(format!(
                             "frame {frame}, step {at}: {} of {} is not ordered after {} of {}",
@@ -362,7 +358,8 @@ fn smaller(dependency: Dependency) -> Vec<(String, Dependency)> {
     for source in [true, false] {
         let scope = if source { dependency.src } else { dependency.dst };
         let mut put = |what: String, scope: Scope| {
-            let less = if source { Dependency { src: scope, ..dependency } } else { Dependency { dst: scope, ..dependency } };
+            let less =
+                if source { Dependency { src: scope, ..dependency } } else { Dependency { dst: scope, ..dependency } };
             all.push((format!("{} {what}", if source { "src" } else { "dst" }), less));
         };
         for (access, name) in AccessMask::ALL {
@@ -377,7 +374,8 @@ fn smaller(dependency: Dependency) -> Vec<(String, Dependency)> {
                     Stages::INDIRECT => AccessMask::INDIRECT_READ.0,
                     _ => !(AccessMask::TRANSFER_WRITE.0 | AccessMask::INDIRECT_READ.0),
                 };
-                let less = Scope { stages: Stages(scope.stages.0 & !stage.0), access: AccessMask(scope.access.0 & !made) };
+                let less =
+                    Scope { stages: Stages(scope.stages.0 & !stage.0), access: AccessMask(scope.access.0 & !made) };
                 put((*name).to_owned(), less);
             }
         }

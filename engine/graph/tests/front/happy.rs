@@ -1,0 +1,83 @@
+//! What a graph without a mistake becomes.
+
+use raxel_graph::checked::{Builtin, Clear, Dispatch, Every, Extent, Fact, ResourceKind, Source, Usage, Value};
+use raxel_shader::interface::{Access, Scalar};
+
+use crate::files::Project;
+
+#[test]
+fn every_construct_arrives_in_the_checked_graph() {
+    let (compiled, _) = Project::new().compile("graphs/base.toml");
+    let (graph, warnings) = compiled.unwrap_or_else(|_| panic!("{}", Project::new().talk("graphs/base.toml")));
+    assert_eq!(warnings, []);
+    assert_eq!(graph.name, "base");
+    assert_eq!(graph.resource(graph.present).name, "color");
+    assert_eq!(graph.params[1].default, Value::Vec3([1.0; 3]));
+    assert_eq!(graph.params[0].range, Some([0.0, 8.0]));
+
+    let target = |name: &str| match &graph.resource(graph.find_resource(name).unwrap()).kind {
+        ResourceKind::Target(target) => target.clone(),
+        ResourceKind::Buffer(_) => panic!("{name}"),
+    };
+    assert_eq!(target("half_depth").extent, Extent::Output { scale: [0.5; 2] });
+    assert_eq!(target("irradiance").extent, Extent::Fixed3([32, 32, 16]));
+    assert_eq!(target("cascades").init, Some(Clear::Float([0.0, 0.0, 0.0, 1.0])));
+    assert_eq!(target("pyramid").mips, 5);
+
+    let primary = graph.pass(graph.find_pass("primary").unwrap());
+    assert_eq!(primary.specialization, [(0, Value::I32(2)), (1, Value::U32(8))]);
+    assert_eq!(primary.dispatch, Dispatch::ThreadsOf { target: graph.find_resource("hit").unwrap(), mip: 0 });
+    let defines: Vec<_> = primary.shader.request.defines.iter().map(|(name, text)| (&name[..], &text[..])).collect();
+    assert_eq!(defines, [("FAST", "1"), ("MAX_STEPS", "256"), ("NAME", "vec3(1)"), ("RX_LAYOUT_TREE64", "1")]);
+    let push: Vec<_> = primary.push.iter().map(|fill| (&fill.member[..], fill.offset, fill.shape)).collect();
+    let members = [("camera_cell", 0, (3, 1)), ("camera_frac", 16, (3, 1)), ("view", 32, (4, 4))];
+    assert_eq!(push[..3], members);
+    assert_eq!(primary.push[2].stride, 16);
+    assert_eq!(primary.push[0].from, Source::Builtin(Builtin::CameraCell));
+    assert_eq!(primary.push[5].from, Source::ExtentOf(graph.find_resource("hit").unwrap()));
+
+    // colors[0], colors[1], lights[0].color, lights[0].on, …, sun.direction, sun.strength; std140.
+    let sky: Vec<_> = primary.uniforms[0].fills.iter().map(|fill| (&fill.member[..], fill.offset)).collect();
+    let first = [("colors[0]", 0), ("colors[1]", 16), ("lights[0].color", 32), ("lights[0].on", 44)];
+    assert_eq!(sky[..4], first);
+    assert_eq!(sky[6..], [("sun.direction", 64), ("sun.strength", 76)]);
+    assert_eq!(primary.uniforms[0].fills[3].scalar, Scalar::U32);
+    assert_eq!(primary.uniforms[0].fills[3].from, Source::Value(Value::Bool(true)));
+    assert_eq!(primary.uniforms[0].size, 80);
+
+    let access = |pass: &str, resource: &str| {
+        let id = graph.find_resource(resource).unwrap();
+        let pass = graph.pass(graph.find_pass(pass).unwrap());
+        pass.accesses.iter().filter(|access| access.resource == id).cloned().collect::<Vec<_>>()
+    };
+    let color = access("primary", "color");
+    assert_eq!(color.iter().map(|a| (a.age, a.usage, a.access)).collect::<Vec<_>>(), [
+        (0, Usage::StorageImage, Access::Write),
+        (1, Usage::SampledImage, Access::Read)
+    ]);
+    assert!(color[1].sampler.unwrap().linear);
+    assert_eq!(access("primary", "world")[0].access, Access::Read);
+    let pyramid = access("pyramid", "pyramid");
+    assert_eq!(pyramid.iter().map(|a| (a.mips, a.access)).collect::<Vec<_>>(), [
+        ((0, 1), Access::Read),
+        ((1, 1), Access::Write)
+    ]);
+    assert_eq!(access("probe_update", "cascades")[0].layers, (0, 4));
+    assert_eq!(access("probe_update", "masks")[0].layers, (2, 1));
+    assert_eq!(access("probe_update", "args")[0].usage, Usage::IndirectArguments);
+    let probes = graph.pass(graph.find_pass("probe_update").unwrap());
+    assert_eq!(probes.every, Some(Every::Hz(20.0)));
+    assert_eq!(probes.when.as_ref().unwrap().fact, Fact::WorldHasEmission);
+    let finish = graph.pass(graph.find_pass("finish").unwrap());
+    assert_eq!(finish.dispatch, Dispatch::Groups([4, 4, 1]));
+    assert!(finish.when.as_ref().unwrap().negated);
+    // Two passes with one request share one module.
+    assert!(std::sync::Arc::ptr_eq(&probes.shader, &finish.shader));
+    assert_eq!(graph.files, [
+        "graphs/base.toml",
+        "shaders/primary.comp",
+        "shaders/include/world.glsl",
+        "shaders/pyramid.comp",
+        "shaders/probes.comp"
+    ]);
+}

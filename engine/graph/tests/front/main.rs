@@ -1,0 +1,4 @@
+//! The front end: graph files and shaders in, a checked graph or diagnostics out. Shaders go through the real compiler.
+
+mod files;
+mod happy;

@@ -1,0 +1,68 @@
+//! What the printers say about graphs written by hand.
+#![allow(missing_docs, reason = "a test")]
+
+mod hand;
+
+use hand::{Hand, showcase};
+use raxel_graph::print::{self, Phase};
+use raxel_shader::format::Format;
+
+#[test]
+fn text() {
+    insta::assert_snapshot!(print::text(&showcase().plan("color").unwrap()));
+}
+
+#[test]
+fn text_of_a_chain_that_shares_memory() {
+    let mut hand = Hand::new("chain");
+    for name in ["a", "b", "c", "d", "e"] {
+        hand.target(name, Format::Rgba16f, |_, _| {});
+    }
+    hand.buffer("list", raxel_graph::checked::BufferSize::Bytes(1 << 16), None);
+    hand.pass("first", &["w a"]);
+    hand.pass("second", &["s a", "w b"]);
+    hand.pass("third", &["s b", "w c"]);
+    hand.pass("collect", &["s c", "w list"]);
+    hand.pass("fourth", &["r list", "w d"]);
+    hand.pass("fifth", &["s d", "w e"]);
+    insta::assert_snapshot!(print::text(&hand.plan("e").unwrap()));
+}
+
+#[test]
+fn json() {
+    let json = print::json(&showcase().plan("color").unwrap());
+    serde_json::from_str::<serde_json::Value>(&json).unwrap();
+    insta::assert_snapshot!(json);
+}
+
+#[test]
+fn dot() {
+    insta::assert_snapshot!(print::dot(&showcase().plan("color").unwrap()));
+}
+
+#[test]
+fn mermaid() {
+    insta::assert_snapshot!(print::mermaid(&showcase().plan("color").unwrap()));
+}
+
+#[test]
+fn names_cannot_break_a_picture() {
+    let mut hand = Hand::new("a \"b\" \\ <c>");
+    hand.target("x\"]; y", Format::R32f, |_, _| {});
+    hand.pass("\\", &["w x\"]; y"]);
+    let plan = hand.plan("x\"]; y").unwrap();
+    assert!(print::dot(&plan).contains(r#"label="x\"]; y\n"#), "{}", print::dot(&plan));
+    assert!(print::mermaid(&plan).contains("x#quot;]; y"), "{}", print::mermaid(&plan));
+}
+
+#[test]
+fn every_phase_can_be_dumped() {
+    let hand = showcase();
+    let mut all = String::new();
+    for phase in Phase::ALL {
+        let text = hand.with_input("color", |graph, input| raxel_graph::dump(graph, input, *phase)).unwrap();
+        all += &format!("== {}\n{text}", phase.name());
+        assert_eq!(Phase::from_name(phase.name()), Some(*phase));
+    }
+    insta::assert_snapshot!(all);
+}
