@@ -10,6 +10,7 @@ use shaderc::{
 };
 
 use crate::lexer;
+use crate::limits;
 use crate::messages;
 use crate::request::Request;
 use crate::sources::{Form, Sources};
@@ -31,6 +32,25 @@ pub(crate) fn compile(
         sources.diagnostics.extend(refusals);
         return None;
     }
+    // The stack suffices for any text that `limits` lets through.
+    let thread = std::thread::Builder::new().name("shader compiler".to_owned()).stack_size(limits::STACK);
+    let outcome = std::thread::scope(|scope| {
+        let running = thread.spawn_scoped(scope, || run(shaderc, request, text, hlsl, sources));
+        running.map_err(|error| error.to_string())?.join().map_err(|_| "it panicked".to_owned())
+    });
+    outcome.unwrap_or_else(|reason| {
+        sources.diagnostics.push(failure(&request.path, &reason));
+        None
+    })
+}
+
+fn run(
+    shaderc: &shaderc::Compiler,
+    request: &Request,
+    text: &Arc<str>,
+    hlsl: bool,
+    sources: &mut Sources<'_>,
+) -> Option<Vec<u32>> {
     let state = RefCell::new(sources);
     let result = options(request, hlsl).and_then(|mut options| {
         options.set_include_callback(|requested, form, includer, depth| {

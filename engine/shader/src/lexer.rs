@@ -34,7 +34,7 @@ pub(crate) fn find_word(text: &str, word: &str) -> Option<usize> {
     })
 }
 
-/// One token: a word, or one other character that is no white space.
+/// One token: an identifier, a number (without the sign of its exponent), or one other character that is no white space.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Token<'t> {
     pub text: &'t str,
@@ -44,6 +44,11 @@ pub(crate) struct Token<'t> {
 impl Token<'_> {
     pub fn range(&self) -> Range<usize> {
         self.at..self.at + self.text.len()
+    }
+
+    /// Whether it is an identifier or a number.
+    pub fn is_word(&self) -> bool {
+        self.text.starts_with(is_word) || (self.text.len() > 1 && self.text.starts_with('.'))
     }
 
     pub fn is_identifier(&self) -> bool {
@@ -64,7 +69,14 @@ pub(crate) fn tokens(text: &str) -> Vec<Token<'_>> {
         } else if c.is_whitespace() {
             c.len_utf8()
         } else {
-            let length = if is_word(c) { rest.find(|c| !is_word(c)).unwrap_or(rest.len()) } else { c.len_utf8() };
+            let number = c.is_ascii_digit() || (c == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
+            let length = if number {
+                rest.find(|c| !is_word(c) && c != '.').unwrap_or(rest.len())
+            } else if is_word(c) {
+                rest.find(|c| !is_word(c)).unwrap_or(rest.len())
+            } else {
+                c.len_utf8()
+            };
             tokens.push(Token { text: &rest[..length], at });
             length
         };
@@ -79,9 +91,9 @@ mod tests {
 
     #[test]
     fn skips_comments() {
-        let text = "a/* b */ c// d\n_e1+2 /* f";
+        let text = "a/* b */ c// d\n_e1+2.5e3*.5-p.x /* f";
         let words: Vec<_> = tokens(text).iter().map(|token| token.text).collect();
-        assert_eq!(words, ["a", "c", "_e1", "+", "2"]);
+        assert_eq!(words, ["a", "c", "_e1", "+", "2.5e3", "*", ".5", "-", "p", ".", "x"]);
         assert!(tokens("/*/").is_empty());
     }
 

@@ -6,6 +6,7 @@ pub mod format;
 pub mod interface;
 mod lexer;
 pub mod library;
+mod limits;
 mod messages;
 mod module;
 mod places;

@@ -330,7 +330,7 @@ fn result_of(instruction: &Instruction<'_>) -> Option<usize> {
 
 /// Every declaration has an id inside the bound, and declares it once.
 fn check_ids(instructions: &[Instruction<'_>], bound: u32) -> Result<(), ModuleError> {
-    let mut declared = HashSet::new();
+    let mut declared = vec![false; bound as usize];
     for instruction in instructions {
         let Some(position) = result_of(instruction) else { continue };
         let Some(id) = instruction.operands.get(position).copied() else {
@@ -339,7 +339,7 @@ fn check_ids(instructions: &[Instruction<'_>], bound: u32) -> Result<(), ModuleE
         if id == 0 || id >= bound {
             return broken(format!("id {id} is outside the bound of {bound}"));
         }
-        if !instruction.is(Op::TypeForwardPointer) && !declared.insert(id) {
+        if !instruction.is(Op::TypeForwardPointer) && std::mem::replace(&mut declared[id as usize], true) {
             return broken(format!("id {id} is declared twice"));
         }
     }

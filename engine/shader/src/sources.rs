@@ -5,6 +5,7 @@ use std::sync::Arc;
 use raxel_diagnostics::files::{self, join};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap, Span, codes};
 
+use crate::limits::Limits;
 use crate::{lexer, library};
 
 /// Where shaders live in a project, and where `<…>` includes are looked for.
@@ -14,7 +15,7 @@ const INCLUDE: &str = "shaders/include";
 /// Longest chain of includes.
 const MAX_DEPTH: usize = 32;
 /// Most bytes that all texts of one shader may have together, counted as often as they are included.
-const MAX_BYTES: usize = 16 << 20;
+const MAX_BYTES: usize = 4 << 20;
 
 /// How an include is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +57,7 @@ pub(crate) struct Sources<'f> {
     /// (includer, requested) that were refused: the compiler asks a second time for a quoted include that failed.
     refused: Vec<(String, String)>,
     bytes: usize,
+    limits: Limits,
 }
 
 impl<'f> Sources<'f> {
@@ -69,12 +71,14 @@ impl<'f> Sources<'f> {
             stack: Vec::new(),
             refused: Vec::new(),
             bytes: 0,
+            limits: Limits::default(),
         }
     }
 
     /// Reads the shader itself.
     pub fn root(&mut self, path: &str) -> Result<Arc<str>, Box<Diagnostic>> {
         let text = self.read(path, None)?.ok_or_else(|| Box::new(FileError::NotFound.diagnostic(path, None)))?;
+        self.count(path, &text, &Span::new(path, 0..0))?;
         self.stack = vec![path.to_owned()];
         self.found.push(Source { name: path.to_owned(), text: text.clone(), included_at: None });
         Ok(text)
@@ -166,22 +170,13 @@ impl<'f> Sources<'f> {
         if self.stack.len() > MAX_DEPTH {
             return Err(Box::new(
                 Diagnostic::error(
-                    codes::shader::INCLUDE_TOO_MUCH,
+                    codes::shader::TOO_MUCH,
                     format!("includes are nested deeper than {MAX_DEPTH} files"),
                 )
                 .label(place, "one too many"),
             ));
         }
-        self.bytes += text.len();
-        if self.bytes > MAX_BYTES {
-            return Err(Box::new(
-                Diagnostic::error(
-                    codes::shader::INCLUDE_TOO_MUCH,
-                    format!("the texts of this shader have more than {MAX_BYTES} bytes with all includes"),
-                )
-                .label(place, "too much with this one"),
-            ));
-        }
+        self.count(&name, &text, &place)?;
         if !again {
             self.found.push(Source { name: name.clone(), text: text.clone(), included_at: Some(place) });
         }
@@ -193,6 +188,22 @@ impl<'f> Sources<'f> {
             _ => text,
         };
         Ok((name, text))
+    }
+
+    /// Counts a text against what one shader may have. `place` is where it comes in.
+    fn count(&mut self, name: &str, text: &str, place: &Span) -> Result<(), Box<Diagnostic>> {
+        self.bytes += text.len();
+        if self.bytes > MAX_BYTES {
+            let message = format!("the texts of this shader have more than {MAX_BYTES} bytes with all includes");
+            return Err(Box::new(
+                Diagnostic::error(codes::shader::TOO_MUCH, message).label(place.clone(), "too much with this one"),
+            ));
+        }
+        self.limits.check(text).map_err(|(range, message)| {
+            Box::new(
+                Diagnostic::error(codes::shader::TOO_MUCH, message).label(Span::new(name, range), "more than this"),
+            )
+        })
     }
 
     /// Reads a text and remembers the answer; `None` when there is no such file.

@@ -133,7 +133,7 @@ fn includes_that_double_hit_the_cap() {
     let big = format!("// {}\n", "x".repeat(1 << 20));
     let many = "#include \"big.glsl\"\n".repeat(20);
     let out = said([("shaders/a.comp", body(&format!("{many}void main() {{}}\n"))), ("shaders/big.glsl", big)]);
-    assert!(out.contains("error[RX0204]: the texts of this shader have more than 16777216 bytes"), "{out}");
+    assert!(out.contains("error[RX0204]: the texts of this shader have more than 4194304 bytes"), "{out}");
 }
 
 #[test]
@@ -196,4 +196,17 @@ fn line_directives_do_no_harm() {
     assert!(out.contains("`oops`") && out.contains("else.glsl:900000"), "{out}");
     let out = said([("shaders/a.comp", body("#line 900000\nvoid main() { oops; }\n"))]);
     assert!(out.contains("`oops`"), "{out}");
+}
+
+#[test]
+fn deep_expressions_neither_stop_the_process_nor_pass_for_good() {
+    let sum =
+        |terms: usize| body(&format!("buffer O {{ float o; }};\nvoid main() {{ o = o{}; }}\n", "+o".repeat(terms)));
+    assert_eq!(said([("shaders/a.comp", sum(95_000))]), "");
+    let out = said([("shaders/a.comp", sum(120_000))]);
+    assert!(out.contains("error[RX0204]: a statement has more than 100000 operators"), "{}", &out[..200]);
+    for (open, close) in [("(", ")"), ("- ", ""), ("sin(", ")"), ("o[int(", ")]")] {
+        let text = format!("void main() {{ float o = {}1.0{}; }}\n", open.repeat(9000), close.repeat(9000));
+        said([("shaders/a.comp", body(&text))]);
+    }
 }

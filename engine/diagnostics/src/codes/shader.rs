@@ -7,8 +7,8 @@ declare! {
     INCLUDE_OUTSIDE = "RX0202";
     /// A file includes itself, directly or through others.
     INCLUDE_CYCLE = "RX0203";
-    /// Includes are nested too deep, or are too many bytes.
-    INCLUDE_TOO_MUCH = "RX0204";
+    /// Includes are nested too deep, or a text, a macro or a statement is too large.
+    TOO_MUCH = "RX0204";
     /// The shader does not compile.
     COMPILE = "RX0210";
     /// The shader compiles, but the compiler warns.
