@@ -1,0 +1,206 @@
+//! Encodings hold exactly the world's voxels, in the documented format and size, or say why they cannot.
+
+use std::collections::BTreeMap;
+
+use glam::IVec3;
+use proptest::prelude::*;
+use raxel_world::layout::{ChunksHeader, Encoded, Layout, LayoutError, MATERIAL_WORDS, Tree64Header};
+use raxel_world::{Material, World, child_cell};
+
+type Voxels = BTreeMap<[i32; 3], u16>;
+
+fn palette(count: usize) -> Vec<Material> {
+    let mut palette = vec![Material::air()];
+    palette.extend((0..count).map(|i| Material::matt(format!("m{i}"), [i as f32 / 256.0; 3])));
+    palette
+}
+
+fn world(voxels: &Voxels, materials: usize) -> World {
+    World::from_voxels(palette(materials), voxels.iter().map(|(cell, material)| (IVec3::from_array(*cell), *material)))
+}
+
+fn encode(layout: Layout, world: &World) -> Encoded {
+    layout.encode(world, u64::MAX).expect("it fits")
+}
+
+/// Every voxel of a tree, by its format alone.
+fn tree64_voxels(buffer: &[u32]) -> Voxels {
+    let (header, words) = buffer.split_at(Tree64Header::WORDS as usize);
+    let header: &Tree64Header = bytemuck::from_bytes(bytemuck::cast_slice(header));
+    let mut voxels = Voxels::new();
+    let mut todo = vec![(header.root, header.log2_size / 2, header.origin.map(i64::from))];
+    while let Some((at, height, corner)) = todo.pop() {
+        let at = at as usize;
+        let mask = u64::from(words[at]) | u64::from(words[at + 1]) << 32;
+        let link = words[at + 2];
+        let size = 1i64 << (2 * height - 2);
+        for (rank, child) in (0..64).filter(|child| mask >> child & 1 == 1).enumerate() {
+            let cell = child_cell(child).map(i64::from);
+            let corner: [i64; 3] = std::array::from_fn(|i| corner[i] + cell[i] * size);
+            if link >> 31 == 1 {
+                for i in 0..size.pow(3) {
+                    let voxel = [corner[0] + i % size, corner[1] + i / size % size, corner[2] + i / size / size];
+                    voxels.insert(voxel.map(|c| c as i32), link as u16);
+                }
+            } else if height == 1 {
+                let half = link as usize + rank;
+                voxels.insert(corner.map(|c| c as i32), (words[half / 2] >> (16 * (half % 2))) as u16);
+            } else {
+                todo.push((link + 3 * rank as u32, height - 1, corner));
+            }
+        }
+    }
+    voxels
+}
+
+/// Every voxel of a list of chunks, by its format alone.
+fn chunks_voxels(buffer: &[u32]) -> Voxels {
+    let (header, words) = buffer.split_at(ChunksHeader::WORDS as usize);
+    let header: &ChunksHeader = bytemuck::from_bytes(bytemuck::cast_slice(header));
+    let mut voxels = Voxels::new();
+    for entry in words[header.chunks_at as usize..][..4 * header.chunk_count as usize].chunks(4) {
+        for i in 0..32 * 32 * 32 {
+            let material = (words[entry[3] as usize + i / 2] >> (16 * (i % 2))) as u16;
+            if material != 0 {
+                let local = [i % 32, i / 32 % 32, i / 1024];
+                voxels.insert(std::array::from_fn(|a| entry[a] as i32 * 32 + local[a] as i32), material);
+            }
+        }
+    }
+    voxels
+}
+
+fn voxels_of(layout: Layout, encoded: &Encoded) -> Voxels {
+    match layout {
+        Layout::Tree64 => tree64_voxels(&encoded.words),
+        Layout::Chunks => chunks_voxels(&encoded.words),
+    }
+}
+
+fn check(voxels: &Voxels, materials: usize) {
+    let world = world(voxels, materials);
+    for &layout in Layout::ALL {
+        let encoded = encode(layout, &world);
+        assert!(&voxels_of(layout, &encoded) == voxels, "{}", layout.name());
+        assert_eq!(encoded.geometry_bytes + encoded.attribute_bytes, 4 * encoded.words.len() as u64);
+    }
+}
+
+fn filled(corner: [i32; 3], size: [i32; 3], material: impl Fn([i32; 3]) -> u16) -> Voxels {
+    let cells = (0..size[0] * size[1] * size[2]).map(|i| [i % size[0], i / size[0] % size[1], i / size[0] / size[1]]);
+    cells.map(|c| (std::array::from_fn(|a| corner[a] + c[a]), material(c))).collect()
+}
+
+#[test]
+fn full_and_mixed_blocks_keep_their_materials() {
+    check(&filled([0; 3], [64; 3], |_| 2), 3);
+    check(&filled([-16; 3], [48; 3], |c| 1 + (c[0] / 16) as u16), 3);
+    check(&filled([60, 0, -3], [9, 20, 70], |c| 1 + ((c[0] * 7 + c[1] * 3 + c[2]) % 5) as u16), 5);
+    check(&filled([0; 3], [20; 3], |c| 1 + (c[0] * 400 + c[1] * 20 + c[2]) as u16), 8000);
+}
+
+#[test]
+fn the_ends_of_the_coordinates_are_kept() {
+    for corner in [[i32::MIN; 3], [i32::MAX - 2; 3], [i32::MIN, 0, i32::MAX - 2]] {
+        check(&filled(corner, [3; 3], |_| 1), 1);
+    }
+    check(&Voxels::from([([-(1 << 29); 3], 1), ([(1 << 29) - 1; 3], 1)]), 1);
+}
+
+#[test]
+fn an_empty_world_is_encoded() {
+    check(&Voxels::new(), 0);
+    let words = encode(Layout::Tree64, &World::empty()).words;
+    assert_eq!(words.len() as u32, Tree64Header::WORDS + MATERIAL_WORDS + 3);
+}
+
+#[test]
+fn materials_stand_where_the_header_says() {
+    let world = world(&filled([0; 3], [2; 3], |_| 3), 3);
+    for &layout in Layout::ALL {
+        let words = encode(layout, &world).words;
+        let last = (Tree64Header::WORDS + 3 * MATERIAL_WORDS) as usize;
+        assert_eq!(words[last], world.materials()[3].albedo[0].to_bits(), "{}", layout.name());
+        assert_eq!(words[last + 3], 1.0f32.to_bits(), "{}", layout.name());
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_said_before_it_is_made() {
+    let small = world(&filled([0; 3], [3; 3], |_| 1), 1);
+    for &layout in Layout::ALL {
+        let bytes = 4 * encode(layout, &small).words.len() as u64;
+        assert_eq!(layout.encode(&small, bytes).map(|encoded| encoded.words.len() as u64 * 4), Ok(bytes));
+        let error = layout.encode(&small, bytes - 1).expect_err("it is one byte too large");
+        assert_eq!(error, LayoutError::TooLarge { layout: layout.name(), bytes, limit: bytes - 1 });
+        let text = error.to_string();
+        assert!(text.contains(&bytes.to_string()) && text.contains(&(bytes - 1).to_string()), "{text}");
+    }
+    let wide = world(&Voxels::from([([-(1 << 29) - 1, 0, 0], 1), ([1 << 29, 0, 0], 1)]), 1);
+    for &layout in Layout::ALL {
+        assert!(matches!(layout.encode(&wide, u64::MAX), Err(LayoutError::TooWide { limit: 0x4000_0000, .. })));
+    }
+}
+
+#[test]
+fn equal_chunks_are_stored_once() {
+    let one = filled([5; 3], [30; 3], |c| 1 + (c[0] & 1) as u16);
+    let mut many = Voxels::new();
+    for i in 0..8 {
+        many.extend(one.iter().map(|(cell, material)| ([cell[0] + 64 * i, cell[1], cell[2]], *material)));
+    }
+    check(&many, 2);
+    for &layout in Layout::ALL {
+        let sizes = [&one, &many].map(|voxels| encode(layout, &world(voxels, 2)).words.len());
+        assert!(sizes[1] < sizes[0] + 256, "{}: {sizes:?}", layout.name());
+    }
+}
+
+/// The goal for shells of gentle terrain: at most 0.31 bytes a voxel say where it is.
+#[test]
+fn a_shell_of_terrain_is_small() {
+    let mut shell = Voxels::new();
+    for (x, z) in (0..192).flat_map(|x| (0..192).map(move |z| (x, z))) {
+        let (u, v) = (x as f32 / 160.0, z as f32 / 140.0);
+        let top = 60.0 + 30.0 * u.sin() * v.cos() + 4.0 * (3.1 * u + v).sin();
+        for y in top as i32 - 8..=top as i32 {
+            shell.insert([x, y, z], if y == top as i32 { 1 } else { 2 });
+        }
+    }
+    let world = world(&shell, 2);
+    let encoded = encode(Layout::Tree64, &world);
+    let a_voxel = encoded.geometry_bytes as f64 / world.solids() as f64;
+    assert!(a_voxel < 0.31, "{a_voxel} bytes a voxel");
+}
+
+#[test]
+fn blocks_are_the_rust_headers() {
+    for &layout in Layout::ALL {
+        assert_eq!(Layout::from_name(layout.name()), Some(layout));
+        let block = layout.block();
+        let array = block.last().expect("members");
+        assert_eq!((array.name, array.offset, array.stride), ("words", 4 * Tree64Header::WORDS, Some(4)));
+        // std430: every member at its alignment, and none overlaps the next.
+        for pair in block.windows(2) {
+            let (align, size) = if pair[0].ty == "ivec3" { (16, 12) } else { (4, 4) };
+            assert_eq!(pair[0].offset % align, 0, "{:?}", pair[0]);
+            assert!(pair[0].offset + size <= pair[1].offset, "{pair:?}");
+        }
+    }
+    assert_eq!(Layout::from_name("octree"), None);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_worlds_are_kept(
+        boxes in prop::collection::vec((prop::array::uniform3(-90i32..90), prop::array::uniform3(1i32..24), 1u16..6), 1..12),
+    ) {
+        let mut voxels = Voxels::new();
+        for (corner, size, material) in boxes {
+            voxels.extend(filled(corner, size, |_| material));
+        }
+        check(&voxels, 6);
+    }
+}
