@@ -65,6 +65,7 @@ pub(crate) enum Verb {
     Run(verbs::run::Args),
     Render(verbs::render::Args),
     Check(verbs::check::Args),
+    Graph(verbs::graph::Args),
     World(verbs::world::Args),
     Shaders(verbs::shaders::Args),
     New(verbs::new::Args),
@@ -82,13 +83,14 @@ impl Verb {
             Verb::Run(args) => args.messages.format,
             Verb::Render(args) => args.messages.format,
             Verb::Check(args) => args.messages.format,
+            Verb::Graph(args) if args.format == verbs::graph::Form::Json => Format::Json,
             Verb::World(args) => args.format(),
             Verb::Shaders(args) => args.messages.format,
             Verb::New(args) => args.messages.format,
             Verb::Doctor(args) => args.messages.format,
             Verb::Explain(args) => args.messages.format,
             Verb::Clean(args) => args.messages.format,
-            Verb::Schema(_) | Verb::Completions(_) => Format::Human,
+            Verb::Graph(_) | Verb::Schema(_) | Verb::Completions(_) => Format::Human,
         }
     }
 }

@@ -8,6 +8,7 @@ use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
 use raxel_graph::checked::Graph;
 use raxel_graph::memory::EstimatedMemory;
 use raxel_graph::plan::{Limits, Plan, PlanInput, Present};
+use raxel_graph::print::Phase;
 use raxel_runtime::build::{Loader, Part, source_names};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
@@ -37,6 +38,13 @@ pub(crate) enum FileKind {
 }
 
 impl FileKind {
+    /// By the name of a file that somebody named: the folder it lies in decides what is no demo and no .vox.
+    pub fn of_named(path: &Path) -> Self {
+        let folder = path.parent().and_then(Path::file_name).is_some_and(|folder| folder == "worlds");
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        FileKind::of(&if folder { format!("worlds/{name}") } else { name })
+    }
+
     /// By the name of a project path: `*.demo.toml` is a demo; `*.vox` and everything else in `worlds/` is a world.
     pub fn of(path: &str) -> Self {
         if path.ends_with(".demo.toml") {
@@ -132,17 +140,17 @@ impl Front {
 
     /// Plans a graph for an output size on paper: the largest device, estimated memory, every condition true.
     pub fn plan(graph: &Arc<Graph>, output: [u32; 2], present: Present) -> std::result::Result<Plan, Vec<Diagnostic>> {
-        let input = PlanInput {
-            output,
-            present,
-            pinned: &[],
-            facts: &|_| true,
-            sources: &source_names(graph).into_iter().map(|name| (name, 0)).collect::<BTreeMap<_, _>>(),
-            memory: &EstimatedMemory,
-            alias: true,
-            limits: LARGEST,
-        };
-        raxel_graph::plan(graph.clone(), &input)
+        on_paper(graph, output, present, |input| raxel_graph::plan(graph.clone(), input))
+    }
+
+    /// What a phase of the planner leaves behind, on paper.
+    pub fn dump(
+        graph: &Arc<Graph>,
+        output: [u32; 2],
+        present: Present,
+        phase: Phase,
+    ) -> std::result::Result<String, Vec<Diagnostic>> {
+        on_paper(graph, output, present, |input| raxel_graph::dump(graph.clone(), input, phase))
     }
 
     /// Checks a file of the project in every way that needs no GPU.
@@ -179,4 +187,17 @@ impl Front {
         }
         checked.add(&self.loader.world(&demo.world.value));
     }
+}
+
+fn on_paper<T>(graph: &Graph, output: [u32; 2], present: Present, make: impl FnOnce(&PlanInput<'_>) -> T) -> T {
+    make(&PlanInput {
+        output,
+        present,
+        pinned: &[],
+        facts: &|_| true,
+        sources: &source_names(graph).into_iter().map(|name| (name, 0)).collect::<BTreeMap<_, _>>(),
+        memory: &EstimatedMemory,
+        alias: true,
+        limits: LARGEST,
+    })
 }

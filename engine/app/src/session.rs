@@ -14,8 +14,8 @@ use crate::talk::{Format, Talk, To};
 /// What `run` and `render` open.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct What {
-    /// A graph or a demo (*.demo.toml); the project's graph by default.
-    #[arg(value_name = "GRAPH|DEMO")]
+    /// A graph, a demo (*.demo.toml) or a world; the project's graph by default.
+    #[arg(value_name = "GRAPH|DEMO|WORLD")]
     pub file: Option<PathBuf>,
 
     /// The world; the demo's, or the project's by default.
@@ -54,24 +54,29 @@ fn triple(text: &str) -> std::result::Result<Triple, String> {
 }
 
 impl What {
-    /// Whether the file is a demo.
-    pub fn is_demo(&self) -> bool {
-        self.file.as_deref().is_some_and(|file| FileKind::of(&file.to_string_lossy()) == FileKind::Demo)
+    /// The file, if it is of this kind.
+    fn file(&self, kind: FileKind) -> Option<PathBuf> {
+        self.file.clone().filter(|file| FileKind::of_named(file) == kind)
     }
 
     /// The options of a session, with what is the same for a window and a picture.
     pub fn options(&self, device: &DeviceOptions) -> Result<Options> {
-        let (graph, demo) = if self.is_demo() { (None, self.file.clone()) } else { (self.file.clone(), None) };
+        let world = match (self.file(FileKind::World), &self.world) {
+            (Some(_), Some(_)) => return Err(Failure::usage("two worlds are named")),
+            (Some(world), None) => Some(world),
+            (None, world) => world.clone(),
+        };
+        let (graph, demo) = (self.file(FileKind::Graph), self.file(FileKind::Demo));
         // Of a world alone its project is known, too.
-        let project = match (&self.file, &self.world) {
-            (None, Some(world)) => world.parent().filter(|folder| folder.is_dir()).map(Path::to_owned),
+        let project = match (&graph, &demo, &world) {
+            (None, None, Some(world)) => world.parent().filter(|folder| folder.is_dir()).map(Path::to_owned),
             _ => None,
         };
         Ok(Options {
             project,
             graph,
             demo,
-            world: self.world.clone(),
+            world,
             show: self.show()?,
             device: device.device.clone(),
             validation: device.validation,
@@ -94,9 +99,9 @@ impl What {
 
     /// Frames and frames a second of the demo, if there is one. Nothing is said here about what is wrong with it: opening does.
     pub fn demo_length(&self) -> Option<(u64, f64)> {
-        let file = self.file.as_deref().filter(|_| self.is_demo())?;
-        let front = Front::around(file).ok()?;
-        let demo = front.loader.demo(&front.project.path_of(file).ok()?).result.ok()?;
+        let file = self.file(FileKind::Demo)?;
+        let front = Front::around(&file).ok()?;
+        let demo = front.loader.demo(&front.project.path_of(&file).ok()?).result.ok()?;
         Some((demo.frames(), demo.fps))
     }
 
@@ -180,7 +185,6 @@ pub(crate) fn validated(complaints: bool) -> Result {
         Ok(())
     }
 }
-
 
 #[cfg(test)]
 mod tests {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use raxel_graph::print;
+use raxel_graph::print::{self, Phase};
 use raxel_runtime::project::Project;
 use raxel_runtime::show::Show;
 
@@ -29,6 +29,15 @@ pub(crate) struct Args {
     /// The debug target that the plan is made for; the graph's `present` by default.
     #[arg(long, value_name = "TARGET")]
     target: Option<String>,
+
+    /// Print what this phase of the compiler leaves behind instead: sizes, cull, order, lifetimes, alias or barriers.
+    #[arg(long, value_name = "PHASE", value_parser = phase, conflicts_with = "format")]
+    phase: Option<Phase>,
+}
+
+fn phase(name: &str) -> std::result::Result<Phase, String> {
+    let names = || Phase::ALL.iter().map(|phase| phase.name());
+    Phase::from_name(name).ok_or_else(|| format!("one of {}", names().collect::<Vec<_>>().join(", ")))
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -49,6 +58,11 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
         None => Show::default(),
     };
     let present = show.resolve(&graph).map_err(|error| Failure::usage(error.to_string()))?;
+    if let Some(phase) = args.phase {
+        let text = Front::dump(&graph, args.size.0, present, phase).map_err(|found| talk.stop_in(&found, &texts))?;
+        talk::data(&text);
+        return Ok(());
+    }
     let plan = Front::plan(&graph, args.size.0, present).map_err(|found| talk.stop_in(&found, &texts))?;
     talk::data(&match args.format {
         Form::Text => print::text(&plan),

@@ -5,6 +5,7 @@ pub(crate) mod clean;
 pub(crate) mod completions;
 pub(crate) mod doctor;
 pub(crate) mod explain;
+pub(crate) mod graph;
 pub(crate) mod new;
 pub(crate) mod render;
 pub(crate) mod run;
@@ -26,6 +27,7 @@ pub(crate) fn run(cli: Cli, talk: &Talk) -> Result {
         Verb::Run(args) => run::run(&args, &device, talk),
         Verb::Render(args) => render::run(&args, &device, talk),
         Verb::Check(args) => check::run(&args, talk),
+        Verb::Graph(args) => graph::run(&args, talk),
         Verb::World(args) => world::run(&args, talk),
         Verb::Shaders(args) => shaders::run(&args, talk),
         Verb::New(args) => new::run(&args, talk),
