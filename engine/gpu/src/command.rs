@@ -271,7 +271,7 @@ impl CommandBuffer {
         }
         let memory = vk::MemoryBarrier2::default()
             .src_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER)
-            .dst_stage_mask(vk::PipelineStageFlags2::CLEAR);
+            .dst_stage_mask(vk::PipelineStageFlags2::CLEAR | vk::PipelineStageFlags2::COPY);
         let info = vk::DependencyInfo::default().memory_barriers(std::slice::from_ref(&memory));
         // SAFETY: as in `clear_image`.
         unsafe {

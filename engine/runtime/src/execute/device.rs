@@ -77,7 +77,8 @@ pub(super) fn scope(scope: &plan::Scope) -> Scope {
     let mut stages = vk::PipelineStageFlags2::empty();
     for (ours, theirs) in [
         (Stages::COMPUTE, vk::PipelineStageFlags2::COMPUTE_SHADER),
-        (Stages::CLEAR, vk::PipelineStageFlags2::CLEAR),
+        // Whether a buffer fill is a clear or a copy has changed between versions of the validation layer: both.
+        (Stages::CLEAR, vk::PipelineStageFlags2::CLEAR | vk::PipelineStageFlags2::COPY),
         (Stages::INDIRECT, vk::PipelineStageFlags2::DRAW_INDIRECT),
     ] {
         if scope.stages.contains(ours) {

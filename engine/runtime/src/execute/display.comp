@@ -64,9 +64,12 @@ uint scramble(uint x) {
 }
 
 vec3 id_color(uvec4 id, uint channels) {
-    uint hash = 0u;
-    for (uint c = 0u; c < channels; ++c) hash = scramble(hash ^ (id[c] + 0x9e3779b9u * (c + 1u)));
-    return id == uvec4(0) ? vec3(0.0) : 0.25 + 0.75 * vec3(hash & 255u, (hash >> 8) & 255u, (hash >> 16) & 255u) / 255.0;
+    uint hash = 0u, any_bit = 0u;
+    for (uint c = 0u; c < min(channels, 4u); ++c) {
+        hash = scramble(hash ^ (id[c] + 0x9e3779b9u * (c + 1u)));
+        any_bit |= id[c];
+    }
+    return any_bit == 0u ? vec3(0.0) : 0.25 + 0.75 * vec3(hash & 255u, (hash >> 8) & 255u, (hash >> 16) & 255u) / 255.0;
 }
 
 float unit(float value) {
@@ -80,7 +83,7 @@ vec3 warning(bool nan, ivec2 pixel) {
 }
 
 vec3 show_float(vec4 value, ivec2 pixel) {
-    for (uint c = 0u; c < push.channels; ++c) {
+    for (uint c = 0u; c < min(push.channels, 4u); ++c) {
         // Bits, not isnan(): a driver may assume that NaN does not occur.
         uint magnitude = floatBitsToUint(value[c]) & 0x7fffffffu;
         if (magnitude >= 0x7f800000u) return warning(magnitude > 0x7f800000u, pixel);

@@ -10,6 +10,8 @@
 //! transient resources share memory), and a pass is a function of its inputs. A pass that breaks the latter on purpose (a race won by
 //! chance) is shown as it came out last. Aliased resources never count as in place: their memory is another's when the frame ends.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use raxel_graph::plan::{Lifetime, Plan, ResourceDesc, Step};
 use raxel_shader::interface::Access;
 
@@ -51,6 +53,8 @@ struct Node {
     step: u32,
     maker: Maker,
     touches: Vec<Touch>,
+    /// Index of its first access in `Memo::seen`.
+    accesses: usize,
 }
 
 /// What gives a node the part of its key that is not an input.
@@ -77,6 +81,8 @@ pub struct Memo {
     run: Vec<bool>,
     fresh: u64,
 }
+
+static FRESH: AtomicU64 = AtomicU64::new(1 << 32);
 
 /// What a transient resource holds at the start of a frame.
 const UNDEFINED: Content = Content { id: 0x75_6e64_6566, run: 0 };
@@ -140,7 +146,8 @@ impl Memo {
             dirty: Vec::new(),
             seen: Vec::new(),
             run: vec![true; steps],
-            fresh: 1 << 32,
+            // Made-up ids are told apart across memos, since a swap carries contents from one to the next.
+            fresh: FRESH.fetch_add(1 << 32, Ordering::Relaxed),
         }
     }
 
@@ -150,7 +157,8 @@ impl Memo {
     }
 
     fn node(&mut self, step: u32, maker: Maker, touches: Vec<Touch>) {
-        self.nodes.push(Node { step, maker, touches });
+        let accesses = self.nodes.last().map_or(0, |node| node.accesses + node.touches.len());
+        self.nodes.push(Node { step, maker, touches, accesses });
     }
 
     fn finish(&mut self) {
@@ -176,8 +184,6 @@ impl Memo {
         if (to.copies, to.mips) == (from.copies, from.mips) && !to.aliased && !from.aliased {
             let count = (to.copies * to.mips) as usize;
             self.content[to.first..to.first + count].copy_from_slice(&old.content[from.first..from.first + count]);
-            // Ids made up by `fresh` must stay unique across both.
-            self.fresh = self.fresh.max(old.fresh);
         }
     }
 
@@ -207,18 +213,14 @@ impl Memo {
             let first = slot.base(frame, 0);
             self.wanted[first..first + slot.mips as usize].fill(UNDEFINED);
         }
-        let mut access = 0;
         for node in &self.nodes {
-            let Some(key) = node.maker.key(keys, present) else {
-                access += node.touches.len();
-                continue;
-            };
+            let Some(key) = node.maker.key(keys, present) else { continue };
             let mut run = mix(node.maker.salt(), key);
             for (i, touch) in node.touches.iter().enumerate() {
                 let range = touch.contents(&self.slots, frame);
                 if touch.reads {
                     let id = self.wanted[range].iter().fold(mix(1, i as u64), |hash, content| mix(hash, content.id));
-                    self.seen[access + i] = id;
+                    self.seen[node.accesses + i] = id;
                     run = mix(run, id);
                 }
             }
@@ -235,7 +237,6 @@ impl Memo {
                 let last = self.wanted.len() - 1;
                 self.wanted[last] = Content { id: run, run };
             }
-            access += node.touches.len();
         }
     }
 
@@ -259,10 +260,8 @@ impl Memo {
         }
         loop {
             let mut settled = true;
-            let mut access = 0;
-            for node in &self.nodes {
-                let touches = access..access + node.touches.len();
-                access = touches.end;
+            // Backwards: most of what must run is found by following inputs to their makers.
+            for node in self.nodes.iter().rev() {
                 if node.maker.key(keys, 0).is_none() {
                     continue;
                 }
@@ -281,7 +280,7 @@ impl Memo {
                     let in_place = || {
                         let now = &self.content[touch.contents(&self.slots, frame)];
                         now.iter().fold(mix(1, i as u64), |hash, content| mix(hash, content.id))
-                            == self.seen[touches.start + i]
+                            == self.seen[node.accesses + i]
                     };
                     if !self.dirty[base] && (touch.writes || slot.aliased || !in_place()) {
                         self.dirty[base] = true;

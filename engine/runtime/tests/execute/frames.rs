@@ -61,7 +61,7 @@ init = [10.0, 0.0, 0.0, 1.0]
 [targets.scratch]
 format = "r32f"
 size = [4, 4]
-clear = [0.25, 0.0, 0.0, 0.0]
+clear = 0.25
 [[passes]]
 name = "add"
 shader = "add.comp"
