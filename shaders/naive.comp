@@ -1,5 +1,5 @@
 // The march that the first version of raxel began with, kept as the baseline: steps of fixed length, a linear search through the
-// chunks at each of them, normals by central differences. It steps over corners, needs a thousand samples for 50 voxels,
+// chunks at each new one, normals by central differences. It steps over corners, needs a thousand samples for 50 voxels,
 // and its normals are zero where both sides are solid. primary.comp shows how it is done today.
 #version 460
 #include <raxel/world.glsl>
@@ -26,8 +26,17 @@ struct Marched {
     bool hit;
 };
 
+// The chunk that the last sample was in, and where its voxels begin. The first version searched the list for every sample.
+ivec3 last_chunk = ivec3(0x7fffffff);
+uint last_voxels = RX_NO_CHUNK;
+
 uint material_at(vec3 position) {
-    return rx_material(push.camera_cell + ivec3(floor(position)));
+    ivec3 cell = push.camera_cell + ivec3(floor(position));
+    if (cell >> 5 != last_chunk) {
+        last_chunk = cell >> 5;
+        last_voxels = rx_find_chunk(last_chunk);
+    }
+    return last_voxels == RX_NO_CHUNK ? 0u : rx_chunk_voxel(last_voxels, cell);
 }
 
 float solid_at(vec3 position) {
@@ -42,10 +51,19 @@ vec3 estimate_normal(vec3 p) {
     return gradient == vec3(0.0) ? vec3(0.0) : -normalize(gradient);
 }
 
+// Where the ray leaves the world's bounds: there is nothing beyond.
+float bounds_end(vec3 origin, vec3 dir) {
+    vec3 low = vec3(world.bounds_min - push.camera_cell), high = vec3(world.bounds_last + 1 - push.camera_cell);
+    vec3 t = (mix(low, high, greaterThan(dir, vec3(0.0))) - origin) / mix(dir, vec3(1.0), equal(dir, vec3(0.0)));
+    t = mix(t, vec3(push.max_distance), equal(dir, vec3(0.0)));
+    return min(t.x, min(t.y, t.z));
+}
+
 Marched march(vec3 origin, vec3 dir) {
     Marched result = Marched(origin, vec3(0.0), 0u, false);
     float t = 0.0;
-    for (int i = 0; i < push.max_steps && t <= push.max_distance; ++i) {
+    float end = min(push.max_distance, bounds_end(origin, dir));
+    for (int i = 0; i < push.max_steps && t <= end; ++i) {
         vec3 position = origin + t * dir;
         uint material = material_at(position);
         if (material != 0u) return Marched(position, estimate_normal(position), material, true);

@@ -21,13 +21,23 @@ layout(std430) readonly buffer RxWorld {
 
 const uint RX_NO_CHUNK = 0xffffffffu;
 
-// Word where the voxels of the chunk at `chunk` (in chunks) begin.
+bool rx_is_chunk(uint i, ivec3 chunk) {
+    uint at = world.chunks_at + 4u * i;
+    return int(world.words[at]) == chunk.x && int(world.words[at + 1u]) == chunk.y && int(world.words[at + 2u]) == chunk.z;
+}
+
+// Word where the voxels of the chunk at `chunk` (in chunks) begin. Four chunks a round: software drivers of the llvmpipe family end
+// every loop when those of one invocation have made 65,535 rounds together.
 uint rx_find_chunk(ivec3 chunk) {
-    for (uint i = 0u; i < world.chunk_count; ++i) {
-        uint at = world.chunks_at + 4u * i;
-        if (int(world.words[at]) == chunk.x && int(world.words[at + 1u]) == chunk.y && int(world.words[at + 2u]) == chunk.z) {
-            return world.words[at + 3u];
-        }
+    uint last = max(world.chunk_count, 1u) - 1u;
+    for (uint i = 0u; i < world.chunk_count; i += 4u) {
+        uvec4 four = min(uvec4(i) + uvec4(0u, 1u, 2u, 3u), uvec4(last));
+        uint found = RX_NO_CHUNK;
+        if (rx_is_chunk(four.x, chunk)) found = four.x;
+        if (rx_is_chunk(four.y, chunk)) found = four.y;
+        if (rx_is_chunk(four.z, chunk)) found = four.z;
+        if (rx_is_chunk(four.w, chunk)) found = four.w;
+        if (found != RX_NO_CHUNK) return world.words[world.chunks_at + 4u * found + 3u];
     }
     return RX_NO_CHUNK;
 }
