@@ -390,10 +390,13 @@ fn range_text(range: &RangeInclusive<i64>) -> String {
 /// The name closest to a misspelt one, if one is close enough to be meant.
 pub fn closest<'n>(wrong: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     let limit = (wrong.chars().count() / 3).max(1);
+    let wrong = wrong.to_lowercase();
+    // Of equally distant names, the one that begins alike is the one that was meant.
+    let alike = |name: &str| wrong.bytes().zip(name.bytes()).take_while(|(a, b)| a == b).count();
     names
-        .map(|name| (strsim::damerau_levenshtein(&wrong.to_lowercase(), &name.to_lowercase()), name))
+        .map(|name| (strsim::damerau_levenshtein(&wrong, &name.to_lowercase()), name))
         .filter(|(distance, _)| *distance <= limit)
-        .min()
+        .min_by_key(|(distance, name)| (*distance, std::cmp::Reverse(alike(&name.to_lowercase())), *name))
         .map(|(_, name)| name)
 }
 

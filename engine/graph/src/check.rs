@@ -12,6 +12,7 @@ mod overlaps;
 mod portability;
 mod sources;
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Span};
@@ -29,6 +30,8 @@ struct Context<'a> {
     pass: &'a Pass,
     shader: &'a Arc<Shader>,
     sources: &'a [SourceLayout],
+    /// No earlier pass uses the shader: what is to be said of the shader alone is said now.
+    first_use: bool,
 }
 
 impl Context<'_> {
@@ -56,9 +59,11 @@ pub fn check(
     extents::check(resolved, found);
     // Each pass against its shader.
     let mut passes = Vec::with_capacity(resolved.passes.len());
+    let mut seen = HashSet::new();
     for (pass, shader) in resolved.passes.iter().zip(reflected) {
         let Some(shader) = shader else { continue };
-        let checked = check_pass(&Context { graph: resolved, pass, shader, sources }, found);
+        let first_use = seen.insert(shader.key);
+        let checked = check_pass(&Context { graph: resolved, pass, shader, sources, first_use }, found);
         passes.extend(checked);
     }
     // What flows from pass to pass, once all of them are known.
@@ -88,7 +93,8 @@ fn check_pass(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<chec
     overlaps::check(context, &accesses, found);
     let errors = found.iter().filter(|diagnostic| diagnostic.is_error()).count();
     let dispatch = pass.dispatch.as_ref()?.value.clone();
-    (errors == before && pass.sound).then(|| checked::Pass {
+    let bound = pass.bind.iter().all(|entry| entry.target.is_some());
+    (errors == before && pass.sound && bound).then(|| checked::Pass {
         name: pass.name.value.clone(),
         shader: context.shader.clone(),
         dispatch,

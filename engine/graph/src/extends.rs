@@ -2,6 +2,8 @@
 //! key by key; params, targets, buffers, passes, bind entries and block members are matched by name. Places stay those of the file
 //! that a value came from.
 
+use std::collections::HashMap;
+
 use raxel_diagnostics::files::{join, read_text};
 use raxel_diagnostics::table::closest;
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
@@ -11,6 +13,9 @@ use crate::parse::parse;
 
 /// Files that may extend each other in a row.
 const LONGEST_CHAIN: usize = 16;
+
+/// Params, targets, buffers, passes, and entries of a pass that a file may have of each.
+const MOST: usize = 4096;
 
 /// A model with the files it came from, the given one first.
 #[derive(Clone, Debug)]
@@ -36,6 +41,11 @@ pub fn load(path: &str, files: &dyn Files, texts: &mut SourceMap, found: &mut Ve
         };
         let file = parse(&path, &text, found)?;
         let base = file.extends.clone();
+        if let Some(diagnostic) = too_many(&file) {
+            found.push(diagnostic);
+            return None;
+        }
+        repeated_passes(&file, found);
         chain.push(file);
         let Some(base) = base else { break };
         let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
@@ -59,8 +69,12 @@ pub fn load(path: &str, files: &dyn Files, texts: &mut SourceMap, found: &mut Ve
     let files = chain.iter().map(|file| file.path.to_string()).collect();
     // The innermost base first, then each file over all below it.
     let mut layers = chain.into_iter().rev();
-    let base = layers.next()?;
+    let mut base = layers.next()?;
     reject_overlay_keys(&base, found);
+    base.params.retain(|param| !param.remove);
+    base.targets.retain(|target| !target.remove);
+    base.buffers.retain(|buffer| !buffer.remove);
+    base.passes.retain(|pass| !pass.remove);
     let model = layers.fold(base, |below, above| overlay(below, above, found));
     Some(Loaded { model, files })
 }
@@ -77,10 +91,10 @@ fn refuse(chain: &[File], base: &str, named_at: &Span) -> Option<Diagnostic> {
     };
     let mut diagnostic =
         Diagnostic::error(codes::graph::EXTENDS_CYCLE, message).label(named_at.clone(), "this closes the chain");
-    for file in &chain[..chain.len() - 1] {
-        if let Some(extends) = &file.extends {
-            diagnostic = diagnostic.label(extends.span.clone(), "extended here");
-        }
+    // The files between the one that is named again and the last.
+    let from = chain.iter().position(|file| file.path.as_ref() == base).unwrap_or(chain.len() - 1);
+    for extends in chain[from..chain.len() - 1].iter().filter_map(|file| file.extends.as_ref()) {
+        diagnostic = diagnostic.label(extends.span.clone(), "extended here");
     }
     Some(diagnostic)
 }
@@ -115,6 +129,47 @@ fn reject_overlay_keys(file: &File, found: &mut Vec<Diagnostic>) {
     }
 }
 
+/// A file that has two passes of one name cannot be laid over another, nor another over it. (TOML itself refuses a repeated key.)
+fn repeated_passes(file: &File, found: &mut Vec<Diagnostic>) {
+    let mut first: HashMap<&str, &Span> = HashMap::new();
+    for name in file.passes.iter().map(|pass| &pass.name).filter(|name| !name.value.is_empty()) {
+        let Some(earlier) = first.insert(&name.value, &name.span) else { continue };
+        found.push(
+            Diagnostic::error(codes::graph::DUPLICATE_NAME, format!("two passes are called `{}`", name.value))
+                .label(name.span.clone(), "this pass has the name of another")
+                .label(earlier.clone(), "the one before"),
+        );
+    }
+}
+
+/// The diagnostic for a file with more of something than any graph needs: later phases compare names with names.
+fn too_many(file: &File) -> Option<Diagnostic> {
+    let entries = file.passes.iter().flat_map(|pass| {
+        let binds = ("entries of `bind`", pass.bind.get(MOST).map(|bind| &bind.name));
+        let constants = ("constants", pass.specialization.get(MOST).map(|(name, _)| name));
+        let members = blocks(pass).map(|block| ("members", block.members.get(MOST).map(|member| &member.path)));
+        members.chain([binds, constants])
+    });
+    let tables = [
+        ("params", file.params.get(MOST).map(|param| &param.name)),
+        ("targets", file.targets.get(MOST).map(|target| &target.name)),
+        ("buffers", file.buffers.get(MOST).map(|buffer| &buffer.name)),
+        ("passes", file.passes.get(MOST).map(|pass| &pass.name)),
+    ];
+    let (what, name) = tables.into_iter().chain(entries).find_map(|(what, name)| Some((what, name?)))?;
+    Some(
+        Diagnostic::error(codes::graph::TOO_MANY, format!("more than {MOST} {what}"))
+            .label(name.span.clone(), "this is one too many"),
+    )
+}
+
+/// What a new pass removes was never there.
+fn reject_removals(pass: &Pass, found: &mut Vec<Diagnostic>) {
+    let removed = (pass.bind.iter().filter(|bind| bind.remove).map(|bind| ("binding", &bind.name)))
+        .chain(blocks(pass).flat_map(|block| &block.members).filter(|m| m.remove).map(|m| ("member", &m.path)));
+    found.extend(removed.map(|(what, name)| unknown(what, name, [].into_iter())));
+}
+
 fn blocks(pass: &Pass) -> impl Iterator<Item = &Fills> {
     pass.push.iter().chain(&pass.uniforms)
 }
@@ -125,6 +180,8 @@ trait Layer {
     const WHAT: &'static str;
     fn name(&self) -> &At<String>;
     fn removed(&self) -> bool;
+    /// Checks what is new over the base.
+    fn added(&self, _: &mut Vec<Diagnostic>) {}
     /// Puts `above` over this.
     fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>);
 }
@@ -168,7 +225,10 @@ fn merge<T: Layer>(below: &mut Vec<T>, above: Vec<T>, found: &mut Vec<Diagnostic
         match (same, item.removed()) {
             (Some(index), true) => drop(below.remove(index)),
             (Some(index), false) => below[index].cover(item, found),
-            (None, false) => below.push(item),
+            (None, false) => {
+                item.added(found);
+                below.push(item);
+            }
             (None, true) => {
                 found.push(unknown(T::WHAT, item.name(), below.iter().map(|other| &other.name().value[..])))
             }
@@ -270,6 +330,9 @@ impl Layer for Buffer {
 
 impl Layer for Pass {
     const WHAT: &'static str = "pass";
+    fn added(&self, found: &mut Vec<Diagnostic>) {
+        reject_removals(self, found);
+    }
     fn name(&self) -> &At<String> {
         &self.name
     }

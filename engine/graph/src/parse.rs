@@ -40,7 +40,7 @@ fn read(root: &Table<'_, '_>) -> File {
             .into_iter()
             .map(|(name, node, table)| resources::buffer(name, &node, &table))
             .collect(),
-        passes: root.array_of_tables("passes").iter().filter_map(passes::pass).collect(),
+        passes: root.array_of_tables("passes").iter().map(passes::pass).collect(),
     };
     root.finish();
     file

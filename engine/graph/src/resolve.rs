@@ -15,11 +15,8 @@ use raxel_shader::Request;
 use crate::SourceLayout;
 use crate::checked::{self, Condition, Every, ParamId, ResourceId};
 use crate::extends::Loaded;
-use crate::model::{At, File, Literal};
+use crate::model::{self, At, File, Literal};
 use crate::value::ValueType;
-
-/// Passes, resources and params that a graph may have of each.
-const MOST: usize = 4096;
 
 /// A graph whose names are resolved.
 #[derive(Clone, Debug)]
@@ -138,7 +135,8 @@ pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnos
     let targets = model.targets.iter().map(|target| &target.name);
     let resource_names =
         declare("target or buffer", targets.chain(model.buffers.iter().map(|buffer| &buffer.name)), found);
-    declare("pass", model.passes.iter().map(|pass| &pass.name), found);
+    let nameless = |pass: &&model::Pass| pass.flawed && pass.name.value.is_empty();
+    check_names("pass", model.passes.iter().filter(|pass| !nameless(pass)).map(|pass| &pass.name), found);
 
     let name = required(model.name.as_ref(), "name", &start, found);
     let about = model.about.as_ref().map(|about| about.value.clone()).unwrap_or_default();
@@ -198,23 +196,11 @@ fn unknown<'n>(code: Code, what: &str, name: &str, place: &Span, known: impl Ite
     }
 }
 
-/// Numbers names in their order; reports those that are given twice, are malformed or too many.
-fn declare<'m>(what: &str, names: impl Iterator<Item = &'m At<String>>, found: &mut Vec<Diagnostic>) -> Names {
+/// Numbers names in their order; reports those that are given twice or are malformed.
+fn declare<'m>(what: &str, names: impl Iterator<Item = &'m At<String>> + Clone, found: &mut Vec<Diagnostic>) -> Names {
+    check_names(what, names.clone(), found);
     let mut first: HashMap<String, (u32, &Span)> = HashMap::new();
     for (index, name) in names.enumerate() {
-        if index == MOST {
-            found.push(
-                Diagnostic::error(codes::graph::TOO_MANY, format!("a graph has at most {MOST} of each kind of thing"))
-                    .label(name.span.clone(), format!("this {what} is one too many")),
-            );
-        }
-        if !is_name(&name.value) {
-            found.push(
-                Diagnostic::error(codes::graph::BAD_NAME, format!("`{}` cannot be the name of a {what}", name.value))
-                    .label(name.span.clone(), "")
-                    .help("a name has 1 to 64 letters, digits, `_` and `-`"),
-            );
-        }
         if let Some((_, earlier)) = first.get(&name.value) {
             found.push(
                 Diagnostic::error(codes::graph::DUPLICATE_NAME, format!("two things are called `{}`", name.value))
@@ -226,6 +212,18 @@ fn declare<'m>(what: &str, names: impl Iterator<Item = &'m At<String>>, found: &
         first.insert(name.value.clone(), (index as u32, &name.span));
     }
     first.into_iter().map(|(name, (index, _))| (name, index)).collect()
+}
+
+fn check_names<'m>(what: &str, names: impl Iterator<Item = &'m At<String>>, found: &mut Vec<Diagnostic>) {
+    for name in names {
+        if !is_name(&name.value) {
+            found.push(
+                Diagnostic::error(codes::graph::BAD_NAME, format!("`{}` cannot be the name of a {what}", name.value))
+                    .label(name.span.clone(), "")
+                    .help("a name has 1 to 64 letters, digits, `_` and `-`"),
+            );
+        }
+    }
 }
 
 fn is_name(name: &str) -> bool {

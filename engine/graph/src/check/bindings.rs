@@ -88,7 +88,7 @@ fn supported(context: &Context<'_>, binding: &Binding, found: &mut Vec<Diagnosti
     let (code, message, label) = match &binding.kind {
         BindingKind::Unsupported(what) => (
             codes::graph::UNSUPPORTED_BINDING,
-            format!("`{}` is a {what}, which a graph cannot bind", binding.name),
+            format!("`{}` is `{what}`, which a graph cannot bind", binding.name),
             "images, samplers with their image, storage and uniform blocks can be bound",
         ),
         _ if binding.count != 1 => {

@@ -223,7 +223,13 @@ fn absent(context: &Context<'_>, what: &str, leaf: &Leaf<'_>, given: &Fills) -> 
     .label(given.name.span.clone(), format!("`{name}` is missing here"));
     let text = format!("`{}` at offset {}", glsl(leaf.ty), leaf.offset);
     let diagnostic = context.in_shader(diagnostic, leaf.place, text);
-    let example = ValueType::of_member(leaf.ty).map_or("…", ValueType::word);
+    let example = match leaf.ty {
+        Type::Array { element, len: Some(len), .. } => {
+            ValueType::of_member(element).map(|ty| format!("{}[{len}]", ty.word()))
+        }
+        ty => ValueType::of_member(ty).map(|ty| ty.word().to_owned()),
+    };
+    let example = example.unwrap_or_else(|| "…".to_owned());
     let key = if name.contains(['.', '[']) { format!("\"{name}\"") } else { name.to_owned() };
     diagnostic.help(format!("add e.g. `{key} = {{ type = \"{example}\", from = \"…\" }}`"))
 }

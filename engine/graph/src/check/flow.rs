@@ -5,12 +5,16 @@ use raxel_diagnostics::{Diagnostic, codes};
 use crate::checked::{BoundAccess, BufferSize, Extent, Fact, Graph, ResourceId, ResourceKind, Source};
 use crate::resolve::Resolved;
 
-/// Checks a graph whose passes are all known.
+/// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, what seems unused may be
+/// what a mistake fails to use.
 pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
+    let wrong = found.iter().any(Diagnostic::is_error);
+    let mut flow = Vec::new();
     for index in 0..graph.resources.len() {
-        resource(graph, resolved, ResourceId(index as u32), found);
+        resource(graph, resolved, ResourceId(index as u32), &mut flow);
     }
-    unused_params(graph, found);
+    unused_params(graph, &mut flow);
+    found.extend(flow.into_iter().filter(|diagnostic| diagnostic.is_error() || !wrong));
 }
 
 fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<Diagnostic>) {

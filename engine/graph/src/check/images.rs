@@ -18,9 +18,11 @@ pub fn check(
     found: &mut Vec<Diagnostic>,
 ) -> Option<BoundAccess> {
     let (id, age) = entry.target.as_ref()?.value;
-    if context.graph.resources[id.0 as usize].sound {
-        texels(context, binding, entry, target, found);
+    // What is wrong with the target itself is reported already.
+    if !context.graph.resources[id.0 as usize].sound {
+        return None;
     }
+    texels(context, binding, entry, target, found);
     let volume = is_volume(context.graph, id);
     let layers = dimension(context, binding, entry, target, volume, found);
     let (mip_limit, mip) = (mip_count(context.graph, id), entry.mip.as_ref());

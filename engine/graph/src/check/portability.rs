@@ -57,7 +57,7 @@ pub fn check(context: &Context<'_>, constants: &[(u32, Value)], found: &mut Vec<
         );
     }
     for capability in &context.interface().capabilities {
-        if !COMMON.contains(&capability.as_str()) {
+        if context.first_use && !COMMON.contains(&capability.as_str()) {
             let message = format!("pass `{}` needs `{capability}`, which not every device has", pass.name.value);
             found.push(
                 Diagnostic::warning(codes::graph::NOT_PORTABLE, message)

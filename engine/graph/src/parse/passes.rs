@@ -9,12 +9,12 @@ use crate::model::{At, Bind, Dispatch, Fills, Literal, Member, Pass};
 /// Structs in structs that `push` and `uniforms` may nest at most.
 const DEEPEST_NESTING: usize = 16;
 
-/// A pass; `None` when it has no name, because then nothing can be said about it.
-pub fn pass(table: &Table<'_, '_>) -> Option<Pass> {
+/// A pass; flawed and with an empty name when it has none.
+pub fn pass(table: &Table<'_, '_>) -> Pass {
     let before = table.reporter().count();
     let name = table.need_string("name").map(|(value, span)| At::new(value, span));
     let mut pass = Pass {
-        name: name.clone().unwrap_or_else(|| At::new(String::new(), table.span().clone())),
+        name: name.unwrap_or_else(|| At::new(String::new(), table.span().clone())),
         remove: remove(table, &["name", "remove"]),
         flawed: false,
         before: text(table, "before"),
@@ -33,7 +33,7 @@ pub fn pass(table: &Table<'_, '_>) -> Option<Pass> {
     table.conflict("before", "after", "a pass has one place");
     table.finish();
     pass.flawed = table.reporter().count() > before;
-    name.map(|_| pass)
+    pass
 }
 
 fn defines(table: &Table<'_, '_>) -> Vec<(At<String>, String)> {

@@ -17,7 +17,7 @@ const LARGEST_BUFFER: i64 = 1 << 36;
 /// Bytes that an element of a buffer may have at most.
 const LARGEST_STRIDE: i64 = 1 << 20;
 /// Scales of a target's size: below, every target is one texel; above, every one is too large.
-const SCALES: std::ops::RangeInclusive<f64> = 1.0 / 65_536.0..=64.0;
+const SCALES: std::ops::RangeInclusive<f64> = 0.0001..=64.0;
 
 /// The words of `display.map`.
 pub const DISPLAY_MAPS: [(&str, DisplayMap); 8] = [

@@ -29,10 +29,13 @@ pub fn pass(pass: &model::Pass, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) 
         Some(given) => dispatch(given, scope, found),
         None => {
             if !pass.flawed {
-                found.push(
-                    missing(&whose, "dispatch", &pass.name.span)
-                        .help("e.g. `dispatch = { threads = \"NAME\" }` for one thread per texel of a target"),
-                );
+                let targets = bind.iter().filter_map(|entry| entry.target.as_ref()).map(|target| target.value.0);
+                let mut targets = targets.map(|id| &scope.resources[id.0 as usize].item);
+                let target = targets.find(|resource| matches!(resource.kind, ResourceKind::Target(_)));
+                let name = target.map_or("NAME", |target| &target.name);
+                found.push(missing(&whose, "dispatch", &pass.name.span).help(format!(
+                    "e.g. `dispatch = {{ threads = \"{name}\" }}` for one thread per texel of a target"
+                )));
             }
             None
         }

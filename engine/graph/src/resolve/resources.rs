@@ -210,9 +210,9 @@ fn colour(name: &str, key: &str, literal: &Literal, format: Format, found: &mut 
         .flatten();
     if clear.is_none() {
         let kind = match format.scalar() {
-            ScalarKind::Float => "floats",
-            ScalarKind::Int => "integers",
-            ScalarKind::Uint => "unsigned integers",
+            ScalarKind::Float => "float",
+            ScalarKind::Int => "integer",
+            ScalarKind::Uint => "unsigned integer",
         };
         let bits = channel_bits(format, 0);
         found.push(
@@ -222,8 +222,8 @@ fn colour(name: &str, key: &str, literal: &Literal, format: Format, found: &mut 
             )
             .label(literal.span.clone(), "")
             .help(match channels {
-                1 => format!("`{}` takes one of {kind} of {bits} bits", format.name()),
-                n => format!("`{}` takes {n} {kind} of {bits} bits, or one for all channels", format.name()),
+                1 => format!("`{}` takes one {kind} of {bits} bits", format.name()),
+                n => format!("`{}` takes {n} {kind}s of {bits} bits, or one for all channels", format.name()),
             }),
         );
     }

@@ -60,9 +60,10 @@ impl Project {
     pub fn compile(&self, path: &str) -> (Result<(Graph, Vec<Diagnostic>), Vec<Diagnostic>>, SourceMap) {
         let mut texts = SourceMap::default();
         let changed = SHADERS.iter().any(|(path, text)| self.files[*path][..] != *text.as_bytes())
-            || self.files.keys().any(|path| {
-                path.starts_with("shaders/") && !SHADERS.iter().any(|(shader, _)| shader == path)
-            });
+            || self
+                .files
+                .keys()
+                .any(|path| path.starts_with("shaders/") && !SHADERS.iter().any(|(shader, _)| shader == path));
         let compiled = if changed {
             compile(path, self, &Compiler::new(Arc::new(self.clone())), &sources(), &mut texts)
         } else {

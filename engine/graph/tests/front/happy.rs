@@ -51,17 +51,17 @@ fn every_construct_arrives_in_the_checked_graph() {
         pass.accesses.iter().filter(|access| access.resource == id).cloned().collect::<Vec<_>>()
     };
     let color = access("primary", "color");
-    assert_eq!(color.iter().map(|a| (a.age, a.usage, a.access)).collect::<Vec<_>>(), [
-        (0, Usage::StorageImage, Access::Write),
-        (1, Usage::SampledImage, Access::Read)
-    ]);
+    assert_eq!(
+        color.iter().map(|a| (a.age, a.usage, a.access)).collect::<Vec<_>>(),
+        [(0, Usage::StorageImage, Access::Write), (1, Usage::SampledImage, Access::Read)]
+    );
     assert!(color[1].sampler.unwrap().linear);
     assert_eq!(access("primary", "world")[0].access, Access::Read);
     let pyramid = access("pyramid", "pyramid");
-    assert_eq!(pyramid.iter().map(|a| (a.mips, a.access)).collect::<Vec<_>>(), [
-        ((0, 1), Access::Read),
-        ((1, 1), Access::Write)
-    ]);
+    assert_eq!(
+        pyramid.iter().map(|a| (a.mips, a.access)).collect::<Vec<_>>(),
+        [((0, 1), Access::Read), ((1, 1), Access::Write)]
+    );
     assert_eq!(access("probe_update", "cascades")[0].layers, (0, 4));
     assert_eq!(access("probe_update", "masks")[0].layers, (2, 1));
     assert_eq!(access("probe_update", "args")[0].usage, Usage::IndirectArguments);
@@ -73,11 +73,14 @@ fn every_construct_arrives_in_the_checked_graph() {
     assert!(finish.when.as_ref().unwrap().negated);
     // Two passes with one request share one module.
     assert!(std::sync::Arc::ptr_eq(&probes.shader, &finish.shader));
-    assert_eq!(graph.files, [
-        "graphs/base.toml",
-        "shaders/primary.comp",
-        "shaders/include/world.glsl",
-        "shaders/pyramid.comp",
-        "shaders/probes.comp"
-    ]);
+    assert_eq!(
+        graph.files,
+        [
+            "graphs/base.toml",
+            "shaders/primary.comp",
+            "shaders/include/world.glsl",
+            "shaders/pyramid.comp",
+            "shaders/probes.comp"
+        ]
+    );
 }

@@ -1,4 +1,6 @@
 //! The front end: graph files and shaders in, a checked graph or diagnostics out. Shaders go through the real compiler.
 
+mod errors;
+mod extends;
 mod files;
 mod happy;

@@ -1,0 +1,281 @@
+//! Every class of mistake: what a person sees, whole. Each case is the one graph without a mistake, edited in one place.
+//! `INSTA_UPDATE=always cargo test -p raxel-graph --release --test front` writes the snapshots anew; read the difference.
+
+use std::collections::BTreeSet;
+
+use raxel_diagnostics::codes;
+
+use crate::files::Project;
+
+const BASE: &str = "graphs/base.toml";
+const PRIMARY: &str = "shaders/primary.comp";
+const PYRAMID: &str = "shaders/pyramid.comp";
+const PROBES: &str = "shaders/probes.comp";
+
+/// The code that is expected, the file that is edited, the piece, and what it becomes.
+type Case = (&'static str, &'static str, &'static str, &'static str);
+
+const NAMES: &[Case] = &[
+    ("RX0100", BASE, r#"outHit = "hit""#, r#"outHit = "hti""#),
+    ("RX0100", BASE, r#"present = "color""#, r#"present = "picture""#),
+    ("RX0100", BASE, r#"threads = "hit""#, r#"threads = "hat""#),
+    ("RX0100", BASE, r#"{ of = "hit", scale = 0.5 }"#, r#"{ of = "pit", scale = 0.5 }"#),
+    ("RX0100", BASE, r#"indirect = "args""#, r#"indirect = "arguments""#),
+    ("RX0101", BASE, r#"from = "param.exposure""#, r#"from = "param.exposre""#),
+    ("RX0101", BASE, r#""!param.probes""#, r#""!param.probe""#),
+    ("RX0103", BASE, r#"format = "rg32ui""#, r#"format = "rg32u""#),
+    ("RX0103", BASE, r#"format = "rg32ui""#, r#"format = "R32G32_UINT""#),
+    ("RX0104", BASE, r#"from = "camera.cell""#, r#"from = "camera.cel""#),
+    ("RX0104", BASE, r#"from = "param.exposure""#, r#"from = "exposure""#),
+    ("RX0104", BASE, r#"from = "camera.cell""#, r#"from = "moon.phase""#),
+    ("RX0105", BASE, r#"source = "world.tree64""#, r#"source = "world.tree""#),
+    ("RX0106", BASE, r#"when = "world.has_emission""#, r#"when = "world.has_emision""#),
+    ("RX0106", BASE, r#"when = "world.has_emission""#, r#"when = "frame.index > 3""#),
+    ("RX0107", BASE, "[buffers.rays]", "[buffers.hit]\nsize = 4\n[buffers.rays]"),
+    ("RX0107", BASE, r#"name = "finish""#, r#"name = "pyramid""#),
+    ("RX0108", BASE, "[params.tint]", "[params.\"tint@2\"]\ntype = \"f32\"\ndefault = 0.0\n[params.tint]"),
+    (
+        "RX0119",
+        BASE,
+        r#"type = "vec3"
+default"#,
+        r#"type = "float3"
+default"#,
+    ),
+    ("RX0119", BASE, r#"{ type = "i32", value = 0 }"#, r#"{ type = "int", value = 0 }"#),
+    ("RX0013", BASE, r#"present = "color""#, ""),
+    ("RX0013", BASE, r#"shader = "pyramid.comp""#, ""),
+    ("RX0013", BASE, r#"dispatch = { threads = "hit" }"#, ""),
+    ("RX0013", BASE, r#"format = "r32f""#, ""),
+    ("RX0013", BASE, "size = 64\n", ""),
+    ("RX0013", BASE, "default = true", ""),
+    (
+        "RX0013",
+        BASE,
+        r#"name = "pyramid"
+shader"#,
+        "shader",
+    ),
+    ("RX0011", BASE, "dispatch = [4, 4]", "dispath = [4, 4]"),
+];
+
+const VALUES: &[Case] = &[
+    ("RX0117", BASE, "default = [1.0, 1.0, 1.0]", "default = [1.0, 1.0]"),
+    ("RX0117", BASE, "default = true", "default = 1"),
+    ("RX0150", BASE, "clear = 0.0", "clear = [0.0, 1.0]"),
+    ("RX0150", BASE, r#"format = "rg32ui""#, "format = \"rg32ui\"\nclear = 0.5"),
+    ("RX0150", BASE, "init = 1\n\n[[passes]]", "init = 1.0\n\n[[passes]]"),
+    ("RX0150", BASE, "init = [0.0, 0.0, 0.0, 1.0]", "init = true"),
+    ("RX0015", BASE, "clear = 0.0", "clear = 0.0\ninit = 0.0"),
+    ("RX0015", BASE, r#"source = "world.tree64""#, "source = \"world.tree64\"\nsize = 64"),
+    ("RX0015", BASE, "size = [32, 32, 16]", "size = [32, 32, 16]\nlayers = 2"),
+    ("RX0151", BASE, r#"format = "rg32ui""#, "format = \"rg32ui\"\nsize = { of = \"pyramid\" }"),
+    ("RX0152", BASE, r#"display = { map = "turbo", range = [0.0, 500.0] }"#, r#"display = "id""#),
+    ("RX0152", BASE, r#"map = "turbo", range"#, r#"map = "turbo", channel = 1, range"#),
+    ("RX0014", BASE, r#"map = "turbo", range = [0.0, 500.0]"#, r#"map = "jet""#),
+    ("RX0014", BASE, r#"range = [0.0, 500.0]"#, r#"range = [500.0, 0.0]"#),
+    ("RX0153", BASE, "default = 1.0", "default = 9.0"),
+    ("RX0153", BASE, "range = [0.0, 8.0]", "range = [8.0, 0.0]"),
+    ("RX0153", BASE, "default = true", "default = true\nrange = [0.0, 1.0]"),
+    ("RX0014", BASE, "hz = 20", "hz = 0"),
+    ("RX0014", BASE, "frames = 4", "frames = 0"),
+    ("RX0014", BASE, "size = 0.5", "size = -0.5"),
+    ("RX0014", BASE, "size = [32, 32, 16]", "size = [32, 0, 16]"),
+    ("RX0014", BASE, "size = [32, 32, 16]", "size = [32]"),
+    ("RX0012", BASE, "history = 1", "history = \"one\""),
+    ("RX0014", BASE, "size = { count = 4, stride = 12 }", "size = { count = 4, stride = 10 }"),
+    ("RX0128", BASE, "layers = 4", "layers = 4\nmips = 8"),
+    ("RX0146", BASE, "MAX_STEPS = 256", "\"MAX-STEPS\" = 256, MAX_STEPS = 256"),
+    ("RX0146", BASE, "NAME = \"vec3(1)\"", "NAME = \"vec3(\\n1)\""),
+    ("RX0147", BASE, "!param.probes", "!param.exposure"),
+];
+
+const BINDINGS: &[Case] = &[
+    ("RX0120", BASE, r#"outDepth = "half_depth", "#, ""),
+    ("RX0121", BASE, r#"outDepth = "half_depth""#, r#"outDeph = "half_depth""#),
+    ("RX0121", BASE, r#"depth = "half_depth" }"#, r#"depth = "half_depth", everything = "hit" }"#),
+    ("RX0121", PYRAMID, "texelFetch(depth, pixel * 4, 0)", "0.0"),
+    ("RX0122", BASE, r#"world = "world""#, r#"world = "hit""#),
+    ("RX0122", BASE, r#"outHit = "hit""#, r#"outHit = "counters""#),
+    ("RX0122", BASE, r#"threads = "hit""#, r#"threads = "rays""#),
+    ("RX0122", BASE, r#"indirect = "args""#, r#"indirect = "masks""#),
+    ("RX0122", BASE, "counters = \"counters\"\n", "counters = { target = \"counters\", mip = 0 }\n"),
+    ("RX0123", BASE, r#"format = "r32f""#, r#"format = "r16f""#),
+    ("RX0123", PRIMARY, "layout(rgba16f)", "layout(rgba32f)"),
+    ("RX0124", PYRAMID, "uniform sampler2D depth", "uniform usampler2D depth"),
+    ("RX0125", BASE, "size = [32, 32, 16]", "size = [32, 32]"),
+    ("RX0125", BASE, "mask = { target = \"masks\", layer = 1 }", "mask = \"masks\""),
+    ("RX0125", BASE, "cascades = \"cascades\"\n", "cascades = \"irradiance\"\n"),
+    ("RX0126", BASE, r#"outColor = "color""#, r#"outColor = "color@1""#),
+    ("RX0126", "shaders/include/world.glsl", "readonly ", ""),
+    ("RX0127", BASE, "color@1", "color@2"),
+    ("RX0127", BASE, "color@1", "color@last"),
+    ("RX0127", BASE, r#"present = "color""#, r#"present = "color@1""#),
+    ("RX0128", BASE, "{ target = \"pyramid\", mip = 1 }", "{ target = \"pyramid\", mip = 5 }"),
+    ("RX0128", BASE, "layer = 2", "layer = 3"),
+    ("RX0128", BASE, "threads = \"pyramid\", mip = 1", "threads = \"pyramid\", mip = 5"),
+    ("RX0129", BASE, "{ target = \"pyramid\", mip = 1 }", "\"pyramid\""),
+    ("RX0129", BASE, "indirect = \"args\", offset = 12", "indirect = \"counters\""),
+    (
+        "RX0130",
+        PYRAMID,
+        "uniform sampler2D depth;",
+        "uniform texture2D depth;\nuniform sampler s;\n#define texelFetch(a, b, c) texelFetch(sampler2D(a, s), b, c)",
+    ),
+    ("RX0131", PYRAMID, "sampler2D depth;", "sampler2D depth[2];\n#define depth depth[0]"),
+    ("RX0132", "shaders/include/world.glsl", "ivec3 origin;\n    uint root;", "uint root;\n    ivec3 origin;"),
+    ("RX0132", "shaders/include/world.glsl", "uint words[];", "int words[];"),
+    ("RX0132", "shaders/include/world.glsl", "ivec3 origin;", "vec3 origin;"),
+    ("RX0133", BASE, "{ target = \"pyramid\", mip = 0 }", "{ target = \"pyramid\", mip = 0, filter = \"linear\" }"),
+    ("RX0133", BASE, "depth = \"half_depth\" }", "depth = { target = \"hit\", filter = \"linear\" } }"),
+    ("RX0134", BASE, "size = 64\n", "size = 32\n"),
+    ("RX0135", BASE, "{ of = \"hit\", stride = 16 }", "{ of = \"hit\", stride = 12 }"),
+];
+
+const BLOCKS: &[Case] = &[
+    ("RX0110", BASE, "exposure    = { type = \"f32\", from = \"param.exposure\" }\n", ""),
+    (
+        "RX0110",
+        BASE,
+        "colors = [[0.0, 0.3, 0.8, 1.0], [1.0, 1.0, 1.0, 1.0]]\n",
+        "\"colors[0]\" = [0.0, 0.3, 0.8, 1.0]\n",
+    ),
+    (
+        "RX0110",
+        PYRAMID,
+        "void main() {",
+        "layout(push_constant) uniform Push { float bias; int level; };\nvoid main() { if (bias > level) return;",
+    ),
+    ("RX0111", BASE, "exposure    = {", "exposre     = {"),
+    ("RX0111", BASE, "extent      = ", "fov         = \"camera.fov\"\nextent      = "),
+    (
+        "RX0111",
+        BASE,
+        "[passes.uniforms.sky.sun]\ndirection",
+        "[passes.uniforms.sky.moon]\nphase = 1.0\n[passes.uniforms.sky.sun]\ndirection",
+    ),
+    ("RX0112", BASE, "offset = 16", "offset = 12"),
+    ("RX0113", BASE, "exposure    = { type = \"f32\"", "exposure    = { type = \"i32\""),
+    ("RX0113", BASE, "colors = [[", "colors.type = \"vec4[3]\"\ncolors.value = [["),
+    ("RX0114", BASE, "extent      = \"target.hit.size\"", "extent      = \"camera.fov\""),
+    ("RX0114", BASE, "{ type = \"ivec3\", from = \"camera.cell\" }", "{ type = \"ivec3\", from = \"camera.frac\" }"),
+    ("RX0115", PRIMARY, "ivec2 extent;", "ivec2 extent;\n    vec4 more[2];"),
+    ("RX0116", PRIMARY, "int debug_mode;", "double debug_mode;"),
+    ("RX0117", BASE, "{ type = \"i32\", value = 0 }", "{ type = \"i32\", value = 0.5 }"),
+    ("RX0117", BASE, "value = [0, 1, 0]", "value = [0, 1]"),
+    ("RX0117", BASE, "colors = [[0.0, 0.3, 0.8, 1.0], ", "colors = ["),
+    ("RX0118", BASE, "depth = \"half_depth\" }", "depth = \"half_depth\" }\npush = { level = 1 }"),
+    ("RX0118", BASE, "[passes.uniforms.sky]", "[passes.uniforms.Sky]\nsun = 1.0\n[passes.uniforms.sky]"),
+    ("RX0118", BASE, "[passes.uniforms.sky]", "[passes.uniforms.outHit]\nsun = 1.0\n[passes.uniforms.sky]"),
+    (
+        "RX0015",
+        BASE,
+        "debug_mode  = { type = \"i32\", value = 0 }",
+        "debug_mode  = { value = 0, from = \"frame.index\" }",
+    ),
+    ("RX0015", BASE, "Rays = \"rays\" }", "Rays = \"rays\", sky = \"counters\" }"),
+    ("RX0014", BASE, "debug_mode  = { type = \"i32\", value = 0 }", "debug_mode  = { type = \"i32\" }"),
+];
+
+const DISPATCH: &[Case] = &[
+    ("RX0140", BASE, "dispatch = [4, 4]", "dispatch = [4, 0]"),
+    ("RX0140", BASE, "dispatch = [4, 4]", "dispatch = { threads = [0, 4, 4] }"),
+    ("RX0014", BASE, "dispatch = [4, 4]", "dispatch = { groups = [4, 4], threads = \"hit\" }"),
+    ("RX0014", BASE, "dispatch = [4, 4]", "dispatch = { threads = [4, 4], mip = 1 }"),
+    ("RX0012", BASE, "dispatch = [4, 4]", "dispatch = \"hit\""),
+    ("RX0142", BASE, "offset = 12 }", "offset = 10 }"),
+    ("RX0142", BASE, "offset = 12 }", "offset = 40 }"),
+    ("RX0142", BASE, "indirect = \"args\", offset = 12", "indirect = \"world\""),
+    ("RX0143", BASE, "WIDTH = 8", "WIDTH = 0"),
+    ("RX0144", BASE, "BOUNCES = 2", "BOUNCE = 2"),
+    ("RX0144", BASE, "shader = \"pyramid.comp\"", "shader = \"pyramid.comp\"\nspecialization = { LEVELS = 2 }"),
+    ("RX0145", BASE, "BOUNCES = 2", "BOUNCES = 2.0"),
+    ("RX0005", BASE, "shader = \"pyramid.comp\"", "shader = \"../../pyramid.comp\""),
+    ("RX0001", BASE, "shader = \"pyramid.comp\"", "shader = \"pyramyd.comp\""),
+];
+
+const FLOW: &[Case] = &[
+    ("RX0160", BASE, "init = 1\n\n[targets.irradiance]", "\n[targets.irradiance]"),
+    ("RX0161", BASE, "[buffers.rays]", "[buffers.spare]\nsize = 4\n[buffers.rays]"),
+    ("RX0161", BASE, "when = \"!param.probes\"\n", ""),
+    ("RX0162", BASE, "present = \"color\"", "present = \"picture\"\ntargets.picture.format = \"rgba8\""),
+    (
+        "RX0163",
+        PROBES,
+        "void main() {",
+        "shared double sum;\nvoid main() { sum = counters.total; counters.each[1] = uint(sum);",
+    ),
+];
+
+#[test]
+fn names() {
+    check("names", NAMES);
+}
+
+#[test]
+fn values() {
+    check("values", VALUES);
+}
+
+#[test]
+fn bindings() {
+    check("bindings", BINDINGS);
+}
+
+#[test]
+fn blocks() {
+    check("blocks", BLOCKS);
+}
+
+#[test]
+fn dispatch() {
+    check("dispatch", DISPATCH);
+}
+
+#[test]
+fn flow() {
+    check("flow", FLOW);
+}
+
+/// Every case gives its code, and all that is said about a family of them is one snapshot.
+fn check(family: &str, cases: &[Case]) {
+    let mut said = String::new();
+    for (code, file, old, new) in cases {
+        let talk = Project::new().edit(file, old, new).talk(BASE);
+        assert!(talk.contains(&format!("[{code}]")), "{code} is not in\n{talk}\nafter {old:?} → {new:?}");
+        said += &format!("──── {file}: {old:?} → {new:?}\n{talk}\n");
+    }
+    insta::assert_snapshot!(family, said);
+}
+
+/// A code without a case is a check that nobody has seen fail.
+#[test]
+fn every_code_of_the_front_end_has_a_case() {
+    let families: [&[Case]; 6] = [NAMES, VALUES, BINDINGS, BLOCKS, DISPATCH, FLOW];
+    let mut seen: BTreeSet<&str> = families.into_iter().flatten().map(|case| case.0).collect();
+    seen.extend(crate::extends::CODES);
+    let all = codes::graph::ALL.iter().map(|(code, _)| code.as_str()).filter(|code| *code < "RX0170");
+    let missing: Vec<&str> = all.filter(|code| !seen.contains(code)).collect();
+    assert!(missing.is_empty(), "no case for {missing:?}");
+}
+
+#[test]
+fn all_mistakes_of_all_passes_come_at_once() {
+    let project = Project::new()
+        .edit(BASE, r#"outHit = "hit""#, r#"outHit = "hti""#)
+        .edit(BASE, r#"exposure    = { type = "f32""#, r#"exposure    = { type = "i32""#)
+        .edit(BASE, r#"format = "r8""#, r#"format = "r9""#)
+        .edit(BASE, "dispatch = [4, 4]", "dispatch = [4, 0]")
+        .edit(PYRAMID, "uniform sampler2D depth", "uniform usampler2D depth");
+    insta::assert_snapshot!("at_once", project.talk(BASE));
+}
+
+#[test]
+fn errors_of_several_shaders_come_together_and_once_each() {
+    let project =
+        Project::new().edit(PYRAMID, "imageStore(below", "imageSture(below").edit(PROBES, "vec4 light", "vec5 light");
+    let talk = project.talk(BASE);
+    assert!(talk.contains("imageSture") && talk.contains("vec5"), "{talk}");
+    // Two passes use probes.comp; what is wrong with it is said for the first.
+    assert_eq!(talk.matches("for pass `probe_update`").count(), talk.matches("for pass").count() - 1, "{talk}");
+}
