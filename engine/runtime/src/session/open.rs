@@ -114,8 +114,10 @@ pub(super) fn start(
     device: &Arc<raxel_gpu::Device>,
     options: &Options,
 ) -> Result<(Executor, Target), execute::ExecuteError> {
-    let executor_options =
-        ExecutorOptions { memo: options.memo, watchdog: options.watchdog, ..ExecutorOptions::default() };
+    // A software device does honestly in minutes what would be a hang of a GPU.
+    let patience = if device.capabilities().kind == raxel_gpu::DeviceKind::Cpu { 30 } else { 1 };
+    let watchdog = options.watchdog.map(|limit| limit * patience);
+    let executor_options = ExecutorOptions { memo: options.memo, watchdog, ..ExecutorOptions::default() };
     let executor = Executor::with_options(device.clone(), executor_options)?;
     let target = Target {
         builder: executor.builder(),
