@@ -298,3 +298,188 @@ fn what_cannot_be_had_is_an_error() {
     let error = lab.executor.read_buffer(color, 0, 0..4).expect_err("it is a target");
     assert!(matches!(error, ExecuteError::OutOfRange { .. }));
 }
+
+/// A graph in which much goes on: history, mips, a clear, an atomic counter, in-place work, aliased scratch, a pass with `every`.
+fn busy() -> Vec<(&'static str, String)> {
+    let toml = r#"
+name = "busy"
+present = "color"
+[params.a]
+type = "i32"
+default = 1
+[params.b]
+type = "i32"
+default = 1
+[params.c]
+type = "i32"
+default = 1
+[targets.base]
+format = "r32ui"
+[targets.pyramid]
+format = "r32ui"
+size = [8, 8]
+mips = 3
+[targets.scratch]
+format = "r32ui"
+size = [8, 4]
+[targets.scratch2]
+format = "r32ui"
+size = [8, 4]
+[targets.seen]
+format = "r32ui"
+size = [8, 4]
+history = 2
+[targets.marks]
+format = "r32ui"
+size = [8, 4]
+clear = 3
+[targets.slow]
+format = "r32ui"
+size = [8, 4]
+init = 9
+[targets.color]
+format = "r32ui"
+[buffers.count]
+size = 4
+clear = 0
+[[passes]]
+name = "base"
+shader = "make.comp"
+dispatch = { threads = "base" }
+bind = { dst = "base" }
+push.add = { type = "i32", from = "param.a" }
+[[passes]]
+name = "level0"
+shader = "copy.comp"
+dispatch = { threads = "pyramid" }
+bind = { src = "base", dst = { target = "pyramid", mip = 0 } }
+push.add = { type = "i32", value = 1 }
+[[passes]]
+name = "level1"
+shader = "copy.comp"
+dispatch = { threads = "pyramid", mip = 1 }
+bind = { src = { target = "pyramid", mip = 0 }, dst = { target = "pyramid", mip = 1 } }
+push.add = { type = "i32", from = "param.b" }
+[[passes]]
+name = "scratch"
+shader = "copy.comp"
+dispatch = { threads = "scratch" }
+bind = { src = { target = "pyramid", mip = 1 }, dst = "scratch" }
+push.add = { type = "i32", value = 2 }
+[[passes]]
+name = "seen"
+shader = "copy.comp"
+dispatch = { threads = "seen" }
+bind = { src = "scratch", dst = "seen" }
+push.add = { type = "i32", from = "param.c" }
+[[passes]]
+name = "mark"
+shader = "mark.comp"
+dispatch = { threads = "marks" }
+bind = { src = "seen@1", dst = "marks", count = "count" }
+push.add = { type = "i32", from = "param.b" }
+[[passes]]
+name = "slow"
+shader = "copy.comp"
+every = { frames = 3 }
+dispatch = { threads = "slow" }
+bind = { src = "marks", dst = "slow" }
+push.add = { type = "i32", from = "param.a" }
+[[passes]]
+name = "scratch2"
+shader = "copy.comp"
+dispatch = { threads = "scratch2" }
+bind = { src = "seen@2", dst = "scratch2" }
+push.add = { type = "i32", value = 4 }
+[[passes]]
+name = "in_place"
+shader = "mark.comp"
+dispatch = { threads = "marks" }
+bind = { src = "slow", dst = "marks", count = "count" }
+push.add = { type = "i32", value = 1 }
+[[passes]]
+name = "color"
+shader = "mix.comp"
+dispatch = { threads = "color" }
+bind = { a = "marks", b = "scratch2", count = "count", dst = "color" }
+"#;
+    let head = "#version 460\nlayout(local_size_x = 4, local_size_y = 4) in;\n";
+    let push = "layout(push_constant) uniform Push { int add; } push;\n";
+    let image = |access: &str, name: &str| format!("layout(r32ui) {access} uniform uimage2D {name};\n");
+    let guard = "void main() {\n    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n    if (any(greaterThanEqual(p, imageSize(dst)))) return;\n";
+    let make = format!(
+        "{head}{}{push}{guard}    imageStore(dst, p, uvec4(p.x * 7 + p.y * 31 + push.add));\n}}",
+        image("writeonly", "dst")
+    );
+    let copy = format!(
+        "{head}{}{}{push}{guard}    uint v = imageLoad(src, p).r;\n    imageStore(dst, p, uvec4(v * 3u + uint(push.add)));\n}}",
+        image("readonly", "src"),
+        image("writeonly", "dst")
+    );
+    let mark = format!(
+        "{head}{}{}{push}buffer Count {{ uint count; }} count;\n{guard}    \
+         if (((p.x + push.add) & 1) == 0) imageStore(dst, p, imageLoad(dst, p) * 5u + imageLoad(src, p));\n    \
+         atomicAdd(count.count, uint(push.add));\n}}",
+        image("readonly", "src"),
+        image("", "dst")
+    );
+    let mixed = format!(
+        "{head}{}{}{}readonly buffer Count {{ uint count; }} count;\n{guard}    \
+         imageStore(dst, p, imageLoad(a, p) * 7u + imageLoad(b, p) * 13u + count.count);\n}}",
+        image("readonly", "a"),
+        image("readonly", "b"),
+        image("writeonly", "dst")
+    );
+    vec![
+        ("graphs/test.toml", toml.to_owned()),
+        ("shaders/make.comp", make),
+        ("shaders/copy.comp", copy),
+        ("shaders/mark.comp", mark),
+        ("shaders/mix.comp", mixed),
+    ]
+}
+
+#[test]
+fn leaving_passes_out_never_changes_a_picture() {
+    let files = busy();
+    let files: Vec<_> = files.iter().map(|(path, text)| (*path, text.as_str())).collect();
+    let (mut full, mut lean) = (Lab::new(), Lab::new());
+    full.executor.set_memo(false);
+    let graph = graph(&files);
+    let mut presents = ["color", "marks", "seen@1", "slow"].into_iter().cycle();
+    let mut random = 1u32;
+    let mut below = |n: u32| {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (random >> 16) % n
+    };
+    let mut params = [1, 1, 1];
+    let mut skipped = 0;
+    for frame in 0..120 {
+        if frame % 30 == 0 {
+            // Another debug target: a new plan that keeps what it can.
+            let present = presents.next().expect("it cycles");
+            for lab in [&mut full, &mut lean] {
+                let plan = lab.plan(&graph, &Planned { present, pinned: &["color"], ..Planned::default() });
+                let prepared = lab.prepare(&plan).expect("it suits the device");
+                lab.executor.swap(prepared);
+            }
+        }
+        if below(3) == 0 {
+            params[below(3) as usize] = 1 + below(3) as i32;
+        }
+        if below(25) == 0 {
+            full.executor.reset_history();
+            lean.executor.reset_history();
+        }
+        let values = params.map(Value::I32);
+        let reports = [&mut full, &mut lean].map(|lab| lab.frame_with(&at(frame), &values));
+        skipped += reports[1].skipped;
+        assert_eq!(reports[0].skipped, 0);
+        let pictures = [&mut full, &mut lean].map(|lab| lab.executor.read_presented().expect("a frame ran"));
+        assert_eq!(pictures[0], pictures[1], "frame {frame}");
+        if frame % 7 == 0 {
+            assert_eq!(full.integers("color", 0, 0), lean.integers("color", 0, 0), "frame {frame}");
+        }
+    }
+    assert!(skipped > 300, "only {skipped} passes were left out");
+}
