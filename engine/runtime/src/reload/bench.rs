@@ -1,0 +1,230 @@
+//! How long an edit takes from the end of the save to the finished picture: what `raxel bench reload` prints.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::{Failed, ReloadEvent};
+use crate::project::Project;
+use crate::session::{FrameError, OpenError, Options, Session};
+
+/// What is measured.
+#[derive(Clone)]
+pub struct BenchOptions {
+    /// How the session is opened. The project is copied first; nothing in it is written to.
+    pub session: Options,
+    /// Edits of each kind.
+    pub edits: usize,
+}
+
+/// Milliseconds from the end of the save to the finished first frame of the new plan.
+#[derive(Clone, Debug, Serialize)]
+pub struct Times {
+    /// Each edit, in the order made.
+    pub milliseconds: Vec<f64>,
+}
+
+/// The result.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReloadTimes {
+    /// Name of the device.
+    pub device: String,
+    /// Extent of the output in pixels.
+    pub size: [u32; 2],
+    /// Edits of a shader: compiled, made a pipeline, run.
+    pub shader: Times,
+    /// Edits of the graph that compile no shader.
+    pub graph: Times,
+}
+
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// The project does not open.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// A frame does not run.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// The copy cannot be written.
+    #[error("the copy of the project: {0}")]
+    Io(#[from] io::Error),
+    /// The project has no shader that can be edited this way.
+    #[error("no pass of `{0}` has a shader in GLSL with `void main()`")]
+    NoShader(String),
+    /// An edit that should be right is not.
+    #[error("an edit failed: {}", .0.diagnostics.first().map_or("", |diagnostic| diagnostic.message.as_str()))]
+    Edit(Box<Failed>),
+    /// An edit did not arrive.
+    #[error("an edit of `{0}` was not noticed within ten seconds")]
+    Unnoticed(String),
+}
+
+impl Times {
+    /// The value that `part` (0 to 1) of the edits do not exceed: the nearest rank.
+    pub fn percentile(&self, part: f64) -> f64 {
+        let mut sorted = self.milliseconds.clone();
+        sorted.sort_by(f64::total_cmp);
+        let rank = (part * sorted.len() as f64).ceil() as usize;
+        sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
+    }
+}
+
+/// Edits a copy of a project while a session runs it, and measures.
+pub fn bench_reload(options: &BenchOptions) -> Result<ReloadTimes, BenchError> {
+    let original = match &options.session.project {
+        Some(path) => Project::around(path).or_else(|_| Project::at(path)),
+        None => match options.session.demo.as_ref().or(options.session.graph.as_ref()) {
+            Some(file) => Project::around_file(file),
+            None => Project::around(Path::new(".")),
+        },
+    };
+    let original = original.map_err(OpenError::from)?;
+    let relative = |path: &Option<PathBuf>| match path {
+        Some(path) => original.path_of(path).map(|path| Some(PathBuf::from(path))),
+        None => Ok(None),
+    };
+    let copy = Copy::of(&original)?;
+    let session_options = Options {
+        project: Some(copy.root.clone()),
+        graph: relative(&options.session.graph).map_err(OpenError::from)?.map(|path| copy.root.join(path)),
+        world: relative(&options.session.world).map_err(OpenError::from)?.map(|path| copy.root.join(path)),
+        demo: relative(&options.session.demo).map_err(OpenError::from)?.map(|path| copy.root.join(path)),
+        watch: true,
+        ..options.session.clone()
+    };
+    let mut session = Session::open(session_options)?;
+    finish_frame(&mut session)?;
+
+    let shader_path = editable_shader(&session, &copy)?;
+    let graph_path = session.graph_path().to_owned();
+    let shader = fs::read_to_string(copy.root.join(&shader_path))?;
+    let graph = fs::read_to_string(copy.root.join(&graph_path))?;
+    // The first edit of each kind also warms caches of the system; people edit more than once.
+    let mut shader_times = Vec::new();
+    let mut graph_times = Vec::new();
+    for edit in 0..=options.edits {
+        // A constant that no other edit has, so that the module is new to the driver too.
+        let line = format!("void main() {{\n    if (gl_GlobalInvocationID.x == {}u) return;", 3_000_000_000 + edit as u64);
+        let text = shader.replacen(&main_of(&shader).unwrap_or_default(), &line, 1);
+        shader_times.push(save_and_wait(&mut session, &copy, &shader_path, &text)?);
+        let text = format!("{graph}\n[targets.reload_bench]\nformat = \"r32f\"\nsize = [{0}, {0}]\n", edit + 1);
+        graph_times.push(save_and_wait(&mut session, &copy, &graph_path, &text)?);
+    }
+    shader_times.remove(0);
+    graph_times.remove(0);
+    Ok(ReloadTimes {
+        device: session.device().capabilities().name.clone(),
+        size: session.size(),
+        shader: Times { milliseconds: shader_times },
+        graph: Times { milliseconds: graph_times },
+    })
+}
+
+/// Saves a file in place; milliseconds from the end of the write until the frame with the edit is finished.
+fn save_and_wait(session: &mut Session, copy: &Copy, path: &str, text: &str) -> Result<f64, BenchError> {
+    fs::write(copy.root.join(path), text)?;
+    let saved = Instant::now();
+    loop {
+        let events = session.wait_reload(Duration::from_secs(10));
+        if events.is_empty() {
+            return Err(BenchError::Unnoticed(path.to_owned()));
+        }
+        for event in events {
+            match event {
+                ReloadEvent::Reloaded(_) => {
+                    finish_frame(session)?;
+                    return Ok(saved.elapsed().as_secs_f64() * 1e3);
+                }
+                ReloadEvent::Failed(failed) => return Err(BenchError::Edit(Box::new(failed))),
+                ReloadEvent::DeviceRebuilt { .. } => {}
+            }
+        }
+    }
+}
+
+/// Runs a frame and waits until the device has finished it.
+fn finish_frame(session: &mut Session) -> Result<(), FrameError> {
+    session.frame()?;
+    session.executor().wait().map_err(FrameError::Device)
+}
+
+/// The first shader of a live pass that can be edited.
+fn editable_shader(session: &Session, copy: &Copy) -> Result<String, BenchError> {
+    let plan = session.plan();
+    let paths = plan.iter().flat_map(|plan| &plan.passes).map(|pass| &session.graph().pass(pass.pass).shader.request.path);
+    paths
+        .filter(|path| fs::read_to_string(copy.root.join(path)).is_ok_and(|text| main_of(&text).is_some()))
+        .next()
+        .cloned()
+        .ok_or_else(|| BenchError::NoShader(session.graph_path().to_owned()))
+}
+
+/// `void main() {`, as this shader writes it.
+fn main_of(text: &str) -> Option<String> {
+    let start = text.find("void main")?;
+    let end = text[start..].find('{')?;
+    Some(text[start..=start + end].to_owned())
+}
+
+/// A copy of a project, removed at the end.
+struct Copy {
+    root: PathBuf,
+}
+
+impl Copy {
+    fn of(project: &Project) -> io::Result<Self> {
+        let unique = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |time| time.as_nanos());
+        let root = std::env::temp_dir().join(format!("raxel-bench-{}-{unique}", std::process::id()));
+        fs::create_dir_all(&root)?;
+        let copy = Self { root: root.canonicalize()? };
+        for folder in ["graphs", "shaders", "worlds"] {
+            let from = project.root().join(folder);
+            if from.is_dir() {
+                copy_folder(&from, &copy.root.join(folder))?;
+            }
+        }
+        Ok(copy)
+    }
+}
+
+impl Drop for Copy {
+    fn drop(&mut self) {
+        // It lies in the system's folder for temporary files; what cannot be removed is removed there some day.
+        let _ = fs::remove_dir_all(&self.root);
+    }
+}
+
+fn copy_folder(from: &Path, to: &Path) -> io::Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let (kind, to) = (entry.file_type()?, to.join(entry.file_name()));
+        if kind.is_dir() {
+            copy_folder(&entry.path(), &to)?;
+        } else if kind.is_file() {
+            fs::copy(entry.path(), to)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_nearest_ranks() {
+        let times = Times { milliseconds: vec![5.0, 1.0, 4.0, 2.0, 3.0] };
+        assert_eq!([0.0, 0.5, 0.95, 1.0].map(|part| times.percentile(part)), [1.0, 3.0, 5.0, 5.0]);
+    }
+
+    #[test]
+    fn main_is_found_however_it_is_written() {
+        assert_eq!(main_of("x\nvoid main( void )\n{ }").unwrap(), "void main( void )\n{");
+        assert_eq!(main_of("void mian() {}"), None);
+    }
+}
