@@ -24,6 +24,7 @@ mod result;
 mod retire;
 mod surface;
 mod transfer;
+mod validate;
 
 pub use ash::vk;
 
@@ -42,3 +43,4 @@ pub use queue::Moment;
 pub use result::{Error, Result};
 pub use surface::{Acquired, Presented, Surface};
 pub use transfer::{download_buffer, download_image, upload};
+pub use validate::validate_spirv;

@@ -17,30 +17,43 @@ use crate::sources::{Dependency, Sources};
 const MAX_ENTRIES: usize = 512;
 const MAX_WORDS: usize = 16 << 20;
 
+/// Tells whether a module may be given to a driver; on failure, which rule it breaks.
+pub type Validate = fn(&[u32]) -> Result<(), String>;
+
 /// Compiles the shaders of one project. Shaders may be compiled on several threads at once.
 pub struct Compiler {
     files: Arc<dyn Files>,
     shaderc: Option<shaderc::Compiler>,
+    validate: Option<Validate>,
     cache: Mutex<Cache>,
 }
 
 impl Compiler {
     /// For the project that `files` reads.
     pub fn new(files: Arc<dyn Files>) -> Self {
-        Self { files, shaderc: shaderc::Compiler::new().ok(), cache: Mutex::default() }
+        Self { files, shaderc: shaderc::Compiler::new().ok(), validate: None, cache: Mutex::default() }
+    }
+
+    /// Ready modules must also pass `validate`. What was compiled here is valid by construction.
+    #[must_use]
+    pub fn with_validator(self, validate: Validate) -> Self {
+        Self { validate: Some(validate), ..self }
     }
 
     fn compile(&self, request: &Request, texts: &mut SourceMap) -> Result<Entry, Vec<Diagnostic>> {
         let mut sources = Sources::new(&*self.files);
-        let words = if request.path.to_ascii_lowercase().ends_with(".spv") {
-            self.ready(request, &mut sources)
-        } else {
-            self.of_text(request, &mut sources)
-        };
+        let ready = request.path.to_ascii_lowercase().ends_with(".spv");
+        let words = if ready { self.ready(request, &mut sources) } else { self.of_text(request, &mut sources) };
         let result = words.and_then(|words| {
             let module = Module::new(&words, &request.entry)
                 .map_err(|error| sources.diagnostics.push(module_diagnostic(&error, &request.path)))
                 .ok()?;
+            if let Some(validate) = self.validate.filter(|_| ready)
+                && let Err(reason) = validate(&words)
+            {
+                sources.diagnostics.push(module_diagnostic(&ModuleError::Broken(reason), &request.path));
+                return None;
+            }
             let mut interface = reflect::reflect(&module, &request.entry)
                 .map_err(|reason| sources.diagnostics.push(reflection_diagnostic(&reason, &request.path)))
                 .ok()?;

@@ -14,6 +14,6 @@ mod reflect;
 mod request;
 mod sources;
 
-pub use compiler::Compiler;
+pub use compiler::{Compiler, Validate};
 pub use module::bytes_of;
 pub use request::{Request, Shader, ShaderSource};

@@ -55,8 +55,8 @@ fn a_missing_semicolon_is_noticed_below() {
 
 #[test]
 fn many_errors_are_cut_short() {
-    let lines: String = (0..30).map(|i| format!("    x{i} = 1;\n")).collect();
-    let out = said([("shaders/a.comp", body(&format!("void main() {{\n{lines}}}\n")))]);
+    let lines: Vec<String> = (0..30).map(|i| format!("    x{i} = 1;\n")).collect();
+    let out = said([("shaders/a.comp", body(&format!("void main() {{\n{}}}\n", lines.concat())))]);
     assert_eq!(out.matches("error[RX0210]").count(), 8, "{out}");
     assert!(out.contains("more errors in this shader"), "{out}");
 }

@@ -1,5 +1,6 @@
-//! Every shader of the repository compiles for every layout it can be bound to, and says where everything is declared.
+//! Every shader of the repository compiles as its graphs use it, is valid, and says where everything is declared.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,38 +12,54 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-fn shaders() -> Vec<String> {
-    let mut paths: Vec<String> = std::fs::read_dir(root().join("shaders"))
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .filter(|name| name.ends_with(".comp"))
-        .map(|name| format!("shaders/{name}"))
-        .collect();
-    paths.sort();
-    assert!(!paths.is_empty());
-    paths
+/// The values of `key = "…"` in a graph, in order.
+fn values<'t>(text: &'t str, key: &str) -> Vec<&'t str> {
+    text.lines()
+        .filter_map(|line| line.split_once('='))
+        .filter(|(word, _)| word.trim() == key)
+        .filter_map(|(_, value)| value.split('"').nth(1))
+        .collect()
+}
+
+/// (shader, layout) of every graph; a graph that extends another has the shaders of both.
+fn used() -> BTreeSet<(String, String)> {
+    let mut used = BTreeSet::new();
+    for entry in std::fs::read_dir(root().join("graphs")).unwrap() {
+        let read = |name: &str| std::fs::read_to_string(root().join("graphs").join(name)).unwrap_or_default();
+        let text = read(entry.unwrap().file_name().to_str().unwrap());
+        let base = values(&text, "extends").first().map(|base| read(base)).unwrap_or_default();
+        let mut layouts = values(&text, "source");
+        if layouts.is_empty() {
+            layouts = values(&base, "source");
+        }
+        for shader in values(&text, "shader").into_iter().chain(values(&base, "shader")) {
+            used.extend(layouts.iter().map(|layout| {
+                let layout = layout.trim_start_matches("world.").to_uppercase();
+                (format!("shaders/{shader}"), format!("RX_LAYOUT_{layout}"))
+            }));
+        }
+    }
+    used
 }
 
 #[test]
-fn every_shader_compiles_for_every_layout() {
+fn every_shader_compiles_as_its_graphs_use_it() {
     let compiler = Compiler::new(Arc::new(DiskFiles::new(&root()).unwrap()));
-    for path in shaders() {
-        for layout in ["CHUNKS", "TREE64"] {
-            let request = Request {
-                path: path.clone(),
-                entry: "main".to_owned(),
-                defines: vec![(format!("RX_LAYOUT_{layout}"), "1".to_owned())],
-            };
-            let mut texts = SourceMap::default();
-            let shader = match compiler.shader(&request, &mut texts) {
-                Ok((shader, warnings)) => {
-                    assert!(warnings.is_empty(), "{path}: {}", render::human(&warnings, &texts, false));
-                    shader
-                }
-                Err(found) => panic!("{path} for {layout}:\n{}", render::human(&found, &texts, false)),
-            };
-            check_places(&shader, &texts);
-        }
+    let used = used();
+    assert!(used.contains(&("shaders/primary.comp".to_owned(), "RX_LAYOUT_TREE64".to_owned())), "{used:?}");
+    for (path, layout) in used {
+        let request =
+            Request { path: path.clone(), entry: "main".to_owned(), defines: vec![(layout.clone(), "1".to_owned())] };
+        let mut texts = SourceMap::default();
+        let shader = match compiler.shader(&request, &mut texts) {
+            Ok((shader, warnings)) => {
+                assert!(warnings.is_empty(), "{path}: {}", render::human(&warnings, &texts, false));
+                shader
+            }
+            Err(found) => panic!("{path} with {layout}:\n{}", render::human(&found, &texts, false)),
+        };
+        assert_eq!(raxel_gpu::validate_spirv(&shader.spirv), Ok(()), "{path} with {layout}");
+        check_places(&shader, &texts);
     }
 }
 
