@@ -19,12 +19,13 @@ use raxel_shader::{Request, Shader, ShaderSource};
 /// A chain of passes over full, half and quarter-size targets: each samples the two before it and stores one; every fourth reads
 /// history, every fifth appends to a buffer.
 fn text(passes: usize) -> String {
-    let mut text = String::from("name = \"chain\"\npresent = \"t0\"\n[params.exposure]\ntype = \"f32\"\ndefault = 1.0\n");
+    let mut text =
+        String::from("name = \"chain\"\npresent = \"t0\"\n[params.exposure]\ntype = \"f32\"\ndefault = 1.0\n");
     text += "[buffers.list]\nsize = 65536\nclear = 0\n";
     for target in 0..passes {
         let size = ["1.0", "0.5", "0.25"][target % 3];
         let _ = writeln!(text, "[targets.t{target}]\nformat = \"rgba16f\"\nsize = {size}");
-        if target % 4 == 0 {
+        if target.is_multiple_of(4) {
             text += "history = 1\n";
         }
     }
@@ -38,10 +39,10 @@ fn text(passes: usize) -> String {
         if pass > 1 {
             let _ = writeln!(text, "earlier = \"t{}\"", target + 2);
         }
-        if target % 4 == 0 {
+        if target.is_multiple_of(4) {
             let _ = writeln!(text, "history = \"t{target}@1\"");
         }
-        if pass % 5 == 0 {
+        if pass.is_multiple_of(5) {
             text += "list = \"list\"\n";
         }
         text += "[passes.push]\nexposure = { type = \"f32\", from = \"param.exposure\" }\n";
@@ -52,7 +53,9 @@ fn text(passes: usize) -> String {
 /// The name says what the shader binds.
 fn shader_name(pass: usize, passes: usize) -> String {
     let mut name = String::from("s");
-    for (there, letter) in [(pass > 0, 'b'), (pass > 1, 'e'), ((passes - 1 - pass) % 4 == 0, 'h'), (pass % 5 == 0, 'l')] {
+    for (there, letter) in
+        [(pass > 0, 'b'), (pass > 1, 'e'), ((passes - 1 - pass).is_multiple_of(4), 'h'), (pass.is_multiple_of(5), 'l')]
+    {
         if there {
             name.push(letter);
         }
@@ -64,11 +67,7 @@ fn shader_name(pass: usize, passes: usize) -> String {
 struct Ready;
 
 impl ShaderSource for Ready {
-    fn shader(
-        &self,
-        request: &Request,
-        _: &mut SourceMap,
-    ) -> Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>> {
+    fn shader(&self, request: &Request, _: &mut SourceMap) -> Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>> {
         let sampled = |name: &str, binding| Binding {
             name: name.into(),
             set: 0,

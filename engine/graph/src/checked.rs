@@ -129,6 +129,24 @@ pub enum ResourceKind {
     Buffer(Buffer),
 }
 
+impl ResourceKind {
+    /// Whether each frame starts with a clear.
+    pub fn is_cleared(&self) -> bool {
+        match self {
+            ResourceKind::Target(target) => target.clear.is_some(),
+            ResourceKind::Buffer(buffer) => buffer.clear.is_some(),
+        }
+    }
+
+    /// Whether the file says what it holds at creation.
+    pub fn is_initialised(&self) -> bool {
+        match self {
+            ResourceKind::Target(target) => target.init.is_some(),
+            ResourceKind::Buffer(buffer) => buffer.init.is_some(),
+        }
+    }
+}
+
 /// An image that passes read and write.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Target {

@@ -1,7 +1,7 @@
 //! Cull: leave out passes whose `when` does not hold and passes that nothing presented or pinned depends on, now or in any later
 //! frame.
 
-use crate::checked::{BufferSize, Graph, PassId, ResourceId, ResourceKind};
+use crate::checked::{BoundAccess, BufferSize, Graph, PassId, ResourceId, ResourceKind};
 use crate::plan::{CullReason, Culled, PlanInput, Present};
 use crate::region::{Parts, Region};
 use crate::sizes::Size;
@@ -30,7 +30,7 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
         .map(|pass| pass.when.as_ref().is_none_or(|when| (input.facts)(&when.fact) != when.negated))
         .collect();
     let parts = parts(graph, sizes, input.present);
-    let region = |access| -> Vec<usize> { region_parts(&parts, sizes, access).collect() };
+    let region = |access: &BoundAccess| -> Vec<usize> { region_parts(&parts, sizes, access).collect() };
 
     // What must be in the resources when a frame ends: what is read from outside, and by later frames. The latter is not known
     // before the passes that read it are, so this grows until it stays the same.
@@ -69,16 +69,11 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
                 }
             }
         }
-        // What is needed when a frame starts must be there when the last one ends, unless the frame starts with a clear.
-        for (index, resource) in graph.resources.iter().enumerate() {
-            let cleared = match &resource.kind {
-                ResourceKind::Target(target) => target.clear.is_some(),
-                ResourceKind::Buffer(buffer) => buffer.clear.is_some(),
-            };
-            if !cleared {
-                let needed = (0..needs[index].len()).filter(|&part| needs[index][part]);
-                mark(&mut at_end[index], needed);
-            }
+        // What is needed when a frame starts must be there when the last one ends, unless the frame makes it anew.
+        let anew = made_anew(graph, &live, input.present, &parts, &presented, region);
+        for (index, anew) in anew.iter().enumerate() {
+            let needed = (0..anew.len()).filter(|&part| needs[index][part] && !anew[part]);
+            mark(&mut at_end[index], needed);
         }
         if at_end == before {
             break;
@@ -116,6 +111,46 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
     result
 }
 
+/// The parts that hold nothing of an earlier frame once they are first looked at: those of resources that are cleared, and those
+/// that a `writeonly` binding touches first. This is the assumption of [`crate::lifetimes`]. A later `writeonly` store makes nothing
+/// anew: it may add to what an earlier pass of the frame stored.
+fn made_anew(
+    graph: &Graph,
+    live: &[bool],
+    present: Present,
+    parts: &[Parts],
+    presented: &[usize],
+    region: impl Fn(&BoundAccess) -> Vec<usize>,
+) -> Needs {
+    let mut anew: Needs = parts.iter().map(|parts| vec![false; parts.count()]).collect();
+    let mut touched = anew.clone();
+    for (index, resource) in graph.resources.iter().enumerate() {
+        if resource.kind.is_cleared() {
+            anew[index].fill(true);
+            touched[index].fill(true);
+        }
+    }
+    for (index, pass) in graph.passes.iter().enumerate() {
+        if live[index] {
+            let now = || pass.accesses.iter().filter(|access| access.age == 0);
+            for access in now().filter(|access| access.access.reads()) {
+                mark(&mut touched[access.resource.0 as usize], region(access));
+            }
+            for access in now().filter(|access| access.access.writes()) {
+                let resource = access.resource.0 as usize;
+                for part in region(access) {
+                    anew[resource][part] |= !touched[resource][part] && pass.every.is_none();
+                    touched[resource][part] = true;
+                }
+            }
+        }
+        if present.age == 0 && present.after == Some(PassId(index as u32)) {
+            mark(&mut touched[present.resource.0 as usize], presented.iter().copied());
+        }
+    }
+    anew
+}
+
 /// What the present step reads.
 pub(crate) fn presented(present: Present, sizes: &[Size]) -> Region {
     match sizes[present.resource.0 as usize] {
@@ -138,7 +173,7 @@ fn parts(graph: &Graph, sizes: &[Size], present: Present) -> Vec<Parts> {
 fn region_parts<'a>(
     parts: &'a [Parts],
     sizes: &'a [Size],
-    access: &crate::checked::BoundAccess,
+    access: &BoundAccess,
 ) -> impl Iterator<Item = usize> + use<> {
     let resource = access.resource.0 as usize;
     parts[resource].of(Region::of(access, &sizes[resource]))

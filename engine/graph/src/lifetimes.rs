@@ -1,6 +1,6 @@
 //! Lifetimes: which resources matter only inside a frame, and from which to which action.
 
-use crate::checked::{Graph, PassId, ResourceKind};
+use crate::checked::{Graph, PassId};
 use crate::cull::{Cull, source};
 use crate::order::{Action, Order, Touch};
 use crate::plan::PlanInput;
@@ -31,14 +31,10 @@ pub(crate) fn lifetimes(graph: &Graph, input: &PlanInput, cull: &Cull, order: &O
         .zip(&touches)
         .map(|(&id, touches)| {
             let resource = graph.resource(id);
-            let init = match &resource.kind {
-                ResourceKind::Target(target) => target.init.is_some(),
-                ResourceKind::Buffer(buffer) => buffer.init.is_some(),
-            };
             let (Some(first), Some(last)) = (touches.first(), touches.last()) else { return Life::Persistent };
             let outside = id == input.present.resource || input.pinned.contains(&id) || source(graph, id).is_some();
             let survives = outside
-                || init
+                || resource.kind.is_initialised()
                 || resource.history > 0
                 || cull.switched_off[id.0 as usize]
                 || touches.iter().any(|touch| runs_now_and_then(graph, &cull.live, order, touch))

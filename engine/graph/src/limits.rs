@@ -68,6 +68,8 @@ fn image(
 ) {
     let [w, h, d] = extent;
     let shown = if volume { format!("{w}×{h}×{d}") } else { format!("{w}×{h}") };
+    let follows = follows_output(graph, resource);
+    let here = if follows { format!("{shown} at this output size") } else { format!("{shown} texels") };
     let (limit, name) = if volume {
         (input.limits.image_3d, "maxImageDimension3D")
     } else {
@@ -78,9 +80,9 @@ fn image(
             codes::graph::TARGET_TOO_LARGE,
             format!("`{}` would be {shown} texels, but the device allows {limit} on an axis", resource.name),
         )
-        .label(resource.place.clone(), format!("{shown} at this output size"))
+        .label(resource.place.clone(), here.clone())
         .note(format!("the limit is `{name}` = {limit}"));
-        if follows_output(graph, resource) {
+        if follows {
             let [x, y] = input.output;
             diagnostic = diagnostic.note(format!("the output is {x}×{y} pixels"));
         }
@@ -102,7 +104,7 @@ fn image(
                 codes::graph::TOO_MANY_MIPS,
                 format!("`{}` has {mips} mips, but {shown} texels have only {chain} down to one", resource.name),
             )
-            .label(resource.place.clone(), format!("{shown} at this output size"))
+            .label(resource.place.clone(), here)
             .help("`mips = 0` is the full chain at every size"),
         );
     }
@@ -169,7 +171,7 @@ fn dispatch(pass: &Pass, sizes: &[Size], limits: &Limits, found: &mut Vec<Diagno
                             pass.name
                         ),
                     )
-                    .label(pass.place.clone(), format!("workgroups of {} threads along {name}", local[axis]))
+                    .label(pass.place.clone(), format!("its local size along {name} is {}", local[axis]))
                     .note(format!("the limit is `maxComputeWorkGroupCount[{axis}]` = {limit}")),
                 );
             }
@@ -206,7 +208,7 @@ fn blocks(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
                 codes::graph::PUSH_TOO_LARGE,
                 format!("pass `{}` pushes {push} bytes, but the device allows {limit}", pass.name),
             )
-            .label(pass.place.clone(), "")
+            .label(pass.place.clone(), "pushed by this pass")
             .note(format!("the limit is `maxPushConstantsSize` = {limit}"))
             .help("move what is large into a uniform block"),
         );
@@ -223,7 +225,7 @@ fn blocks(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
                         pass.name, block.size
                     ),
                 )
-                .label(pass.place.clone(), "")
+                .label(pass.place.clone(), "bound by this pass")
                 .note(format!("the limit is `maxUniformBufferRange` = {limit}")),
             );
         }

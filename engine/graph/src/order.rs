@@ -74,7 +74,7 @@ pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
         index
     };
     let mut order = Order::default();
-    let mut to_clear: Vec<bool> = cull.used.iter().map(|id| is_cleared(&graph.resource(*id).kind)).collect();
+    let mut to_clear: Vec<bool> = cull.used.iter().map(|id| graph.resource(*id).kind.is_cleared()).collect();
     let mut live = cull.live.iter().copied().enumerate().peekable();
     for at in 0..graph.passes.len() {
         if let Some((number, id)) = live.next_if(|(_, id)| id.0 as usize == at) {
@@ -98,10 +98,8 @@ pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
         order.present(graph, sizes, input, cull, &index, &mut to_clear);
     }
     // What only later frames read is cleared all the same.
-    for resource in 0..to_clear.len() {
-        if to_clear[resource] {
-            order.clear(resource as u32, sizes, cull);
-        }
+    for (resource, _) in (0..).zip(&to_clear).filter(|(_, to_clear)| **to_clear) {
+        order.clear(resource, sizes, cull);
     }
     order
 }
@@ -158,13 +156,6 @@ impl Order {
             _ => Vec::new(),
         };
         self.act(Action::Present, &touch, to_clear, sizes, cull);
-    }
-}
-
-fn is_cleared(kind: &ResourceKind) -> bool {
-    match kind {
-        ResourceKind::Target(target) => target.clear.is_some(),
-        ResourceKind::Buffer(buffer) => buffer.clear.is_some(),
     }
 }
 

@@ -3,6 +3,8 @@
 
 mod hand;
 
+use std::fmt::Write as _;
+
 use hand::{Hand, showcase};
 use raxel_graph::print::{self, Phase};
 use raxel_shader::format::Format;
@@ -61,7 +63,7 @@ fn every_phase_can_be_dumped() {
     let mut all = String::new();
     for phase in Phase::ALL {
         let text = hand.with_input("color", |graph, input| raxel_graph::dump(graph, input, *phase)).unwrap();
-        all += &format!("== {}\n{text}", phase.name());
+        let _ = write!(all, "== {}\n{text}", phase.name());
         assert_eq!(Phase::from_name(phase.name()), Some(*phase));
     }
     insta::assert_snapshot!(all);

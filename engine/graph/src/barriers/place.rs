@@ -64,10 +64,10 @@ mod tests {
 
     /// The fewest gaps by trying all sets.
     fn by_trial(n: u32, intervals: &[Gaps]) -> u32 {
-        (0_u32..1 << n).filter(|set| intervals.iter().all(|i| hits(*set, n, i))).map(u32::count_ones).min().unwrap()
+        (0_u32..1 << n).filter(|set| intervals.iter().all(|i| hits(*set, n, *i))).map(u32::count_ones).min().unwrap()
     }
 
-    fn hits(set: u32, n: u32, interval: &Gaps) -> bool {
+    fn hits(set: u32, n: u32, interval: Gaps) -> bool {
         (0..interval.count.min(n)).any(|back| set >> ((interval.end + n - back) % n) & 1 == 1)
     }
 
@@ -84,7 +84,7 @@ mod tests {
             let intervals: Vec<Gaps> = (0..count).map(|_| Gaps { end: random(n), count: 1 + random(n + 3) }).collect();
             let chosen = hit(n, intervals.iter().copied());
             let set = chosen.iter().fold(0, |set, gap| set | 1 << gap);
-            assert!(intervals.iter().all(|i| hits(set, n, i)), "{n} {intervals:?} {chosen:?}");
+            assert!(intervals.iter().all(|i| hits(set, n, *i)), "{n} {intervals:?} {chosen:?}");
             assert_eq!(chosen.len() as u32, by_trial(n, &intervals), "{n} {intervals:?} {chosen:?}");
         }
     }

@@ -106,10 +106,10 @@ fn barrier(plan: &Plan, barrier: &Barrier) -> Value {
 }
 
 fn dependency(dependency: &Dependency) -> Value {
-    json!({ "src": scope(&dependency.src), "dst": scope(&dependency.dst) })
+    json!({ "src": scope(dependency.src), "dst": scope(dependency.dst) })
 }
 
-fn scope(scope: &Scope) -> Value {
+fn scope(scope: Scope) -> Value {
     let stages = Stages::ALL.iter().filter(|(bit, _)| scope.stages.contains(*bit)).map(|(_, name)| *name);
     let access = AccessMask::ALL.iter().filter(|(bit, _)| scope.access.contains(*bit)).map(|(_, name)| *name);
     json!({ "stages": stages.collect::<Vec<_>>(), "access": access.collect::<Vec<_>>() })

@@ -69,7 +69,7 @@ fn barrier(plan: &Plan, number: usize, barrier: &Barrier, out: &mut String) {
     let mut mark = format!("{number:>4}  ──");
     let mut line = |out: &mut String, text: String| {
         let _ = writeln!(out, "{mark} {text}");
-        mark = "        ".to_owned();
+        mark = " ".repeat(8);
     };
     if let Some(memory) = &barrier.memory {
         line(out, words::dependency(memory));

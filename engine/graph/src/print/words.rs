@@ -1,5 +1,7 @@
 //! The words in which all printers speak of a plan.
 
+use std::fmt::Write as _;
+
 use crate::checked::{Condition, Dispatch, Every, Fact, Graph, PassId, ResourceId};
 use crate::plan::{
     CullReason, Culled, Dependency, Hazard, HazardKind, Plan, Present, ResourceDesc, ResourcePlan, Scope, Step,
@@ -28,13 +30,13 @@ pub(super) fn describe(desc: &ResourceDesc) -> String {
             let [w, h, d] = image.extent;
             let mut text = format!("{} {w}×{h}", image.format.name());
             if image.volume {
-                text += &format!("×{d}");
+                let _ = write!(text, "×{d}");
             }
             if image.mips > 1 {
-                text += &format!(", {} mips", image.mips);
+                let _ = write!(text, ", {} mips", image.mips);
             }
             if image.layers > 1 {
-                text += &format!(", {} layers", image.layers);
+                let _ = write!(text, ", {} layers", image.layers);
             }
             text
         }
@@ -63,13 +65,13 @@ pub(super) fn aged(graph: &Graph, id: ResourceId, age: u32) -> String {
 pub(super) fn present(graph: &Graph, present: Present) -> String {
     let mut text = aged(graph, present.resource, present.age);
     if present.mip > 0 {
-        text += &format!(", mip {}", present.mip);
+        let _ = write!(text, ", mip {}", present.mip);
     }
     if present.layer > 0 {
-        text += &format!(", layer {}", present.layer);
+        let _ = write!(text, ", layer {}", present.layer);
     }
     if let Some(pass) = present.after {
-        text += &format!(", after {}", graph.pass(pass).name);
+        let _ = write!(text, ", after {}", graph.pass(pass).name);
     }
     text
 }
@@ -114,10 +116,10 @@ fn actor(graph: &Graph, pass: Option<PassId>, reads: bool) -> &str {
 
 /// Scopes of a dependency in a line.
 pub(super) fn dependency(dependency: &Dependency) -> String {
-    format!("{} → {}", scope(&dependency.src), scope(&dependency.dst))
+    format!("{} → {}", scope(dependency.src), scope(dependency.dst))
 }
 
-fn scope(scope: &Scope) -> String {
+fn scope(scope: Scope) -> String {
     if scope.access.is_empty() { scope.stages.to_string() } else { format!("{} ({})", scope.stages, scope.access) }
 }
 

@@ -1,7 +1,7 @@
 //! Is the right thing done, in the right order? Culling is judged by pushing the names of passes forward through many frames:
 //! whatever name reaches the picture or a pin belongs to a pass that must run, and to no other.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use raxel_graph::checked::*;
 use raxel_graph::plan::{CullReason, Plan, Step};
@@ -50,8 +50,9 @@ fn cleared(kind: &ResourceKind) -> bool {
     }
 }
 
-/// Passes whose stores can reach the present step or a pin in some frame, as a bit set.
-fn needed(case: &Case) -> u64 {
+/// Passes whose stores can reach the present step or a pin in some frame, as a bit set; `live` is what the plan says. Of all
+/// stores, only a clear and the first access of a frame, if it is write-only and made in each frame, drop what was there.
+fn needed(case: &Case, live: u64) -> u64 {
     let graph = &case.graph;
     let sizes = subresources(graph);
     // (resource, copy, mip, layer) → passes whose stores are in there, directly or through what they stored into others.
@@ -59,6 +60,7 @@ fn needed(case: &Case) -> u64 {
     let mut needed = 0;
     let frames = (graph.passes.len() as u32 + 2) * 3;
     for frame in 0..frames {
+        let mut looked_at: BTreeSet<(u32, u32, u32)> = BTreeSet::new();
         let copy = |id: ResourceId, age: u32| {
             let copies = graph.resource(id).history + 1;
             (frame + copies * 2 - age % copies) % copies
@@ -74,8 +76,8 @@ fn needed(case: &Case) -> u64 {
                 contents.retain(|at, _| (at.0, at.1) != (id.0, copy(id, 0)));
             }
         }
+        let shown = case.present;
         let present = |contents: &BTreeMap<_, u64>| {
-            let shown = case.present;
             let volume = matches!(
                 graph.resource(shown.resource).kind,
                 ResourceKind::Target(Target { extent: Extent::Fixed3(_), .. })
@@ -85,18 +87,38 @@ fn needed(case: &Case) -> u64 {
         for (index, pass) in graph.passes.iter().enumerate() {
             if case.runs(pass) {
                 let mut stored = 1 << index;
+                let lives = live >> index & 1 == 1;
                 for access in pass.accesses.iter().filter(|a| a.access.reads()) {
                     let parts = touched(access, sizes[access.resource.0 as usize]);
+                    if lives && access.age == 0 {
+                        looked_at.extend(parts.iter().map(|&(mip, layer)| (access.resource.0, mip, layer)));
+                    }
                     stored |= read(&contents, access.resource, access.age, &parts);
                 }
                 for access in pass.accesses.iter().filter(|a| a.access.writes()) {
                     for (mip, layer) in touched(access, sizes[access.resource.0 as usize]) {
                         let at = (access.resource.0, copy(access.resource, access.age), mip, layer);
+                        let cleared = cleared(&graph.resource(access.resource).kind);
+                        let first = lives && looked_at.insert((access.resource.0, mip, layer));
+                        if first && !cleared && pass.every.is_none() {
+                            contents.remove(&at);
+                        }
                         *contents.entry(at).or_default() |= stored;
                     }
                 }
             }
             if case.present.after == Some(PassId(index as u32)) {
+                if shown.age == 0 {
+                    let mips = sizes[shown.resource.0 as usize];
+                    for mip in 0..mips.0 {
+                        for layer in 0..mips.1 {
+                            let volume = layer == 0 && mips.1 == 1;
+                            if mip == shown.mip && (layer == shown.layer || volume) {
+                                looked_at.insert((shown.resource.0, mip, layer));
+                            }
+                        }
+                    }
+                }
                 needed |= present(&contents);
             }
         }
@@ -118,7 +140,8 @@ fn needed(case: &Case) -> u64 {
 pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let graph = &case.graph;
     let mut faults = Vec::new();
-    let needed = needed(case);
+    let live = plan.passes.iter().fold(0_u64, |set, pass| set | 1 << pass.pass.0);
+    let needed = needed(case, live);
     for (index, pass) in graph.passes.iter().enumerate() {
         let id = PassId(index as u32);
         let lives = plan.passes.iter().any(|p| p.pass == id);

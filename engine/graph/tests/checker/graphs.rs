@@ -236,7 +236,7 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         accesses.push(bound(r, resources, resource, age, access, usage));
     }
     let mut written = Vec::new();
-    for _ in 0..1 + r.below(2) {
+    for _ in 0..=r.below(2) {
         let mut resource = any(r);
         for _ in 0..if tame { 6 } else { 1 } {
             if stored.contains(&resource) && r.percent(if tame { 95 } else { 50 }) {

@@ -58,7 +58,7 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
         let resource = &plan.resources[one.index];
         let block = &plan.blocks[one.place.block as usize];
         let needs = resource.memory;
-        if one.place.offset % needs.alignment != 0 || block.alignment % needs.alignment != 0 {
+        if !one.place.offset.is_multiple_of(needs.alignment) || !block.alignment.is_multiple_of(needs.alignment) {
             faults.push(format!("resource {}: not aligned", one.index));
         }
         if one.place.offset + needs.size > block.size {

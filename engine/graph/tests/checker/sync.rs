@@ -155,13 +155,11 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
                 let copy = (frame + copies * 2 - ask.age) % copies;
                 used[ask.resource] = true;
                 let since = if placed[ask.resource] && image[ask.resource] {
-                    match active.get(&ask.resource) {
-                        Some(since) => *since,
-                        None => {
-                            faults.push(format!("step {at}: image {} is used before it is activated", ask.resource));
-                            continue;
-                        }
-                    }
+                    let Some(since) = active.get(&ask.resource) else {
+                        faults.push(format!("step {at}: image {} is used before it is activated", ask.resource));
+                        continue;
+                    };
+                    *since
                 } else {
                     0
                 };

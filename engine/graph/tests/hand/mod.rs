@@ -118,7 +118,7 @@ impl Hand {
     }
 
     pub fn plan(&self, shown: &str) -> Result<Plan, Vec<Diagnostic>> {
-        self.with_input(shown, |graph, input| raxel_graph::plan(graph, input))
+        self.with_input(shown, raxel_graph::plan)
     }
 
     pub fn with_input<T>(&self, shown: &str, use_: impl FnOnce(Arc<Graph>, &PlanInput) -> T) -> T {
@@ -166,7 +166,7 @@ pub fn shader(name: &str) -> Arc<Shader> {
 /// Primary hits, a blurred half-size light buffer, history, a list of work dispatched indirectly; one pass too many, one switched off.
 pub fn showcase() -> Hand {
     let mut hand = Hand::new("showcase");
-    hand.graph.about = "first hit, light, history".to_owned();
+    hand.graph.about += "first hit, light, history";
     hand.facts = false;
     hand.target("hit", Format::Rg32ui, |_, _| {})
         .target("light", Format::Rgba16f, |target, _| target.extent = Extent::Output { scale: [0.5; 2] })

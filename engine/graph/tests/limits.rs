@@ -1,0 +1,125 @@
+//! Graphs that are right in themselves and do not fit an output size or a device.
+#![allow(missing_docs, reason = "a test")]
+
+mod hand;
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use hand::Hand;
+use raxel_graph::checked::{BufferSize, Dispatch, Extent, UniformBlock, Value};
+use raxel_graph::plan::Limits;
+use raxel_shader::format::Format;
+use raxel_shader::interface::Block;
+
+/// Everything that is said, in a line each.
+fn said(hand: &Hand, shown: &str) -> String {
+    let found = hand.plan(shown).expect_err("this graph does not fit");
+    let mut text = String::new();
+    for d in found {
+        assert!(d.is_error());
+        let _ = writeln!(text, "{}: {}", d.code, d.message);
+        for label in &d.labels {
+            let _ = writeln!(text, "  {}: {}", label.span.file, label.text);
+        }
+        for note in d.notes.iter().chain(&d.help) {
+            let _ = writeln!(text, "  {note}");
+        }
+    }
+    text
+}
+
+#[test]
+fn everything_is_said_at_once() {
+    let mut hand = Hand::new("large");
+    hand.target("wide", Format::R32f, |target, _| target.extent = Extent::Output { scale: [20.0, 0.5] })
+        .target("of_wide", Format::R32f, |target, _| {
+            let target_ = raxel_graph::checked::ResourceId(0);
+            target.extent = Extent::Of { target: target_, scale: 2.0 };
+        })
+        .target("deep", Format::R32f, |target, _| target.extent = Extent::Fixed3([8, 8, 1000]))
+        .target("layered", Format::R32f, |target, _| target.layers = 300)
+        .target("pyramid", Format::R32f, |target, _| target.mips = 12)
+        .buffer("large", BufferSize::PerPixel { of: raxel_graph::checked::ResourceId(0), stride: 4096 }, None)
+        .buffer("huge", BufferSize::Bytes(1 << 40), None)
+        .buffer("short", BufferSize::Bytes(8), None);
+    let all = ["w of_wide", "w deep", "w layered", "w pyramid", "w large", "x huge", "i short", "w wide"];
+    hand.pass("everything", &all);
+    insta::assert_snapshot!(said(&hand, "wide"));
+}
+
+#[test]
+fn passes_have_limits_too() {
+    let mut hand = Hand::new("passes");
+    hand.limits = Limits { workgroup_count: [20, 100, 1], ..Limits::PORTABLE };
+    hand.target("color", Format::R32f, |_, _| {});
+    hand.pass("wide", &["w color"]);
+    hand.pass("layers", &["x color"]).dispatch = Dispatch::Groups([1, 1, 2]);
+    let pass = hand.pass("fat", &["x color"]);
+    let mut shader = (*pass.shader).clone();
+    shader.interface.local_size[0].spec_id = Some(3);
+    shader.interface.push = Some(Block { name: "Push".into(), size: 192, members: Vec::new() });
+    pass.shader = Arc::new(shader);
+    pass.specialization = vec![(3, Value::U32(32))];
+    pass.uniforms = vec![UniformBlock { binding: 0, size: 1 << 20, fills: Vec::new() }];
+    insta::assert_snapshot!(said(&hand, "color"));
+}
+
+#[test]
+fn specialization_sizes_the_dispatch() {
+    let mut hand = Hand::new("specialized");
+    hand.target("color", Format::R32f, |_, _| {});
+    let pass = hand.pass("fill", &["w color"]);
+    let mut shader = (*pass.shader).clone();
+    shader.interface.local_size[0].spec_id = Some(7);
+    pass.shader = Arc::new(shader);
+    assert_eq!(hand.plan("color").unwrap().passes[0].groups, Some([40, 23, 1]));
+    hand.graph.passes[0].specialization = vec![(7, Value::U32(16))];
+    assert_eq!(hand.plan("color").unwrap().passes[0].groups, Some([20, 23, 1]));
+}
+
+#[test]
+fn what_is_culled_need_not_fit() {
+    let mut hand = Hand::new("culled");
+    hand.target("color", Format::R32f, |_, _| {}).buffer("huge", BufferSize::Bytes(1 << 40), None);
+    hand.pass("fill", &["w color"]);
+    hand.pass("unused", &["w huge"]);
+    assert!(hand.plan("color").is_ok());
+}
+
+#[test]
+fn only_what_is_there_can_be_shown() {
+    let mut hand = Hand::new("shown");
+    hand.target("color", Format::R32f, |target, history| {
+        target.layers = 2;
+        *history = 1;
+    });
+    hand.pass("fill", &["w color"]);
+    assert!(hand.plan("color@1").is_ok());
+    insta::assert_snapshot!(said(&hand, "color@2"), @r"
+    RX0179: `color` has no earlier frame 2 to show: it has 0 to 1
+      graphs/hand.toml: declared here
+    ");
+}
+
+#[test]
+fn sizes_follow_the_output() {
+    let mut hand = Hand::new("sizes");
+    hand.output = [333, 7];
+    hand.target("full", Format::R32f, |target, _| target.mips = 0)
+        .target("half", Format::R32f, |target, _| target.extent = Extent::Output { scale: [0.5, 0.01] })
+        .target("quarter", Format::R32f, |target, _| {
+            target.extent = Extent::Of { target: raxel_graph::checked::ResourceId(1), scale: 0.5 };
+            target.layers = 3;
+        })
+        .buffer("texels", BufferSize::PerPixel { of: raxel_graph::checked::ResourceId(2), stride: 8 }, None);
+    hand.pass("fill", &["w full", "w half", "w quarter", "w texels"]);
+    let text =
+        hand.with_input("full", |graph, input| raxel_graph::dump(graph, input, raxel_graph::print::Phase::Sizes));
+    insta::assert_snapshot!(text.unwrap(), @r"
+    full: 333×7×1 texels, 9 mips, 1 layers
+    half: 167×1×1 texels, 1 mips, 1 layers
+    quarter: 84×1×1 texels, 1 mips, 3 layers
+    texels: 2016 bytes
+    ");
+}

@@ -1,0 +1,208 @@
+//! What a plan does with graphs written by hand: one claim a test.
+#![allow(missing_docs, reason = "a test")]
+
+mod hand;
+
+use hand::Hand;
+use raxel_graph::checked::{BufferSize, Clear, Condition, Every, Fact};
+use raxel_graph::plan::{AccessMask, Barrier, CullReason, Dependency, HazardKind, Lifetime, Plan, Scope, Stages, Step};
+use raxel_shader::format::Format;
+
+fn live(plan: &Plan) -> Vec<&str> {
+    plan.passes.iter().map(|pass| plan.graph.pass(pass.pass).name.as_str()).collect()
+}
+
+fn barriers(plan: &Plan) -> Vec<&Barrier> {
+    plan.steps.iter().filter_map(|step| if let Step::Barrier(barrier) = step { Some(barrier) } else { None }).collect()
+}
+
+fn lifetime(plan: &Plan, name: &str) -> Lifetime {
+    let id = plan.graph.find_resource(name).unwrap();
+    plan.resources.iter().find(|resource| resource.resource == id).unwrap().lifetime
+}
+
+fn targets(names: &[&str]) -> Hand {
+    let mut hand = Hand::new("test");
+    for name in names {
+        hand.target(name, Format::Rgba16f, |_, _| {});
+    }
+    hand
+}
+
+#[test]
+fn two_readers_share_one_barrier() {
+    let mut hand = targets(&["hit", "near", "far", "color"]);
+    hand.pass("primary", &["w hit"]);
+    hand.pass("near", &["s hit", "w near"]);
+    hand.pass("far", &["s hit", "w far"]);
+    hand.pass("shade", &["s near", "s far", "w color"]);
+    let plan = hand.plan("color").unwrap();
+    // primary | near far | shade | present: what follows in the next frame is ordered by these too.
+    assert_eq!(barriers(&plan).len(), 3);
+    assert!(matches!(plan.steps[3], Step::Dispatch { pass: 2 }));
+}
+
+#[test]
+fn one_chain_needs_no_barrier_between_frames() {
+    let mut hand = targets(&["a", "b"]);
+    hand.alias = false;
+    hand.pass("first", &["w a"]);
+    hand.pass("second", &["r a", "w b"]);
+    let plan = hand.plan("b").unwrap();
+    let write = AccessMask::STORAGE_WRITE;
+    let dependency = |to: AccessMask| {
+        let scope = |access| Scope { stages: Stages::COMPUTE, access };
+        Some(Dependency { src: scope(write), dst: scope(to) })
+    };
+    let memory: Vec<_> = barriers(&plan).iter().map(|barrier| barrier.memory).collect();
+    assert_eq!(memory, [dependency(AccessMask::STORAGE_READ | write), dependency(AccessMask::SAMPLED_READ)]);
+    assert!(matches!(plan.steps[0], Step::Dispatch { .. }));
+}
+
+#[test]
+fn mips_are_ordered_one_by_one() {
+    let mut hand = Hand::new("pyramid");
+    hand.target("pyramid", Format::R32f, |target, _| target.mips = 3);
+    hand.pass("base", &["w pyramid:0"]);
+    hand.pass("down1", &["r pyramid:0", "w pyramid:1"]);
+    hand.pass("side", &["w pyramid:2"]);
+    let plan = hand.plan("pyramid").unwrap();
+    // Only mip 0 is shown, so nothing else runs.
+    assert_eq!(live(&plan), ["base"]);
+    hand.pinned = vec!["pyramid"];
+    let plan = hand.plan("pyramid").unwrap();
+    assert_eq!(live(&plan), ["base", "down1", "side"]);
+    // base | down1 side present |: down1 and side touch different mips, so nothing stands between them.
+    assert_eq!(barriers(&plan).len(), 2);
+    assert!(matches!(plan.steps[2..], [Step::Barrier(_), Step::Dispatch { pass: 1 }, Step::Dispatch { pass: 2 }, ..]));
+}
+
+#[test]
+fn history_keeps_its_writer_and_its_own_copies() {
+    let mut hand = targets(&["noisy"]);
+    hand.target("color", Format::Rgba16f, |_, history| *history = 2);
+    hand.pass("noise", &["w noisy"]);
+    hand.pass("accumulate", &["s noisy", "s color@2", "w color"]);
+    let plan = hand.plan("color").unwrap();
+    let color = plan.graph.find_resource("color").unwrap();
+    let copies: Vec<_> = plan.resources.iter().map(|resource| resource.copies).collect();
+    assert_eq!(copies, [1, 3]);
+    assert_eq!(lifetime(&plan, "color"), Lifetime::Persistent);
+    let wraps = |barrier: &&Barrier| {
+        let across =
+            |h: &raxel_graph::plan::Hazard| h.resource == color && h.wraps && h.kind == HazardKind::ReadAfterWrite;
+        barrier.hazards.iter().any(across)
+    };
+    assert_eq!(barriers(&plan).into_iter().filter(wraps).count(), 1);
+}
+
+#[test]
+fn a_view_in_the_middle_keeps_what_later_frames_need() {
+    let mut hand = targets(&["a", "b"]);
+    hand.target("sum", Format::R32f, |_, history| *history = 1);
+    hand.pass("first", &["s sum@1", "w a"]);
+    hand.pass("second", &["s a", "w b"]);
+    hand.pass("accumulate", &["s b", "w sum"]);
+    hand.pass("shade", &["s sum", "w a"]);
+    hand.after = Some("first");
+    let plan = hand.plan("a").unwrap();
+    // `shade` only matters to this frame's end, which nobody sees; the others feed `sum@1` of the next frame.
+    assert_eq!(live(&plan), ["first", "second", "accumulate"]);
+    let present = plan.steps.iter().position(|step| *step == Step::Present).unwrap();
+    assert!(plan.steps[present..].contains(&Step::Dispatch { pass: 1 }));
+}
+
+#[test]
+fn a_view_after_a_culled_pass_stays_where_the_pass_was() {
+    let mut hand = targets(&["a", "b"]);
+    hand.pass("first", &["w a"]);
+    hand.pass("other", &["w b"]);
+    hand.pass("again", &["w a"]);
+    hand.after = Some("other");
+    let plan = hand.plan("a").unwrap();
+    assert_eq!(live(&plan), ["first"]);
+    assert_eq!(plan.culled.len(), 2);
+    assert!(plan.culled.iter().all(|culled| culled.reason == CullReason::Unused));
+}
+
+#[test]
+fn a_pass_that_is_off_leaves_its_outputs_alone() {
+    let mut hand = targets(&["glow", "color"]);
+    hand.facts = false;
+    hand.pass("glow", &["w glow"]).when = Some(Condition { fact: Fact::WorldHasEmission, negated: false });
+    hand.pass("shade", &["s glow", "w color"]);
+    let plan = hand.plan("color").unwrap();
+    assert_eq!(live(&plan), ["shade"]);
+    assert_eq!(plan.culled[0].reason, CullReason::Condition);
+    assert_eq!(lifetime(&plan, "glow"), Lifetime::Persistent);
+    hand.graph.passes[0].when.as_mut().unwrap().negated = true;
+    assert_eq!(live(&hand.plan("color").unwrap()), ["glow", "shade"]);
+}
+
+#[test]
+fn what_a_pass_leaves_for_other_frames_persists() {
+    let mut hand = targets(&["slow", "half", "color"]);
+    hand.pass("slow", &["w slow"]).every = Some(Every::Hz(20.0));
+    hand.pass("half", &["x half"]);
+    hand.pass("shade", &["s slow", "s half", "w color"]);
+    let plan = hand.plan("color").unwrap();
+    for name in ["slow", "half", "color"] {
+        assert_eq!(lifetime(&plan, name), Lifetime::Persistent, "{name}");
+    }
+    // A clear makes `half` a matter of one frame.
+    if let raxel_graph::checked::ResourceKind::Target(target) = &mut hand.graph.resources[1].kind {
+        target.clear = Some(Clear::Float([0.0; 4]));
+    }
+    let plan = hand.plan("color").unwrap();
+    assert!(matches!(lifetime(&plan, "half"), Lifetime::Transient { .. }));
+    assert!(matches!(plan.steps[0], Step::Dispatch { .. } | Step::Barrier(_)));
+}
+
+#[test]
+fn targets_of_different_times_share_memory() {
+    let mut hand = targets(&["a", "b", "c", "color"]);
+    hand.pass("first", &["w a"]);
+    hand.pass("second", &["s a", "w b"]);
+    hand.pass("third", &["s b", "w c"]);
+    hand.pass("shade", &["s c", "w color"]);
+    let plan = hand.plan("color").unwrap();
+    let places = |name| match lifetime(&plan, name) {
+        Lifetime::Transient { place, .. } => place,
+        Lifetime::Persistent => None,
+    };
+    assert_eq!(plan.blocks.len(), 1);
+    assert_eq!(places("a"), places("c"));
+    assert!(places("a").is_some());
+    // `b` lives beside both and shares with nobody; `color` is shown.
+    assert_eq!(places("b"), None);
+    assert_eq!(lifetime(&plan, "color"), Lifetime::Persistent);
+    let activated: usize = barriers(&plan).iter().map(|barrier| barrier.activate.len()).sum();
+    assert_eq!(activated, 2);
+    hand.alias = false;
+    assert!(hand.plan("color").unwrap().blocks.is_empty());
+    hand.alias = true;
+    hand.pinned = vec!["a"];
+    assert!(hand.plan("color").unwrap().blocks.is_empty());
+}
+
+#[test]
+fn indirect_arguments_wait_at_their_own_stage() {
+    let mut hand = targets(&["color"]);
+    hand.buffer("args", BufferSize::Bytes(12), None);
+    hand.pass("count", &["w args"]);
+    hand.pass("draw", &["i args", "w color"]);
+    let plan = hand.plan("color").unwrap();
+    let memory = barriers(&plan)[0].memory.unwrap();
+    assert_eq!(memory.dst.stages, Stages::INDIRECT | Stages::COMPUTE);
+    assert!(memory.dst.access.contains(AccessMask::INDIRECT_READ));
+}
+
+#[test]
+fn descriptions_do_not_change_with_what_is_shown() {
+    let mut hand = targets(&["hit", "color"]);
+    hand.pass("primary", &["w hit"]);
+    hand.pass("shade", &["r hit", "w color"]);
+    let (hit, color) = (hand.plan("hit").unwrap(), hand.plan("color").unwrap());
+    assert_eq!(hit.resources[0].desc, color.resources[0].desc);
+    assert_eq!(live(&hit), ["primary"]);
+}
