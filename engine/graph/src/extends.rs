@@ -213,9 +213,9 @@ fn replace<T>(below: &mut Option<T>, above: Option<T>) {
 }
 
 /// Keys that exclude each other also replace each other.
-fn replace_either<A, B>(below: (&mut Option<A>, &mut Option<B>), above: (Option<A>, Option<B>)) {
+fn replace_either<A, B>(first: &mut Option<A>, second: &mut Option<B>, above: (Option<A>, Option<B>)) {
     if above.0.is_some() || above.1.is_some() {
-        (*below.0, *below.1) = above;
+        (*first, *second) = above;
     }
 }
 
@@ -230,7 +230,7 @@ fn merge<T: Layer>(below: &mut Vec<T>, above: Vec<T>, found: &mut Vec<Diagnostic
                 below.push(item);
             }
             (None, true) => {
-                found.push(unknown(T::WHAT, item.name(), below.iter().map(|other| &other.name().value[..])))
+                found.push(unknown(T::WHAT, item.name(), below.iter().map(|other| &other.name().value[..])));
             }
         }
     }
@@ -303,7 +303,7 @@ impl Layer for Target {
         replace(&mut self.mips, above.mips);
         replace(&mut self.layers, above.layers);
         replace(&mut self.history, above.history);
-        replace_either((&mut self.clear, &mut self.init), (above.clear, above.init));
+        replace_either(&mut self.clear, &mut self.init, (above.clear, above.init));
         replace(&mut self.display, above.display);
     }
 }
@@ -322,8 +322,8 @@ impl Layer for Buffer {
             // A source brings its own size and contents.
             (self.clear, self.init, self.history) = (None, None, None);
         }
-        replace_either((&mut self.size, &mut self.source), (above.size, above.source));
-        replace_either((&mut self.clear, &mut self.init), (above.clear, above.init));
+        replace_either(&mut self.size, &mut self.source, (above.size, above.source));
+        replace_either(&mut self.clear, &mut self.init, (above.clear, above.init));
         replace(&mut self.history, above.history);
     }
 }

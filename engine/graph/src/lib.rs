@@ -20,10 +20,12 @@ pub mod print;
 mod reflect;
 mod region;
 mod resolve;
+mod schema;
 pub mod sizes;
 mod value;
 
 pub use compile::{Compiled, SourceLayout, compile};
 pub use memory::EstimatedMemory;
 pub use planner::{dump, plan};
+pub use schema::schema;
 pub use value::ValueType;

@@ -49,10 +49,9 @@ pub fn reflect(
             }
             reported.push(diagnostic.clone());
             let mut diagnostic = diagnostic.clone();
-            if let Some((pass, request)) = user.and_then(|pass| Some((pass, pass.request.as_ref()?))) {
-                if diagnostic.is_error() {
-                    diagnostic = diagnostic.label(request.span.clone(), format!("for pass `{}`", pass.name.value));
-                }
+            let request = user.and_then(|pass| Some((pass, pass.request.as_ref()?)));
+            if let Some((pass, request)) = request.filter(|_| diagnostic.is_error()) {
+                diagnostic = diagnostic.label(request.span.clone(), format!("for pass `{}`", pass.name.value));
             }
             found.push(diagnostic);
         }

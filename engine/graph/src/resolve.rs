@@ -6,6 +6,8 @@ mod params;
 mod passes;
 mod resources;
 
+pub use passes::FACTS;
+
 use std::collections::HashMap;
 
 use raxel_diagnostics::table::{closest, list};
@@ -158,14 +160,12 @@ struct Scope<'a> {
 
 impl Scope<'_> {
     fn param(&self, name: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<ParamId> {
-        match self.param_names.get(name) {
-            Some(id) => Some(ParamId(*id)),
-            None => {
-                let known = self.param_names.keys().map(String::as_str);
-                found.push(unknown(codes::graph::UNKNOWN_PARAM, "param", name, place, known));
-                None
-            }
+        if let Some(id) = self.param_names.get(name) {
+            return Some(ParamId(*id));
         }
+        let known = self.param_names.keys().map(String::as_str);
+        found.push(unknown(codes::graph::UNKNOWN_PARAM, "param", name, place, known));
+        None
     }
 
     fn resource(&self, name: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {

@@ -51,7 +51,7 @@ fn indirect(
     let declared = &context.graph.resources[buffer.0 as usize];
     let ResourceKind::Buffer(kind) = &declared.item.kind else { return None };
     let name = &declared.item.name;
-    if offset % 4 != 0 {
+    if !offset.is_multiple_of(4) {
         let message = format!("the arguments in `{name}` are at offset {offset}, which is no multiple of 4");
         found.push(error(codes::graph::INDIRECT, message).help(format!("use {}", offset / 4 * 4)));
         return None;

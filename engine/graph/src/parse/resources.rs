@@ -152,7 +152,7 @@ pub fn buffer(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Buffe
 fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {
     if node.is_integer() {
         let bytes = node.integer(4..=LARGEST_BUFFER)? as u64;
-        if bytes % 4 != 0 {
+        if !bytes.is_multiple_of(4) {
             return node.bad_value(format!("`{}` is {bytes} bytes; it must be a multiple of 4", node.name));
         }
         return Some(BufferSize::Bytes(bytes));
@@ -163,7 +163,7 @@ fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {
     let table = node.table()?;
     let stride = table.need("stride").and_then(|node| {
         let stride = node.integer(4..=LARGEST_STRIDE)? as u32;
-        if stride % 4 == 0 {
+        if stride.is_multiple_of(4) {
             return Some(stride);
         }
         node.bad_value(format!("`{}` is {stride} bytes; it must be a multiple of 4", node.name))

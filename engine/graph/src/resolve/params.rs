@@ -12,15 +12,10 @@ use crate::value::{ValueType, describe, typed};
 pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Param> {
     let (before, name) = (found.len(), &param.name);
     let whose = format!("`params.{}`", name.value);
-    let ty = match &param.ty {
-        Some(word) => param_type(&word.value, &word.span, found),
-        None => {
-            if !param.flawed {
-                found.push(missing(&whose, "type", &name.span));
-            }
-            None
-        }
-    };
+    if param.ty.is_none() && !param.flawed {
+        found.push(missing(&whose, "type", &name.span));
+    }
+    let ty = param.ty.as_ref().and_then(|word| param_type(&word.value, &word.span, found));
     let default = match (&param.default, ty) {
         (Some(literal), Some(ty)) => default(param, literal, ty, found),
         (None, _) if !param.flawed => {

@@ -12,7 +12,7 @@ use crate::model::{self, At};
 use crate::value::ValueType;
 
 /// The facts of `when` that are no param.
-const FACTS: [(&str, Fact); 3] = [
+pub const FACTS: [(&str, Fact); 3] = [
     ("world.has_emission", Fact::WorldHasEmission),
     ("world.has_transparency", Fact::WorldHasTransparency),
     ("world.has_voxels", Fact::WorldHasVoxels),
@@ -25,21 +25,10 @@ pub fn pass(pass: &model::Pass, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) 
     let whose = format!("pass `{}`", pass.name.value);
     let bind: Vec<Bind> = pass.bind.iter().map(|entry| bind(entry, scope, found)).collect();
     let request = request(pass, &whose, &bind, scope, found);
-    let dispatch = match &pass.dispatch {
-        Some(given) => dispatch(given, scope, found),
-        None => {
-            if !pass.flawed {
-                let targets = bind.iter().filter_map(|entry| entry.target.as_ref()).map(|target| target.value.0);
-                let mut targets = targets.map(|id| &scope.resources[id.0 as usize].item);
-                let target = targets.find(|resource| matches!(resource.kind, ResourceKind::Target(_)));
-                let name = target.map_or("NAME", |target| &target.name);
-                found.push(missing(&whose, "dispatch", &pass.name.span).help(format!(
-                    "e.g. `dispatch = {{ threads = \"{name}\" }}` for one thread per texel of a target"
-                )));
-            }
-            None
-        }
-    };
+    if pass.dispatch.is_none() && !pass.flawed {
+        found.push(missing_dispatch(pass, &whose, &bind, scope));
+    }
+    let dispatch = pass.dispatch.as_ref().and_then(|given| dispatch(given, scope, found));
     Pass {
         name: pass.name.clone(),
         request,
@@ -52,6 +41,17 @@ pub fn pass(pass: &model::Pass, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) 
         every: pass.every.as_ref().map(|every| every.value),
         sound: !pass.flawed,
     }
+}
+
+/// The diagnostic for a pass without `dispatch`, with the first target that it binds as the likely one.
+fn missing_dispatch(pass: &model::Pass, whose: &str, bind: &[Bind], scope: &Scope<'_>) -> Diagnostic {
+    let mut bound = (bind.iter())
+        .filter_map(|entry| entry.target.as_ref())
+        .map(|target| &scope.resources[target.value.0.0 as usize].item);
+    let target = bound.find(|resource| matches!(resource.kind, ResourceKind::Target(_)));
+    let name = target.map_or("NAME", |target| &target.name);
+    missing(whose, "dispatch", &pass.name.span)
+        .help(format!("e.g. `dispatch = {{ threads = \"{name}\" }}` for one thread per texel of a target"))
 }
 
 /// What to compile: the file's defines, and one more for each world layout that is bound.

@@ -277,8 +277,7 @@ fn show(name: &str, display: &At<Display>, format: Format, found: &mut Vec<Diagn
     let Display { map, range, channel } = &display.value;
     let map = map.unwrap_or(default_map(format));
     let needs = match map {
-        DisplayMap::Color if !float || channels < 3 => "a float format with 3 or 4 channels",
-        DisplayMap::Normal if !float || channels < 3 => "a float format with 3 or 4 channels",
+        DisplayMap::Color | DisplayMap::Normal if !float || channels < 3 => "a float format with 3 or 4 channels",
         DisplayMap::Raw if !float => "a float or normalised format",
         DisplayMap::Id | DisplayMap::Integer if float => "an integer format",
         _ => "",

@@ -2,6 +2,7 @@
 //! `INSTA_UPDATE=always cargo test -p raxel-graph --release --test front` writes the snapshots anew; read the difference.
 
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 
 use raxel_diagnostics::codes;
 
@@ -73,7 +74,7 @@ const VALUES: &[Case] = &[
     ("RX0152", BASE, r#"display = { map = "turbo", range = [0.0, 500.0] }"#, r#"display = "id""#),
     ("RX0152", BASE, r#"map = "turbo", range"#, r#"map = "turbo", channel = 1, range"#),
     ("RX0014", BASE, r#"map = "turbo", range = [0.0, 500.0]"#, r#"map = "jet""#),
-    ("RX0014", BASE, r#"range = [0.0, 500.0]"#, r#"range = [500.0, 0.0]"#),
+    ("RX0014", BASE, "range = [0.0, 500.0]", "range = [500.0, 0.0]"),
     ("RX0153", BASE, "default = 1.0", "default = 9.0"),
     ("RX0153", BASE, "range = [0.0, 8.0]", "range = [8.0, 0.0]"),
     ("RX0153", BASE, "default = true", "default = true\nrange = [0.0, 1.0]"),
@@ -243,7 +244,7 @@ fn check(family: &str, cases: &[Case]) {
     for (code, file, old, new) in cases {
         let talk = Project::new().edit(file, old, new).talk(BASE);
         assert!(talk.contains(&format!("[{code}]")), "{code} is not in\n{talk}\nafter {old:?} → {new:?}");
-        said += &format!("──── {file}: {old:?} → {new:?}\n{talk}\n");
+        writeln!(said, "──── {file}: {old:?} → {new:?}\n{talk}").unwrap();
     }
     insta::assert_snapshot!(family, said);
 }

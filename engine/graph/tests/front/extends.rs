@@ -1,5 +1,7 @@
 //! Graphs that extend others.
 
+use std::fmt::Write as _;
+
 use raxel_graph::checked::{Clear, Dispatch, ResourceKind, Value};
 
 use crate::files::Project;
@@ -84,7 +86,7 @@ fn mistakes_point_into_the_file_that_they_are_in() {
         "[[passes]]\nname = \"new\"\nshader = \"pyramid.comp\"\ndispatch = [1]\nbind = { above = { remove = true } }\n",
         "[[passes]]\nname = \"finish\"\ndispatch = [1]\n[[passes]]\nname = \"finish\"\ndispatch = [2]\n",
     ] {
-        said += &format!("──── {text:?}\n{}\n", over(text).talk(OVER));
+        writeln!(said, "──── {text:?}\n{}", over(text).talk(OVER)).unwrap();
     }
     insta::assert_snapshot!("extends", said);
 }
@@ -113,7 +115,10 @@ fn a_row_that_does_not_end_is_named() {
 #[test]
 fn counts_have_caps() {
     let mut project = Project::new();
-    let many: String = (0..=4096).map(|n| format!("[params.p{n}]\ntype = \"f32\"\ndefault = 0.0\n")).collect();
+    let mut many = String::new();
+    for n in 0..=4096 {
+        writeln!(many, "[params.p{n}]\ntype = \"f32\"\ndefault = 0.0").unwrap();
+    }
     project.put("graphs/many.toml", &many);
     assert!(project.talk("graphs/many.toml").contains("[RX0155]"));
 }

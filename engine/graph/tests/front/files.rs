@@ -5,8 +5,7 @@ use std::sync::{Arc, LazyLock};
 
 use raxel_diagnostics::render::human;
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap};
-use raxel_graph::checked::Graph;
-use raxel_graph::{SourceLayout, compile};
+use raxel_graph::{Compiled, SourceLayout, compile};
 use raxel_shader::Compiler;
 use raxel_shader::interface::{Block, Member, Scalar, Type};
 
@@ -57,7 +56,7 @@ impl Project {
         self
     }
 
-    pub fn compile(&self, path: &str) -> (Result<(Graph, Vec<Diagnostic>), Vec<Diagnostic>>, SourceMap) {
+    pub fn compile(&self, path: &str) -> (Compiled, SourceMap) {
         let mut texts = SourceMap::default();
         let changed = SHADERS.iter().any(|(path, text)| self.files[*path][..] != *text.as_bytes())
             || self

@@ -4,3 +4,5 @@ mod errors;
 mod extends;
 mod files;
 mod happy;
+mod mutations;
+mod schema;

@@ -1,0 +1,329 @@
+//! The JSON Schema (draft 7) of a graph file, for editors: completion, hover texts, mistakes underlined while typing. What can only
+//! be known with the shaders at hand the compiler says.
+
+use raxel_shader::format::Format;
+use serde_json::{Value, json};
+
+use crate::checked::Builtin;
+use crate::parse::DISPLAY_MAPS;
+use crate::resolve::FACTS;
+use crate::value::ValueType;
+
+/// The schema of `graphs/*.toml`.
+pub fn schema() -> Value {
+    json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "raxel graph",
+        "description": "A compute render graph: targets, buffers, params and passes.",
+        "type": "object",
+        "additionalProperties": false,
+        "properties": {
+            "name": text("Name of the graph."),
+            "about": text("What it shows, in one line."),
+            "present": text("The target or buffer that is shown when nobody chooses another."),
+            "extends": text("Another graph file, relative to this one, of which only the differences are written here: tables are laid over each other by name, key by key; passes by `name`."),
+            "params": named("Live values: sliders in the window, tracks in a demo, `--set` on the command line.", "param"),
+            "targets": named("Images that passes read and write.", "target"),
+            "buffers": named("Storage buffers. They share their names with the targets.", "buffer"),
+            "passes": {
+                "description": "Compute dispatches, in the order in which they run.",
+                "type": "array",
+                "items": reference("pass"),
+            },
+        },
+        "definitions": {
+            "param": param(),
+            "target": target(),
+            "buffer": buffer(),
+            "pass": pass(),
+            "bind": bind(),
+            "fills": {
+                "description": "Values by member; members of structs in nested tables or by quoted path, e.g. \"sun.direction\".",
+                "type": "object",
+                "additionalProperties": reference("member"),
+            },
+            "member": member(),
+            "from": from(),
+            "literal": {
+                "description": "A number, a boolean, or an array of them: as many as a vector has components, columns of a matrix, elements of an array.",
+                "anyOf": [
+                    { "type": ["number", "boolean"] },
+                    { "type": "array", "items": reference("literal") },
+                ],
+            },
+            "counts": {
+                "type": "array",
+                "items": { "type": "integer", "minimum": 1, "maximum": u32::MAX },
+                "minItems": 1,
+                "maxItems": 3,
+            },
+            "remove": flag("Takes it out of the base graph."),
+            "history": {
+                "description": "How many earlier frames are kept, to be read as `NAME@1`, `NAME@2`, …",
+                "type": "integer",
+                "minimum": 0,
+                "maximum": 16,
+            },
+        },
+    })
+}
+
+fn text(about: &str) -> Value {
+    json!({ "description": about, "type": "string" })
+}
+
+fn flag(about: &str) -> Value {
+    json!({ "description": about, "type": "boolean" })
+}
+
+fn reference(definition: &str) -> Value {
+    json!({ "$ref": format!("#/definitions/{definition}") })
+}
+
+/// A table of tables that are named by the author.
+fn named(about: &str, definition: &str) -> Value {
+    json!({
+        "description": about,
+        "type": "object",
+        "propertyNames": { "pattern": "^[A-Za-z0-9_-]{1,64}$" },
+        "additionalProperties": reference(definition),
+    })
+}
+
+/// A table with those keys and no others.
+fn table(about: &str, properties: &Value) -> Value {
+    json!({ "description": about, "type": "object", "additionalProperties": false, "properties": properties })
+}
+
+fn literal(about: &str) -> Value {
+    json!({ "description": about, "allOf": [reference("literal")] })
+}
+
+fn words<'w>(about: &str, words: impl Iterator<Item = &'w str>) -> Value {
+    json!({ "description": about, "type": "string", "enum": words.collect::<Vec<_>>() })
+}
+
+fn integer(about: &str, minimum: u64, maximum: u64) -> Value {
+    json!({ "description": about, "type": "integer", "minimum": minimum, "maximum": maximum })
+}
+
+fn pair(about: &str) -> Value {
+    json!({ "description": about, "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 })
+}
+
+fn param() -> Value {
+    table(
+        "A live value.",
+        &json!({
+            "type": words("Its type.", ValueType::words().filter(|word| *word != "mat4")),
+            "default": literal("Its value until somebody sets it."),
+            "range": pair("Smallest and largest value, for each component."),
+            "step": { "description": "Step of the slider.", "type": "number", "minimum": 0 },
+            "label": text("Text beside the slider."),
+            "remove": reference("remove"),
+        }),
+    )
+}
+
+fn target() -> Value {
+    table(
+        "An image.",
+        &json!({
+            "format": words("Texel format, named by GLSL's own layout qualifier.", Format::ALL.iter().map(|f| f.name())),
+            "size": size(),
+            "mips": {
+                "description": "Number of mips; \"full\" goes down to one texel.",
+                "anyOf": [{ "type": "integer", "minimum": 1, "maximum": 17 }, { "const": "full" }],
+            },
+            "layers": integer("Array layers.", 1, 2048),
+            "history": reference("history"),
+            "clear": literal("Fills it at the start of each frame: one number, or one a channel."),
+            "init": literal("Fills it at creation and on reset; the contents then survive from frame to frame."),
+            "display": display(),
+            "remove": reference("remove"),
+        }),
+    )
+}
+
+fn size() -> Value {
+    let texels = json!({ "type": "integer", "minimum": 1, "maximum": 65_536 });
+    let scale = json!({ "type": "number", "minimum": 0.0001, "maximum": 64 });
+    let both = json!({ "anyOf": [scale, { "type": "array", "items": scale, "minItems": 2, "maxItems": 2 }] });
+    json!({
+        "description": "A part of the output (0.5), texels ([w, h] or [w, h, d]), or a part of another target. The output when left out.",
+        "anyOf": [
+            scale,
+            { "type": "array", "items": texels, "minItems": 2, "maxItems": 3 },
+            table("A part of another target, or of the output.", &json!({
+                "of": text("The other target; the output when left out."),
+                "scale": { "description": "The part; two numbers for width and height of the output.", "allOf": [both] },
+            })),
+        ],
+    })
+}
+
+fn display() -> Value {
+    let maps = || DISPLAY_MAPS.iter().map(|(word, _)| *word);
+    json!({
+        "description": "How it becomes a picture.",
+        "anyOf": [
+            words("The map.", maps()),
+            table("The map with its settings.", &json!({
+                "map": words("The map.", maps()),
+                "range": pair("Values shown as the ends of the map."),
+                "channel": integer("The channel that maps of one channel show.", 0, 3),
+            })),
+        ],
+    })
+}
+
+fn buffer() -> Value {
+    table(
+        "A storage buffer.",
+        &json!({
+            "size": {
+                "description": "Bytes, a number of elements, or one element per pixel of a target.",
+                "anyOf": [
+                    { "type": "integer", "minimum": 4 },
+                    table("Elements.", &json!({
+                        "count": { "description": "Number of elements.", "type": "integer", "minimum": 1 },
+                        "of": text("One element per pixel of this target."),
+                        "stride": integer("Bytes of an element, a multiple of 4.", 4, 1 << 20),
+                    })),
+                ],
+            },
+            "source": text("What supplies it from outside, e.g. `world.tree64`."),
+            "clear": { "description": "32-bit pattern that fills it at the start of each frame.", "type": "integer" },
+            "init": { "description": "32-bit pattern that fills it at creation and on reset.", "type": "integer" },
+            "history": reference("history"),
+            "remove": reference("remove"),
+        }),
+    )
+}
+
+fn pass() -> Value {
+    table(
+        "One compute dispatch of one shader.",
+        &json!({
+            "name": text("Its name."),
+            "shader": text("The shader, relative to shaders/."),
+            "entry": text("The entry point; `main` when left out."),
+            "defines": {
+                "description": "Preprocessor definitions.",
+                "type": "object",
+                "additionalProperties": { "type": ["string", "number", "boolean"] },
+            },
+            "specialization": {
+                "description": "Specialization constants by name.",
+                "type": "object",
+                "additionalProperties": { "type": ["number", "boolean"] },
+            },
+            "dispatch": dispatch(),
+            "bind": {
+                "description": "GLSL name = resource. `NAME@1` is the last frame of NAME.",
+                "type": "object",
+                "additionalProperties": reference("bind"),
+            },
+            "push": { "description": "The push constants: every member of the shader's block.", "allOf": [reference("fills")] },
+            "uniforms": {
+                "description": "Uniform blocks that raxel fills, by GLSL name.",
+                "type": "object",
+                "additionalProperties": reference("fills"),
+            },
+            "when": when(),
+            "every": {
+                "description": "Runs at a rhythm of its own.",
+                "anyOf": [
+                    table("So many times a second of the clock.", &json!({ "hz": { "type": "number", "exclusiveMinimum": 0, "maximum": 10_000 } })),
+                    table("Every so many frames.", &json!({ "frames": { "type": "integer", "minimum": 1, "maximum": u32::MAX } })),
+                ],
+            },
+            "before": text("Over a base: puts the pass before this one."),
+            "after": text("Over a base: puts the pass after this one."),
+            "remove": reference("remove"),
+        }),
+    )
+}
+
+fn dispatch() -> Value {
+    json!({
+        "description": "How many workgroups: [x, y, z], or as many as cover some threads.",
+        "anyOf": [
+            reference("counts"),
+            table("Threads.", &json!({
+                "threads": {
+                    "description": "One thread per texel of a target, or [x, y, z] threads.",
+                    "anyOf": [{ "type": "string" }, reference("counts")],
+                },
+                "mip": integer("The mip whose texels are meant.", 0, 16),
+            })),
+            table("Workgroups.", &json!({ "groups": reference("counts") })),
+            table("Workgroups read from a buffer.", &json!({
+                "indirect": text("The buffer: three `uint`s."),
+                "offset": { "description": "Bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4 },
+            })),
+        ],
+    })
+}
+
+fn bind() -> Value {
+    json!({
+        "anyOf": [
+            text("The resource."),
+            table("A resource with its view.", &json!({
+                "target": text("The resource."),
+                "mip": integer("The mip. A storage image is one (0 when left out), a sampled image all of them.", 0, 16),
+                "layer": integer("One layer of many, as a plain 2-D image.", 0, 65_535),
+                "filter": words("Filter of a sampled image; `nearest` when left out.", ["nearest", "linear"].into_iter()),
+                "wrap": words("What lies beyond the edge of a sampled image; `clamp` when left out.", ["clamp", "repeat"].into_iter()),
+                "remove": reference("remove"),
+            })),
+        ],
+    })
+}
+
+fn member() -> Value {
+    json!({
+        "anyOf": [
+            reference("from"),
+            reference("literal"),
+            table("A member with its type, checked against the shader.", &json!({
+                "type": {
+                    "description": "Its type; an array as `vec4[8]`.",
+                    "anyOf": [
+                        words("", ValueType::words()),
+                        { "type": "string", "pattern": format!("^({})\\[[0-9]+\\]$", ValueType::words().collect::<Vec<_>>().join("|")) },
+                    ],
+                },
+                "from": reference("from"),
+                "value": reference("literal"),
+                "offset": integer("Its offset in bytes, if it shall be checked.", 0, u32::MAX.into()),
+                "remove": reference("remove"),
+            })),
+            reference("fills"),
+        ],
+    })
+}
+
+fn from() -> Value {
+    let builtins: Vec<Value> =
+        Builtin::ALL.iter().map(|builtin| json!({ "const": builtin.name(), "description": builtin.about() })).collect();
+    let mut any = vec![
+        json!({ "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "A param." }),
+        json!({ "type": "string", "pattern": "^target\\.[A-Za-z0-9_-]+\\.size$", "description": "Extent of a target in texels." }),
+    ];
+    any.extend(builtins);
+    json!({ "description": "Where the value comes from.", "anyOf": any })
+}
+
+fn when() -> Value {
+    let facts: Vec<String> = FACTS.iter().flat_map(|(fact, _)| [(*fact).to_owned(), format!("!{fact}")]).collect();
+    json!({
+        "description": "Runs only while this holds; `!` negates.",
+        "anyOf": [
+            { "enum": facts },
+            { "type": "string", "pattern": "^!?param\\.[A-Za-z0-9_-]+$", "description": "A param of type bool." },
+            { "const": "always", "description": "Takes the condition of the base away." },
+        ],
+    })
+}
