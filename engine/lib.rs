@@ -1,1 +1,24 @@
-//! raxel
+#![doc = include_str!("../README.md")]
+
+pub use raxel_diagnostics::{Diagnostic, SourceMap, render};
+pub use raxel_graph::checked::Value;
+pub use raxel_runtime::camera::Camera;
+pub use raxel_runtime::execute::{FrameReport, PassTime, Picture, Shown, SwapReport, Texels};
+pub use raxel_runtime::project::Project;
+pub use raxel_runtime::reload::ReloadEvent;
+pub use raxel_runtime::session::Validation;
+pub use raxel_runtime::show::Show;
+pub use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
+
+/// Vulkan: devices, and surfaces for windows of your own.
+pub use raxel_gpu as gpu;
+/// The graph compiler: file, checked graph, plan.
+pub use raxel_graph as graph;
+/// The exact tracer and the error metrics.
+pub use raxel_oracle as oracle;
+/// Everything of a session that is not re-exported here.
+pub use raxel_runtime as runtime;
+/// The shader compiler and its interfaces.
+pub use raxel_shader as shader;
+/// Voxel worlds.
+pub use raxel_world as world;

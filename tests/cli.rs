@@ -53,7 +53,9 @@ fn all_mistakes_are_reported_at_once_with_their_places() {
         .edit("graphs/primary.toml", "type    = \"f32\"\ndefault = 1.0", "typ     = \"f32\"\ndefault = 1.0")
         .edit("graphs/primary.toml", "exposure      = { type = \"f32\"", "exposure      = { type = \"i32\"");
     let run = project.raxel(&["check", "graphs/primary.toml"]).exits(3);
-    for part in ["error[RX", "--> graphs/primary.toml:", "colour", "did you mean `color`?", "`typ`", "shaders/primary.comp"] {
+    for part in
+        ["error[RX", "--> graphs/primary.toml:", "colour", "did you mean `color`?", "`typ`", "shaders/primary.comp"]
+    {
         assert!(run.stdout.contains(part), "{part:?} is not in\n{}", run.stdout);
     }
     let short = project.raxel(&["check", "graphs/primary.toml", "--format", "short"]).exits(3);

@@ -35,24 +35,30 @@ pub(crate) struct Args {
     pub messages: Messages,
 }
 
-/// A file of a template: its path in the project and its text.
-type TemplateFile = (&'static str, &'static str);
+/// A file of a template: its path in the project and its bytes.
+type TemplateFile = (&'static str, &'static [u8]);
 
 macro_rules! shipped {
-    ($($path:literal),* $(,)?) => { &[$(($path, include_str!(concat!("../../../../", $path)))),*] };
+    ($($path:literal),* $(,)?) => { &[$(($path, include_bytes!(concat!("../../../../", $path)).as_slice())),*] };
 }
 
-const VOXEL: &[TemplateFile] = shipped!["graphs/primary.toml", "shaders/primary.comp", "worlds/valley.toml"];
-
-const VOXEL_OWN: &[TemplateFile] = &[("README.md", include_str!("../../templates/voxel/README.md"))];
-
-const MINIMAL: &[TemplateFile] = &[
-    ("README.md", include_str!("../../templates/minimal/README.md")),
-    ("graphs/primary.toml", include_str!("../../templates/minimal/graphs/primary.toml")),
-    ("shaders/paint.comp", include_str!("../../templates/minimal/shaders/paint.comp")),
+const VOXEL: &[TemplateFile] = shipped![
+    "graphs/primary.toml",
+    "shaders/primary.comp",
+    "worlds/valley.toml",
+    "worlds/models/tree.vox",
+    "worlds/models/pine.vox",
 ];
 
-const EVERY: &[TemplateFile] = &[(".gitignore", include_str!("../../templates/gitignore"))];
+const VOXEL_OWN: &[TemplateFile] = &[("README.md", include_bytes!("../../templates/voxel/README.md").as_slice())];
+
+const MINIMAL: &[TemplateFile] = &[
+    ("README.md", include_bytes!("../../templates/minimal/README.md").as_slice()),
+    ("graphs/primary.toml", include_bytes!("../../templates/minimal/graphs/primary.toml").as_slice()),
+    ("shaders/paint.comp", include_bytes!("../../templates/minimal/shaders/paint.comp").as_slice()),
+];
+
+const EVERY: &[TemplateFile] = &[(".gitignore", include_bytes!("../../templates/gitignore").as_slice())];
 
 pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
     let folder = &args.folder;
@@ -70,8 +76,8 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
         Template::Voxel => VOXEL.iter().chain(VOXEL_OWN).chain(EVERY).collect(),
         Template::Minimal => MINIMAL.iter().chain(EVERY).collect(),
     };
-    for (path, text) in files {
-        write(&folder.join(path), text)?;
+    for (path, bytes) in files {
+        write(&folder.join(path), bytes)?;
     }
     for sub in ["worlds", "shaders"] {
         make_folder(&folder.join(sub))?;
@@ -81,11 +87,11 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
     Ok(())
 }
 
-fn write(path: &Path, text: &str) -> Result {
+fn write(path: &Path, bytes: &[u8]) -> Result {
     if let Some(folder) = path.parent() {
         make_folder(folder)?;
     }
-    fs::write(path, text).map_err(|error| Failure::usage(format!("`{}` cannot be written: {error}", path.display())))
+    fs::write(path, bytes).map_err(|error| Failure::usage(format!("`{}` cannot be written: {error}", path.display())))
 }
 
 fn make_folder(folder: &Path) -> Result {

@@ -1,0 +1,214 @@
+//! `raxel render` on a real device: bytes that repeat, every kind of output, and what is said when something is in the way.
+
+mod common;
+
+use std::path::Path;
+
+use common::{Project, Run, command, raxel, raxel_in};
+
+/// A quick picture of the shipped graph that needs no big world.
+const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
+
+fn menger(more: &[&str]) -> Run {
+    raxel(&[&MENGER[..], more].concat())
+}
+
+fn decoded(path: &Path) -> image::RgbImage {
+    image::open(path).unwrap().into_rgb8()
+}
+
+#[test]
+fn the_same_command_gives_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let pictures: Vec<Vec<u8>> = ["a.png", "b.png"]
+        .iter()
+        .map(|name| {
+            let path = folder.path().join(name);
+            raxel(&["render", "graphs/primary.toml", "--size", "128x72", "-o", path.to_str().unwrap()]).exits(0);
+            std::fs::read(path).unwrap()
+        })
+        .collect();
+    assert!(pictures[0] == pictures[1]);
+    let picture = decoded(&folder.path().join("a.png"));
+    assert_eq!(picture.dimensions(), (128, 72));
+    let colors: std::collections::HashSet<_> = picture.pixels().collect();
+    assert!(colors.len() > 100, "{} colours are no valley", colors.len());
+}
+
+#[test]
+fn an_exr_holds_the_texels_of_the_target() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("d.exr");
+    menger(&["--target", "depth", "--set", "sky_depth=-1", "-o", path.to_str().unwrap()]).exits(0);
+    let image = exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
+    let size = image.layer_data.size;
+    assert_eq!((size.0, size.1), (96, 54));
+    let channels = &image.layer_data.channel_data.list;
+    assert_eq!(channels.len(), 1, "depth has one channel");
+    let depth: Vec<f32> = channels[0].sample_data.values_as_f32().collect();
+    assert!(depth.iter().any(|&d| d == -1.0), "the sky has the value that was set");
+    assert!(depth.iter().any(|&d| d > 1.0), "the sponge is some voxels away");
+    assert!(depth.iter().all(|&d| d == -1.0 || d > 0.0));
+}
+
+#[test]
+fn frames_and_their_shards_are_the_same_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let pattern = |name: &str| folder.path().join(name).join("%03d.png").to_str().unwrap().to_owned();
+    let frames = ["render", "worlds/valley.demo.toml", "--size", "48x27", "--fps", "2", "--frames", "5", "-o"];
+    raxel(&[&frames[..], &[&pattern("whole")]].concat()).exits(0);
+    for part in ["1/2", "2/2"] {
+        raxel(&[&frames[..], &[&pattern("parts"), "--shard", part]].concat()).exits(0);
+    }
+    let read = |name: &str, frame: u32| std::fs::read(folder.path().join(format!("{name}/{frame:03}.png"))).unwrap();
+    for frame in 0..5 {
+        assert!(read("whole", frame) == read("parts", frame), "frame {frame}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path().join("parts")).unwrap().count(), 5);
+    assert!(read("whole", 0) != read("whole", 2), "the camera flies");
+}
+
+#[test]
+fn a_film_needs_ffmpeg_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = folder.path().join("film.mp4");
+    let arguments = [&MENGER[..], &["--frames", "2", "-o", film.to_str().unwrap()]].concat();
+    let output = command(common::repository(), &arguments).env("PATH", folder.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("needs ffmpeg") && said.contains("frames/%04d.png"), "{said}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_said_before_anything_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    std::fs::create_dir(inside("d.png")).unwrap();
+    // The graph does not exist either; the output is looked at first.
+    for output in [inside("no/a.png"), inside("a"), inside("a.jpg"), inside("%d%d.png")] {
+        let run = raxel(&["render", "graphs/none.toml", "-o", &output]).exits(2);
+        assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
+    }
+    raxel(&["render", "graphs/none.toml", "-o", &inside("a.png")]).exits(3);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is written");
+}
+
+#[test]
+fn broken_projects_write_nothing() {
+    let project = Project::shipped();
+    project.edit("shaders/primary.comp", "void main", "void mian");
+    let before = project.files();
+    let run = project.raxel(&["render", "-o", "p.png"]).exits(3);
+    assert!(run.stdout.is_empty() && run.stderr.contains("shaders/primary.comp"), "{}", run.stderr);
+    project.write("worlds/valley.toml", "[[build]]\nop = \"bix\"\n");
+    let run = project.raxel(&["render", "-o", "p.png", "--format", "short"]).exits(3);
+    assert!(run.stderr.contains("worlds/valley.toml:2:"), "both files are reported at once: {}", run.stderr);
+    assert!(run.stderr.contains("shaders/primary.comp:"), "{}", run.stderr);
+    assert_eq!(project.files(), before);
+}
+
+#[test]
+fn names_and_values_on_the_command_line_are_checked() {
+    for (arguments, said) in [
+        (["--set", "sky_deep=1"], "did you mean `sky_depth`?"),
+        (["--set", "sky_depth=much"], "sky_depth"),
+        (["--set", "sky_depth"], "has no `=`"),
+        (["--target", "dept"], "did you mean `depth`?"),
+        (["--after", "inspct"], "did you mean `inspect`?"),
+        (["--camera", "1,2"], "three numbers"),
+        (["--shard", "3/2"], "PART/PARTS"),
+    ] {
+        let run = menger(&[&arguments[..], &["-o", "never.png"]].concat()).exits(2);
+        assert!(run.stderr.contains(said), "{arguments:?}: {}", run.stderr);
+        assert!(!common::repository().join("never.png").exists());
+    }
+}
+
+#[test]
+fn without_a_driver_the_exit_code_is_4_with_the_command_that_installs_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let output = command(common::repository(), &[&MENGER[..], &["-o", path.to_str().unwrap()]].concat())
+        .env("VK_DRIVER_FILES", "/nonexistent.json")
+        .env("VK_ICD_FILENAMES", "/nonexistent.json")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(4));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("apt-get install"));
+    assert!(!path.exists());
+}
+
+#[test]
+fn what_was_rendered_is_told_as_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let told = menger(&["-o", path.to_str().unwrap(), "--format", "json", "--time", "--validate"]).exits(0).json();
+    assert_eq!(told[0]["reason"], "rendered");
+    assert_eq!(told[0]["size"], serde_json::json!([96, 54]));
+    assert_eq!(told[0]["passes"][0]["pass"], "inspect");
+    assert!(told[0]["passes"][0]["milliseconds"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn the_camera_can_be_put_anywhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let take = |name: &str, camera: &[&str]| {
+        let path = folder.path().join(name);
+        menger(&[camera, &["-o", path.to_str().unwrap()]].concat()).exits(0);
+        decoded(&path)
+    };
+    let hinted = take("hint.png", &[]);
+    let moved = take("moved.png", &["--camera", "-80,200,-60", "--look-at", "40,40,40"]);
+    assert!(hinted != moved);
+    // The same place by another name.
+    assert!(moved == take("again.png", &["--camera=-80.0,2e2,-60", "--look-at=40,40,40"]));
+}
+
+#[test]
+fn a_new_project_renders_with_the_binary_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    for template in ["voxel", "minimal"] {
+        let project = folder.path().join(template);
+        raxel_in(folder.path(), &["new", template, "--template", template]).exits(0);
+        raxel_in(&project, &["render", "-o", "p.png", "--size", "64x36", "--validate"]).exits(0);
+        assert_eq!(decoded(&project.join("p.png")).dimensions(), (64, 36));
+        // From a folder inside it, too.
+        raxel_in(&project.join("graphs"), &["render", "-o", "q.png", "--size", "64x36"]).exits(0);
+        let read = |path: &str| std::fs::read(project.join(path)).unwrap();
+        assert!(read("p.png") == read("graphs/q.png"));
+    }
+}
+
+#[test]
+fn the_doctor_finds_nothing_wrong_where_the_tests_run() {
+    let run = raxel(&["doctor"]).exits(0);
+    for line in ["devices", "shader compiler", "rendering", "project"] {
+        assert!(run.stdout.contains(line), "{}", run.stdout);
+    }
+    let found = raxel(&["doctor", "--format", "json"]).exits(0).json();
+    assert!(found.iter().all(|finding| finding["state"] != "bad"));
+}
+
+#[test]
+fn worlds_go_out_and_come_in() {
+    let project = Project::shipped();
+    let said = project.raxel(&["world", "info", "worlds/menger.toml", "--format", "json"]).exits(0).json();
+    let solids = said[0]["info"]["solids"].as_u64().unwrap();
+    assert!(solids > 1000);
+    project.raxel(&["world", "export", "worlds/menger.toml", "-o", "cube.vox"]).exits(0);
+    project.raxel(&["world", "import", "cube.vox"]).exits(0);
+    let imported = project.raxel(&["world", "info", "worlds/cube.toml", "--format", "json"]).exits(0).json();
+    assert_eq!(imported[0]["info"]["solids"].as_u64().unwrap(), solids);
+    project.raxel(&["check", "worlds/cube.toml"]).exits(0);
+    project.raxel(&["world", "import", "cube.vox"]).exits(2);
+    project.raxel(&["world", "import", "cube.vox", "--force"]).exits(0);
+
+    let before = project.files();
+    project.write("broken.vox", b"VOX nonsense");
+    project.raxel(&["world", "import", "broken.vox"]).exits(3);
+    project.raxel(&["world", "import", "missing.vox"]).exits(3);
+    project.raxel(&["world", "export", "worlds/none.toml", "-o", "x.vox"]).exits(3);
+    std::fs::remove_file(project.path("broken.vox")).unwrap();
+    assert_eq!(project.files(), before);
+}

@@ -1,0 +1,86 @@
+//! Every file that raxel ships runs: each graph over each world, each demo at each of its keys, with the validation layer silent.
+
+use raxel::runtime::show::Show;
+use raxel::{Options, Project, Session, Validation};
+
+/// A small picture that is no multiple of a workgroup.
+const SIZE: [u32; 2] = [50, 29];
+
+fn repository() -> Project {
+    Project::at(env!("CARGO_MANIFEST_DIR").as_ref()).unwrap()
+}
+
+fn options() -> Options {
+    let project = Some(env!("CARGO_MANIFEST_DIR").into());
+    Options { project, size: SIZE, validation: Validation::Required, ..Options::default() }
+}
+
+fn open(what: &str, options: Options) -> Session {
+    let session = Session::open(options).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let warnings: Vec<_> = session.warnings().iter().map(|warning| warning.message.clone()).collect();
+    assert!(warnings.is_empty(), "{what} has warnings: {warnings:?}");
+    session
+}
+
+/// The pictures of the next two frames; the second is drawn with the history of the first.
+fn run(what: &str, session: &mut Session) -> Vec<u8> {
+    for _ in 0..2 {
+        session.frame().unwrap_or_else(|error| panic!("{what}: {error}"));
+    }
+    let picture = session.read_presented().unwrap_or_else(|error| panic!("{what}: {error}"));
+    assert_eq!([picture.width, picture.height], SIZE);
+    let messages = session.device().log().take();
+    assert!(messages.is_empty(), "{what}: {messages:#?}");
+    picture.rgba
+}
+
+fn differs(rgba: &[u8]) -> bool {
+    rgba.chunks_exact(4).any(|pixel| pixel != &rgba[..4])
+}
+
+#[test]
+fn every_graph_runs_over_every_world() {
+    let project = repository();
+    let (graphs, worlds) = (project.graphs(), project.worlds());
+    assert!(graphs.len() >= 3 && worlds.len() >= 3);
+    for graph in &graphs {
+        for world in &worlds {
+            let what = format!("{graph} over {world}");
+            let files = (Some(graph.into()), Some(world.into()));
+            let mut session = open(&what, Options { graph: files.0, world: files.1, ..options() });
+            assert!(differs(&run(&what, &mut session)), "{what} is of one colour");
+        }
+    }
+}
+
+#[test]
+fn every_target_of_every_graph_can_be_shown() {
+    let project = repository();
+    for graph in project.graphs() {
+        let world = Some("worlds/menger.toml".into());
+        let mut session = open(&graph, Options { graph: Some((&graph).into()), world, ..options() });
+        let names: Vec<String> = session.graph().resources.iter().map(|resource| resource.name.clone()).collect();
+        for name in names {
+            let what = format!("{name} of {graph}");
+            session.set_show(Show::resource(name)).unwrap();
+            run(&what, &mut session);
+        }
+    }
+}
+
+#[test]
+fn every_demo_runs_at_each_of_its_keys() {
+    let project = repository();
+    assert!(!project.demos().is_empty());
+    for path in project.demos() {
+        let mut session = open(&path, Options { demo: Some((&path).into()), ..options() });
+        let demo = session.demo().unwrap().clone();
+        let mut times: Vec<f64> = demo.camera.iter().map(|key| key.time).collect();
+        times.extend(demo.shows.iter().map(|key| key.time));
+        for time in times {
+            session.seek(time);
+            let what = format!("{path} at {time} s");
+            assert!(differs(&run(&what, &mut session)), "{what} is of one colour");
+        }
+    }
+}
