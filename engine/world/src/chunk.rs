@@ -94,7 +94,7 @@ impl Chunk {
             // The mixing step of FxHash; chunks with equal hashes are compared in full.
             (hash.rotate_left(5) ^ word).wrapping_mul(0x517c_c1b7_2722_0a95)
         });
-        Some(Self { hash, masks: masks.clone(), firsts, materials, solids })
+        Some(Self { hash, masks: Box::new(*masks), firsts, materials, solids })
     }
 
     /// A hash of the content.
@@ -206,7 +206,7 @@ impl Chunk {
                 occupied[2] |= u64::from(mask & 0x000f_000f_000f_000f << (4 * i) != 0) << (bz * 4 + i);
             }
         }
-        (occupied.map(u64::trailing_zeros), occupied.map(|bits| 63 - bits.leading_zeros()))
+        (occupied.map(u64::trailing_zeros), occupied.map(u64::ilog2))
     }
 
     /// Bytes that it takes in main memory.
@@ -253,7 +253,9 @@ impl Packed {
             return Self::Uniform(first);
         }
         let mut seen = vec![false; *plain.iter().max().expect("a chunk has solids") as usize + 1];
-        plain.iter().for_each(|&material| seen[material as usize] = true);
+        for &material in &plain {
+            seen[material as usize] = true;
+        }
         let palette: Box<[MaterialIndex]> =
             seen.iter().enumerate().filter(|(_, seen)| **seen).map(|(material, _)| material as MaterialIndex).collect();
         if palette.len() > 256 {
@@ -266,7 +268,7 @@ impl Packed {
 }
 
 /// The set bits of a mask, ascending.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Bits(pub u64);
 
 impl Iterator for Bits {

@@ -22,7 +22,8 @@ pub enum Mode {
 
 impl Default for DenseChunk {
     fn default() -> Self {
-        Self { masks: Box::new([0; BLOCKS]), voxels: vec![AIR; CHUNK_VOXELS].into() }
+        let masks = vec![0; BLOCKS].into_boxed_slice().try_into().expect("it is that long");
+        Self { masks, voxels: vec![AIR; CHUNK_VOXELS].into() }
     }
 }
 
@@ -44,7 +45,7 @@ impl DenseChunk {
     }
 
     /// Occupancy of every block.
-    pub fn masks(&self) -> &Box<[u64; BLOCKS]> {
+    pub fn masks(&self) -> &[u64; BLOCKS] {
         &self.masks
     }
 

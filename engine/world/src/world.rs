@@ -64,7 +64,7 @@ impl Bounds {
 }
 
 /// Voxels over the whole range of `i32` coordinates. Immutable once built.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct World {
     materials: Vec<Material>,
     chunks: BTreeMap<ChunkPos, Arc<Chunk>>,
@@ -121,10 +121,11 @@ impl World {
         let mut counts = vec![0; materials.len().max(1)];
         let mut bounds: Option<Bounds> = None;
         // Figures of a shared chunk are worked out once.
-        let mut known: HashMap<*const Chunk, (u64, ([u32; 3], [u32; 3]))> = HashMap::new();
+        let mut uses: HashMap<*const Chunk, u64> = HashMap::new();
+        let mut bounds_of = HashMap::new();
         for (pos, chunk) in &chunks {
-            let (uses, (low, high)) = known.entry(Arc::as_ptr(chunk)).or_insert_with(|| (0, chunk.bounds()));
-            *uses += 1;
+            *uses.entry(Arc::as_ptr(chunk)).or_default() += 1;
+            let (low, high) = bounds_of.entry(Arc::as_ptr(chunk)).or_insert_with(|| chunk.bounds());
             let origin = pos.origin().as_i64vec3().to_array();
             let here = Bounds {
                 min: std::array::from_fn(|i| origin[i] + i64::from(low[i])),
@@ -134,7 +135,7 @@ impl World {
         }
         for chunk in chunks.values() {
             // Each distinct chunk is counted at its first use, times its uses.
-            if let Some((uses, _)) = known.remove(&Arc::as_ptr(chunk)) {
+            if let Some(uses) = uses.remove(&Arc::as_ptr(chunk)) {
                 let mut of_chunk = vec![0; counts.len()];
                 chunk.count_materials(&mut of_chunk);
                 counts.iter_mut().zip(of_chunk).for_each(|(total, count)| *total += count * uses);
@@ -187,7 +188,8 @@ impl World {
 
     /// Centre of the bounds, in voxels; the origin for an empty world.
     pub fn centre(&self) -> I64Vec3 {
-        self.bounds.map_or(I64Vec3::ZERO, |b| I64Vec3::from_array(std::array::from_fn(|i| (b.min[i] + b.max[i]) / 2)))
+        self.bounds
+            .map_or(I64Vec3::ZERO, |b| I64Vec3::from_array(std::array::from_fn(|i| i64::midpoint(b.min[i], b.max[i]))))
     }
 
     /// Chunks with solids, in the order of their positions. Equal chunks are the same `Arc`.

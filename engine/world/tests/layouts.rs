@@ -58,7 +58,8 @@ fn chunks_voxels(buffer: &[u32]) -> Voxels {
     let (header, words) = buffer.split_at(ChunksHeader::WORDS as usize);
     let header: &ChunksHeader = bytemuck::from_bytes(bytemuck::cast_slice(header));
     let mut voxels = Voxels::new();
-    for entry in words[header.chunks_at as usize..][..4 * header.chunk_count as usize].chunks(4) {
+    let count = header.chunk_count as usize;
+    for entry in words[header.chunks_at as usize + count..][..4 * count].chunks(4) {
         for i in 0..32 * 32 * 32 {
             let material = (words[entry[3] as usize + i / 2] >> (16 * (i % 2))) as u16;
             if material != 0 {
@@ -152,7 +153,7 @@ fn equal_chunks_are_stored_once() {
     check(&many, 2);
     for &layout in Layout::ALL {
         let sizes = [&one, &many].map(|voxels| encode(layout, &world(voxels, 2)).words.len());
-        assert!(sizes[1] < sizes[0] + 256, "{}: {sizes:?}", layout.name());
+        assert!(sizes[1] < sizes[0] + 320, "{}: {sizes:?}", layout.name());
     }
 }
 

@@ -76,7 +76,7 @@ impl Maze {
         }
         let squares = plan.cells.map(|cells| {
             let thickness = |s: u32| if s.is_multiple_of(2) { plan.wall } else { plan.cell };
-            (0..2 * cells + 1).flat_map(|s| std::iter::repeat_n(s, thickness(s) as usize)).collect()
+            (0..=2 * cells).flat_map(|s| std::iter::repeat_n(s, thickness(s) as usize)).collect()
         });
         Self { bounds: plan.bounds(), width, squares, walls }
     }

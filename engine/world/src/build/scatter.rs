@@ -124,7 +124,7 @@ impl<'a> Ground<'a> {
                 let mask = chunk.mask(block_index(x >> 2, by, z >> 2));
                 let column = mask >> (x & 3 | (z & 3) << 2) & 0x0001_0001_0001_0001;
                 if column != 0 {
-                    let y = by * 4 + (63 - column.leading_zeros()) / 16;
+                    let y = by * 4 + column.ilog2() / 16;
                     let material = chunk.voxel(x, y, z);
                     debug_assert_ne!(material, AIR);
                     return Some((chunk_y * 64 + y as i32, material));

@@ -30,7 +30,7 @@ pub enum BuildError {
         /// Index of the operation.
         operation: usize,
         /// Chunks that it, or all operations up to it, reach over (or more).
-        chunks: u64,
+        chunks: u128,
         /// Chunks allowed.
         limit: u64,
     },
@@ -56,10 +56,10 @@ pub struct Shortfall {
 /// Builds a world from operations in order.
 pub fn build(materials: Vec<Material>, operations: &[Operation]) -> Result<(World, Vec<Shortfall>), BuildError> {
     // Sizes are known before anything is made, but for scatters.
-    let mut reach = 0;
+    let mut reach: u128 = 0;
     for (index, operation) in operations.iter().enumerate() {
         reach += chunks_reached(operation);
-        if reach > MAX_BUILD_CHUNKS {
+        if reach > u128::from(MAX_BUILD_CHUNKS) {
             return Err(BuildError::TooManyChunks { operation: index, chunks: reach, limit: MAX_BUILD_CHUNKS });
         }
     }
@@ -85,9 +85,9 @@ pub fn build(materials: Vec<Material>, operations: &[Operation]) -> Result<(Worl
 }
 
 /// Chunks that an operation may make; none when it only changes what is there.
-fn chunks_reached(operation: &Operation) -> u64 {
+fn chunks_reached(operation: &Operation) -> u128 {
     let of_box = |bounds: &Bounds, mode: Mode| match mode {
-        Mode::Add => chunk_ranges(bounds).iter().map(|r| (r.end - r.start).max(0) as u64).fold(1, u64::saturating_mul),
+        Mode::Add => chunk_ranges(bounds).iter().map(|r| (r.end - r.start).max(0) as u128).product(),
         Mode::Subtract | Mode::Paint => 0,
     };
     match operation {
@@ -118,7 +118,7 @@ impl<'a> Step<'a> {
     fn place(index: usize, placed: &'a Placed) -> Result<Self, BuildError> {
         let parts = placed.parts(MAX_BUILD_CHUNKS).ok_or(BuildError::TooManyChunks {
             operation: index,
-            chunks: MAX_BUILD_CHUNKS + 1,
+            chunks: u128::from(MAX_BUILD_CHUNKS) + 1,
             limit: MAX_BUILD_CHUNKS,
         })?;
         Ok(Self::Place(placed, parts))

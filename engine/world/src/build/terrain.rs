@@ -208,7 +208,7 @@ impl Terrain {
 
     fn height(&self, noise: &Sampler, river: Option<&(&River, Sampler)>, x: i64, z: i64) -> i64 {
         let (x, z) = (x as f64 + 0.5, z as f64 + 0.5);
-        let unit = (noise.at(x, z) + 1.0) / 2.0;
+        let unit = f64::midpoint(noise.at(x, z), 1.0);
         let raised = (1..self.exponent).fold(unit, |power, _| power * unit);
         let mut height = self.base + self.amplitude * raised;
         if let Some((river, noise)) = river {

@@ -19,15 +19,11 @@ impl Palette {
         let mut palette = Self { materials: vec![Material::air()], by_name: HashMap::new() };
         for (name, node, table) in root.tables("materials") {
             let material = material(&name, &table);
-            match palette.add(material) {
-                Some(index) => {
-                    palette.by_name.insert(name, index);
-                }
-                None => {
-                    node.report(codes::world::TOO_MANY_MATERIALS, too_many(), "");
-                    break;
-                }
-            }
+            let Some(index) = palette.add(material) else {
+                node.report(codes::world::TOO_MANY_MATERIALS, too_many(), "");
+                break;
+            };
+            palette.by_name.insert(name, index);
         }
         palette
     }

@@ -77,12 +77,7 @@ pub fn load(
             .help("ask for fewer, for a smaller `min_spacing`, or for a larger area that has the materials of `on`"),
         );
     }
-    if world.bounds().is_none() {
-        found.push(
-            Diagnostic::warning(codes::world::EMPTY, format!("`{path}` builds a world without a single voxel"))
-                .label(Span::new(path, 0..0), ""),
-        );
-    }
+    found.extend(empty(&world, path).map(|warning| warning.label(Span::new(path, 0..0), "")));
     let loaded = Loaded {
         name: description.name.unwrap_or_else(|| stem(path)),
         about: description.about,
@@ -106,7 +101,13 @@ fn stem(path: &str) -> String {
 fn load_vox(path: &str, files: &dyn Files) -> Result<(Loaded, Vec<Diagnostic>), Box<Diagnostic>> {
     let bytes: Arc<[u8]> = files.read(path).map_err(|error| Box::new(error.diagnostic(path, None)))?;
     let world = vox::import(&bytes).map_err(|error| Box::new(error.diagnostic(path, None)))?;
-    Ok((Loaded { name: stem(path), about: None, world, camera: None, files: vec![path.to_owned()] }, Vec::new()))
+    let found = empty(&world, path).into_iter().collect();
+    Ok((Loaded { name: stem(path), about: None, world, camera: None, files: vec![path.to_owned()] }, found))
+}
+
+fn empty(world: &World, path: &str) -> Option<Diagnostic> {
+    let message = || format!("`{path}` is a world without a single voxel");
+    world.bounds().is_none().then(|| Diagnostic::warning(codes::world::EMPTY, message()))
 }
 
 /// Reads the whole file, reporting everything that is wrong with it.
@@ -135,7 +136,7 @@ fn build_diagnostic(error: &BuildError, path: &str, places: &[Span]) -> Diagnost
             format!("this reaches over {chunks} chunks of 64³ voxels; a world has at most {limit}"),
         )
         .label(places[*operation].clone(), "with everything before it")
-        .help("make it smaller; solids that only matter at their surface take `shell`"),
+        .help("make it smaller"),
         BuildError::TooManyBytes { .. } => {
             Diagnostic::error(codes::world::TOO_MANY_BYTES, format!("`{path}` is too large: {error}"))
                 .label(Span::new(path, 0..0), "")

@@ -1,5 +1,368 @@
-//! (schema)
-/// x
-pub fn schema() -> serde_json::Value {
-    serde_json::json!({})
+//! JSON Schema of world files, for editors. A test holds it to the keys that the reader asks for.
+
+use serde_json::{Value, json};
+
+use crate::build::{Menger, Scatter};
+use crate::material::MAX_MATERIALS;
+
+const CELL_MIN: i64 = -(1 << 31);
+const CELL_END: i64 = 1 << 31;
+
+/// The schema of `worlds/*.toml` (draft 2020-12).
+pub fn schema() -> Value {
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "raxel world",
+        "description": "Materials and what is built of them, in order.",
+        "type": "object",
+        "additionalProperties": false,
+        "properties": {
+            "name": about("What the world is called.", json!({ "type": "string" })),
+            "about": about("One sentence about it.", json!({ "type": "string" })),
+            "seed": about("Another seed makes another world of the same kind.", json!({ "type": "integer", "default": 0 })),
+            "camera": { "$ref": "#/$defs/camera" },
+            "materials": {
+                "description": "Materials by name.",
+                "type": "object",
+                "maxProperties": MAX_MATERIALS,
+                "additionalProperties": { "$ref": "#/$defs/material" }
+            },
+            "models": {
+                "description": ".vox files by name.",
+                "type": "object",
+                "additionalProperties": { "$ref": "#/$defs/model" }
+            },
+            "build": {
+                "description": "What is built, one operation after the other.",
+                "type": "array",
+                "items": { "oneOf": operations() }
+            }
+        },
+        "$defs": {
+            "camera": camera(),
+            "material": material(),
+            "model": object(&["file"], vec![
+                ("file", "A .vox file, relative to worlds/.", json!({ "type": "string" })),
+            ]),
+            "layer": object(&["material"], vec![
+                ("material", "What it is made of.", name()),
+                ("depth", "Voxels; the last layer may leave it out and go down to the floor.", whole(1)),
+            ]),
+            "band": object(&["material"], vec![
+                ("material", "What the uppermost layer is made of here.", name()),
+                ("above", "Only where the surface is at this height or higher.", cell()),
+                ("below", "Only where the surface is lower than this.", cell()),
+                ("slope", "Only where a neighbouring column is at least so many voxels higher or lower.", whole(1)),
+                ("depth", "Voxels; as deep as the first layer if left out.", whole(1)),
+            ]),
+            "water": object(&["material", "level"], vec![
+                ("material", "What fills everything below the level that is not land.", name()),
+                ("level", "The first height without water.", cell()),
+            ]),
+            "river": object(&["bed", "width", "banks"], vec![
+                ("bed", "Height of its bed.", json!({ "type": "number" })),
+                ("width", "Half the width of its bed, about, in voxels.", positive()),
+                ("banks", "Voxels over which the land rises to its own height.", json!({ "type": "number", "minimum": 1 })),
+                ("frequency", "Bends a voxel.", json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 1, "default": 1.0 / 512.0 })),
+                ("octaves", "Finer bends.", json!({ "type": "integer", "minimum": 1, "maximum": 16, "default": 2 })),
+                ("seed", "Another seed, another course.", json!({ "type": "integer", "default": 0 })),
+            ]),
+        }
+    })
+}
+
+fn camera() -> Value {
+    object(
+        &["position"],
+        vec![
+            ("position", "Where it starts, in voxels; Y is up.", vector(3)),
+            ("look_at", "The place that it looks at; instead of yaw and pitch.", vector(3)),
+            (
+                "yaw",
+                "Turn to the left in degrees; 0 looks along −Z.",
+                json!({ "type": "number", "minimum": -360, "maximum": 360 }),
+            ),
+            ("pitch", "Tilt upwards in degrees.", json!({ "type": "number", "minimum": -90, "maximum": 90 })),
+            ("fov", "Vertical field of view in degrees.", json!({ "type": "number", "minimum": 1, "maximum": 179 })),
+        ],
+    )
+}
+
+fn material() -> Value {
+    let unit = |default: f64| json!({ "type": "number", "minimum": 0, "maximum": 1, "default": default });
+    let linear = json!({ "type": "number", "minimum": 0, "maximum": 1 });
+    let color = json!({ "oneOf": [
+        { "type": "string", "pattern": "^#[0-9a-fA-F]{6}$" },
+        { "type": "array", "items": linear, "minItems": 3, "maxItems": 3 },
+    ] });
+    object(
+        &["albedo"],
+        vec![
+            ("albedo", "\"#rrggbb\" in sRGB, or three linear numbers.", color),
+            ("roughness", "0 is a mirror, 1 is matt.", unit(1.0)),
+            ("metallic", "0 is no metal, 1 is metal.", unit(0.0)),
+            (
+                "emission",
+                "Strength of the light it gives off, in multiples of its albedo.",
+                json!({ "type": "number", "minimum": 0, "maximum": 1e6, "default": 0 }),
+            ),
+            ("transparency", "0 is opaque, 1 is clear.", unit(0.0)),
+        ],
+    )
+}
+
+fn operations() -> Vec<Value> {
+    let turn = json!({ "enum": [0, 90, 180, 270], "default": 0 });
+    let anchor = || json!({ "enum": ["base", "corner", "origin"], "default": "base" });
+    vec![
+        operation(
+            "box",
+            "A box.",
+            &[],
+            [
+                extent(3),
+                vec![
+                    ("shell", "Thickness of its walls when it is hollow.", whole(1)),
+                    ("material", "What it is made of.", one_or_more()),
+                ],
+            ]
+            .concat(),
+        ),
+        operation(
+            "sphere",
+            "A ball or ellipsoid.",
+            &["center", "radius"],
+            vec![
+                ("center", "In voxels.", vector(3)),
+                ("radius", "In voxels: a number, or one for each axis.", json!({ "oneOf": [positive(), vector(3)] })),
+                ("shell", "Thickness of its wall when it is hollow.", json!({ "type": "number", "minimum": 1 })),
+                ("material", "What it is made of.", one_or_more()),
+            ],
+        ),
+        operation(
+            "cylinder",
+            "A cylinder, or a cone when its radii differ.",
+            &["base", "radius", "height"],
+            vec![
+                ("base", "Centre of its base, in voxels.", vector(3)),
+                ("radius", "In voxels.", positive()),
+                ("top_radius", "In voxels; that of the base if left out.", positive()),
+                ("height", "In voxels.", whole(1)),
+                ("axis", "Along which it stands.", json!({ "enum": ["x", "y", "z"], "default": "y" })),
+                ("material", "What it is made of.", one_or_more()),
+            ],
+        ),
+        operation(
+            "menger",
+            "A Menger sponge of 3^level voxels a side.",
+            &["level"],
+            vec![
+                ("origin", "Its smallest corner.", cells(3)),
+                (
+                    "level",
+                    "How often it is divided.",
+                    json!({ "type": "integer", "minimum": 0, "maximum": Menger::MAX_LEVEL }),
+                ),
+                ("material", "What it is made of; several go by scale, the coarsest first.", one_or_more()),
+            ],
+        ),
+        operation(
+            "maze",
+            "The walls of a maze with one way between any two cells.",
+            &["cells"],
+            vec![
+                ("origin", "Its smallest corner.", cells(3)),
+                (
+                    "cells",
+                    "How many along x and z.",
+                    json!({ "type": "array", "items": whole(1), "minItems": 2, "maxItems": 2 }),
+                ),
+                (
+                    "cell",
+                    "Voxels along a cell.",
+                    json!({ "type": "integer", "minimum": 1, "maximum": 4096, "default": 4 }),
+                ),
+                (
+                    "wall",
+                    "Voxels across a wall.",
+                    json!({ "type": "integer", "minimum": 1, "maximum": 4096, "default": 1 }),
+                ),
+                ("height", "Voxels that the walls are high.", json!({ "type": "integer", "minimum": 1, "default": 8 })),
+                ("seed", "Another seed, another maze.", json!({ "type": "integer" })),
+                ("material", "What its walls are made of.", one_or_more()),
+            ],
+        ),
+        operation(
+            "terrain",
+            "Land from fractal noise.",
+            &["amplitude", "layers"],
+            [
+                extent(2),
+                vec![
+                    ("base", "Height of the lowest land.", json!({ "type": "number", "default": 0 })),
+                    ("amplitude", "From the lowest land to the highest, in voxels.", positive()),
+                    (
+                        "exponent",
+                        "Above 1, low land becomes wider and high land steeper.",
+                        json!({ "type": "integer", "minimum": 1, "maximum": 8, "default": 1 }),
+                    ),
+                    (
+                        "frequency",
+                        "Hills a voxel.",
+                        json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 1, "default": 1.0 / 128.0 }),
+                    ),
+                    (
+                        "octaves",
+                        "How often finer detail is added.",
+                        json!({ "type": "integer", "minimum": 1, "maximum": 16, "default": 5 }),
+                    ),
+                    (
+                        "lacunarity",
+                        "How much finer each time.",
+                        json!({ "type": "number", "minimum": 1, "maximum": 8, "default": 2 }),
+                    ),
+                    (
+                        "gain",
+                        "How much weaker each time.",
+                        json!({ "type": "number", "minimum": 0, "maximum": 1, "default": 0.5 }),
+                    ),
+                    ("ridges", "Sharp crests instead of round hills.", json!({ "type": "boolean", "default": false })),
+                    ("seed", "Another seed, another land.", json!({ "type": "integer" })),
+                    ("river", "A valley that meanders through the land.", json!({ "$ref": "#/$defs/river" })),
+                    ("floor", "The lowest voxel; 16 below the lowest land if left out.", cell()),
+                    ("shell", "Only so many voxels below the surface, and what lies bare.", whole(1)),
+                    (
+                        "layers",
+                        "From the surface down.",
+                        json!({ "type": "array", "minItems": 1, "items": { "$ref": "#/$defs/layer" } }),
+                    ),
+                    (
+                        "bands",
+                        "Another uppermost layer by height and slope; the first that fits.",
+                        json!({ "type": "array", "items": { "$ref": "#/$defs/band" } }),
+                    ),
+                    ("water", "Lakes.", json!({ "$ref": "#/$defs/water" })),
+                ],
+            ]
+            .concat(),
+        ),
+        operation(
+            "model",
+            "A model at a place.",
+            &["model"],
+            vec![
+                ("model", "One of [models].", json!({ "type": "string" })),
+                ("origin", "Where its anchor goes.", cells(3)),
+                ("rotation", "Degrees to the left about its anchor.", turn),
+                ("anchor", "The middle of its lowest layer, its smallest corner, or the origin of its file.", anchor()),
+            ],
+        ),
+        operation(
+            "scatter",
+            "A model at random places on the ground.",
+            &["model"],
+            [
+                extent(2),
+                vec![
+                    ("model", "One of [models].", json!({ "type": "string" })),
+                    ("count", "How many.", json!({ "type": "integer", "minimum": 1, "maximum": Scatter::MAX_COUNT })),
+                    (
+                        "density",
+                        "How many a voxel of the area; instead of count.",
+                        json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 1 }),
+                    ),
+                    ("on", "Materials that it stands on; any if left out.", one_or_more()),
+                    (
+                        "min_spacing",
+                        "Least distance between two, in voxels.",
+                        json!({ "type": "integer", "minimum": 0, "default": 0 }),
+                    ),
+                    ("sink", "Voxels that it is sunk into the ground.", json!({ "type": "integer", "default": 0 })),
+                    (
+                        "rotate",
+                        "Whether each gets a random quarter turn.",
+                        json!({ "type": "boolean", "default": true }),
+                    ),
+                    (
+                        "anchor",
+                        "The middle of its lowest layer, its smallest corner, or the origin of its file.",
+                        anchor(),
+                    ),
+                    ("seed", "Another seed, other places.", json!({ "type": "integer" })),
+                ],
+            ]
+            .concat(),
+        ),
+    ]
+}
+
+type Property = (&'static str, &'static str, Value);
+
+fn operation(op: &str, text: &str, required: &[&str], own: Vec<Property>) -> Value {
+    let mut properties = vec![
+        ("op", "What is built.", json!({ "const": op })),
+        (
+            "mode",
+            "Sets voxels, empties them, or recolours the solid ones.",
+            json!({ "enum": ["add", "subtract", "paint"], "default": "add" }),
+        ),
+    ];
+    properties.extend(own);
+    let required: Vec<&str> = std::iter::once("op").chain(required.iter().copied()).collect();
+    let mut schema = object(&required, properties);
+    schema["description"] = json!(text);
+    schema
+}
+
+/// `min`, `max`, `size`, `center`, of which two make a box.
+fn extent(n: usize) -> Vec<Property> {
+    vec![
+        ("min", "The smallest voxel; with `max` or `size`.", cells(n)),
+        ("max", "One past the largest voxel.", cells(n)),
+        (
+            "size",
+            "Voxels along each axis; with `min` or `center`.",
+            json!({ "type": "array", "items": whole(1), "minItems": n, "maxItems": n }),
+        ),
+        ("center", "The middle; with `size`.", cells(n)),
+    ]
+}
+
+fn object(required: &[&str], properties: Vec<Property>) -> Value {
+    let properties: serde_json::Map<String, Value> =
+        properties.into_iter().map(|(key, text, schema)| (key.to_owned(), about(text, schema))).collect();
+    json!({ "type": "object", "additionalProperties": false, "required": required, "properties": properties })
+}
+
+fn about(text: &str, mut schema: Value) -> Value {
+    schema["description"] = json!(text);
+    schema
+}
+
+fn whole(least: i64) -> Value {
+    json!({ "type": "integer", "minimum": least })
+}
+
+fn positive() -> Value {
+    json!({ "type": "number", "minimum": 0 })
+}
+
+fn name() -> Value {
+    json!({ "type": "string" })
+}
+
+fn one_or_more() -> Value {
+    json!({ "oneOf": [name(), { "type": "array", "items": name(), "minItems": 1 }] })
+}
+
+fn cell() -> Value {
+    json!({ "type": "integer", "minimum": CELL_MIN, "maximum": CELL_END })
+}
+
+fn cells(n: usize) -> Value {
+    json!({ "type": "array", "items": cell(), "minItems": n, "maxItems": n })
+}
+
+fn vector(n: usize) -> Value {
+    json!({ "type": "array", "items": { "type": "number" }, "minItems": n, "maxItems": n })
 }

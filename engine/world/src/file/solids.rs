@@ -17,10 +17,13 @@ const LENGTH: i64 = 1 << 32;
 
 pub(super) fn read_box(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette) -> Option<Operation> {
     let area = extent::read::<3>(table);
-    let shell = table.get("shell").map(|node| node.integer(1..=LENGTH));
+    let shell = match table.get("shell") {
+        Some(node) => node.integer(1..=LENGTH).map(Some),
+        None => Some(None),
+    };
     let (mode, materials) = mode_and_materials(table, mode, palette);
     let (min, max) = area?;
-    let shape = Box3 { bounds: Bounds { min, max }, shell: flatten(shell)? };
+    let shape = Box3 { bounds: Bounds { min, max }, shell: shell? };
     solid(table, Box::new(shape), mode?, materials?)
 }
 
@@ -30,9 +33,12 @@ pub(super) fn read_sphere(table: &Table<'_, '_>, mode: Option<Mode>, palette: &P
         let range = 0.5..=LENGTH as f64;
         if node.is_array() { node.numbers::<3>(range) } else { node.number(range).map(|r| [r; 3]) }
     });
-    let shell = table.get("shell").map(|node| node.number(1.0..=LENGTH as f64));
+    let shell = match table.get("shell") {
+        Some(node) => node.number(1.0..=LENGTH as f64).map(Some),
+        None => Some(None),
+    };
     let (mode, materials) = mode_and_materials(table, mode, palette);
-    let shape = Ball { centre: centre?, radius: radius?, shell: flatten(shell)? };
+    let shape = Ball { centre: centre?, radius: radius?, shell: shell? };
     solid(table, Box::new(shape), mode?, materials?)
 }
 
@@ -95,15 +101,6 @@ pub(super) fn read_maze(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Pal
         return None;
     }
     solid(table, Box::new(Maze::new(&plan)), mode?, materials?)
-}
-
-/// A key that is absent, or there and right.
-fn flatten<T>(value: Option<Option<T>>) -> Option<Option<T>> {
-    match value {
-        None => Some(None),
-        Some(None) => None,
-        Some(value) => Some(value),
-    }
 }
 
 /// The operation's materials; a mode that empties voxels takes none.

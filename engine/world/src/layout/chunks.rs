@@ -14,8 +14,8 @@ use crate::world::World;
 const EDGE: i32 = 32;
 /// Words of the voxels of a chunk: two voxels a word.
 const VOXEL_WORDS: usize = 32 * 32 * 32 / 2;
-/// Words of an entry of the list.
-const ENTRY_WORDS: usize = 4;
+/// Words of a chunk in the list: its key in front, and its entry.
+const LIST_WORDS: usize = 5;
 
 pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
     let layout = Layout::Chunks;
@@ -24,7 +24,7 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
 
     let materials_at = 0;
     let chunks_at = MATERIAL_WORDS as usize * world.materials().len();
-    let voxels_at = chunks_at + ENTRY_WORDS * list.len();
+    let voxels_at = chunks_at + LIST_WORDS * list.len();
     let words = ChunksHeader::WORDS as usize + voxels_at + VOXEL_WORDS * parts.len();
     // Addresses are 32 bits wide and count words.
     let bytes = check_size(layout, 4 * words as u64, limit.min(4 << 32))?;
@@ -44,6 +44,9 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let mut buffer = Vec::with_capacity(words);
     buffer.extend_from_slice(bytemuck::cast_slice(&[header]));
     buffer.extend(material_words(world.materials()));
+    // The search compares keys: ten bits of each coordinate.
+    let key = |pos: &IVec3| (pos.x & 1023 | (pos.y & 1023) << 10 | (pos.z & 1023) << 20) as u32;
+    buffer.extend(list.iter().map(|(pos, _)| key(pos)));
     for (pos, part) in &list {
         buffer.extend(pos.to_array().map(|c| c as u32));
         buffer.push((voxels_at + VOXEL_WORDS * part) as u32);

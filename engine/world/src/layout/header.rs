@@ -52,7 +52,7 @@ header! {
         bounds_last: [i32; 3],
         /// Address of the first material.
         materials_at: u32,
-        /// Address of the first chunk: x, y, z in chunks, and the address of its voxels.
+        /// Address of the list: a key of each chunk, then for each x, y, z in chunks, and the address of its voxels.
         chunks_at: u32,
         /// Chunks.
         chunk_count: u32,

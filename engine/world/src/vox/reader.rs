@@ -90,7 +90,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<VoxFile, VoxError> {
                 file.layers.insert(id, content.attributes()?);
             }
             b"nTRN" | b"nGRP" | b"nSHP" => {
-                let (node_id, node) = read_node(&id, &mut content)?;
+                let (node_id, node) = read_node(id, &mut content)?;
                 file.root.get_or_insert(node_id);
                 if file.nodes.insert(node_id, (start, node)).is_some() {
                     return Err(VoxError::new(VoxErrorKind::Value, start, format!("there are two nodes {node_id}")));
@@ -144,10 +144,10 @@ fn read_palette(content: &mut Input<'_>) -> Result<Vec<[u8; 4]>, VoxError> {
     Ok(bytes.chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect())
 }
 
-fn read_node(id: &[u8; 4], content: &mut Input<'_>) -> Result<(u32, Node), VoxError> {
+fn read_node(id: [u8; 4], content: &mut Input<'_>) -> Result<(u32, Node), VoxError> {
     let node_id = content.u32("node id")?;
     let attributes = content.attributes()?;
-    let node = match id {
+    let node = match &id {
         b"nTRN" => {
             let child = content.u32("child node")?;
             let _reserved = content.u32("reserved id")?;

@@ -11,7 +11,7 @@ const MAX_DEPTH: usize = 256;
 /// Nodes visited, counting a shared one at each visit.
 const MAX_VISITS: usize = 1 << 20;
 /// Voxels placed, counting those of a shared model at each place.
-const MAX_VOXELS: usize = 1 << 27;
+const MAX_VOXELS: usize = 1 << 26;
 
 /// Every voxel that is seen, with its palette index. Of two at one place the later stays.
 pub(super) fn voxels(file: &VoxFile) -> Result<Vec<(IVec3, u8)>, VoxError> {

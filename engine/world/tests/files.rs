@@ -1,0 +1,250 @@
+//! World files: what they say, and everything that can be wrong with them.
+
+mod project;
+
+use std::collections::BTreeSet;
+
+use project::{MATERIALS, Project};
+use raxel_diagnostics::{Diagnostic, Severity};
+use raxel_world::{Aim, schema, srgb_from_linear};
+use serde_json::Value;
+
+/// One line a diagnostic: severity, code, place as line and text, message, help.
+fn lines(text: &str, found: &[Diagnostic]) -> String {
+    let line = |d: &Diagnostic| {
+        let place = d.labels.first().map(|label| {
+            let range = label.span.range.clone();
+            format!(" {}: `{}`", text[..range.start].matches('\n').count() + 1, &text[range])
+        });
+        let kind = if d.severity == Severity::Error { "" } else { "warning " };
+        let first = format!("{kind}{}{} {}", d.code, place.unwrap_or_default(), d.message);
+        let lines: Vec<&str> = std::iter::once(first.as_str()).chain(d.help.iter().map(String::as_str)).collect();
+        lines.join("\n    ")
+    };
+    found.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+fn errors(text: &str) -> String {
+    let found = Project::with_world(text).load().expect_err(text);
+    assert!(found.iter().any(Diagnostic::is_error));
+    lines(text, &found)
+}
+
+#[test]
+fn a_world_says_what_it_is() {
+    let text = r##"
+        name = "hall"
+        about = "a hall"
+        [camera]
+        position = [1, 2.5, 3]
+        yaw = 90
+        fov = 70
+        [materials]
+        wall = { albedo = "#ff8000", roughness = 0.5, metallic = 1, emission = 2, transparency = 0.25 }
+        [models.arrow]
+        file = "models/arrow.vox"
+        [[build]]
+        op = "model"
+        model = "arrow"
+        [[build]]
+        op = "model"
+        model = "arrow"
+        origin = [0, 0, 40]
+    "##;
+    let (loaded, warnings) = Project::with_world(text).load().expect("it is right");
+    assert_eq!(warnings, []);
+    assert_eq!((loaded.name.as_str(), loaded.about.as_deref()), ("hall", Some("a hall")));
+    assert_eq!(loaded.files, ["worlds/test.toml", "worlds/models/arrow.vox"]);
+    let camera = loaded.camera.expect("it has one");
+    assert_eq!((camera.position, camera.fov), ([1.0, 2.5, 3.0], Some(70.0)));
+    assert_eq!(camera.aim, Aim::Angles { yaw: 90.0, pitch: 0.0 });
+    let materials = loaded.world.materials();
+    let names: Vec<_> = materials.iter().map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["air", "wall", "arrow.red", "arrow.lit"], "a model's materials come once");
+    let wall = [(0xff, 0), (0x80, 1), (0, 2)].map(|(byte, i)| (byte, srgb_from_linear(materials[1].albedo[i])));
+    assert!(wall.iter().all(|(written, read)| written == read), "{wall:?}");
+    assert!((materials[3].emission - 2.5).abs() < 1e-6);
+    assert!(loaded.world.has_emission());
+    assert!(!loaded.world.has_transparency(), "no voxel is made of `wall`");
+}
+
+#[test]
+fn every_mistake_at_once() {
+    let text = r##"
+name = 3
+sed = 1
+[camera]
+position = [0, 0]
+look_at = [0, 0, 0]
+yaw = 1
+fov = 500
+[materials.grass]
+albedo = "#12345"
+[materials.stone]
+albedo = [0, 0, 2]
+roughnes = 1
+[models.tower]
+file = "models/tower.vox"
+[models.thief]
+file = "../../etc/passwd"
+[[build]]
+op = "bax"
+[[build]]
+op = "box"
+min = [0, 0, 0]
+max = [1, 0, 1]
+material = "gras"
+[[build]]
+op = "sphere"
+center = [0, 0, 0]
+radius = -1
+mode = "carve"
+material = "stone"
+[[build]]
+op = "cylinder"
+mode = "subtract"
+base = [0, 0, 0]
+radius = 4
+height = 4
+material = "stone"
+[[build]]
+op = "model"
+model = "towr"
+rotation = 45
+[[build]]
+op = "scatter"
+model = "tower"
+size = [4, 4]
+count = 1
+density = 0.5
+on = []
+[[build]]
+op = "terrain"
+min = [0, 0]
+size = [64, 64]
+layers = [{ material = "grass" }, { material = "dirt" }]
+bands = [{ material = "stone" }]
+water = { level = 4 }
+[[build]]
+op = "menger"
+level = 40
+material = "stone"
+[[build]]
+op = "maze"
+cells = [5000, 5000]
+material = "stone"
+"##;
+    insta::assert_snapshot!(errors(text));
+}
+
+#[test]
+fn too_much_is_an_error_before_anything_is_built() {
+    let cases = [
+        "[[build]]\nop = \"box\"\nmaterial = \"a\"\nmin = [-2147483648, -2147483648, -2147483648]\nmax = [2147483648, 2147483648, 2147483648]",
+        "[[build]]\nop = \"box\"\nmaterial = \"a\"\nmin = [2147483640, 0, 0]\nsize = [9, 1, 1]",
+        "[[build]]\nop = \"sphere\"\nmaterial = \"a\"\ncenter = [0, 0, 0]\nradius = 1e9",
+        "[[build]]\nop = \"menger\"\nmaterial = \"a\"\nlevel = 12",
+        "[[build]]\nop = \"terrain\"\nmin = [0, 0]\nsize = [100000, 100000]\namplitude = 300\nlayers = [{ material = \"a\" }]",
+        "[[build]]\nop = \"terrain\"\nmin = [2000000000, 0]\nsize = [64, 64]\namplitude = 30\nfrequency = 0.5\nlayers = [{ material = \"a\" }]",
+        "[[build]]\nop = \"maze\"\nmaterial = \"a\"\ncells = [1000, 1000]\ncell = 4000",
+        "[[build]]\nop = \"model\"\nmodel = \"arrow\"\norigin = [2147483647, 0, 0]",
+        "[[build]]\nop = \"scatter\"\nmodel = \"arrow\"\ncenter = [0, 0]\nsize = [1000000, 1000000]\ndensity = 0.5",
+    ];
+    let found: Vec<String> = cases.iter().map(|case| errors(&format!("{MATERIALS}{case}"))).collect();
+    insta::assert_snapshot!(found.join("\n"));
+}
+
+#[test]
+fn a_broken_model_is_named_where_it_is_declared() {
+    let text = format!("{MATERIALS}[[build]]\nop = \"model\"\nmodel = \"arrow\"");
+    let mut project = Project::with_world(&text);
+    project.0.insert("worlds/models/arrow.vox".to_owned(), b"VOX \x96\0\0\0MAI".to_vec());
+    let found = project.load().expect_err("a broken model");
+    insta::assert_snapshot!(lines(&text, &found));
+}
+
+#[test]
+fn warnings_come_with_the_world() {
+    let text = format!(
+        "{MATERIALS}[[build]]\nop = \"box\"\nmaterial = \"a\"\nmin = [0, 0, 0]\nsize = [20, 1, 20]\n\
+         [[build]]\nop = \"scatter\"\nmodel = \"arrow\"\nmin = [0, 0]\nsize = [20, 20]\ncount = 50\nmin_spacing = 12"
+    );
+    let (loaded, found) = Project::with_world(&text).load().expect("a world");
+    assert!(loaded.world.solids() > 400);
+    assert_eq!(found.len(), 1);
+    assert_eq!((found[0].code.as_str(), found[0].severity), ("RX0310", Severity::Warning));
+    let (_, found) = Project::with_world("name = \"nothing\"").load().expect("an empty world");
+    assert_eq!(found[0].code.as_str(), "RX0311");
+}
+
+#[test]
+fn no_text_makes_the_reader_panic() {
+    for text in [
+        "",
+        "\0",
+        "build = 3",
+        "[[build]]",
+        "build = [1, [], {}]",
+        "materials = []\nmodels = 3\ncamera = 1",
+        "[materials]\na = 1\n[models]\nb = 2",
+    ] {
+        let _ = Project::with_world(text).load();
+    }
+    let mut project = Project::with_world("");
+    project.0.insert("worlds/test.toml".to_owned(), vec![0xff, 0xfe, 0]);
+    assert_eq!(project.load().expect_err("not UTF-8")[0].code.as_str(), "RX0003");
+}
+
+/// Keys that the reader asks for, from the help it gives for a key that is like none of them.
+fn keys_read(text: &str) -> BTreeSet<String> {
+    let found = Project::with_world(text).load().expect_err(text);
+    let unknown = found.iter().find(|d| d.message.contains("zzzzzzzzzzzz")).expect("the key is unknown");
+    let known = unknown.help[0].strip_prefix("known keys: ").expect("no key is close");
+    known.split(", ").map(|key| key.trim_matches('`').to_owned()).collect()
+}
+
+fn keys_in(schema: &Value) -> BTreeSet<String> {
+    schema["properties"].as_object().expect("an object").keys().cloned().collect()
+}
+
+#[test]
+fn the_schema_has_exactly_the_keys_that_are_read() {
+    let schema = schema();
+    let odd = "zzzzzzzzzzzz = 1";
+    assert_eq!(keys_read(odd), keys_in(&schema));
+    let parts = [
+        ("camera", format!("[camera]\n{odd}")),
+        ("material", format!("[materials.m]\n{odd}")),
+        ("model", format!("[models.m]\n{odd}")),
+    ];
+    for (name, text) in parts {
+        assert_eq!(keys_read(&text), keys_in(&schema["$defs"][name]), "{name}");
+    }
+    for name in ["layers", "bands", "water", "river"] {
+        let value = if name.ends_with('s') { format!("[{{ {odd} }}]") } else { format!("{{ {odd} }}") };
+        let text = format!("[[build]]\nop = \"terrain\"\n{name} = {value}");
+        assert_eq!(keys_read(&text), keys_in(&schema["$defs"][name.trim_end_matches('s')]), "{name}");
+    }
+    let operations = schema["properties"]["build"]["items"]["oneOf"].as_array().expect("operations");
+    assert_eq!(operations.len(), 8);
+    for operation in operations {
+        let op = operation["properties"]["op"]["const"].as_str().expect("a word");
+        assert_eq!(keys_read(&format!("[[build]]\nop = \"{op}\"\n{odd}")), keys_in(operation), "{op}");
+    }
+    let unknown = errors("[[build]]\nop = \"zzzzzzzzzzzz\"");
+    let words: Vec<_> =
+        operations.iter().map(|o| format!("`{}`", o["properties"]["op"]["const"].as_str().expect("a word"))).collect();
+    assert!(unknown.ends_with(&format!("one of: {}", words.join(", "))), "{unknown}");
+}
+
+#[test]
+fn what_the_schema_requires_is_required() {
+    let schema = schema();
+    for operation in schema["properties"]["build"]["items"]["oneOf"].as_array().expect("operations") {
+        let op = operation["properties"]["op"]["const"].as_str().expect("a word");
+        let missing = errors(&format!("[[build]]\nop = \"{op}\""));
+        for key in operation["required"].as_array().expect("keys").iter().filter_map(Value::as_str) {
+            assert!(key == "op" || missing.contains(&format!("needs the key `{key}`")), "{op}: {key}\n{missing}");
+        }
+    }
+}

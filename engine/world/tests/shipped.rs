@@ -1,0 +1,47 @@
+//! The worlds that come with raxel.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use raxel_diagnostics::{FileError, Files, SourceMap};
+use raxel_world::{World, load};
+
+struct Root;
+
+impl Files for Root {
+    fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
+        let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+        std::fs::read(root.join(path)).map(Into::into).map_err(|error| FileError::Io(error.to_string()))
+    }
+}
+
+fn shipped(name: &str) -> World {
+    let path = format!("worlds/{name}.toml");
+    let (loaded, warnings) = load(&path, &Root, &mut SourceMap::default()).unwrap_or_else(|e| panic!("{path}: {e:#?}"));
+    assert_eq!(warnings, [], "{path}");
+    assert_eq!(loaded.name, name);
+    assert!(loaded.about.is_some() && loaded.camera.is_some());
+    // No material is there for nothing.
+    for (material, count) in loaded.world.materials().iter().zip(loaded.world.counts()).skip(1) {
+        assert!(*count > 0, "{path}: {}", material.name);
+    }
+    loaded.world
+}
+
+#[test]
+fn valley() {
+    let world = shipped("valley");
+    assert!(world.has_transparency() && !world.has_emission());
+    assert_eq!(world.bounds().expect("land").size()[0], 512);
+}
+
+#[test]
+fn menger() {
+    assert_eq!(shipped("menger").solids(), 20u64.pow(5));
+}
+
+#[test]
+fn monument() {
+    let world = shipped("monument");
+    assert!(world.has_emission() && world.has_transparency());
+}
