@@ -9,7 +9,7 @@ use shaderc::{
     SpirvVersion, TargetEnv,
 };
 
-use crate::lexer;
+use crate::lexer::{self, Token};
 use crate::limits;
 use crate::messages;
 use crate::request::Request;
@@ -112,12 +112,8 @@ fn refusals(request: &Request, text: &str, hlsl: bool) -> Vec<Diagnostic> {
     let start = Span::new(path, 0..0);
     if tokens.is_empty() {
         found.push(Diagnostic::error(codes::shader::EMPTY, format!("`{path}` is empty")).label(start, "no text"));
-    } else if !hlsl && !tokens.windows(2).any(|pair| pair[0].text == "#" && pair[1].text == "version") {
-        found.push(
-            Diagnostic::error(codes::shader::NO_VERSION, format!("`{path}` has no `#version`"))
-                .label(Span::new(path, tokens[0].range()), "the version must come before this")
-                .help("write `#version 460` on the first line"),
-        );
+    } else if !hlsl {
+        found.extend(version_refusal(path, text, &tokens));
     }
     if !hlsl && request.entry != "main" {
         found.push(
@@ -142,6 +138,35 @@ fn refusals(request: &Request, text: &str, hlsl: bool) -> Vec<Diagnostic> {
         }
     }
     found
+}
+
+/// A version that has compute shaders must come first. Without one the compiler falls back to a version whose built-in functions it
+/// cannot even parse for Vulkan, and prints them.
+fn version_refusal(path: &str, text: &str, tokens: &[Token<'_>]) -> Option<Diagnostic> {
+    const HELP: &str = "write `#version 460` on the first line";
+    let between = |a: &Token<'_>, b: &Token<'_>| text[a.range().end..b.at].chars().all(|c| c == ' ' || c == '\t');
+    if let [hash, version, number, profile @ ..] = tokens
+        && (hash.text, version.text) == ("#", "version")
+        && between(hash, version)
+        && between(version, number)
+    {
+        let es = profile.first().is_some_and(|profile| profile.text == "es" && between(number, profile));
+        let known = if es { ["310", "320"].as_slice() } else { ["420", "430", "440", "450", "460"].as_slice() };
+        return (!known.contains(&number.text)).then(|| {
+            Diagnostic::error(codes::shader::NO_VERSION, format!("version `{}` has no compute shaders", number.text))
+                .label(Span::new(path, number.range()), "not this version")
+                .help(HELP)
+        });
+    }
+    let first = &tokens[0];
+    let diagnostic = match tokens.windows(2).find(|pair| (pair[0].text, pair[1].text) == ("#", "version")) {
+        Some(late) => Diagnostic::error(codes::shader::NO_VERSION, "`#version` is not the first thing in the file")
+            .label(Span::new(path, late[0].at..late[1].range().end), "this must come first")
+            .label(Span::new(path, first.range()), "and comes after this"),
+        None => Diagnostic::error(codes::shader::NO_VERSION, format!("`{path}` has no `#version`"))
+            .label(Span::new(path, first.range()), "the version must come before this"),
+    };
+    Some(diagnostic.help(HELP))
 }
 
 fn is_identifier(name: &str) -> bool {

@@ -1,7 +1,7 @@
 //! The compiler with its cache: a request in, a module and its interface out.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
 
@@ -23,7 +23,6 @@ pub type Validate = fn(&[u32]) -> Result<(), String>;
 /// Compiles the shaders of one project. Shaders may be compiled on several threads at once.
 pub struct Compiler {
     files: Arc<dyn Files>,
-    shaderc: Option<shaderc::Compiler>,
     validate: Option<Validate>,
     cache: Mutex<Cache>,
 }
@@ -31,7 +30,7 @@ pub struct Compiler {
 impl Compiler {
     /// For the project that `files` reads.
     pub fn new(files: Arc<dyn Files>) -> Self {
-        Self { files, shaderc: shaderc::Compiler::new().ok(), validate: None, cache: Mutex::default() }
+        Self { files, validate: None, cache: Mutex::default() }
     }
 
     /// Ready modules must also pass `validate`. What was compiled here is valid by construction.
@@ -43,7 +42,7 @@ impl Compiler {
     fn compile(&self, request: &Request, texts: &mut SourceMap) -> Result<Entry, Vec<Diagnostic>> {
         let mut sources = Sources::new(&*self.files);
         let ready = request.path.to_ascii_lowercase().ends_with(".spv");
-        let words = if ready { self.ready(request, &mut sources) } else { self.of_text(request, &mut sources) };
+        let words = if ready { self.ready(request, &mut sources) } else { Self::of_text(request, &mut sources) };
         let result = words.and_then(|words| {
             let module = Module::new(&words, &request.entry)
                 .map_err(|error| sources.diagnostics.push(module_diagnostic(&error, &request.path)))
@@ -69,8 +68,8 @@ impl Compiler {
         }
     }
 
-    fn of_text(&self, request: &Request, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
-        let Some(shaderc) = &self.shaderc else {
+    fn of_text(request: &Request, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
+        let Some(shaderc) = shaderc() else {
             sources
                 .diagnostics
                 .push(Diagnostic::error(codes::shader::COMPILE, "the shader compiler does not start: out of memory"));
@@ -140,6 +139,13 @@ impl std::fmt::Debug for Compiler {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Compiler").field("cached", &self.lock().entries.len()).finish_non_exhaustive()
     }
+}
+
+/// The compiler itself, one for the process: it builds its tables of built-in names at first use, which takes longer than a shader,
+/// and would tear them down with the last of its kind.
+fn shaderc() -> Option<&'static shaderc::Compiler> {
+    static SHADERC: OnceLock<Option<shaderc::Compiler>> = OnceLock::new();
+    SHADERC.get_or_init(|| shaderc::Compiler::new().ok()).as_ref()
 }
 
 /// A compiled shader, and what it depends on.

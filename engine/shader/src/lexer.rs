@@ -63,10 +63,12 @@ pub(crate) fn tokens(text: &str) -> Vec<Token<'_>> {
     while let Some(c) = text[at..].chars().next() {
         let rest = &text[at..];
         let length = if rest.starts_with("//") {
-            rest.find('\n').unwrap_or(rest.len())
+            // A `\` at the end of the line carries the comment on.
+            let end = rest.match_indices('\n').find(|(at, _)| !rest[..*at].trim_end_matches('\r').ends_with('\\'));
+            end.map_or(rest.len(), |(at, _)| at)
         } else if let Some(comment) = rest.strip_prefix("/*") {
             comment.find("*/").map_or(rest.len(), |end| end + 4)
-        } else if c.is_whitespace() {
+        } else if c.is_ascii_whitespace() {
             c.len_utf8()
         } else {
             let number = c.is_ascii_digit() || (c == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
@@ -95,6 +97,7 @@ mod tests {
         let words: Vec<_> = tokens(text).iter().map(|token| token.text).collect();
         assert_eq!(words, ["a", "c", "_e1", "+", "2.5e3", "*", ".5", "-", "p", ".", "x"]);
         assert!(tokens("/*/").is_empty());
+        assert!(tokens("// a \\\n b \\\r\n c").is_empty());
     }
 
     #[test]

@@ -141,6 +141,8 @@ fn no_version_no_main_no_text() {
     insta::assert_snapshot!(
         [
             said([("shaders/a.comp", "// sky\nlayout(local_size_x = 8) in;\nvoid main() {}\n")]),
+            said([("shaders/a.comp", "#version 330 core\nvoid main() {}\n")]),
+            said([("shaders/a.comp", "#define N 8\n#version 460\nvoid main() {}\n")]),
             said([("shaders/a.comp", body("void mian() {}\n"))]),
             said([("shaders/a.comp", " \n// nothing\n")]),
             said([("shaders/a.comp", "")]),
