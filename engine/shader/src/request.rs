@@ -22,7 +22,7 @@ pub struct Request {
 pub struct Shader {
     /// What was asked for.
     pub request: Request,
-    /// The module for the driver, SPIR-V 1.5 or lower.
+    /// The module for the driver: SPIR-V 1.5, or up to 1.6 when it came ready.
     pub spirv: Arc<[u32]>,
     /// What it must be given.
     pub interface: Interface,
