@@ -138,6 +138,14 @@ impl ResourceKind {
         }
     }
 
+    /// Who supplies a buffer from outside, e.g. `world.tree64`.
+    pub fn source(&self) -> Option<&str> {
+        match self {
+            ResourceKind::Buffer(Buffer { size: BufferSize::Source(name), .. }) => Some(name),
+            _ => None,
+        }
+    }
+
     /// Whether the file says what it holds at creation.
     pub fn is_initialised(&self) -> bool {
         match self {

@@ -1,7 +1,7 @@
 //! Cull: leave out passes whose `when` does not hold and passes that nothing presented or pinned depends on, now or in any later
 //! frame.
 
-use crate::checked::{BoundAccess, BufferSize, Graph, PassId, ResourceId, ResourceKind};
+use crate::checked::{BoundAccess, Graph, PassId, ResourceId};
 use crate::plan::{CullReason, Culled, PlanInput, Present};
 use crate::region::{Parts, Region};
 use crate::sizes::Size;
@@ -182,16 +182,5 @@ fn region_parts<'a>(
 fn mark(needs: &mut [bool], parts: impl IntoIterator<Item = usize>) {
     for part in parts {
         needs[part] = true;
-    }
-}
-
-/// The name of a buffer's source, if it has one.
-pub(crate) fn source(graph: &Graph, resource: ResourceId) -> Option<&str> {
-    match &graph.resource(resource).kind {
-        ResourceKind::Buffer(buffer) => match &buffer.size {
-            BufferSize::Source(name) => Some(name),
-            _ => None,
-        },
-        ResourceKind::Target(_) => None,
     }
 }

@@ -1,7 +1,6 @@
 //! Describe: what is created for each used resource.
 
 use crate::checked::{Clear, Graph, ResourceId, ResourceKind, Target, Usage};
-use crate::cull::source;
 use crate::plan::{BufferDesc, ImageDesc, ImageUsage, Lifetime, MemoryModel, Requirements, ResourceDesc, ResourcePlan};
 use crate::sizes::Size;
 use raxel_shader::interface::ScalarKind;
@@ -33,7 +32,7 @@ pub(crate) fn describe(
                 }
                 (ResourceKind::Buffer(buffer), size) => {
                     let size = if let Size::Buffer(Some(bytes)) = size { bytes } else { 0 };
-                    let desc = match source(graph, id) {
+                    let desc = match graph.resource(id).kind.source() {
                         Some(name) => ResourceDesc::Source(name.to_owned()),
                         None => {
                             ResourceDesc::Buffer(BufferDesc { size, uniform: uses.uniform, indirect: uses.indirect })

@@ -1,7 +1,7 @@
 //! Lifetimes: which resources matter only inside a frame, and from which to which action.
 
 use crate::checked::{Graph, PassId};
-use crate::cull::{Cull, source};
+use crate::cull::Cull;
 use crate::order::{Action, Order, Touch};
 use crate::plan::PlanInput;
 use crate::region::Parts;
@@ -32,7 +32,9 @@ pub(crate) fn lifetimes(graph: &Graph, input: &PlanInput, cull: &Cull, order: &O
         .map(|(&id, touches)| {
             let resource = graph.resource(id);
             let (Some(first), Some(last)) = (touches.first(), touches.last()) else { return Life::Persistent };
-            let outside = id == input.present.resource || input.pinned.contains(&id) || source(graph, id).is_some();
+            let outside = id == input.present.resource
+                || input.pinned.contains(&id)
+                || graph.resource(id).kind.source().is_some();
             let survives = outside
                 || resource.kind.is_initialised()
                 || resource.history > 0

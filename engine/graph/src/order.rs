@@ -2,7 +2,7 @@
 
 use crate::checked::ResourceKind;
 use crate::checked::{BoundAccess, Graph, PassId, Usage};
-use crate::cull::{Cull, presented, source};
+use crate::cull::{Cull, presented};
 use crate::plan::{AccessMask, PlanInput, Stages};
 use crate::region::Region;
 use crate::sizes::Size;
@@ -81,7 +81,7 @@ pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
             let mut touches = Vec::new();
             for access in &graph.pass(id).accesses {
                 // Sources are written by nobody in a frame; the runtime replaces them between frames.
-                if source(graph, access.resource).is_none()
+                if graph.resource(access.resource).kind.source().is_none()
                     && let Some(resource) = index[access.resource.0 as usize]
                 {
                     let region = Region::of(access, &sizes[access.resource.0 as usize]);
@@ -150,7 +150,7 @@ impl Order {
             ResourceKind::Buffer(_) => AccessMask::STORAGE_READ,
         };
         let touch = match index[present.resource.0 as usize] {
-            Some(resource) if source(graph, present.resource).is_none() => {
+            Some(resource) if graph.resource(present.resource).kind.source().is_none() => {
                 vec![(resource, present.age, presented(present, sizes), mask)]
             }
             _ => Vec::new(),

@@ -154,14 +154,16 @@ fn memory(plan: &Plan, out: &mut String) {
     let kinds: Vec<String> = plan.resources.iter().map(|resource| words::describe(&resource.desc)).collect();
     let kind_width = kinds.iter().map(|kind| kind.chars().count()).max().unwrap_or(0);
     for (resource, kind) in plan.resources.iter().zip(&kinds) {
-        let size = words::bytes(resource.memory.size);
+        let supplied = matches!(resource.desc, ResourceDesc::Source(_));
+        let unknown = supplied && resource.memory.size == 0;
+        let size = if unknown { "—".to_owned() } else { words::bytes(resource.memory.size) };
         let copies = if resource.copies > 1 { format!("{} × {size}", resource.copies) } else { size };
         let where_ = match (words::block_of(resource), resource.lifetime) {
             (Some((block, offset)), Lifetime::Transient { first, last, .. }) => {
-                format!("steps {first}–{last}, block {block} + {offset}")
+                format!("{}, block {block} + {offset}", span(first, last))
             }
-            (None, Lifetime::Transient { first, last, .. }) => format!("steps {first}–{last}"),
-            _ if matches!(resource.desc, ResourceDesc::Source(_)) => "supplied".to_owned(),
+            (None, Lifetime::Transient { first, last, .. }) => span(first, last),
+            _ if supplied => "supplied".to_owned(),
             _ => "persistent".to_owned(),
         };
         let name = words::name_of(&plan.graph, resource.resource);
@@ -184,6 +186,10 @@ fn memory(plan: &Plan, out: &mut String) {
         let _ = write!(out, ", {} saved by sharing", words::bytes(memory.saved));
     }
     out.push('\n');
+}
+
+fn span(first: u32, last: u32) -> String {
+    if first == last { format!("step {first}") } else { format!("steps {first}–{last}") }
 }
 
 fn culled(plan: &Plan, out: &mut String) {
