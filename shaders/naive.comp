@@ -26,17 +26,8 @@ struct Marched {
     bool hit;
 };
 
-// The chunk that the last sample was in, and where its voxels begin. The first version searched the list for every sample.
-ivec3 last_chunk = ivec3(0x7fffffff);
-uint last_voxels = RX_NO_CHUNK;
-
 uint material_at(vec3 position) {
-    ivec3 cell = push.camera_cell + ivec3(floor(position));
-    if (cell >> 5 != last_chunk) {
-        last_chunk = cell >> 5;
-        last_voxels = rx_find_chunk(last_chunk);
-    }
-    return last_voxels == RX_NO_CHUNK ? 0u : rx_chunk_voxel(last_voxels, cell);
+    return rx_material(push.camera_cell + ivec3(floor(position)));
 }
 
 float solid_at(vec3 position) {

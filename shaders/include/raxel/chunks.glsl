@@ -10,7 +10,7 @@ layout(std430) readonly buffer RxWorld {
     uint material_count;
     ivec3 bounds_last;
     uint materials_at;    // word of the first material
-    uint chunks_at;       // word of the first chunk: 4 words each, x, y, z in chunks, and the word where its voxels begin
+    uint chunks_at;       // word of the list: a key of each chunk, then 4 words each, x, y, z in chunks, and the word of its voxels
     uint chunk_count;
     uint voxels_at;       // word of the first voxel: two a word, x + 32y + 1024z in a chunk
     uint voxel_chunks;    // chunks of voxels; equal chunks share them
@@ -21,23 +21,42 @@ layout(std430) readonly buffer RxWorld {
 
 const uint RX_NO_CHUNK = 0xffffffffu;
 
-bool rx_is_chunk(uint i, ivec3 chunk) {
-    uint at = world.chunks_at + 4u * i;
-    return int(world.words[at]) == chunk.x && int(world.words[at + 1u]) == chunk.y && int(world.words[at + 2u]) == chunk.z;
+// The chunk that this thread asked for last: a ray stays in a chunk for many samples.
+ivec3 rx_last_chunk = ivec3(0x7fffffff);
+uint rx_last_voxels = RX_NO_CHUNK;
+
+// Ten bits of each coordinate of a chunk.
+uint rx_chunk_key(ivec3 chunk) {
+    uvec3 low = uvec3(chunk) & 1023u;
+    return low.x | (low.y << 10) | (low.z << 20);
 }
 
-// Word where the voxels of the chunk at `chunk` (in chunks) begin. Four chunks a round: software drivers of the llvmpipe family end
-// every loop when those of one invocation have made 65,535 rounds together.
+bvec4 rx_keys_equal(uint i, uint key) {
+    uvec4 at = world.chunks_at + min(i + uvec4(0u, 1u, 2u, 3u), uvec4(world.chunk_count - 1u));
+    return equal(uvec4(world.words[at.x], world.words[at.y], world.words[at.z], world.words[at.w]), uvec4(key));
+}
+
+// Word where the voxels of the chunk at `chunk` (in chunks) begin. The keys are compared sixteen a round, since software drivers
+// of the llvmpipe family end every loop when those of one invocation have made 65,535 rounds together.
 uint rx_find_chunk(ivec3 chunk) {
-    uint last = max(world.chunk_count, 1u) - 1u;
-    for (uint i = 0u; i < world.chunk_count; i += 4u) {
-        uvec4 four = min(uvec4(i) + uvec4(0u, 1u, 2u, 3u), uvec4(last));
-        uint found = RX_NO_CHUNK;
-        if (rx_is_chunk(four.x, chunk)) found = four.x;
-        if (rx_is_chunk(four.y, chunk)) found = four.y;
-        if (rx_is_chunk(four.z, chunk)) found = four.z;
-        if (rx_is_chunk(four.w, chunk)) found = four.w;
-        if (found != RX_NO_CHUNK) return world.words[world.chunks_at + 4u * found + 3u];
+    if (chunk == rx_last_chunk) return rx_last_voxels;
+    rx_last_chunk = chunk;
+    rx_last_voxels = RX_NO_CHUNK;
+    if (any(lessThan(chunk, world.bounds_min >> 5)) || any(greaterThan(chunk, world.bounds_last >> 5))) return RX_NO_CHUNK;
+    uint key = rx_chunk_key(chunk);
+    uint count = world.chunk_count;
+    for (uint i = 0u; i < count; i += 16u) {
+        bvec4 a = rx_keys_equal(i, key), b = rx_keys_equal(i + 4u, key);
+        bvec4 c = rx_keys_equal(i + 8u, key), d = rx_keys_equal(i + 12u, key);
+        if (!(any(a) || any(b) || any(c) || any(d))) continue;
+        // Worlds of more than 1024 chunks a side have equal keys.
+        for (uint k = i; k < min(i + 16u, count); ++k) {
+            uint at = world.chunks_at + count + 4u * k;
+            if (ivec3(world.words[at], world.words[at + 1u], world.words[at + 2u]) == chunk) {
+                rx_last_voxels = world.words[at + 3u];
+                return rx_last_voxels;
+            }
+        }
     }
     return RX_NO_CHUNK;
 }
@@ -49,7 +68,6 @@ uint rx_chunk_voxel(uint voxels, ivec3 cell) {
 }
 
 uint rx_material(ivec3 cell) {
-    if (any(lessThan(cell, world.bounds_min)) || any(greaterThan(cell, world.bounds_last))) return 0u;
     uint voxels = rx_find_chunk(cell >> 5);
     return voxels == RX_NO_CHUNK ? 0u : rx_chunk_voxel(voxels, cell);
 }
@@ -63,14 +81,9 @@ bool rx_trace(RxRay ray, out RxHit hit) {
 
     // Every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
     uint rounds = world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
-    uvec3 chunk = uvec3(0xffffffffu);
-    uint voxels = RX_NO_CHUNK;
     for (uint i = 1u; i < rounds; ++i) {
         ivec3 cell = world.origin + ivec3(walk.q ^ walk.flip);
-        if (any(notEqual(walk.q >> 5, chunk))) {
-            chunk = walk.q >> 5;
-            voxels = rx_find_chunk(cell >> 5);
-        }
+        uint voxels = rx_find_chunk(cell >> 5);
         uint material = voxels == RX_NO_CHUNK ? 0u : rx_chunk_voxel(voxels, cell);
         if (material != 0u) {
             bool within = rx_walk_hit(walk, ray, world.origin, hit);
