@@ -5,6 +5,7 @@ mod project;
 use std::collections::BTreeSet;
 
 use project::{MATERIALS, Project};
+use proptest::prelude::*;
 use raxel_diagnostics::{Diagnostic, Severity};
 use raxel_world::{Aim, schema, srgb_from_linear};
 use serde_json::Value;
@@ -248,3 +249,75 @@ fn what_the_schema_requires_is_required() {
         }
     }
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(192))]
+
+    #[test]
+    fn no_edit_makes_the_reader_panic(edits in prop::collection::vec((any::<prop::sample::Index>(), "[ -/:-~]|\\PC", any::<bool>()), 1..6)) {
+        let mut text: Vec<char> = format!("{MATERIALS}{EVERYTHING}").chars().collect();
+        for (at, new, replace) in edits {
+            let at = at.index(text.len());
+            text.splice(at..at + usize::from(replace), new.chars());
+        }
+        let text: String = text.into_iter().collect();
+        match Project::with_world(&text).load() {
+            Ok((loaded, _)) => prop_assert_eq!(loaded.world.voxels().count() as u64, loaded.world.solids()),
+            // Every place is in the text, on whole characters.
+            Err(found) => drop(lines(&text, &found)),
+        }
+    }
+}
+
+/// One of each operation, all small.
+const EVERYTHING: &str = r#"
+[camera]
+position = [1, 2, 3]
+look_at = [0, 0, 0]
+[[build]]
+op = "terrain"
+min = [-9, -9]
+max = [9, 9]
+amplitude = 8
+layers = [{ material = "a", depth = 1 }, { material = "b" }]
+bands = [{ material = "c", above = 4 }]
+water = { material = "c", level = 2 }
+river = { bed = 1, width = 2, banks = 3 }
+[[build]]
+op = "box"
+center = [0, 0, 0]
+size = [4, 4, 4]
+material = "a"
+shell = 1
+[[build]]
+op = "sphere"
+mode = "subtract"
+center = [0, 0, 0]
+radius = 2.5
+[[build]]
+op = "cylinder"
+base = [0, 0, 0]
+radius = 3
+height = 4
+axis = "z"
+material = "a"
+[[build]]
+op = "menger"
+level = 2
+material = ["a", "b"]
+[[build]]
+op = "maze"
+cells = [3, 3]
+material = "b"
+[[build]]
+op = "model"
+model = "arrow"
+rotation = 90
+[[build]]
+op = "scatter"
+model = "arrow"
+min = [-9, -9]
+max = [9, 9]
+count = 3
+on = ["a", "b"]
+"#;

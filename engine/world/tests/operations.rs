@@ -7,7 +7,8 @@ use std::collections::{HashMap, HashSet};
 use glam::IVec3;
 use project::{arrow, build, every_cell};
 use proptest::prelude::*;
-use raxel_world::World;
+use raxel_world::build::{Ball, BuildError, Limits, Operation, Solid, build_within};
+use raxel_world::{Material, Mode, World};
 
 /// Builds and compares every voxel, also the empty ones around.
 fn assert_is(operations: &str, expected: impl Fn([i64; 3]) -> u16) -> World {
@@ -350,4 +351,14 @@ fn equal_chunks_are_one() {
     let info = world.info();
     assert_eq!((info.chunks, info.unique_chunks, info.solids), (64, 1, 1 << 24));
     assert!(info.bytes < 100_000);
+}
+
+#[test]
+fn memory_is_limited_while_building() {
+    let shape = Ball { centre: [0.0; 3], radius: [200.0; 3], shell: None };
+    let ball = Operation::Solid(Solid { shape: Box::new(shape), mode: Mode::Add, materials: vec![1] });
+    let materials = || vec![Material::air(), Material::matt("a", [1.0; 3])];
+    let limits = Limits { chunks: 512, bytes: 1 << 20 };
+    let error = build_within(materials(), &[ball], &limits).expect_err("hundreds of different chunks");
+    assert_eq!(error, BuildError::TooManyBytes { limit: 1 << 20 });
 }

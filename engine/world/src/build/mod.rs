@@ -14,7 +14,7 @@ pub use place::Placed;
 pub use scatter::Scatter;
 pub use scatter::place_anchor;
 pub use shape::{Ball, Box3, Cylinder, Shape, Solid, Span3};
-pub use stage::{BuildError, MAX_BUILD_BYTES, MAX_BUILD_CHUNKS, Shortfall, build};
+pub use stage::{BuildError, Limits, Shortfall, build, build_within};
 pub use terrain::{Band, Layer, Noise, River, Terrain, Water};
 
 use crate::dense::DenseChunk;

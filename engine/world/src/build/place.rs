@@ -60,7 +60,7 @@ impl Placed {
                     }
                 }
                 // A part touches at most eight chunks, so this is soon enough; scattered small models share their chunks.
-                if parts.len() as u64 > limit || count > 64 * limit {
+                if parts.len() as u64 > limit || count > 16 * limit {
                     return None;
                 }
             }

@@ -15,11 +15,21 @@ use crate::dense::{DenseChunk, Mode};
 use crate::material::Material;
 use crate::world::{Bounds, ChunkPos, World};
 
-/// Chunks that one build may fill: 4096³ voxels.
-pub const MAX_BUILD_CHUNKS: u64 = 1 << 18;
+/// How large a world may become.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Chunks that its operations reach over.
+    pub chunks: u64,
+    /// Bytes of all different chunks in main memory.
+    pub bytes: u64,
+}
 
-/// Bytes of chunks that one build may make.
-pub const MAX_BUILD_BYTES: u64 = 4 << 30;
+impl Default for Limits {
+    /// 4096³ voxels, 4 GiB.
+    fn default() -> Self {
+        Self { chunks: 1 << 18, bytes: 4 << 30 }
+    }
+}
 
 /// Why a build was not made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -55,12 +65,21 @@ pub struct Shortfall {
 
 /// Builds a world from operations in order.
 pub fn build(materials: Vec<Material>, operations: &[Operation]) -> Result<(World, Vec<Shortfall>), BuildError> {
+    build_within(materials, operations, &Limits::default())
+}
+
+/// The same, within other limits.
+pub fn build_within(
+    materials: Vec<Material>,
+    operations: &[Operation],
+    limits: &Limits,
+) -> Result<(World, Vec<Shortfall>), BuildError> {
     // Sizes are known before anything is made, but for scatters.
     let mut reach: u128 = 0;
     for (index, operation) in operations.iter().enumerate() {
         reach += chunks_reached(operation);
-        if reach > u128::from(MAX_BUILD_CHUNKS) {
-            return Err(BuildError::TooManyChunks { operation: index, chunks: reach, limit: MAX_BUILD_CHUNKS });
+        if reach > u128::from(limits.chunks) {
+            return Err(BuildError::TooManyChunks { operation: index, chunks: reach, limit: limits.chunks });
         }
     }
     let mut chunks = BTreeMap::new();
@@ -68,19 +87,19 @@ pub fn build(materials: Vec<Material>, operations: &[Operation]) -> Result<(Worl
     let mut stage = Vec::new();
     for (index, operation) in operations.iter().enumerate() {
         if let Operation::Scatter(scatter) = operation {
-            run(&mut chunks, &std::mem::take(&mut stage))?;
+            run(&mut chunks, &std::mem::take(&mut stage), limits)?;
             let placed = scatter.choose(&chunks);
             if (placed.placements.len() as u64) < scatter.count {
                 let count = placed.placements.len() as u64;
                 shortfalls.push(Shortfall { operation: index, wanted: scatter.count, placed: count });
             }
-            let step = Step::place(index, &placed)?;
-            run(&mut chunks, &[step])?;
+            let step = Step::place(index, &placed, limits)?;
+            run(&mut chunks, &[step], limits)?;
         } else {
-            stage.push(Step::new(index, operation)?);
+            stage.push(Step::new(index, operation, limits)?);
         }
     }
-    run(&mut chunks, &stage)?;
+    run(&mut chunks, &stage, limits)?;
     Ok((World::from_shared(materials, chunks), shortfalls))
 }
 
@@ -106,20 +125,20 @@ enum Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    fn new(index: usize, operation: &'a Operation) -> Result<Self, BuildError> {
+    fn new(index: usize, operation: &'a Operation, limits: &Limits) -> Result<Self, BuildError> {
         match operation {
             Operation::Solid(solid) => Ok(Self::Solid(solid, solid.shape.bounds())),
             Operation::Terrain(terrain) => Ok(Self::Terrain(terrain, terrain.bounds())),
-            Operation::Place(placed) => Self::place(index, placed),
+            Operation::Place(placed) => Self::place(index, placed, limits),
             Operation::Scatter(_) => unreachable!("a scatter becomes a placed model first"),
         }
     }
 
-    fn place(index: usize, placed: &'a Placed) -> Result<Self, BuildError> {
-        let parts = placed.parts(MAX_BUILD_CHUNKS).ok_or(BuildError::TooManyChunks {
+    fn place(index: usize, placed: &'a Placed, limits: &Limits) -> Result<Self, BuildError> {
+        let parts = placed.parts(limits.chunks).ok_or(BuildError::TooManyChunks {
             operation: index,
-            chunks: u128::from(MAX_BUILD_CHUNKS) + 1,
-            limit: MAX_BUILD_CHUNKS,
+            chunks: u128::from(limits.chunks) + 1,
+            limit: limits.chunks,
         })?;
         Ok(Self::Place(placed, parts))
     }
@@ -159,7 +178,7 @@ impl<'a> Step<'a> {
 }
 
 /// Applies one stage to the chunks so far.
-fn run(chunks: &mut BTreeMap<ChunkPos, Arc<Chunk>>, steps: &[Step<'_>]) -> Result<(), BuildError> {
+fn run(chunks: &mut BTreeMap<ChunkPos, Arc<Chunk>>, steps: &[Step<'_>], limits: &Limits) -> Result<(), BuildError> {
     let mut touched: HashSet<ChunkPos> = steps.iter().flat_map(Step::makes).collect();
     touched.extend(chunks.keys().filter(|pos| steps.iter().any(|step| step.touches(**pos))));
     // Heights are worked out once for all chunks above each other.
@@ -167,7 +186,7 @@ fn run(chunks: &mut BTreeMap<ChunkPos, Arc<Chunk>>, steps: &[Step<'_>]) -> Resul
     for pos in touched {
         columns.entry((pos.z, pos.x)).or_default().push(pos.y);
     }
-    let pool = Pool::of(chunks.values());
+    let pool = Pool::of(chunks.values(), limits.bytes);
     let built: Vec<(ChunkPos, Option<Arc<Chunk>>)> = columns
         .into_par_iter()
         .map_init(DenseChunk::default, |dense, ((z, x), mut ys)| {
@@ -208,7 +227,7 @@ fn run(chunks: &mut BTreeMap<ChunkPos, Arc<Chunk>>, steps: &[Step<'_>]) -> Resul
         .flatten_iter()
         .collect();
     if pool.full() {
-        return Err(BuildError::TooManyBytes { limit: MAX_BUILD_BYTES });
+        return Err(BuildError::TooManyBytes { limit: limits.bytes });
     }
     for (pos, chunk) in built {
         match chunk {
@@ -223,11 +242,12 @@ fn run(chunks: &mut BTreeMap<ChunkPos, Arc<Chunk>>, steps: &[Step<'_>]) -> Resul
 struct Pool {
     known: [Mutex<HashMap<u64, Vec<Arc<Chunk>>>>; 16],
     bytes: AtomicU64,
+    limit: u64,
 }
 
 impl Pool {
-    fn of<'c>(chunks: impl Iterator<Item = &'c Arc<Chunk>>) -> Self {
-        let pool = Self { known: std::array::from_fn(|_| Mutex::default()), bytes: AtomicU64::new(0) };
+    fn of<'c>(chunks: impl Iterator<Item = &'c Arc<Chunk>>, limit: u64) -> Self {
+        let pool = Self { known: std::array::from_fn(|_| Mutex::default()), bytes: AtomicU64::new(0), limit };
         let mut seen = HashSet::new();
         for chunk in chunks.filter(|chunk| seen.insert(Arc::as_ptr(chunk))) {
             pool.bytes.fetch_add(chunk.bytes(), Ordering::Relaxed);
@@ -252,6 +272,6 @@ impl Pool {
     }
 
     fn full(&self) -> bool {
-        self.bytes.load(Ordering::Relaxed) > MAX_BUILD_BYTES
+        self.bytes.load(Ordering::Relaxed) > self.limit
     }
 }
