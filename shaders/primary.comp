@@ -29,7 +29,9 @@ vec3 surface(RxHit hit, RxMaterial material, vec3 sun) {
     vec3 normal = rx_normal(hit.face);
     vec3 light = push.sky_strength * rx_openness(hit) * rx_ambient(normal, sun);
     if (rx_sees_sun(hit, sun)) light += push.sun_strength * dot(normal, sun) * rx_sun_color(sun);
-    return material.albedo * rx_grain(hit.voxel) * (light + material.emission);
+    // What is clear, like water, sends less back from inside.
+    float body = 1.0 - 0.75 * material.transparency;
+    return material.albedo * rx_grain(hit.voxel) * (body * light + material.emission);
 }
 
 vec3 through_air(vec3 color, vec3 dir, float distance, vec3 sun) {

@@ -11,15 +11,15 @@ vec3 rx_sun_direction(float azimuth, float elevation) {
 // Linear colour of sunlight: white when high, orange near the horizon, none below it.
 vec3 rx_sun_color(vec3 sun) {
     float height = clamp(sun.y, 0.0, 1.0);
-    vec3 color = mix(vec3(1.0, 0.45, 0.16), vec3(1.0, 0.95, 0.86), smoothstep(0.02, 0.45, height));
+    vec3 color = mix(vec3(1.0, 0.45, 0.16), vec3(1.0, 0.93, 0.80), smoothstep(0.02, 0.50, height));
     return color * smoothstep(-0.04, 0.06, sun.y);
 }
 
 // Linear radiance of the sky without the disc: what surfaces and fog are lit by.
 vec3 rx_sky(vec3 dir, vec3 sun) {
     float day = smoothstep(-0.12, 0.25, sun.y);
-    vec3 zenith = mix(vec3(0.010, 0.014, 0.035), vec3(0.145, 0.315, 0.66), day);
-    vec3 horizon = mix(vec3(0.035, 0.035, 0.060), vec3(0.62, 0.74, 0.88), day);
+    vec3 zenith = mix(vec3(0.010, 0.014, 0.035), vec3(0.085, 0.235, 0.60), day);
+    vec3 horizon = mix(vec3(0.035, 0.035, 0.060), vec3(0.56, 0.71, 0.90), day);
     float low = smoothstep(0.55, 0.0, abs(sun.y)) * day;
     float towards = 0.5 + 0.5 * dot(dir, sun);
     horizon = mix(horizon, vec3(0.98, 0.56, 0.27), low * towards * towards * 0.8);
