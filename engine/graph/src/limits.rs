@@ -105,7 +105,7 @@ fn image(
                 format!("`{}` has {mips} mips, but {shown} texels have only {chain} down to one", resource.name),
             )
             .label(resource.place.clone(), here)
-            .help("`mips = 0` is the full chain at every size"),
+            .help("`mips = \"full\"` is the full chain at every size"),
         );
     }
 }
