@@ -107,6 +107,8 @@ declare! {
     PRESENT_UNWRITTEN = "RX0162";
     /// Something that not every device can do.
     NOT_PORTABLE = "RX0163";
+    /// A capability that raxel does not switch on.
+    CAPABILITY = "RX0164";
     /// A target's extent exceeds the device's.
     TARGET_TOO_LARGE = "RX0170";
     /// More array layers than the device allows.

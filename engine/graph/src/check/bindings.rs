@@ -139,7 +139,8 @@ fn bound(
     let target = entry.target.as_ref()?;
     let (id, age) = target.value;
     let declared = &context.graph.resources[id.0 as usize];
-    let before = found.len();
+    let errors = |found: &[Diagnostic]| found.iter().filter(|diagnostic| diagnostic.is_error()).count();
+    let before = errors(found);
     writable(context, binding, entry, found);
     let access = match (&declared.item.kind, &binding.kind) {
         (ResourceKind::Target(image), BindingKind::StorageImage { .. } | BindingKind::SampledImage { .. }) => {
@@ -193,7 +194,7 @@ fn bound(
             return None;
         }
     };
-    (found.len() == before).then_some(access)
+    (errors(found) == before).then_some(access)
 }
 
 /// Earlier frames and sources are only read.
@@ -233,7 +234,10 @@ fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind,
     let declared = &context.graph.resources[target.value.0.0 as usize];
     let ResourceKind::Buffer(buffer) = &declared.item.kind else { return };
     match &buffer.size {
-        BufferSize::Source(source) => sources::check(context, binding, block, source, declared, found),
+        // The layout is a define of the shader, so another pass with the same shader has the same difference.
+        BufferSize::Source(source) if context.first_use => {
+            sources::check(context, binding, block, source, declared, found)
+        }
         BufferSize::Bytes(bytes) if *bytes < u64::from(block.size) => {
             let diagnostic = Diagnostic::error(
                 codes::graph::BUFFER_SIZE,

@@ -1,6 +1,7 @@
 //! An image binding against its target: format, kind of texel, dimension, mips and layers, sampler.
 
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Binding, BindingKind, Dim, ScalarKind};
 
 use super::Context;
@@ -240,6 +241,17 @@ fn sampler(
             .label(linear.span.clone(), "`linear` mixes texels")
             .label(resource.detail.clone(), "an integer format")
             .help("use `filter = \"nearest\"`"),
+        );
+    }
+    if let (true, Some(linear), Format::R32f | Format::Rg32f | Format::Rgba32f) = (wants_linear, linear, target.format)
+    {
+        let resource = &context.graph.resources[entry.target.as_ref()?.value.0.0 as usize];
+        let message = format!("target `{}` has 32-bit floats, which not every device filters", resource.item.name);
+        found.push(
+            Diagnostic::warning(codes::graph::NOT_PORTABLE, message)
+                .label(linear.span.clone(), "`linear` mixes texels")
+                .label(resource.detail.clone(), "a format of 32-bit floats")
+                .help("use a 16-bit format, or `filter = \"nearest\"`"),
         );
     }
     Some(Sampler { linear: wants_linear, repeat: entry.repeat.as_ref().is_some_and(|repeat| repeat.value) })

@@ -1,12 +1,12 @@
-//! Workgroups and capabilities: what no device runs is an error, what some devices lack is a warning.
+//! Workgroups and capabilities: what never runs is an error, what some devices lack is a warning.
 
 use raxel_diagnostics::{Diagnostic, codes};
 
 use super::Context;
 use crate::checked::Value;
 
-/// Capabilities that need no warning: Vulkan 1.3 requires them, or every desktop driver has them and raxel asks for them.
-const COMMON: [&str; 24] = [
+/// Capabilities that need no feature, or one that every Vulkan 1.3 desktop driver has.
+const COMMON: [&str; 22] = [
     "Matrix",
     "Shader",
     "Int64",
@@ -14,10 +14,10 @@ const COMMON: [&str; 24] = [
     "Image1D",
     "ImageQuery",
     "Sampled1D",
-    "SampledBuffer",
-    "ImageBuffer",
     "StorageImageExtendedFormats",
+    "StorageImageWriteWithoutFormat",
     "DerivativeControl",
+    "DeviceGroup",
     "GroupNonUniform",
     "GroupNonUniformVote",
     "GroupNonUniformBallot",
@@ -27,10 +27,25 @@ const COMMON: [&str; 24] = [
     "GroupNonUniformShuffleRelative",
     "GroupNonUniformClustered",
     "VulkanMemoryModel",
-    "VulkanMemoryModelKHR",
-    "PhysicalStorageBufferAddresses",
     "DotProduct",
-    "DemoteToHelperInvocation",
+    "StorageImageArrayDynamicIndexing",
+];
+
+/// Capabilities that raxel switches on where the device has them.
+const SOMETIMES: [&str; 13] = [
+    "Float64",
+    "Float16",
+    "Int8",
+    "Int64Atomics",
+    "StorageBuffer8BitAccess",
+    "StorageImageReadWithoutFormat",
+    "VulkanMemoryModelDeviceScope",
+    "DotProductInput4x8BitPacked",
+    "DotProductInput4x8Bit",
+    "DenormPreserve",
+    "DenormFlushToZero",
+    "SignedZeroInfNanPreserve",
+    "RoundingModeRTE",
 ];
 
 /// Checks the workgroup size, with the constants that the graph sets, and the capabilities.
@@ -56,13 +71,18 @@ pub fn check(context: &Context<'_>, constants: &[(u32, Value)], found: &mut Vec<
             .label(place.clone(), "the shader's `local_size`, with the constants of the graph"),
         );
     }
-    for capability in &context.interface().capabilities {
-        if context.first_use && !COMMON.contains(&capability.as_str()) {
+    if !context.first_use {
+        return;
+    }
+    for capability in context.interface().capabilities.iter().map(String::as_str) {
+        if SOMETIMES.contains(&capability) {
             let message = format!("pass `{}` needs `{capability}`, which not every device has", pass.name.value);
-            found.push(
-                Diagnostic::warning(codes::graph::NOT_PORTABLE, message)
-                    .label(place.clone(), "declared by the compiled shader"),
-            );
+            let warning = Diagnostic::warning(codes::graph::NOT_PORTABLE, message);
+            found.push(warning.label(place.clone(), "declared by the compiled shader"));
+        } else if !COMMON.contains(&capability) {
+            let message = format!("pass `{}` needs `{capability}`, which raxel does not switch on", pass.name.value);
+            let error = Diagnostic::error(codes::graph::CAPABILITY, message);
+            found.push(error.label(place.clone(), "declared by the compiled shader"));
         }
     }
 }

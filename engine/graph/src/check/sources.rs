@@ -56,7 +56,7 @@ fn difference(prefix: &str, expected: &Block, actual: &Block) -> Option<Differen
         }
     }
     let more = actual.members.get(expected.members.len())?;
-    let message = format!("it has a member `{prefix}{}` more", more.name);
+    let message = format!("it has one member more, `{prefix}{}`", more.name);
     Some(Difference { message, place: more.place.clone() })
 }
 

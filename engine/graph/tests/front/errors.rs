@@ -201,6 +201,13 @@ const FLOW: &[Case] = &[
     ("RX0161", BASE, "when = \"!param.probes\"\n", ""),
     ("RX0162", BASE, "present = \"color\"", "present = \"picture\"\ntargets.picture.format = \"rgba8\""),
     (
+        "RX0164",
+        PROBES,
+        "layout(local_size_x = 4",
+        "#extension GL_EXT_shader_atomic_float : require\nshared float sum;\n#define atomicAdd(a, b) atomicAdd(a, b) + uint(atomicAdd(sum, 1.0))\nlayout(local_size_x = 4",
+    ),
+    ("RX0163", BASE, "depth = \"half_depth\" }", "depth = { target = \"half_depth\", filter = \"linear\" } }"),
+    (
         "RX0163",
         PROBES,
         "void main() {",
