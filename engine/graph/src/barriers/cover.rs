@@ -75,9 +75,12 @@ pub(super) fn covered(slots: &[Slot], need: &Need) -> Option<(u32, u32)> {
             let of_target = transition.is_some() && transition == target;
             let of_start = transition.is_some() && transition == start && at == 0;
             let global = transition.is_none();
+            if !(global || of_target || of_start) {
+                continue;
+            }
             let begins = match from {
                 None => of_start,
-                Some(from) if is_write(from) => (global || of_target) && dependency.src.access.contains(from),
+                Some(from) if is_write(from) => dependency.src.access.contains(from),
                 Some(from) => meet(before(dependency), stage_of(from)),
             };
             if !(begins || meet(before(dependency), reached)) {
@@ -87,7 +90,7 @@ pub(super) fn covered(slots: &[Slot], need: &Need) -> Option<(u32, u32)> {
             let done = match to {
                 // Only the transition itself, in the last slot.
                 None => of_target && at + 1 == need.slots,
-                Some(to) if stored => (global || of_start) && dependency.dst.access.contains(to),
+                Some(to) if stored => dependency.dst.access.contains(to),
                 Some(to) => meet(behind(dependency), stage_of(to)),
             };
             if done {

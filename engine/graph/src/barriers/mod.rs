@@ -8,9 +8,9 @@
 //!   chain starts) and visible to the second access (its access in the destination scope of a barrier of the chain).
 //! * A store after a load needs the chain only.
 //! * Shared memory: an image takes it over by its own `UNDEFINED` → `GENERAL` transition, a store to all of the memory that must
-//!   come after all accesses of the former occupants and before all of its own. Its scopes are an execution dependency for all
-//!   commands like any other, but make available and visible only what concerns that take-over. A buffer needs no transition: its
-//!   accesses conflict with those of the former occupants as if all were one resource.
+//!   come after all accesses of the former occupants and before all of its own. Its scopes count for that take-over only: Vulkan
+//!   would let their stages order all commands, but the Khronos layer follows them for the image alone, and is to find nothing. A
+//!   buffer needs no transition: its accesses conflict with those of the former occupants as if all were one resource.
 //!
 //! *Every* conflicting pair is covered on its own, also where an access between the two would carry the order along. That is why a
 //! step may be left out of a frame (`every`, a result that is still valid) as long as the barriers stay: it takes pairs away and

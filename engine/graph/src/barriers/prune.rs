@@ -194,8 +194,7 @@ enum What {
     Stage(Stages),
 }
 
-/// The bits of a slot in the order in which they are tried: the memory barrier first, so that transitions carry what they can;
-/// accesses before the stages that make them.
+/// The bits of a slot in the order in which they are tried: accesses before the stages that make them.
 fn bits(slot: &Slot) -> Vec<Bit> {
     let mut bits = Vec::new();
     for transition in std::iter::once(None).chain((0..slot.transitions.len()).map(Some)) {

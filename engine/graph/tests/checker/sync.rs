@@ -139,7 +139,7 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
                     }
                 }
                 for old in &mut made {
-                    pass_barrier(barrier, &image, old);
+                    pass_barrier(barrier, old);
                 }
                 made.extend(born);
                 continue;
@@ -206,7 +206,7 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
 }
 
 /// Tells a remembered access about a barrier.
-fn pass_barrier(barrier: &Barrier, image: &[bool], old: &mut Made) {
+fn pass_barrier(barrier: &Barrier, old: &mut Made) {
     let (mut waiting, mut seen_by) = (old.waiting, old.seen_by);
     if let Some(memory) = &barrier.memory {
         let direct = if old.store {
@@ -219,14 +219,7 @@ fn pass_barrier(barrier: &Barrier, image: &[bool], old: &mut Made) {
             seen_by |= memory.dst.access;
         }
     }
-    for activation in barrier.activate.iter().filter(|a| image[a.resource as usize]) {
-        // The transition of one image orders execution for all; what it makes available and visible is its own affair.
-        let scopes = &activation.dependency;
-        let direct = !old.store && earlier(scopes.src.stages) & old.stage.0 != 0;
-        if direct || old.waiting.0 & earlier(scopes.src.stages) != 0 {
-            waiting.0 |= later(scopes.dst.stages);
-        }
-    }
+    // The transition of an image is its own affair: it orders nothing else.
     (old.waiting, old.seen_by) = (waiting, seen_by);
 }
 
