@@ -236,7 +236,7 @@ fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind,
     match &buffer.size {
         // The layout is a define of the shader, so another pass with the same shader has the same difference.
         BufferSize::Source(source) if context.first_use => {
-            sources::check(context, binding, block, source, declared, found)
+            sources::check(context, binding, block, source, declared, found);
         }
         BufferSize::Bytes(bytes) if *bytes < u64::from(block.size) => {
             let diagnostic = Diagnostic::error(

@@ -4,5 +4,6 @@ mod errors;
 mod extends;
 mod files;
 mod happy;
+mod modules;
 mod mutations;
 mod schema;
