@@ -110,7 +110,11 @@ fn exact_tracer_agrees_with_brute_force() {
                     }
                 }
             }
-            assert!(unsure < 100, "{name} {set}: brute force is unsure of {unsure} of 120");
+            // Rays from faces and through edges are never sure; the others nearly always are.
+            assert!(
+                unsure < 12 || !["pinhole", "incoherent"].contains(&set),
+                "{name} {set}: unsure of {unsure} of 120"
+            );
         }
         assert!(hits > 40, "{name}: brute force is sure of {hits} hits");
     }
@@ -132,6 +136,45 @@ fn moving_ray_and_world_moves_the_hit() {
             let expected =
                 first.map(|hit| (std::array::from_fn(|i| hit.voxel[i] + by[i]), hit.face, hit.t.to_bits(), hit.uv));
             assert_eq!(second.map(|hit| (hit.voxel, hit.face, hit.t.to_bits(), hit.uv)), expected, "{ray:?}");
+        }
+    }
+}
+
+/// The cube's 48 symmetries: permute the axes, then mirror some of them.
+fn symmetries() -> impl Iterator<Item = ([usize; 3], [bool; 3])> {
+    let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+    orders.into_iter().flat_map(|order| (0..8).map(move |bits| (order, [0, 1, 2].map(|i| bits >> i & 1 == 1))))
+}
+
+#[test]
+fn turned_and_mirrored_worlds_are_hit_alike() {
+    let scene = Scene::find("hills").expect("a scene");
+    let here = scene.world(IVec3::new(-30, 7, 3), 1);
+    let words = Layout::Tree64.encode(&here, u64::MAX).expect("small").words;
+    let tree = Tree64::new(&words);
+    let rays: Vec<Ray> = ["pinhole", "edges", "faces", "lattice", "tiny"]
+        .iter()
+        .flat_map(|set| RaySet::find(set).expect("a set").rays(&here, 150, 21))
+        .collect();
+    for (order, mirrored) in symmetries() {
+        let cell = |c: [i32; 3]| [0, 1, 2].map(|i| if mirrored[i] { -1 - c[order[i]] } else { c[order[i]] });
+        let voxels = here.voxels().map(|(voxel, material)| (IVec3::from_array(cell(voxel.to_array())), material));
+        let there = World::from_voxels(scenes::materials(), voxels);
+        let turned_words = Layout::Tree64.encode(&there, u64::MAX).expect("small").words;
+        for ray in &rays {
+            let frac = [0, 1, 2].map(|i| if mirrored[i] { 1.0 - ray.frac[order[i]] } else { ray.frac[order[i]] });
+            let dir = [0, 1, 2].map(|i| if mirrored[i] { -ray.dir[order[i]] } else { ray.dir[order[i]] });
+            let turned = Ray::new(cell(ray.cell), frac, dir);
+            let (first, second) = (tree.trace(ray), Tree64::new(&turned_words).trace(&turned));
+            let expected = first.map(|hit| (cell(hit.voxel), hit.t.to_bits()));
+            assert_eq!(second.map(|hit| (hit.voxel, hit.t.to_bits())), expected, "{order:?} {mirrored:?} {ray:?}");
+            // Two faces of an edge are told apart by the order of the axes.
+            if let (Some(first), Some(second), false) = (first, second, exact::first_hit(&here, ray).tie) {
+                let face = (0..3)
+                    .find(|&i| order[i] as u32 == first.face / 2)
+                    .map_or(6, |i| 2 * i as u32 + (first.face & 1 ^ u32::from(mirrored[i])));
+                assert_eq!(second.face, face, "{order:?} {mirrored:?} {ray:?}");
+            }
         }
     }
 }
