@@ -192,3 +192,59 @@ fn block(items: &[Item], granularity: u64, result: &mut Alias) {
         type_bits: items.iter().fold(u32::MAX, |bits, item| bits & item.needs.type_bits),
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::checked::{Clear, ResourceId};
+    use crate::plan::{BufferDesc, Lifetime};
+
+    fn resource(index: u32, size: u64) -> ResourcePlan {
+        ResourcePlan {
+            resource: ResourceId(index),
+            desc: ResourceDesc::Buffer(BufferDesc { size, uniform: false, indirect: false }),
+            memory: Requirements { size, alignment: 16, type_bits: 1 },
+            copies: 1,
+            clear: None,
+            init: Clear::Uint([0; 4]),
+            lifetime: Lifetime::Persistent,
+        }
+    }
+
+    /// Bytes of blocks and of what has memory of its own.
+    fn total(resources: &[ResourcePlan], alias: &Alias) -> u64 {
+        let own = resources.iter().zip(&alias.places).filter(|(_, place)| place.is_none());
+        own.map(|(resource, _)| resource.memory.size).sum::<u64>() + alias.blocks.iter().map(|b| b.size).sum::<u64>()
+    }
+
+    #[test]
+    fn packing_is_close_to_what_lives_at_once() {
+        let mut state = 7_u32;
+        let mut random = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) % below
+        };
+        let (mut packed, mut least, mut apart) = (0, 0, 0);
+        for _ in 0..500 {
+            let count = 2 + random(20);
+            let resources: Vec<_> = (0..count).map(|i| resource(i, u64::from(1 + random(64)) * 16)).collect();
+            let lives: Vec<_> = (0..count)
+                .map(|_| (random(24), random(6)))
+                .map(|(first, more)| Life::Transient { first, last: first + more })
+                .collect();
+            let at_once = |action: u32| -> u64 {
+                let lives = resources.iter().zip(&lives);
+                let then = lives.filter(
+                    |(_, life)| matches!(life, Life::Transient { first, last } if (*first..=*last).contains(&action)),
+                );
+                then.map(|(resource, _)| resource.memory.size).sum()
+            };
+            packed += total(&resources, &alias(&resources, &lives, 1, true));
+            least += (0..30).map(at_once).max().unwrap_or(0);
+            apart += total(&resources, &alias(&resources, &lives, 1, false));
+        }
+        // Nothing can be below `least`; resources apart take over twice as much.
+        assert!(packed >= least && apart > 2 * least, "{packed} {least} {apart}");
+        assert!(packed * 100 <= least * 108, "{packed} bytes where {least} live at once");
+    }
+}
