@@ -22,12 +22,14 @@ float rx_openness(RxHit hit) {
     ivec3 u, v;
     rx_face_tangents(hit.face, u, v);
     ivec3 above = hit.voxel + rx_face_step(hit.face);
-    bool l = rx_material(above - u) != 0u, r = rx_material(above + u) != 0u;
-    bool b = rx_material(above - v) != 0u, t = rx_material(above + v) != 0u;
-    vec4 corners = vec4(rx_corner_light(l, b, rx_material(above - u - v) != 0u),
-                        rx_corner_light(r, b, rx_material(above + u - v) != 0u),
-                        rx_corner_light(l, t, rx_material(above - u + v) != 0u),
-                        rx_corner_light(r, t, rx_material(above + u + v) != 0u));
+    // One look-up in a loop, not eight in a row: every call is inlined, and drivers would compile the tree walk eight times.
+    uint solid = 0u;
+    for (int i = 0; i < 9; ++i) {
+        if (rx_material(above + (i % 3 - 1) * u + (i / 3 - 1) * v) != 0u) solid |= 1u << i;
+    }
+    bool b = (solid & 2u) != 0u, l = (solid & 8u) != 0u, r = (solid & 32u) != 0u, t = (solid & 128u) != 0u;
+    vec4 corners = vec4(rx_corner_light(l, b, (solid & 1u) != 0u), rx_corner_light(r, b, (solid & 4u) != 0u),
+                        rx_corner_light(l, t, (solid & 64u) != 0u), rx_corner_light(r, t, (solid & 256u) != 0u));
     return mix(mix(corners.x, corners.y, hit.uv.x), mix(corners.z, corners.w, hit.uv.x), hit.uv.y);
 }
 
@@ -36,6 +38,28 @@ vec3 rx_ambient(vec3 normal, vec3 sun) {
     vec3 from_sky = rx_sky(normalize(normal + vec3(0.0, 0.6, 0.0)), sun);
     vec3 from_ground = vec3(0.20, 0.17, 0.13) * (0.25 + 0.75 * rx_sun_color(sun)) * max(sun.y, 0.05);
     return mix(from_ground, from_sky, 0.5 + 0.5 * normal.y) * (normal.x != 0.0 ? 0.86 : normal.z != 0.0 ? 0.94 : 1.0);
+}
+
+// Whether a surface is smooth enough to mirror what is around it.
+bool rx_mirrors(RxMaterial material) {
+    return material.roughness < 0.5;
+}
+
+// Material, face and whether the sun is seen, in one word that is not negative.
+int rx_pack_surface(uint material, uint face, bool sunlit) {
+    return int(material | (face << 16) | (sunlit ? 1u << 19 : 0u));
+}
+
+uint rx_packed_material(int word) {
+    return uint(word) & 0xffffu;
+}
+
+uint rx_packed_face(int word) {
+    return (uint(word) >> 16) & 7u;
+}
+
+bool rx_packed_sunlit(int word) {
+    return (uint(word) & (1u << 19)) != 0u;
 }
 
 // A few per cent of difference between neighbouring voxels, so that large flat areas do not look like plastic.

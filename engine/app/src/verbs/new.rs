@@ -45,6 +45,7 @@ macro_rules! shipped {
 const VOXEL: &[TemplateFile] = shipped![
     "graphs/primary.toml",
     "shaders/primary.comp",
+    "shaders/trace.comp",
     "worlds/valley.toml",
     "worlds/models/tree.vox",
     "worlds/models/pine.vox",
