@@ -95,36 +95,32 @@ impl Walk {
         let n_a = enter[a];
         let t = (n_a as f32 - self.g_fixed[a] as f32 * FRAC_STEP) / (self.d_fixed[a] as f32 * DIR_STEP);
         self.axes = 1 << a;
-        for b in 0..3 {
+        (self.q[a], self.g[a], self.h[a]) = (0, 0.0, 1.0);
+        for b in (0..3).filter(|&b| b != a) {
             let (d_b, start) = (self.d_fixed[b], self.origin[b]);
-            let mut low = if before[b] { enter[b] } else { 0 };
+            if d_b == 0 {
+                continue;
+            }
             let mut high = last.wrapping_sub(start);
-            let mut count = 0;
-            if b == a {
-                count = n_a;
-            } else if d_b != 0 {
-                if self.compare(a, n_a, b, high.wrapping_add(1)) <= 0 {
-                    return false;
-                }
-                let x = t * (d_b as f32 * DIR_STEP) + self.g_fixed[b] as f32 * FRAC_STEP;
-                let error = (x + 1.0) * (4.0 * WALK_ERROR);
-                if x - error > low as f32 {
-                    low = low.max((x - error).min(4.294_967e9) as u32);
-                }
-                if x + error < high as f32 {
-                    high = high.min((x + error).max(0.0) as u32);
-                }
-                count = self.count(a, n_a, b, low.min(high), high);
-                if count != 0 && self.compare(a, n_a, b, count) == 0 {
-                    self.axes |= 1 << b;
-                }
+            if self.compare(a, n_a, b, high.wrapping_add(1)) <= 0 {
+                return false;
+            }
+            let mut low = if before[b] { enter[b] } else { 0 };
+            let x = t * (d_b as f32 * DIR_STEP) + self.g_fixed[b] as f32 * FRAC_STEP;
+            let error = (x + 1.0) * (4.0 * WALK_ERROR);
+            if x - error > low as f32 {
+                low = low.max((x - error).min(4.294_967e9) as u32);
+            }
+            if x + error < high as f32 {
+                high = high.min((x + error).max(0.0) as u32);
+            }
+            let count = self.count(a, n_a, b, low.min(high), high);
+            if count != 0 && self.compare(a, n_a, b, count) == 0 {
+                self.axes |= 1 << b;
             }
             self.q[b] = start.wrapping_add(count);
-            (self.g[b], self.h[b]) = (0.0, 1.0);
-            if b != a && d_b != 0 {
-                self.g[b] = -self.gap(a, n_a, b, count);
-                self.h[b] = self.gap(a, n_a, b, count.wrapping_add(1));
-            }
+            self.g[b] = -self.gap(a, n_a, b, count);
+            self.h[b] = self.gap(a, n_a, b, count.wrapping_add(1));
         }
         self.entry = self.q;
         true
@@ -176,22 +172,16 @@ impl Walk {
         let ends = minus(end, self.origin);
         let base = minus(self.entry, self.origin);
         let (here, block) = (minus(self.q, self.entry), minus(end, self.entry));
-        let mut i = 1;
-        while i < 3 {
-            let b = if i == 1 {
-                usize::from(*a == 0)
-            } else if *a == 2 {
-                1
-            } else {
-                2
-            };
+        let mut others = 7 & !(1u32 << *a);
+        while others != 0 {
+            let b = others.trailing_zeros() as usize;
+            others &= others - 1;
             if high[b] == block[b] && self.compare(*a, ends[*a], b, ends[b]) < 0 {
                 *a = b;
                 *low = here;
                 *high = block;
-                i = 0;
+                others = 7 & !(1 << *a);
             }
-            i += 1;
         }
         let mut axes = 0;
         for b in (0..3).filter(|b| b != a) {
@@ -253,12 +243,9 @@ impl Walk {
         let lattice_t = (n[a] as f32 - self.g_fixed[a] as f32 * FRAC_STEP) / (steepest as f32 * DIR_STEP);
         let t = lattice_t * f32::from_bits((254u32.saturating_sub(lattice_top(ray.dir))).max(1) << 23);
         for b in (0..3).filter(|&b| b != a && self.d_fixed[b] != 0) {
-            let p = if self.flip[b] == 0 {
-                -self.gap(a, n[a], b, n[b])
-            } else {
-                self.gap(a, n[a], b, n[b].wrapping_add(1))
-            };
-            place[b] = p.clamp(0.0, 1.0);
+            let mirrored = self.flip[b] != 0;
+            let gap = self.gap(a, n[a], b, n[b].wrapping_add(u32::from(mirrored)));
+            place[b] = (if mirrored { gap } else { -gap }).clamp(0.0, 1.0);
         }
         let uv = [[place[1], place[2]], [place[0], place[2]], [place[0], place[1]]][a];
         let face = 2 * a as u32 + u32::from(self.flip[a] != 0);

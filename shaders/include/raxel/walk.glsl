@@ -35,6 +35,18 @@ uint rx_pick(uvec3 v, uint axis) {
     return axis == 0u ? v.x : axis == 1u ? v.y : v.z;
 }
 
+void rx_put(inout uvec3 v, uint axis, uint value) {
+    if (axis == 0u) v.x = value;
+    else if (axis == 1u) v.y = value;
+    else v.z = value;
+}
+
+void rx_put(inout vec3 v, uint axis, float value) {
+    if (axis == 0u) v.x = value;
+    else if (axis == 1u) v.y = value;
+    else v.z = value;
+}
+
 // 64-bit integers as (low, high), two's complement.
 uvec2 rx_product(uint a, uint b) {
     uvec2 r;
@@ -113,36 +125,28 @@ bool rx_walk_enter(inout RxWalk w, bvec3 before, uint last) {
     precise float t = (float(n_a) - float(rx_pick(w.g_fixed, a)) * 5.9604644775390625e-8)
                     / (float(rx_pick(w.d_fixed, a)) * 9.31322574615478515625e-10);
     w.axes = 1u << a;
-    uvec3 crossed = enter;
-    for (uint b = 0u; b < 3u; ++b) {
+    rx_put(w.q, a, 0u);
+    rx_put(w.g, a, 0.0);
+    rx_put(w.h, a, 1.0);
+    for (uint others = 7u & ~(1u << a); others != 0u; others &= others - 1u) {
+        uint b = uint(findLSB(others));
         uint d_b = rx_pick(w.d_fixed, b);
+        if (d_b == 0u) continue;
         uint start = rx_pick(w.origin, b);
-        uint at = rx_pick(enter, b);
-        bool outside = b == 0u ? before.x : b == 1u ? before.y : before.z;
-        uint low = outside ? at : 0u;
         uint high = last - start;  // crossings to the last cell of the cube
-        uint count = 0u;
-        if (b == a) {
-            count = n_a;
-        } else if (d_b != 0u) {
-            // Leaves this slab before the others are entered.
-            if (rx_walk_compare(w, a, n_a, b, high + 1u) <= 0) return false;
-            float x = t * (float(d_b) * 9.31322574615478515625e-10) + float(rx_pick(w.g_fixed, b)) * 5.9604644775390625e-8;
-            float error = (x + 1.0) * (4.0 * RX_WALK_ERROR);
-            if (x - error > float(low)) low = max(low, uint(min(x - error, 4.29496704e9)));
-            if (x + error < float(high)) high = min(high, uint(max(x + error, 0.0)));
-            count = rx_walk_count(w, a, n_a, b, min(low, high), high);
-            if (count != 0u && rx_walk_compare(w, a, n_a, b, count) == 0) w.axes |= 1u << b;
-        }
-        uint cell = start + count;
-        float g = 0.0, h = 1.0;
-        if (b != a && d_b != 0u) {
-            g = -rx_walk_gap(w, a, n_a, b, count);
-            h = rx_walk_gap(w, a, n_a, b, count + 1u);
-        }
-        if (b == 0u) { w.q.x = cell; w.g.x = g; w.h.x = h; }
-        else if (b == 1u) { w.q.y = cell; w.g.y = g; w.h.y = h; }
-        else { w.q.z = cell; w.g.z = g; w.h.z = h; }
+        // Leaves this slab before the others are entered.
+        if (rx_walk_compare(w, a, n_a, b, high + 1u) <= 0) return false;
+        bool outside = b == 0u ? before.x : b == 1u ? before.y : before.z;
+        uint low = outside ? rx_pick(enter, b) : 0u;
+        float x = t * (float(d_b) * 9.31322574615478515625e-10) + float(rx_pick(w.g_fixed, b)) * 5.9604644775390625e-8;
+        float error = (x + 1.0) * (4.0 * RX_WALK_ERROR);
+        if (x - error > float(low)) low = max(low, uint(min(x - error, 4.29496704e9)));
+        if (x + error < float(high)) high = min(high, uint(max(x + error, 0.0)));
+        uint count = rx_walk_count(w, a, n_a, b, min(low, high), high);
+        if (count != 0u && rx_walk_compare(w, a, n_a, b, count) == 0) w.axes |= 1u << b;
+        rx_put(w.q, b, start + count);
+        rx_put(w.g, b, -rx_walk_gap(w, a, n_a, b, count));
+        rx_put(w.h, b, rx_walk_gap(w, a, n_a, b, count + 1u));
     }
     w.entry = w.q;
     return true;
@@ -189,26 +193,26 @@ uint rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uv
     uvec3 here = w.q - w.entry;
     uvec3 block = end - w.entry;
     // Another axis whose end is in doubt may leave first, or with `a`.
-    for (uint i = 1u; i < 3u; ++i) {
-        uint b = i == 1u ? (a == 0u ? 1u : 0u) : (a == 2u ? 1u : 2u);
+    uint others = 7u & ~(1u << a);
+    while (others != 0u) {
+        uint b = uint(findLSB(others));
+        others &= others - 1u;
         if (rx_pick(high, b) != rx_pick(block, b)) continue;
         if (rx_walk_compare(w, a, rx_pick(ends, a), b, rx_pick(ends, b)) < 0) {
-            // The guess was late: the bounds of the two axes left are open again.
+            // The guess was late: the bounds of the two axes left are open again. Happens twice at most.
             a = b;
             low = here;
             high = block;
-            i = 0u;
+            others = 7u & ~(1u << a);
         }
     }
     uint axes = 0u;
-    for (uint b = 0u; b < 3u; ++b) {
-        if (b == a) continue;
+    for (others = 7u & ~(1u << a); others != 0u; others &= others - 1u) {
+        uint b = uint(findLSB(others));
         uint at = rx_pick(base, b);
         uint count = rx_walk_count(w, a, rx_pick(ends, a), b, rx_pick(low, b) + at, rx_pick(high, b) + at);
         if (count - at != rx_pick(here, b) && rx_walk_compare(w, a, rx_pick(ends, a), b, count) == 0) axes |= 1u << b;
-        if (b == 0u) low.x = count - at;
-        else if (b == 1u) low.y = count - at;
-        else low.z = count - at;
+        rx_put(low, b, count - at);
     }
     return axes;
 }
@@ -272,14 +276,13 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, out RxHit hit) {
     hit.t = t;
 
     vec3 place = clamp(ray.frac, 0.0, 1.0);
-    for (uint b = 0u; b < 3u; ++b) {
-        if (b == a || rx_pick(w.d_fixed, b) == 0u) continue;
-        uint n_b = rx_pick(n, b);
-        float p = rx_pick(w.flip, b) == 0u ? -rx_walk_gap(w, a, n_a, b, n_b) : rx_walk_gap(w, a, n_a, b, n_b + 1u);
-        p = clamp(p, 0.0, 1.0);
-        if (b == 0u) place.x = p;
-        else if (b == 1u) place.y = p;
-        else place.z = p;
+    for (uint others = 7u & ~(1u << a); others != 0u; others &= others - 1u) {
+        uint b = uint(findLSB(others));
+        if (rx_pick(w.d_fixed, b) == 0u) continue;
+        // From the plane behind, or in a mirrored axis from the one in front.
+        bool mirrored = rx_pick(w.flip, b) != 0u;
+        float gap = rx_walk_gap(w, a, n_a, b, rx_pick(n, b) + (mirrored ? 1u : 0u));
+        rx_put(place, b, clamp(mirrored ? gap : -gap, 0.0, 1.0));
     }
     hit.uv = a == 0u ? place.yz : a == 1u ? place.xz : place.xy;
     return t <= ray.t_max;
