@@ -34,7 +34,9 @@ pub struct ReloadTimes {
     pub device: String,
     /// Extent of the output in pixels.
     pub size: [u32; 2],
-    /// Edits of a shader: compiled, made a pipeline, run.
+    /// Project path of the shader that is edited: of the last pass that makes what is shown.
+    pub shader_path: String,
+    /// Its edits: compiled, made a pipeline, run.
     pub shader: Times,
     /// Edits of the graph that compile no shader.
     pub graph: Times,
@@ -108,7 +110,8 @@ pub fn bench_reload(options: &BenchOptions) -> Result<ReloadTimes, BenchError> {
     let mut graph_times = Vec::new();
     for edit in 0..=options.edits {
         // A constant that no other edit has, so that the module is new to the driver too.
-        let line = format!("void main() {{\n    if (gl_GlobalInvocationID.x == {}u) return;", 3_000_000_000 + edit as u64);
+        let line =
+            format!("void main() {{\n    if (gl_GlobalInvocationID.x == {}u) return;", 3_000_000_000 + edit as u64);
         let text = shader.replacen(&main_of(&shader).unwrap_or_default(), &line, 1);
         shader_times.push(save_and_wait(&mut session, &copy, &shader_path, &text)?);
         let text = format!("{graph}\n[targets.reload_bench]\nformat = \"r32f\"\nsize = [{0}, {0}]\n", edit + 1);
@@ -119,6 +122,7 @@ pub fn bench_reload(options: &BenchOptions) -> Result<ReloadTimes, BenchError> {
     Ok(ReloadTimes {
         device: session.device().capabilities().name.clone(),
         size: session.size(),
+        shader_path,
         shader: Times { milliseconds: shader_times },
         graph: Times { milliseconds: graph_times },
     })
@@ -152,13 +156,14 @@ fn finish_frame(session: &mut Session) -> Result<(), FrameError> {
     session.executor().wait().map_err(FrameError::Device)
 }
 
-/// The first shader of a live pass that can be edited.
+/// The shader of the last live pass that can be edited.
 fn editable_shader(session: &Session, copy: &Copy) -> Result<String, BenchError> {
     let plan = session.plan();
-    let paths = plan.iter().flat_map(|plan| &plan.passes).map(|pass| &session.graph().pass(pass.pass).shader.request.path);
+    let paths =
+        plan.iter().flat_map(|plan| &plan.passes).map(|pass| &session.graph().pass(pass.pass).shader.request.path);
     paths
-        .filter(|path| fs::read_to_string(copy.root.join(path)).is_ok_and(|text| main_of(&text).is_some()))
-        .next()
+        .rev()
+        .find(|path| fs::read_to_string(copy.root.join(path)).is_ok_and(|text| main_of(&text).is_some()))
         .cloned()
         .ok_or_else(|| BenchError::NoShader(session.graph_path().to_owned()))
 }
@@ -177,7 +182,8 @@ struct Copy {
 
 impl Copy {
     fn of(project: &Project) -> io::Result<Self> {
-        let unique = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |time| time.as_nanos());
+        let unique =
+            std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |time| time.as_nanos());
         let root = std::env::temp_dir().join(format!("raxel-bench-{}-{unique}", std::process::id()));
         fs::create_dir_all(&root)?;
         let copy = Self { root: root.canonicalize()? };

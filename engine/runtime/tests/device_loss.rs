@@ -1,0 +1,60 @@
+//! A frame that takes longer than the watchdog allows: the device is opened anew, the pass is named and left out, and an edit of its
+//! shader brings it back.
+
+mod project;
+
+use std::time::Duration;
+
+use project::TestProject;
+use raxel_runtime::Options;
+use raxel_runtime::reload::ReloadEvent;
+
+/// Works for seconds on a software device, but not for ever: a thread of the driver that never ends would outlive the test. That
+/// driver leaves a shader's loops after 65535 rounds, so a round is long and the pixels are many.
+const SLOW: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform writeonly image2D outColor;
+#define STEP x = fract(x * 1.37 + 0.11);
+#define STEPS STEP STEP STEP STEP STEP STEP STEP STEP
+void main() {
+    float x = float(gl_GlobalInvocationID.x);
+    for (int i = 0; i < 60000; ++i) { STEPS STEPS STEPS STEPS }
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(x));
+}
+";
+
+#[test]
+fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
+    let project = TestProject::new();
+    // Software devices are given thirty times as much.
+    let mut session =
+        project.open_with(Options { watchdog: Some(Duration::from_millis(25)), size: [192, 192], ..project.options() });
+    session.frame().unwrap();
+    let opened = std::sync::Arc::as_ptr(session.device());
+
+    project.write("shaders/fill.comp", SLOW);
+    let events = session.wait_reload(Duration::from_secs(10));
+    assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    // The loss shows when a frame waits for the slow one.
+    for _ in 0..4 {
+        session.frame().unwrap();
+    }
+    let events = session.poll_reload();
+    let lost: Vec<_> = events
+        .iter()
+        .filter_map(|event| match event {
+            ReloadEvent::DeviceRebuilt { suspect, .. } => Some(suspect.as_deref()),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(lost, [Some("fill")], "{events:#?}");
+    assert_eq!(session.switched_off().collect::<Vec<_>>(), ["fill"]);
+    assert_ne!(std::sync::Arc::as_ptr(session.device()), opened);
+
+    project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+    let events = session.wait_reload(Duration::from_secs(10));
+    assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    assert_eq!(session.switched_off().count(), 0);
+    session.frame().unwrap();
+    assert_eq!(project.red(&mut session), 0.5);
+}
