@@ -135,7 +135,8 @@ impl What {
     }
 }
 
-fn open_failure(error: OpenError, talk: &Talk) -> Failure {
+/// The failure of opening, its diagnostics shown.
+pub(crate) fn open_failure(error: OpenError, talk: &Talk) -> Failure {
     match error {
         OpenError::Project { diagnostics, texts } => talk.stop_in(&diagnostics, &texts),
         OpenError::Show(error) => Failure::usage(error.to_string()),

@@ -92,11 +92,6 @@ impl Talk {
         }
     }
 
-    /// Something that happened, as one line of JSON among the talk.
-    pub fn event(&self, value: &Value) {
-        write(To::Stderr, &format!("{value}\n"));
-    }
-
     /// A line of talk for who asked to hear more.
     pub fn detail(&self, text: &str) {
         if self.verbose {
@@ -154,6 +149,11 @@ pub(crate) fn data(text: &str) {
 /// A result as one line of JSON.
 pub(crate) fn json(value: &Value) {
     write(To::Stdout, &format!("{value}\n"));
+}
+
+/// Something that happened, as one line of JSON among the talk.
+pub(crate) fn event(value: &Value) {
+    write(To::Stderr, &format!("{value}\n"));
 }
 
 fn write(to: To, text: &str) {

@@ -31,9 +31,11 @@ pub(crate) fn encode(texels: &Texels, name: &str) -> exr::error::Result<Vec<u8>>
         };
         channels.push(AnyChannel::new(*channel, samples));
     }
-    let mut attributes = LayerAttributes::default();
-    attributes.layer_name = Text::new_or_none(name);
-    attributes.software_name = Text::new_or_none("raxel");
+    let attributes = LayerAttributes {
+        layer_name: Text::new_or_none(name),
+        software_name: Text::new_or_none("raxel"),
+        ..LayerAttributes::default()
+    };
     let size = (texels.width as usize, texels.height as usize);
     let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
     let mut bytes = Cursor::new(Vec::new());

@@ -1,1 +1,104 @@
-//! `raxel bench`: measurements that others can repeat.
+//! `raxel bench`: measurements that anybody can repeat.
+
+use raxel_gpu::DeviceOptions;
+use raxel_runtime::reload::bench::{BenchError, BenchOptions, Times, bench_reload};
+use serde_json::json;
+
+use crate::args::{Messages, Size, size};
+use crate::failure::{Exit, Failure, Result};
+use crate::session::{What, frame_failure, open_failure};
+use crate::talk::{self, Format, Talk};
+
+/// Measures.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    what: Bench,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Bench {
+    Reload(Reload),
+}
+
+/// Measures the time from the end of a save to the finished picture, for edits of a shader and of a graph. A copy of the project is
+/// edited, never the project.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: raxel bench reload --edits 50 --size 640x360")]
+struct Reload {
+    #[command(flatten)]
+    what: What,
+
+    /// Edits of each kind.
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    edits: u32,
+
+    /// Pixels.
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "640x360")]
+    size: Size,
+
+    /// Exit with 1 when the budget is not met: shader edits p50 150 ms and p95 400 ms, graph edits p50 50 ms.
+    #[arg(long)]
+    check: bool,
+
+    #[command(flatten)]
+    messages: Messages,
+}
+
+impl Args {
+    /// The form of messages asked for.
+    pub fn format(&self) -> Format {
+        let Bench::Reload(reload) = &self.what;
+        reload.messages.format
+    }
+}
+
+/// Milliseconds that an edit may take: median and 95th percentile.
+const SHADER_BUDGET: (f64, f64) = (150.0, 400.0);
+const GRAPH_BUDGET: f64 = 50.0;
+
+pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
+    let Bench::Reload(args) = &args.what;
+    let mut session = args.what.options(device)?;
+    session.size = args.size.0;
+    let times =
+        bench_reload(&BenchOptions { session, edits: args.edits as usize }).map_err(|error| failure(error, talk))?;
+    let [width, height] = times.size;
+    if talk.format() == Format::Json {
+        let part = |times: &Times| json!({ "p50": times.percentile(0.5), "p95": times.percentile(0.95), "max": times.percentile(1.0), "milliseconds": times.milliseconds });
+        talk::json(&json!({
+            "reason": "bench-reload",
+            "device": times.device,
+            "size": times.size,
+            "shader": part(&times.shader),
+            "graph": part(&times.graph),
+        }));
+    } else {
+        let row = |what: &str, times: &Times| {
+            let [p50, p95, max] = [0.5, 0.95, 1.0].map(|part| times.percentile(part));
+            talk::data(&format!("{what:<14} {p50:8.1} {p95:8.1} {max:8.1}  ms\n"));
+        };
+        talk::data(&format!("save to picture, {} edits each, {width}×{height}, {}\n", args.edits, times.device));
+        talk::data(&format!("{:<14} {:>8} {:>8} {:>8}\n", "", "p50", "p95", "max"));
+        row("shader edit", &times.shader);
+        row("graph edit", &times.graph);
+    }
+    let met = times.shader.percentile(0.5) <= SHADER_BUDGET.0
+        && times.shader.percentile(0.95) <= SHADER_BUDGET.1
+        && times.graph.percentile(0.5) <= GRAPH_BUDGET;
+    if args.check && !met {
+        return Err(Failure::new(Exit::Check, "edits take longer than the budget"));
+    }
+    Ok(())
+}
+
+fn failure(error: BenchError, talk: &Talk) -> Failure {
+    match error {
+        BenchError::Open(error) => open_failure(error, talk),
+        BenchError::Frame(error) => frame_failure(error, talk),
+        BenchError::Edit(failed) => talk.stop_in(&failed.diagnostics, &failed.texts),
+        BenchError::Io(_) => Failure::usage(error.to_string()),
+        BenchError::NoShader(_) => Failure::new(Exit::Project, error.to_string()),
+        BenchError::Unnoticed(_) => Failure::new(Exit::Check, error.to_string()),
+    }
+}

@@ -104,14 +104,14 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, talk: &Talk) -> Result {
 
     match compile() {
         Ok(milliseconds) => {
-            report.line(Grade::Good, "shader compiler", &format!("{milliseconds:.0} ms for a small shader"))
+            report.line(Grade::Good, "shader compiler", &format!("{milliseconds:.0} ms for a small shader"));
         }
         Err(failure) => report.bad("shader compiler", failure),
     }
     if let Ok(device) = &device {
         match render(device) {
             Ok(milliseconds) => {
-                report.line(Grade::Good, "rendering", &format!("64×64 pixels as expected in {milliseconds:.0} ms"))
+                report.line(Grade::Good, "rendering", &format!("64×64 pixels as expected in {milliseconds:.0} ms"));
             }
             Err(failure) => report.bad("rendering", failure),
         }

@@ -1,5 +1,6 @@
 //! One file a verb.
 
+pub(crate) mod bench;
 pub(crate) mod check;
 pub(crate) mod clean;
 pub(crate) mod completions;
@@ -32,6 +33,7 @@ pub(crate) fn run(cli: Cli, talk: &Talk) -> Result {
         Verb::Shaders(args) => shaders::run(&args, talk),
         Verb::New(args) => new::run(&args, talk),
         Verb::Schema(args) => schema::run(&args, talk),
+        Verb::Bench(args) => bench::run(&args, &device, talk),
         Verb::Doctor(args) => doctor::run(&args, &device, talk),
         Verb::Explain(args) => explain::run(&args, talk),
         Verb::Clean(args) => clean::run(&args, talk),

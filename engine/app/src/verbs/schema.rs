@@ -39,7 +39,7 @@ impl Kind {
 
     fn schema(self) -> Value {
         match self {
-            Kind::Graph => serde_json::json!({}),
+            Kind::Graph => raxel_graph::schema(),
             Kind::World => raxel_world::file::schema(),
             Kind::Demo => timeline::schema(),
         }

@@ -66,7 +66,7 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
         Pending::new(&file)?.finish(&bytes)?;
         match talk.format() {
             Format::Json => {
-                talk::json(&json!({ "reason": "shader", "file": file, "shader": shader, "bytes": bytes.len() }))
+                talk::json(&json!({ "reason": "shader", "file": file, "shader": shader, "bytes": bytes.len() }));
             }
             _ => talk::data(&format!("{}  {shader}, {} bytes\n", file.display(), bytes.len())),
         }

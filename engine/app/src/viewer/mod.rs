@@ -349,7 +349,7 @@ impl Viewer<'_> {
         let name = format!("{}-{}-{frame:05}", self.session.graph().name, self.target());
         let name: String =
             name.chars().map(|c| if c.is_alphanumeric() || "-_@".contains(c) { c } else { '_' }).collect();
-        let path = (1..)
+        let path = (1..10_000)
             .map(|n| PathBuf::from(if n == 1 { format!("{name}.png") } else { format!("{name}-{n}.png") }))
             .find(|path| !path.exists())
             .unwrap_or_default();

@@ -4,7 +4,7 @@ use raxel_runtime::FrameError;
 use raxel_runtime::reload::ReloadEvent;
 use serde_json::json;
 
-use crate::talk::{Format, Talk, To};
+use crate::talk::{self, Format, Talk, To};
 
 /// Says what happened and keeps what the title shows of it.
 pub(crate) struct News<'a> {
@@ -29,7 +29,7 @@ impl<'a> News<'a> {
                 (self.shown, self.failed) = (reloaded.generation, None);
                 self.talk.diagnostics(&reloaded.diagnostics, &reloaded.texts, To::Stderr);
                 if json {
-                    return self.talk.event(&json!({
+                    return talk::event(&json!({
                         "reason": "reloaded",
                         "generation": reloaded.generation,
                         "changed": reloaded.changed,
@@ -59,7 +59,7 @@ impl<'a> News<'a> {
                 self.failed = Some(failed.generation);
                 self.talk.diagnostics(&failed.diagnostics, &failed.texts, To::Stderr);
                 if json {
-                    return self.talk.event(&json!({
+                    return talk::event(&json!({
                         "reason": "reload-failed",
                         "generation": failed.generation,
                         "showing": self.shown,
