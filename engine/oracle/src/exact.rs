@@ -126,12 +126,10 @@ impl<'a> Walk<'a> {
         let (d, frac) = (i128::from(self.lattice.dir[axis]), i128::from(self.lattice.frac[axis]));
         let one = i128::from(ONE);
         let size = time.numerator * d.abs();
-        let cells = if d > 0 {
-            (size + frac * time.denominator).div_euclid(one * time.denominator)
-        } else if d < 0 {
-            -(size + (one - frac) * time.denominator).div_euclid(one * time.denominator)
-        } else {
-            0
+        let cells = match d.signum() {
+            1 => (size + frac * time.denominator).div_euclid(one * time.denominator),
+            -1 => -(size + (one - frac) * time.denominator).div_euclid(one * time.denominator),
+            _ => 0,
         };
         self.lattice.cell[axis] + cells as i64
     }

@@ -195,6 +195,7 @@ impl Walk {
         axes
     }
 
+    #[allow(clippy::float_cmp, reason = "asks which of the three is the minimum, and whether an axis stands still")]
     fn step(&mut self, shift: u32) {
         let end = self.q.map(|q| (q | ((1 << shift) - 1)) + 1);
         let block = [0, 1, 2].map(|i| end[i] - self.entry[i]);
@@ -345,14 +346,14 @@ impl<'a> Tree64<'a> {
                 node = self.node(at);
                 child = Self::child(walk.q, height) ^ mirror;
             }
-            let empty_cube = node.0 >> (child & 42) & 0x0033_0033 == 0;
+            let empty_cube = node.0 >> (child & 0x2a) & 0x0033_0033 == 0;
             let before = walk.q;
             walk.step(2 * height - 2 + u32::from(empty_cube));
             if (walk.q[0] | walk.q[1] | walk.q[2]) >> log2_size != 0 || walk.t > t_end {
                 return None;
             }
             let changed = (before[0] ^ walk.q[0]) | (before[1] ^ walk.q[1]) | (before[2] ^ walk.q[2]);
-            let top = (31 - changed.leading_zeros()) / 2 + 1;
+            let top = changed.ilog2() / 2 + 1;
             if top > height {
                 height = top;
                 at = ancestors[height as usize];

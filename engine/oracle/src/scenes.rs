@@ -27,20 +27,20 @@ pub const ALL: &[Scene] = &[
     Scene {
         name: "checkerboard",
         about: "every other voxel: each edge and corner of the lattice is one of a solid",
-        solid: |c, _| if (c.x + c.y + c.z) & 1 == 0 { 1 } else { 0 },
+        solid: |c, _| u16::from((c.x + c.y + c.z) & 1 == 0),
         size: 24,
     },
     Scene {
         name: "diagonal",
         about: "a plane one voxel thick: a tracer that slips through an edge sees the other side",
-        solid: |c, _| if c.x + c.y + c.z == 60 { 1 } else { 0 },
+        solid: |c, _| u16::from(c.x + c.y + c.z == 60),
         size: 40,
     },
     Scene { name: "solid", about: "a full cube: filled nodes, starts inside", solid: |_, _| 2, size: 72 },
     Scene {
         name: "corners",
         about: "single voxels in the corners of a large box: long steps over nothing",
-        solid: |c, _| if c.to_array().iter().all(|c| *c == 0 || *c == 255) { 1 } else { 0 },
+        solid: |c, _| u16::from(c.to_array().iter().all(|c| *c == 0 || *c == 255)),
         size: 256,
     },
     Scene {
@@ -48,7 +48,7 @@ pub const ALL: &[Scene] = &[
         about: "a Menger sponge of three levels: holes of all sizes",
         solid: |c, _| {
             let hole = |k: i32| c.to_array().iter().filter(|c| **c / k % 3 == 1).count() >= 2;
-            if hole(1) || hole(3) || hole(9) { 0 } else { 1 }
+            u16::from(!hole(1) && !hole(3) && !hole(9))
         },
         size: 27,
     },
