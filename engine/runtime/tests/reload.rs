@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use project::TestProject;
 use raxel_graph::checked::Value;
+use raxel_runtime::Options;
 use raxel_runtime::reload::ReloadEvent;
 
 /// A way in which an editor saves `text` over the file.
@@ -184,6 +185,36 @@ fn the_newest_of_quick_edits_wins() {
         events.extend(more);
     }
     assert!(events.iter().all(|event| matches!(event, ReloadEvent::Reloaded(_))), "{events:#?}");
+    project::assert_silent(&session);
+}
+
+#[test]
+fn polling_sees_edits_too() {
+    let project = TestProject::new();
+    let mut session = project.open_with(Options { poll: true, ..project.options() });
+    // File times may be as coarse as the poll.
+    sleep(Duration::from_millis(20));
+    project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+    let events = session.wait_reload(Duration::from_secs(10));
+    assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    assert_eq!(project.red_after_frame(&mut session), 0.5);
+}
+
+#[test]
+fn a_debug_target_that_is_edited_away_gives_way_to_the_graphs_own() {
+    let project = TestProject::new();
+    let graph = std::fs::read_to_string(project.path("graphs/fill.toml")).unwrap();
+    let spare = "\n[targets.spare]\nformat = \"r32f\"\n";
+    project.write("graphs/fill.toml", &format!("{graph}{spare}"));
+    let mut session = project.open();
+    session.set_present("spare").unwrap();
+    session.frame().unwrap();
+    project.write("graphs/fill.toml", &graph);
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
+    let codes: Vec<_> = reloaded.diagnostics.iter().map(|d| d.code.as_str()).collect();
+    assert!(codes.contains(&"RX0405"), "{:#?}", reloaded.diagnostics);
+    assert_eq!(project.red_after_frame(&mut session), 0.25);
     project::assert_silent(&session);
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use raxel_gpu::{Backing, Block, Buffer, Device, Image, ImageView, ViewInfo, vk};
-use raxel_graph::checked::Clear;
+use raxel_graph::checked::{Clear, ResourceId};
 use raxel_graph::plan::{Lifetime, Place, Plan, ResourceDesc, ResourcePlan};
 use raxel_shader::format::Format;
 
@@ -24,6 +24,8 @@ pub(super) struct Physical {
     pub(super) copies: Copies,
     /// Has its `init` contents, or what frames made of them. Resources in shared memory have no contents to begin with.
     pub(super) born: AtomicBool,
+    /// Some pass of some plan that it was made or taken over for writes it.
+    written: AtomicBool,
 }
 
 #[derive(Debug)]
@@ -82,12 +84,15 @@ impl Physical {
         !self.is_placed() && !matches!(self.copies, Copies::Source(_)) && !self.born.load(Ordering::Relaxed)
     }
 
-    fn suits(&self, planned: &ResourcePlan, name: &str, place: Option<&(BlockKey, u64)>) -> bool {
+    /// Whether it is what a plan wants; the contents stay. Not if no pass of that plan writes what passes wrote before: a pass that
+    /// is off leaves its outputs at `init`.
+    fn suits(&self, planned: &ResourcePlan, name: &str, place: Option<&(BlockKey, u64)>, written: bool) -> bool {
         self.name == name
             && self.desc == planned.desc
             && self.init == planned.init
             && self.count() == planned.copies
             && self.place.as_ref() == place
+            && (written || !self.written.load(Ordering::Relaxed))
     }
 }
 
@@ -109,7 +114,9 @@ pub(super) fn make(
             made.push(supplied(name, source, planned, running, sources)?);
             continue;
         }
-        if let Some(kept) = running.iter().find(|old| old.suits(planned, name, place.as_ref())) {
+        let written = is_written(plan, planned.resource);
+        if let Some(kept) = running.iter().find(|old| old.suits(planned, name, place.as_ref(), written)) {
+            kept.written.fetch_or(written, Ordering::Relaxed);
             made.push(kept.clone());
             continue;
         }
@@ -156,6 +163,7 @@ pub(super) fn make(
             place,
             copies,
             born: AtomicBool::new(false),
+            written: AtomicBool::new(written),
         }));
     }
     Ok(made)
@@ -172,7 +180,7 @@ fn supplied(
         .get(source)
         .ok_or_else(|| ExecuteError::MissingSource { buffer: name.to_owned(), source_name: source.to_owned() })?;
     let same = |old: &&Arc<Physical>| {
-        old.suits(planned, name, None) && matches!(&old.copies, Copies::Source(old) if Arc::ptr_eq(old, buffer))
+        old.suits(planned, name, None, false) && matches!(&old.copies, Copies::Source(old) if Arc::ptr_eq(old, buffer))
     };
     Ok(running.iter().find(same).cloned().unwrap_or_else(|| {
         Arc::new(Physical {
@@ -182,8 +190,15 @@ fn supplied(
             place: None,
             copies: Copies::Source(buffer.clone()),
             born: AtomicBool::new(true),
+            written: AtomicBool::new(false),
         })
     }))
+}
+
+/// Whether a pass that runs writes this frame's contents of a resource.
+fn is_written(plan: &Plan, resource: ResourceId) -> bool {
+    let mut accesses = plan.passes.iter().flat_map(|pass| &plan.graph.pass(pass.pass).accesses);
+    accesses.any(|access| access.resource == resource && access.age == 0 && access.access.writes())
 }
 
 fn placed(planned: &ResourcePlan) -> Option<Place> {

@@ -137,9 +137,12 @@ fn find_project(options: &Options) -> Result<Project, Box<Diagnostic>> {
         return Project::around(folder).or_else(|_| Project::at(folder));
     }
     match options.demo.as_ref().or(options.graph.as_ref()) {
-        // A file inside a project that is not named from it: `raxel render graphs/a.toml` in the project's folder too.
         Some(file) if file.exists() => Project::around_file(file),
-        _ => Project::around(Path::new(".")),
+        // It may be named relative to the project of the current folder, and then it is that project's to say that it is missing.
+        Some(file) => Project::around(file).or_else(|_| Project::around(Path::new("."))).map_err(|_| {
+            Box::new(Diagnostic::error(codes::files::NOT_FOUND, format!("`{}` does not exist", file.display())))
+        }),
+        None => Project::around(Path::new(".")),
     }
 }
 

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use raxel_diagnostics::{Diagnostic, codes};
+
 use super::Session;
 use crate::build::{self, BuildError};
 use crate::reload::builder::{Outcome, Ready};
@@ -45,7 +47,7 @@ impl Session {
     /// Makes an edit what runs.
     fn adopt(&mut self, ready: Ready) -> ReloadEvent {
         let Ready { generation, changed, rebuilt, parts, selection, target, prepared, since } = ready;
-        let (diagnostics, texts) = parts.diagnostics();
+        let (mut diagnostics, texts) = parts.diagnostics();
         let (Ok(graph), Ok(world)) = (&parts.graph.result, &parts.world.result) else {
             // The builder hands over right parts only.
             return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
@@ -66,10 +68,9 @@ impl Session {
             Err(error) => {
                 let diagnostics = match error {
                     BuildError::Diagnosed(found) => found,
-                    BuildError::Device(error) => vec![raxel_diagnostics::Diagnostic::error(
-                        raxel_diagnostics::codes::session::DEVICE_REFUSES,
-                        error.to_string(),
-                    )],
+                    BuildError::Device(error) => {
+                        vec![Diagnostic::error(codes::session::DEVICE_REFUSES, error.to_string())]
+                    }
                 };
                 return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
             }
@@ -79,7 +80,9 @@ impl Session {
             self.plans.clear();
             self.remember(wanted, plan);
         }
-        if self.show.resolve(&graph).is_err() {
+        if let Err(error) = self.show.resolve(&graph) {
+            let gone = Diagnostic::warning(codes::session::UNKNOWN_TARGET, error.to_string());
+            diagnostics.push(gone.note(format!("`{}` is shown instead", graph.resource(graph.present).name)));
             self.show = Show::default();
         }
         self.demo = parts.demo.as_ref().and_then(|demo| demo.result.clone().ok());

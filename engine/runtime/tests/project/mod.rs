@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use raxel_runtime::session::Validation;
 use raxel_runtime::{Options, Session};
 
-const FILL_GRAPH: &str = r#"
+pub const FILL_GRAPH: &str = r#"
 name = "fill"
 present = "color"
 

@@ -1,0 +1,124 @@
+//! A session driven by names: conditions, clock, size, debug targets, demos. On a real device with the validation layer on: no
+//! message may come.
+
+mod project;
+
+use project::TestProject;
+use raxel_graph::checked::Value;
+use raxel_runtime::{FrameError, Options};
+
+#[test]
+fn a_condition_switches_a_pass_and_the_plan_follows() {
+    let project = TestProject::new();
+    let graph =
+        project::FILL_GRAPH.to_owned() + "when = \"param.paint\"\n[params.paint]\ntype = \"bool\"\ndefault = true\n";
+    project.write("graphs/fill.toml", &graph);
+    let mut session = project.open();
+    assert_eq!(project.red_after_frame(&mut session), 0.25);
+    session.set_param("paint", Value::Bool(false)).unwrap();
+    assert_eq!(project.red_after_frame(&mut session), 0.0);
+    assert_eq!(session.plan().unwrap().culled.len(), 1);
+    session.set_param("paint", Value::Bool(true)).unwrap();
+    assert_eq!(project.red_after_frame(&mut session), 0.25);
+    project::assert_silent(&session);
+}
+
+#[test]
+fn the_clock_stops_steps_and_starts_over() {
+    let project = TestProject::new();
+    project.write("shaders/count.comp", project::COUNT);
+    let time = project::COUNT_GRAPH.replace("param.add", "frame.index").replace("\"f32\", from", "\"u32\", from");
+    project.write("graphs/count.toml", &time);
+    project.write("shaders/count.comp", &project::COUNT.replace("float add", "uint add"));
+    let mut session = project.open_graph("graphs/count.toml");
+    // 0 + 1 + 2
+    for sum in [0.0, 1.0, 3.0] {
+        assert_eq!(project.red_after_frame(&mut session), sum);
+    }
+    session.pause(true);
+    session.frame().unwrap();
+    assert_eq!(session.clock().now().unwrap().index, 2);
+    session.step();
+    session.frame().unwrap();
+    assert_eq!(session.clock().now().unwrap().index, 3);
+    session.pause(false);
+    session.reset();
+    for sum in [0.0, 1.0] {
+        assert_eq!(project.red_after_frame(&mut session), sum);
+    }
+    project::assert_silent(&session);
+}
+
+#[test]
+fn size_and_debug_target_change_between_frames() {
+    let project = TestProject::new();
+    project.write("shaders/count.comp", project::COUNT);
+    project.write("graphs/count.toml", project::COUNT_GRAPH);
+    let mut session = project.open_graph("graphs/count.toml");
+    session.frame().unwrap();
+    session.resize(40, 24);
+    session.frame().unwrap();
+    let picture = session.read_presented().unwrap();
+    assert_eq!((picture.width, picture.height), (40, 24));
+    // A minimised window has no area; nothing changes.
+    session.resize(0, 0);
+    session.frame().unwrap();
+    assert_eq!(session.size(), [40, 24]);
+    session.set_present("sum@1,after=count").unwrap();
+    session.frame().unwrap();
+    assert!(session.set_present("sum@2").is_err());
+    assert!(session.set_present("sum,mip=1").is_err());
+    assert_eq!(session.show().to_string(), "sum@1,after=count");
+    // A size that no device has is an error, and the session goes on.
+    session.resize(1 << 24, 8);
+    assert!(matches!(session.frame(), Err(FrameError::Plan { .. })));
+    session.resize(16, 16);
+    session.frame().unwrap();
+    project::assert_silent(&session);
+}
+
+#[test]
+fn pinned_resources_can_be_read_whatever_is_shown() {
+    let project = TestProject::new();
+    let second = project::FILL_GRAPH
+        .replace("[targets.color]", "[targets.other]\nformat = \"rgba32f\"\n[targets.color]")
+        + "[[passes]]\nname = \"second\"\nshader = \"fill.comp\"\ndispatch = { threads = \"other\" }\nbind = { outColor = \"other\" }\n";
+    project.write("graphs/fill.toml", &second);
+    let mut session = project.open();
+    session.frame().unwrap();
+    assert!(session.read_target("other").is_err(), "it is culled");
+    assert!(session.pin("othr").unwrap_err().to_string().contains("`other`"));
+    session.pin("other").unwrap();
+    session.frame().unwrap();
+    assert_eq!(session.read_target("other").unwrap().floats()[0][0], 0.25);
+    let wrong = Options { pinned: vec!["nothing".into()], ..project.options() };
+    assert!(matches!(raxel_runtime::Session::open(wrong), Err(raxel_runtime::OpenError::Show(_))));
+    project::assert_silent(&session);
+}
+
+#[test]
+fn a_demo_drives_until_the_user_takes_over() {
+    let project = TestProject::new();
+    project.write("graphs/world.toml", project::WORLD_GRAPH);
+    project.write("shaders/world.comp", project::WORLD_SHADER);
+    project.write("worlds/box.toml", &project::box_world(4));
+    let demo = "world = \"box.toml\"\ngraph = \"world.toml\"\nduration = 2.0\n\
+                [[camera]]\ntime = 0.0\nposition = [0.0, 0.0, 9.0]\n[[camera]]\ntime = 2.0\nposition = [2.0, 0.0, 9.0]\n\
+                [tracks.gain]\nkeys = [[0.0, 0.0], [2.0, 2.0]]\n";
+    project.write("worlds/box.demo.toml", demo);
+    let options = Options { step: Some(0.5), demo: Some("worlds/box.demo.toml".into()), ..project.options() };
+    let mut session = project.open_with(options);
+    for gain in [0.0, 0.5, 1.0] {
+        session.frame().unwrap();
+        assert_eq!(project.texel(&mut session)[1], gain);
+    }
+    assert_eq!(session.camera().position().x, 1.0);
+    session.take_over();
+    session.frame().unwrap();
+    assert_eq!((project.texel(&mut session)[1], session.camera().position().x), (1.0, 1.0));
+    assert_eq!(session.param("gain").unwrap(), Value::F32(1.0));
+    session.hand_back();
+    session.frame().unwrap();
+    assert_eq!(project.texel(&mut session)[1], 2.0);
+    project::assert_silent(&session);
+}
