@@ -9,6 +9,7 @@
 #![allow(unsafe_code, reason = "Vulkan is a C interface; each block says why it is sound")]
 
 mod buffer;
+mod candidates;
 mod choice;
 mod command;
 mod descriptors;

@@ -8,6 +8,7 @@ mod executor;
 mod inputs;
 mod memo;
 mod physical;
+mod pipelines;
 mod prepare;
 mod readback;
 mod record;

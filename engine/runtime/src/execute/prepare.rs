@@ -1,18 +1,17 @@
 //! Makes a plan ready to run: images, buffers, pipelines, descriptor sets. On any thread, while another plan runs.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::ffi::CString;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use raxel_gpu::{
-    Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Image, ImageInfo, Location,
-    PipelineInfo, Resource, Sampler, Slot, Timestamps, vk,
+    Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Image, ImageInfo, Location, Resource,
+    Timestamps, vk,
 };
-use raxel_graph::checked::{BoundAccess, Dispatch, Pass, PassId};
+use raxel_graph::checked::{BoundAccess, Dispatch, PassId};
 use raxel_graph::plan::{Plan, Step};
-use raxel_shader::Shader;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
 
 use super::FRAMES;
@@ -22,8 +21,8 @@ use super::error::ExecuteError;
 use super::executor::ExecutorOptions;
 use super::memo::{hash_bytes, mix};
 use super::physical::{self, Physical};
+use super::pipelines::Pipelines;
 use super::replay::Replay;
-use super::values;
 
 /// Buffers supplied from outside, by the name that graphs call them, e.g. `world.tree64`.
 pub type Sources = BTreeMap<String, Arc<Buffer>>;
@@ -40,9 +39,7 @@ pub(super) struct Shared {
     pub(super) options: ExecutorOptions,
     /// What the running plan uses.
     pub(super) running: Mutex<Running>,
-    pipelines: Mutex<HashMap<PipelineKey, Arc<ComputePipeline>>>,
-    displays: Mutex<HashMap<Variant, Arc<ComputePipeline>>>,
-    samplers: Mutex<HashMap<(bool, bool), Arc<Sampler>>>,
+    pipelines: Pipelines,
 }
 
 #[derive(Default)]
@@ -50,12 +47,6 @@ pub(super) struct Running {
     pub(super) resources: Vec<Arc<Physical>>,
     pub(super) picture: Option<Arc<PictureImage>>,
 }
-
-/// Shader key and specialization.
-type PipelineKey = ([u8; 32], Vec<(u32, u32)>);
-
-/// Pipelines are kept for edits that are taken back, until there are so many.
-const KEPT_PIPELINES: usize = 512;
 
 /// What the debug target is mapped to.
 pub(super) struct PictureImage {
@@ -128,14 +119,7 @@ impl Prepared {
 
 impl Shared {
     pub(super) fn new(device: Arc<Device>, options: ExecutorOptions) -> Shared {
-        Shared {
-            device,
-            options,
-            running: Mutex::default(),
-            pipelines: Mutex::default(),
-            displays: Mutex::default(),
-            samplers: Mutex::default(),
-        }
+        Shared { device, options, running: Mutex::default(), pipelines: Pipelines::default() }
     }
 
     pub(super) fn watchdog(&self) -> Option<Duration> {
@@ -263,7 +247,7 @@ impl Builder {
         let physical = |access: &BoundAccess| {
             plan.resources.iter().position(|r| r.resource == access.resource).map(|i| &resources[i])
         };
-        let pipeline = self.pipeline(pass)?;
+        let pipeline = self.shared.pipelines.of_pass(&self.shared.device, pass)?;
         // Descriptors name physical copies, so there is a set for every way the copies it touches can stand.
         let counts = pass.accesses.iter().filter_map(physical).map(|p| u64::from(p.count().max(1)));
         let rotations = counts.fold(1, lcm);
@@ -331,39 +315,10 @@ impl Builder {
                     let target = physical.name.clone();
                     return Err(ExecuteError::Format { target, format: format.name(), usage });
                 }
-                Ok(Some(Resource::SampledImage(view, self.sampler(linear, repeat)?)))
+                Ok(Some(Resource::SampledImage(view, self.shared.pipelines.sampler(device, linear, repeat)?)))
             }
             BindingKind::StorageBuffer(_) | BindingKind::UniformBuffer(_) | BindingKind::Unsupported(_) => Ok(None),
         }
-    }
-
-    fn sampler(&self, linear: bool, repeat: bool) -> Result<Arc<Sampler>, ExecuteError> {
-        let mut samplers = lock(&self.shared.samplers);
-        if let Some(sampler) = samplers.get(&(linear, repeat)) {
-            return Ok(sampler.clone());
-        }
-        let sampler = Arc::new(Sampler::new(&self.shared.device, linear, repeat)?);
-        samplers.insert((linear, repeat), sampler.clone());
-        Ok(sampler)
-    }
-
-    fn pipeline(&self, pass: &Pass) -> Result<Arc<ComputePipeline>, ExecuteError> {
-        let specialization: Vec<_> =
-            pass.specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect();
-        let key = (pass.shader.key, specialization);
-        if let Some(pipeline) = lock(&self.shared.pipelines).get(&key) {
-            return Ok(pipeline.clone());
-        }
-        if let Some(lacks) = lacking(&self.shared.device, &pass.shader) {
-            return Err(ExecuteError::Capability { pass: pass.name.clone(), lacks });
-        }
-        let pipeline = Arc::new(make_pipeline(&self.shared.device, &pass.name, &pass.shader, &key.1)?);
-        let mut pipelines = lock(&self.shared.pipelines);
-        if pipelines.len() >= KEPT_PIPELINES {
-            pipelines.retain(|_, pipeline| Arc::strong_count(pipeline) > 1);
-        }
-        pipelines.insert(key, pipeline.clone());
-        Ok(pipeline)
     }
 
     fn display(
@@ -375,16 +330,7 @@ impl Builder {
         picture: Arc<PictureImage>,
     ) -> Result<PreparedDisplay, ExecuteError> {
         let device = &self.shared.device;
-        let known = lock(&self.shared.displays).get(&variant).cloned();
-        let pipeline = match known {
-            Some(pipeline) => pipeline,
-            None => {
-                let shader = display::compile(variant)?;
-                let pipeline = Arc::new(make_pipeline(device, "display", &shader, &[])?);
-                lock(&self.shared.displays).insert(variant, pipeline.clone());
-                pipeline
-            }
-        };
+        let pipeline = self.shared.pipelines.display(device, variant)?;
         let shown = plan.present;
         let physical = plan
             .resources
@@ -402,7 +348,7 @@ impl Builder {
                             _ => vk::ImageViewType::TYPE_2D_ARRAY,
                         };
                         let view = physical::view(device, image, ty, (shown.mip, 1), (0, 0))?;
-                        Resource::SampledImage(view, self.sampler(false, false)?)
+                        Resource::SampledImage(view, self.shared.pipelines.sampler(device, false, false)?)
                     }
                     (None, Some(buffer)) => Resource::Buffer(buffer.clone(), 0, buffer.size()),
                     (None, None) => return Err(ExecuteError::NotLive { resource: physical.name.clone() }),
@@ -468,68 +414,11 @@ fn barrier(step: &Step, resources: &[Arc<Physical>]) -> Option<Barrier> {
     Some(barrier)
 }
 
-fn make_pipeline(
-    device: &Arc<Device>,
-    name: &str,
-    shader: &Shader,
-    specialization: &[(u32, u32)],
-) -> raxel_gpu::Result<ComputePipeline> {
-    let slots: Vec<Slot> = shader
-        .interface
-        .bindings
-        .iter()
-        .filter_map(|binding| {
-            let ty = match binding.kind {
-                BindingKind::StorageImage { .. } => vk::DescriptorType::STORAGE_IMAGE,
-                BindingKind::SampledImage { .. } => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
-                BindingKind::StorageBuffer(_) => vk::DescriptorType::STORAGE_BUFFER,
-                BindingKind::UniformBuffer(_) => vk::DescriptorType::UNIFORM_BUFFER,
-                BindingKind::Unsupported(_) => return None,
-            };
-            Some(Slot { set: binding.set, binding: binding.binding, ty, count: binding.count.max(1) })
-        })
-        .collect();
-    let info = PipelineInfo {
-        spirv: &shader.spirv,
-        entry: &shader.interface.entry,
-        slots: &slots,
-        push_bytes: shader.interface.push.as_ref().map_or(0, |block| block.size),
-        specialization,
-    };
-    ComputePipeline::new(device, name, &info)
-}
-
-/// What a shader needs and the device lacks.
-fn lacking(device: &Device, shader: &Shader) -> Option<String> {
-    let can = device.capabilities();
-    let operations = |flags| can.subgroup_operations.contains(flags);
-    shader.interface.capabilities.iter().find_map(|capability| {
-        let there = match capability.as_str() {
-            "Int64" => can.int64,
-            "StorageImageReadWithoutFormat" => can.read_without_format,
-            "StorageImageWriteWithoutFormat" => can.write_without_format,
-            "GroupNonUniform" => operations(vk::SubgroupFeatureFlags::BASIC),
-            "GroupNonUniformVote" => operations(vk::SubgroupFeatureFlags::VOTE),
-            "GroupNonUniformArithmetic" => operations(vk::SubgroupFeatureFlags::ARITHMETIC),
-            "GroupNonUniformBallot" => operations(vk::SubgroupFeatureFlags::BALLOT),
-            "GroupNonUniformShuffle" => operations(vk::SubgroupFeatureFlags::SHUFFLE),
-            "GroupNonUniformShuffleRelative" => operations(vk::SubgroupFeatureFlags::SHUFFLE_RELATIVE),
-            "GroupNonUniformClustered" => operations(vk::SubgroupFeatureFlags::CLUSTERED),
-            "GroupNonUniformQuad" => operations(vk::SubgroupFeatureFlags::QUAD),
-            _ => true,
-        };
-        (!there).then(|| format!("`{capability}`"))
-    })
-}
-
 /// The name of a pass of a plan.
 pub(super) fn pass_name(plan: &Plan, pass: usize) -> Option<String> {
     let id: PassId = plan.passes.get(pass)?.pass;
     Some(plan.graph.pass(id).name.clone())
 }
-
-// The picture is written as `rgba8` by the display shader.
-const _: () = assert!(matches!(raxel_shader::format::Format::Rgba8.bytes(), 4));
 
 #[cfg(test)]
 mod tests {

@@ -131,7 +131,7 @@ fn a_swap_keeps_what_is_described_alike() {
 }
 
 /// A chain of `length` passes, each of which scales what the one before it left and adds `frame.index` where `moving`.
-fn chain(length: usize, moving: &[usize]) -> Vec<(String, String)> {
+pub fn chain(length: usize, moving: &[usize]) -> Vec<(String, String)> {
     let mut toml = "name = \"chain\"\npresent = \"color\"\n[params.gain]\ntype = \"f32\"\ndefault = 1.0\n".to_owned();
     for i in 0..length - 1 {
         toml += &format!("[targets.t{i}]\nformat = \"rgba32f\"\n");

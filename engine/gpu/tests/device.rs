@@ -1,0 +1,66 @@
+//! Opening devices. These tests need a Vulkan driver and fail without one.
+
+use raxel_gpu::{Device, DeviceKind, DeviceOptions, Error, Validation, download_buffer, upload};
+
+fn options(device: Option<&str>) -> DeviceOptions {
+    DeviceOptions { device: device.map(str::to_owned), validation: Validation::Required }
+}
+
+#[test]
+fn the_choice_is_explained() {
+    let device = Device::new(&options(None)).expect("a driver and the validation layer");
+    let verdicts = device.verdicts();
+    let chosen: Vec<_> = verdicts.iter().filter(|verdict| verdict.chosen).collect();
+    assert_eq!(chosen.len(), 1);
+    assert_eq!(chosen[0].candidate.name, device.capabilities().name);
+    assert!(verdicts.iter().all(|verdict| !verdict.reason.is_empty()));
+    // The same one by its index and by a part of its name.
+    let index = chosen[0].candidate.index.to_string();
+    let part = chosen[0].candidate.name[..4].to_uppercase();
+    for wanted in [index, part] {
+        let again = Device::new(&options(Some(&wanted))).expect("it was there a moment ago");
+        assert_eq!(again.capabilities().name, device.capabilities().name);
+        let reason = &again.verdicts().iter().find(|verdict| verdict.chosen).expect("one is").reason;
+        assert!(reason.contains(&wanted), "{reason}");
+    }
+}
+
+#[test]
+fn a_device_that_is_not_there_is_an_error_that_lists_what_is() {
+    let error = Device::new(&options(Some("Voodoo 5"))).expect_err("nobody has one");
+    let Error::NoSuchDevice { wanted, candidates } = &error else { panic!("{error}") };
+    assert_eq!(wanted, "Voodoo 5");
+    assert!(!candidates.is_empty());
+    assert!(error.to_string().contains(&candidates[0]), "{error}");
+}
+
+#[test]
+fn no_driver_says_how_to_get_one() {
+    let error = Error::NoDriver { candidates: Vec::new() }.to_string();
+    assert!(error.contains("apt-get install") && error.contains("mesa-vulkan-drivers"), "{error}");
+}
+
+#[test]
+fn bytes_go_there_and_come_back_and_dropped_buffers_are_freed() {
+    let device = Device::new(&options(None)).expect("a driver and the validation layer");
+    let bytes: Vec<u8> = (0..1021u32).map(|i| (i * 7) as u8).collect();
+    for _ in 0..8 {
+        let buffer = upload(&device, "bytes", &bytes, None).expect("it fits");
+        assert_eq!(buffer.size(), 1024, "padded to whole words");
+        let back = download_buffer(&device, &buffer, 0, 1024, None).expect("it was written");
+        assert_eq!(back[..1021], bytes);
+        assert_eq!(back[1021..], [0; 3]);
+        drop(buffer);
+        device.collect();
+    }
+    let limit = u64::from(device.capabilities().limits.max_storage_buffer_range);
+    if limit < 1 << 31 {
+        let large = vec![0; limit as usize + 4];
+        let error = upload(&device, "large", &large, None).expect_err("it cannot be bound");
+        assert!(matches!(error, Error::TooLarge { .. }), "{error}");
+    }
+    if device.capabilities().kind == DeviceKind::Cpu {
+        assert!(device.capabilities().subgroup_size >= 4);
+    }
+    assert_eq!(device.log().take(), []);
+}

@@ -1,0 +1,131 @@
+//! Compute pipelines and samplers, kept for as long as a plan may ask for them again.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+use raxel_gpu::{ComputePipeline, Device, PipelineInfo, Sampler, Slot, vk};
+use raxel_graph::checked::Pass;
+use raxel_shader::Shader;
+use raxel_shader::interface::BindingKind;
+
+use super::display::{self, Variant};
+use super::error::ExecuteError;
+use super::prepare::lock;
+use super::values;
+
+/// Shader key and specialization.
+type PipelineKey = ([u8; 32], Vec<(u32, u32)>);
+
+/// Pipelines are kept for edits that are taken back, until there are so many.
+const KEPT_PIPELINES: usize = 512;
+
+/// Everything of a device that depends on neither sizes nor resources.
+#[derive(Default)]
+pub(super) struct Pipelines {
+    passes: Mutex<HashMap<PipelineKey, Arc<ComputePipeline>>>,
+    displays: Mutex<HashMap<Variant, Arc<ComputePipeline>>>,
+    samplers: Mutex<HashMap<(bool, bool), Arc<Sampler>>>,
+}
+
+impl Pipelines {
+    /// A sampler.
+    pub(super) fn sampler(
+        &self,
+        device: &Arc<Device>,
+        linear: bool,
+        repeat: bool,
+    ) -> Result<Arc<Sampler>, ExecuteError> {
+        let mut samplers = lock(&self.samplers);
+        if let Some(sampler) = samplers.get(&(linear, repeat)) {
+            return Ok(sampler.clone());
+        }
+        let sampler = Arc::new(Sampler::new(device, linear, repeat)?);
+        samplers.insert((linear, repeat), sampler.clone());
+        Ok(sampler)
+    }
+
+    /// The pipeline of a pass.
+    pub(super) fn of_pass(&self, device: &Arc<Device>, pass: &Pass) -> Result<Arc<ComputePipeline>, ExecuteError> {
+        let specialization: Vec<_> =
+            pass.specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect();
+        let key = (pass.shader.key, specialization);
+        if let Some(pipeline) = lock(&self.passes).get(&key) {
+            return Ok(pipeline.clone());
+        }
+        if let Some(lacks) = lacking(device, &pass.shader) {
+            return Err(ExecuteError::Capability { pass: pass.name.clone(), lacks });
+        }
+        let pipeline = Arc::new(make_pipeline(device, &pass.name, &pass.shader, &key.1)?);
+        let mut pipelines = lock(&self.passes);
+        if pipelines.len() >= KEPT_PIPELINES {
+            pipelines.retain(|_, pipeline| Arc::strong_count(pipeline) > 1);
+        }
+        pipelines.insert(key, pipeline.clone());
+        Ok(pipeline)
+    }
+
+    /// The pipeline that shows a debug target.
+    pub(super) fn display(&self, device: &Arc<Device>, variant: Variant) -> Result<Arc<ComputePipeline>, ExecuteError> {
+        if let Some(pipeline) = lock(&self.displays).get(&variant) {
+            return Ok(pipeline.clone());
+        }
+        let shader = display::compile(variant)?;
+        let pipeline = Arc::new(make_pipeline(device, "display", &shader, &[])?);
+        lock(&self.displays).insert(variant, pipeline.clone());
+        Ok(pipeline)
+    }
+}
+
+fn make_pipeline(
+    device: &Arc<Device>,
+    name: &str,
+    shader: &Shader,
+    specialization: &[(u32, u32)],
+) -> raxel_gpu::Result<ComputePipeline> {
+    let slots: Vec<Slot> = shader
+        .interface
+        .bindings
+        .iter()
+        .filter_map(|binding| {
+            let ty = match binding.kind {
+                BindingKind::StorageImage { .. } => vk::DescriptorType::STORAGE_IMAGE,
+                BindingKind::SampledImage { .. } => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+                BindingKind::StorageBuffer(_) => vk::DescriptorType::STORAGE_BUFFER,
+                BindingKind::UniformBuffer(_) => vk::DescriptorType::UNIFORM_BUFFER,
+                BindingKind::Unsupported(_) => return None,
+            };
+            Some(Slot { set: binding.set, binding: binding.binding, ty, count: binding.count.max(1) })
+        })
+        .collect();
+    let info = PipelineInfo {
+        spirv: &shader.spirv,
+        entry: &shader.interface.entry,
+        slots: &slots,
+        push_bytes: shader.interface.push.as_ref().map_or(0, |block| block.size),
+        specialization,
+    };
+    ComputePipeline::new(device, name, &info)
+}
+
+/// What a shader needs and the device lacks.
+fn lacking(device: &Device, shader: &Shader) -> Option<String> {
+    let can = device.capabilities();
+    let operations = |flags| can.subgroup_operations.contains(flags);
+    shader.interface.capabilities.iter().find_map(|capability| {
+        let there = match capability.as_str() {
+            "Int64" => can.int64,
+            "StorageImageReadWithoutFormat" => can.read_without_format,
+            "StorageImageWriteWithoutFormat" => can.write_without_format,
+            "GroupNonUniform" => operations(vk::SubgroupFeatureFlags::BASIC),
+            "GroupNonUniformVote" => operations(vk::SubgroupFeatureFlags::VOTE),
+            "GroupNonUniformArithmetic" => operations(vk::SubgroupFeatureFlags::ARITHMETIC),
+            "GroupNonUniformBallot" => operations(vk::SubgroupFeatureFlags::BALLOT),
+            "GroupNonUniformShuffle" => operations(vk::SubgroupFeatureFlags::SHUFFLE),
+            "GroupNonUniformShuffleRelative" => operations(vk::SubgroupFeatureFlags::SHUFFLE_RELATIVE),
+            "GroupNonUniformClustered" => operations(vk::SubgroupFeatureFlags::CLUSTERED),
+            "GroupNonUniformQuad" => operations(vk::SubgroupFeatureFlags::QUAD),
+            _ => true,
+        };
+        (!there).then(|| format!("`{capability}`"))
+    })
+}
