@@ -158,6 +158,7 @@ fn split(cell: i32, offset: f64) -> (i32, f32) {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "these values are exact")]
 mod tests {
     use super::*;
 

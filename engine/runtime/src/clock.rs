@@ -137,6 +137,7 @@ impl Clock {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "these values are exact")]
 mod tests {
     use std::time::Duration;
 

@@ -246,11 +246,14 @@ pub fn components(value: &Value) -> Vec<f64> {
 /// or an integer type is given a fraction or too large a number.
 pub fn from_components(numbers: &[f64], like: &Value) -> Option<Value> {
     fn signed<const N: usize>(numbers: &[f64]) -> Option<[i32; N]> {
-        let parts: Option<Vec<i32>> = numbers.iter().map(|&n| (f64::from(n as i32) == n).then_some(n as i32)).collect();
+        let whole =
+            |n: f64| (n.fract() == 0.0 && n >= f64::from(i32::MIN) && n <= f64::from(i32::MAX)).then_some(n as i32);
+        let parts: Option<Vec<i32>> = numbers.iter().map(|&n| whole(n)).collect();
         parts?.try_into().ok()
     }
     fn unsigned<const N: usize>(numbers: &[f64]) -> Option<[u32; N]> {
-        let parts: Option<Vec<u32>> = numbers.iter().map(|&n| (f64::from(n as u32) == n).then_some(n as u32)).collect();
+        let whole = |n: f64| (n.fract() == 0.0 && n >= 0.0 && n <= f64::from(u32::MAX)).then_some(n as u32);
+        let parts: Option<Vec<u32>> = numbers.iter().map(|&n| whole(n)).collect();
         parts?.try_into().ok()
     }
     fn float<const N: usize>(numbers: &[f64]) -> Option<[f32; N]> {

@@ -99,12 +99,12 @@ impl Project {
 
     /// Every graph, in order of name.
     pub fn graphs(&self) -> Vec<String> {
-        self.list("graphs", |name| name.ends_with(".toml"))
+        self.list("graphs", is_toml)
     }
 
     /// Every world, in order of name.
     pub fn worlds(&self) -> Vec<String> {
-        self.list("worlds", |name| name.ends_with(".toml") && !name.ends_with(".demo.toml"))
+        self.list("worlds", |name| is_toml(name) && !name.ends_with(".demo.toml"))
     }
 
     /// Every demo, in order of name.
@@ -137,6 +137,10 @@ impl Project {
         found.sort();
         found
     }
+}
+
+fn is_toml(name: &str) -> bool {
+    Path::new(name).extension().is_some_and(|extension| extension == "toml")
 }
 
 /// The preferred file if it is there, else the only one.

@@ -1,5 +1,6 @@
 //! A frame that takes longer than the watchdog allows: the device is opened anew, the pass is named and left out, and an edit of its
 //! shader brings it back.
+#![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
 
 mod project;
 
@@ -27,8 +28,11 @@ void main() {
 fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
     let project = TestProject::new();
     // Software devices are given thirty times as much.
-    let mut session =
-        project.open_with(Options { watchdog: Some(Duration::from_millis(25)), size: [192, 192], ..project.options() });
+    let mut session = TestProject::open_with(Options {
+        watchdog: Some(Duration::from_millis(25)),
+        size: [192, 192],
+        ..project.options()
+    });
     session.frame().unwrap();
     let opened = std::sync::Arc::as_ptr(session.device());
 
@@ -56,5 +60,5 @@ fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
     assert_eq!(session.switched_off().count(), 0);
     session.frame().unwrap();
-    assert_eq!(project.red(&mut session), 0.5);
+    assert_eq!(project::red(&mut session), 0.5);
 }

@@ -1,5 +1,6 @@
 //! A session driven by names: conditions, clock, size, debug targets, demos. On a real device with the validation layer on: no
 //! message may come.
+#![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
 
 mod project;
 
@@ -14,12 +15,12 @@ fn a_condition_switches_a_pass_and_the_plan_follows() {
         project::FILL_GRAPH.to_owned() + "when = \"param.paint\"\n[params.paint]\ntype = \"bool\"\ndefault = true\n";
     project.write("graphs/fill.toml", &graph);
     let mut session = project.open();
-    assert_eq!(project.red_after_frame(&mut session), 0.25);
+    assert_eq!(project::red_after_frame(&mut session), 0.25);
     session.set_param("paint", Value::Bool(false)).unwrap();
-    assert_eq!(project.red_after_frame(&mut session), 0.0);
+    assert_eq!(project::red_after_frame(&mut session), 0.0);
     assert_eq!(session.plan().unwrap().culled.len(), 1);
     session.set_param("paint", Value::Bool(true)).unwrap();
-    assert_eq!(project.red_after_frame(&mut session), 0.25);
+    assert_eq!(project::red_after_frame(&mut session), 0.25);
     project::assert_silent(&session);
 }
 
@@ -33,7 +34,7 @@ fn the_clock_stops_steps_and_starts_over() {
     let mut session = project.open_graph("graphs/count.toml");
     // 0 + 1 + 2
     for sum in [0.0, 1.0, 3.0] {
-        assert_eq!(project.red_after_frame(&mut session), sum);
+        assert_eq!(project::red_after_frame(&mut session), sum);
     }
     session.pause(true);
     session.frame().unwrap();
@@ -44,7 +45,7 @@ fn the_clock_stops_steps_and_starts_over() {
     session.pause(false);
     session.reset();
     for sum in [0.0, 1.0] {
-        assert_eq!(project.red_after_frame(&mut session), sum);
+        assert_eq!(project::red_after_frame(&mut session), sum);
     }
     project::assert_silent(&session);
 }
@@ -107,18 +108,18 @@ fn a_demo_drives_until_the_user_takes_over() {
                 [tracks.gain]\nkeys = [[0.0, 0.0], [2.0, 2.0]]\n";
     project.write("worlds/box.demo.toml", demo);
     let options = Options { step: Some(0.5), demo: Some("worlds/box.demo.toml".into()), ..project.options() };
-    let mut session = project.open_with(options);
+    let mut session = TestProject::open_with(options);
     for gain in [0.0, 0.5, 1.0] {
         session.frame().unwrap();
-        assert_eq!(project.texel(&mut session)[1], gain);
+        assert_eq!(project::texel(&mut session)[1], gain);
     }
     assert_eq!(session.camera().position().x, 1.0);
     session.take_over();
     session.frame().unwrap();
-    assert_eq!((project.texel(&mut session)[1], session.camera().position().x), (1.0, 1.0));
+    assert_eq!((project::texel(&mut session)[1], session.camera().position().x), (1.0, 1.0));
     assert_eq!(session.param("gain").unwrap(), Value::F32(1.0));
     session.hand_back();
     session.frame().unwrap();
-    assert_eq!(project.texel(&mut session)[1], 2.0);
+    assert_eq!(project::texel(&mut session)[1], 2.0);
     project::assert_silent(&session);
 }

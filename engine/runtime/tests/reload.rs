@@ -1,5 +1,6 @@
 //! Edits of real files while a session runs, in every way in which editors save. On a real device with the validation layer on: no
 //! message may come.
+#![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
 
 mod project;
 
@@ -47,7 +48,7 @@ fn every_way_of_saving_reloads_once_and_without_an_error() {
     let project = TestProject::new();
     let mut session = project.open();
     session.frame().unwrap();
-    assert_eq!(project.red(&mut session), 0.25);
+    assert_eq!(project::red(&mut session), 0.25);
     for (index, (how, save)) in SAVES.iter().enumerate() {
         let red = (index + 1) as f32 / 8.0;
         save(&project.path("shaders/fill.comp"), &project::fill(&format!("vec4({red})")));
@@ -60,7 +61,7 @@ fn every_way_of_saving_reloads_once_and_without_an_error() {
             events => panic!("{how}: {events:#?}"),
         }
         session.frame().unwrap();
-        assert_eq!(project.red(&mut session), red, "{how}");
+        assert_eq!(project::red(&mut session), red, "{how}");
         assert!(session.wait_reload(Duration::from_millis(150)).is_empty(), "{how}: more came");
     }
     project::assert_silent(&session);
@@ -89,14 +90,14 @@ fn an_error_is_told_once_and_the_last_picture_stays() {
     assert!(failed.diagnostics[0].message.contains("nonsense"), "{:#?}", failed.diagnostics);
     assert!(failed.texts.get("shaders/fill.comp").is_some());
     session.frame().unwrap();
-    assert_eq!(project.red(&mut session), 0.25);
+    assert_eq!(project::red(&mut session), 0.25);
     assert!(session.wait_reload(Duration::from_millis(200)).is_empty());
     // The fix.
     project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
     let events = session.wait_reload(Duration::from_secs(10));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
     session.frame().unwrap();
-    assert_eq!(project.red(&mut session), 0.5);
+    assert_eq!(project::red(&mut session), 0.5);
     // Taking the edit back before it was an edit: the same text as what runs.
     project.write("shaders/fill.comp", &project::fill("vec4(broken)"));
     session.wait_reload(Duration::from_secs(10));
@@ -120,14 +121,14 @@ fn a_missing_include_is_waited_for() {
     let events = session.wait_reload(Duration::from_secs(10));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
     session.frame().unwrap();
-    assert_eq!(project.red(&mut session), 0.75);
+    assert_eq!(project::red(&mut session), 0.75);
     // An include is an input like any other.
     project.write("shaders/include/value.glsl", "#define VALUE 1.0\n");
     let events = session.wait_reload(Duration::from_secs(10));
     let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
     assert_eq!(reloaded.changed, ["shaders/include/value.glsl"]);
     session.frame().unwrap();
-    assert_eq!(project.red(&mut session), 1.0);
+    assert_eq!(project::red(&mut session), 1.0);
     project::assert_silent(&session);
 }
 
@@ -144,7 +145,7 @@ fn a_graph_edit_keeps_history_clock_params_and_camera() {
     for _ in 0..3 {
         session.frame().unwrap();
     }
-    assert_eq!(project.red(&mut session), 6.0);
+    assert_eq!(project::red(&mut session), 6.0);
     // A new range and a new target: no shader compiles, nothing that was there is lost.
     let edited = project::COUNT_GRAPH.replace("range = [0.0, 8.0]", "range = [0.0, 9.0]")
         + "\n[targets.spare]\nformat = \"r32f\"\n";
@@ -154,7 +155,7 @@ fn a_graph_edit_keeps_history_clock_params_and_camera() {
     assert!(reloaded.rebuilt.graph && !reloaded.rebuilt.world && reloaded.rebuilt.shaders.is_empty());
     assert!(reloaded.resources.kept.contains(&"sum".to_owned()), "{:?}", reloaded.resources);
     session.frame().unwrap();
-    assert_eq!(project.red(&mut session), 8.0);
+    assert_eq!(project::red(&mut session), 8.0);
     assert_eq!(session.clock().now().unwrap().index, 3);
     assert_eq!(session.param("add").unwrap(), Value::F32(2.0));
     assert_eq!(session.camera().yaw, 1.0);
@@ -166,7 +167,7 @@ fn a_graph_edit_keeps_history_clock_params_and_camera() {
     assert_eq!(reloaded.changed, ["graphs/count.toml", "shaders/count.comp"]);
     assert!(reloaded.resources.created.contains(&"sum".to_owned()), "{:?}", reloaded.resources);
     session.frame().unwrap();
-    assert_eq!(project.red(&mut session), 2.0);
+    assert_eq!(project::red(&mut session), 2.0);
     project::assert_silent(&session);
 }
 
@@ -179,7 +180,7 @@ fn the_newest_of_quick_edits_wins() {
         sleep(Duration::from_millis(7));
     }
     let mut events = Vec::new();
-    while project.red_after_frame(&mut session) != 0.75 {
+    while project::red_after_frame(&mut session) != 0.75 {
         let more = session.wait_reload(Duration::from_secs(10));
         assert!(!more.is_empty(), "the last edit never came");
         events.extend(more);
@@ -191,13 +192,13 @@ fn the_newest_of_quick_edits_wins() {
 #[test]
 fn polling_sees_edits_too() {
     let project = TestProject::new();
-    let mut session = project.open_with(Options { poll: true, ..project.options() });
+    let mut session = TestProject::open_with(Options { poll: true, ..project.options() });
     // File times may be as coarse as the poll.
     sleep(Duration::from_millis(20));
     project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
     let events = session.wait_reload(Duration::from_secs(10));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
-    assert_eq!(project.red_after_frame(&mut session), 0.5);
+    assert_eq!(project::red_after_frame(&mut session), 0.5);
 }
 
 #[test]
@@ -214,7 +215,7 @@ fn a_debug_target_that_is_edited_away_gives_way_to_the_graphs_own() {
     let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
     let codes: Vec<_> = reloaded.diagnostics.iter().map(|d| d.code.as_str()).collect();
     assert!(codes.contains(&"RX0405"), "{:#?}", reloaded.diagnostics);
-    assert_eq!(project.red_after_frame(&mut session), 0.25);
+    assert_eq!(project::red_after_frame(&mut session), 0.25);
     project::assert_silent(&session);
 }
 
@@ -227,19 +228,19 @@ fn world_and_demo_edits_reload_what_they_concern() {
     project.write("worlds/box.demo.toml", &project::box_demo(0.25));
     let mut session = project.open_demo("worlds/box.demo.toml");
     session.frame().unwrap();
-    assert_eq!(project.texel(&mut session), [64.0, 0.25, 0.0, 0.0]);
+    assert_eq!(project::texel(&mut session), [64.0, 0.25, 0.0, 0.0]);
     project.write("worlds/box.toml", &project::box_world(2));
     let events = session.wait_reload(Duration::from_secs(10));
     let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
     assert!(reloaded.rebuilt.world && !reloaded.rebuilt.graph && !reloaded.rebuilt.demo);
     session.frame().unwrap();
-    assert_eq!(project.texel(&mut session), [8.0, 0.25, 0.0, 0.0]);
+    assert_eq!(project::texel(&mut session), [8.0, 0.25, 0.0, 0.0]);
     project.write("worlds/box.demo.toml", &project::box_demo(0.5));
     let events = session.wait_reload(Duration::from_secs(10));
     let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
     assert!(reloaded.rebuilt.demo && !reloaded.rebuilt.world && !reloaded.rebuilt.graph);
     session.frame().unwrap();
-    assert_eq!(project.texel(&mut session), [8.0, 0.5, 0.0, 0.0]);
+    assert_eq!(project::texel(&mut session), [8.0, 0.5, 0.0, 0.0]);
     // A graph edit that the demo does not fit is an error that names both files.
     project.write(
         "graphs/world.toml",

@@ -37,7 +37,7 @@ fn the_shipped_graph_becomes_the_same_picture_each_time() {
     assert_eq!((first.width, first.height, first.rgba.len()), (96, 54, 96 * 54 * 4));
     let colours: std::collections::HashSet<_> = first.rgba.chunks_exact(4).collect();
     assert!(colours.len() > 100, "{} colours", colours.len());
-    assert_eq!(first, picture());
+    assert!(first == picture());
 }
 
 #[test]
@@ -45,13 +45,14 @@ fn params_pushes_and_targets_are_driven_by_name() {
     let mut session = open(options());
     session.frame().unwrap();
     let bright = session.read_presented().unwrap();
+    let exposure = session.param("exposure").unwrap();
     session.set_param("exposure", Value::F32(0.0)).unwrap();
     session.frame().unwrap();
     assert!(session.read_presented().unwrap().rgba.chunks_exact(4).all(|pixel| pixel[..3] == [0, 0, 0]));
     // A push value wins over the param that feeds it.
-    session.set_push("primary", "exposure", Value::F32(1.0)).unwrap();
+    session.set_push("primary", "exposure", exposure).unwrap();
     session.frame().unwrap();
-    assert_eq!(session.read_presented().unwrap(), bright);
+    assert!(session.read_presented().unwrap() == bright);
     let texels = session.read_target("color").unwrap();
     assert_eq!((texels.width, texels.height), (96, 54));
     assert!(texels.floats().iter().flatten().all(|value| value.is_finite()));

@@ -219,6 +219,7 @@ fn copy_folder(from: &Path, to: &Path) -> io::Result<()> {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "ranks are picked, not reckoned")]
 mod tests {
     use super::*;
 

@@ -27,7 +27,7 @@ pub enum Means {
 pub struct Watcher {
     root: PathBuf,
     means: Means,
-    watcher: Box<dyn notify::Watcher + Send>,
+    inner: Box<dyn notify::Watcher + Send>,
     watched: BTreeSet<PathBuf>,
     names: Arc<Mutex<Names>>,
     tell: Tell,
@@ -70,7 +70,7 @@ impl Watcher {
         let names = Arc::new(Mutex::new(Names::default()));
         let (watcher, means) = if poll { None } else { system(&names, &tell) }
             .map_or_else(|| (polling(&names, &tell), Means::Polling), |watcher| (watcher, Means::System));
-        Self { root: root.to_owned(), means, watcher, watched: BTreeSet::new(), names, tell }
+        Self { root: root.to_owned(), means, inner: watcher, watched: BTreeSet::new(), names, tell }
     }
 
     /// How changes are learnt of.
@@ -101,12 +101,12 @@ impl Watcher {
         folders.retain(|folder| folder.is_dir());
         for folder in self.watched.difference(&folders) {
             // It may be gone already.
-            let _ = self.watcher.unwatch(folder);
+            let _ = self.inner.unwatch(folder);
         }
         let new: Vec<PathBuf> = folders.difference(&self.watched).cloned().collect();
         self.watched = folders;
         for folder in new {
-            if self.watcher.watch(&folder, RecursiveMode::NonRecursive).is_err() && self.means == Means::System {
+            if self.inner.watch(&folder, RecursiveMode::NonRecursive).is_err() && self.means == Means::System {
                 return self.fall_back();
             }
         }
@@ -115,7 +115,7 @@ impl Watcher {
     /// A folder was made anew: watches on the old one are dead.
     pub fn renew(&mut self) {
         for folder in std::mem::take(&mut self.watched) {
-            let _ = self.watcher.unwatch(&folder);
+            let _ = self.inner.unwatch(&folder);
         }
         let names = self.names.lock().unwrap_or_else(PoisonError::into_inner);
         let files: BTreeSet<String> = names.files.values().cloned().collect();
@@ -126,9 +126,9 @@ impl Watcher {
     /// The system has no watches left: look at the files instead.
     fn fall_back(&mut self) {
         self.means = Means::Polling;
-        self.watcher = polling(&self.names, &self.tell);
+        self.inner = polling(&self.names, &self.tell);
         for folder in &self.watched {
-            let _ = self.watcher.watch(folder, RecursiveMode::NonRecursive);
+            let _ = self.inner.watch(folder, RecursiveMode::NonRecursive);
         }
     }
 }
@@ -158,8 +158,9 @@ fn handler(names: &Arc<Mutex<Names>>, tell: &Tell, closes: bool) -> impl FnMut(n
             _ => return names.files.values().for_each(|name| tell(Notice::File(name, Touch::Unknown))),
         };
         let touch = match event.kind {
-            EventKind::Access(AccessKind::Close(AccessMode::Write)) | EventKind::Remove(_) => Touch::Finished,
-            EventKind::Modify(ModifyKind::Name(_)) => Touch::Finished,
+            EventKind::Access(AccessKind::Close(AccessMode::Write))
+            | EventKind::Remove(_)
+            | EventKind::Modify(ModifyKind::Name(_)) => Touch::Finished,
             EventKind::Access(_) => return,
             // Rights and times. Polling says no more of a change of contents.
             EventKind::Modify(ModifyKind::Metadata(_)) if closes => return,

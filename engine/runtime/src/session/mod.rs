@@ -33,6 +33,7 @@ use crate::world::SessionWorld;
 
 /// What is opened, and how. Start from [`Options::default`] and change what matters.
 #[derive(Clone)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a switch of its own, named where it is set")]
 pub struct Options {
     /// The project's folder, or any path inside it. The current folder when `None` and no file is named.
     pub project: Option<PathBuf>,

@@ -7,14 +7,14 @@ use raxel_diagnostics::{Diagnostic, codes};
 
 use super::Session;
 use crate::build::{self, BuildError};
-use crate::reload::builder::{Outcome, Ready};
+use crate::reload::builder::{Outcome, Ready, Reloader};
 use crate::reload::{Failed, ReloadEvent, Reloaded};
 use crate::show::Show;
 
 impl Session {
     /// Swaps in the newest edit that is ready, and tells what happened since the last call. To be called between frames.
     pub fn poll_reload(&mut self) -> Vec<ReloadEvent> {
-        let outcomes = self.reloader.as_ref().map(|reloader| reloader.poll()).unwrap_or_default();
+        let outcomes = self.reloader.as_ref().map(Reloader::poll).unwrap_or_default();
         self.settle(outcomes)
     }
 

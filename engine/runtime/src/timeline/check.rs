@@ -11,21 +11,20 @@ impl Demo {
     pub fn check(&self, graph: &Graph) -> Vec<Diagnostic> {
         let mut found = Vec::new();
         for track in &self.tracks {
-            match graph.find_param(&track.param.value) {
-                Some(id) => found.extend(check_track(track, &graph.params[id.0 as usize])),
-                None => {
-                    let names = graph.params.iter().map(|param| param.name.as_str());
-                    let error = SetError::unknown("param", &track.param.value, names);
-                    found.push(
-                        Diagnostic::error(
-                            codes::session::UNKNOWN_PARAM,
-                            format!("`{}` has no param `{}`", self.graph.value, track.param.value),
-                        )
-                        .label(track.param.span.clone(), "no such param")
-                        .label(self.graph.span.clone(), "in this graph")
-                        .with_advice(&error),
-                    );
-                }
+            if let Some(id) = graph.find_param(&track.param.value) {
+                found.extend(check_track(track, &graph.params[id.0 as usize]));
+            } else {
+                let names = graph.params.iter().map(|param| param.name.as_str());
+                let error = SetError::unknown("param", &track.param.value, names);
+                found.push(
+                    Diagnostic::error(
+                        codes::session::UNKNOWN_PARAM,
+                        format!("`{}` has no param `{}`", self.graph.value, track.param.value),
+                    )
+                    .label(track.param.span.clone(), "no such param")
+                    .label(self.graph.span.clone(), "in this graph")
+                    .with_advice(&error),
+                );
             }
         }
         for key in &self.shows {
@@ -89,6 +88,7 @@ fn check_track(track: &Track, param: &Param) -> Vec<Diagnostic> {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "these values are exact")]
 mod tests {
     use raxel_diagnostics::disk::MemoryFiles;
     use raxel_diagnostics::{SourceMap, Span};

@@ -44,6 +44,7 @@ pub(super) fn sample(keys: usize, key: impl Fn(usize) -> (f64, f64), time: f64, 
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "these values are exact")]
 mod tests {
     use super::*;
 

@@ -205,7 +205,9 @@ impl Track {
             })
             .collect();
         if params::is_integer(like) {
-            numbers.iter_mut().for_each(|number| *number = number.round());
+            for number in &mut numbers {
+                *number = number.round();
+            }
         }
         params::from_components(&numbers, like)
     }

@@ -167,7 +167,7 @@ impl TestProject {
         }
     }
 
-    pub fn open_with(&self, options: Options) -> Session {
+    pub fn open_with(options: Options) -> Session {
         Session::open(options).unwrap_or_else(|error| panic!("{error}"))
     }
 
@@ -176,28 +176,28 @@ impl TestProject {
     }
 
     pub fn open_graph(&self, graph: &str) -> Session {
-        self.open_with(Options { graph: Some(Path::new(graph).to_owned()), ..self.options() })
+        Self::open_with(Options { graph: Some(Path::new(graph).to_owned()), ..self.options() })
     }
 
     pub fn open_demo(&self, demo: &str) -> Session {
-        self.open_with(Options { demo: Some(Path::new(demo).to_owned()), ..self.options() })
+        Self::open_with(Options { demo: Some(Path::new(demo).to_owned()), ..self.options() })
     }
+}
 
-    /// The first texel of what is shown.
-    pub fn texel(&self, session: &mut Session) -> [f32; 4] {
-        let present = session.graph().present;
-        let name = session.graph().resource(present).name.clone();
-        session.read_target(&name).unwrap().floats()[0]
-    }
+/// The first texel of what is shown.
+pub fn texel(session: &mut Session) -> [f32; 4] {
+    let present = session.graph().present;
+    let name = session.graph().resource(present).name.clone();
+    session.read_target(&name).unwrap().floats()[0]
+}
 
-    /// Its red channel.
-    pub fn red(&self, session: &mut Session) -> f32 {
-        self.texel(session)[0]
-    }
+/// Its red channel.
+pub fn red(session: &mut Session) -> f32 {
+    texel(session)[0]
+}
 
-    /// Its red channel after one more frame.
-    pub fn red_after_frame(&self, session: &mut Session) -> f32 {
-        session.frame().unwrap();
-        self.red(session)
-    }
+/// Its red channel after one more frame.
+pub fn red_after_frame(session: &mut Session) -> f32 {
+    session.frame().unwrap();
+    red(session)
 }
