@@ -1,5 +1,6 @@
 //! The GPU tracer of the layout `tree64` on the CPU: `shaders/include/raxel/walk.glsl` and `tree64.glsl`, function by function, with the
-//! same names and the same `f32` and integer operations, over the same buffer.
+//! same names and the same `f32` and integer operations, over the same buffer. (`Walk::step` is `rx_walk_step` and, in doubt,
+//! `rx_walk_settle`.)
 
 use raxel_world::layout::Tree64Header;
 

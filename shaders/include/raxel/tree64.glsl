@@ -79,46 +79,56 @@ bool rx_trace(RxRay ray, out RxHit hit) {
     uint node = world.root;
     uvec2 mask = uvec2(world.words[node], world.words[node + 1u]);
     uint link = world.words[node + 2u];
+    uvec3 path = walk.q;  // the cell that `ancestors` lead to
+    uint child = 0u, shift = 0u;
+    bool found = false, unsure = false;
 
     // Every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
     uint rounds = world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
-    for (uint i = 1u; i < rounds; ++i) {
-        uint child = rx_child(walk.q, height) ^ mirror;
-        while (rx_has_child(mask, child)) {
-            if (height == 1u || (link & RX_SOLID_LINK) != 0u) {
-                bool within = rx_walk_hit(walk, ray, world.origin, hit);
-                hit.material = rx_child_material(link, mask, child);
-                hit.steps = i;
-                return within;
+    do {
+        for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
+            if (((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > t_end) break;
+
+            // Up to the smallest node that holds both the cell before and this one.
+            uvec3 changed = path ^ walk.q;
+            uint top = uint(findMSB(changed.x | changed.y | changed.z | 1u)) / 2u + 1u;
+            if (top > height) {
+                height = top;
+                node = ancestors[height];
+                mask = uvec2(world.words[node], world.words[node + 1u]);
+                link = world.words[node + 2u];
             }
-            ancestors[height] = node;
-            node = link + 3u * rx_child_rank(mask, child);
-            --height;
-            mask = uvec2(world.words[node], world.words[node + 1u]);
-            link = world.words[node + 2u];
+            path = walk.q;
+
+            // Down to the smallest node or filled cube that holds it.
             child = rx_child(walk.q, height) ^ mirror;
-        }
+            found = rx_has_child(mask, child);
+            while (found && height > 1u && (link & RX_SOLID_LINK) == 0u) {
+                ancestors[height] = node;
+                node = link + 3u * rx_child_rank(mask, child);
+                --height;
+                mask = uvec2(world.words[node], world.words[node + 1u]);
+                link = world.words[node + 2u];
+                child = rx_child(walk.q, height) ^ mirror;
+                found = rx_has_child(mask, child);
+            }
+            if (found) break;
 
-        // The cell is empty; often so are the seven that make a cube of twice its size with it.
-        uint corner = child & 42u;
-        uint half_mask = corner >= 32u ? mask.y : mask.x;
-        uint shift = 2u * height - 2u + (((half_mask >> (corner & 31u)) & 0x00330033u) == 0u ? 1u : 0u);
-        uvec3 before = walk.q;
-        rx_walk_step(walk, shift);
-        hit.steps = i;
-        if (((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > t_end) return false;
-
-        // Back up to the smallest node that holds both cells.
-        uvec3 changed = before ^ walk.q;
-        uint top = uint(findMSB(changed.x | changed.y | changed.z)) / 2u + 1u;
-        if (top > height) {
-            height = top;
-            node = ancestors[height];
-            mask = uvec2(world.words[node], world.words[node + 1u]);
-            link = world.words[node + 2u];
+            // The cell is empty; often so are the seven that make a cube of twice its size with it.
+            uint corner = child & 42u;
+            uint half_mask = corner >= 32u ? mask.y : mask.x;
+            shift = 2u * height - 2u + (((half_mask >> (corner & 31u)) & 0x00330033u) == 0u ? 1u : 0u);
+            unsure = !rx_walk_step(walk, shift);
         }
-    }
-    return false;
+        if (unsure) rx_walk_settle(walk, shift);
+    } while (unsure);
+
+    if (!found) return false;
+    uint steps = hit.steps + 1u;
+    bool within = rx_walk_hit(walk, ray, world.origin, hit);
+    hit.material = rx_child_material(link, mask, child);
+    hit.steps = steps;
+    return within;
 }
 
 #endif

@@ -217,30 +217,50 @@ uint rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uv
     return axes;
 }
 
-// Leaves the aligned block of 2^shift voxels a side that holds the current cell.
-void rx_walk_step(inout RxWalk w, uint shift) {
-    uvec3 end = (w.q | ((1u << shift) - 1u)) + 1u;
+// A step as floating point sees it: `a` is the axis whose plane at `end` comes first, at time t; on the others the ray has passed
+// `low` to `high` cells since entry by then. True if there is no doubt.
+bool rx_walk_propose(RxWalk w, uint shift, out uvec3 end, out uint a, out float t, out uvec3 low, out uvec3 high) {
+    end = (w.q | ((1u << shift) - 1u)) + 1u;
     uvec3 block = end - w.entry;
     vec3 times = (vec3(block - 1u) + w.h) * w.inv;
     times = mix(times, vec3(RX_NEVER), equal(w.inv, vec3(0.0)));
-    float t = min(times.x, min(times.y, times.z));
-    uint a = times.x == t ? 0u : times.y == t ? 1u : 2u;
-
-    // Cells passed on each axis when the block is left, with their error.
+    t = min(times.x, min(times.y, times.z));
+    a = times.x == t ? 0u : times.y == t ? 1u : 2u;
     vec3 x = t * w.d + w.g;
     vec3 error = (x + 1.0) * RX_WALK_ERROR;
-    uvec3 low = max(uvec3(max(x - error, 0.0)), w.q - w.entry);
-    uvec3 high = max(min(uvec3(x + error), block), low);
+    low = max(uvec3(max(x - error, 0.0)), w.q - w.entry);
+    high = max(min(uvec3(x + error), block), low);
     bvec3 unsure = notEqual(low, high);
-    w.axes = 0u;
-    if ((unsure.x && a != 0u) || (unsure.y && a != 1u) || (unsure.z && a != 2u)) w.axes = rx_walk_decide(w, end, a, low, high);
+    return !((unsure.x && a != 0u) || (unsure.y && a != 1u) || (unsure.z && a != 2u));
+}
 
+void rx_walk_commit(inout RxWalk w, uvec3 end, uint a, float t, uvec3 low, uint axes) {
     w.q = w.entry + low;
-    if (a == 0u) w.q.x = end.x;
-    else if (a == 1u) w.q.y = end.y;
-    else w.q.z = end.z;
-    w.axes |= 1u << a;
+    rx_put(w.q, a, rx_pick(end, a));
+    w.axes = axes | (1u << a);
     w.t = t;
+}
+
+// Leaves the aligned block of 2^shift voxels a side that holds the current cell. False, and nothing done, if floating point cannot
+// tell where to: then rx_walk_settle must be called. They are two functions so that tracers can keep the second one out of their
+// inner loop: it is rarely needed, but a group of threads takes as long as its slowest, and some drivers run both sides of an `if`.
+bool rx_walk_step(inout RxWalk w, uint shift) {
+    uvec3 end, low, high;
+    uint a;
+    float t;
+    bool sure = rx_walk_propose(w, shift, end, a, t, low, high);
+    if (sure) rx_walk_commit(w, end, a, t, low, 0u);
+    return sure;
+}
+
+// The same step, decided by integers.
+void rx_walk_settle(inout RxWalk w, uint shift) {
+    uvec3 end, low, high;
+    uint a;
+    float t;
+    rx_walk_propose(w, shift, end, a, t, low, high);
+    uint axes = rx_walk_decide(w, end, a, low, high);
+    rx_walk_commit(w, end, a, t, low, axes);
 }
 
 // Fills in all of a hit but its material: the current cell is the voxel. False if it lies beyond ray.t_max.
