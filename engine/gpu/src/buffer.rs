@@ -139,7 +139,8 @@ impl Buffer {
     /// [`Location::Download`].
     pub fn word(&self, offset: u64) -> Option<u32> {
         let Held::Own(memory) = &self.held else { return None };
-        let fits = self.location == Location::Download && offset % 4 == 0 && offset.checked_add(4)? <= self.size;
+        let fits =
+            self.location == Location::Download && offset.is_multiple_of(4) && offset.checked_add(4)? <= self.size;
         let host = memory.allocation().mapped_ptr().filter(|_| fits)?;
         // SAFETY: in range and aligned; volatile, since the device may write it.
         Some(unsafe { host.as_ptr().cast::<u32>().add(offset as usize / 4).read_volatile() })

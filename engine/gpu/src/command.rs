@@ -18,7 +18,7 @@ use crate::retire::Dead;
 pub struct Barrier {
     memory: Option<vk::MemoryBarrier2<'static>>,
     images: Vec<vk::ImageMemoryBarrier2<'static>>,
-    _held: Vec<Arc<Image>>,
+    held: Vec<Arc<Image>>,
 }
 
 /// Stages and accesses of one side of a dependency.
@@ -55,7 +55,7 @@ impl Barrier {
                 .dst_stage_mask(dst.0)
                 .dst_access_mask(dst.1),
         );
-        self._held.push(image.clone());
+        self.held.push(image.clone());
         self
     }
 }

@@ -26,6 +26,7 @@ pub struct DeviceOptions {
 
 /// What the device can do, as far as raxel asks.
 #[derive(Clone, Debug)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a feature of its own, there or not")]
 pub struct Capabilities {
     /// Name of the device.
     pub name: String,

@@ -78,10 +78,11 @@ impl Device {
             window.map_or(vk::SemaphoreSubmitInfo::default(), |w| info(w.rendered, all)),
         ];
         let waits = [acquired];
+        let windows = usize::from(window.is_some());
         let submit = vk::SubmitInfo2::default()
             .command_buffer_infos(&buffers)
-            .wait_semaphore_infos(&waits[..usize::from(window.is_some())])
-            .signal_semaphore_infos(&signals[..1 + usize::from(window.is_some())]);
+            .wait_semaphore_infos(&waits[..windows])
+            .signal_semaphore_infos(&signals[..=windows]);
         // SAFETY: the queue is locked, the buffer is recorded, and everything recorded in it is kept until the value is reached
         // (objects retire by value, see `retire`).
         let result = unsafe { self.raw.queue_submit2(*queue, &[submit], vk::Fence::null()) };

@@ -73,7 +73,7 @@ pub(super) fn buffer_info(desc: &BufferDesc) -> BufferInfo {
     BufferInfo { size: desc.size.max(4).next_multiple_of(4), usage, location: Location::Device }
 }
 
-pub(super) fn scope(scope: &plan::Scope) -> Scope {
+pub(super) fn scope(scope: plan::Scope) -> Scope {
     let mut stages = vk::PipelineStageFlags2::empty();
     for (ours, theirs) in [
         (Stages::COMPUTE, vk::PipelineStageFlags2::COMPUTE_SHADER),

@@ -123,17 +123,15 @@ pub(super) fn make(
         let block = match at {
             None => None,
             Some(Place { block, offset }) => {
-                let shared = match blocks.get(&block) {
-                    Some(shared) => shared.clone(),
-                    None => {
-                        let desc = plan.blocks[block as usize];
-                        let label = format!("shared block {block}");
-                        let new = Block::new(device, &label, desc.size, desc.alignment, desc.type_bits)?;
-                        blocks.insert(block, new.clone());
-                        new
-                    }
-                };
-                Some((shared, offset))
+                if let Some(shared) = blocks.get(&block) {
+                    Some((shared.clone(), offset))
+                } else {
+                    let desc = plan.blocks[block as usize];
+                    let label = format!("shared block {block}");
+                    let new = Block::new(device, &label, desc.size, desc.alignment, desc.type_bits)?;
+                    blocks.insert(block, new.clone());
+                    Some((new, offset))
+                }
             }
         };
         let backing = block.as_ref().map_or(Backing::Own, |(block, offset)| Backing::Placed(block, *offset));
@@ -213,7 +211,8 @@ fn block_keys(plan: &Plan) -> Vec<BlockKey> {
     for planned in &plan.resources {
         if let Some(Place { block, offset }) = placed(planned) {
             let name = &plan.graph.resource(planned.resource).name;
-            keys[block as usize] += &format!("; {name} at {offset}: {:?}", planned.desc);
+            let occupant = format!("; {name} at {offset}: {:?}", planned.desc);
+            keys[block as usize].push_str(&occupant);
         }
     }
     keys.into_iter().map(Arc::from).collect()

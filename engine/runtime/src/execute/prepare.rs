@@ -155,6 +155,7 @@ impl Builder {
 
     /// Makes everything that a plan needs. What the running plan has and the new one describes alike is shared, contents included;
     /// the running plan is not disturbed.
+    #[allow(clippy::needless_pass_by_value, reason = "the result keeps it")]
     pub fn prepare(&self, plan: Arc<Plan>, sources: &Sources) -> Result<Prepared, ExecuteError> {
         let device = &self.shared.device;
         let (running, picture) = {
@@ -403,12 +404,12 @@ fn barrier(step: &Step, resources: &[Arc<Physical>]) -> Option<Barrier> {
     let Step::Barrier(planned) = step else { return None };
     let mut barrier = Barrier::default();
     if let Some(dependency) = &planned.memory {
-        barrier = barrier.memory(scope(&dependency.src), scope(&dependency.dst));
+        barrier = barrier.memory(scope(dependency.src), scope(dependency.dst));
     }
     for activation in &planned.activate {
         if let Some(image) = resources[activation.resource as usize].image(0) {
             let dependency = &activation.dependency;
-            barrier = barrier.activate(image, scope(&dependency.src), scope(&dependency.dst));
+            barrier = barrier.activate(image, scope(dependency.src), scope(dependency.dst));
         }
     }
     Some(barrier)

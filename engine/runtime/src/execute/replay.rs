@@ -294,12 +294,10 @@ impl Replay {
                         }
                     }
                     Some(block) => {
-                        let block = block as usize;
-                        if let (Some(fills), Some(place)) = (pass.uniforms.get(block), state.places.get(block)) {
-                            if let Some(fill) = fills.fills.get(over.fill as usize) {
-                                let bytes = &mut uniforms[place.offset as usize..(place.offset + place.size) as usize];
-                                values::write(bytes, fill, &over.value);
-                            }
+                        let fill = pass.uniforms.get(block as usize).and_then(|b| b.fills.get(over.fill as usize));
+                        if let (Some(fill), Some(place)) = (fill, state.places.get(block as usize)) {
+                            let bytes = &mut uniforms[place.offset as usize..(place.offset + place.size) as usize];
+                            values::write(bytes, fill, &over.value);
                         }
                     }
                 }

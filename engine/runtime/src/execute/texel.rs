@@ -109,6 +109,7 @@ fn small_float(value: u32, mantissa_bits: u32, negative: bool) -> f32 {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "every value is exact")]
 mod tests {
     use super::*;
 

@@ -103,6 +103,7 @@ pub(super) fn specialization(value: &Value) -> u32 {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "every value is exact")]
 mod tests {
     use super::*;
     use raxel_graph::checked::Source;

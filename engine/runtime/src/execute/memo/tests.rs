@@ -59,7 +59,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
     let mut step = 0;
     for pass in 0..passes as u32 {
         let mut touches: Vec<Touch> = Vec::new();
-        for _ in 0..1 + random.below(3) {
+        for _ in 0..=random.below(3) {
             let slot = random.below(u64::from(slots)) as u32;
             let Slot { copies, mips, transient, .. } = memo.slots[slot as usize];
             if touches.iter().any(|t| t.slot == slot) {
