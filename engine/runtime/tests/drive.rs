@@ -123,3 +123,24 @@ fn a_demo_drives_until_the_user_takes_over() {
     assert_eq!(project::texel(&mut session)[1], 2.0);
     project::assert_silent(&session);
 }
+
+#[test]
+fn a_world_that_no_buffer_can_hold_is_refused_with_both_numbers() {
+    let project = TestProject::new();
+    project.write("graphs/world.toml", &project::WORLD_GRAPH.replace("tree64", "chunks"));
+    project.write("shaders/world.comp", project::WORLD_SHADER);
+    // A maze of 3000 × 3000 voxels lies in more than 8000 chunks of 32³, no two of them alike: more than the 128 MiB that software
+    // devices bind.
+    let world = project::box_world(1)
+        .replace("op = \"box\"", "op = \"maze\"")
+        .replace("min = [0, 0, 0]\nmax = [1, 1, 1]", "cells = [600, 600]");
+    project.write("worlds/box.toml", &world);
+    let options = Options { graph: Some("graphs/world.toml".into()), ..project.options() };
+    let Err(raxel_runtime::OpenError::Project { diagnostics, .. }) = raxel_runtime::Session::open(options) else {
+        panic!("it opens")
+    };
+    let [diagnostic] = diagnostics.as_slice() else { panic!("{diagnostics:#?}") };
+    assert_eq!(diagnostic.code.as_str(), "RX0407");
+    assert!(diagnostic.message.contains("134217728"), "{}", diagnostic.message);
+    assert_eq!(&*diagnostic.labels[0].span.file, "graphs/world.toml");
+}

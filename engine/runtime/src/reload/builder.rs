@@ -15,7 +15,7 @@ use super::record::content;
 use super::settle::{Content, Settle, Touch};
 use super::watch::{Means, Notice, Tell, Watcher};
 use crate::build::{self, BuildError, Loader, Part, Selection, Target};
-use crate::execute::Prepared;
+use crate::execute::{ExecuteError, Prepared};
 use crate::params::Params;
 use crate::show::Show;
 use crate::timeline::Demo;
@@ -137,6 +137,7 @@ pub struct Ready {
 enum Message {
     Touched(String, Touch),
     FolderChanged,
+    DeviceChanged,
     Stop,
 }
 
@@ -191,6 +192,7 @@ impl Reloader {
             changed: Vec::new(),
             rebuilt: Rebuilt::default(),
             unfinished: None,
+            without_device: None,
             held: None,
             waker,
         };
@@ -208,7 +210,14 @@ impl Reloader {
 
     /// Changes what builds are made for.
     pub fn set_wishes(&self, wishes: Wishes) {
-        *self.wishes.lock().unwrap_or_else(PoisonError::into_inner) = wishes;
+        let mut current = self.wishes.lock().unwrap_or_else(PoisonError::into_inner);
+        let other_device = !Arc::ptr_eq(&current.target.memory, &wishes.target.memory);
+        *current = wishes;
+        drop(current);
+        if other_device {
+            // A builder that has stopped needs no device.
+            let _ = self.messages.send(Message::DeviceChanged);
+        }
     }
 
     /// The outcomes since the last call, oldest first.
@@ -250,6 +259,8 @@ struct Builder {
     running: Vec<(String, [u8; 32])>,
     /// An edit that is loaded and not handed over yet, with the time at which it was seen to be finished.
     unfinished: Option<Instant>,
+    /// An edit that is loaded and waits for another device, since the device was lost.
+    without_device: Option<Instant>,
     /// A wrong edit that waits for the rest of it.
     held: Option<(Instant, Failed)>,
     waker: Option<Waker>,
@@ -277,6 +288,7 @@ impl Builder {
             let changed = self.settle.changed(Instant::now(), |path| content(&files.read(path)));
             if !changed.is_empty() {
                 self.held = None;
+                self.without_device = None;
                 self.unfinished = Some(Instant::now());
                 self.load(changed);
             }
@@ -302,6 +314,7 @@ impl Builder {
         match message {
             Message::Touched(path, touch) => self.settle.touch(&path, touch, Instant::now()),
             Message::FolderChanged => self.watcher.renew(),
+            Message::DeviceChanged => self.unfinished = self.unfinished.or(self.without_device.take()),
             Message::Stop => return false,
         }
         true
@@ -359,21 +372,23 @@ impl Builder {
         self.unfinished = None;
         self.generation += 1;
         match self.assemble(since) {
-            Outcome::Failed(failed) => self.held = Some((Instant::now() + HOLD, failed)),
-            ready @ Outcome::Ready(_) => {
+            None => self.without_device = Some(since),
+            Some(Outcome::Failed(failed)) => self.held = Some((Instant::now() + HOLD, failed)),
+            Some(ready @ Outcome::Ready(_)) => {
                 self.running = self.shader_keys();
                 self.hand_over(ready);
             }
         }
     }
 
-    /// Plans and creates what the parts describe, if they are right.
-    fn assemble(&mut self, since: Instant) -> Outcome {
+    /// Plans and creates what the parts describe, if they are right. `None` when the device is lost: it is no fault of the edit.
+    fn assemble(&mut self, since: Instant) -> Option<Outcome> {
         let changed = std::mem::take(&mut self.changed);
         let generation = self.generation;
         let (diagnostics, texts) = self.parts.diagnostics();
-        let failed =
-            |diagnostics, texts| Outcome::Failed(Failed { generation, changed: changed.clone(), diagnostics, texts });
+        let failed = |diagnostics, texts| {
+            Some(Outcome::Failed(Failed { generation, changed: changed.clone(), diagnostics, texts }))
+        };
         let (graph, world) = match (&self.parts.graph.result, &self.parts.world.result) {
             (Ok(graph), Ok(world)) if !diagnostics.iter().any(Diagnostic::is_error) => (graph.clone(), world.clone()),
             _ => return failed(diagnostics, texts),
@@ -385,6 +400,10 @@ impl Builder {
         let prepared = match built {
             Ok(prepared) => prepared,
             Err(BuildError::Diagnosed(found)) => return failed(found, texts),
+            Err(BuildError::Device(ExecuteError::DeviceLost { .. })) => {
+                self.changed = changed;
+                return None;
+            }
             Err(BuildError::Device(error)) => {
                 let code = raxel_diagnostics::codes::session::DEVICE_REFUSES;
                 return failed(vec![Diagnostic::error(code, error.to_string())], texts);
@@ -394,7 +413,7 @@ impl Builder {
         rebuilt.shaders =
             self.shader_keys().into_iter().filter(|key| !self.running.contains(key)).map(|key| key.0).collect();
         rebuilt.shaders.dedup();
-        Outcome::Ready(Box::new(Ready {
+        Some(Outcome::Ready(Box::new(Ready {
             generation,
             changed,
             rebuilt,
@@ -403,7 +422,7 @@ impl Builder {
             target: wishes.target,
             prepared,
             since,
-        }))
+        })))
     }
 
     fn shader_keys(&self) -> Vec<(String, [u8; 32])> {
