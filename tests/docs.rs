@@ -1,0 +1,199 @@
+//! Documentation that the code could contradict is generated from it, and its examples are run.
+//!
+//! ```sh
+//! RAXEL_WRITE_DOCS=1 cargo test --release --test docs
+//! ```
+//!
+//! writes the generated parts: everything after `## Every key`, and the index of diagnostics.
+
+mod common;
+
+use std::fmt::Write;
+
+use common::{Project, repository};
+use serde_json::{Map, Value};
+
+const MARK: &str = "## Every key\n";
+
+/// Compares a file with what it should be, or writes it.
+fn settle(path: &str, expected: &str) {
+    let file = repository().join(path);
+    if std::env::var_os("RAXEL_WRITE_DOCS").is_some() {
+        std::fs::write(&file, expected).unwrap();
+    }
+    let found = std::fs::read_to_string(&file).unwrap_or_default();
+    assert!(found == expected, "{path} is not up to date; see the head of tests/docs.rs");
+}
+
+#[test]
+fn file_references_follow_the_schemas() {
+    for (path, schema) in [
+        ("docs/graph-file.md", raxel::graph::schema()),
+        ("docs/world-file.md", raxel::world::schema()),
+        ("docs/demo-file.md", raxel::runtime::timeline::schema()),
+    ] {
+        let text = std::fs::read_to_string(repository().join(path)).unwrap();
+        let (head, _) = text.split_once(MARK).unwrap();
+        settle(path, &format!("{head}{MARK}{}", Reference { schema: &schema }.text()));
+    }
+}
+
+#[test]
+fn every_diagnostic_is_in_the_index() {
+    let listed = common::raxel(&["explain"]).exits(0).stdout;
+    let mut text = "# Diagnostics\n\n`raxel explain CODE` prints these pages.\n\n".to_owned();
+    for line in listed.lines() {
+        let (code, title) = line.split_once("  ").unwrap();
+        let _ = writeln!(text, "* [{code}]({code}.md) {title}");
+    }
+    settle("docs/errors/README.md", &text);
+}
+
+#[test]
+fn the_example_of_the_graph_reference_is_right() {
+    let project = Project::empty();
+    let text = std::fs::read_to_string(repository().join("docs/graph-file.md")).unwrap();
+    let mut graphs = Vec::new();
+    for block in text.split("```").skip(1).step_by(2) {
+        let (_, content) = block.split_once('\n').unwrap();
+        let path = content.lines().next().unwrap().trim_start_matches(['#', '/', ' ']);
+        assert!(path.starts_with("graphs/") || path.starts_with("shaders/"), "{path} heads an example");
+        // GLSL wants its version first.
+        project.write(path, content.split_once('\n').unwrap().1);
+        graphs.extend(path.starts_with("graphs/").then(|| path.to_owned()));
+    }
+    assert_eq!(graphs.len(), 2);
+    for graph in &graphs {
+        project.raxel(&["check", graph]).exits(0);
+        project.raxel(&["render", graph, "--frames", "2", "--size", "40x30", "-o", "p.png", "--validate"]).exits(0);
+    }
+}
+
+#[test]
+fn the_readme_quotes_what_is_there() {
+    let readme = std::fs::read_to_string(repository().join("README.md")).unwrap();
+    for (path, line) in [
+        ("graphs/primary.toml", "[params.sun_elevation]"),
+        ("graphs/primary.toml", "default = 34.0"),
+        ("graphs/primary.toml", "outColor = \"color\""),
+        ("shaders/primary.comp", "vec3 surface(RxHit hit, RxMaterial material, vec3 sun) {"),
+    ] {
+        let file = std::fs::read_to_string(repository().join(path)).unwrap();
+        assert!(readme.contains(line) && file.contains(line), "{path}: {line}");
+    }
+    assert!(readme.contains("docs/valley.png") && repository().join("docs/valley.png").is_file());
+    // The diagnostic that the tour promises.
+    let project = Project::shipped();
+    project.edit("graphs/primary.toml", "outColor = \"color\"", "outColor = \"colour\"");
+    let said = project.raxel(&["check", "graphs/primary.toml"]).exits(3).stdout;
+    let first = said.split("\n\n").next().unwrap();
+    assert!(readme.contains(first), "the README does not have\n{first}");
+}
+
+/// A JSON schema as Markdown tables.
+struct Reference<'s> {
+    schema: &'s Value,
+}
+
+impl Reference<'_> {
+    fn text(&self) -> String {
+        let mut text = String::new();
+        self.tables("The file", self.schema, &mut text);
+        text
+    }
+
+    /// The table of an object, and then those of the objects in it.
+    fn tables(&self, name: &str, object: &Value, text: &mut String) {
+        let Some(properties) = object["properties"].as_object() else { return };
+        let _ = write!(text, "\n### {name}\n\n| key | value | |\n|---|---|---|\n");
+        for (key, value) in properties {
+            let needed = object["required"].as_array().is_some_and(|all| all.iter().any(|one| one == key));
+            let about = self.about(value).replace('|', "\\|").replace('\n', " ");
+            let shape = self.shape(value, 0).replace('|', "\\|");
+            let _ = writeln!(text, "| `{key}` | {shape} | {about}{} |", if needed { " **needed**" } else { "" });
+        }
+        for (key, value) in properties {
+            for (suffix, inner) in self.inner(value) {
+                let title =
+                    if name == "The file" { format!("`{key}`{suffix}") } else { format!("{name} · `{key}`{suffix}") };
+                self.tables(&title, inner, text);
+            }
+        }
+    }
+
+    fn resolved<'v>(&'v self, value: &'v Value) -> &'v Value {
+        let target = value["$ref"].as_str().or_else(|| value["allOf"][0]["$ref"].as_str());
+        match target.and_then(|path| self.schema.pointer(path.trim_start_matches('#'))) {
+            Some(definition) => self.resolved(definition),
+            None => value,
+        }
+    }
+
+    fn about<'v>(&'v self, value: &'v Value) -> &'v str {
+        value["description"].as_str().or_else(|| self.resolved(value)["description"].as_str()).unwrap_or_default()
+    }
+
+    /// Objects with keys of their own in a value, one level down.
+    fn inner<'v>(&'v self, value: &'v Value) -> Vec<(&'static str, &'v Value)> {
+        let value = self.resolved(value);
+        let mut found = Vec::new();
+        let mut consider = |suffix, object: &'v Value| {
+            let object = self.resolved(object);
+            let has_keys = |object: &Value| object["properties"].as_object().is_some_and(|keys| !keys.is_empty());
+            if has_keys(object) {
+                found.push((suffix, object));
+            }
+            for form in object["anyOf"].as_array().into_iter().chain(object["oneOf"].as_array()).flatten() {
+                let form = self.resolved(form);
+                if has_keys(form) {
+                    found.push((suffix, form));
+                }
+            }
+        };
+        consider("", value);
+        consider(" of a name", &value["additionalProperties"]);
+        consider(", each", &value["items"]);
+        found
+    }
+
+    /// A value's type in words.
+    fn shape(&self, value: &Value, depth: u32) -> String {
+        let value = self.resolved(value);
+        let empty = Map::new();
+        let object = value.as_object().unwrap_or(&empty);
+        if let Some(words) = object.get("enum").and_then(Value::as_array) {
+            return words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(" ");
+        }
+        if let Some(word) = object.get("const") {
+            return format!("`{word}`");
+        }
+        for either in ["anyOf", "oneOf"] {
+            if let Some(forms) = object.get(either).and_then(Value::as_array) {
+                let mut shapes: Vec<String> = forms.iter().map(|form| self.shape(form, depth + 1)).collect();
+                shapes.dedup();
+                return shapes.join(" or ");
+            }
+        }
+        match object.get("type") {
+            Some(Value::String(name)) if name == "array" => match object.get("items") {
+                Some(items) if depth < 3 => format!("array of {}", self.shape(items, depth + 1)),
+                _ => "array".to_owned(),
+            },
+            Some(Value::String(name)) if name == "object" => {
+                match object.get("properties").and_then(Value::as_object) {
+                    Some(keys) if depth > 0 => {
+                        format!("{{ {} }}", keys.keys().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", "))
+                    }
+                    _ => "table".to_owned(),
+                }
+            }
+            Some(Value::String(name)) if name == "string" && object.contains_key("pattern") => {
+                format!("text like `{}`", object["pattern"].as_str().unwrap_or_default().trim_matches(['^', '$']))
+            }
+            Some(Value::String(name)) if name == "string" => "text".to_owned(),
+            Some(Value::String(name)) => name.clone(),
+            Some(Value::Array(names)) => names.iter().filter_map(Value::as_str).collect::<Vec<_>>().join(" or "),
+            _ => "any value".to_owned(),
+        }
+    }
+}
