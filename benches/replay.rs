@@ -1,6 +1,8 @@
 //! CPU time of a frame of 30 passes: our own share with nothing behind it, with a device behind it, and the same chain of dispatches
 //! recorded with the crate `vk-graph`. Needs a Vulkan driver: `cargo bench --bench replay`.
 
+#![allow(clippy::format_push_string, reason = "files are put together as they read")]
+
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::sync::Arc;

@@ -149,10 +149,13 @@ pub fn graph(files: &[(&str, &str)]) -> Arc<Graph> {
     }
 }
 
+/// `name`, `name@age` or `name:layer`.
 fn present(graph: &Graph, text: &str) -> Present {
-    let (name, age) = text.split_once('@').map_or((text, 0), |(name, age)| (name, age.parse().expect("an age")));
+    let number = |text: &str| text.parse().expect("a number");
+    let (name, age) = text.split_once('@').map_or((text, 0), |(name, age)| (name, number(age)));
+    let (name, layer) = name.split_once(':').map_or((name, 0), |(name, layer)| (name, number(layer)));
     let resource = graph.find_resource(name).unwrap_or_else(|| panic!("no resource `{name}`"));
-    Present { resource, age, mip: 0, layer: 0, after: None }
+    Present { resource, age, mip: 0, layer, after: None }
 }
 
 /// `frame.index` and `frame.time` as a session would set them.

@@ -68,3 +68,79 @@ fn a_target_of_another_size_fills_the_picture() {
     let small = picture("rgba8", "size = [2, 1]", "vec4(p.x, 0, 0, 1)");
     assert_eq!(small.iter().take(8).map(|pixel| pixel[0]).collect::<Vec<_>>(), [0, 0, 0, 0, 255, 255, 255, 255]);
 }
+
+#[test]
+fn buffers_volumes_layers_and_history() {
+    let toml = r#"
+name = "many"
+present = "stack"
+[targets.stack]
+format = "r32f"
+size = [2, 2]
+layers = 3
+[targets.volume]
+format = "r32i"
+size = [2, 2, 2]
+display = { map = "integer", range = [0.0, 10.0] }
+[targets.trail]
+format = "r32f"
+history = 2
+display = { map = "gray", range = [0.0, 15.0] }
+[buffers.pixels]
+size = { of = "stack", stride = 12 }
+[buffers.words]
+size = 16
+[[passes]]
+name = "fill"
+shader = "fill.comp"
+dispatch = [1, 1, 1]
+[passes.bind]
+stack = "stack"
+volume = "volume"
+trail = "trail"
+pixels = "pixels"
+words = "words"
+[passes.push]
+time = { type = "f32", from = "frame.time" }
+"#;
+    let shader = "#version 460
+layout(local_size_x = 8, local_size_y = 4) in;
+layout(r32f) writeonly uniform image2DArray stack;
+layout(r32i) writeonly uniform iimage3D volume;
+layout(r32f) writeonly uniform image2D trail;
+struct Color { float red, green, blue; };
+writeonly buffer Pixels { Color pixels[]; } pixels;
+writeonly buffer Words { uint words[]; } words;
+layout(push_constant) uniform Push { float time; } push;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(trail, p, vec4(push.time));
+    if (any(greaterThanEqual(p, ivec2(2)))) return;
+    for (int z = 0; z < 3; ++z) imageStore(stack, ivec3(p, z), vec4(z == 2 ? p.x : 0));
+    for (int z = 0; z < 2; ++z) imageStore(volume, ivec3(p, z), ivec4(2 * z));
+    int i = p.y * 2 + p.x;
+    pixels.pixels[i] = Color(1.0 - p.x, p.x, 0.0);
+    words.words[i] = uint(p.x);
+}";
+    let shown = |present: &str| {
+        let mut lab = Lab::new();
+        let output = if present.starts_with("trail") { [8, 4] } else { [2, 2] };
+        let files = [("graphs/test.toml", toml), ("shaders/fill.comp", shader)];
+        lab.load(&files, &Planned { output, present, ..Planned::default() });
+        for frame in 0..6 {
+            lab.frame_with(&crate::lab::at(frame), &[]);
+        }
+        let picture = lab.executor.read_presented().expect("frames ran");
+        picture.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect::<Vec<_>>()
+    };
+    assert_eq!(shown("stack:0"), [[0; 3]; 4]);
+    assert_eq!(shown("stack:2"), [[0; 3], [255; 3], [0; 3], [255; 3]]);
+    assert_eq!(shown("volume:1"), [[51; 3]; 4]);
+    assert_eq!(shown("trail")[0], [85; 3]);
+    assert_eq!(shown("trail@2")[31], [51; 3], "three fifteenths, two frames ago");
+    // Three floats a pixel are a colour; bare words are ids in a square.
+    assert_eq!(shown("pixels"), [[255, 0, 0], [0, 255, 0], [255, 0, 0], [0, 255, 0]]);
+    let words = shown("words");
+    assert_eq!((words[0], words[1]), ([0; 3], words[3]));
+    assert_ne!(words[1], [0; 3]);
+}
