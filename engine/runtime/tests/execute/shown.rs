@@ -87,7 +87,7 @@ format = "r32f"
 history = 2
 display = { map = "gray", range = [0.0, 15.0] }
 [buffers.pixels]
-size = { of = "stack", stride = 12 }
+size = { of = "trail", stride = 12 }
 [buffers.words]
 size = 16
 [[passes]]
