@@ -1,4 +1,22 @@
 //! Sessions: open a project, run its graph over its world, drive it by params and demos, and swap in every edit while it runs.
+//!
+//! ```no_run
+//! use raxel_graph::checked::Value;
+//! use raxel_runtime::{Options, Session};
+//!
+//! let mut session = Session::open(Options { watch: true, ..Options::default() })?;
+//! session.set_param("exposure", Value::F32(2.0))?;
+//! session.set_push("primary", "fog", Value::F32(0.0))?;
+//! session.pin("depth")?;
+//! for _ in 0..60 {
+//!     for event in session.poll_reload() {
+//!         println!("{event:?}");
+//!     }
+//!     session.frame()?;
+//! }
+//! let depth = session.read_target("depth")?.floats();
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod build;
 pub mod camera;

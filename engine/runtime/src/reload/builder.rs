@@ -1,110 +1,23 @@
 //! The thread that rebuilds: it waits for finished edits, loads again what depends on them, and creates everything a new plan needs
 //! while the old one runs. Only what is whole is handed over.
 
-use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use raxel_diagnostics::{Diagnostic, SourceMap};
-use raxel_graph::checked::Graph;
+use raxel_diagnostics::Diagnostic;
 
 use super::event::{Failed, Rebuilt};
+use super::parts::{Parts, Wishes};
 use super::record::content;
-use super::settle::{Content, Settle, Touch};
+use super::settle::{Settle, Touch};
 use super::watch::{Means, Notice, Tell, Watcher};
-use crate::build::{self, BuildError, Loader, Part, Selection, Target};
+use crate::build::{self, BuildError, Loader, Selection, Target};
 use crate::execute::{ExecuteError, Prepared};
-use crate::params::Params;
-use crate::show::Show;
-use crate::timeline::Demo;
-use crate::world::SessionWorld;
 
 /// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
 const HOLD: Duration = Duration::from_millis(120);
-
-/// The parts of a session that come from files.
-#[derive(Clone)]
-pub struct Parts {
-    /// Project path of the graph.
-    pub graph_path: String,
-    /// Project path of the world; `None` for the empty world.
-    pub world_path: Option<String>,
-    /// Project path of the demo, if one runs.
-    pub demo_path: Option<String>,
-    /// The graph.
-    pub graph: Part<Graph>,
-    /// The world.
-    pub world: Part<SessionWorld>,
-    /// The demo.
-    pub demo: Option<Part<Demo>>,
-}
-
-impl Parts {
-    /// Every file with what was found in it.
-    fn files(&self) -> BTreeMap<String, Content> {
-        let mut files = self.graph.files.clone();
-        files.extend(self.world.files.clone());
-        files.extend(self.demo.iter().flat_map(|demo| demo.files.clone()));
-        files
-    }
-
-    /// Everything found in all parts, with the texts; the demo is held against its graph.
-    pub fn diagnostics(&self) -> (Vec<Diagnostic>, SourceMap) {
-        let mut texts = self.graph.texts.clone();
-        texts.extend(&self.world.texts);
-        let mut found: Vec<Diagnostic> = self.graph.found().iter().chain(self.world.found()).cloned().collect();
-        if let Some(demo) = &self.demo {
-            texts.extend(&demo.texts);
-            found.extend_from_slice(demo.found());
-            if let (Ok(demo), Ok(graph)) = (&demo.result, &self.graph.result) {
-                found.extend(demo.check(graph));
-            }
-        }
-        (found, texts)
-    }
-}
-
-/// What the session wants at the moment, for builds.
-#[derive(Clone)]
-pub struct Wishes {
-    /// Extent of the output in pixels.
-    pub output: [u32; 2],
-    /// What is shown.
-    pub show: Show,
-    /// Resources that stay readable.
-    pub pinned: Vec<String>,
-    /// Params as the user set them.
-    pub params: Params,
-    /// Whether transient resources may share memory.
-    pub alias: bool,
-    /// The device.
-    pub target: Target,
-}
-
-impl Wishes {
-    /// What a plan of this graph and world is made for. A debug target that the graph does not have gives way to the graph's own,
-    /// and a pinned resource that it does not have is left out.
-    pub fn selection(&self, graph: &Graph, world: &SessionWorld) -> Selection {
-        let mut params = self.params.clone();
-        params.adopt(graph);
-        let present = self.show.resolve(graph).or_else(|_| Show::default().resolve(graph));
-        Selection {
-            output: self.output,
-            present: present.unwrap_or(raxel_graph::plan::Present {
-                resource: graph.present,
-                age: 0,
-                mip: 0,
-                layer: 0,
-                after: None,
-            }),
-            pinned: self.pinned.iter().filter_map(|name| graph.find_resource(name)).collect(),
-            facts: build::facts(graph, world, &params),
-            alias: self.alias,
-        }
-    }
-}
 
 /// A finished edit.
 pub enum Outcome {

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod builder;
 mod event;
+pub mod parts;
 pub mod record;
 pub mod settle;
 pub mod watch;

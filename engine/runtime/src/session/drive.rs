@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::execute::Override;
 use crate::params::{self, Params, SetError};
-use crate::reload::builder::Wishes;
+use crate::reload::parts::Wishes;
 use crate::show::{Show, ShowError};
 
 impl Session {

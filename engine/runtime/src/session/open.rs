@@ -13,7 +13,8 @@ use crate::clock::{Clock, Pace};
 use crate::execute::{self, DeviceMemory, Executor, ExecutorOptions};
 use crate::params::Params;
 use crate::project::Project;
-use crate::reload::builder::{Parts, Reloader, Wishes};
+use crate::reload::builder::Reloader;
+use crate::reload::parts::{Parts, Wishes};
 use crate::world::SessionWorld;
 
 impl Session {
