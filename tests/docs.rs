@@ -74,9 +74,9 @@ fn the_readme_quotes_what_is_there() {
     let readme = std::fs::read_to_string(repository().join("README.md")).unwrap();
     for (path, line) in [
         ("graphs/primary.toml", "[params.sun_elevation]"),
-        ("graphs/primary.toml", "default = 34.0"),
+        ("graphs/primary.toml", "default = 32.0"),
         ("graphs/primary.toml", "outColor = \"color\""),
-        ("shaders/primary.comp", "vec3 surface(RxHit hit, RxMaterial material, vec3 sun) {"),
+        ("shaders/primary.comp", "vec3 surface(Seen seen, RxMaterial material, vec3 sun) {"),
     ] {
         let file = std::fs::read_to_string(repository().join(path)).unwrap();
         assert!(readme.contains(line) && file.contains(line), "{path}: {line}");
