@@ -97,12 +97,12 @@ impl What {
         Ok(show)
     }
 
-    /// Frames and frames a second of the demo, if there is one. Nothing is said here about what is wrong with it: opening does.
-    pub fn demo_length(&self) -> Option<(u64, f64)> {
+    /// Seconds and frames a second of the demo, if there is one. Nothing is said here about what is wrong with it: opening does.
+    pub fn demo_length(&self) -> Option<(f64, f64)> {
         let file = self.file(FileKind::Demo)?;
         let front = Front::around(&file).ok()?;
         let demo = front.loader.demo(&front.project.path_of(&file).ok()?).result.ok()?;
-        Some((demo.frames(), demo.fps))
+        Some((demo.duration, demo.fps))
     }
 
     /// Opens a session, says its warnings and the device that was chosen, and sets params and camera.

@@ -93,7 +93,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     let demo = args.what.demo_length();
     let fps = args.fps.or(demo.map(|(_, fps)| fps)).unwrap_or(60.0);
     let frames = args.frames.unwrap_or(match (&output, demo) {
-        (Output::Frames(..) | Output::Film(_), Some((frames, _))) => frames,
+        (Output::Frames(..) | Output::Film(_), Some((seconds, _))) => (seconds * fps).round().max(1.0) as u64,
         _ => 1,
     });
     let range = args.shard.map_or(0..frames, |shard| shard.range(frames));
