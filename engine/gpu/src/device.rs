@@ -72,7 +72,10 @@ pub struct Device {
     pub(crate) allocator: Mutex<Option<Allocator>>,
     pub(crate) retired: Mutex<Retired>,
     pub(crate) pipeline_cache: vk::PipelineCache,
+    /// The driver said so, or it was abandoned.
     pub(crate) lost: AtomicBool,
+    /// Its work may never end.
+    pub(crate) hung: AtomicBool,
     capabilities: Capabilities,
     verdicts: Vec<Verdict>,
     pub(crate) instance: Arc<Instance>,
@@ -127,6 +130,7 @@ impl Device {
 
     /// Declares the device lost: nothing is waited for any more and its objects are leaked, since the device may still use them.
     pub fn abandon(&self) {
+        self.hung.store(true, Ordering::Relaxed);
         self.lost.store(true, Ordering::Relaxed);
     }
 
@@ -142,7 +146,7 @@ impl Device {
     /// Remembers a loss, whoever met it.
     pub(crate) fn watch<T>(&self, result: Result<T>) -> Result<T> {
         if matches!(result, Err(Error::DeviceLost)) {
-            self.abandon();
+            self.lost.store(true, Ordering::Relaxed);
         }
         result
     }
@@ -180,7 +184,7 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        if self.is_lost() {
+        if self.hung.load(Ordering::Relaxed) {
             // Its work may never end: freeing anything could be a use after free, and waiting could take for ever.
             if let Ok(allocator) = self.allocator.get_mut() {
                 std::mem::forget(allocator.take());
@@ -335,6 +339,7 @@ fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<
         retired: Mutex::default(),
         pipeline_cache,
         lost: AtomicBool::new(false),
+        hung: AtomicBool::new(false),
         capabilities,
         verdicts,
         raw,

@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use ash::vk;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
@@ -324,13 +325,14 @@ impl Surface {
 
     fn destroy(&self, chain: Option<Chain>) -> Result<()> {
         let (Some(chain), Some(functions)) = (chain, &self.device.swapchain) else { return Ok(()) };
-        if self.device.is_lost() {
+        if self.device.hung.load(Ordering::Relaxed) {
             return Err(Error::DeviceLost);
         }
         let queue = self.device.queue.lock();
         // SAFETY: the queue is idle, presents included, so nothing uses the chain or its semaphores.
         unsafe {
-            self.device.watch(self.device.raw.queue_wait_idle(*queue).named("vkQueueWaitIdle"))?;
+            // A lost device waits for nothing, and its objects may be destroyed.
+            let _ = self.device.watch(self.device.raw.queue_wait_idle(*queue).named("vkQueueWaitIdle"));
             for semaphore in chain.rendered {
                 self.device.raw.destroy_semaphore(semaphore, None);
             }
@@ -343,13 +345,14 @@ impl Surface {
 impl Drop for Surface {
     fn drop(&mut self) {
         let chain = self.chain.take();
-        if self.destroy(chain).is_err() || self.device.is_lost() {
+        if self.destroy(chain).is_err() || self.device.hung.load(Ordering::Relaxed) {
             // The device may still use it for ever; see `Device::drop`.
             return;
         }
-        // SAFETY: the chain is gone; an acquire semaphore is waited for by a submission that has finished.
+        let queue = self.device.queue.lock();
+        // SAFETY: the chain is gone; an acquire semaphore is waited for by a submission that has finished. The queue is locked.
         unsafe {
-            let _ = self.device.raw.device_wait_idle();
+            let _ = self.device.raw.queue_wait_idle(*queue);
             for semaphore in self.acquired {
                 self.device.raw.destroy_semaphore(semaphore, None);
             }

@@ -306,7 +306,9 @@ impl Executor {
     pub(super) fn blame(&self, error: ExecuteError) -> ExecuteError {
         match error {
             ExecuteError::DeviceLost { timed_out, .. } => {
-                self.shared.device.abandon();
+                if timed_out {
+                    self.shared.device.abandon();
+                }
                 ExecuteError::DeviceLost { suspect: self.suspect(), timed_out }
             }
             error => error,
@@ -331,7 +333,7 @@ impl Executor {
 impl Drop for Executor {
     fn drop(&mut self) {
         // Command buffers must not be freed while they run; what a hung device holds is leaked.
-        if self.shared.device.wait_idle(self.shared.watchdog()).is_err() {
+        if matches!(self.shared.device.wait_idle(self.shared.watchdog()), Err(raxel_gpu::Error::TimedOut { .. })) {
             self.shared.device.abandon();
         }
     }
