@@ -50,7 +50,7 @@ fn all_mistakes_are_reported_at_once_with_their_places() {
     let project = Project::shipped();
     project
         .edit("graphs/primary.toml", "outColor = \"color\"", "outColor = \"colour\"")
-        .edit("graphs/primary.toml", "type    = \"f32\"\ndefault = 1.0", "typ     = \"f32\"\ndefault = 1.0")
+        .edit("graphs/primary.toml", "[params.exposure]\ntype ", "[params.exposure]\ntyp ")
         .edit("graphs/primary.toml", "exposure      = { type = \"f32\"", "exposure      = { type = \"i32\"");
     let run = project.raxel(&["check", "graphs/primary.toml"]).exits(3);
     for part in
