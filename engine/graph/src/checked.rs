@@ -393,7 +393,7 @@ pub enum Source {
     Param(ParamId),
     /// Something the runtime knows.
     Builtin(Builtin),
-    /// Extent of a target's mip 0 in texels.
+    /// Extent of a target's mip 0 in texels; the third axis is its depth or number of layers.
     ExtentOf(ResourceId),
 }
 

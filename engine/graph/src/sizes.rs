@@ -61,11 +61,14 @@ pub fn sizes(graph: &Graph, output: [u32; 2], sources: &BTreeMap<String, u64>) -
     sizes
 }
 
-/// Extent of a target's mip 0 in texels, whether or not a plan creates it: what `extent of` push values show. The third axis is 1
-/// unless the target is 3-D; a buffer gives `[1, 1, 1]`.
+/// Extent of a target's mip 0 in texels, whether or not a plan creates it: what push values with `from = "target.NAME.size"`
+/// show. The third axis is the depth of a 3-D target and the number of layers of any other; a buffer gives `[1, 1, 1]`.
 pub fn extent(graph: &Graph, output: [u32; 2], target: ResourceId) -> [u32; 3] {
     match &graph.resource(target).kind {
-        ResourceKind::Target(target) => resolve(graph, target, output, graph.resources.len()).0,
+        ResourceKind::Target(target) => match resolve(graph, target, output, graph.resources.len()) {
+            (extent, true) => extent,
+            ([width, height, _], false) => [width, height, target.layers.max(1)],
+        },
         ResourceKind::Buffer(_) => [1; 3],
     }
 }

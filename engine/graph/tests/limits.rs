@@ -116,6 +116,10 @@ fn sizes_follow_the_output() {
     hand.pass("fill", &["w full", "w half", "w quarter", "w texels"]);
     let text =
         hand.with_input("full", |graph, input| raxel_graph::dump(graph, input, raxel_graph::print::Phase::Sizes));
+    let told = hand.with_input("full", |graph, input| {
+        [0, 1, 2, 3].map(|id| raxel_graph::sizes::extent(&graph, input.output, raxel_graph::checked::ResourceId(id)))
+    });
+    assert_eq!(told, [[333, 7, 1], [167, 1, 1], [84, 1, 3], [1, 1, 1]]);
     insta::assert_snapshot!(text.unwrap(), @r"
     full: 333×7×1 texels, 9 mips, 1 layers
     half: 167×1×1 texels, 1 mips, 1 layers
