@@ -27,6 +27,7 @@ pub(crate) const LARGEST: Limits = Limits {
     workgroup_count: [u32::MAX; 3],
     workgroup_size: [2048, 2048, 1024],
     workgroup_invocations: 2048,
+    shared_memory: 1 << 18,
 };
 
 /// Kinds of files that raxel reads.

@@ -90,7 +90,11 @@ fn device_name(session: &Session) -> String {
 }
 
 fn no_window(error: &EventLoopError) -> Failure {
-    Failure::new(Exit::NoDevice, format!("no window can be opened: {error}"))
+    // winit says where in its own sources it gave up, which helps nobody here: `os error at FILE:LINE: WHY`.
+    let text = error.to_string();
+    let why =
+        text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": ")).map_or(text.as_str(), |(_, why)| why);
+    Failure::new(Exit::NoDevice, format!("no window can be opened: {why}"))
         .help("set DISPLAY or WAYLAND_DISPLAY (a desktop, or ssh -X)")
         .help("`raxel render -o p.png` needs no window")
 }
