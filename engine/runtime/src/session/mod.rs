@@ -60,7 +60,7 @@ pub struct Options {
     pub memo: bool,
     /// Transient resources may share memory.
     pub alias: bool,
-    /// A frame that takes longer means that the device hangs; on a software device thirty times as long.
+    /// A frame that takes longer means that the device hangs; on a software device six times as long.
     pub watchdog: Option<Duration>,
     /// Files are watched, and edits swapped in by [`Session::poll_reload`].
     pub watch: bool,

@@ -115,8 +115,8 @@ pub(super) fn start(
     device: &Arc<raxel_gpu::Device>,
     options: &Options,
 ) -> Result<(Executor, Target), execute::ExecuteError> {
-    // A software device does honestly in minutes what would be a hang of a GPU.
-    let patience = if device.capabilities().kind == raxel_gpu::DeviceKind::Cpu { 30 } else { 1 };
+    // A software device honestly takes as long for what would be a hang of a GPU.
+    let patience = if device.capabilities().kind == raxel_gpu::DeviceKind::Cpu { 6 } else { 1 };
     let watchdog = options.watchdog.map(|limit| limit * patience);
     let executor_options = ExecutorOptions { memo: options.memo, watchdog, ..ExecutorOptions::default() };
     let executor = Executor::with_options(device.clone(), executor_options)?;
