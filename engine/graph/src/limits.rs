@@ -177,6 +177,17 @@ fn dispatch(pass: &Pass, sizes: &[Size], limits: &Limits, found: &mut Vec<Diagno
             }
         }
     }
+    let (shared, limit) = (pass.shader.interface.shared_bytes, limits.shared_memory);
+    if shared > limit.into() {
+        found.push(
+            Diagnostic::error(
+                codes::graph::SHARED_TOO_LARGE,
+                format!("pass `{}` shares {shared} bytes in a workgroup, but the device allows {limit}", pass.name),
+            )
+            .label(pass.place.clone(), format!("by the shared variables of `{}`", pass.shader.request.path))
+            .note(format!("the limit is `maxComputeSharedMemorySize` = {limit}")),
+        );
+    }
     let [x, y, z] = local;
     let threads = local.iter().map(|&side| u64::from(side)).product::<u64>();
     let too_long = (0..3).find(|&axis| local[axis] > limits.workgroup_size[axis]);

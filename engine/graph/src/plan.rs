@@ -58,6 +58,8 @@ pub struct Limits {
     pub workgroup_size: [u32; 3],
     /// `maxComputeWorkGroupInvocations`.
     pub workgroup_invocations: u32,
+    /// `maxComputeSharedMemorySize`, bytes.
+    pub shared_memory: u32,
 }
 
 impl Limits {
@@ -72,6 +74,7 @@ impl Limits {
         workgroup_count: [65535; 3],
         workgroup_size: [128, 128, 64],
         workgroup_invocations: 128,
+        shared_memory: 16384,
     };
 }
 

@@ -13,7 +13,7 @@ use crate::lexer::{self, Token};
 use crate::limits;
 use crate::messages;
 use crate::request::Request;
-use crate::sources::{Form, Sources};
+use crate::sources::{BUFFER_REFERENCE, Form, Sources, buffer_reference};
 
 /// Changes when the same texts would give another module: part of every key.
 pub(crate) const VERSION: &str =
@@ -135,6 +135,9 @@ fn refusals(request: &Request, text: &str, hlsl: bool) -> Vec<Diagnostic> {
         }
         if value.contains(['\n', '\r', '\0', '\\']) {
             found.push(Diagnostic::error(codes::shader::BAD_DEFINE, format!("the value of `{name}` is not one line")));
+        }
+        if value.contains(BUFFER_REFERENCE) {
+            found.push(buffer_reference(path).label(Span::new(path, 0..0), format!("with the define `{name}`")));
         }
     }
     found

@@ -44,9 +44,17 @@ impl Compiler {
         let ready = request.path.to_ascii_lowercase().ends_with(".spv");
         let words = if ready { self.ready(request, &mut sources) } else { Self::of_text(request, &mut sources) };
         let result = words.and_then(|words| {
-            let module = Module::new(&words, &request.entry)
-                .map_err(|error| sources.diagnostics.push(module_diagnostic(&error, &request.path)))
-                .ok()?;
+            let mut open = |words| {
+                Module::new(words, &request.entry)
+                    .map_err(|error| sources.diagnostics.push(module_diagnostic(&error, &request.path)))
+                    .ok()
+            };
+            let module = open(&words)?;
+            let separate = module.with_separate_bindings();
+            let module = match &separate {
+                Some(words) => open(words)?,
+                None => module,
+            };
             if let Some(validate) = self.validate.filter(|_| ready)
                 && let Err(reason) = validate(&words)
             {
@@ -231,6 +239,11 @@ fn module_diagnostic(error: &ModuleError, path: &str) -> Diagnostic {
         ModuleError::Unsupported(reason) => {
             Diagnostic::error(codes::shader::UNSUPPORTED_SPIRV, format!("`{path}` is not supported: {reason}"))
         }
+        ModuleError::TooMuch { bytes, limit } => Diagnostic::error(
+            codes::shader::TOO_MUCH,
+            format!("the variables of each thread of `{path}` take {bytes} bytes, more than {limit}"),
+        )
+        .help("put large arrays into a buffer"),
         ModuleError::NoEntry { entry, found } => {
             let diagnostic =
                 Diagnostic::error(codes::shader::NO_ENTRY, format!("`{path}` has no compute entry point `{entry}`"));

@@ -19,6 +19,8 @@ pub struct Interface {
     pub bindings: Vec<Binding>,
     /// Specialization constants, ordered by id (workgroup-size constants included).
     pub specialization: Vec<SpecConstant>,
+    /// Bytes of `shared` variables, with the defaults of specialization constants.
+    pub shared_bytes: u64,
     /// Names of SPIR-V capabilities beyond `Shader` that the module declares, e.g. `Int64`.
     pub capabilities: Vec<String>,
 }

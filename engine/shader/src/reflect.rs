@@ -26,6 +26,7 @@ pub(crate) fn reflect(module: &Module<'_>, entry: &str) -> Result<Interface, Str
         .unwrap_or_else(|| Err("it uses an instruction that the reflector does not know".to_owned()))?;
     entry.clone_into(&mut interface.entry);
     interface.capabilities = module.capabilities();
+    interface.shared_bytes = module.memory().shared;
     Ok(interface)
 }
 

@@ -17,6 +17,18 @@ const MAX_DEPTH: usize = 32;
 /// Most bytes that all texts of one shader may have together, counted as often as they are included.
 const MAX_BYTES: usize = 4 << 20;
 
+/// The layout qualifier of types that hold addresses.
+pub(crate) const BUFFER_REFERENCE: &str = "buffer_reference";
+
+/// The refusal of such types.
+pub(crate) fn buffer_reference(path: &str) -> Diagnostic {
+    Diagnostic::error(
+        codes::graph::CAPABILITY,
+        format!("`{path}` needs buffer references, which raxel does not switch on"),
+    )
+    .help("declare a `buffer` block and bind it by its name")
+}
+
 /// How an include is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Form {
@@ -203,7 +215,14 @@ impl<'f> Sources<'f> {
             Box::new(
                 Diagnostic::error(codes::shader::TOO_MUCH, message).label(Span::new(name, range), "more than this"),
             )
-        })
+        })?;
+        // The compiler stops the process over some constants of such types.
+        match lexer::tokens(text).iter().find(|token| token.text == BUFFER_REFERENCE) {
+            Some(token) => Err(Box::new(
+                buffer_reference(name).label(Span::new(name, token.range()), "this is an address of the device"),
+            )),
+            None => Ok(()),
+        }
     }
 
     /// Reads a text and remembers the answer; `None` when there is no such file.

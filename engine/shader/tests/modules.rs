@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap, render};
-use raxel_shader::interface::{Access, BindingKind, Scalar, Type};
+use raxel_shader::interface::{Access, BindingKind};
 use raxel_shader::{Compiler, Request, Shader, ShaderSource, bytes_of};
 
 fn request(path: &str) -> Request {
@@ -112,18 +112,58 @@ void main() { o[I.x] = V.x + float(U) + (C ? 1.0 : 0.0) + float(-N % 2) + float(
 }
 
 #[test]
-fn buffer_references_are_addresses() {
-    let text = r"#version 460
-#extension GL_EXT_buffer_reference : require
-layout(buffer_reference, std430) buffer Node;
-layout(buffer_reference, std430) buffer Node { Node next; uint value; };
-layout(push_constant) uniform Push { Node first; vec2 scale; };
-buffer Out { uint o; };
-void main() { o = first.next.value + uint(scale.x); }
-";
-    let push = good("shaders/a.comp", text).interface.push.clone().unwrap();
-    assert_eq!(push.members[0].ty, Type::Scalar(Scalar::Address));
-    assert_eq!((push.members[1].offset, push.size), (8, 16));
+fn buffer_references_are_refused() {
+    // The compiler stops the process over this one.
+    let text = "#version 460\n#extension GL_EXT_buffer_reference : require\n\
+                layout(buffer_reference) buffer R { uint x; };\n\
+                buffer Out { uint o; };\nvoid main() { o = R(uvec2(1)).x; }\n";
+    let found = shader("shaders/a.comp", text).unwrap_err();
+    assert_eq!((found.len(), found[0].code.as_str()), (1, "RX0164"));
+    let place = found[0].labels[0].span.range.clone();
+    assert_eq!(&text[place], "buffer_reference");
+    let mut by_define = request("shaders/a.comp");
+    by_define.defines = vec![("Q".to_owned(), "buffer_reference".to_owned())];
+    let found = compile(&by_define, [("shaders/a.comp".to_owned(), text.replace("(buffer_reference)", "(Q)"))]);
+    assert_eq!(found.unwrap_err()[0].code.as_str(), "RX0164");
+}
+
+#[test]
+fn variables_are_counted() {
+    let text = |private: &str, shared: &str| {
+        format!(
+            "#version 460\nstruct Node {{ dvec2 a; ivec3 b; }};\nshared Node pool[{shared}];\nbuffer Out {{ int o[]; }};\n\
+             void main() {{ int large[{private}]; large[o[0]] = o[1]; pool[o[2]].b.x = 1; o[3] = large[o[4]]; }}\n"
+        )
+    };
+    let shared = |text: String| good("shaders/a.comp", text).interface.shared_bytes;
+    assert_eq!(shared(text("16000", "10")), 280);
+    assert_eq!(shared("#version 460\nbuffer Out { int o; };\nvoid main() { o = 1; }\n".to_owned()), 0);
+    let found = shader("shaders/a.comp", text("1000000000", "10")).unwrap_err();
+    assert_eq!(found[0].code.as_str(), "RX0204");
+    assert!(found[0].message.contains("take 40000000"), "{}", found[0].message);
+}
+
+#[test]
+fn bindings_have_places_of_their_own() {
+    let shared = "#version 460\nlayout(set = 7, binding = 9) buffer A { uint a; };\n\
+                  layout(set = 7, binding = 9) buffer B { uint b; };\nlayout(binding = 60000) uniform C { uint c; };\n\
+                  void main() { a = b + c; }\n";
+    let places = |shader: &Shader| -> Vec<_> {
+        shader.interface.bindings.iter().map(|b| (b.name.clone(), b.set, b.binding)).collect()
+    };
+    let from_text = good("shaders/a.comp", shared);
+    let expected = ["A", "B", "C"].map(str::to_owned);
+    assert_eq!(places(&from_text), expected.into_iter().zip(0..).map(|(name, i)| (name, 0, i)).collect::<Vec<_>>());
+    assert_eq!(raxel_gpu::validate_spirv(&from_text.spirv), Ok(()));
+    let registers = "RWTexture2D<float4> image : register(u0);\nStructuredBuffer<uint> nodes : register(t0);\n\
+                     cbuffer Settings : register(b0) { float4 tint; };\n[numthreads(1, 1, 1)]\n\
+                     void main() { image[int2(0, 0)] = tint * nodes[0]; }\n";
+    let found = places(&good("shaders/a.hlsl", registers));
+    let numbers: std::collections::BTreeSet<_> = found.iter().map(|(_, set, binding)| (*set, *binding)).collect();
+    assert_eq!((found.len(), numbers.len()), (3, 3), "{found:?}");
+    // Numbers that are good stay.
+    let kept = "#version 460\nlayout(set = 1, binding = 5) buffer A { uint a; };\nvoid main() { a = 1; }\n";
+    assert_eq!(places(&good("shaders/a.comp", kept)), [("A".to_owned(), 1, 5)]);
 }
 
 #[test]

@@ -129,4 +129,6 @@ declare! {
     ARGUMENTS_OUT_OF_RANGE = "RX0178";
     /// The debug target names a frame, mip or layer that is not there.
     PRESENT_OUT_OF_RANGE = "RX0179";
+    /// The shared variables of a workgroup exceed the device's.
+    SHARED_TOO_LARGE = "RX0180";
 }

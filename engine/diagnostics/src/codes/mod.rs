@@ -38,7 +38,8 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/errors");
         for entry in std::fs::read_dir(folder).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();
-            assert!(declared.contains(&name), "docs/errors/{name} is the page of no code");
+            let index = name == "README.md";
+            assert!(index || declared.contains(&name), "docs/errors/{name} is the page of no code");
         }
     }
 

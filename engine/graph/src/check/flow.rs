@@ -18,6 +18,10 @@ pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
 }
 
 fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<Diagnostic>) {
+    // What writes a resource that is itself wrong is not known.
+    if !resolved.resources[id.0 as usize].sound {
+        return;
+    }
     let resource = graph.resource(id);
     let accesses = || graph.passes.iter().flat_map(|pass| &pass.accesses).filter(|access| access.resource == id);
     let written = accesses().any(|access: &BoundAccess| access.access.writes());

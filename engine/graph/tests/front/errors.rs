@@ -245,6 +245,15 @@ fn flow() {
     check("flow", FLOW);
 }
 
+/// What writes a target that is itself wrong is not known, so nothing is said about it.
+#[test]
+fn a_wrong_target_is_not_unwritten_too() {
+    let project = Project::new().edit(BASE, "present = \"color\"", "present = \"half_depth\"");
+    let talk =
+        project.edit(BASE, r#"display = { map = "turbo", range = [0.0, 500.0] }"#, r#"display = "id""#).talk(BASE);
+    assert!(talk.contains("[RX0152]") && !talk.contains("[RX0162]"), "{talk}");
+}
+
 /// Every case gives its code, and all that is said about a family of them is one snapshot.
 fn check(family: &str, cases: &[Case]) {
     let mut said = String::new();

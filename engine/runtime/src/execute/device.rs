@@ -20,6 +20,7 @@ pub fn limits(device: &Device) -> Limits {
         workgroup_count: limits.max_compute_work_group_count,
         workgroup_size: limits.max_compute_work_group_size,
         workgroup_invocations: limits.max_compute_work_group_invocations,
+        shared_memory: limits.max_compute_shared_memory_size,
     }
 }
 

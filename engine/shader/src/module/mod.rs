@@ -2,14 +2,21 @@
 //! reflector, the driver) copes with a damaged module. Numbers and layouts are those of the SPIR-V 1.6 specification, sections 2.3
 //! (physical layout) and 3 (binary form).
 
+mod bindings;
 mod check;
+mod memory;
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
+pub(crate) use memory::Memory;
 use spirq::spirv::{BuiltIn, Capability, Decoration, ExecutionMode, Op};
 
 /// Largest module that is read, in words: 16 MiB.
 const MAX_WORDS: usize = 4 << 20;
+
+/// Most bytes of variables that each thread may have: more than any device keeps at hand, and software drivers take minutes and
+/// gigabytes to compile it.
+const MAX_PRIVATE: u64 = 64 << 10;
 
 const HEADER_WORDS: usize = 5;
 
@@ -22,6 +29,14 @@ pub(crate) enum ModuleError {
     /// Well formed as far as can be seen, but not for raxel.
     #[error("{0}")]
     Unsupported(String),
+    /// Threads with more variables than fit anywhere.
+    #[error("the variables of each thread take {bytes} bytes")]
+    TooMuch {
+        /// What they take.
+        bytes: u64,
+        /// What they may take.
+        limit: u64,
+    },
     /// There is no such entry point; the second value lists what there is.
     #[error("there is no compute entry point `{entry}`")]
     NoEntry {
@@ -60,6 +75,8 @@ pub(crate) struct Module<'w> {
     instructions: Vec<Instruction<'w>>,
     /// The function that the entry point is.
     entry: u32,
+    /// What its variables take.
+    memory: Memory,
 }
 
 /// Turns the bytes of a `.spv` file into words.
@@ -108,7 +125,11 @@ impl<'w> Module<'w> {
         check::functions(&instructions)?;
         check::types(&instructions)?;
         let entry = check::find_entry(&instructions, entry)?;
-        Ok(Self { words, instructions, entry })
+        let memory = memory::memory(&instructions);
+        if memory.private > MAX_PRIVATE {
+            return Err(ModuleError::TooMuch { bytes: memory.private, limit: MAX_PRIVATE });
+        }
+        Ok(Self { words, instructions, entry, memory })
     }
 
     /// The words up to the first function: all that says what the module's interface is. Computed constants that size nothing are
@@ -153,6 +174,11 @@ impl<'w> Module<'w> {
             .filter(|name| name != "Shader" && name != "Matrix")
             .collect();
         names.into_iter().collect()
+    }
+
+    /// What the variables take.
+    pub fn memory(&self) -> Memory {
+        self.memory
     }
 
     /// Workgroup size: three literals, or three ids of constants.
@@ -220,6 +246,16 @@ impl<'w> Module<'w> {
             }
         }
         used
+    }
+
+    /// The module with a place of its own for each binding; `None` when it has that already.
+    pub fn with_separate_bindings(&self) -> Option<Vec<u32>> {
+        let numbers = bindings::renumbered(&self.instructions, &self.used_ids())?;
+        let mut words = self.words[..HEADER_WORDS].to_vec();
+        for instruction in &self.instructions {
+            bindings::write(instruction, &numbers, &mut words);
+        }
+        Some(words)
     }
 
     fn of(&self, op: Op) -> impl Iterator<Item = &'w [u32]> {
