@@ -9,11 +9,13 @@ use shaderc::{
     SpirvVersion, TargetEnv,
 };
 
+use crate::fatal::{BUFFER_REFERENCE, buffer_reference};
+use crate::hlsl;
 use crate::lexer::{self, Token};
 use crate::limits;
 use crate::messages;
 use crate::request::Request;
-use crate::sources::{BUFFER_REFERENCE, Form, Sources, buffer_reference};
+use crate::sources::{Form, Sources};
 
 /// Changes when the same texts would give another module: part of every key.
 pub(crate) const VERSION: &str =
@@ -100,22 +102,25 @@ fn failure(path: &str, reason: &str) -> Diagnostic {
         .label(Span::new(path, 0..0), "in this shader")
 }
 
-fn is_hlsl(path: &str) -> bool {
+/// Whether a file is HLSL, by its name.
+pub(crate) fn is_hlsl(path: &str) -> bool {
     path.to_ascii_lowercase().ends_with(".hlsl")
 }
 
 /// What can be said better than by the compiler, or would make it stop the process.
-fn refusals(request: &Request, text: &str, hlsl: bool) -> Vec<Diagnostic> {
+fn refusals(request: &Request, text: &str, is_hlsl: bool) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let path = request.path.as_str();
     let tokens = lexer::tokens(text);
     let start = Span::new(path, 0..0);
     if tokens.is_empty() {
         found.push(Diagnostic::error(codes::shader::EMPTY, format!("`{path}` is empty")).label(start, "no text"));
-    } else if !hlsl {
+    } else if !is_hlsl {
         found.extend(version_refusal(path, text, &tokens));
+    } else if let Some((range, wrong)) = hlsl::mistake(request, text) {
+        found.push(Diagnostic::error(codes::shader::COMPILE, wrong).label(Span::new(path, range), "here"));
     }
-    if !hlsl && request.entry != "main" {
+    if !is_hlsl && request.entry != "main" {
         found.push(
             Diagnostic::error(
                 codes::shader::NO_ENTRY,

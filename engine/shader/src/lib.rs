@@ -2,7 +2,9 @@
 
 mod compile;
 mod compiler;
+mod fatal;
 pub mod format;
+mod hlsl;
 pub mod interface;
 mod lexer;
 pub mod library;

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use raxel_diagnostics::files::{self, join};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap, Span, codes};
 
+use crate::compile::is_hlsl;
 use crate::limits::Limits;
-use crate::{lexer, library};
+use crate::{fatal, lexer, library};
 
 /// Where shaders live in a project, and where `<…>` includes are looked for.
 const SHADERS: &str = "shaders";
@@ -16,18 +17,6 @@ const INCLUDE: &str = "shaders/include";
 const MAX_DEPTH: usize = 32;
 /// Most bytes that all texts of one shader may have together, counted as often as they are included.
 const MAX_BYTES: usize = 4 << 20;
-
-/// The layout qualifier of types that hold addresses.
-pub(crate) const BUFFER_REFERENCE: &str = "buffer_reference";
-
-/// The refusal of such types.
-pub(crate) fn buffer_reference(path: &str) -> Diagnostic {
-    Diagnostic::error(
-        codes::graph::CAPABILITY,
-        format!("`{path}` needs buffer references, which raxel does not switch on"),
-    )
-    .help("declare a `buffer` block and bind it by its name")
-}
 
 /// How an include is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -216,11 +205,9 @@ impl<'f> Sources<'f> {
                 Diagnostic::error(codes::shader::TOO_MUCH, message).label(Span::new(name, range), "more than this"),
             )
         })?;
-        // The compiler stops the process over some constants of such types.
-        match lexer::tokens(text).iter().find(|token| token.text == BUFFER_REFERENCE) {
-            Some(token) => Err(Box::new(
-                buffer_reference(name).label(Span::new(name, token.range()), "this is an address of the device"),
-            )),
+        let root = self.found.first().map_or(name, |root| &root.name);
+        match fatal::refusal(name, text, is_hlsl(root)) {
+            Some(diagnostic) => Err(Box::new(diagnostic)),
             None => Ok(()),
         }
     }
