@@ -1,6 +1,6 @@
 //! Which resource is shown, as text: `depth`, `color@1`, `pyramid,mip=2`, `cascades,layer=3`, `color,after=sky`.
 //!
-//! The same words are used by `--target`, by demos and by [`crate::Session::set_present`].
+//! A colon does for a comma. The same words are used by `--target`, by demos and by [`crate::Session::set_present`].
 
 use std::fmt;
 
@@ -65,7 +65,7 @@ impl Show {
     /// Reads the text.
     pub fn parse(text: &str) -> Result<Self, ShowError> {
         let wrong = |why: String| ShowError::Syntax { text: text.to_owned(), why };
-        let mut parts = text.split(',').map(str::trim);
+        let mut parts = text.split([',', ':']).map(str::trim);
         let head = parts.next().unwrap_or_default();
         let (name, age) = match head.split_once('@') {
             None => (head, 0),
@@ -161,6 +161,11 @@ impl fmt::Display for Show {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_colon_does_for_a_comma() {
+        assert_eq!(Show::parse("pyramid:mip=2:after=sky"), Show::parse("pyramid,mip=2,after=sky"));
+    }
 
     #[test]
     fn reads_what_it_writes() {

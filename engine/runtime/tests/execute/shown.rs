@@ -44,7 +44,8 @@ fn scalars_in_grey_and_in_colour() {
 #[test]
 fn vectors_ids_and_bytes() {
     let normal = picture("rgba16f", "display = \"normal\"", "vec4(-1.0, 0.0, 1.0, 0.0)");
-    assert_eq!(normal[0], [0, 128, 255, 255]);
+    // 127.5 is a tie, which devices round either way.
+    assert!(matches!(normal[0], [0, 127 | 128, 255, 255]), "{:?}", normal[0]);
     let raw = picture("rgba8", "", "vec4(p.x * 17, 255, 3, 255) / 255.0");
     assert_eq!(raw[5], [85, 255, 3, 255]);
     let ids = picture("r32ui", "", "uvec4(p.x)");
