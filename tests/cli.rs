@@ -171,3 +171,23 @@ fn shaders_are_written_as_modules() {
     let module = std::fs::read(folder.path().join("primary.primary.spv")).unwrap();
     assert_eq!(module[..4], [3, 2, 0x23, 7]);
 }
+
+/// glslang dereferences a null pointer over the second text. The child process dies of it, not this one.
+#[test]
+fn hlsl_that_stops_the_compiler_is_a_diagnostic() {
+    const GRAPH: &str = "name = 'h'\npresent = 'dst'\n[targets.dst]\nformat = 'r32f'\n[[passes]]\nname = 'p'\nshader = 'p.hlsl'\n\
+                         dispatch = { threads = 'dst' }\nbind = { dst = 'dst' }\n[passes.push]\nk = { type = 'f32', value = 0.5 }\n";
+    let shader = |value: &str| {
+        format!(
+            "struct Push {{ float k; }};\n[[vk::push_constant]] ConstantBuffer<Push> push;\n\
+             [[vk::image_format(\"r32f\")]] RWTexture2D<float> dst;\n[numthreads(8, 8, 1)]\n\
+             void main(uint3 id : SV_DispatchThreadID) {{ dst[id.xy] = {value}; }}\n"
+        )
+    };
+    let project = Project::empty();
+    project.write("graphs/h.toml", GRAPH).write("shaders/p.hlsl", shader("push.k"));
+    project.raxel(&["check", "graphs/h.toml"]).exits(0);
+    project.write("shaders/p.hlsl", shader("push.k ++ .y"));
+    let run = project.raxel(&["check", "graphs/h.toml"]).exits(3);
+    assert!(run.stdout.contains("RX0210") && run.stdout.contains("shaders/p.hlsl"), "{}", run.stdout);
+}

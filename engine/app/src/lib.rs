@@ -6,6 +6,7 @@ mod failure;
 mod front;
 mod output;
 mod panic;
+mod rehearsal;
 mod session;
 mod talk;
 mod verbs;
@@ -17,7 +18,11 @@ use clap::Parser;
 
 /// Runs the command line of this process and gives its exit code (see [`failure::Exit`]).
 pub fn main() -> ExitCode {
+    if let Some(code) = rehearsal::of_this_process() {
+        return code;
+    }
     panic::install();
+    rehearsal::install();
     let cli = args::Cli::parse();
     let talk = talk::Talk::new(&cli);
     match verbs::run(cli, &talk) {

@@ -14,6 +14,7 @@ use crate::hlsl;
 use crate::lexer::{self, Token};
 use crate::limits;
 use crate::messages;
+use crate::rehearsal;
 use crate::request::Request;
 use crate::sources::{Form, Sources};
 
@@ -53,23 +54,17 @@ fn run(
     hlsl: bool,
     sources: &mut Sources<'_>,
 ) -> Option<Vec<u32>> {
-    let state = RefCell::new(sources);
-    let result = options(request, hlsl).and_then(|mut options| {
-        options.set_include_callback(|requested, form, includer, depth| {
-            let form = match form {
-                IncludeType::Relative => Form::Quoted,
-                IncludeType::Standard => Form::Angled,
-            };
-            // shaderc calls back on this thread, one include at a time, and never from inside the callback.
-            let mut sources = state.borrow_mut();
-            match sources.include(requested, form, includer, depth) {
-                Some((name, text)) => Ok(ResolvedInclude { resolved_name: name, content: text.to_string() }),
-                None => Err(INCLUDE_FAILED.to_owned()),
-            }
-        });
+    if hlsl && !rehearsal::survived(shaderc, request, text, &mut sources.fresh()) {
+        sources.diagnostics.push(
+            failure(&request.path, "it would stop the process over a mistake that it does not report")
+                .help("take back the last edit, and look for an operator or a member that makes no sense"),
+        );
+        return None;
+    }
+    let state = RefCell::new(&mut *sources);
+    let result = with_includes(request, hlsl, &state).and_then(|options| {
         shaderc.compile_into_spirv(text, ShaderKind::Compute, &request.path, &request.entry, Some(&options))
     });
-    let sources = state.into_inner();
     match result {
         Ok(module) => {
             let found = messages::diagnostics(&module.get_warning_messages(), sources);
@@ -93,6 +88,39 @@ fn run(
             None
         }
     }
+}
+
+/// The text with its includes and macros written out. `None` when there is an error in that.
+pub(crate) fn preprocess(
+    shaderc: &shaderc::Compiler,
+    request: &Request,
+    text: &str,
+    sources: &mut Sources<'_>,
+) -> Option<String> {
+    let state = RefCell::new(sources);
+    let options = with_includes(request, is_hlsl(&request.path), &state).ok()?;
+    Some(shaderc.preprocess(text, &request.path, &request.entry, Some(&options)).ok()?.as_text())
+}
+
+/// The options, with includes read from `sources`.
+fn with_includes<'a>(
+    request: &Request,
+    hlsl: bool,
+    sources: &'a RefCell<&mut Sources<'_>>,
+) -> Result<CompileOptions<'a>, shaderc::Error> {
+    let mut options = options(request, hlsl)?;
+    options.set_include_callback(|requested, form, includer, depth| {
+        let form = match form {
+            IncludeType::Relative => Form::Quoted,
+            IncludeType::Standard => Form::Angled,
+        };
+        // shaderc calls back on this thread, one include at a time, and never from inside the callback.
+        match sources.borrow_mut().include(requested, form, includer, depth) {
+            Some((name, text)) => Ok(ResolvedInclude { resolved_name: name, content: text.to_string() }),
+            None => Err(INCLUDE_FAILED.to_owned()),
+        }
+    });
+    Ok(options)
 }
 
 const INCLUDE_FAILED: &str = "raxel cannot include this";
@@ -183,7 +211,7 @@ fn is_identifier(name: &str) -> bool {
         && name.chars().all(|c| c == '_' || c.is_ascii_alphanumeric())
 }
 
-fn options<'a>(request: &Request, hlsl: bool) -> Result<CompileOptions<'a>, shaderc::Error> {
+pub(crate) fn options<'a>(request: &Request, hlsl: bool) -> Result<CompileOptions<'a>, shaderc::Error> {
     let mut options = CompileOptions::new()?;
     // SPIR-V 1.5: version 1.6, the default of Vulkan 1.3, has `LocalSizeId`, which needs a device feature.
     options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);

@@ -13,9 +13,11 @@ mod messages;
 mod module;
 mod places;
 mod reflect;
+mod rehearsal;
 mod request;
 mod sources;
 
 pub use compiler::{Compiler, Validate};
 pub use module::bytes_of;
+pub use rehearsal::{Rehearse, rehearse_hlsl, rehearse_hlsl_with};
 pub use request::{Request, Shader, ShaderSource};

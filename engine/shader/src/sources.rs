@@ -76,6 +76,11 @@ impl<'f> Sources<'f> {
         }
     }
 
+    /// The same files, of which nothing has been read yet.
+    pub fn fresh(&self) -> Self {
+        Self::new(self.files)
+    }
+
     /// Reads the shader itself.
     pub fn root(&mut self, path: &str) -> Result<Arc<str>, Box<Diagnostic>> {
         let text = self.read(path, None)?.ok_or_else(|| Box::new(FileError::NotFound.diagnostic(path, None)))?;
