@@ -67,43 +67,13 @@ uint rx_chunk_voxel(uint voxels, ivec3 cell) {
     return (world.words[voxels + (index >> 1)] >> ((index & 1u) * 16u)) & 0xffffu;
 }
 
-uint rx_material(ivec3 cell) {
+// A chunk is looked for once; then the ray walks as far as it is in it, voxel by voxel.
+uint rx_look(ivec3 cell, out uint log2_free) {
     uint voxels = rx_find_chunk(cell >> 5);
+    log2_free = voxels == RX_NO_CHUNK ? 5u : 0u;
     return voxels == RX_NO_CHUNK ? 0u : rx_chunk_voxel(voxels, cell);
 }
 
-bool rx_trace(RxRay ray, out RxHit hit) {
-    hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
-    RxWalk walk;
-    if (!rx_walk_begin(ray, world.origin, world.log2_size, walk)) return false;
-    float t_end = rx_walk_t_end(walk, ray);
-    uint outside = ~((1u << world.log2_size) - 1u);
-
-    uint shift = 0u, material = 0u;
-    bool gone = false, unsure = false;
-
-    // Every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
-    uint rounds = world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
-    do {
-        // A chunk is looked for once; then the ray walks as far as it is in it.
-        uvec3 chunk = walk.q >> 5;
-        uint voxels = rx_find_chunk((world.origin + ivec3(walk.q ^ walk.flip)) >> 5);
-        shift = voxels == RX_NO_CHUNK ? 5u : 0u;
-        for (unsure = false; !unsure && walk.q >> 5 == chunk; ++hit.steps) {
-            if (voxels != RX_NO_CHUNK) material = rx_chunk_voxel(voxels, world.origin + ivec3(walk.q ^ walk.flip));
-            if (material != 0u) break;
-            unsure = !rx_walk_step(walk, shift);
-        }
-        if (unsure) rx_walk_settle(walk, shift);
-        gone = ((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > t_end;
-    } while (material == 0u && !gone && hit.steps < rounds);
-
-    if (material == 0u) return false;
-    uint steps = hit.steps + 1u;
-    bool within = rx_walk_hit(walk, ray, world.origin, hit);
-    hit.material = material;
-    hit.steps = steps;
-    return within;
-}
+#include "trace.glsl"
 
 #endif

@@ -1,0 +1,52 @@
+// rx_trace for every layout that can look at a cell. Such a layout declares its block `world`, which has `origin` and `log2_size`, and
+//
+//     uint rx_look(ivec3 cell, out uint log2_free);
+//
+// the material of the voxel at `cell`; or 0, and then the cube of 2^log2_free voxels a side that holds the cell, aligned from
+// world.origin, has no solid voxel. `cell` lies in the world's cube. The larger that cube, the fewer the steps; exactness does not
+// depend on it.
+#ifndef RAXEL_TRACE_GLSL
+#define RAXEL_TRACE_GLSL
+
+#include "walk.glsl"
+
+bool rx_in_world(ivec3 cell) {
+    uvec3 c = uvec3(cell) - uvec3(world.origin);
+    return ((c.x | c.y | c.z) >> world.log2_size) == 0u;
+}
+
+uint rx_material(ivec3 cell) {
+    uint log2_free;
+    return rx_in_world(cell) ? rx_look(cell, log2_free) : 0u;
+}
+
+bool rx_trace(RxRay ray, out RxHit hit) {
+    hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
+    RxWalk walk;
+    if (!rx_walk_begin(ray, world.origin, world.log2_size, walk)) return false;
+    float t_end = rx_walk_t_end(walk, ray);
+    uint outside = ~((1u << world.log2_size) - 1u);
+
+    uint log2_free = 0u, material = 0u;
+    bool unsure = false;
+    // Every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
+    uint rounds = world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
+    do {
+        for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
+            if (((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > t_end) break;
+            material = rx_look(world.origin + ivec3(walk.q ^ walk.flip), log2_free);
+            if (material != 0u) break;
+            unsure = !rx_walk_step(walk, log2_free);
+        }
+        if (unsure) rx_walk_settle(walk, log2_free);
+    } while (unsure);
+
+    if (material == 0u) return false;
+    uint steps = hit.steps + 1u;
+    bool within = rx_walk_hit(walk, ray, world.origin, hit);
+    hit.material = material;
+    hit.steps = steps;
+    return within;
+}
+
+#endif
