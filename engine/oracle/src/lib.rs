@@ -19,6 +19,7 @@
 //! and [`port`] is the GPU tracer of the layout `tree64`, line by line, over the very buffer the GPU gets.
 
 pub mod brute;
+pub mod camera;
 pub mod exact;
 mod lattice;
 pub mod metrics;

@@ -1,14 +1,39 @@
 // Rays of a pinhole camera, from the values that a graph pushes with `from = "camera.…"`.
+//
+// A direction takes additions and multiplications only, each rounded by itself (`precise`): the bits are the same on every device,
+// and in raxel_oracle::camera, so that what a picture shows can be judged ray by ray.
 #ifndef RAXEL_CAMERA_GLSL
 #define RAXEL_CAMERA_GLSL
 
 #include "ray.glsl"
 
+// 1 / sqrt(x) to about two ulp, for x in 1e-30 to 1e30: three Newton steps from the exponent's first guess.
+float rx_inverse_root(float x) {
+    precise float y = uintBitsToFloat(0x5f3759dfu - (floatBitsToUint(x) >> 1));
+    for (int i = 0; i < 3; ++i) {
+        precise float square = (0.5 * x * y) * y;
+        y = y * (1.5 - square);
+    }
+    return y;
+}
+
 // Direction in world space, of length 1, through a place on the output. `pixel` is in pixels from the top left; add 0.5 to an
 // index for its middle.
 vec3 rx_camera_direction(mat4 view_to_world, vec2 tan_half_fov, vec2 pixel, vec2 size) {
-    vec2 ndc = vec2(2.0, -2.0) * (pixel / size) + vec2(-1.0, 1.0);
-    return normalize(mat3(view_to_world) * vec3(ndc * tan_half_fov, -1.0));
+    // In view space, times width and height, so that nothing is divided.
+    precise vec2 from_middle = vec2(2.0, -2.0) * pixel + vec2(-size.x, size.y);
+    precise vec2 view = from_middle * (tan_half_fov * size.yx);
+    precise float ahead = size.x * size.y;
+    precise vec3 right = view_to_world[0].xyz * view.x;
+    precise vec3 up = view_to_world[1].xyz * view.y;
+    precise vec3 back = view_to_world[2].xyz * ahead;
+    precise vec3 sum = right + up;
+    precise vec3 dir = sum - back;
+    precise vec3 squares = dir * dir;
+    precise float length_squared = squares.x + squares.y;
+    length_squared = length_squared + squares.z;
+    precise vec3 unit = dir * rx_inverse_root(length_squared);
+    return unit;
 }
 
 // The ray through the middle of a pixel. `cell` and `frac` are camera.cell and camera.frac.
