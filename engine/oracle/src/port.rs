@@ -10,7 +10,8 @@ const WALK_ERROR: f32 = 1.0 / 1_048_576.0;
 const NEVER: f32 = 1.0e38;
 const FRAC_STEP: f32 = 1.0 / 16_777_216.0;
 const DIR_STEP: f32 = 1.0 / 1_073_741_824.0;
-const SOLID_LINK: u32 = 0x8000_0000;
+const FILLED: u32 = 0x8000_0000;
+const UNIFORM: u32 = 0x4000_0000;
 
 /// The exact walk of a lattice ray through a cube; see `walk.glsl`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -269,8 +270,33 @@ pub struct Tree64<'a> {
     words: &'a [u32],
 }
 
-/// A node: mask and link.
-type Node = (u64, u32);
+/// Occupancy of the children of a node.
+type Mask = u64;
+
+/// A node of 16³ voxels or more.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    mask: Mask,
+    children: u32,
+    material: u32,
+}
+
+fn child_of(q: [u32; 3], height: u32) -> u32 {
+    let [x, y, z] = q.map(|q| q >> (2 * height - 2) & 3);
+    x | z << 2 | y << 4
+}
+
+fn has_child(mask: Mask, child: u32) -> bool {
+    mask >> child & 1 != 0
+}
+
+fn child_rank(mask: Mask, child: u32) -> u32 {
+    (mask & ((1 << child) - 1)).count_ones()
+}
+
+fn free_octet(mask: Mask, child: u32) -> bool {
+    mask >> (child & 42) & 0x0033_0033 == 0
+}
 
 impl<'a> Tree64<'a> {
     /// Reads a buffer that [`raxel_world::layout::Layout::encode`] wrote.
@@ -279,47 +305,56 @@ impl<'a> Tree64<'a> {
         Self { header: *bytemuck::from_bytes(bytemuck::cast_slice(header)), words }
     }
 
+    fn mask_at(&self, word: usize) -> Mask {
+        u64::from(self.words[word]) | u64::from(self.words[word + 1]) << 32
+    }
+
     fn node(&self, at: u32) -> Node {
-        let at = at as usize;
-        (u64::from(self.words[at]) | u64::from(self.words[at + 1]) << 32, self.words[at + 2])
+        let at = 4 * at as usize;
+        Node { mask: self.mask_at(at), children: self.words[at + 2], material: self.words[at + 3] }
     }
 
-    fn child(q: [u32; 3], height: u32) -> u32 {
-        let [x, y, z] = q.map(|q| q >> (2 * height - 2) & 3);
-        x | z << 2 | y << 4
+    fn leaf(&self, leaf: u32) -> Mask {
+        self.mask_at(2 * leaf as usize)
     }
 
-    fn rank(mask: u64, child: u32) -> u32 {
-        (mask & ((1 << child) - 1)).count_ones()
-    }
-
-    fn child_material(&self, (mask, link): Node, child: u32) -> u32 {
-        if link & SOLID_LINK != 0 {
+    fn leaf_material(&self, material: u32, rank: u32, leaf: Mask, voxel: u32) -> u32 {
+        if material & (FILLED | UNIFORM) != 0 {
+            return material & 0xffff;
+        }
+        let link = self.words[(material + rank) as usize];
+        if link & UNIFORM != 0 {
             return link & 0xffff;
         }
-        let half_word = link + Self::rank(mask, child);
+        let half_word = link + child_rank(leaf, voxel);
         self.words[(half_word >> 1) as usize] >> ((half_word & 1) * 16) & 0xffff
     }
 
     /// Material of a voxel, 0 for air: `rx_material`.
     pub fn material(&self, cell: [i32; 3]) -> u32 {
         let c = [0, 1, 2].map(|i| (cell[i] as u32).wrapping_sub(self.header.origin[i] as u32));
-        if c.iter().any(|c| *c >= 1 << self.header.log2_size) {
+        if (c[0] | c[1] | c[2]) >> self.header.log2_size != 0 {
             return 0;
         }
-        let mut at = self.header.root;
-        for height in (1..=self.header.log2_size >> 1).rev() {
-            let node @ (mask, link) = self.node(at);
-            let child = Self::child(c, height);
-            if mask >> child & 1 == 0 {
+        let mut node = self.node(self.header.root);
+        let mut height = self.header.log2_size >> 1;
+        loop {
+            let child = child_of(c, height);
+            if !has_child(node.mask, child) {
                 return 0;
             }
-            if height == 1 || link & SOLID_LINK != 0 {
-                return self.child_material(node, child);
+            if node.material & FILLED != 0 {
+                return node.material & 0xffff;
             }
-            at = link + 3 * Self::rank(mask, child);
+            let rank = child_rank(node.mask, child);
+            if height == 2 {
+                let leaf = self.leaf(node.children + rank);
+                let voxel = child_of(c, 1);
+                return if has_child(leaf, voxel) { self.leaf_material(node.material, rank, leaf, voxel) } else { 0 };
+            }
+            node = self.node(node.children + rank);
+            height -= 1;
         }
-        0
     }
 
     /// First solid voxel along a ray: `rx_trace`.
@@ -335,21 +370,32 @@ impl<'a> Tree64<'a> {
         let mut node = self.node(at);
         let rounds = if log2_size < 30 { 4 << log2_size } else { u32::MAX };
         for i in 1..rounds {
-            let mut child = Self::child(walk.q, height) ^ mirror;
-            while node.0 >> child & 1 != 0 {
-                if height == 1 || node.1 & SOLID_LINK != 0 {
-                    let hit = walk.hit(ray, self.header.origin)?;
-                    return Some(Hit { material: self.child_material(node, child), steps: i, ..hit });
-                }
+            let mut child = child_of(walk.q, height) ^ mirror;
+            let mut occupied = has_child(node.mask, child);
+            while occupied && height > 2 && node.material & FILLED == 0 {
                 ancestors[height as usize] = at;
-                at = node.1 + 3 * Self::rank(node.0, child);
+                at = node.children + child_rank(node.mask, child);
                 height -= 1;
                 node = self.node(at);
-                child = Self::child(walk.q, height) ^ mirror;
+                child = child_of(walk.q, height) ^ mirror;
+                occupied = has_child(node.mask, child);
             }
-            let empty_cube = node.0 >> (child & 0x2a) & 0x0033_0033 == 0;
+            let (mut mask, mut shift) = (node.mask, 2 * height - 2);
+            if occupied {
+                let (mut rank, mut leaf, mut voxel) = (0, 0, 0);
+                if node.material & FILLED == 0 {
+                    rank = child_rank(node.mask, child);
+                    leaf = self.leaf(node.children + rank);
+                    voxel = child_of(walk.q, 1) ^ mirror;
+                }
+                if node.material & FILLED != 0 || has_child(leaf, voxel) {
+                    let material = self.leaf_material(node.material, rank, leaf, voxel);
+                    return walk.hit(ray, self.header.origin).map(|hit| Hit { material, steps: i, ..hit });
+                }
+                (mask, child, shift) = (leaf, voxel, 0);
+            }
             let before = walk.q;
-            walk.step(2 * height - 2 + u32::from(empty_cube));
+            walk.step(shift + u32::from(free_octet(mask, child)));
             if (walk.q[0] | walk.q[1] | walk.q[2]) >> log2_size != 0 || walk.t > t_end {
                 return None;
             }

@@ -1,10 +1,10 @@
 //! Encodings hold exactly the world's voxels, in the documented format and size, or say why they cannot.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::IVec3;
 use proptest::prelude::*;
-use raxel_world::layout::{ChunksHeader, Encoded, Layout, LayoutError, MATERIAL_WORDS, Tree64Header};
+use raxel_world::layout::{BvhHeader, ChunksHeader, Encoded, Layout, LayoutError, MATERIAL_WORDS, Tree64Header};
 use raxel_world::{Material, World, child_cell};
 
 type Voxels = BTreeMap<[i32; 3], u16>;
@@ -27,30 +27,65 @@ fn encode(layout: Layout, world: &World) -> Encoded {
 fn tree64_voxels(buffer: &[u32]) -> Voxels {
     let (header, words) = buffer.split_at(Tree64Header::WORDS as usize);
     let header: &Tree64Header = bytemuck::from_bytes(bytemuck::cast_slice(header));
+    let mask_at = |word: usize| u64::from(words[word]) | u64::from(words[word + 1]) << 32;
     let mut voxels = Voxels::new();
     let mut todo = vec![(header.root, header.log2_size / 2, header.origin.map(i64::from))];
-    while let Some((at, height, corner)) = todo.pop() {
-        let at = at as usize;
-        let mask = u64::from(words[at]) | u64::from(words[at + 1]) << 32;
-        let link = words[at + 2];
+    while let Some((node, height, corner)) = todo.pop() {
+        let at = 4 * node as usize;
+        let [children, material] = [words[at + 2], words[at + 3]];
         let size = 1i64 << (2 * height - 2);
-        for (rank, child) in (0..64).filter(|child| mask >> child & 1 == 1).enumerate() {
+        for (rank, child) in occupied(mask_at(at)).enumerate() {
             let cell = child_cell(child).map(i64::from);
             let corner: [i64; 3] = std::array::from_fn(|i| corner[i] + cell[i] * size);
-            if link >> 31 == 1 {
+            let mut fill = |corner: [i64; 3], size: i64, material: u32| {
                 for i in 0..size.pow(3) {
                     let voxel = [corner[0] + i % size, corner[1] + i / size % size, corner[2] + i / size / size];
-                    voxels.insert(voxel.map(|c| c as i32), link as u16);
+                    voxels.insert(voxel.map(|c| c as i32), material as u16);
                 }
-            } else if height == 1 {
-                let half = link as usize + rank;
-                voxels.insert(corner.map(|c| c as i32), (words[half / 2] >> (16 * (half % 2))) as u16);
+            };
+            if material >> 31 == 1 {
+                fill(corner, size, material);
+            } else if height > 2 {
+                todo.push((children + rank as u32, height - 1, corner));
             } else {
-                todo.push((link + 3 * rank as u32, height - 1, corner));
+                let link = if material >> 30 == 1 { material } else { words[material as usize + rank] };
+                for (rank, voxel) in occupied(mask_at(2 * (children as usize + rank))).enumerate() {
+                    let half = link as usize + rank;
+                    let one = || words[half / 2] >> (16 * (half % 2));
+                    let cell = child_cell(voxel).map(i64::from);
+                    fill(std::array::from_fn(|i| corner[i] + cell[i]), 1, if link >> 30 == 1 { link } else { one() });
+                }
             }
         }
     }
     voxels
+}
+
+fn occupied(mask: u64) -> impl Iterator<Item = u32> {
+    (0..64).filter(move |child| mask >> child & 1 == 1)
+}
+
+/// Every 4³ block of the halo, in blocks, by its format alone.
+fn tree64_halo(buffer: &[u32]) -> BTreeSet<[i64; 3]> {
+    let (header, words) = buffer.split_at(Tree64Header::WORDS as usize);
+    let header: &Tree64Header = bytemuck::from_bytes(bytemuck::cast_slice(header));
+    let mask_at = |word: usize| u64::from(words[word]) | u64::from(words[word + 1]) << 32;
+    let mut blocks = BTreeSet::new();
+    let mut todo = vec![(4 * header.halo as usize, header.log2_size / 2, header.origin.map(|c| i64::from(c) >> 2))];
+    while let Some((at, height, corner)) = todo.pop() {
+        for (rank, child) in occupied(mask_at(at)).enumerate() {
+            let cell = child_cell(child).map(i64::from);
+            let size = 1i64 << (2 * height - 4);
+            let corner: [i64; 3] = std::array::from_fn(|i| corner[i] + cell[i] * size);
+            if height == 2 {
+                blocks.insert(corner);
+                continue;
+            }
+            let first = words[at + 2] as usize;
+            todo.push((if height == 3 { 2 * (first + rank) } else { 4 * (first + rank) }, height - 1, corner));
+        }
+    }
+    blocks
 }
 
 /// Every voxel of a list of chunks, by its format alone.
@@ -71,10 +106,50 @@ fn chunks_voxels(buffer: &[u32]) -> Voxels {
     voxels
 }
 
+/// Every voxel of a tree of boxes, by its format alone; each lies in the boxes above it.
+fn bvh_voxels(buffer: &[u32]) -> Voxels {
+    let (header, words) = buffer.split_at(BvhHeader::WORDS as usize);
+    let header: &BvhHeader = bytemuck::from_bytes(bytemuck::cast_slice(header));
+    let mut voxels = Voxels::new();
+    let mut nodes = 0;
+    let mut blocks = 0;
+    let mut todo = vec![(header.nodes_at as usize, [0; 3], [u32::MAX; 3], 1)];
+    while let Some((at, low, last, depth)) = todo.pop() {
+        assert!(depth <= 32, "deeper than the shader's stack");
+        nodes += 1;
+        let node = &words[at..at + 8];
+        let within = |corner: &[u32]| (0..3).all(|i| (low[i]..=last[i]).contains(&corner[i]));
+        assert!(within(&node[..3]) && within(&node[4..7]), "{node:?} in {low:?} to {last:?}");
+        let (low, last): ([u32; 3], [u32; 3]) = (node[..3].try_into().unwrap(), node[4..7].try_into().unwrap());
+        if node[7] & 3 != 3 {
+            todo.extend([(at + 8, low, last, depth + 1), (node[3] as usize, low, last, depth + 1)]);
+            continue;
+        }
+        for block in words[node[3] as usize..][..6 * (node[7] >> 2) as usize].chunks(6) {
+            blocks += 1;
+            let mask = u64::from(block[3]) | u64::from(block[4]) << 32;
+            for (rank, bit) in (0..64).filter(|bit| mask >> bit & 1 == 1).enumerate() {
+                let cell: [u32; 3] = std::array::from_fn(|i| block[i] + child_cell(bit)[i]);
+                assert!((0..3).all(|i| (low[i]..=last[i]).contains(&cell[i])), "{cell:?} in {low:?} to {last:?}");
+                let half = block[5] as usize + rank;
+                let uniform = block[5] >> 31 == 1;
+                let material = if uniform { block[5] as u16 } else { (words[half / 2] >> (16 * (half % 2))) as u16 };
+                voxels.insert(
+                    std::array::from_fn(|i| (i64::from(header.origin[i]) + i64::from(cell[i])) as i32),
+                    material,
+                );
+            }
+        }
+    }
+    assert_eq!([nodes, blocks], [header.node_count, header.block_count]);
+    voxels
+}
+
 fn voxels_of(layout: Layout, encoded: &Encoded) -> Voxels {
     match layout {
         Layout::Tree64 => tree64_voxels(&encoded.words),
         Layout::Chunks => chunks_voxels(&encoded.words),
+        Layout::Bvh => bvh_voxels(&encoded.words),
     }
 }
 
@@ -112,7 +187,32 @@ fn the_ends_of_the_coordinates_are_kept() {
 fn an_empty_world_is_encoded() {
     check(&Voxels::new(), 0);
     let words = encode(Layout::Tree64, &World::empty()).words;
-    assert_eq!(words.len() as u32, Tree64Header::WORDS + MATERIAL_WORDS + 3);
+    // Two empty roots.
+    assert_eq!(words.len() as u32, Tree64Header::WORDS + MATERIAL_WORDS + 8);
+}
+
+#[test]
+fn the_halo_is_every_block_that_touches_an_occupied_one() {
+    let ends = |corner: i32| Voxels::from([([corner; 3], 1)]);
+    let pillar = filled([-5, 61, 3], [3, 70, 1], |_| 1);
+    for voxels in [ends(0), ends(63), ends(-64), ends(i32::MIN), ends(i32::MAX), pillar, filled([60; 3], [9; 3], |_| 1)]
+    {
+        let words = encode(Layout::Tree64, &world(&voxels, 1)).words;
+        let header: &Tree64Header = bytemuck::from_bytes(bytemuck::cast_slice(&words[..Tree64Header::WORDS as usize]));
+        let mut expected = BTreeSet::new();
+        for block in voxels.keys().map(|cell| cell.map(|c| i64::from(c) >> 2)).collect::<BTreeSet<_>>() {
+            for step in (0..27).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1]) {
+                let near: [i64; 3] = std::array::from_fn(|i| block[i] + step[i]);
+                let inside = |i: usize| {
+                    (0..1 << (header.log2_size - 2)).contains(&(near[i] - (i64::from(header.origin[i]) >> 2)))
+                };
+                if (0..3).all(inside) {
+                    expected.insert(near);
+                }
+            }
+        }
+        assert!(tree64_halo(&words) == expected, "{:?}", voxels.first_key_value());
+    }
 }
 
 #[test]
@@ -151,7 +251,8 @@ fn equal_chunks_are_stored_once() {
         many.extend(one.iter().map(|(cell, material)| ([cell[0] + 64 * i, cell[1], cell[2]], *material)));
     }
     check(&many, 2);
-    for &layout in Layout::ALL {
+    // A tree of boxes says of every block where it is.
+    for &layout in Layout::ALL.iter().filter(|layout| **layout != Layout::Bvh) {
         let sizes = [&one, &many].map(|voxels| encode(layout, &world(voxels, 2)).words.len());
         assert!(sizes[1] < sizes[0] + 320, "{}: {sizes:?}", layout.name());
     }
@@ -180,7 +281,8 @@ fn blocks_are_the_rust_headers() {
         assert_eq!(Layout::from_name(layout.name()), Some(layout));
         let block = layout.block();
         let array = block.last().expect("members");
-        assert_eq!((array.name, array.offset, array.stride), ("words", 4 * Tree64Header::WORDS, Some(4)));
+        let elements = if layout == Layout::Tree64 { ("quads", "uvec4", 16) } else { ("words", "uint", 4) };
+        assert_eq!((array.name, array.ty, array.stride), (elements.0, elements.1, Some(elements.2)));
         // std430: every member at its alignment, and none overlaps the next.
         for pair in block.windows(2) {
             let (align, size) = if pair[0].ty == "ivec3" { (16, 12) } else { (4, 4) };

@@ -10,14 +10,22 @@ struct RxMaterial {
     float transparency;  // 0 opaque, 1 clear
 };
 
+// A word of the world, from the first one behind the header. Layouts that read four at a time define RX_QUADS.
+uint rx_word(uint at) {
+#ifdef RX_QUADS
+    return world.quads[at >> 2][at & 3u];
+#else
+    return world.words[at];
+#endif
+}
+
 // 8 words a material: albedo, roughness, metallic, emission, transparency, one unused. An unknown index is pink.
 RxMaterial rx_material_properties(uint material) {
     if (material >= world.material_count) return RxMaterial(vec3(1.0, 0.0, 0.5), 1.0, 0.0, 0.0, 0.0);
     uint at = world.materials_at + 8u * material;
-    return RxMaterial(vec3(uintBitsToFloat(world.words[at]), uintBitsToFloat(world.words[at + 1u]),
-                           uintBitsToFloat(world.words[at + 2u])),
-                      uintBitsToFloat(world.words[at + 3u]), uintBitsToFloat(world.words[at + 4u]),
-                      uintBitsToFloat(world.words[at + 5u]), uintBitsToFloat(world.words[at + 6u]));
+    float word[7];
+    for (uint i = 0u; i < 7u; ++i) word[i] = uintBitsToFloat(rx_word(at + i));
+    return RxMaterial(vec3(word[0], word[1], word[2]), word[3], word[4], word[5], word[6]);
 }
 
 #endif

@@ -1,9 +1,15 @@
 // Layout `tree64`: a sparse tree in which every node splits its cube into 4 x 4 x 4.
 //
-// A node is three words: a mask of its occupied children (two words; child x + 4z + 16y), and a link. With the top bit set, every
-// occupied child is filled with the material in the link's low 16 bits. Otherwise the link of a node of voxels says where the
-// materials of its voxels begin (in halfwords), and that of any other node where its occupied children begin (in words);
-// both are packed without gaps, in the order of the mask.
+// A node of 16^3 voxels or more is four words, read at once: a mask of its occupied children (two words; child x + 4z + 16y), the
+// address of the first of them, packed without gaps in the order of the mask, and what its voxels are made of. The children of a
+// node of 16^3 are leaves, which are nothing but a mask of their 4^3 voxels (two words). The last word of a node is
+//
+//     RX_FILLED | material     every occupied child is full, and of that material: there are no children in the buffer
+//     RX_UNIFORM | material    (16^3) every voxel below is of that material
+//     word                     (16^3) where the links of its leaves begin: RX_UNIFORM | material, or the halfword where the
+//                              materials of the leaf's voxels begin, in the order of its mask
+//
+// The halo is a second tree of the same kind over the 4^3 blocks that are occupied or touch one that is; see beam.glsl.
 //
 // The idea and the 2^3 skips are from "A guide to fast voxel ray tracing using sparse 64-trees" (dubiousconst282, 2024); the
 // stepping is walk.glsl's, so no hit depends on rounding.
@@ -17,16 +23,18 @@ layout(std430) readonly buffer RxWorld {
     uint material_count;
     ivec3 bounds_last;
     uint materials_at;    // word of the first material
-    uint root;            // word of the root node
+    uint root;            // the root node, in nodes
+    uint halo;            // the halo's root node, in nodes
     uint node_count;
-    uint attributes_at;   // word where the materials of voxels begin
-    uint attribute_count; // in halfwords
-    uint words[];
+    uint leaf_count;
+    uvec4 quads[];
 } world;
 
+#define RX_QUADS
 #include "material.glsl"
 
-const uint RX_SOLID_LINK = 0x80000000u;
+const uint RX_FILLED = 0x80000000u;
+const uint RX_UNIFORM = 0x40000000u;
 
 // Child of a node of height h (its cube has 4^h voxels a side) that holds cell q.
 uint rx_child(uvec3 q, uint height) {
@@ -44,26 +52,43 @@ uint rx_child_rank(uvec2 mask, uint child) {
     return child >= 32u ? uint(bitCount(mask.x) + bitCount(mask.y & below)) : uint(bitCount(mask.x & below));
 }
 
-// Material of an occupied child that is a voxel, or in a node with RX_SOLID_LINK.
-uint rx_child_material(uint link, uvec2 mask, uint child) {
-    if ((link & RX_SOLID_LINK) != 0u) return link & 0xffffu;
-    uint half_word = link + rx_child_rank(mask, child);
-    return (world.words[half_word >> 1] >> ((half_word & 1u) * 16u)) & 0xffffu;
+// The 2^3 children that `child` makes an aligned cube with are empty.
+bool rx_free_octet(uvec2 mask, uint child) {
+    uint corner = child & 42u;
+    return (((corner >= 32u ? mask.y : mask.x) >> (corner & 31u)) & 0x00330033u) == 0u;
+}
+
+// Mask of a leaf.
+uvec2 rx_leaf(uint leaf) {
+    uvec4 pair = world.quads[leaf >> 1];
+    return (leaf & 1u) != 0u ? pair.zw : pair.xy;
+}
+
+// Material of a voxel in a leaf: `rank` is the leaf's among its node's, `material` the node's last word.
+uint rx_leaf_material(uint material, uint rank, uvec2 leaf, uint voxel) {
+    if ((material & (RX_FILLED | RX_UNIFORM)) != 0u) return material & 0xffffu;
+    uint link = rx_word(material + rank);
+    if ((link & RX_UNIFORM) != 0u) return link & 0xffffu;
+    uint half_word = link + rx_child_rank(leaf, voxel);
+    return (rx_word(half_word >> 1) >> ((half_word & 1u) * 16u)) & 0xffffu;
 }
 
 uint rx_material(ivec3 cell) {
     uvec3 c = uvec3(cell) - uvec3(world.origin);
-    if (any(greaterThanEqual(c, uvec3(1u << world.log2_size)))) return 0u;
-    uint node = world.root;
-    for (uint height = world.log2_size >> 1; height > 0u; --height) {
-        uvec2 mask = uvec2(world.words[node], world.words[node + 1u]);
-        uint link = world.words[node + 2u];
+    if (((c.x | c.y | c.z) >> world.log2_size) != 0u) return 0u;
+    uvec4 node = world.quads[world.root];
+    for (uint height = world.log2_size >> 1;; --height) {
         uint child = rx_child(c, height);
-        if (!rx_has_child(mask, child)) return 0u;
-        if (height == 1u || (link & RX_SOLID_LINK) != 0u) return rx_child_material(link, mask, child);
-        node = link + 3u * rx_child_rank(mask, child);
+        if (!rx_has_child(node.xy, child)) return 0u;
+        if ((node.w & RX_FILLED) != 0u) return node.w & 0xffffu;
+        uint rank = rx_child_rank(node.xy, child);
+        if (height == 2u) {
+            uvec2 leaf = rx_leaf(node.z + rank);
+            uint voxel = rx_child(c, 1u);
+            return rx_has_child(leaf, voxel) ? rx_leaf_material(node.w, rank, leaf, voxel) : 0u;
+        }
+        node = world.quads[node.z + rank];
     }
-    return 0u;
 }
 
 bool rx_trace(RxRay ray, out RxHit hit) {
@@ -76,11 +101,11 @@ bool rx_trace(RxRay ray, out RxHit hit) {
 
     uint ancestors[16];
     uint height = world.log2_size >> 1;
-    uint node = world.root;
-    uvec2 mask = uvec2(world.words[node], world.words[node + 1u]);
-    uint link = world.words[node + 2u];
+    uint at = world.root;
+    uvec4 node = world.quads[at];
     uvec3 path = walk.q;  // the cell that `ancestors` lead to
-    uint child = 0u, shift = 0u;
+    uvec2 leaf = uvec2(0u);
+    uint child = 0u, rank = 0u, voxel = 0u, shift = 0u;
     bool found = false, unsure = false;
 
     // Every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
@@ -94,30 +119,40 @@ bool rx_trace(RxRay ray, out RxHit hit) {
             uint top = uint(findMSB(changed.x | changed.y | changed.z | 1u)) / 2u + 1u;
             if (top > height) {
                 height = top;
-                node = ancestors[height];
-                mask = uvec2(world.words[node], world.words[node + 1u]);
-                link = world.words[node + 2u];
+                at = ancestors[height];
+                node = world.quads[at];
             }
             path = walk.q;
 
-            // Down to the smallest node or filled cube that holds it.
+            // Down to the smallest node that holds it.
             child = rx_child(walk.q, height) ^ mirror;
-            found = rx_has_child(mask, child);
-            while (found && height > 1u && (link & RX_SOLID_LINK) == 0u) {
-                ancestors[height] = node;
-                node = link + 3u * rx_child_rank(mask, child);
+            bool occupied = rx_has_child(node.xy, child);
+            while (occupied && height > 2u && (node.w & RX_FILLED) == 0u) {
+                ancestors[height] = at;
+                at = node.z + rx_child_rank(node.xy, child);
                 --height;
-                mask = uvec2(world.words[node], world.words[node + 1u]);
-                link = world.words[node + 2u];
+                node = world.quads[at];
                 child = rx_child(walk.q, height) ^ mirror;
-                found = rx_has_child(mask, child);
+                occupied = rx_has_child(node.xy, child);
             }
-            if (found) break;
+            uvec2 mask = node.xy;
+            shift = 2u * height - 2u;
+            if (occupied) {
+                found = true;
+                if ((node.w & RX_FILLED) != 0u) break;
+                // A leaf.
+                rank = rx_child_rank(node.xy, child);
+                leaf = rx_leaf(node.z + rank);
+                voxel = rx_child(walk.q, 1u) ^ mirror;
+                found = rx_has_child(leaf, voxel);
+                if (found) break;
+                mask = leaf;
+                child = voxel;
+                shift = 0u;
+            }
 
             // The cell is empty; often so are the seven that make a cube of twice its size with it.
-            uint corner = child & 42u;
-            uint half_mask = corner >= 32u ? mask.y : mask.x;
-            shift = 2u * height - 2u + (((half_mask >> (corner & 31u)) & 0x00330033u) == 0u ? 1u : 0u);
+            shift += rx_free_octet(mask, child) ? 1u : 0u;
             unsure = !rx_walk_step(walk, shift);
         }
         if (unsure) rx_walk_settle(walk, shift);
@@ -126,7 +161,7 @@ bool rx_trace(RxRay ray, out RxHit hit) {
     if (!found) return false;
     uint steps = hit.steps + 1u;
     bool within = rx_walk_hit(walk, ray, world.origin, hit);
-    hit.material = rx_child_material(link, mask, child);
+    hit.material = rx_leaf_material(node.w, rank, leaf, voxel);
     hit.steps = steps;
     return within;
 }

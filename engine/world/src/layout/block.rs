@@ -2,6 +2,8 @@
 
 /// Bytes of an element of the runtime array `words`.
 pub const WORDS_STRIDE: u32 = 4;
+/// Bytes of an element of the runtime array `quads`.
+pub const QUADS_STRIDE: u32 = 16;
 
 /// One member of the buffer block `RxWorld`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,7 +12,7 @@ pub struct BlockMember {
     pub name: &'static str,
     /// Byte offset in the block.
     pub offset: u32,
-    /// GLSL type: `uint` or `ivec3`; of an array, that of its element.
+    /// GLSL type: `uint`, `ivec3` or, in an array, `uvec4`; of an array, that of its element.
     pub ty: &'static str,
     /// Bytes from one element to the next when it is the runtime array.
     pub stride: Option<u32>,
@@ -56,6 +58,16 @@ macro_rules! header {
                     ty: u32::NAME,
                     stride: Some(WORDS_STRIDE),
                 });
+                members
+            }
+
+            /// The block of a layout whose shaders read four words at a time: the runtime array is `uvec4 quads[]`.
+            #[allow(dead_code, reason = "not every layout does")]
+            pub(super) fn block_in_quads() -> Vec<BlockMember> {
+                let mut members = Self::block();
+                if let Some(array) = members.last_mut() {
+                    *array = BlockMember { name: "quads", ty: "uvec4", stride: Some(super::block::QUADS_STRIDE), ..*array };
+                }
                 members
             }
         }

@@ -12,7 +12,8 @@ pub const MATERIAL_WORDS: u32 = 8;
 const MAX_LOG2_SIZE: u32 = 30;
 
 header! {
-    /// Header of the layout `tree64`. Addresses (`…_at`, `root`) count words from the first word behind the header.
+    /// Header of the layout `tree64`. Addresses count from the first word behind the header, in units of what they point to: words,
+    /// nodes of four words, leaves of two.
     Tree64Header {
         /// Smallest corner of the root's cube, in voxels.
         origin: [i32; 3],
@@ -24,16 +25,16 @@ header! {
         material_count: u32,
         /// Largest coordinates of solid voxels.
         bounds_last: [i32; 3],
-        /// Address of the first material.
+        /// Word of the first material.
         materials_at: u32,
         /// Address of the root node.
         root: u32,
-        /// Nodes in the buffer.
+        /// Address of the halo's root node.
+        halo: u32,
+        /// Nodes in the buffer, the halo's apart.
         node_count: u32,
-        /// Address where the materials of voxels begin.
-        attributes_at: u32,
-        /// Their number, one halfword each.
-        attribute_count: u32,
+        /// Leaves in the buffer.
+        leaf_count: u32,
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::halo::Halo;
 use super::header::{Extent, MATERIAL_WORDS, Tree64Header, material_words};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_index};
@@ -11,40 +12,83 @@ use crate::material::MaterialIndex;
 use crate::world::{ChunkPos, World};
 
 /// Words of a node.
-const NODE_WORDS: usize = 3;
-/// Link of a node whose occupied children are filled with the material in the low half.
-const SOLID_LINK: u32 = 0x8000_0000;
+pub(super) const QUAD: usize = 4;
+/// Word 3 of a node whose occupied children are full, all of the material in the low half.
+const FILLED: u32 = 0x8000_0000;
+/// Word 3 of a node whose voxels are all of the material in the low half; also a leaf's link, by itself.
+const UNIFORM: u32 = 0x4000_0000;
 
 /// What one distinct chunk takes in the buffer.
 #[derive(Clone, Copy, Default)]
 struct ChunkSize {
-    /// Words of nodes below the chunk's own.
-    node_words: usize,
-    /// Halfwords of materials.
+    /// Nodes of 16³ voxels.
+    nodes: usize,
+    /// Leaves: masks of 4³ voxels.
+    leaves: usize,
+    /// Leaves of nodes of more than one material.
+    links: usize,
+    /// Voxels of leaves of more than one material.
     attributes: usize,
 }
 
-/// A node: its mask and its link.
-type Node = (u64, u32);
+/// A node: mask, address of its first child, and what its voxels are made of.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Node {
+    pub mask: u64,
+    pub children: u32,
+    pub material: u32,
+}
+
+impl Node {
+    pub fn put(self, words: &mut [u32], at: usize) {
+        words[at..at + QUAD].copy_from_slice(&[
+            self.mask as u32,
+            (self.mask >> 32) as u32,
+            self.children,
+            self.material,
+        ]);
+    }
+}
+
+/// Where the parts of the buffer begin, in words from the end of the header.
+struct Sections {
+    nodes: usize,
+    halo: usize,
+    leaves: usize,
+    links: usize,
+    attributes: usize,
+    end: usize,
+}
 
 pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
     let layout = Layout::Tree64;
     let extent = Extent::of(world, layout)?;
+    let levels = (extent.log2_size - 6) / 2;
     let (distinct, uses) = distinct_chunks(world, &extent);
     let sizes: Vec<ChunkSize> = distinct.par_iter().map(|chunk| ChunkSize::of(chunk)).collect();
+    let halo = Halo::of(world, &extent);
 
-    // The nodes from the root down to the chunks come first, then each chunk's nodes, then the materials of voxels.
-    let upper_words = NODE_WORDS * upper_nodes(&uses, extent.log2_size);
-    let chunk_words: usize = sizes.iter().map(|size| size.node_words).sum();
-    let attributes: usize = sizes.iter().map(|size| size.attributes).sum();
-    let materials_at = 0;
-    let root = MATERIAL_WORDS as usize * world.materials().len();
-    let chunks_at = root + upper_words;
-    let attributes_at = chunks_at + chunk_words;
-    let words = Tree64Header::WORDS as usize + attributes_at + attributes.div_ceil(2);
-    // Links have 31 bits, and those to materials count halfwords.
-    let addressable = 4 * (1 << 30);
-    let bytes = check_size(layout, 4 * words as u64, limit.min(addressable))?;
+    let sum = |part: fn(&ChunkSize) -> usize| sizes.iter().map(part).sum::<usize>();
+    let upper = upper_nodes(&uses, levels);
+    let nodes = upper + sum(|size| size.nodes);
+    let [leaves, links, attributes] = [sum(|size| size.leaves), sum(|size| size.links), sum(|size| size.attributes)];
+    let mut at = Sections {
+        nodes: MATERIAL_WORDS as usize * world.materials().len(),
+        halo: 0,
+        leaves: 0,
+        links: 0,
+        attributes: 0,
+        end: 0,
+    };
+    at.halo = at.nodes + QUAD * nodes;
+    at.leaves = at.halo + QUAD * halo.quads();
+    at.links = at.leaves + 2 * leaves;
+    at.attributes = at.links + links;
+    // Nodes are read four words at a time, the last leaf too.
+    at.end = (at.attributes + attributes.div_ceil(2)).next_multiple_of(QUAD);
+    // A leaf's link has 30 bits and counts halfwords.
+    let addressable = 2 << 30;
+    let bytes = check_size(layout, 4 * (Tree64Header::WORDS as usize + at.end) as u64, limit.min(addressable))?;
 
     let header = Tree64Header {
         origin: extent.origin,
@@ -52,29 +96,29 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
         bounds_min: extent.bounds_min,
         material_count: world.materials().len() as u32,
         bounds_last: extent.bounds_last,
-        materials_at,
-        root: root as u32,
-        node_count: ((upper_words + chunk_words) / NODE_WORDS) as u32,
-        attributes_at: attributes_at as u32,
-        attribute_count: attributes as u32,
+        materials_at: 0,
+        root: (at.nodes / QUAD) as u32,
+        halo: (at.halo / QUAD) as u32,
+        node_count: nodes as u32,
+        leaf_count: leaves as u32,
     };
-    let mut buffer = Vec::with_capacity(words);
+    let mut buffer = Vec::with_capacity(Tree64Header::WORDS as usize + at.end);
     buffer.extend_from_slice(bytemuck::cast_slice(&[header]));
     buffer.extend(material_words(world.materials()));
-    buffer.resize(words, 0);
+    buffer.resize(Tree64Header::WORDS as usize + at.end, 0);
 
     let body = &mut buffer[Tree64Header::WORDS as usize..];
-    let (front, attribute_words) = body.split_at_mut(attributes_at);
-    let (front, node_words) = front.split_at_mut(chunks_at);
-    let nodes = fill_chunks(&distinct, &sizes, node_words, chunks_at, attribute_words, attributes_at);
-    fill_upper(&uses, &nodes, extent.log2_size, &mut front[root..], root);
+    let roots = fill_chunks(&distinct, &sizes, body, &at, upper);
+    halo.fill(&mut body[at.halo..at.leaves], at.halo);
+    let chunks = uses.iter().map(|&(path, index)| (path, roots[index])).collect();
+    fill_upper(chunks, levels, &mut body[at.nodes..at.nodes + QUAD * upper], at.nodes);
 
-    let geometry_bytes = 4 * (Tree64Header::WORDS as usize + upper_words + chunk_words) as u64;
+    let geometry_bytes = 4 * (Tree64Header::WORDS as usize + at.links - at.nodes) as u64;
     Ok(Encoded { words: buffer, geometry_bytes, attribute_bytes: bytes - geometry_bytes })
 }
 
-/// The distinct chunks of a world, and for every chunk its path from the root (6 bits a level) with the index of its distinct one,
-/// in the order of the paths.
+/// The distinct chunks of a world, and for every chunk its path from the root with the index of its distinct one, in the order of
+/// the paths.
 fn distinct_chunks<'a>(world: &'a World, extent: &Extent) -> (Vec<&'a Chunk>, Vec<(u128, usize)>) {
     let mut known: HashMap<*const Chunk, usize> = HashMap::new();
     let mut distinct: Vec<&Chunk> = Vec::new();
@@ -93,7 +137,7 @@ fn distinct_chunks<'a>(world: &'a World, extent: &Extent) -> (Vec<&'a Chunk>, Ve
 }
 
 /// Child indices from the root down to a chunk, 6 bits each, the root's highest.
-fn path(pos: ChunkPos, extent: &Extent) -> u128 {
+pub(super) fn path(pos: ChunkPos, extent: &Extent) -> u128 {
     let [ox, oy, oz] = extent.origin.map(|origin| origin >> 6);
     let (x, y, z) = ((pos.x - ox) as u32, (pos.y - oy) as u32, (pos.z - oz) as u32);
     let levels = (extent.log2_size - 6) / 2;
@@ -103,17 +147,16 @@ fn path(pos: ChunkPos, extent: &Extent) -> u128 {
     })
 }
 
-/// Nodes from the root down to the chunks, both included.
-fn upper_nodes(uses: &[(u128, usize)], log2_size: u32) -> usize {
-    let levels = (log2_size - 6) / 2;
-    let of_level = |level: u32| uses.chunk_by(|a, b| a.0 >> (6 * level) == b.0 >> (6 * level)).count();
+/// Nodes from the root down to the chunks at these paths, both included.
+pub(super) fn upper_nodes<T>(chunks: &[(u128, T)], levels: u32) -> usize {
+    let of_level = |level: u32| chunks.chunk_by(|a, b| a.0 >> (6 * level) == b.0 >> (6 * level)).count();
     (0..=levels).map(of_level).sum::<usize>().max(1)
 }
 
 impl ChunkSize {
     fn of(chunk: &Chunk) -> Self {
         let mut size = Self::default();
-        if solid_chunk(chunk).is_some() {
+        if filled_chunk(chunk).is_some() {
             return size;
         }
         for node in 0..64 {
@@ -121,11 +164,16 @@ impl ChunkSize {
             if mask == 0 {
                 continue;
             }
-            size.node_words += NODE_WORDS;
-            if solid_node(chunk, node).is_some() {
+            size.nodes += 1;
+            if filled_node(chunk, node).is_some() {
                 continue;
             }
-            size.node_words += NODE_WORDS * mask.count_ones() as usize;
+            let leaves = mask.count_ones() as usize;
+            size.leaves += leaves;
+            if uniform_node(chunk, node).is_some() {
+                continue;
+            }
+            size.links += leaves;
             for block in Bits(mask).map(|bit| node * 64 + bit as usize) {
                 if uniform(chunk, block).is_none() {
                     size.attributes += chunk.mask(block).count_ones() as usize;
@@ -146,16 +194,11 @@ fn uniform(chunk: &Chunk, block: usize) -> Option<MaterialIndex> {
     materials.all(|material| material == first).then_some(first)
 }
 
-/// The material of a 16³ node (0…63) all of whose occupied blocks are full and of that one material.
-fn solid_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
+/// The only material of a 16³ node (0…63), if there is only one.
+fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
     let mut found = None;
-    for block in node * 64..node * 64 + 64 {
-        match chunk.mask(block) {
-            0 => continue,
-            u64::MAX => {}
-            _ => return None,
-        }
-        let material = uniform(chunk, block)?;
+    for bit in Bits(chunk.node_mask(node)) {
+        let material = uniform(chunk, node * 64 + bit as usize)?;
         if *found.get_or_insert(material) != material {
             return None;
         }
@@ -163,14 +206,20 @@ fn solid_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
     found
 }
 
+/// The material of a 16³ node (0…63) all of whose occupied blocks are full and of that one material.
+fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
+    let full = chunk.masks()[node * 64..][..64].iter().all(|&mask| mask == 0 || mask == u64::MAX);
+    if full { uniform_node(chunk, node) } else { None }
+}
+
 /// The material of a chunk all of whose occupied 16³ nodes are full and of that one material.
-fn solid_chunk(chunk: &Chunk) -> Option<MaterialIndex> {
+fn filled_chunk(chunk: &Chunk) -> Option<MaterialIndex> {
     let mut found = None;
     for node in Bits(chunk.root_mask()) {
         if chunk.node_mask(node as usize) != u64::MAX {
             return None;
         }
-        let material = solid_node(chunk, node as usize)?;
+        let material = filled_node(chunk, node as usize)?;
         if *found.get_or_insert(material) != material {
             return None;
         }
@@ -178,110 +227,119 @@ fn solid_chunk(chunk: &Chunk) -> Option<MaterialIndex> {
     found
 }
 
-/// Encodes every distinct chunk into its part of the buffer, in parallel, and gives their nodes.
-fn fill_chunks(
-    distinct: &[&Chunk],
-    sizes: &[ChunkSize],
-    mut node_words: &mut [u32],
-    mut nodes_at: usize,
-    attribute_words: &mut [u32],
-    attributes_at: usize,
-) -> Vec<Node> {
-    struct Job<'a> {
-        chunk: &'a Chunk,
-        nodes: &'a mut [u32],
-        nodes_at: usize,
-        attributes: &'a mut [u16],
-        attributes_at: usize,
-    }
-    let mut halfwords: &mut [u16] = bytemuck::cast_slice_mut(attribute_words);
-    let mut halfwords_at = 2 * attributes_at;
-    let mut jobs = Vec::with_capacity(distinct.len());
-    for (chunk, size) in distinct.iter().zip(sizes) {
-        let (nodes, rest) = node_words.split_at_mut(size.node_words);
-        node_words = rest;
-        let (attributes, rest) = halfwords.split_at_mut(size.attributes);
-        halfwords = rest;
-        jobs.push(Job { chunk, nodes, nodes_at, attributes, attributes_at: halfwords_at });
-        nodes_at += size.node_words;
-        halfwords_at += size.attributes;
-    }
-    let encode = |job: Job| encode_chunk(job.chunk, job.nodes, job.nodes_at, job.attributes, job.attributes_at);
-    jobs.into_par_iter().map(encode).collect()
+/// A part of the buffer, and the address of its first element.
+struct Part<'a, T> {
+    rest: &'a mut [T],
+    at: usize,
 }
 
-/// Writes the nodes of a chunk below its own, and the materials of its voxels. Addresses are those of the slices in the buffer.
-fn encode_chunk(
-    chunk: &Chunk,
-    nodes: &mut [u32],
-    nodes_at: usize,
-    attributes: &mut [u16],
-    attributes_at: usize,
-) -> Node {
-    let root_mask = chunk.root_mask();
-    if let Some(material) = solid_chunk(chunk) {
-        return (root_mask, SOLID_LINK | u32::from(material));
+impl<'a, T> Part<'a, T> {
+    /// Takes the next `count` elements.
+    fn take(&mut self, count: usize) -> Part<'a, T> {
+        let (taken, rest) = std::mem::take(&mut self.rest).split_at_mut(count);
+        let at = self.at;
+        self.rest = rest;
+        self.at += count;
+        Part { rest: taken, at }
     }
-    // The chunk's children are neighbours; the children of each follow in turn.
-    let mut next_node = NODE_WORDS * root_mask.count_ones() as usize;
-    let mut next_attribute = 0;
-    for (slot, node) in Bits(root_mask).enumerate() {
-        let first_block = node as usize * 64;
-        let mask = chunk.node_mask(node as usize);
-        if let Some(material) = solid_node(chunk, node as usize) {
-            put(nodes, NODE_WORDS * slot, (mask, SOLID_LINK | u32::from(material)));
+}
+
+/// The parts of the buffer that a chunk fills. Addresses of nodes and leaves are counted in their own sizes.
+struct Room<'a> {
+    nodes: Part<'a, [u32; QUAD]>,
+    leaves: Part<'a, [u32; 2]>,
+    links: Part<'a, u32>,
+    attributes: Part<'a, u16>,
+}
+
+/// Encodes every distinct chunk into its parts of the buffer, in parallel, and gives their nodes.
+fn fill_chunks(distinct: &[&Chunk], sizes: &[ChunkSize], body: &mut [u32], at: &Sections, upper: usize) -> Vec<Node> {
+    let (front, attributes) = body.split_at_mut(at.attributes);
+    let (front, links) = front.split_at_mut(at.links);
+    let (front, leaves) = front.split_at_mut(at.leaves);
+    let first_node = at.nodes / QUAD + upper;
+    let nodes = &mut front[QUAD * first_node..at.halo];
+    let mut room = Room {
+        nodes: Part { rest: bytemuck::cast_slice_mut(nodes), at: first_node },
+        leaves: Part { rest: bytemuck::cast_slice_mut(leaves), at: at.leaves / 2 },
+        links: Part { rest: links, at: at.links },
+        attributes: Part { rest: bytemuck::cast_slice_mut(attributes), at: 2 * at.attributes },
+    };
+    let rooms: Vec<Room> = sizes
+        .iter()
+        .map(|size| Room {
+            nodes: room.nodes.take(size.nodes),
+            leaves: room.leaves.take(size.leaves),
+            links: room.links.take(size.links),
+            attributes: room.attributes.take(size.attributes),
+        })
+        .collect();
+    distinct.par_iter().zip(rooms).map(|(chunk, room)| encode_chunk(chunk, room)).collect()
+}
+
+/// Writes the nodes of a chunk below its own, its leaves, and the materials of its voxels.
+fn encode_chunk(chunk: &Chunk, mut room: Room) -> Node {
+    let mask = chunk.root_mask();
+    if let Some(material) = filled_chunk(chunk) {
+        return Node { mask, children: 0, material: FILLED | u32::from(material) };
+    }
+    let children = room.nodes.at as u32;
+    for node in Bits(mask).map(|node| node as usize) {
+        let mask = chunk.node_mask(node);
+        let slot = &mut room.nodes.take(1).rest[0];
+        if let Some(material) = filled_node(chunk, node) {
+            Node { mask, children: 0, material: FILLED | u32::from(material) }.put(slot, 0);
             continue;
         }
-        put(nodes, NODE_WORDS * slot, (mask, (nodes_at + next_node) as u32));
-        for bit in Bits(mask) {
-            let block = first_block + bit as usize;
-            let link = uniform(chunk, block).map_or_else(
-                || {
-                    let link = (attributes_at + next_attribute) as u32;
-                    for material in chunk.block_materials(block) {
-                        attributes[next_attribute] = material;
-                        next_attribute += 1;
-                    }
-                    link
-                },
-                |material| SOLID_LINK | u32::from(material),
-            );
-            put(nodes, next_node, (chunk.mask(block), link));
-            next_node += NODE_WORDS;
+        let blocks = || Bits(mask).map(|bit| node * 64 + bit as usize);
+        let leaves = room.leaves.take(mask.count_ones() as usize);
+        for (leaf, block) in leaves.rest.iter_mut().zip(blocks()) {
+            *leaf = [chunk.mask(block) as u32, (chunk.mask(block) >> 32) as u32];
         }
+        let material = uniform_node(chunk, node).map_or_else(
+            || {
+                let links = room.links.take(leaves.rest.len());
+                for (link, block) in links.rest.iter_mut().zip(blocks()) {
+                    *link = uniform(chunk, block).map_or_else(
+                        || {
+                            let voxels = room.attributes.take(chunk.mask(block).count_ones() as usize);
+                            voxels.rest.iter_mut().zip(chunk.block_materials(block)).for_each(|(to, from)| *to = from);
+                            voxels.at as u32
+                        },
+                        |material| UNIFORM | u32::from(material),
+                    );
+                }
+                links.at as u32
+            },
+            |material| UNIFORM | u32::from(material),
+        );
+        Node { mask, children: leaves.at as u32, material }.put(slot, 0);
     }
-    (root_mask, nodes_at as u32)
+    Node { mask, children, material: 0 }
 }
 
-/// Writes the nodes from the root (first) down to the chunks, level by level.
-fn fill_upper(uses: &[(u128, usize)], chunks: &[Node], log2_size: u32, words: &mut [u32], words_at: usize) {
-    let levels = (log2_size - 6) / 2;
-    // From the chunks upwards; each level's nodes are in the order of their paths, so siblings are neighbours.
-    let mut level: Vec<(u128, Node)> = uses.iter().map(|&(path, index)| (path, chunks[index])).collect();
+/// Writes the nodes from the root (first) down to the chunks, level by level. `chunks` are in the order of their paths, so siblings
+/// are neighbours; `words_at` is the address of `words`.
+pub(super) fn fill_upper(chunks: Vec<(u128, Node)>, levels: u32, words: &mut [u32], words_at: usize) {
+    let mut level = chunks;
     let mut end = words.len();
     for _ in 0..levels {
-        let start = end - NODE_WORDS * level.len();
+        let start = end - QUAD * level.len();
         let mut parents: Vec<(u128, Node)> = Vec::new();
         for (i, &(path, node)) in level.iter().enumerate() {
-            let at = start + NODE_WORDS * i;
-            put(words, at, node);
+            let at = start + QUAD * i;
+            node.put(words, at);
             if parents.last().is_none_or(|(parent, _)| *parent != path >> 6) {
-                parents.push((path >> 6, (0, (words_at + at) as u32)));
+                let children = ((words_at + at) / QUAD) as u32;
+                parents.push((path >> 6, Node { mask: 0, children, material: 0 }));
             }
-            if let Some((_, (mask, _))) = parents.last_mut() {
-                *mask |= 1 << (path & 63);
+            if let Some((_, parent)) = parents.last_mut() {
+                parent.mask |= 1 << (path & 63);
             }
         }
         level = parents;
         end = start;
     }
     // An empty world has an empty root.
-    let root = level.first().map_or((0, SOLID_LINK), |(_, node)| *node);
-    put(words, 0, root);
-}
-
-fn put(words: &mut [u32], at: usize, (mask, link): Node) {
-    words[at] = mask as u32;
-    words[at + 1] = (mask >> 32) as u32;
-    words[at + 2] = link;
+    level.first().map_or(Node::default(), |(_, node)| *node).put(words, 0);
 }
