@@ -117,6 +117,7 @@ fn names_and_values_on_the_command_line_are_checked() {
         (["--target", "dept"], "did you mean `depth`?"),
         (["--after", "inspct"], "did you mean `inspect`?"),
         (["--camera", "1,2"], "three numbers"),
+        (["--camera", "above"], "`worlds/menger.toml` has no camera `above`"),
         (["--shard", "3/2"], "PART/PARTS"),
     ] {
         let run = menger(&[&arguments[..], &["-o", "never.png"]].concat()).exits(2);
@@ -163,6 +164,21 @@ fn the_camera_can_be_put_anywhere() {
     assert!(hinted != moved);
     // The same place by another name.
     assert!(moved == take("again.png", &["--camera=-80.0,2e2,-60", "--look-at=40,40,40"]));
+}
+
+#[test]
+fn a_camera_of_the_world_has_a_name() {
+    let project = Project::shipped();
+    let camera = "[cameras.corner]\nposition = [-80, 200, -60]\nlook_at = [40, 40, 40]\nfov = 45\n\n[materials]";
+    project.edit("worlds/menger.toml", "[materials]", camera);
+    let take = |camera: &[&str], code| {
+        let run = project.raxel(&[&MENGER[..], camera, &["-o", "a.png"]].concat()).exits(code);
+        (run.stderr, decoded(&project.path("a.png")))
+    };
+    let (_, named) = take(&["--camera", "corner"], 0);
+    assert!(named == take(&["--camera=-80,200,-60", "--look-at=40,40,40"], 0).1);
+    let (said, _) = take(&["--camera", "korner"], 2);
+    assert!(said.contains("has no camera `korner`") && said.contains("did you mean `corner`?"), "{said}");
 }
 
 #[test]

@@ -41,7 +41,9 @@ fn differs(rgba: &[u8]) -> bool {
 #[test]
 fn every_graph_runs_over_every_world() {
     let project = repository();
-    let (graphs, worlds) = (project.graphs(), project.worlds());
+    let (graphs, mut worlds) = (project.graphs(), project.worlds());
+    // Made to be measured: too large for some layouts on a software device, and for a test of every pair.
+    worlds.retain(|world| world != "worlds/terrain.toml");
     assert!(graphs.len() >= 3 && worlds.len() >= 3);
     for graph in &graphs {
         for world in &worlds {

@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use raxel_diagnostics::table;
 use raxel_gpu::{DeviceOptions, Severity};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::show::Show;
+use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
 
 use crate::failure::{Exit, Failure, Result};
@@ -34,9 +36,9 @@ pub(crate) struct What {
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
 
-    /// Where the camera is, in voxels.
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
-    pub camera: Option<Triple>,
+    /// Where the camera is, in voxels; or one of the world's cameras by name.
+    #[arg(long, value_name = "NAME|X,Y,Z", value_parser = viewpoint, allow_hyphen_values = true)]
+    pub camera: Option<Viewpoint>,
 
     /// What the camera looks at, in voxels.
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
@@ -51,6 +53,34 @@ fn triple(text: &str) -> std::result::Result<Triple, String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
     numbers.and_then(|n| n.try_into().ok()).map(Triple).ok_or_else(|| "write three numbers, e.g. 10,24.5,-3".to_owned())
+}
+
+/// Where a camera is put.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Viewpoint {
+    Position(Triple),
+    /// A camera of the world's file.
+    Named(String),
+}
+
+fn viewpoint(text: &str) -> std::result::Result<Viewpoint, String> {
+    if text.starts_with(|c: char| c.is_alphabetic() || c == '_') {
+        return Ok(Viewpoint::Named(text.to_owned()));
+    }
+    triple(text).map(Viewpoint::Position).map_err(|error| format!("{error}, or the name of a camera of the world"))
+}
+
+/// The camera of that name, or a failure that says which there are.
+pub(crate) fn named_camera(world: &SessionWorld, name: &str) -> Result<Camera> {
+    world.camera(name).ok_or_else(|| {
+        let whose = world.path.as_deref().unwrap_or("the empty world");
+        let failure = Failure::usage(format!("`{whose}` has no camera `{name}`"));
+        match table::closest(name, world.camera_names()) {
+            Some(close) => failure.help(format!("did you mean `{close}`?")),
+            None if world.camera_names().next().is_none() => failure.help("[cameras.NAME] in its file makes one"),
+            None => failure.help(format!("it has {}", table::list(world.camera_names()))),
+        }
+    })
 }
 
 impl What {
@@ -123,8 +153,12 @@ impl What {
         if self.camera.is_some() || self.look_at.is_some() {
             session.take_over();
             let mut camera = *session.camera();
-            if let Some(Triple(position)) = self.camera {
-                camera = Camera { yaw: camera.yaw, pitch: camera.pitch, fov: camera.fov, ..Camera::at(position) };
+            match &self.camera {
+                Some(Viewpoint::Position(Triple(position))) => {
+                    camera = Camera { yaw: camera.yaw, pitch: camera.pitch, fov: camera.fov, ..Camera::at(*position) };
+                }
+                Some(Viewpoint::Named(name)) => camera = named_camera(session.world(), name)?,
+                None => {}
             }
             if let Some(Triple(target)) = self.look_at {
                 camera.look_at(target);
@@ -195,7 +229,9 @@ mod tests {
     fn triples() {
         assert_eq!(triple("1, -2.5,3e2"), Ok(Triple([1.0, -2.5, 300.0])));
         for wrong in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,inf"] {
-            assert!(triple(wrong).is_err(), "{wrong}");
+            assert!(triple(wrong).is_err() && viewpoint(wrong).is_err(), "{wrong}");
         }
+        assert_eq!(viewpoint("-1,2,3"), Ok(Viewpoint::Position(Triple([-1.0, 2.0, 3.0]))));
+        assert_eq!(viewpoint("ground"), Ok(Viewpoint::Named("ground".to_owned())));
     }
 }

@@ -7,7 +7,7 @@ use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, table};
 use raxel_graph::SourceLayout;
 use raxel_graph::checked::{Fact, Resource};
 use raxel_shader::interface::{Block, Member, Scalar, Type};
-use raxel_world::file::{Aim, Loaded};
+use raxel_world::file::{Aim, CameraHint, Loaded};
 use raxel_world::layout::{BlockMember, Layout, LayoutError};
 
 use crate::camera::Camera;
@@ -32,6 +32,7 @@ impl SessionWorld {
             about: None,
             world: raxel_world::World::empty(),
             camera: None,
+            cameras: Vec::new(),
             files: Vec::new(),
         };
         Self { path: None, loaded, buffers: Mutex::default() }
@@ -76,18 +77,7 @@ impl SessionWorld {
     /// From where to look at it first: where its file says, else from a corner above, at a distance from which it is seen whole.
     pub fn first_camera(&self) -> Camera {
         if let Some(hint) = &self.loaded.camera {
-            let mut camera = Camera::at(hint.position);
-            match hint.aim {
-                Aim::LookAt(target) => camera.look_at(target),
-                Aim::Angles { yaw, pitch } => {
-                    camera.yaw = yaw.to_radians();
-                    camera.pitch = pitch.to_radians().clamp(-Camera::MAX_PITCH, Camera::MAX_PITCH);
-                }
-            }
-            if let Some(fov) = hint.fov {
-                camera.fov = fov.to_radians();
-            }
-            return camera;
+            return camera_of(hint);
         }
         let Some(bounds) = self.loaded.world.bounds() else { return Camera::default() };
         let (min, max) = (bounds.min.map(|cell| cell as f64), bounds.max.map(|cell| cell as f64));
@@ -98,6 +88,16 @@ impl SessionWorld {
         let mut camera = Camera::at((glam::DVec3::from_array(centre) + from).to_array());
         camera.look_at(centre);
         camera
+    }
+
+    /// Names of the file's other cameras, in its order.
+    pub fn camera_names(&self) -> impl Iterator<Item = &str> {
+        self.loaded.cameras.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// The file's camera of that name.
+    pub fn camera(&self, name: &str) -> Option<Camera> {
+        self.loaded.cameras.iter().find(|(known, _)| known == name).map(|(_, hint)| camera_of(hint))
     }
 
     /// The buffer of a source such as `world.tree64`, encoded and uploaded at its first use. `resource` is the buffer that wants it,
@@ -161,6 +161,21 @@ pub enum SourceError {
     Device(execute::ExecuteError),
 }
 
+fn camera_of(hint: &CameraHint) -> Camera {
+    let mut camera = Camera::at(hint.position);
+    match hint.aim {
+        Aim::LookAt(target) => camera.look_at(target),
+        Aim::Angles { yaw, pitch } => {
+            camera.yaw = yaw.to_radians();
+            camera.pitch = pitch.to_radians().clamp(-Camera::MAX_PITCH, Camera::MAX_PITCH);
+        }
+    }
+    if let Some(fov) = hint.fov {
+        camera.fov = fov.to_radians();
+    }
+    camera
+}
+
 fn saturated(cell: i64) -> i32 {
     cell.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
 }
@@ -201,6 +216,7 @@ fn block(members: &[BlockMember]) -> Block {
             .map(|member| {
                 let element = match member.ty {
                     "ivec3" => Type::Vector(Scalar::I32, 3),
+                    "uvec4" => Type::Vector(Scalar::U32, 4),
                     _ => Type::Scalar(Scalar::U32),
                 };
                 Member {
@@ -230,7 +246,7 @@ mod tests {
         );
         for source in sources {
             let last = source.block.members.last().unwrap();
-            assert!(matches!(last.ty, Type::Array { len: None, stride: 4, .. }), "{last:?}");
+            assert!(matches!(last.ty, Type::Array { len: None, stride: 4 | 16, .. }), "{last:?}");
             assert_eq!(source.block.size, last.offset);
         }
     }

@@ -204,6 +204,20 @@ fn keys_read(text: &str) -> BTreeSet<String> {
     known.split(", ").map(|key| key.trim_matches('`').to_owned()).collect()
 }
 
+#[test]
+fn cameras_have_names_and_keep_the_order_of_the_file() {
+    let text =
+        "[cameras.up]\nposition = [1, 2, 3]\npitch = 90\n[cameras.aside]\nposition = [4, 5, 6]\nlook_at = [0, 0, 0]\n";
+    let (loaded, _) = Project::with_world(text).load().expect("it is right");
+    let names: Vec<&str> = loaded.cameras.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!((names, loaded.camera), (vec!["up", "aside"], None));
+    assert_eq!(loaded.cameras[1].1.aim, Aim::LookAt([0.0; 3]));
+    // A name that `--camera` would take for a position, and a camera that is wrong itself.
+    let found = errors("[cameras.\"1,2,3\"]\nposition = [1, 2, 3]\n[cameras.b]\nposition = [1, 2]\n");
+    assert!(found.contains("RX0014 1: `\"1,2,3\"` a camera cannot be called `1,2,3`"), "{found}");
+    assert!(found.contains("4: `[1, 2]`"), "{found}");
+}
+
 fn keys_in(schema: &Value) -> BTreeSet<String> {
     schema["properties"].as_object().expect("an object").keys().cloned().collect()
 }
@@ -215,6 +229,7 @@ fn the_schema_has_exactly_the_keys_that_are_read() {
     assert_eq!(keys_read(odd), keys_in(&schema));
     let parts = [
         ("camera", format!("[camera]\n{odd}")),
+        ("camera", format!("[cameras.a]\n{odd}")),
         ("material", format!("[materials.m]\n{odd}")),
         ("model", format!("[models.m]\n{odd}")),
     ];

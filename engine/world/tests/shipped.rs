@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use raxel_diagnostics::{FileError, Files, SourceMap};
-use raxel_world::{World, load};
+use raxel_world::{Loaded, load};
 
 struct Root;
 
@@ -15,7 +15,7 @@ impl Files for Root {
     }
 }
 
-fn shipped(name: &str) -> World {
+fn shipped(name: &str) -> Loaded {
     let path = format!("worlds/{name}.toml");
     let (loaded, warnings) = load(&path, &Root, &mut SourceMap::default()).unwrap_or_else(|e| panic!("{path}: {e:#?}"));
     assert_eq!(warnings, [], "{path}");
@@ -25,23 +25,31 @@ fn shipped(name: &str) -> World {
     for (material, count) in loaded.world.materials().iter().zip(loaded.world.counts()).skip(1) {
         assert!(*count > 0, "{path}: {}", material.name);
     }
-    loaded.world
+    loaded
 }
 
 #[test]
 fn valley() {
-    let world = shipped("valley");
+    let world = shipped("valley").world;
     assert!(world.has_transparency() && !world.has_emission());
     assert_eq!(world.bounds().expect("land").size()[0], 512);
 }
 
 #[test]
 fn menger() {
-    assert_eq!(shipped("menger").solids(), 20u64.pow(5));
+    assert_eq!(shipped("menger").world.solids(), 20u64.pow(5));
 }
 
 #[test]
 fn monument() {
-    let world = shipped("monument");
+    let world = shipped("monument").world;
     assert!(world.has_emission() && world.has_transparency());
+}
+
+#[test]
+fn terrain() {
+    let Loaded { world, cameras, .. } = shipped("terrain");
+    assert_eq!(world.solids(), 9 << 22, "9 voxels in each of 2048 × 2048 columns");
+    assert_eq!(world.bounds().expect("land").size(), [2048, 163, 2048]);
+    assert_eq!(cameras.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["overview", "ground", "down"]);
 }

@@ -1,6 +1,7 @@
-//! `[camera]`: from where a world is best looked at.
+//! `[camera]` and `[cameras.NAME]`: from where a world is best looked at.
 
-use raxel_diagnostics::table::Table;
+use raxel_diagnostics::table::{Node, Table};
+use raxel_diagnostics::{Diagnostic, codes};
 use serde::Serialize;
 
 /// Where a camera starts.
@@ -31,6 +32,20 @@ pub enum Aim {
 
 /// Coordinates that a world has.
 const REACH: f64 = 2_147_483_648.0;
+
+/// A name that `--camera` can tell from a position.
+pub(super) fn name(name: String, node: &Node<'_, '_>) -> Option<String> {
+    let inner = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && name.chars().all(inner) {
+        return Some(name);
+    }
+    node.reporter().report(
+        Diagnostic::error(codes::files::BAD_VALUE, format!("a camera cannot be called `{name}`"))
+            .label(node.key_span.clone(), "")
+            .help("a letter or _, then letters, digits, _ and -"),
+    );
+    None
+}
 
 pub(super) fn read(table: &Table<'_, '_>) -> Option<CameraHint> {
     let position = table.need("position").and_then(|node| node.numbers::<3>(-REACH..=REACH));

@@ -35,6 +35,8 @@ pub struct Loaded {
     pub world: World,
     /// From where to look at it, if the file says so.
     pub camera: Option<CameraHint>,
+    /// Other places to look from, by name, in the order of the file.
+    pub cameras: Vec<(String, CameraHint)>,
     /// Every file that was read, the world file first: a change of any of them changes the world.
     pub files: Vec<String>,
 }
@@ -44,6 +46,7 @@ struct Description {
     name: Option<String>,
     about: Option<String>,
     camera: Option<CameraHint>,
+    cameras: Vec<(String, CameraHint)>,
     palette: Palette,
     operations: Vec<(Operation, Span)>,
     files: Vec<String>,
@@ -83,6 +86,7 @@ pub fn load(
         about: description.about,
         world,
         camera: description.camera,
+        cameras: description.cameras,
         files: description.files,
     };
     Ok((loaded, found))
@@ -102,7 +106,8 @@ fn load_vox(path: &str, files: &dyn Files) -> Result<(Loaded, Vec<Diagnostic>), 
     let bytes: Arc<[u8]> = files.read(path).map_err(|error| Box::new(error.diagnostic(path, None)))?;
     let world = vox::import(&bytes).map_err(|error| Box::new(error.diagnostic(path, None)))?;
     let found = empty(&world, path).into_iter().collect();
-    Ok((Loaded { name: stem(path), about: None, world, camera: None, files: vec![path.to_owned()] }, found))
+    let files = vec![path.to_owned()];
+    Ok((Loaded { name: stem(path), about: None, world, camera: None, cameras: Vec::new(), files }, found))
 }
 
 fn empty(world: &World, path: &str) -> Option<Diagnostic> {
@@ -116,6 +121,9 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
     let about = root.string("about").map(|(about, _)| about);
     let seed = root.get("seed").and_then(|node| node.integer(i64::MIN..=i64::MAX)).unwrap_or(0);
     let camera = root.get("camera").and_then(|node| node.table()).and_then(|table| camera::read(&table));
+    let cameras = (root.tables("cameras").into_iter())
+        .filter_map(|(name, node, table)| Some((camera::name(name, &node)?, camera::read(&table)?)))
+        .collect();
     let palette = Palette::read(root);
     let models = Models::read(root, path, files);
     let mut reader = OperationReader::new(palette, models, seed as u64);
@@ -126,7 +134,7 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
     let (palette, models) = reader.into_parts();
     let mut all_files = vec![path.to_owned()];
     all_files.extend(models.into_files());
-    Description { name, about, camera, palette, operations, files: all_files }
+    Description { name, about, camera, cameras, palette, operations, files: all_files }
 }
 
 fn build_diagnostic(error: &BuildError, path: &str, places: &[Span]) -> Diagnostic {

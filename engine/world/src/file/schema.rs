@@ -21,6 +21,12 @@ pub fn schema() -> Value {
             "about": about("One sentence about it.", json!({ "type": "string" })),
             "seed": about("Another seed makes another world of the same kind.", json!({ "type": "integer", "default": 0 })),
             "camera": { "$ref": "#/$defs/camera" },
+            "cameras": {
+                "description": "Other places to look from, by name: letters, digits, - and _.",
+                "type": "object",
+                "propertyNames": { "pattern": "^[A-Za-z_][A-Za-z0-9_-]*$" },
+                "additionalProperties": { "$ref": "#/$defs/camera" }
+            },
             "materials": {
                 "description": "Materials by name.",
                 "type": "object",
