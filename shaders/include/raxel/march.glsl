@@ -6,22 +6,23 @@
 //     RX_MARCH_DDA = "1"                voxel by voxel
 //     RX_MARCH_STACKLESS = "1"          level by level of a pyramid, each level begun anew from the place on the ray
 //     RX_MARCH_STACK = "1"              the same, each level kept on a stack
-//     RX_MARCH_RAYMASK = "1"            exact, with a table of masks that rules out whole 4^3 blocks
+//     RX_MARCH_RAYMASK = "1"            rx_trace with a table of masks that rules out whole 4^3 blocks (in trace.glsl)
 //
-// They are what other renderers do, kept to be measured: all but the last are inexact, each in the way its file says. See docs/marchers.md.
+// They are what other renderers do, kept to be measured: most are inexact, each in the way its file
+// says. See docs/marchers.md.
 #ifndef RAXEL_MARCH_GLSL
 #define RAXEL_MARCH_GLSL
 
-#if defined(RX_MARCH_FIXED) || defined(RX_MARCH_ROLLBACK)
+#if defined(RX_MARCH_FIXED)
 #include "march/fixed.glsl"
+#elif defined(RX_MARCH_ROLLBACK)
+#include "march/rollback.glsl"
 #elif defined(RX_MARCH_DDA)
 #include "march/dda.glsl"
 #elif defined(RX_MARCH_STACKLESS)
 #include "march/stackless.glsl"
 #elif defined(RX_MARCH_STACK)
 #include "march/stack.glsl"
-#elif defined(RX_MARCH_RAYMASK)
-#include "march/raymask.glsl"
 #else
 bool rx_march(RxRay ray, out RxHit hit) {
     return rx_trace(ray, hit);

@@ -9,6 +9,9 @@
 #define RAXEL_TRACE_GLSL
 
 #include "walk.glsl"
+#ifdef RX_MARCH_RAYMASK
+#include "march/raymask.glsl"
+#endif
 
 bool rx_in_world(ivec3 cell) {
     uvec3 c = uvec3(cell) - uvec3(world.origin);
@@ -20,12 +23,14 @@ uint rx_material(ivec3 cell) {
     return rx_in_world(cell) ? rx_look(cell, log2_free) : 0u;
 }
 
-bool rx_trace(RxRay ray, out RxHit hit) {
+// Goes on with a walk from the cell that it is in.
+bool rx_trace_on(RxWalk walk, RxRay ray, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
-    RxWalk walk;
-    if (!rx_walk_begin(ray, world.origin, world.log2_size, walk)) return false;
     float t_end = rx_walk_t_end(walk, ray);
     uint outside = ~((1u << world.log2_size) - 1u);
+#ifdef RX_MARCH_RAYMASK
+    uvec3 asked = rx_raymask_block(walk);
+#endif
 
     uint log2_free = 0u, material = 0u;
     bool unsure = false;
@@ -34,8 +39,12 @@ bool rx_trace(RxRay ray, out RxHit hit) {
     do {
         for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
             if (((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > t_end) break;
-            material = rx_look(world.origin + ivec3(walk.q ^ walk.flip), log2_free);
+            ivec3 cell = world.origin + ivec3(walk.q ^ walk.flip);
+            material = rx_look(cell, log2_free);
             if (material != 0u) break;
+#ifdef RX_MARCH_RAYMASK
+            if (log2_free < 2u && rx_raymask_misses(walk, cell, asked)) log2_free = 2u;
+#endif
             unsure = !rx_walk_step(walk, log2_free);
         }
         if (unsure) rx_walk_settle(walk, log2_free);
@@ -47,6 +56,13 @@ bool rx_trace(RxRay ray, out RxHit hit) {
     hit.material = material;
     hit.steps = steps;
     return within;
+}
+
+bool rx_trace(RxRay ray, out RxHit hit) {
+    RxWalk walk;
+    if (rx_walk_begin(ray, world.origin, world.log2_size, walk)) return rx_trace_on(walk, ray, hit);
+    hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
+    return false;
 }
 
 #endif

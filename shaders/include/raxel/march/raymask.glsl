@@ -1,0 +1,50 @@
+// The exact walk with an early-out: a block of 4^3 in which no cell is both solid and on the line, by a table of masks, is left
+// at once. With a conservative table no hit changes; with one of lines between the middles of squares, which is how it was first
+// done, voxels at the edge of what a line passes are lost.
+#ifndef RAXEL_MARCH_RAYMASK_GLSL
+#define RAXEL_MARCH_RAYMASK_GLSL
+
+#include "raymask_table.glsl"
+
+#ifndef RX_HAS_MASK4
+#error "RX_MARCH_RAYMASK needs a layout with masks of 4x4x4 voxels (rx_mask4): bind `world` to world.brickmap"
+#endif
+
+layout(std430) readonly buffer RxRayMasks {
+    uvec2 masks[];
+} rayMasks;
+
+// A mask of a block, bit x + 4z + 16y, as it is in the walk's mirrored coordinates.
+uvec2 rx_mirror_mask(uvec2 mask, uvec3 flip) {
+    if ((flip.x & 1u) != 0u) {
+        mask = ((mask & 0x11111111u) << 3) | ((mask & 0x22222222u) << 1) | ((mask >> 1) & 0x22222222u) | ((mask >> 3) & 0x11111111u);
+    }
+    if ((flip.z & 1u) != 0u) {
+        mask = ((mask & 0x000f000fu) << 12) | ((mask & 0x00f000f0u) << 4) | ((mask >> 4) & 0x00f000f0u) | ((mask >> 12) & 0x000f000fu);
+    }
+    return (flip.y & 1u) != 0u ? (mask.yx << 16) | (mask.yx >> 16) : mask;
+}
+
+// The block that needs no asking at the start of a walk: one that the ray begins in has no face that it came in by.
+uvec3 rx_raymask_block(RxWalk walk) {
+    return walk.axes == 0u ? walk.q >> 2 : uvec3(0xffffffffu);
+}
+
+// Whether the ray, which has just come into the block of 4^3 around `cell`, passes none of its solid voxels, by the table. False for
+// the block `asked`, which then is this one.
+bool rx_raymask_misses(RxWalk walk, ivec3 cell, inout uvec3 asked) {
+    if (walk.q >> 2 == asked) return false;
+    asked = walk.q >> 2;
+    vec3 from_entry = vec3(ivec3((asked << 2) - walk.entry));
+    vec3 exits = mix((from_entry + 4.0 - walk.g) * walk.inv, vec3(RX_NEVER), equal(walk.inv, vec3(0.0)));
+    uint leave = exits.x <= exits.y && exits.x <= exits.z ? 0u : exits.y <= exits.z ? 1u : 2u;
+    uint enter = uint(findLSB(walk.axes));
+    vec3 in_place = walk.t * walk.d + walk.g, out_place = exits[leave] * walk.d + walk.g;
+    // Places are good to 2^-20 of the way: farther out they may lie in another square than a mask has room for.
+    if (max(out_place.x, max(out_place.y, out_place.z)) >= 16384.0) return false;
+    uint enter_square = rx_raymask_square(in_place - from_entry, enter), leave_square = rx_raymask_square(out_place - from_entry, leave);
+    uvec2 passed = rayMasks.masks[rx_raymask_index(enter, enter_square, leave, leave_square)];
+    return (passed & rx_mirror_mask(rx_mask4(cell), walk.flip)) == uvec2(0u);
+}
+
+#endif
