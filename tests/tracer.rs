@@ -189,6 +189,11 @@ fn chunks_hits_what_the_oracle_hits() {
 }
 
 #[test]
+fn bvh_hits_what_the_oracle_hits() {
+    conforms(Layout::Bvh, 1000);
+}
+
+#[test]
 fn rays_end_at_t_max() {
     let device = open();
     let world = Scene::find("hills").expect("a scene").world(IVec3::ZERO, 1);

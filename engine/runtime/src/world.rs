@@ -242,7 +242,7 @@ mod tests {
         let sources = source_layouts();
         assert_eq!(
             sources.iter().map(|source| source.name.as_str()).collect::<Vec<_>>(),
-            ["world.chunks", "world.tree64"]
+            ["world.chunks", "world.tree64", "world.bvh"]
         );
         for source in sources {
             let last = source.block.members.last().unwrap();

@@ -14,6 +14,8 @@
 #include "tree64.glsl"
 #elif defined(RX_LAYOUT_CHUNKS)
 #include "chunks.glsl"
+#elif defined(RX_LAYOUT_BVH)
+#include "bvh.glsl"
 #else
 #error "<raxel/world.glsl> needs a world: bind `world` to a buffer with source = \"world.tree64\" or \"world.chunks\""
 #endif

@@ -2,6 +2,7 @@
 //! one storage buffer in 32-bit words: a header, the materials, then the voxels.
 
 mod block;
+mod bvh;
 mod chunks;
 mod header;
 mod tree64;
@@ -9,6 +10,7 @@ mod tree64;
 use thiserror::Error;
 
 pub use block::{BlockMember, WORDS_STRIDE};
+pub use bvh::BvhHeader;
 pub use header::{ChunksHeader, Extent, MATERIAL_WORDS, Tree64Header};
 
 use crate::world::World;
@@ -20,6 +22,8 @@ pub enum Layout {
     Chunks,
     /// A sparse tree of 4³ nodes with occupancy masks.
     Tree64,
+    /// A tree of boxes around 4³ blocks with occupancy masks.
+    Bvh,
 }
 
 /// The content of a world buffer.
@@ -60,13 +64,14 @@ pub enum LayoutError {
 
 impl Layout {
     /// Every layout.
-    pub const ALL: &[Layout] = &[Layout::Chunks, Layout::Tree64];
+    pub const ALL: &[Layout] = &[Layout::Chunks, Layout::Tree64, Layout::Bvh];
 
     /// Its name in `source = "world.<name>"`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Chunks => "chunks",
             Self::Tree64 => "tree64",
+            Self::Bvh => "bvh",
         }
     }
 
@@ -80,6 +85,7 @@ impl Layout {
         match self {
             Self::Chunks => ChunksHeader::block(),
             Self::Tree64 => Tree64Header::block(),
+            Self::Bvh => BvhHeader::block(),
         }
     }
 
@@ -88,6 +94,7 @@ impl Layout {
         match self {
             Self::Chunks => chunks::encode(world, limit),
             Self::Tree64 => tree64::encode(world, limit),
+            Self::Bvh => bvh::encode(world, limit),
         }
     }
 }
