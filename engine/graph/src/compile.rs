@@ -19,6 +19,9 @@ pub struct SourceLayout {
 /// The checked graph with warnings, or everything that is wrong with it (warnings included).
 pub type Compiled = Result<(Graph, Vec<Diagnostic>), Vec<Diagnostic>>;
 
+/// Another source for one that a graph names; `None` keeps it.
+pub type Replace<'a> = &'a dyn Fn(&str) -> Option<String>;
+
 /// Compiles the graph file of that path (relative to the project root). `texts` receives every text that diagnostics point into,
 /// which are also the files that the result depends on.
 pub fn compile(
@@ -28,9 +31,26 @@ pub fn compile(
     sources: &[SourceLayout],
     texts: &mut SourceMap,
 ) -> Compiled {
+    compile_with(path, files, shaders, sources, &|_| None, texts)
+}
+
+/// Compiles a graph as if its buffers named other sources.
+pub fn compile_with(
+    path: &str,
+    files: &dyn Files,
+    shaders: &dyn ShaderSource,
+    sources: &[SourceLayout],
+    replace: Replace<'_>,
+    texts: &mut SourceMap,
+) -> Compiled {
     let mut found = Vec::new();
     // The file is read, with every file it extends, and laid over them.
-    let Some(loaded) = extends::load(path, files, texts, &mut found) else { return Err(found) };
+    let Some(mut loaded) = extends::load(path, files, texts, &mut found) else { return Err(found) };
+    for source in loaded.model.buffers.iter_mut().filter_map(|buffer| buffer.source.as_mut()) {
+        if let Some(other) = replace(&source.value) {
+            source.value = other;
+        }
+    }
     // Names become indices, words become types, literals become values.
     let resolved = resolve::resolve(loaded, sources, &mut found);
     // Each distinct shader is compiled once; its interface says what it must be given.

@@ -24,7 +24,7 @@ mod schema;
 pub mod sizes;
 mod value;
 
-pub use compile::{Compiled, SourceLayout, compile};
+pub use compile::{Compiled, Replace, SourceLayout, compile, compile_with};
 pub use memory::EstimatedMemory;
 pub use planner::{dump, plan};
 pub use schema::schema;

@@ -8,6 +8,7 @@ use raxel_graph::SourceLayout;
 use raxel_graph::checked::{BufferSize, Fact, Graph, ResourceId, ResourceKind};
 use raxel_graph::plan::{Limits, Plan, PlanInput, Present, ResourceDesc};
 use raxel_shader::Compiler;
+use raxel_world::layout::Layout;
 
 use crate::execute::{self, ExecuteError};
 use crate::params::Params;
@@ -15,7 +16,7 @@ use crate::project::Project;
 use crate::reload::record::Recorder;
 use crate::reload::settle::Content;
 use crate::timeline::{self, Demo};
-use crate::world::{SessionWorld, SourceError, source_layouts};
+use crate::world::{SessionWorld, SourceError, layout_of, source_layouts, source_of};
 
 /// Loads graphs, worlds and demos of one project. Compiled shaders are kept between loads.
 pub struct Loader {
@@ -23,6 +24,8 @@ pub struct Loader {
     shader_files: Arc<Recorder>,
     compiler: Compiler,
     layouts: Vec<SourceLayout>,
+    /// Takes the place of the layout of every world buffer.
+    layout: Option<Layout>,
 }
 
 /// Something loaded from files, right or wrong.
@@ -90,7 +93,13 @@ impl Loader {
     pub fn with_files(files: Arc<dyn Files>) -> Self {
         let shader_files = Arc::new(Recorder::new(files.clone()));
         let compiler = Compiler::new(shader_files.clone()).with_validator(raxel_gpu::validate_spirv);
-        Self { files, shader_files, compiler, layouts: source_layouts() }
+        Self { files, shader_files, compiler, layouts: source_layouts(), layout: None }
+    }
+
+    /// Loads graphs as if every buffer with a world in it had this layout. `None` leaves them as they are.
+    #[must_use]
+    pub fn with_layout(self, layout: Option<Layout>) -> Self {
+        Self { layout, ..self }
     }
 
     /// The files of the project.
@@ -100,8 +109,15 @@ impl Loader {
 
     /// Parses and checks a graph, and compiles its shaders. Graphs are loaded one at a time.
     pub fn graph(&self, path: &str) -> Part<Graph> {
+        self.graph_over(path, self.layout)
+    }
+
+    /// As [`Self::graph`], with another layout for its world.
+    pub fn graph_over(&self, path: &str, layout: Option<Layout>) -> Part<Graph> {
         let mut texts = SourceMap::default();
-        let result = raxel_graph::compile(path, &*self.shader_files, &self.compiler, &self.layouts, &mut texts);
+        let replace = |source: &str| layout.filter(|_| layout_of(source).is_some()).map(source_of);
+        let files = &*self.shader_files;
+        let result = raxel_graph::compile_with(path, files, &self.compiler, &self.layouts, &replace, &mut texts);
         Part::new(result, texts, self.shader_files.take())
     }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, table};
 use raxel_graph::SourceLayout;
@@ -22,6 +23,18 @@ pub struct SessionWorld {
     pub path: Option<String>,
     loaded: Loaded,
     buffers: Mutex<BTreeMap<Layout, Arc<raxel_gpu::Buffer>>>,
+    costs: Mutex<BTreeMap<Layout, LayoutCost>>,
+}
+
+/// What it took to bring a world into a layout.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct LayoutCost {
+    /// Bytes that say where solid voxels are.
+    pub geometry_bytes: u64,
+    /// Bytes that say what they are made of.
+    pub attribute_bytes: u64,
+    /// Seconds of encoding, the upload not counted.
+    pub encode_seconds: f64,
 }
 
 impl SessionWorld {
@@ -35,7 +48,7 @@ impl SessionWorld {
             cameras: Vec::new(),
             files: Vec::new(),
         };
-        Self { path: None, loaded, buffers: Mutex::default() }
+        Self { path: None, loaded, buffers: Mutex::default(), costs: Mutex::default() }
     }
 
     /// Loads the world at a project path, with its warnings.
@@ -45,7 +58,7 @@ impl SessionWorld {
         texts: &mut SourceMap,
     ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (loaded, warnings) = raxel_world::file::load(path, files, texts)?;
-        Ok((Self { path: Some(path.to_owned()), loaded, buffers: Mutex::default() }, warnings))
+        Ok((Self { path: Some(path.to_owned()), loaded, buffers: Mutex::default(), costs: Mutex::default() }, warnings))
     }
 
     /// Its name.
@@ -115,13 +128,25 @@ impl SessionWorld {
         if let Some(buffer) = buffers.get(&layout) {
             return Ok(buffer.clone());
         }
+        let began = Instant::now();
         let encoded = layout
             .encode(&self.loaded.world, limit)
             .map_err(|error| SourceError::Diagnosed(Box::new(self.does_not_fit(&error, resource))))?;
+        let cost = LayoutCost {
+            geometry_bytes: encoded.geometry_bytes,
+            attribute_bytes: encoded.attribute_bytes,
+            encode_seconds: began.elapsed().as_secs_f64(),
+        };
+        self.costs.lock().unwrap_or_else(PoisonError::into_inner).insert(layout, cost);
         let buffer =
             builder.upload_buffer(bytemuck::cast_slice(&encoded.words), source).map_err(SourceError::Device)?;
         buffers.insert(layout, buffer.clone());
         Ok(buffer)
+    }
+
+    /// What a layout took when it was encoded; `None` when it never was.
+    pub fn cost(&self, layout: Layout) -> Option<LayoutCost> {
+        self.costs.lock().unwrap_or_else(PoisonError::into_inner).get(&layout).copied()
     }
 
     /// Bytes of the layouts that are on the device, by source name.
@@ -180,8 +205,14 @@ fn saturated(cell: i64) -> i32 {
     cell.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
 }
 
-fn layout_of(source: &str) -> Option<Layout> {
+/// The layout that a source such as `world.tree64` names.
+pub fn layout_of(source: &str) -> Option<Layout> {
     Layout::from_name(source.strip_prefix(PREFIX)?)
+}
+
+/// The source of a layout.
+pub fn source_of(layout: Layout) -> String {
+    format!("{PREFIX}{}", layout.name())
 }
 
 fn unknown_source(source: &str, resource: &Resource) -> Diagnostic {
@@ -240,10 +271,8 @@ mod tests {
     #[test]
     fn every_layout_is_offered_with_its_runtime_array() {
         let sources = source_layouts();
-        assert_eq!(
-            sources.iter().map(|source| source.name.as_str()).collect::<Vec<_>>(),
-            ["world.chunks", "world.tree64", "world.bvh"]
-        );
+        let names: Vec<String> = Layout::ALL.iter().map(|layout| format!("world.{}", layout.name())).collect();
+        assert_eq!(sources.iter().map(|source| &source.name).collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());
         for source in sources {
             let last = source.block.members.last().unwrap();
             assert!(matches!(last.ty, Type::Array { len: None, stride: 4 | 16, .. }), "{last:?}");

@@ -47,6 +47,8 @@ pub struct Executor {
     full: Barrier,
     memo: bool,
     times: Vec<PassTime>,
+    /// Nanoseconds from the begin of the first pass to the end of the last.
+    span: Option<f64>,
     ticks: Vec<[u64; 2]>,
 }
 
@@ -87,6 +89,7 @@ impl Executor {
             full: Barrier::full(),
             memo: options.memo,
             times: Vec::new(),
+            span: None,
             ticks: Vec::new(),
         })
     }
@@ -132,6 +135,7 @@ impl Executor {
         next.replay.set_memo(self.memo);
         let plan = next.plan();
         self.times = plan.passes.iter().map(|pass| PassTime { pass: pass.pass, nanoseconds: None }).collect();
+        self.span = None;
         self.ticks = vec![[0; 2]; 2 * plan.passes.len()];
         for slot in &mut self.slots {
             slot.ran.reserve(plan.passes.len());
@@ -277,6 +281,12 @@ impl Executor {
         &self.times
     }
 
+    /// Nanoseconds of GPU time from the begin of the first pass to the end of the last, with all that lies between them, in the frame of
+    /// [`Self::timings`]. `None` when no pass ran, or the device has no timestamps.
+    pub fn span(&self) -> Option<f64> {
+        self.span
+    }
+
     /// Reads the times of a finished frame.
     fn harvest(&mut self, slot_index: usize) -> Result<(), ExecuteError> {
         let slot = &mut self.slots[slot_index];
@@ -290,6 +300,8 @@ impl Executor {
             let there = ticks.iter().all(|[_, available]| *available != 0);
             time.nanoseconds = there.then(|| ticks[1][0].saturating_sub(ticks[0][0]) as f64 * period);
         }
+        let ticks = self.ticks.iter().filter(|[_, available]| *available != 0).map(|[tick, _]| *tick);
+        self.span = ticks.clone().min().zip(ticks.max()).map(|(first, last)| (last - first) as f64 * period);
         Ok(())
     }
 

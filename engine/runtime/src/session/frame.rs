@@ -85,30 +85,12 @@ impl Session {
     }
 
     fn builtins(&self, moment: &Moment) -> Builtins {
-        let (camera, previous) = (&self.camera, &self.previous_camera);
-        let [width, height] = self.output;
-        let aspect = f64::from(width) / f64::from(height);
-        let [world_min, world_max] = self.world.bounds();
         Builtins {
-            camera_cell: camera.cell.to_array(),
-            camera_frac: camera.frac.to_array(),
-            camera_view_to_world: camera.view_to_world().to_cols_array_2d(),
-            camera_world_to_view: camera.world_to_view().to_cols_array_2d(),
-            camera_fov: camera.fov as f32,
-            camera_tan_half_fov: camera.tan_half_fov(aspect).to_array(),
-            camera_previous_cell: previous.cell.to_array(),
-            camera_previous_frac: previous.frac.to_array(),
-            camera_previous_view_to_world: previous.view_to_world().to_cols_array_2d(),
-            camera_previous_world_to_view: previous.world_to_view().to_cols_array_2d(),
             frame_index: moment.index as u32,
             frame_time: moment.time as f32,
             frame_delta: moment.delta as f32,
-            output_size: [width as i32, height as i32],
-            output_aspect: aspect as f32,
             cursor_position: self.cursor.unwrap_or([-1; 2]),
-            world_min,
-            world_max,
-            world_voxels: u32::try_from(self.world.voxels().solids()).unwrap_or(u32::MAX),
+            ..Builtins::of(&self.camera, &self.previous_camera, self.output, &self.world)
         }
     }
 

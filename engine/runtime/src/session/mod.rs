@@ -18,6 +18,7 @@ pub use raxel_gpu::Validation;
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_graph::checked::{Graph, PassId, Value};
 use raxel_graph::plan::Plan;
+use raxel_world::layout::Layout;
 
 use crate::build::{Loader, Selection, Target};
 use crate::camera::Camera;
@@ -52,6 +53,8 @@ pub struct Options {
     pub show: Show,
     /// Resources that can be read at the end of a frame, besides the one shown.
     pub pinned: Vec<String>,
+    /// Takes the place of the layout of every buffer that the graph fills with a world; `None` keeps the graph's own.
+    pub layout: Option<Layout>,
     /// The Vulkan device: a part of its name, or its number.
     pub device: Option<String>,
     /// Whether the validation layer looks on.
@@ -82,6 +85,7 @@ impl Default for Options {
             step: Some(1.0 / 60.0),
             show: Show::default(),
             pinned: Vec::new(),
+            layout: None,
             device: None,
             validation: Validation::Off,
             memo: true,

@@ -21,9 +21,10 @@ impl Session {
     /// Opens a project: finds and loads its files, opens a device, plans, and creates everything. Nothing has run yet.
     pub fn open(options: Options) -> Result<Self, OpenError> {
         let project = find_project(&options)?;
-        let loader = Arc::new(Loader::new(&project).map_err(|error| {
+        let loader = Loader::new(&project).map_err(|error| {
             Box::new(Diagnostic::error(codes::session::NO_PROJECT, format!("the project cannot be read: {error}")))
-        })?);
+        })?;
+        let loader = Arc::new(loader.with_layout(options.layout));
         let (parts, device) = load(&project, &options, &loader)?;
         let (warnings, texts) = parts.diagnostics();
         let project_error = |diagnostics| OpenError::Project { diagnostics, texts: Box::new(texts.clone()) };
