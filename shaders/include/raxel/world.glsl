@@ -16,6 +16,16 @@
 #include "chunks.glsl"
 #elif defined(RX_LAYOUT_BVH)
 #include "bvh.glsl"
+#elif defined(RX_LAYOUT_CHUNK_TABLE)
+#include "chunk_table.glsl"
+#elif defined(RX_LAYOUT_BRICKMAP)
+#include "brickmap.glsl"
+#elif defined(RX_LAYOUT_OCTREE)
+#include "octree.glsl"
+#elif defined(RX_LAYOUT_SVO)
+#include "svo.glsl"
+#elif defined(RX_LAYOUT_SVDAG)
+#include "svdag.glsl"
 #else
 #error "<raxel/world.glsl> needs a world: bind `world` to a buffer with source = \"world.tree64\" or \"world.chunks\""
 #endif

@@ -107,3 +107,12 @@ pub(super) fn material_words(materials: &[Material]) -> Vec<u32> {
     };
     materials.iter().flat_map(words).collect()
 }
+
+/// A buffer of `words` words that begins with a header and the materials; the rest is 0.
+pub(super) fn buffer(header: &impl bytemuck::NoUninit, materials: &[Material], words: usize) -> Vec<u32> {
+    let mut buffer = Vec::with_capacity(words);
+    buffer.extend_from_slice(bytemuck::cast_slice(std::slice::from_ref(header)));
+    buffer.extend(material_words(materials));
+    buffer.resize(words, 0);
+    buffer
+}

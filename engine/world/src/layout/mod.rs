@@ -2,16 +2,29 @@
 //! one storage buffer in 32-bit words: a header, the materials, then the voxels.
 
 mod block;
+mod brickmap;
 mod bvh;
+mod chunk_table;
 mod chunks;
+mod halo;
 mod header;
+mod octree;
+mod parts;
+mod svdag;
+mod svo;
+mod table;
 mod tree64;
 
 use thiserror::Error;
 
-pub use block::{BlockMember, WORDS_STRIDE};
+pub use block::{BlockMember, QUADS_STRIDE, WORDS_STRIDE};
+pub use brickmap::BrickmapHeader;
 pub use bvh::BvhHeader;
+pub use chunk_table::ChunkTableHeader;
 pub use header::{ChunksHeader, Extent, MATERIAL_WORDS, Tree64Header};
+pub use octree::OctreeHeader;
+pub use svdag::SvdagHeader;
+pub use svo::SvoHeader;
 
 use crate::world::World;
 
@@ -24,6 +37,16 @@ pub enum Layout {
     Tree64,
     /// A tree of boxes around 4³ blocks with occupancy masks.
     Bvh,
+    /// Flat 32³ chunks with occupancy masks in a hash table.
+    ChunkTable,
+    /// Sectors of 8³ bricks with occupancy masks.
+    Brickmap,
+    /// A complete octree for each 32³ chunk, in a hash table.
+    Octree,
+    /// A sparse octree.
+    Svo,
+    /// A sparse octree in which equal subtrees are stored once.
+    Svdag,
 }
 
 /// The content of a world buffer.
@@ -64,7 +87,16 @@ pub enum LayoutError {
 
 impl Layout {
     /// Every layout.
-    pub const ALL: &[Layout] = &[Layout::Chunks, Layout::Tree64, Layout::Bvh];
+    pub const ALL: &[Layout] = &[
+        Layout::Chunks,
+        Layout::Tree64,
+        Layout::Bvh,
+        Layout::ChunkTable,
+        Layout::Brickmap,
+        Layout::Octree,
+        Layout::Svo,
+        Layout::Svdag,
+    ];
 
     /// Its name in `source = "world.<name>"`.
     pub const fn name(self) -> &'static str {
@@ -72,6 +104,11 @@ impl Layout {
             Self::Chunks => "chunks",
             Self::Tree64 => "tree64",
             Self::Bvh => "bvh",
+            Self::ChunkTable => "chunk_table",
+            Self::Brickmap => "brickmap",
+            Self::Octree => "octree",
+            Self::Svo => "svo",
+            Self::Svdag => "svdag",
         }
     }
 
@@ -84,8 +121,13 @@ impl Layout {
     pub fn block(self) -> Vec<BlockMember> {
         match self {
             Self::Chunks => ChunksHeader::block(),
-            Self::Tree64 => Tree64Header::block(),
+            Self::Tree64 => Tree64Header::block_in_quads(),
             Self::Bvh => BvhHeader::block(),
+            Self::ChunkTable => ChunkTableHeader::block(),
+            Self::Brickmap => BrickmapHeader::block(),
+            Self::Octree => OctreeHeader::block(),
+            Self::Svo => SvoHeader::block(),
+            Self::Svdag => SvdagHeader::block(),
         }
     }
 
@@ -95,6 +137,11 @@ impl Layout {
             Self::Chunks => chunks::encode(world, limit),
             Self::Tree64 => tree64::encode(world, limit),
             Self::Bvh => bvh::encode(world, limit),
+            Self::ChunkTable => chunk_table::encode(world, limit),
+            Self::Brickmap => brickmap::encode(world, limit),
+            Self::Octree => octree::encode(world, limit),
+            Self::Svo => svo::encode(world, limit),
+            Self::Svdag => svdag::encode(world, limit),
         }
     }
 }

@@ -1,0 +1,140 @@
+//! Layout `octree`: see `shaders/include/raxel/octree.glsl` for the format.
+
+use rayon::prelude::*;
+
+use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
+use super::header::{Extent, MATERIAL_WORDS, buffer};
+use super::parts::{Octant, Parts};
+use super::table::Table;
+use super::{Encoded, Layout, LayoutError, check_size};
+use crate::world::World;
+
+/// Chunks have 2^5 voxels a side: depths 0 (the chunk) to 5 (voxels).
+const DEPTHS: u32 = 5;
+/// Nodes of a chunk, empty ones included, one word each.
+const CHUNK_WORDS: usize = first_node(DEPTHS + 1);
+/// Bits of a node all of whose voxels are solid and of one material: all children, and that they are alike.
+const FILLED: u32 = 0x1ff;
+
+header! {
+    /// Header of the layout `octree`. Addresses (`…_at`) count words from the first word behind the header.
+    OctreeHeader {
+        /// Smallest corner of a cube around the world, in voxels.
+        origin: [i32; 3],
+        /// The cube has 2^`log2_size` voxels a side.
+        log2_size: u32,
+        /// Smallest coordinates of solid voxels.
+        bounds_min: [i32; 3],
+        /// Materials, air included.
+        material_count: u32,
+        /// Largest coordinates of solid voxels.
+        bounds_last: [i32; 3],
+        /// Address of the first material.
+        materials_at: u32,
+        /// Address of the hash table of chunks.
+        table_at: u32,
+        /// The table has 2^`log2_slots` slots.
+        log2_slots: u32,
+        /// Address of the first chunk's nodes.
+        chunks_at: u32,
+        /// Chunks of nodes: equal chunks share them.
+        chunk_count: u32,
+    }
+}
+
+/// Index in a chunk of the first node of a depth: 1 + 8 + … + 8^(depth − 1).
+const fn first_node(depth: u32) -> usize {
+    ((1usize << (3 * depth)) - 1) / 7
+}
+
+pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
+    let layout = Layout::Octree;
+    let extent = Extent::of(world, layout)?;
+    let parts = Parts::octants(world, &extent);
+    let cells = parts.uses.iter().map(|&(cell, index)| (cell, index as u32));
+    let table = Table::new(cells, DEPTHS, extent.log2_size);
+
+    let materials_at = 0;
+    let table_at = MATERIAL_WORDS as usize * world.materials().len();
+    let chunks_at = table_at + table.words();
+    let words = OctreeHeader::WORDS as usize + chunks_at + CHUNK_WORDS * parts.distinct.len();
+    // Addresses are 32 bits wide and count words.
+    let bytes = check_size(layout, 4 * words as u64, limit.min(4 << 32))?;
+
+    let header = OctreeHeader {
+        origin: extent.origin,
+        log2_size: extent.log2_size,
+        bounds_min: extent.bounds_min,
+        material_count: world.materials().len() as u32,
+        bounds_last: extent.bounds_last,
+        materials_at,
+        table_at: table_at as u32,
+        log2_slots: table.log2_slots(),
+        chunks_at: chunks_at as u32,
+        chunk_count: parts.distinct.len() as u32,
+    };
+    let mut buffer = buffer(&header, world.materials(), words);
+    let (front, chunks) = buffer.split_at_mut(OctreeHeader::WORDS as usize + chunks_at);
+    let slots = &mut front[OctreeHeader::WORDS as usize + table_at..];
+    table.write(slots, DEPTHS, |index| (chunks_at + CHUNK_WORDS * index as usize) as u32);
+    chunks.par_chunks_exact_mut(CHUNK_WORDS).zip(&parts.distinct).for_each(|(nodes, octant)| fill(octant, nodes));
+
+    // A node's word says both where voxels are and what they are made of, so nodes count as geometry.
+    let attribute_bytes = 4 * u64::from(MATERIAL_WORDS) * world.materials().len() as u64;
+    Ok(Encoded { words: buffer, geometry_bytes: bytes - attribute_bytes, attribute_bytes })
+}
+
+/// Writes the nodes of a chunk: its voxels, then each depth from the one below.
+fn fill(octant: &Octant, nodes: &mut [u32]) {
+    let voxels = &mut nodes[first_node(DEPTHS)..];
+    for (cell, material) in octant.voxels() {
+        voxels[morton(cell)] = u32::from(material) << 16 | FILLED;
+    }
+    for depth in (0..DEPTHS).rev() {
+        let (here, below) = nodes[first_node(depth)..].split_at_mut(1 << (3 * depth));
+        for (node, children) in here.iter_mut().zip(below.chunks_exact(8)) {
+            *node = parent(children);
+        }
+    }
+}
+
+/// A node from its eight children: their mask, and the material of the first one.
+fn parent(children: &[u32]) -> u32 {
+    let mask = children.iter().enumerate().fold(0, |mask, (i, &child)| mask | u32::from(child != 0) << i);
+    let first = children.iter().find(|child| **child != 0).map_or(0, |child| child >> 16);
+    let alike = children.iter().all(|&child| child == first << 16 | FILLED);
+    if alike { first << 16 | FILLED } else { first << 16 | mask }
+}
+
+/// Index of a cell (0…31) at the depth of voxels: its bits interleaved, x lowest.
+fn morton(cell: [u32; 3]) -> usize {
+    (0..DEPTHS).fold(0, |index, bit| {
+        let digit = |axis: usize| (cell[axis] >> bit & 1) as usize;
+        index | (digit(0) | digit(1) << 1 | digit(2) << 2) << (3 * bit)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depths_begin_where_the_ones_above_end() {
+        assert_eq!([0, 1, 2, 3, 4, 5, 6].map(first_node), [0, 1, 9, 73, 585, 4681, 37449]);
+        assert_eq!(morton([31, 0, 0]), 0b001_001_001_001_001);
+        assert_eq!(morton([1, 2, 4]), 0b100_010_001);
+    }
+
+    #[test]
+    fn nodes_are_filled_only_when_all_their_voxels_are_alike() {
+        let voxel = 7 << 16 | FILLED;
+        assert_eq!(parent(&[voxel; 8]), voxel);
+        let mut children = [voxel; 8];
+        children[3] = 9 << 16 | FILLED;
+        assert_eq!(parent(&children), 7 << 16 | 0xff);
+        children[0] = 0;
+        assert_eq!(parent(&children), 7 << 16 | 0xfe);
+        assert_eq!(parent(&[7 << 16 | 0xff; 8]), 7 << 16 | 0xff);
+        assert_eq!(parent(&[0; 8]), 0);
+    }
+}
