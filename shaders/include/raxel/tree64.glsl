@@ -91,11 +91,11 @@ uint rx_material(ivec3 cell) {
     }
 }
 
-bool rx_trace(RxRay ray, out RxHit hit) {
+// The first solid voxel along a ray, not looked for before `t_free` (in lengths of the direction): until then it passes air only.
+bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
     RxWalk walk;
-    if (!rx_walk_begin(ray, world.origin, world.log2_size, walk)) return false;
-    float t_end = rx_walk_t_end(walk, ray);
+    if (!rx_walk_begin(ray, world.origin, world.log2_size, t_free, walk)) return false;
     uint outside = ~((1u << world.log2_size) - 1u);
     uint mirror = (walk.flip.x & 3u) | ((walk.flip.z & 3u) << 2) | ((walk.flip.y & 3u) << 4);
 
@@ -112,7 +112,7 @@ bool rx_trace(RxRay ray, out RxHit hit) {
     uint rounds = world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
     do {
         for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
-            if (((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > t_end) break;
+            if (((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > walk.t_end) break;
 
             // Up to the smallest node that holds both the cell before and this one.
             uvec3 changed = path ^ walk.q;
@@ -164,6 +164,10 @@ bool rx_trace(RxRay ray, out RxHit hit) {
     hit.material = rx_leaf_material(node.w, rank, leaf, voxel);
     hit.steps = steps;
     return within;
+}
+
+bool rx_trace(RxRay ray, out RxHit hit) {
+    return rx_trace_from(ray, 0.0, hit);
 }
 
 #endif

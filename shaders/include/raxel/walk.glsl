@@ -16,19 +16,26 @@
 const float RX_WALK_ERROR = 9.5367431640625e-7;  // 2^-20, relative to the cells passed, plus one
 const float RX_NEVER = 1.0e38;                   // crossing time on an axis the ray does not move along
 
+// 1.5 * 2^23: the sum of this and a small float is rounded to an integer, which is in its low bits.
+const float RX_ROUND = 12582912.0;
+
 struct RxWalk {
     uvec3 q;        // current cell
-    uvec3 entry;    // cell in which the floating-point walk begins: the origin's, or the first one in the cube
     uvec3 origin;   // the ray's own cell, modulo 2^32: crossings since the origin are q - origin
     uvec3 g_fixed;  // G
     uvec3 d_fixed;  // D
-    vec3 g;         // place in the entry cell, 0 to 1
-    vec3 h;         // 1 - g, with a precision of its own
+    uvec3 flip;     // mirrors: c = q ^ flip
+    uint axes;      // bit a: the last step crossed a plane of axis a; 0 in the origin's own cell
     vec3 d;         // D * 2^-30
     vec3 inv;       // 1 / d, or 0
-    float t;        // time of the last step since entry, in units of d
-    uint axes;      // bit a: the last step crossed a plane of axis a; 0 in the origin's own cell
-    uvec3 flip;     // mirrors: c = q ^ flip
+
+    // The frame: the cell and the time that the floating-point walk counts from. No cell behind it is visited any more.
+    uvec3 entry;    // the origin's cell, or one further on
+    vec3 g;         // place in that cell, 0 to 1
+    vec3 h;         // 1 - g, with a precision of its own
+    float base;     // time of the frame since the origin, about
+    float t;        // time of the last step since the frame, in units of d
+    float t_end;    // time since the frame after which no hit can be within ray.t_max
 };
 
 uint rx_pick(uvec3 v, uint axis) {
@@ -149,12 +156,46 @@ bool rx_walk_enter(inout RxWalk w, bvec3 before, uint last) {
         rx_put(w.h, b, rx_walk_gap(w, a, n_a, b, count + 1u));
     }
     w.entry = w.q;
+    w.base = t;
+    w.t_end -= t;
     return true;
 }
 
+// Puts the frame at 4 * time = quarters after the origin, where every coordinate is a sum of integers. The frame's cell.
+uvec3 rx_walk_frame(inout RxWalk w, uint quarters) {
+    uvec3 cells, rest;
+    umulExtended(w.d_fixed, uvec3(quarters), cells, rest);
+    uvec3 start = w.g_fixed << 8;  // 2^24 wraps to 0, and is a whole cell
+    rest += start;
+    cells += mix(uvec3(0u), uvec3(1u), lessThan(rest, start)) + (w.g_fixed >> 24);
+    float since = float(quarters) * 0.25;
+    w.entry = w.origin + cells;
+    w.g = vec3(rest) * 2.3283064365386962890625e-10;
+    w.h = mix(vec3(uvec3(0u) - rest) * 2.3283064365386962890625e-10, vec3(1.0), equal(rest, uvec3(0u)));
+    w.t -= since - w.base;
+    w.t_end -= since - w.base;
+    w.base = since;
+    return w.entry;
+}
+
+// Brings the frame close behind the current cell, where floating point is more exact. False if it is already, or if the ray comes
+// from too far.
+bool rx_walk_reframe(inout RxWalk w) {
+    float since = w.base + w.t;
+    if (w.t < 16.0 + since * 1.0e-5 || since > 2.68435456e8) return false;
+    rx_walk_frame(w, uint((since * 0.999998 - 0.25) * 4.0));
+    return true;
+}
+
+// Time in units of d of a time in lengths of a direction.
+float rx_walk_scale(vec3 dir) {
+    return uintBitsToFloat(clamp(rx_lattice_top(dir), 1u, 253u) << 23);
+}
+
 // Puts a ray on the lattice and enters the cube of 2^log2_size voxels (at most 2^30) whose smallest corner is `corner`.
-// False if the ray is invalid or never is in the cube.
-bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, out RxWalk w) {
+// False if the ray is invalid or never is in the cube. `t_free`, in lengths of the direction: the caller knows that no voxel that
+// the ray is in up to that time is solid, and these cells are passed over.
+bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out RxWalk w) {
     uint last = (1u << log2_size) - 1u;
     uint top = rx_lattice_top(ray.dir);
     bool valid = top != 0u && !rx_not_finite(ray.dir) && !rx_not_finite(ray.frac);
@@ -167,14 +208,27 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, out RxWalk w) {
     w.flip = mix(uvec3(0u), uvec3(last), down);
     uvec3 relative = uvec3(ray.cell) - uvec3(corner);
     w.origin = mix(relative, uvec3(last) - relative, down);
+    w.d = vec3(w.d_fixed) * 9.31322574615478515625e-10;
+    w.inv = mix(1.0 / max(w.d, vec3(1.0e-20)), vec3(0.0), still);
+    w.axes = 0u;
     w.q = w.origin;
     w.entry = w.origin;
     w.g = vec3(w.g_fixed) * 5.9604644775390625e-8;
     w.h = vec3(uvec3(16777216u) - w.g_fixed) * 5.9604644775390625e-8;
-    w.d = vec3(w.d_fixed) * 9.31322574615478515625e-10;
-    w.inv = mix(1.0 / max(w.d, vec3(1.0e-20)), vec3(0.0), still);
+    w.base = 0.0;
     w.t = 0.0;
-    w.axes = 0u;
+    float scale = rx_walk_scale(ray.dir);
+    w.t_end = ray.t_max >= 1.0e37 ? RX_FAR : ray.t_max * scale * 1.0001 + 1.0e-3;
+
+    float skip = t_free * scale * 0.999998 - 0.25;
+    if (valid && skip > 0.25 && skip < 2.68435456e8) {
+        w.q = rx_walk_frame(w, uint(skip * 4.0));
+        w.axes = 8u;  // not in the origin's own cell
+        if (((w.q.x | w.q.y | w.q.z) >> log2_size) == 0u) return true;
+        // Not in the cube at that time: the ray enters it later, if at all.
+        w.q = w.origin;
+        w.axes = 0u;
+    }
 
     bvec3 below = lessThan(ray.cell, corner);
     bvec3 above = greaterThan(ray.cell, corner + ivec3(last));
@@ -218,8 +272,8 @@ uint rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uv
 }
 
 // A step as floating point sees it: `a` is the axis whose plane at `end` comes first, at time t; on the others the ray has passed
-// `low` to `high` cells since entry by then. True if there is no doubt.
-bool rx_walk_propose(RxWalk w, uint shift, out uvec3 end, out uint a, out float t, out uvec3 low, out uvec3 high) {
+// `low` to `high` cells since entry by then.
+void rx_walk_propose(RxWalk w, uint shift, out uvec3 end, out uint a, out float t, out uvec3 low, out uvec3 high) {
     end = (w.q | ((1u << shift) - 1u)) + 1u;
     uvec3 block = end - w.entry;
     vec3 times = (vec3(block - 1u) + w.h) * w.inv;
@@ -230,37 +284,42 @@ bool rx_walk_propose(RxWalk w, uint shift, out uvec3 end, out uint a, out float 
     vec3 error = (x + 1.0) * RX_WALK_ERROR;
     low = max(uvec3(max(x - error, 0.0)), w.q - w.entry);
     high = max(min(uvec3(x + error), block), low);
-    bvec3 unsure = notEqual(low, high);
-    return !((unsure.x && a != 0u) || (unsure.y && a != 1u) || (unsure.z && a != 2u));
-}
-
-void rx_walk_commit(inout RxWalk w, uvec3 end, uint a, float t, uvec3 low, uint axes) {
-    w.q = w.entry + low;
-    rx_put(w.q, a, rx_pick(end, a));
-    w.axes = axes | (1u << a);
-    w.t = t;
 }
 
 // Leaves the aligned block of 2^shift voxels a side that holds the current cell. False, and nothing done, if floating point cannot
 // tell where to: then rx_walk_settle must be called. They are two functions so that tracers can keep the second one out of their
 // inner loop: it is rarely needed, but a group of threads takes as long as its slowest, and some drivers run both sides of an `if`.
+//
+// The place on each axis less one half is rounded to the nearest integer, which is the cell, unless it is nearly between two.
 bool rx_walk_step(inout RxWalk w, uint shift) {
-    uvec3 end, low, high;
-    uint a;
-    float t;
-    bool sure = rx_walk_propose(w, shift, end, a, t, low, high);
-    if (sure) rx_walk_commit(w, end, a, t, low, 0u);
-    return sure;
+    uvec3 last = w.q | ((1u << shift) - 1u);
+    vec3 times = vec3(last - w.entry) * w.inv + mix(w.h * w.inv, vec3(RX_NEVER), equal(w.inv, vec3(0.0)));
+    float t = min(times.x, min(times.y, times.z));
+    bvec3 first = bvec3(times.x == t, times.y == t && times.x != t, times.x != t && times.y != t);
+    precise vec3 place = (t * w.d + w.g) - 0.5;
+    precise vec3 rounded = place + RX_ROUND;
+    precise vec3 cell = rounded - RX_ROUND;
+    precise vec3 off = abs(place - cell);
+    bvec3 unsure = greaterThan(off, (0.5 - 1.5 * RX_WALK_ERROR) - RX_WALK_ERROR * place);
+    if ((unsure.x && !first.x) || (unsure.y && !first.y) || (unsure.z && !first.z)) return false;
+    w.q = mix(w.entry + (floatBitsToUint(rounded) - floatBitsToUint(RX_ROUND)), last + 1u, first);
+    w.axes = (first.x ? 1u : 0u) | (first.y ? 2u : 0u) | (first.z ? 4u : 0u);
+    w.t = t;
+    return true;
 }
 
-// The same step, decided by integers.
+// What to do when rx_walk_step is not sure: it either has to be called again, or the step is done, decided by integers.
 void rx_walk_settle(inout RxWalk w, uint shift) {
+    if (rx_walk_reframe(w)) return;
     uvec3 end, low, high;
     uint a;
     float t;
     rx_walk_propose(w, shift, end, a, t, low, high);
     uint axes = rx_walk_decide(w, end, a, low, high);
-    rx_walk_commit(w, end, a, t, low, axes);
+    w.q = w.entry + low;
+    rx_put(w.q, a, rx_pick(end, a));
+    w.axes = axes | (1u << a);
+    w.t = t;
 }
 
 // Fills in all of a hit but its material: the current cell is the voxel. False if it lies beyond ray.t_max.
@@ -275,7 +334,7 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, out RxHit hit) {
         return true;
     }
     // On an edge or corner the face of the steepest axis counts, then the one first in the order x, y, z.
-    uint a = 3u;
+    uint a = 0u;
     uint steepest = 0u;
     for (uint i = 0u; i < 3u; ++i) {
         uint d = rx_pick(w.d_fixed, i);
@@ -305,14 +364,7 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, out RxHit hit) {
         rx_put(place, b, clamp(mirrored ? gap : -gap, 0.0, 1.0));
     }
     hit.uv = a == 0u ? place.yz : a == 1u ? place.xz : place.xy;
-    return t <= ray.t_max;
-}
-
-// Time since entry after which no hit can be within ray.t_max, with room for rounding.
-float rx_walk_t_end(RxWalk w, RxRay ray) {
-    if (ray.t_max >= 1.0e37) return RX_FAR;
-    float scale = uintBitsToFloat(clamp(rx_lattice_top(ray.dir), 1u, 253u) << 23);
-    return ray.t_max * scale * 1.0001 + 1.0e-3;
+    return ray.t_max >= RX_FAR || t <= ray.t_max;
 }
 
 #endif
