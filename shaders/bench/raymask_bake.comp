@@ -1,6 +1,6 @@
 // Makes the table of <raxel/march/raymask_table.glsl>: a thread a pair of squares. It runs in the first frame only.
 //
-// With RX_RAYMASK_CONSERVATIVE a mask holds every cell that any line from one square to the other touches; without, the cells on
+// With RX_RAYMASK_CONSERVATIVE = 1 a mask holds every cell that any line from one square to the other touches; with 0, the cells on
 // the line between their middles.
 #version 460
 #include <raxel/march/raymask_table.glsl>
@@ -34,7 +34,7 @@ void main() {
     uint leave_square = index % RX_RAYMASK_SQUARES, rest = index / RX_RAYMASK_SQUARES;
     uint enter_square = rest % RX_RAYMASK_SQUARES, pair = rest / RX_RAYMASK_SQUARES;
     vec3 from = rx_raymask_middle(pair / 3u, 0.0, enter_square), to = rx_raymask_middle(pair % 3u, 4.0, leave_square);
-#ifdef RX_RAYMASK_CONSERVATIVE
+#if RX_RAYMASK_CONSERVATIVE
     vec3 half_size = vec3(2.0 / float(RX_RAYMASK_SIDE) + RX_RAYMASK_MARGIN);
     const float slack = 1.0e-5;  // for the rounding of s
 #else

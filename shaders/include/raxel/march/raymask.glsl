@@ -6,8 +6,9 @@
 
 #include "raymask_table.glsl"
 
+// Such a layout's rx_look keeps the mask of the block that it has looked into, unless that is empty, in `rx_looked_mask`.
 #ifndef RX_HAS_MASK4
-#error "RX_MARCH_RAYMASK needs a layout with masks of 4x4x4 voxels (rx_mask4): bind `world` to world.brickmap"
+#error "RX_MARCH_RAYMASK needs a layout with masks of 4 x 4 x 4 voxels: bind `world` to world.brickmap"
 #endif
 
 layout(std430) readonly buffer RxRayMasks {
@@ -25,14 +26,14 @@ uvec2 rx_mirror_mask(uvec2 mask, uvec3 flip) {
     return (flip.y & 1u) != 0u ? (mask.yx << 16) | (mask.yx >> 16) : mask;
 }
 
-// The block that needs no asking at the start of a walk: one that the ray begins in has no face that it came in by.
+// The block that needs no asking at the start of a walk: one that it begins in, not by a face.
 uvec3 rx_raymask_block(RxWalk walk) {
-    return walk.axes == 0u ? walk.q >> 2 : uvec3(0xffffffffu);
+    return (walk.axes & 7u) == 0u ? walk.q >> 2 : uvec3(0xffffffffu);
 }
 
-// Whether the ray, which has just come into the block of 4^3 around `cell`, passes none of its solid voxels, by the table. False for
-// the block `asked`, which then is this one.
-bool rx_raymask_misses(RxWalk walk, ivec3 cell, inout uvec3 asked) {
+// Whether the ray, which has just come into a block of 4^3, passes none of its solid voxels, by the table. False for the block `asked`,
+// which then is this one. To be called after rx_look.
+bool rx_raymask_misses(RxWalk walk, inout uvec3 asked) {
     if (walk.q >> 2 == asked) return false;
     asked = walk.q >> 2;
     vec3 from_entry = vec3(ivec3((asked << 2) - walk.entry));
@@ -44,7 +45,7 @@ bool rx_raymask_misses(RxWalk walk, ivec3 cell, inout uvec3 asked) {
     if (max(out_place.x, max(out_place.y, out_place.z)) >= 16384.0) return false;
     uint enter_square = rx_raymask_square(in_place - from_entry, enter), leave_square = rx_raymask_square(out_place - from_entry, leave);
     uvec2 passed = rayMasks.masks[rx_raymask_index(enter, enter_square, leave, leave_square)];
-    return (passed & rx_mirror_mask(rx_mask4(cell), walk.flip)) == uvec2(0u);
+    return (passed & rx_mirror_mask(rx_looked_mask, walk.flip)) == uvec2(0u);
 }
 
 #endif
