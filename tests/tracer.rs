@@ -194,6 +194,60 @@ fn bvh_hits_what_the_oracle_hits() {
 }
 
 #[test]
+fn chunk_table_hits_what_the_oracle_hits() {
+    conforms(Layout::ChunkTable, 500);
+}
+
+#[test]
+fn brickmap_hits_what_the_oracle_hits() {
+    conforms(Layout::Brickmap, 500);
+}
+
+#[test]
+fn octree_hits_what_the_oracle_hits() {
+    conforms(Layout::Octree, 500);
+}
+
+#[test]
+fn svo_hits_what_the_oracle_hits() {
+    conforms(Layout::Svo, 500);
+}
+
+#[test]
+fn svdag_hits_what_the_oracle_hits() {
+    conforms(Layout::Svdag, 500);
+}
+
+/// Pieces half a million voxels apart, with nothing between them but what a layout can skip.
+#[test]
+fn rays_cross_wide_empty_space() {
+    let device = open();
+    let mut voxels = Vec::new();
+    for (piece, material) in [(IVec3::new(-260_000, 40, 7), 1), (IVec3::new(270_000, -3000, 199), 2)] {
+        for i in 0..27 * 27 {
+            voxels.push((piece + IVec3::new(i % 3, i / 3 % 27, i / 81), material));
+        }
+    }
+    let world = World::from_voxels(scenes::materials(), voxels);
+    let across = |i: i32| {
+        let from = [-259_990, 40 + i % 27, 7 + i / 27 % 9];
+        let to = [270_000, -3000 + i * 7 % 30, 199 + i * 5 % 12];
+        Ray::new(from, [0.5, 0.25, 0.75], [0, 1, 2].map(|a| (to[a] - from[a]) as f32))
+    };
+    let rays: Vec<Ray> = (0..400).map(across).collect();
+    // The layout `chunks` would take 17,000 steps of a linear search.
+    for &layout in Layout::ALL.iter().filter(|layout| **layout != Layout::Chunks) {
+        let mut errors = Errors::default();
+        for (ray, words) in rays.iter().zip(Tracer::new(&device, layout).trace(&world, &rays)) {
+            errors.add(ray, &exact::first_hit(&world, ray), words.hit().as_ref());
+            assert_eq!(errors.wrong(), 0, "{} {ray:?} {words:?}", layout.name());
+            assert!(words.found == 0 || words.steps < 400, "{}: {} steps", layout.name(), words.steps);
+        }
+        assert!(errors.hits > 100, "{}: {errors:?}", layout.name());
+    }
+}
+
+#[test]
 fn rays_end_at_t_max() {
     let device = open();
     let world = Scene::find("hills").expect("a scene").world(IVec3::ZERO, 1);
