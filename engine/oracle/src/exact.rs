@@ -1,4 +1,5 @@
-//! First hit in exact arithmetic: no floating point decides anything.
+//! First hit in exact arithmetic, written to be read: fractions of 128-bit integers, nothing prepared, nothing clever.
+//! [`crate::Oracle`] gives the same answers faster.
 
 use std::cmp::Ordering;
 
@@ -18,7 +19,8 @@ pub struct Time {
 }
 
 impl Time {
-    const ZERO: Time = Time { numerator: 0, denominator: 1 };
+    /// Where the ray begins.
+    pub const ZERO: Time = Time { numerator: 0, denominator: 1 };
 
     /// In lengths of the ray's direction.
     pub fn in_lengths(self, lattice: &Lattice) -> f64 {
@@ -46,6 +48,47 @@ impl Ord for Time {
     }
 }
 
+/// From when to when a ray is in a voxel's cube, its surface included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Passage {
+    /// When it comes in, or the beginning of the ray.
+    pub enter: Time,
+    /// When it goes out.
+    pub leave: Time,
+}
+
+impl Passage {
+    /// `None` if the ray does not even touch the cube.
+    pub fn of(lattice: &Lattice, voxel: [i32; 3]) -> Option<Self> {
+        let mut enter = Time::ZERO;
+        let mut leave: Option<Time> = None;
+        for axis in 0..3 {
+            // Both planes, from the origin, in lattice units.
+            let ahead = (i64::from(voxel[axis]) - lattice.cell[axis]) * ONE - lattice.frac[axis];
+            let planes = [ahead, ahead + ONE];
+            let d = lattice.dir[axis];
+            if d == 0 {
+                if planes[0] > 0 || planes[1] < 0 {
+                    return None;
+                }
+                continue;
+            }
+            let [first, last] = if d > 0 { planes } else { [-planes[1], -planes[0]] };
+            let time = |plane: i64| Time { numerator: i128::from(plane), denominator: i128::from(d.abs()) };
+            enter = enter.max(time(first));
+            leave = Some(leave.map_or(time(last), |leave| leave.min(time(last))));
+        }
+        leave.filter(|leave| enter <= *leave).map(|leave| Self { enter, leave })
+    }
+
+    /// The way through the cube, in voxels; 0 where it is only touched.
+    pub fn length(&self, lattice: &Lattice) -> f64 {
+        let (a, b) = (self.enter, self.leave);
+        let difference = b.numerator * a.denominator - a.numerator * b.denominator;
+        difference as f64 / (a.denominator * b.denominator) as f64 * lattice.length() / ONE as f64
+    }
+}
+
 /// The exact first hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExactHit {
@@ -64,15 +107,42 @@ pub struct ExactHit {
 pub struct Answer {
     /// The first hit, if there is one.
     pub hit: Option<ExactHit>,
-    /// The ray went through an edge or a corner on its way: another rule for ties may give another hit.
+    /// Another rule for ties may give another hit: on its way the ray touches an edge or a corner of a solid voxel that it does not go
+    /// through, or enters what it hits by one, or begins on the surface of a solid, or lies in a plane of the lattice.
     pub tie: bool,
+}
+
+/// Whether one of the cells is solid that a ray only touches when it crosses planes of several axes (bits of `crossed`) at once and
+/// arrives in `cell`.
+pub(crate) fn touched(cell: [i64; 3], sign: [i64; 3], crossed: u32, solid: impl Fn([i64; 3]) -> bool) -> bool {
+    // Every cell around the edge or corner but the first (no axis crossed) and the last (all of them).
+    (1..crossed).filter(|some| some & !crossed == 0).any(|some| {
+        solid(
+            [0, 1, 2].map(|axis| if (crossed & !some) >> axis & 1 == 1 { cell[axis] - sign[axis] } else { cell[axis] }),
+        )
+    })
+}
+
+/// The face by which a voxel is entered: of the axes crossed the steepest, then the first.
+pub(crate) fn face_of(dir: [i64; 3], crossed: [bool; 3]) -> u32 {
+    let steepest = (0..3).filter(|&axis| crossed[axis]).max_by_key(|&axis| (dir[axis].abs(), 2 - axis));
+    steepest.map_or(FACE_INSIDE, |axis| 2 * axis as u32 + u32::from(dir[axis] < 0))
 }
 
 /// First solid voxel along a ray. Its `t_max` is not looked at.
 pub fn first_hit(world: &World, ray: &Ray) -> Answer {
     let mut tie = false;
-    let hit = Lattice::of(ray).and_then(|lattice| Walk::new(world, lattice)?.run(&mut tie));
+    let hit = Lattice::of(ray).and_then(|lattice| {
+        let walk = Walk::new(world, lattice)?;
+        tie = lattice.touches(|cell| solid(world, cell));
+        walk.run(&mut tie)
+    });
     Answer { hit, tie }
+}
+
+fn solid(world: &World, cell: [i64; 3]) -> bool {
+    let [x, y, z] = cell.map(i32::try_from);
+    matches!((x, y, z), (Ok(x), Ok(y), Ok(z)) if world.voxel(IVec3::new(x, y, z)) != 0)
 }
 
 struct Walk<'a> {
@@ -103,7 +173,13 @@ impl<'a> Walk<'a> {
             }
             let material = self.world.voxel(voxel);
             if material != 0 {
-                return Some(ExactHit { voxel: voxel.to_array(), face: self.face(), material, time: self.time });
+                *tie |= self.crossed.iter().filter(|crossed| **crossed).count() > 1;
+                return Some(ExactHit {
+                    voxel: voxel.to_array(),
+                    face: face_of(self.lattice.dir, self.crossed),
+                    material,
+                    time: self.time,
+                });
             }
             self.leave(if self.world.mask4(voxel >> 2) == 0 { 2 } else { 0 }, tie)?;
         }
@@ -143,7 +219,8 @@ impl<'a> Walk<'a> {
             self.crossed[axis] = cell != self.cell[axis] && self.crossing(axis, plane) == Some(time);
             self.cell[axis] = cell;
         }
-        *tie |= self.crossed.iter().filter(|crossed| **crossed).count() > 1;
+        let crossed = (0..3).filter(|&axis| self.crossed[axis]).fold(0, |bits, axis| bits | 1 << axis);
+        *tie |= touched(self.cell, self.lattice.dir.map(i64::signum), crossed, |cell| solid(self.world, cell));
         self.time = time;
     }
 
@@ -177,11 +254,5 @@ impl<'a> Walk<'a> {
         }
         self.advance(last, tie);
         Some(())
-    }
-
-    fn face(&self) -> u32 {
-        let d = self.lattice.dir;
-        let steepest = (0..3).filter(|&axis| self.crossed[axis]).max_by_key(|&axis| (d[axis].abs(), 2 - axis));
-        steepest.map_or(FACE_INSIDE, |axis| 2 * axis as u32 + u32::from(d[axis] < 0))
     }
 }

@@ -42,4 +42,23 @@ impl Lattice {
             exponent: top - 157,
         })
     }
+
+    /// Length of `dir`.
+    pub fn length(&self) -> f64 {
+        self.dir.iter().map(|d| (*d as f64).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// Whether a ray that starts on a face, an edge or a corner of its cell has a solid voxel there, or lies in a plane of the lattice.
+    pub(crate) fn touches(&self, solid: impl Fn([i64; 3]) -> bool) -> bool {
+        let on = |axis: usize| self.frac[axis] == 0 || self.frac[axis] == ONE;
+        if (0..3).any(|axis| on(axis) && self.dir[axis] == 0) {
+            return true;
+        }
+        let planes = (0..3).filter(|&axis| on(axis)).fold(0u32, |bits, axis| bits | 1 << axis);
+        let beyond = self.frac.map(|frac| if frac == 0 { -1 } else { 1 });
+        planes != 0
+            && (0..8u32).filter(|some| some & !planes == 0).any(|some| {
+                solid([0, 1, 2].map(|axis| self.cell[axis] + if some >> axis & 1 == 1 { beyond[axis] } else { 0 }))
+            })
+    }
 }

@@ -18,15 +18,18 @@
 //! [`exact::first_hit`] follows this rule in 128-bit rational arithmetic. [`brute`] checks it with an unrelated method on small worlds,
 //! and [`port`] is the GPU tracer of the layout `tree64`, line by line, over the very buffer the GPU gets.
 
+pub mod bounce;
 pub mod brute;
 pub mod camera;
 pub mod exact;
 mod lattice;
 pub mod metrics;
+mod oracle;
 pub mod port;
 mod ray;
 pub mod scenes;
 pub mod sets;
 
 pub use lattice::Lattice;
+pub use oracle::Oracle;
 pub use ray::{FACE_INSIDE, Hit, Ray};
