@@ -1,0 +1,31 @@
+//! What can go wrong on the way to a list of hits.
+
+use raxel_diagnostics::{Diagnostic, SourceMap};
+use raxel_world::layout::LayoutError;
+
+/// Why rays cannot be traced.
+#[derive(Debug, thiserror::Error)]
+pub enum RayError {
+    /// The tracer does not compile: a project's `shaders/include/raxel` overrides a part of it.
+    #[error("the tracer does not compile: {}", .diagnostics.first().map_or("", |d| d.message.as_str()))]
+    Shader {
+        /// Everything found.
+        diagnostics: Vec<Diagnostic>,
+        /// The texts that they point into.
+        texts: SourceMap,
+    },
+    /// The tracer binds something that no world has.
+    #[error("the tracer binds `{name}`, which {why}")]
+    Binding {
+        /// GLSL name.
+        name: String,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+    /// The world does not fit the layout.
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
+    /// The driver or the device.
+    #[error(transparent)]
+    Gpu(#[from] raxel_gpu::Error),
+}

@@ -1,0 +1,257 @@
+//! Rays to the device and hits back, part by part, in two slots of bounded size.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Duration;
+
+use raxel_gpu::{
+    Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Descriptors, Device, DeviceKind, Location, Moment, Resource,
+    Timestamps, vk,
+};
+use raxel_oracle::Ray;
+
+use super::error::RayError;
+use super::tracer::{DeviceWorld, Tracer};
+use super::words::{HitWords, RayWords};
+
+/// Rays a workgroup of `trace_rays.comp`.
+const GROUP: usize = 64;
+/// How long one submission should keep the device: long beside what it costs to submit, short beside any watchdog.
+const BUSY: Range<f64> = 0.004..0.1;
+/// Longer than any submission of rays takes that ends at all.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// How many rays of a tracer are submitted at once: as many as keep the device busy for a while, found by trying.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    rays: usize,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self { rays: 4096 }
+    }
+}
+
+impl Pace {
+    /// Learns from one submission.
+    fn learn(&mut self, rays: usize, seconds: f64, capacity: usize) {
+        if seconds > BUSY.end {
+            self.rays = (self.rays / 2).max(GROUP);
+        } else if seconds < BUSY.start && rays == self.rays {
+            self.rays = (self.rays * 4).min(capacity);
+        } else if seconds < BUSY.end / 4.0 && rays == self.rays {
+            self.rays = (self.rays * 2).min(capacity);
+        }
+    }
+}
+
+/// One part of a list of rays, traced.
+#[derive(Clone, Debug)]
+pub struct Traced<'a> {
+    /// Which rays of the list.
+    pub range: Range<usize>,
+    /// Their hits.
+    pub hits: &'a [HitWords],
+    /// How long the device took; `None` where it cannot tell.
+    pub seconds: Option<f64>,
+}
+
+/// A part that the device has.
+struct Flight {
+    range: Range<usize>,
+    moment: Moment,
+    slot: usize,
+}
+
+struct SlotBuffers {
+    staging: Buffer,
+    rays: Arc<Buffer>,
+    hits: Arc<Buffer>,
+    back: Buffer,
+    commands: CommandBuffer,
+    timestamps: Option<Timestamps>,
+}
+
+/// Two slots for rays and hits on a device.
+pub struct Stream {
+    device: Arc<Device>,
+    slots: [SlotBuffers; 2],
+    capacity: usize,
+}
+
+impl Stream {
+    /// Slots that suit the device.
+    pub fn new(device: &Arc<Device>) -> Result<Self, RayError> {
+        let software = device.capabilities().kind == DeviceKind::Cpu;
+        Self::with_capacity(device, if software { 1 << 15 } else { 1 << 19 })
+    }
+
+    /// Slots of at most `capacity` rays each, 192 bytes a ray; less where the device binds or dispatches less.
+    pub fn with_capacity(device: &Arc<Device>, capacity: usize) -> Result<Self, RayError> {
+        let limits = &device.capabilities().limits;
+        let bound = limits.max_storage_buffer_range as usize / size_of::<HitWords>();
+        let dispatched = (limits.max_compute_work_group_count[0] as usize).saturating_mul(GROUP);
+        let capacity = capacity.min(bound).min(dispatched).max(GROUP);
+        let slots = [Self::slot(device, capacity)?, Self::slot(device, capacity)?];
+        Ok(Self { device: device.clone(), slots, capacity })
+    }
+
+    fn slot(device: &Arc<Device>, capacity: usize) -> Result<SlotBuffers, RayError> {
+        let (from, to) = (vk::BufferUsageFlags::TRANSFER_SRC, vk::BufferUsageFlags::TRANSFER_DST);
+        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let buffer = |name: &str, stride: usize, usage, location| {
+            Buffer::new(device, name, &BufferInfo { size: (capacity * stride) as u64, usage, location }, Backing::Own)
+        };
+        let (ray, hit) = (size_of::<RayWords>(), size_of::<HitWords>());
+        Ok(SlotBuffers {
+            staging: buffer("rays, staging", ray, from, Location::Upload)?,
+            rays: Arc::new(buffer("rays", ray, storage | to, Location::Device)?),
+            hits: Arc::new(buffer("hits", hit, storage | from | to, Location::Device)?),
+            back: buffer("hits, read-back", hit, to, Location::Download)?,
+            commands: CommandBuffer::new(device, "rays")?,
+            timestamps: Timestamps::new(device, "rays", 2)?,
+        })
+    }
+
+    /// Most rays that are on the device at once in one slot.
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// Traces a list of rays, and gives each part to `look` in order, while the device traces the part after it. The device's
+    /// results are poisoned before each dispatch, so [`super::State::Unwritten`] is a hit that the tracer did not write.
+    pub fn trace<E: From<RayError>>(
+        &mut self,
+        tracer: &mut Tracer,
+        world: &DeviceWorld,
+        rays: &[Ray],
+        mut look: impl FnMut(Traced<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let bound = [self.bind(tracer, world, 0)?, self.bind(tracer, world, 1)?];
+        let mut flight: Option<Flight> = None;
+        let (mut next, mut slot) = (0, 0);
+        loop {
+            let end = rays.len().min(next + tracer.pace.rays.min(self.capacity));
+            let ahead = match next < end {
+                true => Some(self.submit(tracer, &bound[slot], slot, rays, next..end)?),
+                false => None,
+            };
+            (next, slot) = (end, 1 - slot);
+            let Some(landing) = std::mem::replace(&mut flight, ahead) else {
+                if flight.is_none() {
+                    return Ok(());
+                }
+                continue;
+            };
+            let looked = self.land(tracer, landing, &mut look);
+            if looked.is_err() {
+                // The part after it may not outlive what it reads.
+                if let Some(flight) = &flight {
+                    self.device.wait(flight.moment, Some(PATIENCE)).map_err(RayError::from)?;
+                }
+                return looked;
+            }
+        }
+    }
+
+    /// Traces a list of rays, and keeps all hits.
+    pub fn trace_all(
+        &mut self,
+        tracer: &mut Tracer,
+        world: &DeviceWorld,
+        rays: &[Ray],
+    ) -> Result<Vec<HitWords>, RayError> {
+        let mut all = Vec::with_capacity(rays.len());
+        self.trace(tracer, world, rays, |part| {
+            all.extend_from_slice(part.hits);
+            Ok::<_, RayError>(())
+        })?;
+        Ok(all)
+    }
+
+    fn bind(&self, tracer: &Tracer, world: &DeviceWorld, slot: usize) -> Result<Descriptors, RayError> {
+        let whole = |buffer: &Arc<Buffer>| Resource::Buffer(buffer.clone(), 0, buffer.size());
+        let slot = &self.slots[slot];
+        let resources = tracer.resources(world, &whole(&slot.rays), &whole(&slot.hits))?;
+        Ok(Descriptors::new(&self.device, "rays", &tracer.pipeline, &resources)?)
+    }
+
+    fn submit(
+        &mut self,
+        tracer: &Tracer,
+        descriptors: &Descriptors,
+        slot: usize,
+        rays: &[Ray],
+        range: Range<usize>,
+    ) -> Result<Flight, RayError> {
+        let SlotBuffers { staging, rays: on_device, hits, back, commands, timestamps } = &mut self.slots[slot];
+        let words: Vec<RayWords> = rays[range.clone()].iter().map(RayWords::from).collect();
+        let count = words.len() as u32;
+        if !staging.write(0, bytemuck::cast_slice(&words)) {
+            let size = staging.size();
+            return Err(raxel_gpu::Error::OutOfMemory { name: "rays, host-visible".to_owned(), size }.into());
+        }
+        let (copy, clear, compute) =
+            (vk::PipelineStageFlags2::COPY, vk::PipelineStageFlags2::CLEAR, vk::PipelineStageFlags2::COMPUTE_SHADER);
+        let (read, write) = (vk::AccessFlags2::SHADER_STORAGE_READ, vk::AccessFlags2::SHADER_STORAGE_WRITE);
+        let bytes = u64::from(count) * size_of::<HitWords>() as u64;
+        commands.begin()?;
+        commands.copy_buffer(staging, 0, on_device, u64::from(count) * size_of::<RayWords>() as u64);
+        commands.fill_buffer(hits, 0, bytes, HitWords::POISON);
+        commands.barrier(
+            &Barrier::default().memory((copy | clear, vk::AccessFlags2::TRANSFER_WRITE), (compute, read | write)),
+        );
+        if let Some(timestamps) = timestamps {
+            commands.reset_timestamps(timestamps);
+            commands.timestamp(timestamps, 0, false);
+        }
+        commands.bind(&tracer.pipeline, descriptors);
+        commands.push(&tracer.pipeline, bytemuck::bytes_of(&count));
+        commands.dispatch([count.div_ceil(GROUP as u32), 1, 1]);
+        if let Some(timestamps) = timestamps {
+            commands.timestamp(timestamps, 1, true);
+        }
+        commands.barrier(&Barrier::default().memory((compute, write), (copy, vk::AccessFlags2::TRANSFER_READ)));
+        commands.copy_buffer(hits, 0, back, bytes);
+        commands.barrier(&Barrier::default().memory(
+            (copy, vk::AccessFlags2::TRANSFER_WRITE),
+            (vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ),
+        ));
+        let moment = commands.submit()?;
+        Ok(Flight { range, moment, slot })
+    }
+
+    fn land<E: From<RayError>>(
+        &mut self,
+        tracer: &mut Tracer,
+        flight: Flight,
+        look: &mut impl FnMut(Traced<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if let Err(error) = self.device.wait(flight.moment, Some(PATIENCE)) {
+            if matches!(error, raxel_gpu::Error::TimedOut { .. }) {
+                self.device.abandon();
+            }
+            return Err(RayError::from(error).into());
+        }
+        let slot = &self.slots[flight.slot];
+        let mut ticks = [[0; 2]; 2];
+        let mut seconds = None;
+        if let Some(timestamps) = &slot.timestamps {
+            timestamps.read(&mut ticks).map_err(RayError::from)?;
+            let period = f64::from(self.device.capabilities().timestamp_period);
+            seconds = (ticks[0][1] == 1 && ticks[1][1] == 1)
+                .then(|| ticks[1][0].saturating_sub(ticks[0][0]) as f64 * period * 1e-9);
+        }
+        let count = flight.range.len();
+        tracer.pace.learn(count, seconds.unwrap_or(BUSY.start), self.capacity);
+        let bytes = slot.back.bytes().and_then(|bytes| bytes.get(..count * size_of::<HitWords>()));
+        let bytes = bytes.ok_or_else(|| {
+            RayError::from(raxel_gpu::Error::OutOfMemory {
+                name: "hits, host-visible".to_owned(),
+                size: slot.back.size(),
+            })
+        })?;
+        look(Traced { range: flight.range, hits: bytemuck::cast_slice(bytes), seconds })
+    }
+}

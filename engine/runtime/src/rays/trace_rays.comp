@@ -1,0 +1,51 @@
+// Traces a list of rays through the bound world: what a session does for pictures, without a graph. See rays/mod.rs.
+#version 460
+#include <raxel/world.glsl>
+#include <raxel/march.glsl>
+
+layout(local_size_x = 64) in;
+
+// Words, so that no bit of a NaN or denormal is lost on the way.
+struct RayWords {
+    ivec3 cell;
+    uint t_max;
+    uvec4 frac;
+    uvec4 dir;
+};
+
+struct HitWords {
+    ivec3 voxel;
+    uint state;      // RX_MISS, RX_HIT, RX_HANG
+    uint face;
+    uint material;
+    uint looked_up;  // rx_material of the voxel
+    uint t;
+    uvec2 uv;
+    uint steps;
+    uint unused;
+};
+
+const uint RX_MISS = 0u;
+const uint RX_HIT = 1u;
+const uint RX_HANG = 2u;
+
+layout(std430) readonly buffer Rays { RayWords rays[]; };
+layout(std430) writeonly buffer Hits { HitWords hits[]; };
+layout(push_constant) uniform Push { uint count; };
+
+// No tracer needs more rounds than this: every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
+uint rx_most_rounds() {
+    return world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= count) return;
+    RxRay ray = rx_ray(rays[i].cell, uintBitsToFloat(rays[i].frac.xyz), uintBitsToFloat(rays[i].dir.xyz));
+    ray.t_max = uintBitsToFloat(rays[i].t_max);
+    RxHit hit;
+    bool found = rx_march(ray, hit);
+    uint state = found ? RX_HIT : hit.steps >= rx_most_rounds() ? RX_HANG : RX_MISS;
+    hits[i] = HitWords(hit.voxel, state, hit.face, hit.material, found ? rx_material(hit.voxel) : 0u, floatBitsToUint(hit.t),
+                       floatBitsToUint(hit.uv), hit.steps, 0u);
+}

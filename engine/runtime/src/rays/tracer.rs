@@ -1,0 +1,150 @@
+//! The tracer of one layout on a device, and worlds for it.
+
+use std::fmt;
+use std::sync::Arc;
+
+use raxel_diagnostics::{FileError, Files, SourceMap};
+use raxel_gpu::{ComputePipeline, Device, PipelineInfo, Resource, Slot, upload, vk};
+use raxel_shader::interface::BindingKind;
+use raxel_shader::{Compiler, Request, Shader, ShaderSource};
+use raxel_world::World;
+use raxel_world::layout::Layout;
+
+use super::error::RayError;
+use super::stream::Pace;
+
+/// How hits are found: a layout, and a marcher of `<raxel/march.glsl>` over it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Method {
+    /// How the world is stored.
+    pub layout: Layout,
+    /// The marcher, e.g. `dda` for `RX_MARCH_DDA`; `None` is the layout's own exact tracer.
+    pub marcher: Option<String>,
+}
+
+impl Method {
+    /// The exact tracer of a layout.
+    pub fn of(layout: Layout) -> Self {
+        Self { layout, marcher: None }
+    }
+
+    fn defines(&self) -> Vec<(String, String)> {
+        let layout = format!("RX_LAYOUT_{}", self.layout.name().to_uppercase());
+        let marcher = self.marcher.iter().map(|marcher| format!("RX_MARCH_{}", marcher.to_uppercase()));
+        marcher.chain([layout]).rev().map(|name| (name, "1".to_owned())).collect()
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.marcher {
+            Some(marcher) => write!(f, "{}:{marcher}", self.layout.name()),
+            None => f.write_str(self.layout.name()),
+        }
+    }
+}
+
+/// A method, compiled.
+pub struct Tracer {
+    pub(super) device: Arc<Device>,
+    pub(super) shader: Arc<Shader>,
+    pub(super) pipeline: ComputePipeline,
+    pub(super) pace: Pace,
+    method: Method,
+}
+
+/// A world in a layout on the device.
+pub struct DeviceWorld {
+    pub(super) buffer: Resource,
+    pub(super) image: Option<Resource>,
+    /// Bytes on the device.
+    pub bytes: u64,
+}
+
+/// Where the shader stands for the compiler: in the project, though it comes from the binary.
+const PATH: &str = "shaders/trace_rays.comp";
+
+/// A project's files with the shader among them.
+struct WithShader(Arc<dyn Files>);
+
+impl Files for WithShader {
+    fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
+        if path == PATH { Ok(Arc::from(include_bytes!("trace_rays.comp").as_slice())) } else { self.0.read(path) }
+    }
+}
+
+impl Tracer {
+    /// Compiles a method. `files` are those of a project, whose `shaders/include` may override the library; a
+    /// [`raxel_diagnostics::MemoryFiles`] without files takes the library as it is.
+    pub fn new(device: &Arc<Device>, files: Arc<dyn Files>, method: &Method) -> Result<Self, RayError> {
+        let request = Request { path: PATH.into(), entry: "main".into(), defines: method.defines() };
+        let mut texts = SourceMap::default();
+        let (shader, _warnings) = Compiler::new(Arc::new(WithShader(files)))
+            .with_validator(raxel_gpu::validate_spirv)
+            .shader(&request, &mut texts)
+            .map_err(|diagnostics| RayError::Shader { diagnostics, texts })?;
+        let slots: Vec<Slot> = shader
+            .interface
+            .bindings
+            .iter()
+            .map(|binding| {
+                let ty = match &binding.kind {
+                    BindingKind::StorageBuffer(_) => vk::DescriptorType::STORAGE_BUFFER,
+                    BindingKind::SampledImage { .. } => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+                    BindingKind::StorageImage { .. } => vk::DescriptorType::STORAGE_IMAGE,
+                    BindingKind::UniformBuffer(_) | BindingKind::Unsupported(_) => {
+                        return Err(RayError::Binding {
+                            name: binding.name.clone(),
+                            why: "is of no kind that a world has",
+                        });
+                    }
+                };
+                Ok(Slot { set: binding.set, binding: binding.binding, ty, count: binding.count })
+            })
+            .collect::<Result<_, _>>()?;
+        let push_bytes = shader.interface.push.as_ref().map_or(0, |push| push.size);
+        let info = PipelineInfo { spirv: &shader.spirv, entry: "main", slots: &slots, push_bytes, specialization: &[] };
+        let pipeline = ComputePipeline::new(device, &method.to_string(), &info)?;
+        Ok(Self { device: device.clone(), shader, pipeline, pace: Pace::default(), method: method.clone() })
+    }
+
+    /// What it is.
+    pub fn method(&self) -> &Method {
+        &self.method
+    }
+
+    /// Encodes a world and brings it to the device. An error says the size and the limit, before anything big is allocated.
+    pub fn upload(&self, world: &World) -> Result<DeviceWorld, RayError> {
+        let limit = u64::from(self.device.capabilities().limits.max_storage_buffer_range);
+        let encoded = self.method.layout.encode(world, limit)?;
+        let words = bytemuck::cast_slice(&encoded.words);
+        let buffer = Arc::new(upload(&self.device, "world", words, None)?);
+        let bytes = buffer.size();
+        Ok(DeviceWorld { buffer: Resource::Buffer(buffer, 0, bytes), image: None, bytes })
+    }
+
+    /// The resources of the shader's bindings, in order.
+    pub(super) fn resources(
+        &self,
+        world: &DeviceWorld,
+        rays: &Resource,
+        hits: &Resource,
+    ) -> Result<Vec<Vec<Resource>>, RayError> {
+        let of = |name: &str| match name {
+            "world" => Some(&world.buffer),
+            "world_voxels" => world.image.as_ref(),
+            "Rays" => Some(rays),
+            "Hits" => Some(hits),
+            _ => None,
+        };
+        self.shader
+            .interface
+            .bindings
+            .iter()
+            .map(|binding| match of(&binding.name) {
+                Some(resource) => Ok(vec![resource.clone()]),
+                None => Err(RayError::Binding { name: binding.name.clone(), why: "no list of rays comes with" }),
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,78 @@
+//! Rays and hits as the shader `trace_rays.comp` has them: 48 bytes each.
+
+use bytemuck::{Pod, Zeroable};
+use raxel_oracle::{Hit, Ray};
+
+/// A ray on its way to the device.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct RayWords {
+    cell: [i32; 3],
+    t_max: f32,
+    frac: [f32; 4],
+    dir: [f32; 4],
+}
+
+impl From<&Ray> for RayWords {
+    fn from(ray: &Ray) -> Self {
+        let [fx, fy, fz] = ray.frac;
+        let [dx, dy, dz] = ray.dir;
+        Self { cell: ray.cell, t_max: ray.t_max, frac: [fx, fy, fz, 0.0], dir: [dx, dy, dz, 0.0] }
+    }
+}
+
+/// What became of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// It hits nothing.
+    Miss,
+    /// It hits a voxel.
+    Hit,
+    /// The tracer gave up: it looked at more cells than there can be on a line.
+    Hang,
+    /// The device wrote nothing, or nonsense, where the hit should be.
+    Unwritten,
+}
+
+/// What the device wrote about a ray.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct HitWords {
+    /// The voxel.
+    pub voxel: [i32; 3],
+    state: u32,
+    /// 0 −X, 1 +X, 2 −Y, 3 +Y, 4 −Z, 5 +Z, 6 inside.
+    pub face: u32,
+    /// Palette index, from `rx_trace`.
+    pub material: u32,
+    /// Palette index of the voxel, from `rx_material`.
+    pub looked_up: u32,
+    /// In lengths of the direction.
+    pub t: f32,
+    /// Place on the face.
+    pub uv: [f32; 2],
+    /// Cells that were looked at.
+    pub steps: u32,
+    unused: u32,
+}
+
+impl HitWords {
+    /// What a slot is filled with before each dispatch: no tracer writes this.
+    pub(super) const POISON: u32 = 0xcdcd_cdcd;
+
+    /// What became of the ray.
+    pub fn state(&self) -> State {
+        match self.state {
+            0 => State::Miss,
+            1 => State::Hit,
+            2 => State::Hang,
+            _ => State::Unwritten,
+        }
+    }
+
+    /// The hit, if there is one.
+    pub fn hit(&self) -> Option<Hit> {
+        let Self { voxel, face, material, t, uv, steps, .. } = *self;
+        (self.state() == State::Hit).then_some(Hit { voxel, face, material, t, uv, steps })
+    }
+}
