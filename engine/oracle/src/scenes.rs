@@ -12,61 +12,101 @@ pub struct Scene {
     pub name: &'static str,
     /// What it is made to find.
     pub about: &'static str,
-    solid: fn(IVec3, &mut Random) -> u16,
-    size: i32,
+    /// Voxels along an edge of its cube.
+    pub size: i32,
+    solid: Solid,
+}
+
+/// Where a scene is solid, and of what.
+#[derive(Clone, Copy, Debug)]
+enum Solid {
+    /// Cell by cell.
+    Cells(fn(IVec3, &mut Random) -> u16),
+    /// So many voxels at random places.
+    Random(u32),
+    /// One voxel in each corner.
+    Corners,
+    /// For each x and z the lowest and one past the highest y of the ground.
+    Ground(fn(i32, i32) -> [i32; 2]),
 }
 
 /// Every scene.
 pub const ALL: &[Scene] = &[
     Scene {
+        name: "dust",
+        about: "0.01 % of the voxels at random: rays pass far through nothing",
+        size: 192,
+        solid: Solid::Random(708),
+    },
+    Scene {
         name: "sparse",
         about: "one voxel in 500 at random: rays pass many edges before they hit",
-        solid: |_, random| if random.below(500) == 0 { 1 + random.below(3) as u16 } else { 0 },
         size: 96,
+        solid: Solid::Cells(|_, random| if random.below(500) == 0 { 1 + random.below(3) as u16 } else { 0 }),
+    },
+    Scene {
+        name: "gravel",
+        about: "2 % of the voxels at random: solids touch by edges and corners",
+        size: 64,
+        solid: Solid::Cells(|_, random| if random.below(50) == 0 { 1 + random.below(3) as u16 } else { 0 }),
     },
     Scene {
         name: "checkerboard",
         about: "every other voxel: each edge and corner of the lattice is one of a solid",
-        solid: |c, _| u16::from((c.x + c.y + c.z) & 1 == 0),
         size: 24,
+        solid: Solid::Cells(|c, _| u16::from((c.x + c.y + c.z) & 1 == 0)),
     },
     Scene {
         name: "diagonal",
         about: "a plane one voxel thick: a tracer that slips through an edge sees the other side",
-        solid: |c, _| u16::from(c.x + c.y + c.z == 60),
         size: 40,
+        solid: Solid::Cells(|c, _| u16::from(c.x + c.y + c.z == 60)),
     },
-    Scene { name: "solid", about: "a full cube: filled nodes, starts inside", solid: |_, _| 2, size: 72 },
+    Scene {
+        name: "slope",
+        about: "a plane of steps, x + y + 2z: rows of edges in three directions",
+        size: 48,
+        solid: Solid::Cells(|c, _| u16::from((c.x + c.y + 2 * c.z - 96).abs() < 2)),
+    },
+    Scene { name: "solid", about: "a full cube: filled nodes, starts inside", size: 72, solid: Solid::Cells(|_, _| 2) },
     Scene {
         name: "corners",
         about: "single voxels in the corners of a large box: long steps over nothing",
-        solid: |c, _| u16::from(c.to_array().iter().all(|c| *c == 0 || *c == 255)),
         size: 256,
+        solid: Solid::Corners,
     },
     Scene {
         name: "menger",
         about: "a Menger sponge of three levels: holes of all sizes",
-        solid: |c, _| {
+        size: 27,
+        solid: Solid::Cells(|c, _| {
             let hole = |k: i32| c.to_array().iter().filter(|c| **c / k % 3 == 1).count() >= 2;
             u16::from(!hole(1) && !hole(3) && !hole(9))
-        },
-        size: 27,
+        }),
     },
     Scene {
         name: "hills",
         about: "a shell of ground three voxels thick in two materials: what games look like",
-        solid: |c, _| {
-            let (x, z) = (c.x as f32 * 0.13, c.z as f32 * 0.11);
-            let height = (20.0 + 9.0 * x.sin() * z.cos() + 4.0 * (2.3 * x + z).sin()) as i32;
-            if c.y == height {
-                1
-            } else if (height - 2..height).contains(&c.y) {
-                2
-            } else {
-                0
-            }
-        },
         size: 80,
+        solid: Solid::Ground(|x, z| {
+            let (x, z) = (x as f32 * 0.13, z as f32 * 0.11);
+            let height = (20.0 + 9.0 * x.sin() * z.cos() + 4.0 * (2.3 * x + z).sin()) as i32;
+            [height - 2, height + 1]
+        }),
+    },
+    Scene {
+        name: "terrain",
+        about: "the same, half a thousand voxels wide: long rays over ground",
+        size: 512,
+        solid: Solid::Ground(|x, z| {
+            // Whole numbers, so that the ground is the same everywhere: ridges of five sizes, each half as high.
+            let ridge = |at: i32, size: i32| (at.rem_euclid(2 * size) - size).abs();
+            let height: i32 = (0..5)
+                .map(|i| 96 >> i)
+                .map(|size| ridge(x + z / 2 + size, size) + ridge(z - x / 3, size) * 2 / 3)
+                .sum::<i32>();
+            [height / 2 - 2, height / 2 + 1]
+        }),
     },
 ];
 
@@ -80,19 +120,42 @@ impl Scene {
     pub fn world(&self, corner: IVec3, seed: u64) -> World {
         let mut random = Random::new(seed);
         let mut voxels = Vec::new();
-        for y in 0..self.size {
-            for z in 0..self.size {
-                for x in 0..self.size {
-                    let cell = IVec3::new(x, y, z);
-                    let material = (self.solid)(cell, &mut random);
-                    if material != 0 {
-                        voxels.push((corner + cell, material));
+        let mut put = |x: i32, y: i32, z: i32, material: u16| {
+            if material != 0 {
+                voxels.push((corner + IVec3::new(x, y, z), material));
+            }
+        };
+        match self.solid {
+            Solid::Cells(solid) => {
+                for (y, z, x) in cells(self.size) {
+                    put(x, y, z, solid(IVec3::new(x, y, z), &mut random));
+                }
+            }
+            Solid::Random(count) => {
+                for _ in 0..count {
+                    let [x, y, z] = [0, 1, 2].map(|_| random.below(self.size as u64) as i32);
+                    put(x, y, z, 1 + random.below(3) as u16);
+                }
+            }
+            Solid::Corners => {
+                let side = |bit: i32| if bit & 1 == 1 { self.size - 1 } else { 0 };
+                (0..8).for_each(|i| put(side(i), side(i >> 1), side(i >> 2), 1));
+            }
+            Solid::Ground(ground) => {
+                for (z, x) in (0..self.size).flat_map(|z| (0..self.size).map(move |x| (z, x))) {
+                    let [low, high] = ground(x, z);
+                    for y in low.max(0)..high.min(self.size) {
+                        put(x, y, z, if y + 1 == high { 1 } else { 2 });
                     }
                 }
             }
         }
         World::from_voxels(materials(), voxels)
     }
+}
+
+fn cells(size: i32) -> impl Iterator<Item = (i32, i32, i32)> {
+    (0..size).flat_map(move |y| (0..size).flat_map(move |z| (0..size).map(move |x| (y, z, x))))
 }
 
 /// Air and three materials.

@@ -66,46 +66,92 @@ pub struct RaySet {
     pub name: &'static str,
     /// What it holds.
     pub about: &'static str,
-    make: fn(&Box3, &World, &mut Random) -> Ray,
+    make: fn(&Place, &mut Random) -> Ray,
 }
 
 /// The box of a scene's solids: smallest, and one past the largest coordinates.
 type Box3 = [[i64; 3]; 2];
 
+/// What rays are aimed at: a world's box, and some of its solid voxels.
+#[derive(Clone, Debug)]
+pub struct Place {
+    bounds: Box3,
+    solids: Vec<[i64; 3]>,
+}
+
+/// Solid voxels that a place remembers at most.
+const REMEMBERED: usize = 4096;
+
+impl Place {
+    /// Of a world. The voxels are evenly spread over the order of the world's chunks.
+    pub fn of(world: &World) -> Self {
+        let bounds = world.bounds().unwrap_or(Bounds { min: [0; 3], max: [64; 3] });
+        let every = (world.solids() as usize).div_ceil(REMEMBERED).max(1);
+        let solids = world.voxels().step_by(every).map(|(voxel, _)| voxel.to_array().map(i64::from)).collect();
+        Self { bounds: [bounds.min, bounds.max], solids }
+    }
+
+    /// A solid voxel; any cell of the box of an empty world.
+    fn solid(&self, random: &mut Random) -> [i64; 3] {
+        match self.solids.len() {
+            0 => random.cell(self.bounds),
+            n => self.solids[random.below(n as u64) as usize],
+        }
+    }
+}
+
 /// Every set.
 pub const ALL: &[RaySet] = &[
-    RaySet { name: "pinhole", about: "a camera beside the scene, pixels of a 90° view", make: pinhole },
+    RaySet { name: "pinhole", about: "cameras beside the scene, pixels of a 90° view", make: pinhole },
     RaySet { name: "incoherent", about: "any origin in and around the scene, any direction", make: incoherent },
-    RaySet { name: "edges", about: "aimed at random places on edges of voxels", make: |b, _, r| aimed(b, r, 2) },
-    RaySet { name: "corners", about: "aimed at corners of voxels", make: |b, _, r| aimed(b, r, 3) },
+    RaySet { name: "bounce", about: "from faces of solid voxels in any direction outwards", make: bounce },
+    RaySet { name: "edges", about: "aimed at random places on edges of the lattice", make: |p, r| aimed(p, r, 2) },
+    RaySet { name: "corners", about: "aimed at corners of the lattice", make: |p, r| aimed(p, r, 3) },
+    RaySet { name: "silhouettes", about: "aimed at edges and corners of solid voxels", make: silhouettes },
     RaySet {
         name: "lattice",
         about: "from middles, faces and corners along small integer vectors: all ties",
         make: lattice,
     },
+    RaySet { name: "near-ties", about: "the same, turned by a few units in the last place", make: near_ties },
     RaySet { name: "grazing", about: "1/1024 voxel beside a lattice plane, slopes of 1e-4 to 1e-7", make: grazing },
     RaySet { name: "zeros", about: "one or two components that are zero, of either sign", make: zeros },
     RaySet { name: "tiny", about: "components from 1e-45 (denormal) to 1e-6", make: tiny },
     RaySet { name: "faces", about: "origins exactly on faces, edges and corners of voxels", make: faces },
     RaySet { name: "inside", about: "origins in solid voxels and on their faces", make: inside },
     RaySet { name: "border", about: "origins on the border of the scene's box, in and out", make: border },
-    RaySet { name: "far", about: "origins 1e4 to 2^30 voxels away, aimed at the scene", make: far },
+    RaySet { name: "outside", about: "origins outside the scene's box, pointing away and past it", make: outside },
+    RaySet { name: "far", about: "origins 1e4 to 2^31 voxels away, aimed at the scene", make: far },
+    RaySet { name: "far-pinhole", about: "cameras 1e4 to 2^31 voxels away, a narrow view", make: far_pinhole },
     RaySet { name: "lengths", about: "directions 2^-60 to 2^60 long", make: lengths },
     RaySet { name: "invalid", about: "NaN, infinities, and no direction at all", make: invalid },
 ];
 
 impl RaySet {
+    /// Rays of a block.
+    pub const BLOCK: usize = 1024;
+
     /// The set of that name.
     pub fn find(name: &str) -> Option<&'static RaySet> {
         ALL.iter().find(|set| set.name == name)
     }
 
-    /// `count` rays for a world, the same for the same seed.
-    pub fn rays(&self, world: &World, count: usize, seed: u64) -> Vec<Ray> {
-        let bounds = world.bounds().unwrap_or(Bounds { min: [0; 3], max: [64; 3] });
+    /// The first `count` (at most [`RaySet::BLOCK`]) rays of a block: the same for the same place, seed and number, whoever makes the
+    /// blocks and in whatever order.
+    pub fn block(&self, place: &Place, seed: u64, number: u64, count: usize) -> Vec<Ray> {
         let name = self.name.bytes().fold(seed, |hash, byte| hash.wrapping_mul(31).wrapping_add(u64::from(byte)));
-        let mut random = Random::new(name);
-        (0..count).map(|_| (self.make)(&[bounds.min, bounds.max], world, &mut random)).collect()
+        // Seeds of neighbouring blocks are far apart in the generator's sequence.
+        let mut random = Random::new(Random::new(name ^ Random::new(number).bits()).bits());
+        (0..count.min(Self::BLOCK)).map(|_| (self.make)(place, &mut random)).collect()
+    }
+
+    /// `count` rays for a world: the blocks one after another.
+    pub fn rays(&self, world: &World, count: usize, seed: u64) -> Vec<Ray> {
+        let place = Place::of(world);
+        let blocks = count.div_ceil(Self::BLOCK) as u64;
+        let mut rays: Vec<Ray> = (0..blocks).flat_map(|number| self.block(&place, seed, number, Self::BLOCK)).collect();
+        rays.truncate(count);
+        rays
     }
 }
 
@@ -129,47 +175,94 @@ fn towards(from: ([i64; 3], [f32; 3]), to: ([i64; 3], [f32; 3])) -> [f32; 3] {
     std::array::from_fn(|i| ((to.0[i] - from.0[i]) as f64 + f64::from(to.1[i]) - f64::from(from.1[i])) as f32)
 }
 
-fn pinhole(b: &Box3, _: &World, random: &mut Random) -> Ray {
+/// The middle of the box.
+fn middle(b: &Box3) -> [i64; 3] {
+    std::array::from_fn(|i| i64::midpoint(b[0][i], b[1][i]))
+}
+
+fn pinhole(place: &Place, random: &mut Random) -> Ray {
     // One of 16 cameras.
     let mut camera = Random::new(random.below(16));
-    let outside = around(b);
-    let (cell, frac) = (camera.cell(outside), fraction(&mut camera));
-    let middle: [i64; 3] = std::array::from_fn(|i| i64::midpoint(b[0][i], b[1][i]));
-    let forward = towards((cell, frac), (middle, [0.5; 3])).map(|v| v / 200.0);
+    let (cell, frac) = (camera.cell(around(&place.bounds)), fraction(&mut camera));
+    let aim = towards((cell, frac), (middle(&place.bounds), [0.5; 3]));
+    let length = aim.iter().map(|v| v * v).sum::<f32>().sqrt().max(1.0);
+    let forward = aim.map(|v| v / length);
     let pixel: [f32; 3] = std::array::from_fn(|_| (random.below(1024) as f32 + 0.5) / 512.0 - 1.0);
-    Ray::new(clamped(cell), frac, std::array::from_fn(|i| forward[i] + 0.4 * pixel[i]))
+    Ray::new(clamped(cell), frac, std::array::from_fn(|i| forward[i] + 0.7 * pixel[i]))
 }
 
-fn incoherent(b: &Box3, _: &World, random: &mut Random) -> Ray {
-    Ray::new(clamped(random.cell(around(b))), fraction(random), random.direction())
+fn incoherent(place: &Place, random: &mut Random) -> Ray {
+    Ray::new(clamped(random.cell(around(&place.bounds))), fraction(random), random.direction())
 }
 
-fn aimed(b: &Box3, random: &mut Random, exact: usize) -> Ray {
-    let from = (random.cell(around(b)), fraction(random));
-    // All but 3 − `exact` coordinates of the target are integers.
-    let mut place = [0.0; 3];
+/// As `rx_ray_from_face` begins a ray: in the neighbour's cube, exactly on the shared plane.
+fn bounce(place: &Place, random: &mut Random) -> Ray {
+    let mut cell = place.solid(random);
+    let (axis, side) = (random.below(3) as usize, random.below(2) == 0);
+    cell[axis] += if side { 1 } else { -1 };
+    let mut frac = fraction(random);
+    frac[axis] = if side { 0.0 } else { 1.0 };
+    let mut dir = random.direction();
+    dir[axis] = if side { dir[axis].abs() } else { -dir[axis].abs() };
+    Ray::new(clamped(cell), frac, dir)
+}
+
+/// From anywhere around the scene to a point of a cell of which `exact` coordinates are integers.
+fn aim(place: &Place, random: &mut Random, target: [i64; 3], exact: usize) -> Ray {
+    let from = (random.cell(around(&place.bounds)), fraction(random));
+    let mut at = [0.0; 3];
     for _ in exact..3 {
-        place[random.below(3) as usize] = random.unit();
+        at[random.below(3) as usize] = random.unit();
     }
-    Ray::new(clamped(from.0), from.1, towards(from, (random.cell(*b), place)))
+    Ray::new(clamped(from.0), from.1, towards(from, (target, at)))
 }
 
-fn lattice(b: &Box3, _: &World, random: &mut Random) -> Ray {
+fn aimed(place: &Place, random: &mut Random, exact: usize) -> Ray {
+    let target = random.cell(place.bounds);
+    aim(place, random, target, exact)
+}
+
+fn silhouettes(place: &Place, random: &mut Random) -> Ray {
+    let corner = [0, 1, 2].map(|_| random.below(2) as i64);
+    let solid = place.solid(random);
+    let exact = 2 + random.below(2) as usize;
+    aim(place, random, [0, 1, 2].map(|i| solid[i] + corner[i]), exact)
+}
+
+fn lattice(place: &Place, random: &mut Random) -> Ray {
     let frac = std::array::from_fn(|_| [0.0, 0.5, 0.25, 1.0][random.below(4) as usize]);
     let dir = std::array::from_fn(|_| random.below(9) as f32 - 4.0);
-    Ray::new(clamped(random.cell(around(b))), frac, dir)
+    Ray::new(clamped(random.cell(around(&place.bounds))), frac, dir)
 }
 
-fn grazing(b: &Box3, _: &World, random: &mut Random) -> Ray {
-    let flat = random.below(3) as usize;
-    let mut ray = incoherent(b, &World::empty(), random);
-    ray.frac[flat] = [1.0 / 1024.0, 1.0 - 1.0 / 1024.0][random.below(2) as usize];
-    ray.dir[flat] = [1e-4, -1e-4, 1e-5, -1e-6, 1e-7, -1e-7][random.below(6) as usize];
+fn near_ties(place: &Place, random: &mut Random) -> Ray {
+    let mut ray = lattice(place, random);
+    for _ in 0..2 {
+        let d = &mut ray.dir[random.below(3) as usize];
+        *d = f32::from_bits(d.to_bits().wrapping_add(random.below(7) as u32).wrapping_sub(3));
+        // A zero has no neighbours but denormals and NaN.
+        if !d.is_normal() {
+            *d = 1.0;
+        }
+    }
     ray
 }
 
-fn zeros(b: &Box3, _: &World, random: &mut Random) -> Ray {
-    let mut ray = incoherent(b, &World::empty(), random);
+fn grazing(place: &Place, random: &mut Random) -> Ray {
+    let flat = random.below(3) as usize;
+    let mut ray = incoherent(place, random);
+    ray.frac[flat] = [1.0 / 1024.0, 1.0 - 1.0 / 1024.0][random.below(2) as usize];
+    ray.dir[flat] = [1e-4, -1e-4, 1e-5, -1e-6, 1e-7, -1e-7][random.below(6) as usize];
+    // Half of them beside a face of a solid voxel.
+    if random.below(2) == 0 {
+        let plane = place.solid(random)[flat] + [-1, 0, 1][random.below(3) as usize];
+        ray.cell[flat] = clamped([plane; 3])[0];
+    }
+    ray
+}
+
+fn zeros(place: &Place, random: &mut Random) -> Ray {
+    let mut ray = incoherent(place, random);
     for _ in 0..2 {
         ray.dir[random.below(3) as usize] = [0.0, -0.0][random.below(2) as usize];
     }
@@ -179,8 +272,8 @@ fn zeros(b: &Box3, _: &World, random: &mut Random) -> Ray {
     ray
 }
 
-fn tiny(b: &Box3, _: &World, random: &mut Random) -> Ray {
-    let mut ray = incoherent(b, &World::empty(), random);
+fn tiny(place: &Place, random: &mut Random) -> Ray {
+    let mut ray = incoherent(place, random);
     for _ in 0..2 {
         let size = [1e-45, 1e-40, 1e-38, 1e-30, 1e-20, 1e-12, 1e-9, 1e-7, 1e-6][random.below(9) as usize];
         ray.dir[random.below(3) as usize] = if random.below(2) == 0 { size } else { -size };
@@ -188,59 +281,80 @@ fn tiny(b: &Box3, _: &World, random: &mut Random) -> Ray {
     ray
 }
 
-fn faces(b: &Box3, _: &World, random: &mut Random) -> Ray {
-    let mut ray = incoherent(b, &World::empty(), random);
+fn faces(place: &Place, random: &mut Random) -> Ray {
+    let mut ray = incoherent(place, random);
     for _ in 0..=random.below(3) {
         ray.frac[random.below(3) as usize] = [0.0, 1.0][random.below(2) as usize];
     }
     ray
 }
 
-fn inside(b: &Box3, world: &World, random: &mut Random) -> Ray {
-    let mut ray = faces(b, world, random);
-    for _ in 0..64 {
-        let cell = clamped(random.cell(*b));
-        if world.voxel(cell.into()) != 0 {
-            ray.cell = cell;
-            // One voxel beside it: its face is the plane that the ray starts on.
-            if random.below(2) == 0 {
-                let axis = random.below(3) as usize;
-                let side = random.below(2) == 0;
-                ray.cell[axis] = ray.cell[axis].saturating_add(if side { 1 } else { -1 });
-                ray.frac[axis] = if side { 0.0 } else { 1.0 };
-            }
-            break;
-        }
+fn inside(place: &Place, random: &mut Random) -> Ray {
+    let mut ray = faces(place, random);
+    ray.cell = clamped(place.solid(random));
+    // One voxel beside it: its face is the plane that the ray starts on.
+    if random.below(2) == 0 {
+        let axis = random.below(3) as usize;
+        let side = random.below(2) == 0;
+        ray.cell[axis] = ray.cell[axis].saturating_add(if side { 1 } else { -1 });
+        ray.frac[axis] = if side { 0.0 } else { 1.0 };
     }
     ray
 }
 
-fn border(b: &Box3, _: &World, random: &mut Random) -> Ray {
-    let mut ray = faces(b, &World::empty(), random);
+fn border(place: &Place, random: &mut Random) -> Ray {
+    let mut ray = faces(place, random);
     let axis = random.below(3) as usize;
-    let planes = [b[0][axis] - 1, b[0][axis], b[1][axis] - 1, b[1][axis]];
-    ray.cell[axis] = clamped([planes[random.below(4) as usize]; 3])[0];
+    let [low, high] = place.bounds.map(|corner| corner[axis]);
+    ray.cell[axis] = clamped([[low - 1, low, high - 1, high][random.below(4) as usize]; 3])[0];
     ray
 }
 
-fn far(b: &Box3, _: &World, random: &mut Random) -> Ray {
-    let distance = [10_000, 1_000_000, 1 << 24, 1 << 30][random.below(4) as usize];
-    let away = random.direction();
-    let target = random.cell(*b);
-    let cell: [i64; 3] = std::array::from_fn(|i| target[i] + (f64::from(away[i]) * f64::from(distance)) as i64);
-    let from = (clamped(cell).map(i64::from), fraction(random));
+fn outside(place: &Place, random: &mut Random) -> Ray {
+    let mut ray = incoherent(place, random);
+    let axis = random.below(3) as usize;
+    let up = random.below(2) == 0;
+    let reach = 1 << random.below(24);
+    let away = 1 + random.below(reach) as i64;
+    let cell = if up { place.bounds[1][axis] - 1 + away } else { place.bounds[0][axis] - away };
+    ray.cell[axis] = clamped([cell; 3])[0];
+    // One in four points away, the others may hit.
+    let d = ray.dir[axis].abs();
+    let inwards = random.below(4) != 0;
+    ray.dir[axis] = if up == inwards { -d } else { d };
+    ray
+}
+
+/// An origin at one of several distances from a target, as far as coordinates reach.
+fn away(random: &mut Random, target: [i64; 3]) -> ([i64; 3], [f32; 3]) {
+    let distance = [1e4, 1e6, 16_777_216.0, 1_073_741_824.0, 4_294_967_296.0][random.below(5) as usize];
+    let direction = random.direction();
+    let cell = std::array::from_fn(|i| target[i] + (f64::from(direction[i]) * distance) as i64);
+    (clamped(cell).map(i64::from), fraction(random))
+}
+
+fn far(place: &Place, random: &mut Random) -> Ray {
+    let target = if random.below(2) == 0 { place.solid(random) } else { random.cell(place.bounds) };
+    let from = away(random, target);
     Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
 }
 
-fn lengths(b: &Box3, _: &World, random: &mut Random) -> Ray {
-    let mut ray = incoherent(b, &World::empty(), random);
+fn far_pinhole(place: &Place, random: &mut Random) -> Ray {
+    // One of 16 cameras.
+    let from = away(&mut Random::new(random.below(16)), middle(&place.bounds));
+    let target = random.cell(around(&place.bounds));
+    Ray::new(clamped(from.0), from.1, towards(from, (target, [0.5; 3])))
+}
+
+fn lengths(place: &Place, random: &mut Random) -> Ray {
+    let mut ray = incoherent(place, random);
     let length = (random.below(121) as f32 - 60.0).exp2();
     ray.dir = ray.dir.map(|d| d * length);
     ray
 }
 
-fn invalid(b: &Box3, _: &World, random: &mut Random) -> Ray {
-    let mut ray = incoherent(b, &World::empty(), random);
+fn invalid(place: &Place, random: &mut Random) -> Ray {
+    let mut ray = incoherent(place, random);
     let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][random.below(3) as usize];
     match random.below(4) {
         0 => ray.dir = [0.0, -0.0, 0.0],
@@ -249,4 +363,32 @@ fn invalid(b: &Box3, _: &World, random: &mut Random) -> Ray {
         _ => ray.dir[random.below(3) as usize] = bad,
     }
     ray
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::IVec3;
+
+    use super::*;
+
+    #[test]
+    fn blocks_make_up_the_list_and_differ() {
+        let world = crate::scenes::Scene::find("menger").expect("a scene").world(IVec3::ZERO, 1);
+        let place = Place::of(&world);
+        for set in ALL {
+            let all = set.rays(&world, 2500, 9);
+            let parts: Vec<Ray> = (0..3).flat_map(|number| set.block(&place, 9, number, RaySet::BLOCK)).collect();
+            // Debug text, since NaN is not equal to itself.
+            assert_eq!(format!("{all:?}"), format!("{:?}", &parts[..2500]), "{}", set.name);
+            assert_ne!(format!("{:?}", &all[..1024]), format!("{:?}", &all[1024..2048]), "{}", set.name);
+            assert_ne!(format!("{all:?}"), format!("{:?}", set.rays(&world, 2500, 10)), "{}", set.name);
+        }
+    }
+
+    #[test]
+    fn names_are_unique() {
+        for set in ALL {
+            assert_eq!(RaySet::find(set.name).map(|found| found.about), Some(set.about));
+        }
+    }
 }
