@@ -247,6 +247,28 @@ fn rays_cross_wide_empty_space() {
     }
 }
 
+/// Rays that begin in every voxel of boxes of 1, 2, 4, … 4096 materials hit the material that is there.
+#[test]
+fn voxels_are_of_their_materials() {
+    let device = open();
+    let materials = vec![raxel_world::Material::matt("any", [0.5; 3]); 4097];
+    let mut voxels = Vec::new();
+    for (slab, count) in (0..).zip([1, 2, 4, 16, 17, 256, 257, 4096]) {
+        for i in 0..16 * 20 * 30 {
+            let cell = IVec3::new(16 * slab + i % 16 - 70, i / 16 % 20 + 5, i / 320 - 9);
+            voxels.push((cell, 1 + (i * 7 % count) as u16));
+        }
+    }
+    let world = World::from_voxels(materials, voxels.iter().copied());
+    let rays: Vec<Ray> = voxels.iter().map(|(cell, _)| Ray::new(cell.to_array(), [0.5; 3], [1.0, 0.0, 0.0])).collect();
+    for &layout in Layout::ALL {
+        for ((cell, material), words) in voxels.iter().zip(Tracer::new(&device, layout).trace(&world, &rays)) {
+            let found = [words.found, words.material, words.looked_up];
+            assert_eq!(found, [1, u32::from(*material), u32::from(*material)], "{} {cell}", layout.name());
+        }
+    }
+}
+
 #[test]
 fn rays_end_at_t_max() {
     let device = open();

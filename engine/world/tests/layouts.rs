@@ -264,6 +264,18 @@ fn equal_chunks_are_stored_once() {
     }
 }
 
+#[test]
+fn geometry_is_shared_by_what_is_made_of_other_materials() {
+    let one = filled([3; 3], [40; 3], |c| 1 + ((c[0] + 2 * c[1] + 3 * c[2]) % 3) as u16);
+    let mut many = Voxels::new();
+    for i in 0..8 {
+        many.extend(one.iter().map(|(cell, material)| ([cell[0] + 64 * i, cell[1], cell[2]], material + i as u16)));
+    }
+    check(&many, 10);
+    let bytes = [&one, &many].map(|voxels| encode(Layout::Svdag, &world(voxels, 10)).geometry_bytes);
+    assert!(bytes[1] < bytes[0] + 8 * 16, "{bytes:?}");
+}
+
 /// The goal for shells of gentle terrain: at most 0.31 bytes a voxel say where it is.
 #[test]
 fn a_shell_of_terrain_is_small() {

@@ -136,7 +136,7 @@ impl Directory {
         }
     }
 
-    fn write(&self, words: &mut [u32], address: impl Fn(u32) -> u32) {
+    fn write(&self, words: &mut [u32], address: impl Fn(u32) -> u32 + Sync) {
         match self {
             Self::Grid(grid) => grid.write(words, address),
             Self::Table(table) => table.write(words, LOG2_EDGE, address),
@@ -165,16 +165,14 @@ impl Grid {
         let size: [u32; 3] = std::array::from_fn(|i| last[i] - first[i] + 1);
         // At most 2^24 cells along an axis.
         let cells = size.iter().fold(1u64, |cells, size| cells.saturating_mul(u64::from(*size)));
+        if cells > GRID_CELLS.max(GRID_CELLS_A_SECTOR * parts.uses.len() as u64) {
+            return None;
+        }
         let sectors = parts.uses.iter().map(|&(cell, index)| (cell, index as u32)).collect();
-        (cells <= GRID_CELLS.max(GRID_CELLS_A_SECTOR * parts.uses.len() as u64)).then_some(Self {
-            first,
-            size,
-            sectors,
-            log2_size: extent.log2_size,
-        })
+        Some(Self { first, size, sectors, log2_size: extent.log2_size })
     }
 
-    fn write(&self, words: &mut [u32], address: impl Fn(u32) -> u32) {
+    fn write(&self, words: &mut [u32], address: impl Fn(u32) -> u32 + Sync) {
         // Occupied cubes of 2, 4, 8, … sectors a side, up to the whole.
         let mut occupied = vec![self.sectors.keys().copied().collect::<std::collections::HashSet<[u32; 3]>>()];
         for _ in LOG2_EDGE + 1..self.log2_size {
@@ -182,7 +180,7 @@ impl Grid {
             occupied.push(below.iter().map(|cell| cell.map(|c| c >> 1)).collect());
         }
         let [width, height, _] = self.size.map(|size| size as usize);
-        for (i, word) in words.iter_mut().enumerate() {
+        words.par_iter_mut().enumerate().for_each(|(i, word)| {
             let local = [i % width, i / width % height, i / width / height];
             let cell: [u32; 3] = std::array::from_fn(|a| self.first[a] + local[a] as u32);
             *word = self.sectors.get(&cell).map_or_else(
@@ -192,7 +190,7 @@ impl Grid {
                 },
                 |&index| address(index),
             );
-        }
+        });
     }
 }
 

@@ -114,9 +114,9 @@ fn pack(materials: &[MaterialIndex]) -> Result<MaterialIndex, Packed> {
         return Ok(only);
     }
     let kind = match palette.len() {
-        ..=2 => 0,
-        ..=4 => 1,
-        ..=16 => 2,
+        0..=2 => 0,
+        3..=4 => 1,
+        5..=16 => 2,
         _ => 4,
     };
     let mut words = Vec::new();
