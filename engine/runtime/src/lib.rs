@@ -18,12 +18,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod bench;
 pub mod build;
 pub mod camera;
 pub mod clock;
 pub mod execute;
 pub mod params;
 pub mod project;
+pub mod rays;
 pub mod reload;
 pub mod session;
 pub mod show;

@@ -102,6 +102,11 @@ impl Project {
         self.list("graphs", is_toml)
     }
 
+    /// Every graph in a folder such as `graphs/bench`, in order of name.
+    pub fn graphs_in(&self, folder: &str) -> Vec<String> {
+        self.list(folder, is_toml)
+    }
+
     /// Every world, in order of name.
     pub fn worlds(&self) -> Vec<String> {
         self.list("worlds", |name| is_toml(name) && !name.ends_with(".demo.toml"))

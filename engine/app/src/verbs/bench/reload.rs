@@ -1,4 +1,4 @@
-//! `raxel bench`: measurements that anybody can repeat.
+//! `raxel bench reload`: from a save to the picture.
 
 use raxel_gpu::DeviceOptions;
 use raxel_runtime::reload::bench::{BenchError, BenchOptions, Times, bench_reload};
@@ -9,23 +9,11 @@ use crate::failure::{Exit, Failure, Result};
 use crate::session::{What, frame_failure, open_failure};
 use crate::talk::{self, Format, Talk};
 
-/// Measures.
-#[derive(Debug, clap::Args)]
-pub(crate) struct Args {
-    #[command(subcommand)]
-    what: Bench,
-}
-
-#[derive(Debug, clap::Subcommand)]
-enum Bench {
-    Reload(Reload),
-}
-
 /// Measures the time from the end of a save to the finished picture, for edits of a shader and of a graph. A copy of the project is
 /// edited, never the project.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel bench reload --edits 50 --size 640x360")]
-struct Reload {
+pub(crate) struct Args {
     #[command(flatten)]
     what: What,
 
@@ -42,23 +30,14 @@ struct Reload {
     check: bool,
 
     #[command(flatten)]
-    messages: Messages,
-}
-
-impl Args {
-    /// The form of messages asked for.
-    pub fn format(&self) -> Format {
-        let Bench::Reload(reload) = &self.what;
-        reload.messages.format
-    }
+    pub messages: Messages,
 }
 
 /// Milliseconds that an edit may take: median and 95th percentile.
 const SHADER_BUDGET: (f64, f64) = (150.0, 400.0);
 const GRAPH_BUDGET: f64 = 50.0;
 
-pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
-    let Bench::Reload(args) = &args.what;
+pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     let mut session = args.what.options(device)?;
     session.size = args.size.0;
     let times =

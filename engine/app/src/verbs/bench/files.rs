@@ -1,0 +1,228 @@
+//! results.csv, results.json and the charts.
+
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use raxel_gpu::Device;
+use raxel_oracle::metrics::Errors;
+use raxel_runtime::bench::{Effort, Measured, Row};
+use serde_json::{Value, json};
+
+use super::chart;
+use super::labels::stem;
+use super::matrix::same_view;
+use crate::failure::Result;
+use crate::output::{Pending, shown};
+use crate::talk::{Format, Talk};
+
+/// What was measured where, with what.
+pub(super) struct About {
+    pub device: String,
+    pub driver: String,
+    pub command: String,
+    pub date: String,
+    pub effort: Effort,
+}
+
+impl About {
+    pub fn of(device: &Device, effort: &Effort) -> Self {
+        let capabilities = device.capabilities();
+        let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
+        let arguments: Vec<String> = std::env::args().skip(1).collect();
+        Self {
+            device: capabilities.name.clone(),
+            driver: capabilities.driver.clone(),
+            command: format!("raxel {}", arguments.join(" ")),
+            date: date(seconds),
+            effort: *effort,
+        }
+    }
+
+    pub fn json(&self) -> Value {
+        json!({
+            "reason": "bench",
+            "device": self.device,
+            "driver": self.driver,
+            "raxel": env!("CARGO_PKG_VERSION"),
+            "command": self.command,
+            "date": self.date,
+            "effort": self.effort,
+        })
+    }
+}
+
+/// Seconds since 1970 as year-month-day (H. Hinnant, "chrono-compatible low-level date algorithms", `civil_from_days`).
+fn date(seconds: u64) -> String {
+    let days = (seconds / 86400) as i64 + 719_468;
+    let era = days.div_euclid(146_097);
+    let of_era = days.rem_euclid(146_097);
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36524 - of_era / 146_096) / 365;
+    let day_of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    format!("{year:04}-{month:02}-{day:02}")
+}
+
+/// Writes everything into a folder.
+pub(super) fn write(folder: &Path, about: &About, rows: &[Row], talk: &Talk) -> Result {
+    let mut written = Vec::new();
+    let mut put = |name: String, bytes: &[u8]| -> Result {
+        let path = folder.join(name);
+        Pending::new(&path)?.finish(bytes)?;
+        written.push(shown(&path).to_string());
+        Ok(())
+    };
+    put("results.csv".to_owned(), csv(rows).as_bytes())?;
+    let mut all = about.json();
+    all["rows"] = rows.iter().map(row_json).collect();
+    put("results.json".to_owned(), format!("{all:#}\n").as_bytes())?;
+    for view in rows.chunk_by(same_view) {
+        let case = &view[0].case;
+        let [width, height] = case.size;
+        let name = format!("{}-{}-{width}x{height}.svg", stem(&case.world), case.camera);
+        if let Some(svg) = chart::draw(view, about) {
+            put(name, svg.as_bytes())?;
+        }
+    }
+    if talk.format() != Format::Json {
+        talk.say(&format!("wrote {}", written.join(", ")));
+    }
+    Ok(())
+}
+
+/// Counts of a judgement with their names, in the order of the columns; what needs depths only where there are some.
+fn errors(errors: &Errors, depths: bool) -> Vec<(&'static str, Option<f64>)> {
+    let counts = [
+        ("wrong", errors.wrong()),
+        ("missed", errors.missed),
+        ("invented", errors.invented),
+        ("early", errors.early),
+        ("late", errors.late),
+        ("face", errors.face),
+        ("material", errors.material),
+        ("not_finite", errors.not_finite),
+        ("ties", errors.ties),
+        ("wrong_without_tie", errors.wrong_without_tie),
+        ("wrong_but_tied", errors.tied),
+    ];
+    let mut all: Vec<_> = counts.into_iter().map(|(name, count)| (name, Some(count as f64))).collect();
+    all.push(("wrong_ppm", Some(errors.ppm())));
+    all.push(("missed_chord_voxels", Some(errors.missed_chord)));
+    all.push(("false_gap_voxels", Some(errors.false_gap)));
+    all.push(("t_error_voxels", Some(errors.t_voxels).filter(|_| depths)));
+    all.push(("t_error_ulp", Some(errors.t_ulp).filter(|_| depths)));
+    all
+}
+
+/// The numbers of a row with their names, in the order of the columns; `None` where there is none.
+fn numbers(measured: &Measured) -> Vec<(&'static str, Option<f64>)> {
+    let cost = measured.cost;
+    let bytes = measured.bytes_a_voxel();
+    let mut all = vec![
+        ("rays", Some(measured.rays as f64)),
+        ("frames", Some(f64::from(measured.frames))),
+        ("median_ms", Some(measured.time.median)),
+        ("p95_ms", Some(measured.time.p95)),
+        ("mrays_per_s", Some(measured.mrays())),
+        ("ns_per_ray", Some(measured.nanoseconds_a_ray())),
+        ("once_ms", Some(measured.once.iter().map(|pass| pass.time.median).sum())),
+        ("steps_per_ray", measured.steps),
+        ("voxels", Some(measured.voxels as f64)),
+        ("geometry_bytes", cost.map(|cost| cost.geometry_bytes as f64)),
+        ("attribute_bytes", cost.map(|cost| cost.attribute_bytes as f64)),
+        ("geometry_bytes_per_voxel", bytes.map(|[geometry, _]| geometry)),
+        ("bytes_per_voxel", bytes.map(|[_, all]| all)),
+        ("encode_s", cost.map(|cost| cost.encode_seconds)),
+        ("encode_mvoxels_per_s", measured.encoded_mvoxels()),
+    ];
+    match &measured.judgement {
+        Ok(judged) => all.extend(errors(judged, measured.depths)),
+        Err(_) => all.extend(errors(&Errors::default(), false).into_iter().map(|(name, _)| (name, None))),
+    }
+    all
+}
+
+/// One row as JSON.
+pub(super) fn row_json(row: &Row) -> Value {
+    let mut value = json!({ "reason": "measured", "case": row.case });
+    match &row.outcome {
+        Err(reason) => value["refused"] = json!(reason),
+        Ok(measured) => {
+            for (name, number) in numbers(measured) {
+                // Counts stay whole.
+                value[name] = match number {
+                    Some(number) if number.fract() == 0.0 && number.abs() < 9e15 => json!(number as i64),
+                    number => json!(number),
+                };
+            }
+            value["passes"] = json!(measured.passes);
+            value["once"] = json!(measured.once);
+            if let Err(reason) = &measured.judgement {
+                value["not_judged"] = json!(reason);
+            }
+        }
+    }
+    value
+}
+
+/// All rows, a line each, under their names.
+fn csv(rows: &[Row]) -> String {
+    let names: Vec<&str> = numbers(&EMPTY).into_iter().map(|(name, _)| name).collect();
+    let mut text = format!("world,camera,width,height,graph,layout,{},reason\n", names.join(","));
+    for row in rows {
+        let case = &row.case;
+        let (values, reason) = match &row.outcome {
+            Ok(measured) => (numbers(measured), measured.judgement.as_ref().err()),
+            Err(reason) => (names.iter().map(|name| (*name, None)).collect(), Some(reason)),
+        };
+        let values: Vec<String> =
+            values.into_iter().map(|(_, value)| value.map_or_else(String::new, |value| value.to_string())).collect();
+        let [width, height] = case.size;
+        let place =
+            [&case.world, &case.camera, &width.to_string(), &height.to_string(), &case.graph].map(|s| quoted(s));
+        let layout = case.layout.unwrap_or_default();
+        let reason = quoted(reason.map_or("", String::as_str));
+        text += &format!("{},{layout},{},{reason}\n", place.join(","), values.join(","));
+    }
+    text
+}
+
+/// A field of a CSV file (RFC 4180).
+fn quoted(field: &str) -> String {
+    if field.contains(['"', ',', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
+}
+
+/// For the names of the columns.
+const EMPTY: Measured = Measured {
+    rays: 0,
+    frames: 0,
+    time: raxel_runtime::bench::Spread { median: 0.0, p95: 0.0 },
+    passes: Vec::new(),
+    once: Vec::new(),
+    steps: None,
+    cost: None,
+    voxels: 0,
+    depths: false,
+    judgement: Err(String::new()),
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_and_fields() {
+        assert_eq!(date(0), "1970-01-01");
+        assert_eq!(date(951_782_400), "2000-02-29");
+        assert_eq!(date(1_795_212_000), "2026-11-20");
+        assert_eq!(quoted("a \"b\", c"), "\"a \"\"b\"\", c\"");
+        let columns = numbers(&EMPTY).len() + 7;
+        assert!(csv(&[]).split(',').count() == columns, "{}", csv(&[]));
+    }
+}

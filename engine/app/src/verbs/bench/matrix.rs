@@ -1,0 +1,255 @@
+//! `raxel bench [GRAPHS…]`: what is asked for, found in the project and run.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use raxel_diagnostics::table;
+use raxel_gpu::{DeviceKind, DeviceOptions};
+use raxel_runtime::bench::{BenchError, Effort, Matrix, Row, Runner, cameras};
+use raxel_runtime::world::SessionWorld;
+use raxel_world::layout::Layout;
+
+use super::{export, files, table as printed};
+use crate::args::{Messages, Size, size};
+use crate::failure::{Exit, Failure, Result};
+use crate::front::Front;
+use crate::talk::{self, Format, Talk};
+
+/// What is measured, and where it is written.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Graphs, by file or by name; all of graphs/bench by default.
+    #[arg(value_name = "GRAPH")]
+    graphs: Vec<String>,
+
+    /// Layouts that take the place of the graphs' own; all by default, `own` for each graph's own.
+    #[arg(long, value_name = "LAYOUT,…", value_delimiter = ',')]
+    layouts: Vec<String>,
+
+    /// Worlds, by file or by name.
+    #[arg(long, value_name = "WORLD,…", value_delimiter = ',', default_value = "valley,terrain,menger,monument")]
+    worlds: Vec<String>,
+
+    /// Cameras by name, `camera` for a world's first; by default all that a world names, or else its first.
+    #[arg(long, value_name = "CAMERA,…", value_delimiter = ',')]
+    cameras: Vec<String>,
+
+    /// Pixels; 3840x2160 on a GPU and 640x360 on a software device by default.
+    #[arg(long, value_name = "WxH,…", value_parser = size, value_delimiter = ',')]
+    size: Vec<Size>,
+
+    /// Frames that are timed.
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(3..=100_000))]
+    frames: u32,
+
+    /// Frames that are run before.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    warmup: u32,
+
+    /// After so many seconds of timed frames no more are begun, once there are three.
+    #[arg(long, value_name = "S", default_value_t = 5.0)]
+    seconds: f64,
+
+    /// Write results.csv, results.json and a chart for each view into this folder.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+
+    /// Measure nothing; write the voxels of each world, and the rays and exact hits of each camera, into this folder.
+    #[arg(long, value_name = "DIR", conflicts_with = "output")]
+    export: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+/// Everything that was asked for, found.
+struct Found {
+    matrix: Matrix,
+    worlds: Vec<Arc<SessionWorld>>,
+}
+
+pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
+    // Folders are made before anything is measured.
+    for folder in args.output.iter().chain(&args.export) {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display())))?;
+    }
+    let front = Front::around(Path::new(".")).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
+    let mut found = find(args, &front, talk)?;
+    if let Some(folder) = &args.export {
+        if found.matrix.sizes.is_empty() {
+            found.matrix.sizes = vec![[640, 360]];
+        }
+        return export::run(folder, &found.matrix, &found.worlds, talk);
+    }
+    let mut runner = Runner::new(Arc::new(front.loader), device).map_err(bench_failure)?;
+    for verdict in runner.device().verdicts().iter().filter(|verdict| verdict.chosen || talk.verbose()) {
+        talk.detail(&verdict.to_string());
+    }
+    if found.matrix.sizes.is_empty() {
+        let software = runner.device().capabilities().kind == DeviceKind::Cpu;
+        found.matrix.sizes = vec![if software { [640, 360] } else { [3840, 2160] }];
+    }
+    let about = files::About::of(runner.device(), &found.matrix.effort);
+    if talk.format() == Format::Json {
+        talk::json(&about.json());
+    }
+    let rows = measure(&mut runner, &found, talk)?;
+    let complaints = runner.device().log().take();
+    if let Some(folder) = &args.output {
+        files::write(folder, &about, &rows, talk)?;
+    }
+    if rows.iter().all(|row| row.outcome.is_err()) {
+        return Err(Failure::new(Exit::Project, "nothing could be measured; see the reasons above"));
+    }
+    if !complaints.is_empty() {
+        for message in &complaints {
+            talk.say(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
+        }
+        return Err(Failure::new(Exit::Validation, "the validation layer has complained; see above"));
+    }
+    Ok(())
+}
+
+/// Runs the matrix. Each view's table is printed when all its rows are there.
+fn measure(runner: &mut Runner, found: &Found, talk: &Talk) -> Result<Vec<Row>> {
+    let bar = progress(talk);
+    let mut rows: Vec<Row> = Vec::new();
+    let mut printed = 0;
+    let ran = runner.run(&found.matrix, &found.worlds, &mut |row| {
+        let new_view = rows.last().is_some_and(|last| !same_view(last, &row));
+        if new_view {
+            bar.suspend(|| printed::print(&rows[printed..], talk));
+            printed = rows.len();
+        }
+        let case = &row.case;
+        bar.set_message(format!("{} {} {} {}", case.world, case.camera, case.graph, case.layout.unwrap_or("")));
+        bar.inc(1);
+        rows.push(row);
+    });
+    bar.finish_and_clear();
+    printed::print(&rows[printed..], talk);
+    ran.map_err(bench_failure)?;
+    Ok(rows)
+}
+
+/// Whether two rows are of the same world, camera and size.
+pub(super) fn same_view(a: &Row, b: &Row) -> bool {
+    (&a.case.world, &a.case.camera, a.case.size) == (&b.case.world, &b.case.camera, b.case.size)
+}
+
+fn progress(talk: &Talk) -> ProgressBar {
+    if !talk.watched() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{spinner} {pos} measured, {elapsed}  {msg}");
+    ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
+}
+
+fn bench_failure(error: BenchError) -> Failure {
+    match error {
+        BenchError::Device(error) => error.into(),
+    }
+}
+
+fn find(args: &Args, front: &Front, talk: &Talk) -> Result<Found> {
+    let graphs = find_graphs(args, front)?;
+    let layouts = find_layouts(&args.layouts)?;
+    let known = front.project.worlds();
+    let worlds: Vec<String> =
+        args.worlds.iter().map(|named| find_file("world", named, "worlds", &known, front)).collect::<Result<_>>()?;
+    if !args.seconds.is_finite() || args.seconds <= 0.0 {
+        return Err(Failure::usage("`--seconds` is a number above 0"));
+    }
+    let loaded: Vec<Arc<SessionWorld>> = worlds.iter().map(|path| front.world(path, talk)).collect::<Result<_>>()?;
+    check_cameras(&args.cameras, &loaded)?;
+    let effort = Effort { warmup: args.warmup, frames: args.frames, seconds: args.seconds };
+    let matrix = Matrix {
+        graphs,
+        layouts,
+        worlds,
+        cameras: args.cameras.clone(),
+        sizes: args.size.iter().map(|size| size.0).collect(),
+        effort,
+    };
+    Ok(Found { matrix, worlds: loaded })
+}
+
+/// Graphs of graphs/bench, then those of graphs.
+fn find_graphs(args: &Args, front: &Front) -> Result<Vec<String>> {
+    let bench = front.project.graphs_in("graphs/bench");
+    if args.graphs.is_empty() {
+        if bench.is_empty() {
+            return Err(Failure::usage("the project has no graph in graphs/bench, and none is named")
+                .help("raxel bench graphs/primary.toml"));
+        }
+        return Ok(bench);
+    }
+    let known: Vec<String> = bench.into_iter().chain(front.project.graphs()).collect();
+    args.graphs.iter().map(|named| find_file("graph", named, "graphs", &known, front)).collect()
+}
+
+/// A file by its path, or one of those known by its name without folder and ending.
+fn find_file(what: &str, named: &str, folder: &str, known: &[String], front: &Front) -> Result<String> {
+    let stem = |path: &str| path.rsplit('/').next().unwrap_or(path).trim_end_matches(".toml").to_owned();
+    if let Some(path) = known.iter().find(|path| *path == named || stem(path) == named) {
+        return Ok(path.clone());
+    }
+    if let Ok(path) = front.project.path_of(Path::new(named))
+        && front.project.on_disk(&path).is_file()
+    {
+        return Ok(path);
+    }
+    let names: Vec<String> = known.iter().map(|path| stem(path)).collect();
+    let failure = Failure::usage(format!("there is no {what} `{named}`"));
+    Err(match table::closest(&stem(named), names.iter().map(String::as_str)) {
+        Some(close) => failure.help(format!("did you mean `{close}`?")),
+        None => failure.help(format!("{folder}/ has {}", table::list(names.iter().map(String::as_str)))),
+    })
+}
+
+fn find_layouts(wanted: &[String]) -> Result<Vec<Layout>> {
+    if wanted.iter().any(|name| name == "own") {
+        return match wanted.len() {
+            1 => Ok(Vec::new()),
+            _ => Err(Failure::usage("`--layouts own` stands alone")),
+        };
+    }
+    if wanted.is_empty() {
+        return Ok(Layout::ALL.to_vec());
+    }
+    let names = || Layout::ALL.iter().map(|layout| layout.name());
+    let find = |name: &String| {
+        Layout::from_name(name).ok_or_else(|| {
+            let failure = Failure::usage(format!("there is no layout `{name}`"));
+            match table::closest(name, names()) {
+                Some(close) => failure.help(format!("did you mean `{close}`?")),
+                None => failure.help(format!("layouts: {}", table::list(names()))),
+            }
+        })
+    };
+    wanted.iter().map(find).collect()
+}
+
+/// Every camera must be one of a world that is measured, and every world must have one of them.
+fn check_cameras(wanted: &[String], worlds: &[Arc<SessionWorld>]) -> Result {
+    let known: Vec<&str> = worlds.iter().flat_map(|world| world.camera_names()).chain(["camera"]).collect();
+    for name in wanted {
+        if !known.contains(&name.as_str()) {
+            let failure = Failure::usage(format!("no world that is measured has a camera `{name}`"));
+            return Err(match table::closest(name, known.iter().copied()) {
+                Some(close) => failure.help(format!("did you mean `{close}`?")),
+                None => failure.help(format!("there are {}", table::list(known.iter().copied()))),
+            });
+        }
+    }
+    for world in worlds {
+        if cameras(world, wanted).is_empty() {
+            let path = world.path.as_deref().unwrap_or_default();
+            return Err(Failure::usage(format!("`{path}` has none of the cameras that are asked for"))
+                .help("leave it out, or add `camera`, which every world has"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,54 @@
+//! `raxel bench`: measurements that anybody can repeat.
+
+mod chart;
+mod export;
+mod files;
+mod labels;
+mod matrix;
+mod reload;
+mod table;
+
+use raxel_gpu::DeviceOptions;
+
+use crate::failure::Result;
+use crate::talk::{Format, Talk};
+
+/// Measures graphs over layouts, worlds and cameras: GPU time, and how many of the very same rays are wrong by exact arithmetic.
+#[derive(Debug, clap::Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:\n  raxel bench -o out/                                     everything, with CSV, JSON and charts\n  \
+                  raxel bench first_hit --layouts tree64,svo              one graph over two layouts\n  \
+                  raxel bench --worlds terrain --cameras ground,down --size 3840x2160\n  \
+                  raxel bench --export out/ --worlds menger               voxels, rays and hits for other tracers\n  \
+                  raxel bench reload                                      from a save to the picture"
+)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    what: Option<Bench>,
+
+    #[command(flatten)]
+    matrix: matrix::Args,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Bench {
+    Reload(reload::Args),
+}
+
+impl Args {
+    /// The form of messages asked for.
+    pub fn format(&self) -> Format {
+        match &self.what {
+            Some(Bench::Reload(reload)) => reload.messages.format,
+            None => self.matrix.messages.format,
+        }
+    }
+}
+
+pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
+    match &args.what {
+        Some(Bench::Reload(reload)) => reload::run(reload, device, talk),
+        None => matrix::run(&args.matrix, device, talk),
+    }
+}

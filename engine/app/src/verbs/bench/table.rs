@@ -1,0 +1,97 @@
+//! The table of one view on stdout.
+
+use std::fmt::Write;
+
+use raxel_runtime::bench::{Measured, Row};
+
+use super::files;
+use super::labels::{stem, three, view, wrong_ppm};
+use crate::talk::{self, Format, Talk};
+
+const HEAD: [&str; 10] =
+    ["graph", "layout", "ms", "p95", "Mrays/s", "wrong ppm", "steps", "B/voxel", "all", "Mvoxels/s"];
+
+/// Prints the rows of one view: the fastest first, those that could not run last.
+pub(super) fn print(rows: &[Row], talk: &Talk) {
+    let Some(first) = rows.first() else { return };
+    match talk.format() {
+        Format::Json => rows.iter().for_each(|row| talk::json(&files::row_json(row))),
+        Format::Short => talk::data(&short(rows)),
+        Format::Human => talk::data(&format!("{}\n{}\n", view(&first.case), human(rows))),
+    }
+}
+
+/// Fastest first, refused last.
+fn sorted(rows: &[Row]) -> Vec<&Row> {
+    let time = |row: &Row| row.outcome.as_ref().map_or(f64::INFINITY, Measured::nanoseconds_a_ray);
+    let mut all: Vec<&Row> = rows.iter().collect();
+    all.sort_by(|a, b| time(a).total_cmp(&time(b)));
+    all
+}
+
+fn cells(row: &Row, measured: &Measured) -> [String; 10] {
+    let or_dash = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), three);
+    let bytes = measured.bytes_a_voxel();
+    [
+        stem(&row.case.graph).to_owned(),
+        row.case.layout.unwrap_or("-").to_owned(),
+        three(measured.time.median),
+        three(measured.time.p95),
+        three(measured.mrays()),
+        or_dash(wrong_ppm(row)),
+        or_dash(measured.steps),
+        or_dash(bytes.map(|[geometry, _]| geometry)),
+        or_dash(bytes.map(|[_, all]| all)),
+        or_dash(measured.encoded_mvoxels()),
+    ]
+}
+
+/// Columns under a head, and why rows are missing.
+fn human(rows: &[Row]) -> String {
+    let sorted = sorted(rows);
+    let mut lines = vec![HEAD.map(str::to_owned)];
+    lines.extend(sorted.iter().filter_map(|row| Some(cells(row, row.outcome.as_ref().ok()?))));
+    let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0);
+    let mut text = String::new();
+    for line in &lines {
+        let columns = line.iter().enumerate().map(|(i, cell)| {
+            let width = width(i);
+            if i < 2 { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+        });
+        let _ = writeln!(text, "  {}", columns.collect::<Vec<_>>().join("  ").trim_end());
+    }
+    // Of one graph many layouts often say the same.
+    let mut reasons: Vec<(&str, &str, Vec<&str>)> = Vec::new();
+    for row in sorted {
+        let (graph, layout) = (stem(&row.case.graph), row.case.layout.unwrap_or("its world"));
+        let reason = match &row.outcome {
+            Err(reason) | Ok(Measured { judgement: Err(reason), .. }) => reason.as_str(),
+            Ok(_) => continue,
+        };
+        match reasons.iter_mut().find(|(known, why, _)| (*known, *why) == (graph, reason)) {
+            Some((.., layouts)) => layouts.push(layout),
+            None => reasons.push((graph, reason, vec![layout])),
+        }
+    }
+    for (graph, reason, layouts) in reasons {
+        let _ = writeln!(text, "  {graph} over {}: {reason}", layouts.join(", "));
+    }
+    text
+}
+
+/// A line a row, separated by tabs.
+fn short(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for row in sorted(rows) {
+        let [width, height] = row.case.size;
+        let place = format!("{}\t{}\t{width}x{height}", stem(&row.case.world), row.case.camera);
+        let _ = match &row.outcome {
+            Ok(measured) => writeln!(text, "{place}\t{}", cells(row, measured).join("\t")),
+            Err(reason) => {
+                let layout = row.case.layout.unwrap_or("-");
+                writeln!(text, "{place}\t{}\t{layout}\t{reason}", stem(&row.case.graph))
+            }
+        };
+    }
+    text
+}

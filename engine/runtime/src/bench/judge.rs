@@ -1,0 +1,108 @@
+//! What the exact tracer says about a list of rays, and what a graph's targets say about the same rays.
+
+use raxel_oracle::exact::Answer;
+use raxel_oracle::metrics::Errors;
+use raxel_oracle::{Hit, Oracle, Ray, bounce};
+use rayon::prelude::*;
+
+/// Rays with their exact answers.
+pub(super) struct Truth {
+    pub(super) rays: Vec<Ray>,
+    pub(super) answers: Vec<Answer>,
+}
+
+impl Truth {
+    pub(super) fn of(oracle: &Oracle<'_>, rays: Vec<Ray>) -> Self {
+        let answers = rays.par_iter().map(|ray| oracle.first_hit(ray)).collect();
+        Self { rays, answers }
+    }
+}
+
+/// A texel of a target `hit`: voxel, and face + 8 · material or −1.
+pub(super) type HitTexel = [i32; 4];
+
+/// Compares texels with the truth, ray by ray. `depths` are in lengths of the rays' directions.
+pub(super) fn judge(truth: &Truth, found: &[HitTexel], depths: Option<&[f32]>) -> Errors {
+    (0..truth.rays.len())
+        .into_par_iter()
+        .fold(Errors::default, |mut errors, i| {
+            let (ray, answer) = (&truth.rays[i], &truth.answers[i]);
+            let hit = read(found[i]).map(|(voxel, face, material)| {
+                let depth = depths.map(|depths| depths[i]);
+                // A tracer that does not look materials up is not judged by them, nor one without depths by those.
+                let exact = answer.hit.filter(|exact| exact.voxel == voxel && exact.face == face);
+                let right = exact.zip(raxel_oracle::Lattice::of(ray));
+                let exact_t = right.map(|(exact, lattice)| exact.time.in_lengths(&lattice) as f32);
+                Hit {
+                    voxel,
+                    face,
+                    material: match exact {
+                        Some(exact) if material == 0 => u32::from(exact.material),
+                        _ => material,
+                    },
+                    t: depth.or(exact_t).unwrap_or_else(|| entry(ray, voxel)),
+                    uv: [0.0; 2],
+                    steps: 0,
+                }
+            });
+            errors.add(ray, answer, hit.as_ref());
+            errors
+        })
+        .reduce(Errors::default, Errors::and)
+}
+
+/// Voxel, face and material.
+fn read([x, y, z, w]: HitTexel) -> Option<([i32; 3], u32, u32)> {
+    (w >= 0).then(|| ([x, y, z], w as u32 & 7, w as u32 >> 3))
+}
+
+/// Where a ray enters a voxel's box, or comes nearest to it, in lengths of its direction: good enough to tell before from behind.
+fn entry(ray: &Ray, voxel: [i32; 3]) -> f32 {
+    let enter = (0..3).filter(|&axis| ray.dir[axis] != 0.0).map(|axis| {
+        let d = f64::from(ray.dir[axis]);
+        let ahead = (i64::from(voxel[axis]) + i64::from(d < 0.0) - i64::from(ray.cell[axis])) as f64;
+        (ahead - f64::from(ray.frac[axis])) / d
+    });
+    enter.fold(0.0, f64::max) as f32
+}
+
+/// The rays that leave the hits, in the order of the pixels, and which pixels those are.
+pub(super) fn bounces(hits: &[HitTexel], places: &[[f32; 2]]) -> (Vec<Ray>, Vec<usize>) {
+    (0..hits.len())
+        .into_par_iter()
+        .filter_map(|pixel| {
+            let (voxel, face, _) = read(hits[pixel])?;
+            Some((bounce::ray(voxel, face, places[pixel], pixel as u32), pixel))
+        })
+        .unzip()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::IVec3;
+    use raxel_world::{Material, World};
+
+    use super::*;
+
+    #[test]
+    fn every_way_to_be_wrong_is_told_from_the_others() {
+        let solids = [[5, 0, 0], [9, 0, 0]].map(|voxel| (IVec3::from_array(voxel), 1));
+        let world = World::from_voxels(vec![Material::air(), Material::air()], solids);
+        let along = Ray::new([0; 3], [0.5; 3], [2.0, 0.0, 0.0]);
+        let past = Ray::new([0, 4, 0], [0.5; 3], [2.0, 0.0, 0.0]);
+        let truth = Truth::of(&Oracle::new(&world), vec![along, past]);
+        let errors = |first: HitTexel, second: HitTexel| judge(&truth, &[first, second], Some(&[2.25, 0.0]));
+        let (hit, none) = ([5, 0, 0, 8], [0, 0, 0, -1]);
+        let right = errors(hit, none);
+        assert_eq!((right.wrong(), right.rays, right.hits), (0, 2, 1));
+        assert!(right.t_error < 1e-6, "{right:?}");
+        assert_eq!(errors([5, 0, 0, 0], none).wrong(), 0, "a material that is not looked up is not wrong");
+        assert_eq!(errors([5, 0, 0, 16], none).material, 1);
+        assert_eq!(errors([5, 0, 0, 9], none).face, 1);
+        assert_eq!(errors(none, none).missed, 1);
+        assert_eq!(errors(hit, hit).invented, 1);
+        // Without depths the voxel tells.
+        let blind = |first: HitTexel| judge(&truth, &[first, none], None);
+        assert_eq!((blind([4, 0, 0, 8]).early, blind([9, 0, 0, 8]).late, blind(hit).wrong()), (1, 1, 0));
+    }
+}

@@ -1,0 +1,224 @@
+//! One case: a graph over a world from a camera, timed and read back.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use raxel_diagnostics::Diagnostic;
+use raxel_graph::checked::{Graph, PassId, ResourceId, ResourceKind};
+use raxel_graph::plan::Present;
+use raxel_shader::format::Format;
+
+use super::judge::HitTexel;
+use super::{Effort, PassSpread, Spread};
+use crate::build::{self, BuildError, Selection, Target};
+use crate::camera::Camera;
+use crate::execute::{Builtins, ExecuteError, Executor, FrameInputs};
+use crate::params::Params;
+use crate::world::SessionWorld;
+
+/// Why a case gives nothing.
+#[derive(Debug)]
+pub(super) enum CaseError {
+    /// It cannot run here; the next one may.
+    Refused(String),
+    /// The device is gone.
+    Lost(ExecuteError),
+}
+
+impl From<ExecuteError> for CaseError {
+    fn from(error: ExecuteError) -> Self {
+        match error {
+            ExecuteError::DeviceLost { .. } => Self::Lost(error),
+            error => Self::Refused(error.to_string()),
+        }
+    }
+}
+
+impl From<BuildError> for CaseError {
+    fn from(error: BuildError) -> Self {
+        match error {
+            BuildError::Diagnosed(found) => Self::Refused(first(&found)),
+            BuildError::Device(error) => error.into(),
+        }
+    }
+}
+
+/// What is wrong, in a line.
+pub(super) fn first(found: &[Diagnostic]) -> String {
+    let Some(error) = found.iter().find(|diagnostic| diagnostic.is_error()) else { return String::new() };
+    let line = error.message.lines().next().unwrap_or_default();
+    format!("{}: {line}", error.code)
+}
+
+/// What the device says about a case.
+pub(super) struct Run {
+    pub(super) frames: u32,
+    /// Of whole frames.
+    pub(super) frame: Spread,
+    pub(super) passes: Vec<PassSpread>,
+    pub(super) once: Vec<PassSpread>,
+    /// The target `hit`.
+    pub(super) hits: Option<Vec<HitTexel>>,
+    pub(super) depths: Option<Vec<f32>>,
+    pub(super) steps: Option<Vec<u32>>,
+    /// The targets `bounce_hit` and `place` of a graph that bounces.
+    pub(super) bounces: Option<(Vec<HitTexel>, Vec<[f32; 2]>)>,
+}
+
+/// The targets that are read back.
+struct Judged {
+    hit: Option<ResourceId>,
+    depth: Option<ResourceId>,
+    steps: Option<ResourceId>,
+    place: Option<ResourceId>,
+    bounce_hit: Option<ResourceId>,
+}
+
+impl Judged {
+    fn of(graph: &Graph) -> Self {
+        let find = |name: &str, format: Format| {
+            let id = graph.find_resource(name)?;
+            match &graph.resource(id).kind {
+                ResourceKind::Target(target) if target.format == format => Some(id),
+                _ => None,
+            }
+        };
+        Self {
+            hit: find("hit", Format::Rgba32i),
+            depth: find("depth", Format::R32f),
+            steps: find("steps", Format::R32ui),
+            place: find("place", Format::Rg32f),
+            bounce_hit: find("bounce_hit", Format::Rgba32i),
+        }
+    }
+
+    fn all(&self) -> Vec<ResourceId> {
+        [self.hit, self.depth, self.steps, self.place, self.bounce_hit].into_iter().flatten().collect()
+    }
+}
+
+/// Runs a case. The world's layouts are encoded and uploaded if they are not yet.
+pub(super) fn measure(
+    executor: &mut Executor,
+    target: &Target,
+    graph: &Arc<Graph>,
+    world: &SessionWorld,
+    camera: &Camera,
+    size: [u32; 2],
+    effort: &Effort,
+) -> Result<Run, CaseError> {
+    let judged = Judged::of(graph);
+    let mut params = Params::default();
+    params.adopt(graph);
+    let selection = Selection {
+        output: size,
+        present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
+        pinned: judged.all(),
+        facts: build::facts(graph, world, &params),
+        // What a pass leaves once must stay for all frames.
+        alias: false,
+    };
+    let assembly = build::assemble(graph, world, &selection, target)?;
+    let prepared = build::prepare(&assembly, target)?;
+    executor.swap(prepared);
+    executor.reset_history();
+
+    let mut frames = Frames { executor, graph, world, camera, params: &params, size, index: 0, disabled: Vec::new() };
+    let once = frames.settle()?;
+    for _ in 0..effort.warmup.max(1) {
+        frames.run(camera)?;
+    }
+    let mut spans = Vec::new();
+    let mut samples: Vec<(String, Vec<f64>)> = Vec::new();
+    let began = Instant::now();
+    while spans.len() < effort.frames as usize && (spans.len() < 3 || began.elapsed().as_secs_f64() < effort.seconds) {
+        frames.run(camera)?;
+        let Some(span) = frames.executor.span() else {
+            return Err(CaseError::Refused("the device has no timestamps".to_owned()));
+        };
+        spans.push(span / 1e6);
+        for (name, milliseconds) in frames.times() {
+            match samples.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, all)) => all.push(milliseconds),
+                None => samples.push((name, vec![milliseconds])),
+            }
+        }
+    }
+    let spread = |(pass, samples): (String, Vec<f64>)| Some(PassSpread { pass, time: Spread::of(&samples)? });
+    Ok(Run {
+        frames: spans.len() as u32,
+        frame: Spread::of(&spans).ok_or_else(|| CaseError::Refused("no frame was asked for".to_owned()))?,
+        passes: samples.into_iter().filter_map(spread).collect(),
+        once,
+        hits: read(executor, judged.hit)?,
+        depths: read(executor, judged.depth)?,
+        steps: read(executor, judged.steps)?,
+        bounces: read(executor, judged.bounce_hit)?.zip(read(executor, judged.place)?),
+    })
+}
+
+/// All texels of a target.
+fn read<T: bytemuck::AnyBitPattern>(
+    executor: &mut Executor,
+    target: Option<ResourceId>,
+) -> Result<Option<Vec<T>>, ExecuteError> {
+    let texels = target.map(|target| executor.read_target(target, 0, 0, 0)).transpose()?;
+    Ok(texels.map(|texels| texels.bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()))
+}
+
+/// Frames of one case, each waited for.
+struct Frames<'a> {
+    executor: &'a mut Executor,
+    graph: &'a Graph,
+    world: &'a SessionWorld,
+    camera: &'a Camera,
+    params: &'a Params,
+    size: [u32; 2],
+    index: u32,
+    disabled: Vec<PassId>,
+}
+
+impl Frames<'_> {
+    fn run(&mut self, camera: &Camera) -> Result<(), ExecuteError> {
+        let builtins = Builtins { frame_index: self.index, ..Builtins::of(camera, self.camera, self.size, self.world) };
+        let inputs = FrameInputs {
+            builtins: &builtins,
+            params: self.params.values(),
+            overrides: &[],
+            clock: f64::from(self.index) / 60.0,
+            disabled: &self.disabled,
+        };
+        self.index += 1;
+        self.executor.frame(&inputs, None)?;
+        self.executor.wait()?;
+        // The times of this frame replace those of the one before.
+        self.executor.timings();
+        Ok(())
+    }
+
+    /// Milliseconds of the passes that ran in the last frame.
+    fn times(&mut self) -> Vec<(String, f64)> {
+        let times = self.executor.timings();
+        let ran = times.iter().filter_map(|time| Some((time.pass, time.nanoseconds?)));
+        ran.map(|(pass, nanoseconds)| (self.graph.pass(pass).name.clone(), nanoseconds / 1e6)).collect()
+    }
+
+    /// Runs everything, then again from elsewhere with the memo on: what it leaves out then, a session would leave out of every frame
+    /// (a table that is baked, say), and so do we from here on. Those passes with the time that they took.
+    fn settle(&mut self) -> Result<Vec<PassSpread>, ExecuteError> {
+        let mut elsewhere = *self.camera;
+        elsewhere.frac.x = if elsewhere.frac.x < 0.5 { elsewhere.frac.x + 0.25 } else { elsewhere.frac.x - 0.25 };
+        elsewhere.yaw += 0.01;
+        self.executor.set_memo(true);
+        self.run(self.camera)?;
+        let all = self.times();
+        self.run(&elsewhere)?;
+        let again = self.times();
+        self.executor.set_memo(false);
+        let once: Vec<(String, f64)> =
+            all.into_iter().filter(|(name, _)| again.iter().all(|(other, _)| other != name)).collect();
+        self.disabled = once.iter().filter_map(|(name, _)| self.graph.find_pass(name)).collect();
+        let spread = |(pass, time): (String, f64)| PassSpread { pass, time: Spread { median: time, p95: time } };
+        Ok(once.into_iter().map(spread).collect())
+    }
+}

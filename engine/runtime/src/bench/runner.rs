@@ -1,0 +1,234 @@
+//! Goes through a matrix on one device.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use glam::{Mat4, Vec2};
+use raxel_diagnostics::Diagnostic;
+use raxel_gpu::{Device, DeviceKind, DeviceOptions};
+use raxel_graph::checked::Graph;
+use raxel_oracle::Oracle;
+use raxel_oracle::camera::Pinhole;
+use raxel_world::layout::Layout;
+
+use super::judge::{Truth, bounces, judge};
+use super::measure::{CaseError, Run, first, measure};
+use super::{Case, Effort, Matrix, Measured, PassSpread, Row};
+use crate::build::{Loader, Target, source_names};
+use crate::camera::Camera;
+use crate::execute::{self, DeviceMemory, ExecuteError, Executor, ExecutorOptions};
+use crate::world::{SessionWorld, layout_of};
+
+/// Why a matrix is not run to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// There is no device, or it was lost and does not open again.
+    #[error(transparent)]
+    Device(#[from] ExecuteError),
+}
+
+impl From<raxel_gpu::Error> for BenchError {
+    fn from(error: raxel_gpu::Error) -> Self {
+        Self::Device(error.into())
+    }
+}
+
+/// A graph with the layout of its world; or why it cannot run.
+type Compiled = Result<(Arc<Graph>, Option<Layout>), String>;
+
+/// A device, and the graphs compiled so far.
+pub struct Runner {
+    loader: Arc<Loader>,
+    options: DeviceOptions,
+    device: Arc<Device>,
+    executor: Executor,
+    target: Target,
+    graphs: BTreeMap<(String, Option<Layout>), Compiled>,
+    /// The last bounced rays with their answers: exact graphs bounce alike over every layout.
+    bounced: Option<Truth>,
+}
+
+impl Runner {
+    /// Opens a device.
+    pub fn new(loader: Arc<Loader>, options: &DeviceOptions) -> Result<Self, BenchError> {
+        let (device, executor, target) = open(options)?;
+        let (options, graphs) = (options.clone(), BTreeMap::new());
+        Ok(Self { loader, options, device, executor, target, graphs, bounced: None })
+    }
+
+    /// The device.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// Compiles a graph over a layout, or over its own, with the layout that its world then has.
+    pub fn graph(&mut self, path: &str, layout: Option<Layout>) -> &Compiled {
+        let key = (path.to_owned(), layout);
+        self.graphs.entry(key).or_insert_with(|| {
+            let part = self.loader.graph_over(path, layout);
+            let graph = part.result.map_err(|found: Vec<Diagnostic>| first(&found))?;
+            let layout = source_names(&graph).iter().find_map(|source| layout_of(source));
+            Ok((graph, layout))
+        })
+    }
+
+    /// Runs every case over worlds that are loaded; a row goes to `each` as soon as it is there. A case that cannot run is a row that says
+    /// why.
+    pub fn run(
+        &mut self,
+        matrix: &Matrix,
+        worlds: &[Arc<SessionWorld>],
+        each: &mut dyn FnMut(Row),
+    ) -> Result<(), BenchError> {
+        for world in worlds {
+            let oracle = Oracle::new(world.voxels());
+            for (name, camera) in cameras(world, &matrix.cameras) {
+                for &size in &matrix.sizes {
+                    // The rays are the same for all graphs and layouts, and so are the answers.
+                    let truth = Truth::of(&oracle, pinhole(&camera, size).rays(size));
+                    for graph in &matrix.graphs {
+                        for layout in self.layouts(graph, &matrix.layouts) {
+                            let place = Place { world, oracle: &oracle, truth: &truth, camera: &camera, size };
+                            let row = self.row(graph, layout, &name, &place, &matrix.effort)?;
+                            each(row);
+                        }
+                    }
+                }
+            }
+            world.forget_device();
+        }
+        Ok(())
+    }
+
+    /// The layouts that a graph is run over. One that has no world is run once.
+    fn layouts(&mut self, graph: &str, wanted: &[Layout]) -> Vec<Option<Layout>> {
+        let has_world = !matches!(self.graph(graph, None), Ok((_, None)));
+        if wanted.is_empty() || !has_world { vec![None] } else { wanted.iter().copied().map(Some).collect() }
+    }
+
+    fn row(
+        &mut self,
+        path: &str,
+        layout: Option<Layout>,
+        camera: &str,
+        place: &Place<'_>,
+        effort: &Effort,
+    ) -> Result<Row, BenchError> {
+        let compiled = self.graph(path, layout).clone();
+        let bound = compiled.as_ref().map_or(layout, |(_, bound)| *bound);
+        let case = Case {
+            graph: path.to_owned(),
+            layout: bound.map(Layout::name),
+            world: place.world.path.clone().unwrap_or_default(),
+            camera: camera.to_owned(),
+            size: place.size,
+        };
+        let outcome = match compiled {
+            Err(reason) => Err(reason),
+            Ok((graph, _)) => {
+                let (executor, target) = (&mut self.executor, &self.target);
+                match measure(executor, target, &graph, place.world, place.camera, place.size, effort) {
+                    Ok(run) => Ok(self.judged(run, bound, place)),
+                    Err(CaseError::Refused(reason)) => Err(reason),
+                    Err(CaseError::Lost(error)) => {
+                        place.world.forget_device();
+                        (self.device, self.executor, self.target) = open(&self.options)?;
+                        Err(error.to_string())
+                    }
+                }
+            }
+        };
+        Ok(Row { case, outcome })
+    }
+
+    fn judged(&mut self, run: Run, layout: Option<Layout>, place: &Place<'_>) -> Measured {
+        let mean = |steps: &[u32]| steps.iter().map(|n| f64::from(*n)).sum::<f64>() / steps.len().max(1) as f64;
+        let steps = run.steps.as_deref().map(mean);
+        let no_hit = || "it has no target `hit` of format rgba32i".to_owned();
+        let depths = run.depths.is_some() && run.hits.is_some() && run.bounces.is_none();
+        let (rays, time, judgement) = match (&run.hits, &run.bounces) {
+            (Some(hits), Some((found, places))) => {
+                let (rays, pixels) = bounces(hits, places);
+                let found: Vec<_> = pixels.iter().map(|pixel| found[*pixel]).collect();
+                let truth = match self.bounced.take() {
+                    Some(known) if known.rays == rays => known,
+                    _ => Truth::of(place.oracle, rays),
+                };
+                let truth = self.bounced.insert(truth);
+                let pass = |pass: &&PassSpread| pass.pass == "bounce";
+                let time = run.passes.iter().find(pass).map_or(run.frame, |pass| pass.time);
+                (found.len() as u64, time, Ok(judge(truth, &found, None)))
+            }
+            (hits, _) => {
+                let judgement = hits.as_ref().map(|hits| judge(place.truth, hits, run.depths.as_deref()));
+                (place.truth.rays.len() as u64, run.frame, judgement.ok_or_else(no_hit))
+            }
+        };
+        Measured {
+            rays,
+            frames: run.frames,
+            time,
+            passes: run.passes,
+            once: run.once,
+            steps,
+            cost: layout.and_then(|layout| place.world.cost(layout)),
+            voxels: place.world.voxels().solids(),
+            depths,
+            judgement,
+        }
+    }
+}
+
+/// Where a case looks from, and what is to be seen there.
+struct Place<'a> {
+    world: &'a SessionWorld,
+    oracle: &'a Oracle<'a>,
+    truth: &'a Truth,
+    camera: &'a Camera,
+    size: [u32; 2],
+}
+
+/// The cameras of a world: those wanted that it has, all that it names, or its first, which is called `camera`.
+pub fn cameras(world: &SessionWorld, wanted: &[String]) -> Vec<(String, Camera)> {
+    let first = || vec![("camera".to_owned(), world.first_camera())];
+    let named = world.camera_names().filter_map(|name| Some((name.to_owned(), world.camera(name)?)));
+    if wanted.is_empty() {
+        let all: Vec<_> = named.collect();
+        return if all.is_empty() { first() } else { all };
+    }
+    let all: Vec<_> = named.chain(first()).collect();
+    all.into_iter().filter(|(name, _)| wanted.contains(name)).collect()
+}
+
+/// A camera as graphs push it.
+pub fn pinhole(camera: &Camera, size: [u32; 2]) -> Pinhole {
+    let builtins = execute::Builtins::of(camera, camera, size, &SessionWorld::empty());
+    Pinhole {
+        cell: builtins.camera_cell.into(),
+        frac: builtins.camera_frac.into(),
+        view_to_world: Mat4::from_cols_array_2d(&builtins.camera_view_to_world),
+        tan_half_fov: Vec2::from_array(builtins.camera_tan_half_fov),
+    }
+}
+
+/// A device whose executor takes times and nothing else: no memo, no marks after passes.
+fn open(options: &DeviceOptions) -> Result<(Arc<Device>, Executor, Target), BenchError> {
+    let device = Device::new(options)?;
+    let patience = if device.capabilities().kind == DeviceKind::Cpu { 12 } else { 2 };
+    let executor = Executor::with_options(
+        device.clone(),
+        ExecutorOptions {
+            memo: false,
+            timings: true,
+            markers: false,
+            watchdog: Some(Duration::from_secs(10) * patience),
+        },
+    )?;
+    let target = Target {
+        builder: executor.builder(),
+        memory: Arc::new(DeviceMemory(device.clone())),
+        limits: execute::limits(&device),
+    };
+    Ok((device, executor, target))
+}
