@@ -4,13 +4,15 @@
 //! RAXEL_WRITE_DOCS=1 cargo test --release --test docs
 //! ```
 //!
-//! writes the generated parts: everything after `## Every key`, and the index of diagnostics.
+//! writes the generated parts: everything after `## Every key`, the figures about layouts, and the index of diagnostics.
 
 mod common;
 
 use std::fmt::Write;
 
 use common::{Project, repository};
+use raxel::world::layout::{Layout, LayoutError};
+use raxel_diagnostics::{DiskFiles, SourceMap};
 use serde_json::{Map, Value};
 
 const MARK: &str = "## Every key\n";
@@ -36,6 +38,54 @@ fn file_references_follow_the_schemas() {
         let (head, _) = text.split_once(MARK).unwrap();
         settle(path, &format!("{head}{MARK}{}", Reference { schema: &schema }.text()));
     }
+}
+
+#[test]
+fn the_page_of_layouts_says_what_they_cost() {
+    let path = "docs/layouts.md";
+    let text = std::fs::read_to_string(repository().join(path)).unwrap();
+    let mark = "## Bytes a voxel\n";
+    let head = text.split(mark).next().unwrap();
+    for layout in Layout::ALL {
+        assert!(head.contains(&format!("\n## `{}`\n", layout.name())), "{path} has no section about {}", layout.name());
+    }
+    settle(path, &format!("{head}{mark}{}", layouts()));
+}
+
+/// Bytes a voxel of the shipped worlds in every layout, and what is in the layouts' headers.
+fn layouts() -> String {
+    const NAMES: [&str; 4] = ["menger", "monument", "valley", "terrain"];
+    // The size of a larger buffer is known without making it.
+    const LIMIT: u64 = 128 << 20;
+    let files = DiskFiles::new(&repository()).unwrap();
+    let mut rows: Vec<String> = Layout::ALL.iter().map(|layout| format!("| `{}` |", layout.name())).collect();
+    for name in NAMES {
+        let loaded = raxel::world::load(&format!("worlds/{name}.toml"), &files, &mut SourceMap::default());
+        let world = loaded.unwrap().0.world;
+        for (layout, row) in Layout::ALL.iter().zip(&mut rows) {
+            let a_voxel = |bytes: u64| bytes as f64 / world.solids() as f64;
+            let _ = match layout.encode(&world, LIMIT) {
+                Ok(encoded) => {
+                    let (geometry, materials) = (a_voxel(encoded.geometry_bytes), a_voxel(encoded.attribute_bytes));
+                    write!(row, " {geometry:.2} + {materials:.2} |")
+                }
+                Err(LayoutError::TooLarge { bytes, .. }) => write!(row, " {:.2} |", a_voxel(bytes)),
+                Err(error) => panic!("{name}: {error}"),
+            };
+        }
+    }
+    let mut text = format!("\nGeometry + materials; the sum where the buffer is over 128 MiB.\n\n| | {} |\n", NAMES.join(" | "));
+    let _ = writeln!(text, "|---|{}\n{}", "---|".repeat(NAMES.len()), rows.join("\n"));
+    text += "\n## Headers\n\nAfter `materials_at`, and the array of what follows the header:\n\n| | |\n|---|---|\n";
+    for layout in Layout::ALL {
+        let block = layout.block();
+        let after = block.iter().skip_while(|member| member.name != "materials_at").skip(1);
+        let members: Vec<String> = after
+            .map(|member| format!("`{} {}{}`", member.ty, member.name, if member.stride.is_some() { "[]" } else { "" }))
+            .collect();
+        let _ = writeln!(text, "| `{}` | {} |", layout.name(), members.join(", "));
+    }
+    text
 }
 
 #[test]

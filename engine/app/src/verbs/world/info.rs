@@ -81,13 +81,13 @@ pub(super) fn run(args: &Args, talk: &Talk) -> Result {
                 let per_voxel = (geometry + attributes) as f64 / info.solids.max(1) as f64;
                 writeln!(
                     text,
-                    "  {name:<10}  {} on the device ({} geometry, {} materials), {per_voxel:.2} bytes a voxel",
+                    "  {name:<11} {} on the device ({} geometry, {} materials), {per_voxel:.2} bytes a voxel",
                     bytes(geometry + attributes),
                     bytes(*geometry),
                     bytes(*attributes)
                 )
             }
-            Err(error) => writeln!(text, "  {name:<10}  {error}"),
+            Err(error) => writeln!(text, "  {name:<11} {error}"),
         };
     }
     if !info.materials.is_empty() {
