@@ -111,12 +111,12 @@ bool rx_bvh_meets(RxWalk w, uvec3 near, uvec3 far, uvec3 limit, float t_end) {
 }
 
 // The exact walk through the block at `corner`: the first solid voxel of the mask, as the place `q` in the mirrored block.
-bool rx_block_trace(RxRay ray, ivec3 corner, uvec2 mask, out uvec3 q, out uint axes, out uint voxel, inout uint steps) {
+bool rx_block_trace(RxRay ray, float t_free, ivec3 corner, uvec2 mask, out uvec3 q, out uint axes, out uint voxel, inout uint steps) {
     RxWalk walk;
     q = uvec3(0u);
     axes = 0u;
     voxel = 0u;
-    if (!rx_walk_begin(ray, corner, 2u, walk)) return false;
+    if (!rx_walk_begin(ray, corner, 2u, t_free, walk)) return false;
     // A line meets ten voxels of a block at most.
     for (uint i = 0u; i < 10u; ++i) {
         if (((walk.q.x | walk.q.y | walk.q.z) & ~3u) != 0u) return false;
@@ -132,11 +132,12 @@ bool rx_block_trace(RxRay ray, ivec3 corner, uvec2 mask, out uvec3 q, out uint a
     return false;
 }
 
-bool rx_trace(RxRay ray, out RxHit hit) {
+// The first solid voxel along a ray, not looked for before `t_free` (in lengths of the direction): until then it passes air only.
+bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
     RxWalk walk;
-    if (!rx_walk_begin(ray, world.origin, world.log2_size, walk)) return false;
-    float t_end = rx_walk_t_end(walk, ray);
+    if (!rx_walk_begin(ray, world.origin, world.log2_size, t_free, walk)) return false;
+    float t_end = walk.t_end;
     bvec3 down = notEqual(walk.flip, uvec3(0u));
     // The earliest solid voxel so far.
     uvec3 limit = mix(uvec3((1u << world.log2_size) - 1u), walk.entry, equal(walk.d_fixed, uvec3(0u)));
@@ -168,7 +169,7 @@ bool rx_trace(RxRay ray, out RxHit hit) {
             uvec2 mask = uvec2(world.words[block + 3u], world.words[block + 4u]);
             uvec3 q;
             uint axes, voxel;
-            if (!rx_block_trace(ray, world.origin + ivec3(corner), mask, q, axes, voxel, steps)) continue;
+            if (!rx_block_trace(ray, t_free, world.origin + ivec3(corner), mask, q, axes, voxel, steps)) continue;
             // The ray is in this block at or before the limit, and blocks share no voxel: this one is earlier.
             limit = near + q;
             found = block;
@@ -187,6 +188,10 @@ bool rx_trace(RxRay ray, out RxHit hit) {
     hit.material = rx_block_material(found, found_voxel);
     hit.steps = steps;
     return within;
+}
+
+bool rx_trace(RxRay ray, out RxHit hit) {
+    return rx_trace_from(ray, 0.0, hit);
 }
 
 #endif
