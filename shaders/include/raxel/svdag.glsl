@@ -64,6 +64,7 @@ bool rx_find_instance(uvec3 c, out uint log2_free) {
         at = world.words[at + 1u + rx_octant_rank(mask, child)];
     }
     rx_last_chunk = c >> RX_CHUNK_LEVEL;
+    rx_last_leaf = uvec3(0xffffffffu);  // materials are looked up in the last chunk
     rx_instance = at;
     return true;
 }

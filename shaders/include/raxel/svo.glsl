@@ -59,6 +59,7 @@ bool rx_find_chunk(uvec3 c, out uint log2_free) {
         at = world.words[at + 1u] + 2u * rx_octant_rank(mask, child);
     }
     rx_last_chunk = c >> RX_CHUNK_LEVEL;
+    rx_last_cube = uvec3(0xffffffffu);  // its words are counted from the chunk's
     rx_chunk_node = world.words[at];
     rx_chunk_at = world.words[at + 1u];
     return true;
