@@ -1,6 +1,7 @@
 //! Rays and hits as the shader `trace_rays.comp` has them: 48 bytes each.
 
 use bytemuck::{Pod, Zeroable};
+use raxel_oracle::metrics::Outcome;
 use raxel_oracle::{Hit, Ray};
 
 /// A ray on its way to the device.
@@ -74,5 +75,15 @@ impl HitWords {
     pub fn hit(&self) -> Option<Hit> {
         let Self { voxel, face, material, t, uv, steps, .. } = *self;
         (self.state() == State::Hit).then_some(Hit { voxel, face, material, t, uv, steps })
+    }
+
+    /// What is to be judged; `hit` is what [`HitWords::hit`] gives.
+    pub fn outcome<'h>(&self, hit: Option<&'h Hit>) -> Outcome<'h> {
+        match (self.state(), hit) {
+            (State::Hit, Some(hit)) => Outcome::Hit(hit),
+            (State::Hang, _) => Outcome::Hang,
+            (State::Unwritten, _) => Outcome::Unwritten,
+            (State::Hit | State::Miss, _) => Outcome::Miss,
+        }
     }
 }
