@@ -68,6 +68,25 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return 0u;
 }
 
+// Whether the cube of 2^level voxels around a cell may have a solid voxel, for march/pyramid.glsl: the way down ends where the cube is.
+#define RX_HAS_OCCUPIED
+bool rx_occupied(ivec3 cell, uint level) {
+    uvec3 c = uvec3(cell) - uvec3(world.origin);
+    uint chunk = rx_find_chunk(c);
+    if (chunk == RX_NO_ENTRY) return rx_table_free(c, RX_CHUNK_LEVEL) < level;
+    uint first = 0u, index = 0u;
+    for (uint height = RX_CHUNK_LEVEL; height > level; --height) {
+        uint node = world.words[chunk + first + index];
+        if ((node & RX_FILLED) != 0u) return true;
+        uvec3 child = (c >> (height - 1u)) & 1u;
+        uint number = child.x | (child.y << 1) | (child.z << 2);
+        if (((node >> number) & 1u) == 0u) return false;
+        first = 8u * first + 1u;
+        index = 8u * index + number;
+    }
+    return true;
+}
+
 #include "trace.glsl"
 
 #endif
