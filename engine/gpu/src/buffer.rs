@@ -34,7 +34,12 @@ pub struct Buffer {
     writing: Mutex<()>,
 }
 
+/// The next serial of a buffer or image.
 static SERIAL: AtomicU64 = AtomicU64::new(1);
+
+pub(crate) fn next_serial() -> u64 {
+    SERIAL.fetch_add(1, Ordering::Relaxed)
+}
 
 impl fmt::Debug for Buffer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -69,7 +74,7 @@ impl Buffer {
                     size: info.size,
                     location: info.location,
                     name: name.to_owned(),
-                    serial: SERIAL.fetch_add(1, Ordering::Relaxed),
+                    serial: next_serial(),
                     writing: Mutex::new(()),
                 })
             }
@@ -101,7 +106,7 @@ impl Buffer {
         &self.name
     }
 
-    /// A number that no other buffer of this process has: equal serials, same buffer.
+    /// A number that no other buffer or image of this process has: equal serials, same buffer.
     pub fn serial(&self) -> u64 {
         self.serial
     }

@@ -246,6 +246,20 @@ impl CommandBuffer {
         unsafe { self.device.raw.cmd_copy_image_to_buffer(self.raw, image.raw, layout, to.raw, &[region]) };
     }
 
+    /// Copies texels without padding from the start of a buffer into some slices of one mip of a 3-D image in `GENERAL`.
+    pub(crate) fn copy_buffer_to_slices(&mut self, from: &Buffer, image: &Image, mip: u32, (first, count): (u32, u32)) {
+        let [width, height, _] = image.mip_extent(mip);
+        let region = vk::BufferImageCopy {
+            image_subresource: subresource(mip, 0),
+            image_offset: vk::Offset3D { x: 0, y: 0, z: first as i32 },
+            image_extent: vk::Extent3D { width, height, depth: count },
+            ..Default::default()
+        };
+        let layout = vk::ImageLayout::GENERAL;
+        // SAFETY: as in `clear_image`.
+        unsafe { self.device.raw.cmd_copy_buffer_to_image(self.raw, from.raw, image.raw, layout, &[region]) };
+    }
+
     /// Makes timestamps ready to be written.
     pub fn reset_timestamps(&mut self, timestamps: &Timestamps) {
         // SAFETY: as in `clear_image`.

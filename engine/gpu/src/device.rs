@@ -36,6 +36,8 @@ pub struct Capabilities {
     pub kind: DeviceKind,
     /// Vulkan version of the device: major, minor, patch.
     pub version: (u32, u32, u32),
+    /// Bytes of device-local memory.
+    pub memory: u64,
     /// `VkPhysicalDeviceLimits`.
     pub limits: vk::PhysicalDeviceLimits,
     /// Invocations in a subgroup.
@@ -312,6 +314,7 @@ fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<
         driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
         kind: seen.candidate.kind,
         version: (vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version)),
+        memory: seen.candidate.memory,
         limits: properties.limits,
         subgroup_size: subgroup.subgroup_size,
         subgroup_operations: if subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE) {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use crate::buffer::next_serial;
 use crate::device::Device;
 use crate::memory::{Backing, Held, Location};
 use crate::result::{Error, Named, Result};
@@ -57,6 +58,7 @@ pub struct Image {
     _held: Held,
     info: ImageInfo,
     name: String,
+    serial: u64,
 }
 
 impl fmt::Debug for Image {
@@ -89,7 +91,8 @@ impl Image {
         match held {
             Ok(held) => {
                 device.name(raw, name);
-                Ok(Image { raw, device: device.clone(), _held: held, info: *info, name: name.to_owned() })
+                let (device, name) = (device.clone(), name.to_owned());
+                Ok(Image { raw, device, _held: held, info: *info, name, serial: next_serial() })
             }
             Err(error) => {
                 // SAFETY: nobody has seen the image.
@@ -117,6 +120,11 @@ impl Image {
     /// Name.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// A number that no other image or buffer of this process has: equal serials, same image.
+    pub fn serial(&self) -> u64 {
+        self.serial
     }
 
     /// Texels of a mip.

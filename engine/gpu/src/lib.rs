@@ -43,5 +43,5 @@ pub use query::Timestamps;
 pub use queue::Moment;
 pub use result::{Error, Result};
 pub use surface::{Acquired, Presented, Surface};
-pub use transfer::{download_buffer, download_image, upload};
+pub use transfer::{download_buffer, download_image, upload, upload_volume};
 pub use validate::validate_spirv;

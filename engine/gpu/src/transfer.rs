@@ -8,7 +8,7 @@ use ash::vk;
 use crate::buffer::{Buffer, BufferInfo};
 use crate::command::{Barrier, CommandBuffer};
 use crate::device::Device;
-use crate::image::Image;
+use crate::image::{Image, ImageInfo};
 use crate::memory::{Backing, Location};
 use crate::result::{Error, Result};
 
@@ -37,6 +37,48 @@ pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Option<Du
     let moment = commands.submit()?;
     device.wait(moment, timeout)?;
     Ok(buffer)
+}
+
+/// Bytes of one staging buffer for a volume, unless a single slice has more.
+const STAGING_BYTES: u64 = 64 << 20;
+
+/// Makes a 3-D image whose mips hold `mips`: texels of `texel_bytes` bytes, x first, then y, then z, without padding. It is in `GENERAL`
+/// and visible to everything after. Waits for the copies; may be called from any thread.
+pub fn upload_volume(
+    device: &Arc<Device>,
+    name: &str,
+    info: &ImageInfo,
+    texel_bytes: u32,
+    mips: &[&[u8]],
+    timeout: Option<Duration>,
+) -> Result<Arc<Image>> {
+    let image = Arc::new(Image::new(device, name, info, Backing::Own)?);
+    let mut commands = CommandBuffer::new(device, "upload")?;
+    let all = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
+    let mut before = Barrier::default().activate(&image, all, all);
+    for (mip, texels) in (0..info.mips).zip(mips) {
+        let [width, height, depth] = image.mip_extent(mip);
+        let slice = u64::from(width) * u64::from(height) * u64::from(texel_bytes);
+        let slices = (STAGING_BYTES / slice.max(1)).clamp(1, u64::from(depth)) as u32;
+        for first in (0..depth).step_by(slices as usize) {
+            let count = slices.min(depth - first);
+            let (start, size) = (u64::from(first) * slice, u64::from(count) * slice);
+            let usage = vk::BufferUsageFlags::TRANSFER_SRC;
+            let info = BufferInfo { size, usage, location: Location::Upload };
+            let staging = Buffer::new(device, &format!("{name}, staging"), &info, Backing::Own)?;
+            let part = texels.get(start as usize..(start + size) as usize);
+            if !part.is_some_and(|part| staging.write(0, part)) {
+                return Err(unmapped(name, size));
+            }
+            commands.begin()?;
+            commands.barrier(&std::mem::replace(&mut before, Barrier::full()));
+            commands.copy_buffer_to_slices(&staging, &image, mip, (first, count));
+            commands.barrier(&Barrier::full());
+            let moment = commands.submit()?;
+            device.wait(moment, timeout)?;
+        }
+    }
+    Ok(image)
 }
 
 /// Reads a part of a buffer back, after everything submitted so far.

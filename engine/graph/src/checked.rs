@@ -138,9 +138,10 @@ impl ResourceKind {
         }
     }
 
-    /// Who supplies a buffer from outside, e.g. `world.tree64`.
+    /// Who supplies it from outside, e.g. `world.tree64`.
     pub fn source(&self) -> Option<&str> {
         match self {
+            ResourceKind::Target(target) => target.source.as_deref(),
             ResourceKind::Buffer(Buffer { size: BufferSize::Source(name), .. }) => Some(name),
             _ => None,
         }
@@ -162,6 +163,8 @@ pub struct Target {
     pub format: Format,
     /// Extent rule.
     pub extent: Extent,
+    /// Supplied from outside under this name, e.g. `world.texture3d`; then the extent is [`Extent::Source`].
+    pub source: Option<String>,
     /// Number of mips; 0 means the full chain down to one texel.
     pub mips: u32,
     /// Array layers; 1 for a plain image.
@@ -186,6 +189,8 @@ pub enum Extent {
     Fixed2([u32; 2]),
     /// Fixed 3-D extent in texels.
     Fixed3([u32; 3]),
+    /// Three dimensions of the supplier's.
+    Source,
     /// A part of another target's extent (same dimension as that target).
     Of {
         /// The other target.

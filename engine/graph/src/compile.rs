@@ -2,18 +2,21 @@
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap};
 use raxel_shader::ShaderSource;
+use raxel_shader::format::Format;
 use raxel_shader::interface::Block;
 
 use crate::checked::Graph;
 use crate::{check, extends, reflect, resolve};
 
-/// A buffer that the runtime can supply: `source = "world.tree64"`.
+/// What the runtime can supply: `source = "world.tree64"`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceLayout {
     /// Its name, e.g. `world.tree64`.
     pub name: String,
-    /// How its bytes are laid out; a shader's block must agree member by member.
+    /// How the bytes of its buffer are laid out; a shader's block must agree member by member.
     pub block: Block,
+    /// The texels of its 3-D image, if it has one besides: what a target with this source is.
+    pub image: Option<Format>,
 }
 
 /// The checked graph with warnings, or everything that is wrong with it (warnings included).

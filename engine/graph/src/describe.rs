@@ -28,7 +28,12 @@ pub(crate) fn describe(
             let uses = uses[id.0 as usize];
             let (desc, clear, init) = match (&resource.kind, sizes[id.0 as usize]) {
                 (ResourceKind::Target(target), size) => {
-                    (ResourceDesc::Image(image(target, size, uses)), target.clear, target.init)
+                    let image = image(target, size, uses);
+                    let desc = match &target.source {
+                        Some(name) => ResourceDesc::SourceImage(name.clone(), image),
+                        None => ResourceDesc::Image(image),
+                    };
+                    (desc, target.clear, target.init)
                 }
                 (ResourceKind::Buffer(buffer), size) => {
                     let size = if let Size::Buffer(Some(bytes)) = size { bytes } else { 0 };
@@ -42,7 +47,7 @@ pub(crate) fn describe(
                 }
             };
             let memory = match &desc {
-                ResourceDesc::Image(image) => memory.image(image),
+                ResourceDesc::Image(image) | ResourceDesc::SourceImage(_, image) => memory.image(image),
                 ResourceDesc::Buffer(buffer) => memory.buffer(buffer),
                 ResourceDesc::Source(_) => {
                     let size = if let Size::Buffer(Some(bytes)) = sizes[id.0 as usize] { bytes } else { 0 };

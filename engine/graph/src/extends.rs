@@ -298,6 +298,15 @@ impl Layer for Target {
     }
     fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
         self.flawed |= above.flawed;
+        if above.source.is_some() {
+            // A source brings its own format, extent and contents.
+            (self.format, self.size, self.mips, self.layers) = (None, None, None, None);
+            (self.clear, self.init, self.history) = (None, None, None);
+        } else if above.format.is_some() {
+            // The same target, made here.
+            self.source = None;
+        }
+        replace(&mut self.source, above.source);
         replace(&mut self.format, above.format);
         replace(&mut self.size, above.size);
         replace(&mut self.mips, above.mips);

@@ -2,7 +2,9 @@
 
 use raxel_diagnostics::{Code, Diagnostic, codes};
 
-use crate::checked::{BoundAccess, BufferSize, Dispatch, Extent, Graph, Pass, Resource, ResourceId, ResourceKind};
+use crate::checked::{
+    BoundAccess, BufferSize, Dispatch, Extent, Graph, Pass, Resource, ResourceId, ResourceKind, Target,
+};
 use crate::cull::Cull;
 use crate::plan::{Limits, PlanInput};
 use crate::sizes::{Size, full_chain, groups, local_size};
@@ -25,7 +27,8 @@ pub(crate) fn check_present(graph: &Graph, sizes: &[Size], input: &PlanInput) ->
         }
     };
     missing("earlier frame", present.age, resource.history + 1);
-    if let Size::Image { mips, layers, .. } = sizes[present.resource.0 as usize] {
+    let made = is_made(resource, input);
+    if let (Size::Image { mips, layers, .. }, true) = (sizes[present.resource.0 as usize], made) {
         missing("mip", present.mip, mips);
         let slices = sizes[present.resource.0 as usize].texels(present.mip).map_or(layers, |[_, _, slices]| slices);
         missing("layer", present.layer, slices);
@@ -38,6 +41,9 @@ pub(crate) fn check(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
     let mut found = Vec::new();
     for &id in &cull.used {
         let resource = graph.resource(id);
+        if !is_made(resource, input) {
+            continue;
+        }
         match sizes[id.0 as usize] {
             Size::Image { extent, volume, mips, layers } => {
                 image(graph, resource, (extent, volume, mips, layers), input, &mut found);
@@ -50,13 +56,25 @@ pub(crate) fn check(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
         dispatch(pass, sizes, &input.limits, &mut found);
         blocks(pass, &input.limits, &mut found);
         for access in &pass.accesses {
-            subresources(graph, pass, access, sizes, &mut found);
+            if is_made(graph.resource(access.resource), input) {
+                subresources(graph, pass, access, sizes, &mut found);
+            }
         }
         if let Dispatch::Indirect { buffer, offset } = pass.dispatch {
             arguments(graph, pass, (buffer, offset), sizes, &mut found);
         }
     }
     if found.is_empty() { Ok(()) } else { Err(found) }
+}
+
+/// Whether its extent is known: that of an image from outside is not before its supplier has made it.
+fn is_made(resource: &Resource, input: &PlanInput) -> bool {
+    match &resource.kind {
+        ResourceKind::Target(Target { source: Some(source), .. }) => {
+            input.sources.get(source).is_some_and(|source| source.image.is_some())
+        }
+        _ => true,
+    }
 }
 
 fn image(
@@ -117,7 +135,7 @@ fn follows_output(graph: &Graph, resource: &Resource) -> bool {
             ResourceKind::Target(target) => match target.extent {
                 Extent::Output { .. } => return true,
                 Extent::Of { target, .. } => kind = &graph.resource(target).kind,
-                Extent::Fixed2(_) | Extent::Fixed3(_) => return false,
+                Extent::Fixed2(_) | Extent::Fixed3(_) | Extent::Source => return false,
             },
             ResourceKind::Buffer(_) => return false,
         }

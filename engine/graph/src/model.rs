@@ -76,6 +76,8 @@ pub struct Target {
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     pub flawed: bool,
+    /// `source`.
+    pub source: Option<At<String>>,
     /// `format`.
     pub format: Option<At<String>>,
     /// `size`.

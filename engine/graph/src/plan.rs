@@ -27,14 +27,29 @@ pub struct PlanInput<'a> {
     pub pinned: &'a [ResourceId],
     /// Whether a fact holds.
     pub facts: &'a dyn Fn(&Fact) -> bool,
-    /// Bytes of each buffer source, e.g. `world.tree64`.
-    pub sources: &'a BTreeMap<String, u64>,
+    /// Sizes of each source, e.g. `world.tree64`.
+    pub sources: &'a BTreeMap<String, SourceSize>,
     /// Memory requirements of images and buffers on the device.
     pub memory: &'a dyn MemoryModel,
     /// Whether transient resources may share memory.
     pub alias: bool,
     /// Limits of the device.
     pub limits: Limits,
+}
+
+/// Sizes of what is supplied from outside under one name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SourceSize {
+    /// Bytes of its buffer.
+    pub bytes: u64,
+    /// Texels of mip 0 of its 3-D image; `None` when it has none, or is not made yet.
+    pub image: Option<[u32; 3]>,
+}
+
+impl From<u64> for SourceSize {
+    fn from(bytes: u64) -> Self {
+        Self { bytes, image: None }
+    }
 }
 
 /// Device limits that a plan is checked against.
@@ -192,7 +207,7 @@ pub struct ResourcePlan {
     pub lifetime: Lifetime,
 }
 
-/// Image, buffer or outside buffer.
+/// Image or buffer, made or supplied.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum ResourceDesc {
     /// An image.
@@ -201,6 +216,8 @@ pub enum ResourceDesc {
     Buffer(BufferDesc),
     /// A buffer that the runtime supplies under this name, read-only.
     Source(String),
+    /// An image that the runtime supplies under this name, read-only.
+    SourceImage(String, ImageDesc),
 }
 
 /// How long the contents of a resource matter.

@@ -129,6 +129,7 @@ fn target() -> Value {
     table(
         "An image.",
         &json!({
+            "source": text("What supplies it from outside, e.g. `world.texture3d`: format, extent, mips and contents are the source's, and passes only read it."),
             "format": words("Texel format, named by GLSL's own layout qualifier.", Format::ALL.iter().map(|f| f.name())),
             "size": size(),
             "mips": {

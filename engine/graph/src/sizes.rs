@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::checked::{Buffer, BufferSize, Dispatch, Extent, Graph, Pass, ResourceId, ResourceKind, Target, Value};
+use crate::plan::SourceSize;
 
 /// Size of a resource for one output size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,12 +45,12 @@ impl Size {
 }
 
 /// The sizes of all resources, in order of [`Graph::resources`].
-pub fn sizes(graph: &Graph, output: [u32; 2], sources: &BTreeMap<String, u64>) -> Vec<Size> {
+pub fn sizes(graph: &Graph, output: [u32; 2], sources: &BTreeMap<String, SourceSize>) -> Vec<Size> {
     let mut sizes: Vec<Size> = graph
         .resources
         .iter()
         .map(|resource| match &resource.kind {
-            ResourceKind::Target(target) => image(graph, target, output),
+            ResourceKind::Target(target) => image(graph, target, output, sources),
             ResourceKind::Buffer(_) => Size::Buffer(None),
         })
         .collect();
@@ -73,7 +74,11 @@ pub fn extent(graph: &Graph, output: [u32; 2], target: ResourceId) -> [u32; 3] {
     }
 }
 
-fn image(graph: &Graph, target: &Target, output: [u32; 2]) -> Size {
+fn image(graph: &Graph, target: &Target, output: [u32; 2], sources: &BTreeMap<String, SourceSize>) -> Size {
+    if let Some(source) = &target.source {
+        let extent = sources.get(source).and_then(|source| source.image).unwrap_or([1; 3]);
+        return Size::Image { extent, volume: true, mips: full_chain(extent), layers: 1 };
+    }
     let (extent, volume) = resolve(graph, target, output, graph.resources.len());
     let mips = if target.mips == 0 { full_chain(extent) } else { target.mips };
     Size::Image { extent, volume, mips, layers: target.layers.max(1) }
@@ -91,6 +96,8 @@ fn resolve(graph: &Graph, target: &Target, output: [u32; 2], links: usize) -> ([
         Extent::Output { scale: [x, y] } => ([scaled(output[0], x), scaled(output[1], y), 1], false),
         Extent::Fixed2([w, h]) => ([w.max(1), h.max(1), 1], false),
         Extent::Fixed3(extent) => (extent.map(|axis| axis.max(1)), true),
+        // No extent is a part of a supplier's.
+        Extent::Source => ([1; 3], true),
         Extent::Of { target, scale } => match &graph.resource(target).kind {
             ResourceKind::Target(other) if links > 0 => {
                 let ([w, h, d], volume) = resolve(graph, other, output, links - 1);
@@ -106,14 +113,14 @@ fn scaled(axis: u32, scale: f64) -> u32 {
     ((f64::from(axis) * scale).round() as u32).max(1)
 }
 
-fn bytes(buffer: &Buffer, sizes: &[Size], sources: &BTreeMap<String, u64>) -> Option<u64> {
+fn bytes(buffer: &Buffer, sizes: &[Size], sources: &BTreeMap<String, SourceSize>) -> Option<u64> {
     match &buffer.size {
         BufferSize::Bytes(bytes) => Some(*bytes),
         BufferSize::PerPixel { of, stride } => {
             let texels = sizes[of.0 as usize].texels(0).unwrap_or([1; 3]);
             Some(texels.iter().fold(u64::from(*stride), |bytes, &axis| bytes.saturating_mul(axis.into())))
         }
-        BufferSize::Source(name) => sources.get(name).copied(),
+        BufferSize::Source(name) => sources.get(name).map(|source| source.bytes),
     }
 }
 

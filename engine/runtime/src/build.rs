@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, DiskFiles, Files, SourceMap, Span, codes};
 use raxel_graph::SourceLayout;
-use raxel_graph::checked::{BufferSize, Fact, Graph, ResourceId, ResourceKind};
-use raxel_graph::plan::{Limits, Plan, PlanInput, Present, ResourceDesc};
+use raxel_graph::checked::{Fact, Graph, ResourceId};
+use raxel_graph::plan::{Limits, Plan, PlanInput, Present, ResourceDesc, SourceSize};
 use raxel_shader::Compiler;
 use raxel_world::layout::Layout;
 
@@ -212,21 +212,22 @@ pub fn assemble(
     // Only the plan knows which layouts a live pass binds; a world's other layouts are never made.
     let sources = sources(&plan, world, target)?;
     // The first plan did not know the sizes of the layouts made just now.
-    let fresh = sources.keys().any(|name| !sizes.contains_key(name));
+    let fresh = sources.names().any(|name| !sizes.contains_key(name));
     let plan = if fresh { make_plan(graph, &world.sizes(), selection, target)? } else { plan };
     Ok(Assembly { plan: Arc::new(plan), sources })
 }
 
-/// The outside buffers of a plan, made where they are not there yet.
+/// What a plan needs from outside, made where they are not there yet.
 pub fn sources(plan: &Plan, world: &SessionWorld, target: &Target) -> Result<execute::Sources, BuildError> {
-    let mut sources = execute::Sources::new();
+    let mut sources = execute::Sources::default();
     let mut found = Vec::new();
     for resource in &plan.resources {
-        let ResourceDesc::Source(name) = &resource.desc else { continue };
+        let (ResourceDesc::Source(name) | ResourceDesc::SourceImage(name, _)) = &resource.desc else { continue };
         let place = plan.graph.resource(resource.resource);
-        match world.source(name, place, target.limits.storage_buffer, &target.builder) {
-            Ok(buffer) => {
-                sources.insert(name.clone(), buffer);
+        match world.source(name, place, target.limits, &target.builder) {
+            Ok(made) => {
+                sources.images.extend(made.image.map(|image| (name.clone(), image)));
+                sources.buffers.insert(name.clone(), made.buffer);
             }
             Err(SourceError::Diagnosed(diagnostic)) => found.push(*diagnostic),
             Err(SourceError::Device(error)) => return Err(refusal(error, &plan.graph)),
@@ -237,13 +238,14 @@ pub fn sources(plan: &Plan, world: &SessionWorld, target: &Target) -> Result<exe
 
 fn make_plan(
     graph: &Arc<Graph>,
-    sizes: &BTreeMap<String, u64>,
+    sizes: &BTreeMap<String, SourceSize>,
     selection: &Selection,
     target: &Target,
 ) -> Result<Plan, BuildError> {
     // A source that is not made yet counts as empty.
-    let mut sources: BTreeMap<String, u64> = source_names(graph).into_iter().map(|name| (name, 0)).collect();
-    sources.extend(sizes.iter().map(|(name, bytes)| (name.clone(), *bytes)));
+    let mut sources: BTreeMap<String, SourceSize> =
+        source_names(graph).into_iter().map(|name| (name, SourceSize::default())).collect();
+    sources.extend(sizes.iter().map(|(name, size)| (name.clone(), *size)));
     let input = PlanInput {
         output: selection.output,
         present: selection.present,
@@ -257,19 +259,9 @@ fn make_plan(
     raxel_graph::plan(graph.clone(), &input).map_err(BuildError::Diagnosed)
 }
 
-/// Names of the buffer sources that a graph declares.
+/// Names of the sources that a graph declares.
 pub fn source_names(graph: &Graph) -> BTreeSet<String> {
-    graph
-        .resources
-        .iter()
-        .filter_map(|resource| match &resource.kind {
-            ResourceKind::Buffer(buffer) => match &buffer.size {
-                BufferSize::Source(name) => Some(name.clone()),
-                _ => None,
-            },
-            ResourceKind::Target(_) => None,
-        })
-        .collect()
+    graph.resources.iter().filter_map(|resource| resource.kind.source()).map(str::to_owned).collect()
 }
 
 /// Creates everything that a plan needs, next to what is running.

@@ -7,23 +7,42 @@ use std::time::Instant;
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, table};
 use raxel_graph::SourceLayout;
 use raxel_graph::checked::{Fact, Resource};
+use raxel_graph::plan::SourceSize;
+use raxel_shader::format::Format;
 use raxel_shader::interface::{Block, Member, Scalar, Type};
 use raxel_world::file::{Aim, CameraHint, Loaded};
-use raxel_world::layout::{BlockMember, Layout, LayoutError};
+use raxel_world::layout::{BlockMember, EncodedImage, Layout, LayoutError, Limits};
 
 use crate::camera::Camera;
 use crate::execute;
 
 /// What stands before a layout's name in `source = "world.tree64"`.
 const PREFIX: &str = "world.";
+/// The texels of a layout's image.
+const IMAGE_FORMAT: Format = Format::R16ui;
 
 /// A world with its encodings for the device.
 pub struct SessionWorld {
     /// Project path of its file; `None` for the empty world of a session without one.
     pub path: Option<String>,
     loaded: Loaded,
-    buffers: Mutex<BTreeMap<Layout, Arc<raxel_gpu::Buffer>>>,
+    on_device: Mutex<BTreeMap<Layout, OnDevice>>,
     costs: Mutex<BTreeMap<Layout, LayoutCost>>,
+}
+
+/// A world in one layout on the device.
+#[derive(Clone, Debug)]
+pub struct OnDevice {
+    /// The buffer that shaders know as `world`.
+    pub buffer: Arc<raxel_gpu::Buffer>,
+    /// The image that shaders know as `world_voxels`, of a layout that has one.
+    pub image: Option<Arc<raxel_gpu::Image>>,
+}
+
+impl OnDevice {
+    fn size(&self) -> SourceSize {
+        SourceSize { bytes: self.buffer.size(), image: self.image.as_ref().map(|image| image.info().extent) }
+    }
 }
 
 /// What it took to bring a world into a layout.
@@ -48,7 +67,7 @@ impl SessionWorld {
             cameras: Vec::new(),
             files: Vec::new(),
         };
-        Self { path: None, loaded, buffers: Mutex::default(), costs: Mutex::default() }
+        Self { path: None, loaded, on_device: Mutex::default(), costs: Mutex::default() }
     }
 
     /// Loads the world at a project path, with its warnings.
@@ -58,7 +77,10 @@ impl SessionWorld {
         texts: &mut SourceMap,
     ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (loaded, warnings) = raxel_world::file::load(path, files, texts)?;
-        Ok((Self { path: Some(path.to_owned()), loaded, buffers: Mutex::default(), costs: Mutex::default() }, warnings))
+        Ok((
+            Self { path: Some(path.to_owned()), loaded, on_device: Mutex::default(), costs: Mutex::default() },
+            warnings,
+        ))
     }
 
     /// Its name.
@@ -113,25 +135,30 @@ impl SessionWorld {
         self.loaded.cameras.iter().find(|(known, _)| known == name).map(|(_, hint)| camera_of(hint))
     }
 
-    /// The buffer of a source such as `world.tree64`, encoded and uploaded at its first use. `resource` is the buffer that wants it,
-    /// `limit` the largest storage buffer of the device in bytes.
+    /// What a source such as `world.tree64` supplies, encoded and uploaded at its first use. `resource` wants it; `limits` are those of
+    /// the device.
     pub fn source(
         &self,
         source: &str,
         resource: &Resource,
-        limit: u64,
+        limits: raxel_graph::plan::Limits,
         builder: &execute::Builder,
-    ) -> Result<Arc<raxel_gpu::Buffer>, SourceError> {
+    ) -> Result<OnDevice, SourceError> {
         let layout =
             layout_of(source).ok_or_else(|| SourceError::Diagnosed(Box::new(unknown_source(source, resource))))?;
-        let mut buffers = self.buffers.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(buffer) = buffers.get(&layout) {
-            return Ok(buffer.clone());
+        let mut on_device = self.on_device.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(there) = on_device.get(&layout) {
+            return Ok(there.clone());
         }
+        let limits = Limits {
+            buffer_bytes: limits.storage_buffer,
+            image_side: limits.image_3d,
+            image_bytes: builder.device().capabilities().memory,
+        };
+        let refused = |error: LayoutError| SourceError::Diagnosed(Box::new(self.does_not_fit(&error, resource)));
         let began = Instant::now();
-        let encoded = layout
-            .encode(&self.loaded.world, limit)
-            .map_err(|error| SourceError::Diagnosed(Box::new(self.does_not_fit(&error, resource))))?;
+        let encoded = layout.encode(&self.loaded.world, limits).map_err(refused)?;
+        let image = layout.encode_image(&self.loaded.world, limits).map_err(refused)?;
         let cost = LayoutCost {
             geometry_bytes: encoded.geometry_bytes,
             attribute_bytes: encoded.attribute_bytes,
@@ -140,8 +167,13 @@ impl SessionWorld {
         self.costs.lock().unwrap_or_else(PoisonError::into_inner).insert(layout, cost);
         let buffer =
             builder.upload_buffer(bytemuck::cast_slice(&encoded.words), source).map_err(SourceError::Device)?;
-        buffers.insert(layout, buffer.clone());
-        Ok(buffer)
+        let upload = |image: EncodedImage| {
+            let mips: Vec<&[u8]> = image.mips.iter().map(|mip| bytemuck::cast_slice(mip)).collect();
+            builder.upload_image(source, IMAGE_FORMAT, image.size, &mips).map_err(SourceError::Device)
+        };
+        let made = OnDevice { buffer, image: image.map(upload).transpose()? };
+        on_device.insert(layout, made.clone());
+        Ok(made)
     }
 
     /// What a layout took when it was encoded; `None` when it never was.
@@ -149,21 +181,21 @@ impl SessionWorld {
         self.costs.lock().unwrap_or_else(PoisonError::into_inner).get(&layout).copied()
     }
 
-    /// Bytes of the layouts that are on the device, by source name.
-    pub fn sizes(&self) -> BTreeMap<String, u64> {
-        let buffers = self.buffers.lock().unwrap_or_else(PoisonError::into_inner);
-        buffers.iter().map(|(layout, buffer)| (format!("{PREFIX}{}", layout.name()), buffer.size())).collect()
+    /// Sizes of the layouts that are on the device, by source name.
+    pub fn sizes(&self) -> BTreeMap<String, SourceSize> {
+        let on_device = self.on_device.lock().unwrap_or_else(PoisonError::into_inner);
+        on_device.iter().map(|(layout, made)| (source_of(*layout), made.size())).collect()
     }
 
     /// Forgets what is on the device, since the device is gone.
     pub fn forget_device(&self) {
-        self.buffers.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.on_device.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
     fn does_not_fit(&self, error: &LayoutError, resource: &Resource) -> Diagnostic {
         let whose = self.path.as_deref().unwrap_or("the empty world");
         Diagnostic::error(codes::session::LAYOUT_TOO_LARGE, format!("`{whose}` does not fit: {error}"))
-            .label(resource.place.clone(), "for this buffer")
+            .label(resource.place.clone(), "for this")
             .help("build a smaller world, or bind a more compact layout (`raxel world info` compares them)")
     }
 }
@@ -226,11 +258,15 @@ fn unknown_source(source: &str, resource: &Resource) -> Diagnostic {
     }
 }
 
-/// The buffers that a session can supply, for the graph compiler: every layout with the block that shaders must declare.
+/// What a session can supply, for the graph compiler: every layout with the block that shaders must declare.
 pub fn source_layouts() -> Vec<SourceLayout> {
     Layout::ALL
         .iter()
-        .map(|layout| SourceLayout { name: format!("{PREFIX}{}", layout.name()), block: block(&layout.block()) })
+        .map(|layout| SourceLayout {
+            name: source_of(*layout),
+            block: block(&layout.block()),
+            image: layout.has_image().then_some(IMAGE_FORMAT),
+        })
         .collect()
 }
 

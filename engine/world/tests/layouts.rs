@@ -156,12 +156,18 @@ fn voxels_of(layout: Layout, encoded: &Encoded) -> Voxels {
         Layout::Octree => decode::octree(&encoded.words),
         Layout::Svo => decode::svo(&encoded.words),
         Layout::Svdag => decode::svdag(&encoded.words),
+        Layout::Texture3d => unreachable!("tests/texture3d.rs reads its image"),
     }
+}
+
+/// The layouts that hold worlds of any width.
+fn sparse() -> impl Iterator<Item = Layout> {
+    Layout::ALL.iter().copied().filter(|layout| !layout.has_image())
 }
 
 fn check(voxels: &Voxels, materials: usize) {
     let world = world(voxels, materials);
-    for &layout in Layout::ALL {
+    for layout in sparse() {
         let encoded = encode(layout, &world);
         assert!(&voxels_of(layout, &encoded) == voxels, "{}", layout.name());
         assert_eq!(encoded.geometry_bytes + encoded.attribute_bytes, 4 * encoded.words.len() as u64);

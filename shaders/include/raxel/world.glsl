@@ -26,6 +26,8 @@
 #include "svo.glsl"
 #elif defined(RX_LAYOUT_SVDAG)
 #include "svdag.glsl"
+#elif defined(RX_LAYOUT_TEXTURE3D)
+#include "texture3d.glsl"
 #else
 #error "<raxel/world.glsl> needs a world: bind `world` to a buffer with source = \"world.tree64\" or \"world.chunks\""
 #endif

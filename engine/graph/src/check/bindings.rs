@@ -204,7 +204,7 @@ fn writable(context: &Context<'_>, binding: &Binding, entry: &Bind, found: &mut 
     let resource = &context.graph.resources[id.0 as usize].item;
     let why = if age > 0 {
         "an earlier frame cannot be changed"
-    } else if matches!(&resource.kind, ResourceKind::Buffer(buffer) if matches!(buffer.size, BufferSize::Source(_))) {
+    } else if resource.kind.source().is_some() {
         "what comes from outside cannot be changed by a pass"
     } else {
         return;

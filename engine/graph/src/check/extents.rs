@@ -78,7 +78,7 @@ fn fixed(graph: &Resolved, id: ResourceId) -> Option<[u32; 3]> {
     match target(graph, id)?.extent {
         Extent::Fixed2([w, h]) => Some([w, h, 1]),
         Extent::Fixed3(extent) => Some(extent),
-        Extent::Output { .. } | Extent::Of { .. } => None,
+        Extent::Output { .. } | Extent::Of { .. } | Extent::Source => None,
     }
 }
 
@@ -99,7 +99,7 @@ pub fn is_volume(graph: &Resolved, id: ResourceId) -> bool {
     let mut next = Some(id);
     for _ in 0..=graph.resources.len() {
         let Some(id) = next else { return false };
-        if matches!(target(graph, id).map(|target| target.extent), Some(Extent::Fixed3(_))) {
+        if matches!(target(graph, id).map(|target| target.extent), Some(Extent::Fixed3(_) | Extent::Source)) {
             return true;
         }
         next = parent(graph, id);

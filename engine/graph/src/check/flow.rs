@@ -60,7 +60,7 @@ fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<
 /// Whether something is in it though no pass writes it.
 fn has_content(kind: &ResourceKind) -> bool {
     match kind {
-        ResourceKind::Target(target) => target.clear.is_some() || target.init.is_some(),
+        ResourceKind::Target(target) => target.clear.is_some() || target.init.is_some() || target.source.is_some(),
         ResourceKind::Buffer(buffer) => {
             buffer.clear.is_some() || buffer.init.is_some() || matches!(buffer.size, BufferSize::Source(_))
         }

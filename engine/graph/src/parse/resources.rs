@@ -38,6 +38,7 @@ pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Targe
         name: At::new(name, node.key_span.clone()),
         remove: remove(table, &["remove"]),
         flawed: false,
+        source: text(table, "source"),
         format: text(table, "format"),
         size: table.get("size").and_then(|node| at(&node, size(&node))),
         mips: table.get("mips").and_then(|node| at(&node, mips(&node))),
@@ -47,6 +48,11 @@ pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Targe
         init: table.get("init").and_then(|node| literal(&node)),
         display: table.get("display").and_then(|node| at(&node, display(&node))),
     };
+    if target.source.is_some() {
+        for key in ["format", "size", "mips", "layers", "history", "clear", "init"] {
+            table.conflict("source", key, "what a source is and holds comes from outside");
+        }
+    }
     table.finish();
     target.flawed = table.reporter().count() > before;
     target

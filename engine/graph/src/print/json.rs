@@ -40,6 +40,7 @@ fn resource(plan: &Plan, resource: &ResourcePlan) -> Value {
         ResourceDesc::Image(image) => ("image", json!(image)),
         ResourceDesc::Buffer(buffer) => ("buffer", json!(buffer)),
         ResourceDesc::Source(name) => ("source", json!(name)),
+        ResourceDesc::SourceImage(name, image) => ("source", json!({ "name": name, "image": image })),
     };
     let lifetime = match resource.lifetime {
         Lifetime::Persistent => json!("persistent"),

@@ -154,7 +154,7 @@ fn memory(plan: &Plan, out: &mut String) {
     let kinds: Vec<String> = plan.resources.iter().map(|resource| words::describe(&resource.desc)).collect();
     let kind_width = kinds.iter().map(|kind| kind.chars().count()).max().unwrap_or(0);
     for (resource, kind) in plan.resources.iter().zip(&kinds) {
-        let supplied = matches!(resource.desc, ResourceDesc::Source(_));
+        let supplied = matches!(resource.desc, ResourceDesc::Source(_) | ResourceDesc::SourceImage(..));
         let unknown = supplied && resource.memory.size == 0;
         let size = if unknown { "—".to_owned() } else { words::bytes(resource.memory.size) };
         let copies = if resource.copies > 1 { format!("{} × {size}", resource.copies) } else { size };

@@ -26,6 +26,10 @@ pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
 /// What a resource is, e.g. `rgba16f 1280×720, 4 mips`.
 pub(super) fn describe(desc: &ResourceDesc) -> String {
     match desc {
+        ResourceDesc::SourceImage(name, image) if image.extent == [1; 3] => {
+            format!("{} from {name}", image.format.name())
+        }
+        ResourceDesc::SourceImage(name, image) => format!("{} from {name}", describe(&ResourceDesc::Image(*image))),
         ResourceDesc::Image(image) => {
             let [w, h, d] = image.extent;
             let mut text = format!("{} {w}×{h}", image.format.name());
@@ -196,7 +200,7 @@ pub(super) fn memory(plan: &Plan) -> Memory {
     let (mut own, mut placed) = (0_u64, 0_u64);
     for resource in &plan.resources {
         match &resource.desc {
-            ResourceDesc::Source(_) => {}
+            ResourceDesc::Source(_) | ResourceDesc::SourceImage(..) => {}
             _ if block_of(resource).is_some() => placed = placed.saturating_add(all_copies(resource)),
             _ => own = own.saturating_add(all_copies(resource)),
         }

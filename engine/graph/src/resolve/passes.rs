@@ -6,8 +6,9 @@ use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_shader::Request;
 
 use super::params::unknown_type;
-use super::{Bind, Feed, Fills, Member, Pass, Scope, age, missing};
-use crate::checked::{self, BufferSize, Builtin, Condition, Extent, Fact, ResourceId, ResourceKind, Source, Value};
+use super::resources::extent_from_outside;
+use super::{Bind, Declared, Feed, Fills, Member, Pass, Scope, age, missing};
+use crate::checked::{self, Builtin, Condition, Extent, Fact, ResourceId, ResourceKind, Source, Value};
 use crate::model::{self, At};
 use crate::value::ValueType;
 
@@ -95,9 +96,8 @@ fn request(
     }
     for entry in bind {
         let Some(target) = &entry.target else { continue };
-        let ResourceKind::Buffer(buffer) = &scope.resources[target.value.0.0 as usize].item.kind else { continue };
-        let BufferSize::Source(source) = &buffer.size else { continue };
-        if let Some(layout) = source.strip_prefix("world.") {
+        let source = scope.resources[target.value.0.0 as usize].item.kind.source();
+        if let Some(layout) = source.and_then(|source| source.strip_prefix("world.")) {
             defines.push((format!("RX_LAYOUT_{}", layout.to_uppercase()), "1".to_owned()));
         }
     }
@@ -175,12 +175,17 @@ fn dispatch(
 /// A resource that must be a target or must be a buffer.
 fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
     let id = scope.resource(&name.value, &name.span, found)?;
-    let declared = &scope.resources[id.0 as usize].item;
+    let Declared { item: declared, detail, .. } = &scope.resources[id.0 as usize];
     let is = match declared.kind {
         ResourceKind::Target(_) => "target",
         ResourceKind::Buffer(_) => "buffer",
     };
     if is == kind {
+        // Whoever asks for a target asks for its extent.
+        if is == "target" && declared.kind.source().is_some() {
+            found.push(extent_from_outside(name, detail));
+            return None;
+        }
         return Some(id);
     }
     found.push(
@@ -263,7 +268,7 @@ fn has_third_axis(id: ResourceId, scope: &Scope<'_>) -> bool {
             return true;
         }
         match target.extent {
-            Extent::Fixed3(_) => return true,
+            Extent::Fixed3(_) | Extent::Source => return true,
             Extent::Of { target, .. } => next = target,
             Extent::Output { .. } | Extent::Fixed2(_) => return false,
         }

@@ -37,6 +37,9 @@ struct Scope<'a> {
 
 impl Scope<'_> {
     fn target(&self, target: &Target, found: &mut Vec<Diagnostic>) -> Declared<Resource> {
+        if let Some(source) = &target.source {
+            return self.supplied(target, source, found);
+        }
         let before = found.len();
         let name = &target.name;
         let format = format(target, found);
@@ -62,6 +65,7 @@ impl Scope<'_> {
         let kind = ResourceKind::Target(checked::Target {
             format: shape,
             extent,
+            source: None,
             mips: target.mips.as_ref().map_or(1, |mips| mips.value),
             layers: target.layers.as_ref().map_or(1, |layers| layers.value),
             clear,
@@ -72,6 +76,58 @@ impl Scope<'_> {
         let sound = format.is_some() && !target.flawed && found.len() == before;
         let detail = target.format.as_ref().map_or(&name.span, |format| &format.span).clone();
         declared(name, kind, target.history.as_ref(), sound, detail)
+    }
+
+    /// A target that comes from outside: all of it but how it is shown.
+    fn supplied(&self, target: &Target, source: &At<String>, found: &mut Vec<Diagnostic>) -> Declared<Resource> {
+        let before = found.len();
+        let name = &target.name;
+        let images = || self.sources.iter().filter_map(|known| Some((known.name.as_str(), known.image?)));
+        let format = images().find(|(known, _)| *known == source.value).map(|(_, format)| format);
+        if format.is_none() {
+            let buffer = self.sources.iter().any(|known| known.name == source.value);
+            let known = images().map(|(name, _)| name);
+            found.push(if buffer {
+                let message = format!("`{}` supplies a buffer and no image", source.value);
+                Diagnostic::error(codes::graph::WRONG_KIND, message)
+                    .label(source.span.clone(), "an image is needed here")
+                    .help(format!("declare it in `[buffers.{}]`; images come from {}", name.value, list(known)))
+            } else {
+                unknown(codes::graph::UNKNOWN_SOURCE, "source of images", &source.value, &source.span, known)
+            });
+        }
+        // Keys of a file that this one extends are met here; those beside it in the same table are reported already.
+        let written = [
+            ("format", target.format.as_ref().map(|value| &value.span)),
+            ("size", target.size.as_ref().map(|value| &value.span)),
+            ("mips", target.mips.as_ref().map(|value| &value.span)),
+            ("layers", target.layers.as_ref().map(|value| &value.span)),
+            ("history", target.history.as_ref().map(|value| &value.span)),
+            ("clear", target.clear.as_ref().map(|value| &value.span)),
+            ("init", target.init.as_ref().map(|value| &value.span)),
+        ];
+        for (key, place) in written.into_iter().filter_map(|(key, place)| Some((key, place?))) {
+            if !target.flawed {
+                let message = format!("target `{}` comes from outside and takes no `{key}`", name.value);
+                let error = Diagnostic::error(codes::files::CONFLICTING_KEYS, message);
+                found.push(error.label(place.clone(), "this one").label(source.span.clone(), "and this one"));
+            }
+        }
+        let shape = format.unwrap_or(Format::R16ui);
+        let display = target.display.as_ref().filter(|_| format.is_some());
+        let display = display.and_then(|display| show(&name.value, display, shape, found));
+        let kind = ResourceKind::Target(checked::Target {
+            format: shape,
+            extent: Extent::Source,
+            source: Some(source.value.clone()),
+            mips: 0,
+            layers: 1,
+            clear: None,
+            init: None,
+            display,
+        });
+        let sound = !target.flawed && found.len() == before;
+        declared(name, kind, None, sound, source.span.clone())
     }
 
     fn buffer(&self, buffer: &Buffer, found: &mut Vec<Diagnostic>) -> Declared<Resource> {
@@ -115,8 +171,13 @@ impl Scope<'_> {
     /// The target of that name.
     fn target_id(&self, name: &At<String>, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
         let id = resource(self.names, &name.value, &name.span, found)?;
-        if (id.0 as usize) < self.targets.len() {
-            return Some(id);
+        match self.targets.get(id.0 as usize) {
+            Some(Target { source: Some(source), .. }) => {
+                found.push(extent_from_outside(name, &source.span));
+                return None;
+            }
+            Some(_) => return Some(id),
+            None => {}
         }
         found.push(
             Diagnostic::error(
@@ -136,6 +197,15 @@ impl Scope<'_> {
         found.push(unknown(codes::graph::UNKNOWN_SOURCE, "source", &source.value, &source.span, known));
         None
     }
+}
+
+/// Nothing can be as large as what comes from outside: its extent is not known until it is there.
+pub(super) fn extent_from_outside(name: &At<String>, source: &Span) -> Diagnostic {
+    let message = format!("`{}` comes from outside, and its extent cannot be used here", name.value);
+    Diagnostic::error(codes::graph::WRONG_KIND, message)
+        .label(name.span.clone(), "a target of this graph is needed")
+        .label(source.clone(), "supplied by this source")
+        .help("ask for its extent in the shader, with `textureSize` or `imageSize`")
 }
 
 fn declared(

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use raxel_graph::checked::*;
 use raxel_graph::plan::{CullReason, Plan, Step};
 
-use super::graphs::{Case, OUTPUT};
+use super::graphs::{Case, OUTPUT, SOURCE_IMAGE};
 
 /// Mips and layers of every resource.
 pub fn subresources(graph: &Graph) -> Vec<(u32, u32)> {
@@ -21,6 +21,7 @@ pub fn subresources(graph: &Graph) -> Vec<(u32, u32)> {
                     Extent::Output { scale } => (0..2).map(|i| (f64::from(OUTPUT[i]) * scale[i]).round() as u32).max(),
                     Extent::Fixed2(axes) => axes.into_iter().max(),
                     Extent::Fixed3(axes) => axes.into_iter().max(),
+                    Extent::Source => SOURCE_IMAGE.into_iter().max(),
                     Extent::Of { .. } => None,
                 };
                 let mut chain = 1;
@@ -80,7 +81,7 @@ fn needed(case: &Case, live: u64) -> u64 {
         let present = |contents: &BTreeMap<_, u64>| {
             let volume = matches!(
                 graph.resource(shown.resource).kind,
-                ResourceKind::Target(Target { extent: Extent::Fixed3(_), .. })
+                ResourceKind::Target(Target { extent: Extent::Fixed3(_) | Extent::Source, .. })
             );
             read(contents, shown.resource, shown.age, &[(shown.mip, if volume { 0 } else { shown.layer })])
         };

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Span};
 use raxel_graph::checked::*;
-use raxel_graph::plan::{BufferDesc, ImageDesc, Limits, MemoryModel, Plan, PlanInput, Present, Requirements};
+use raxel_graph::plan::{
+    BufferDesc, ImageDesc, Limits, MemoryModel, Plan, PlanInput, Present, Requirements, SourceSize,
+};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Interface, LocalSize};
 use raxel_shader::{Request, Shader};
@@ -49,7 +51,7 @@ pub struct Case {
     pub present: Present,
     pub pinned: Vec<ResourceId>,
     pub facts: [bool; 3],
-    pub sources: BTreeMap<String, u64>,
+    pub sources: BTreeMap<String, SourceSize>,
     pub memory: RandomMemory,
     pub alias: bool,
 }
@@ -83,6 +85,8 @@ impl Case {
 }
 
 pub const OUTPUT: [u32; 2] = [64, 32];
+/// Texels of the image that is supplied.
+pub const SOURCE_IMAGE: [u32; 3] = [16, 4, 8];
 
 /// Requirements that are a random function of what is asked for.
 pub struct RandomMemory {
@@ -163,7 +167,10 @@ pub fn case(seed: u64) -> Case {
         present,
         pinned,
         facts: [r.percent(50), r.percent(50), r.percent(50)],
-        sources: BTreeMap::from([("world.tree64".to_owned(), 4096)]),
+        sources: BTreeMap::from([
+            ("world.tree64".to_owned(), 4096.into()),
+            ("world.texture3d".to_owned(), SourceSize { bytes: 64, image: Some(SOURCE_IMAGE) }),
+        ]),
         memory: RandomMemory { seed: r.next(), granularity: r.pick(&[1, 1, 64, 1024]), kinds_apart: r.percent(30) },
         alias: r.percent(85),
     }
@@ -191,7 +198,10 @@ fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
                 })
             } else {
                 let volume = r.percent(10);
-                let extent = if volume {
+                let supplied = volume && r.percent(50);
+                let extent = if supplied {
+                    Extent::Source
+                } else if volume {
                     Extent::Fixed3([8 + r.below(8), 8, 8])
                 } else if number > 0 && r.percent(50) {
                     Extent::Output { scale: [0.5, 0.5] }
@@ -201,14 +211,21 @@ fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
                 ResourceKind::Target(Target {
                     format: r.pick(&[Format::R32f, Format::Rgba8, Format::Rgba16f]),
                     extent,
-                    mips: if r.percent(30) { r.below(4) } else { 1 },
+                    source: supplied.then(|| "world.texture3d".to_owned()),
+                    mips: if supplied {
+                        0
+                    } else if r.percent(30) {
+                        r.below(4)
+                    } else {
+                        1
+                    },
                     layers: if !volume && r.percent(20) { 1 + r.below(3) } else { 1 },
-                    clear: cleared.then_some(Clear::Float([0.5; 4])),
-                    init: filled.then_some(Clear::Float([1.0; 4])),
+                    clear: (cleared && !supplied).then_some(Clear::Float([0.5; 4])),
+                    init: (filled && !supplied).then_some(Clear::Float([1.0; 4])),
                     display: None,
                 })
             };
-            let source = matches!(&kind, ResourceKind::Buffer(Buffer { size: BufferSize::Source(_), .. }));
+            let source = kind.source().is_some();
             Resource { name: format!("r{number}"), kind, history: if source { 0 } else { history }, place: place() }
         })
         .collect()
@@ -245,8 +262,8 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         }
         let of = &resources[resource.0 as usize];
         let usage = match &of.kind {
+            kind if kind.source().is_some() => continue,
             ResourceKind::Target(_) => Usage::StorageImage,
-            ResourceKind::Buffer(Buffer { size: BufferSize::Source(_), .. }) => continue,
             ResourceKind::Buffer(_) => Usage::StorageBuffer,
         };
         let access = if r.percent(75) { Access::Write } else { Access::ReadWrite };

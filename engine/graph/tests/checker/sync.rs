@@ -267,7 +267,7 @@ fn asked(plan: &Plan) -> Vec<Vec<Asked>> {
                 let shown = plan.present;
                 let resource = index[&shown.resource];
                 let (parts, access) = match &plan.resources[resource].desc {
-                    ResourceDesc::Image(image) => {
+                    ResourceDesc::Image(image) | ResourceDesc::SourceImage(_, image) => {
                         let layer = if image.volume { 0 } else { shown.layer };
                         (set(&[(shown.mip, layer)], image.layers), AccessMask::SAMPLED_READ)
                     }

@@ -7,6 +7,7 @@ use raxel_diagnostics::render::human;
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap};
 use raxel_graph::{Compiled, SourceLayout, compile};
 use raxel_shader::Compiler;
+use raxel_shader::format::Format;
 use raxel_shader::interface::{Block, Member, Scalar, Type};
 
 /// The graph that errors are made in. It has every construct, and no mistake.
@@ -95,8 +96,9 @@ impl Project {
 pub fn sources() -> Vec<SourceLayout> {
     let member = |name: &str, offset, ty| Member { name: name.to_owned(), offset, ty, place: None };
     let words = Type::Array { element: Box::new(Type::Scalar(Scalar::U32)), len: None, stride: 4 };
-    let layout = |name: &str| SourceLayout {
+    let layout = |name: &str, image| SourceLayout {
         name: name.to_owned(),
+        image,
         block: Block {
             name: "RxWorld".to_owned(),
             size: 16,
@@ -107,5 +109,5 @@ pub fn sources() -> Vec<SourceLayout> {
             ],
         },
     };
-    vec![layout("world.tree64"), layout("world.chunks")]
+    vec![layout("world.tree64", None), layout("world.chunks", None), layout("world.texture3d", Some(Format::R16ui))]
 }

@@ -52,6 +52,7 @@ impl Hand {
         let mut target = Target {
             format,
             extent: Extent::Output { scale: [1.0; 2] },
+            source: None,
             mips: 1,
             layers: 1,
             clear: None,
@@ -132,7 +133,7 @@ impl Hand {
             after: self.after.map(|pass| graph.find_pass(pass).expect("a pass of that name")),
         };
         let pinned: Vec<_> = self.pinned.iter().filter_map(|name| graph.find_resource(name)).collect();
-        let sources = BTreeMap::from([("world.tree64".to_owned(), 5 << 20)]);
+        let sources = BTreeMap::from([("world.tree64".to_owned(), (5 << 20).into())]);
         let input = PlanInput {
             output: self.output,
             present,

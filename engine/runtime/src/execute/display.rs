@@ -53,7 +53,7 @@ pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
     let shown = plan.present;
     let output_extent = plan.output.map(|pixels| pixels as i32);
     let planned = plan.resources.iter().find(|r| r.resource == shown.resource);
-    if let Some(ResourceDesc::Image(desc)) = planned.map(|r| &r.desc) {
+    if let Some(ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc)) = planned.map(|r| &r.desc) {
         let display = match &plan.graph.resource(shown.resource).kind {
             ResourceKind::Target(target) => target.display,
             ResourceKind::Buffer(_) => None,

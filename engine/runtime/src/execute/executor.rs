@@ -123,8 +123,8 @@ impl Executor {
                 }
                 _ => report.created.push(physical.name.clone()),
             }
-            if let Copies::Source(buffer) = &physical.copies {
-                next.replay.memo.supply(index, buffer.serial());
+            if let Copies::Source(supplied) = &physical.copies {
+                next.replay.memo.supply(index, supplied.serial());
             }
         }
         if let Some(old) = old {
@@ -308,8 +308,8 @@ impl Executor {
     fn supply_sources(&mut self) {
         let Some(running) = &mut self.running else { return };
         for (index, physical) in running.resources.iter().enumerate() {
-            if let Copies::Source(buffer) = &physical.copies {
-                running.replay.memo.supply(index, buffer.serial());
+            if let Copies::Source(supplied) = &physical.copies {
+                running.replay.memo.supply(index, supplied.serial());
             }
         }
     }

@@ -94,7 +94,7 @@ impl Memo {
         let mut memo = Memo::empty(plan.steps.len());
         for resource in &plan.resources {
             let mips = match &resource.desc {
-                ResourceDesc::Image(image) => image.mips,
+                ResourceDesc::Image(image) | ResourceDesc::SourceImage(_, image) => image.mips,
                 ResourceDesc::Buffer(_) | ResourceDesc::Source(_) => 1,
             };
             let (aliased, transient) = match resource.lifetime {

@@ -33,7 +33,24 @@ pub(super) enum Copies {
     Images(Vec<Arc<Image>>),
     Buffers(Vec<Arc<Buffer>>),
     /// Supplied from outside.
-    Source(Arc<Buffer>),
+    Source(Supplied),
+}
+
+/// Something supplied from outside.
+#[derive(Clone, Debug)]
+pub(super) enum Supplied {
+    Buffer(Arc<Buffer>),
+    Image(Arc<Image>),
+}
+
+impl Supplied {
+    /// A number that nothing else has that was ever supplied.
+    pub(super) fn serial(&self) -> u64 {
+        match self {
+            Self::Buffer(buffer) => buffer.serial(),
+            Self::Image(image) => image.serial(),
+        }
+    }
 }
 
 /// What makes two shared blocks the same: size, alignment, memory types, and every occupant with its offset.
@@ -43,15 +60,16 @@ impl Physical {
     pub(super) fn image(&self, copy: usize) -> Option<&Arc<Image>> {
         match &self.copies {
             Copies::Images(images) => images.get(copy),
-            Copies::Buffers(_) | Copies::Source(_) => None,
+            Copies::Source(Supplied::Image(image)) => Some(image),
+            Copies::Buffers(_) | Copies::Source(Supplied::Buffer(_)) => None,
         }
     }
 
     pub(super) fn buffer(&self, copy: usize) -> Option<&Arc<Buffer>> {
         match &self.copies {
-            Copies::Images(_) => None,
+            Copies::Images(_) | Copies::Source(Supplied::Image(_)) => None,
             Copies::Buffers(buffers) => buffers.get(copy),
-            Copies::Source(buffer) => Some(buffer),
+            Copies::Source(Supplied::Buffer(buffer)) => Some(buffer),
         }
     }
 
@@ -70,7 +88,7 @@ impl Physical {
 
     pub(super) fn format(&self) -> Option<Format> {
         match &self.desc {
-            ResourceDesc::Image(desc) => Some(desc.format),
+            ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc) => Some(desc.format),
             ResourceDesc::Buffer(_) | ResourceDesc::Source(_) => None,
         }
     }
@@ -110,7 +128,7 @@ pub(super) fn make(
         let name = &plan.graph.resource(planned.resource).name;
         let at = placed(planned);
         let place = at.map(|place| (keys[place.block as usize].clone(), place.offset));
-        if let ResourceDesc::Source(source) = &planned.desc {
+        if let ResourceDesc::Source(source) | ResourceDesc::SourceImage(source, _) = &planned.desc {
             made.push(supplied(name, source, planned, running, sources)?);
             continue;
         }
@@ -152,7 +170,7 @@ pub(super) fn make(
                 let buffer = |copy| Buffer::new(device, &label(copy), &info, backing).map(Arc::new);
                 Copies::Buffers((0..planned.copies).map(buffer).collect::<Result<_, _>>()?)
             }
-            ResourceDesc::Source(_) => continue,
+            ResourceDesc::Source(_) | ResourceDesc::SourceImage(..) => continue,
         };
         made.push(Arc::new(Physical {
             name: name.clone(),
@@ -174,11 +192,15 @@ fn supplied(
     running: &[Arc<Physical>],
     sources: &Sources,
 ) -> Result<Arc<Physical>, ExecuteError> {
-    let buffer = sources
-        .get(source)
+    let supplied = match &planned.desc {
+        ResourceDesc::SourceImage(..) => sources.images.get(source).cloned().map(Supplied::Image),
+        _ => sources.buffers.get(source).cloned().map(Supplied::Buffer),
+    };
+    let supplied = supplied
         .ok_or_else(|| ExecuteError::MissingSource { buffer: name.to_owned(), source_name: source.to_owned() })?;
     let same = |old: &&Arc<Physical>| {
-        old.suits(planned, name, None, false) && matches!(&old.copies, Copies::Source(old) if Arc::ptr_eq(old, buffer))
+        old.suits(planned, name, None, false)
+            && matches!(&old.copies, Copies::Source(old) if old.serial() == supplied.serial())
     };
     Ok(running.iter().find(same).cloned().unwrap_or_else(|| {
         Arc::new(Physical {
@@ -186,7 +208,7 @@ fn supplied(
             desc: planned.desc.clone(),
             init: planned.init,
             place: None,
-            copies: Copies::Source(buffer.clone()),
+            copies: Copies::Source(supplied),
             born: AtomicBool::new(true),
             written: AtomicBool::new(false),
         })

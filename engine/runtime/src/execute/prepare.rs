@@ -11,11 +11,12 @@ use raxel_gpu::{
     Timestamps, vk,
 };
 use raxel_graph::checked::{BoundAccess, Dispatch, PassId};
-use raxel_graph::plan::{Plan, Step};
+use raxel_graph::plan::{ImageDesc, ImageUsage, Plan, Step};
+use raxel_shader::format::Format;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
 
 use super::FRAMES;
-use super::device::scope;
+use super::device::{image_info, scope, vulkan_format};
 use super::display::{self, SourceKind, Variant};
 use super::error::ExecuteError;
 use super::executor::ExecutorOptions;
@@ -24,8 +25,26 @@ use super::physical::{self, Physical};
 use super::pipelines::Pipelines;
 use super::replay::Replay;
 
-/// Buffers supplied from outside, by the name that graphs call them, e.g. `world.tree64`.
-pub type Sources = BTreeMap<String, Arc<Buffer>>;
+/// What is supplied from outside, by the name that graphs call it, e.g. `world.tree64`.
+#[derive(Clone, Debug, Default)]
+pub struct Sources {
+    /// Read-only buffers.
+    pub buffers: BTreeMap<String, Arc<Buffer>>,
+    /// Read-only 3-D images, in `GENERAL`.
+    pub images: BTreeMap<String, Arc<Image>>,
+}
+
+impl Sources {
+    /// Nothing yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Names of all, those of both kinds twice.
+    pub fn names(&self) -> impl Iterator<Item = &String> {
+        self.buffers.keys().chain(self.images.keys())
+    }
+}
 
 /// Makes plans ready to run. Cheap to clone, and meant for threads other than the executor's.
 #[derive(Clone)]
@@ -150,6 +169,24 @@ impl Builder {
     pub fn upload_buffer(&self, bytes: &[u8], name: &str) -> Result<Arc<Buffer>, ExecuteError> {
         raxel_gpu::upload(&self.shared.device, name, bytes, self.shared.watchdog())
             .map(Arc::new)
+            .map_err(|error| self.shared.error(error))
+    }
+
+    /// Puts texels into a 3-D image on the device, to be supplied as a source: every mip down to one texel, x first, then y, then z,
+    /// without padding. Waits for the copies.
+    pub fn upload_image(
+        &self,
+        name: &str,
+        format: Format,
+        extent: [u32; 3],
+        mips: &[&[u8]],
+    ) -> Result<Arc<Image>, ExecuteError> {
+        let device = &self.shared.device;
+        let storage = device.format_features(vulkan_format(format)).contains(vk::FormatFeatureFlags::STORAGE_IMAGE);
+        let usage = ImageUsage { storage, sampled: true };
+        let desc = ImageDesc { format, volume: true, extent, mips: mips.len() as u32, layers: 1, usage };
+        let info = image_info(device, &desc);
+        raxel_gpu::upload_volume(device, name, &info, format.bytes(), mips, self.shared.watchdog())
             .map_err(|error| self.shared.error(error))
     }
 

@@ -35,7 +35,7 @@ impl Executor {
         layer: u32,
     ) -> Result<Texels, ExecuteError> {
         let (planned, physical) = self.live(resource, age)?;
-        let (ResourceDesc::Image(desc), Some(image)) =
+        let (ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc), Some(image)) =
             (&planned.desc, physical.image(copy_of(self.last_frame(), age, physical.count())))
         else {
             return Err(out_of_range(physical, "texels: it is a buffer".to_owned()));

@@ -79,7 +79,7 @@ void main() {
     let graph = graph(&files);
     let buffer = lab.executor.builder().upload_buffer(&words, "test words").expect("it fits");
     let plan = {
-        lab.sources.insert("test.words".to_owned(), buffer);
+        lab.sources.buffers.insert("test.words".to_owned(), buffer);
         lab.plan(&graph, &Planned { pinned: &["total", "args"], ..Planned::default() })
     };
     let missing = lab.executor.builder().prepare(plan.clone(), &raxel_runtime::execute::Sources::new());
@@ -97,7 +97,7 @@ void main() {
     // Other bytes of the same source: the results follow.
     let words: Vec<u8> = (2..=9u32).flat_map(u32::to_le_bytes).collect();
     let buffer = lab.executor.builder().upload_buffer(&words, "test words").expect("it fits");
-    lab.sources.insert("test.words".to_owned(), buffer);
+    lab.sources.buffers.insert("test.words".to_owned(), buffer);
     let prepared = lab.prepare(&plan).expect("it suits the device");
     lab.executor.swap(prepared);
     lab.frame_with(&at(5), &[]);

@@ -6,13 +6,14 @@ use std::sync::Arc;
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_graph::checked::{Builtin, Fact, Graph, ResourceId};
-use raxel_graph::plan::{Plan, PlanInput, Present};
+use raxel_graph::plan::{Plan, PlanInput, Present, SourceSize};
 use raxel_graph::{SourceLayout, compile, plan};
 use raxel_runtime::execute::{
     Builtins, DeviceMemory, ExecuteError, Executor, ExecutorOptions, FrameInputs, FrameReport, Prepared, Sources,
     limits,
 };
 use raxel_shader::Compiler;
+use raxel_shader::format::Format;
 use raxel_shader::interface::{Block, Member, Scalar, Type};
 
 /// A device with an executor. When it is dropped, any message of the validation layer fails the test.
@@ -53,7 +54,11 @@ impl Lab {
     pub fn plan(&self, graph: &Arc<Graph>, how: &Planned<'_>) -> Arc<Plan> {
         let find = |name: &str| graph.find_resource(name).unwrap_or_else(|| panic!("no resource `{name}`"));
         let pinned: Vec<ResourceId> = how.pinned.iter().map(|name| find(name)).collect();
-        let sizes: BTreeMap<String, u64> = self.sources.iter().map(|(name, b)| (name.clone(), b.size())).collect();
+        let mut sizes: BTreeMap<String, SourceSize> =
+            self.sources.buffers.iter().map(|(name, buffer)| (name.clone(), buffer.size().into())).collect();
+        for (name, image) in &self.sources.images {
+            sizes.entry(name.clone()).or_default().image = Some(image.info().extent);
+        }
         let facts = |_: &Fact| true;
         let input = PlanInput {
             output: how.output,
@@ -133,14 +138,14 @@ impl Drop for Lab {
     }
 }
 
-/// Compiles `graphs/test.toml` of the given files, with the source `test.words`: an array of `uint`.
+/// Compiles `graphs/test.toml` of the given files, with the source `test.words`: an array of `uint`, and an `r16ui` image.
 pub fn graph(files: &[(&str, &str)]) -> Arc<Graph> {
     let files = Arc::new(MemoryFiles::new(files.iter().copied()));
     let element = Box::new(Type::Scalar(Scalar::U32));
     let words =
         Member { name: "words".to_owned(), offset: 0, ty: Type::Array { element, len: None, stride: 4 }, place: None };
     let block = Block { name: "Words".to_owned(), size: 0, members: vec![words] };
-    let sources = [SourceLayout { name: "test.words".to_owned(), block }];
+    let sources = [SourceLayout { name: "test.words".to_owned(), block, image: Some(Format::R16ui) }];
     let mut texts = SourceMap::default();
     let compiler = Compiler::new(files.clone());
     match compile("graphs/test.toml", &*files, &compiler, &sources, &mut texts) {

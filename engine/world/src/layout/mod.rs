@@ -13,6 +13,7 @@ mod parts;
 mod svdag;
 mod svo;
 mod table;
+mod texture3d;
 mod tree64;
 
 use thiserror::Error;
@@ -25,6 +26,7 @@ pub use header::{ChunksHeader, Extent, MATERIAL_WORDS, Tree64Header};
 pub use octree::OctreeHeader;
 pub use svdag::SvdagHeader;
 pub use svo::SvoHeader;
+pub use texture3d::{EncodedImage, Texture3dHeader};
 
 use crate::world::World;
 
@@ -47,6 +49,8 @@ pub enum Layout {
     Svo,
     /// A sparse octree in which equal subtrees are stored once.
     Svdag,
+    /// A dense 3-D image with mips.
+    Texture3d,
 }
 
 /// The content of a world buffer.
@@ -60,6 +64,24 @@ pub struct Encoded {
     pub attribute_bytes: u64,
 }
 
+/// What a device can hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of the largest storage buffer.
+    pub buffer_bytes: u64,
+    /// Texels along an axis of the largest 3-D image.
+    pub image_side: u32,
+    /// Bytes that an image may have.
+    pub image_bytes: u64,
+}
+
+impl From<u64> for Limits {
+    /// Buffers of so many bytes, and images as most devices have them: 2048 texels a side, 4 GiB.
+    fn from(buffer_bytes: u64) -> Self {
+        Self { buffer_bytes, image_side: 2048, image_bytes: 4 << 30 }
+    }
+}
+
 /// Why a world does not fit a layout. Nothing big has been allocated when this is returned.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum LayoutError {
@@ -69,6 +91,16 @@ pub enum LayoutError {
         /// The layout's name.
         layout: &'static str,
         /// Bytes needed.
+        bytes: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// More bytes than an image may have.
+    #[error("the world takes {bytes} bytes as an image in the layout `{layout}`, and the device has room for {limit}")]
+    ImageTooLarge {
+        /// The layout's name.
+        layout: &'static str,
+        /// Bytes needed, mips included.
         bytes: u64,
         /// Bytes allowed.
         limit: u64,
@@ -96,6 +128,7 @@ impl Layout {
         Layout::Octree,
         Layout::Svo,
         Layout::Svdag,
+        Layout::Texture3d,
     ];
 
     /// Its name in `source = "world.<name>"`.
@@ -109,6 +142,7 @@ impl Layout {
             Self::Octree => "octree",
             Self::Svo => "svo",
             Self::Svdag => "svdag",
+            Self::Texture3d => "texture3d",
         }
     }
 
@@ -128,11 +162,14 @@ impl Layout {
             Self::Octree => OctreeHeader::block(),
             Self::Svo => SvoHeader::block(),
             Self::Svdag => SvdagHeader::block(),
+            Self::Texture3d => Texture3dHeader::block(),
         }
     }
 
-    /// Encodes a world for a buffer of at most `limit` bytes.
-    pub fn encode(self, world: &World, limit: u64) -> Result<Encoded, LayoutError> {
+    /// Encodes a world for a buffer of at most so many bytes, or for a device of these limits.
+    pub fn encode(self, world: &World, limits: impl Into<Limits>) -> Result<Encoded, LayoutError> {
+        let limits = limits.into();
+        let limit = limits.buffer_bytes;
         match self {
             Self::Chunks => chunks::encode(world, limit),
             Self::Tree64 => tree64::encode(world, limit),
@@ -142,6 +179,20 @@ impl Layout {
             Self::Octree => octree::encode(world, limit),
             Self::Svo => svo::encode(world, limit),
             Self::Svdag => svdag::encode(world, limit),
+            Self::Texture3d => texture3d::encode(world, limits),
+        }
+    }
+
+    /// Whether the voxels are in an image beside the buffer: texels of 16-bit unsigned integers.
+    pub const fn has_image(self) -> bool {
+        matches!(self, Self::Texture3d)
+    }
+
+    /// The image of a layout that has one.
+    pub fn encode_image(self, world: &World, limits: Limits) -> Result<Option<EncodedImage>, LayoutError> {
+        match self {
+            Self::Texture3d => texture3d::encode_image(world, limits).map(Some),
+            _ => Ok(None),
         }
     }
 }

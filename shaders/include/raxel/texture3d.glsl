@@ -1,0 +1,59 @@
+// Layout `texture3d`: the voxels as they are, in a 3-D image whose mips are an octree: texel c of mip k is 0 when the cube of 2^k voxels
+// at c * 2^k is empty, else a material. The buffer `world` has the header and the materials only; a pass binds both,
+//
+//     bind = { world = "world", world_voxels = "voxels" }
+//
+// where the target `voxels` and the buffer `world` have the source "world.texture3d". Dense: for small worlds.
+#ifndef RAXEL_TEXTURE3D_GLSL
+#define RAXEL_TEXTURE3D_GLSL
+
+layout(std430) readonly buffer RxWorld {
+    ivec3 origin;         // smallest corner of a cube around the world: texel (0, 0, 0)
+    uint log2_size;       // the cube has 2^log2_size voxels a side
+    ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
+    uint material_count;
+    ivec3 bounds_last;
+    uint materials_at;    // word of the first material
+    ivec3 size;           // texels of mip 0, multiples of 64
+    uint mip_count;       // down to one texel
+    uint words[];
+} world;
+
+uniform usampler3D world_voxels;
+
+#include "material.glsl"
+
+// Whether the cube of 2^mip voxels that holds cell c has a texel, and it says that it is empty.
+bool rx_mip_free(uvec3 c, uint mip) {
+    uvec3 texel = c >> mip;
+    // Far ends that do not fill a cube have no texel.
+    if (any(greaterThanEqual(texel, max(uvec3(world.size) >> mip, uvec3(1u))))) return false;
+    return texelFetch(world_voxels, ivec3(texel), int(mip)).x == 0u;
+}
+
+uint rx_look(ivec3 cell, out uint log2_free) {
+    uvec3 c = uvec3(cell) - uvec3(world.origin);
+    log2_free = 0u;
+    if (any(greaterThanEqual(c, uvec3(world.size)))) {
+        // Beyond the image, in cubes of 64 or more that do not reach into it.
+        for (log2_free = 6u; log2_free + 1u < world.log2_size; ++log2_free) {
+            uint next = log2_free + 1u;
+            if (!any(greaterThanEqual((c >> next) << next, uvec3(world.size)))) break;
+        }
+        return 0u;
+    }
+    uint material = texelFetch(world_voxels, ivec3(c), 0).x;
+    if (material != 0u) return material;
+    // The largest empty mip; those below it are empty too.
+    uint high = world.mip_count - 1u;
+    while (log2_free < high) {
+        uint middle = high - ((high - log2_free) >> 1);
+        if (rx_mip_free(c, middle)) log2_free = middle;
+        else high = middle - 1u;
+    }
+    return 0u;
+}
+
+#include "trace.glsl"
+
+#endif
