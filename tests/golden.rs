@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use image::RgbImage;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip, magma_lut};
+use raxel::world::layout::Layout;
 use raxel::{Options, Session, Show};
 
 /// Mean FLIP error that drivers may differ by. 0 is equal, 1 is black for white.
@@ -23,10 +24,16 @@ fn folder() -> PathBuf {
 }
 
 fn render(graph: &str, world: &str, target: &str) -> RgbImage {
+    render_in(None, graph, world, target)
+}
+
+/// A picture of a world in a layout, or else in the one that the graph asks for.
+fn render_in(layout: Option<Layout>, graph: &str, world: &str, target: &str) -> RgbImage {
     let mut session = Session::open(Options {
         project: Some(env!("CARGO_MANIFEST_DIR").into()),
         graph: Some(graph.into()),
         world: Some(world.into()),
+        layout,
         show: Show::resource(target),
         size: SIZE,
         ..Options::default()
@@ -77,10 +84,13 @@ fn primary_over_the_monument() {
 }
 
 #[test]
-fn another_layout_gives_the_same_picture() {
-    let [trees, chunks] = ["graphs/primary.toml", "graphs/primary_chunks.toml"]
-        .map(|graph| render(graph, "worlds/monument.toml", "color"));
-    assert!(trees == chunks);
+fn every_layout_gives_the_same_picture() {
+    let (primary, monument) = ("graphs/primary.toml", "worlds/monument.toml");
+    let trees = render(primary, monument, "color");
+    assert!(trees == render("graphs/primary_chunks.toml", monument, "color"));
+    for &layout in Layout::ALL {
+        assert!(trees == render_in(Some(layout), primary, monument, "color"), "{}", layout.name());
+    }
 }
 
 #[test]
