@@ -141,7 +141,8 @@ fn rays_cross_wide_empty_space() {
     };
     let rays: Vec<Ray> = (0..400).map(across).collect();
     // The layout `chunks` would take 17,000 steps of a linear search.
-    for &layout in Layout::ALL.iter().filter(|layout| **layout != Layout::Chunks) {
+    // No device has a dense image of it.
+    for &layout in Layout::ALL.iter().filter(|layout| **layout != Layout::Chunks && !layout.has_image()) {
         let mut errors = Errors::default();
         for (ray, words) in rays.iter().zip(lab.trace(&mut lab.tracer(layout), &world, &rays)) {
             errors.add(ray, &&Oracle::new(&world).first_hit(ray), words.hit().as_ref());

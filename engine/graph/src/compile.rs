@@ -6,7 +6,8 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::Block;
 
 use crate::checked::Graph;
-use crate::{check, extends, reflect, resolve};
+use crate::model::File;
+use crate::{check, extends, imply, reflect, resolve};
 
 /// What the runtime can supply: `source = "world.tree64"`.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +38,8 @@ pub fn compile(
     compile_with(path, files, shaders, sources, &|_| None, texts)
 }
 
-/// Compiles a graph as if its buffers named other sources.
+/// Compiles a graph as if it named other sources. Targets of a source in whose place there is no image are left out, with their
+/// bindings.
 pub fn compile_with(
     path: &str,
     files: &dyn Files,
@@ -49,20 +51,38 @@ pub fn compile_with(
     let mut found = Vec::new();
     // The file is read, with every file it extends, and laid over them.
     let Some(mut loaded) = extends::load(path, files, texts, &mut found) else { return Err(found) };
-    for source in loaded.model.buffers.iter_mut().filter_map(|buffer| buffer.source.as_mut()) {
-        if let Some(other) = replace(&source.value) {
-            source.value = other;
-        }
-    }
+    replace_sources(&mut loaded.model, replace, sources);
     // Names become indices, words become types, literals become values.
-    let resolved = resolve::resolve(loaded, sources, &mut found);
+    let mut resolved = resolve::resolve(loaded, sources, &mut found);
     // Each distinct shader is compiled once; its interface says what it must be given.
     let reflected = reflect::reflect(&resolved, shaders, texts, &mut found);
+    // The image of a source goes with its buffer.
+    imply::images(&mut resolved, &reflected, sources);
     // The graph and its shaders are held against each other.
     let graph = check::check(&resolved, &reflected, sources, &mut found);
     // A graph with any error is not handed on.
     match graph {
         Some(graph) if !found.iter().any(Diagnostic::is_error) => Ok((graph, found)),
         _ => Err(found),
+    }
+}
+
+fn replace_sources(model: &mut File, replace: Replace<'_>, sources: &[SourceLayout]) {
+    for source in model.buffers.iter_mut().filter_map(|buffer| buffer.source.as_mut()) {
+        source.value = replace(&source.value).unwrap_or_else(|| source.value.clone());
+    }
+    let mut gone = Vec::new();
+    model.targets.retain_mut(|target| {
+        let Some(source) = &mut target.source else { return true };
+        let Some(other) = replace(&source.value) else { return true };
+        let stays = sources.iter().any(|layout| layout.name == other && layout.image.is_some());
+        source.value = other;
+        if !stays {
+            gone.push(target.name.value.clone());
+        }
+        stays
+    });
+    for pass in &mut model.passes {
+        pass.bind.retain(|entry| entry.target.as_ref().is_none_or(|target| !gone.contains(&target.value)));
     }
 }

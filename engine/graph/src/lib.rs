@@ -8,6 +8,7 @@ mod compile;
 mod cull;
 mod describe;
 mod extends;
+mod imply;
 mod lifetimes;
 mod limits;
 pub mod memory;

@@ -7,6 +7,7 @@ mod passes;
 mod resources;
 
 pub use passes::FACTS;
+pub use resources::supplied_image;
 
 use std::collections::HashMap;
 

@@ -224,7 +224,7 @@ pub fn sources(plan: &Plan, world: &SessionWorld, target: &Target) -> Result<exe
     for resource in &plan.resources {
         let (ResourceDesc::Source(name) | ResourceDesc::SourceImage(name, _)) = &resource.desc else { continue };
         let place = plan.graph.resource(resource.resource);
-        match world.source(name, place, target.limits, &target.builder) {
+        match world.source(name, place, &target.builder) {
             Ok(made) => {
                 sources.images.extend(made.image.map(|image| (name.clone(), image)));
                 sources.buffers.insert(name.clone(), made.buffer);

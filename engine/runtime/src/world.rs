@@ -19,7 +19,7 @@ use crate::execute;
 /// What stands before a layout's name in `source = "world.tree64"`.
 const PREFIX: &str = "world.";
 /// The texels of a layout's image.
-const IMAGE_FORMAT: Format = Format::R16ui;
+pub(crate) const IMAGE_FORMAT: Format = Format::R16ui;
 
 /// A world with its encodings for the device.
 pub struct SessionWorld {
@@ -135,13 +135,11 @@ impl SessionWorld {
         self.loaded.cameras.iter().find(|(known, _)| known == name).map(|(_, hint)| camera_of(hint))
     }
 
-    /// What a source such as `world.tree64` supplies, encoded and uploaded at its first use. `resource` wants it; `limits` are those of
-    /// the device.
+    /// What a source such as `world.tree64` supplies, encoded and uploaded at its first use. `resource` wants it.
     pub fn source(
         &self,
         source: &str,
         resource: &Resource,
-        limits: raxel_graph::plan::Limits,
         builder: &execute::Builder,
     ) -> Result<OnDevice, SourceError> {
         let layout =
@@ -150,11 +148,7 @@ impl SessionWorld {
         if let Some(there) = on_device.get(&layout) {
             return Ok(there.clone());
         }
-        let limits = Limits {
-            buffer_bytes: limits.storage_buffer,
-            image_side: limits.image_3d,
-            image_bytes: builder.device().capabilities().memory,
-        };
+        let limits = layout_limits(builder.device());
         let refused = |error: LayoutError| SourceError::Diagnosed(Box::new(self.does_not_fit(&error, resource)));
         let began = Instant::now();
         let encoded = layout.encode(&self.loaded.world, limits).map_err(refused)?;
@@ -235,6 +229,16 @@ fn camera_of(hint: &CameraHint) -> Camera {
 
 fn saturated(cell: i64) -> i32 {
     cell.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+}
+
+/// What a device can hold of a layout.
+pub(crate) fn layout_limits(device: &raxel_gpu::Device) -> Limits {
+    let capabilities = device.capabilities();
+    Limits {
+        buffer_bytes: u64::from(capabilities.limits.max_storage_buffer_range),
+        image_side: capabilities.limits.max_image_dimension3_d,
+        image_bytes: capabilities.memory,
+    }
 }
 
 /// The layout that a source such as `world.tree64` names.

@@ -116,18 +116,10 @@ impl Scope<'_> {
         let shape = format.unwrap_or(Format::R16ui);
         let display = target.display.as_ref().filter(|_| format.is_some());
         let display = display.and_then(|display| show(&name.value, display, shape, found));
-        let kind = ResourceKind::Target(checked::Target {
-            format: shape,
-            extent: Extent::Source,
-            source: Some(source.value.clone()),
-            mips: 0,
-            layers: 1,
-            clear: None,
-            init: None,
-            display,
-        });
         let sound = !target.flawed && found.len() == before;
-        declared(name, kind, None, sound, source.span.clone())
+        let image = supplied_image(name.value.clone(), source.value.clone(), shape, display, source.span.clone());
+        let item = Resource { place: name.span.clone(), ..image.item };
+        Declared { item, sound, ..image }
     }
 
     fn buffer(&self, buffer: &Buffer, found: &mut Vec<Diagnostic>) -> Declared<Resource> {
@@ -197,6 +189,28 @@ impl Scope<'_> {
         found.push(unknown(codes::graph::UNKNOWN_SOURCE, "source", &source.value, &source.span, known));
         None
     }
+}
+
+/// The image of a source as a target.
+pub fn supplied_image(
+    name: String,
+    source: String,
+    format: Format,
+    display: Option<checked::Display>,
+    place: Span,
+) -> Declared<Resource> {
+    let target = checked::Target {
+        format,
+        extent: Extent::Source,
+        source: Some(source),
+        mips: 0,
+        layers: 1,
+        clear: None,
+        init: None,
+        display,
+    };
+    let item = Resource { name, kind: ResourceKind::Target(target), history: 0, place: place.clone() };
+    Declared { item, sound: true, detail: place, stride: None }
 }
 
 /// Nothing can be as large as what comes from outside: its extent is not known until it is there.

@@ -1,10 +1,13 @@
 //! What a plan needs to know of a device, and how a plan's descriptions become Vulkan's.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use raxel_gpu::{BufferInfo, ClearColor, Device, Image, ImageInfo, Location, Scope, vk};
 use raxel_graph::checked::Clear;
-use raxel_graph::plan::{self, AccessMask, BufferDesc, ImageDesc, Limits, MemoryModel, Requirements, Stages};
+use raxel_graph::plan::{
+    self, AccessMask, BufferDesc, ImageDesc, ImageUsage, Limits, MemoryModel, Requirements, Stages,
+};
 use raxel_shader::format::Format;
 
 /// The limits of a device that a plan is checked against.
@@ -59,6 +62,22 @@ pub(super) fn image_info(device: &Device, desc: &ImageDesc) -> ImageInfo {
     }
     let ImageDesc { volume, extent, mips, layers, .. } = *desc;
     ImageInfo { format, volume, extent, mips, layers, usage }
+}
+
+/// Puts texels into a 3-D image: every mip, x first, then y, then z, without padding. It is in `GENERAL`, and can be bound in every way
+/// that the device allows for its format. Waits for the copies.
+pub(crate) fn upload_image(
+    device: &Arc<Device>,
+    name: &str,
+    format: Format,
+    extent: [u32; 3],
+    mips: &[&[u8]],
+    timeout: Option<Duration>,
+) -> raxel_gpu::Result<Arc<Image>> {
+    let storage = device.format_features(vulkan_format(format)).contains(vk::FormatFeatureFlags::STORAGE_IMAGE);
+    let usage = ImageUsage { storage, sampled: true };
+    let desc = ImageDesc { format, volume: true, extent, mips: mips.len() as u32, layers: 1, usage };
+    raxel_gpu::upload_volume(device, name, &image_info(device, &desc), format.bytes(), mips, timeout)
 }
 
 pub(super) fn buffer_info(desc: &BufferDesc) -> BufferInfo {

@@ -17,6 +17,7 @@ mod report;
 mod texel;
 mod values;
 
+pub(crate) use device::upload_image;
 pub use device::{DeviceMemory, limits};
 pub use error::ExecuteError;
 pub use executor::{Executor, ExecutorOptions};

@@ -11,12 +11,12 @@ use raxel_gpu::{
     Timestamps, vk,
 };
 use raxel_graph::checked::{BoundAccess, Dispatch, PassId};
-use raxel_graph::plan::{ImageDesc, ImageUsage, Plan, Step};
+use raxel_graph::plan::{Plan, Step};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
 
 use super::FRAMES;
-use super::device::{image_info, scope, vulkan_format};
+use super::device::{self, scope};
 use super::display::{self, SourceKind, Variant};
 use super::error::ExecuteError;
 use super::executor::ExecutorOptions;
@@ -181,12 +181,7 @@ impl Builder {
         extent: [u32; 3],
         mips: &[&[u8]],
     ) -> Result<Arc<Image>, ExecuteError> {
-        let device = &self.shared.device;
-        let storage = device.format_features(vulkan_format(format)).contains(vk::FormatFeatureFlags::STORAGE_IMAGE);
-        let usage = ImageUsage { storage, sampled: true };
-        let desc = ImageDesc { format, volume: true, extent, mips: mips.len() as u32, layers: 1, usage };
-        let info = image_info(device, &desc);
-        raxel_gpu::upload_volume(device, name, &info, format.bytes(), mips, self.shared.watchdog())
+        device::upload_image(&self.shared.device, name, format, extent, mips, self.shared.watchdog())
             .map_err(|error| self.shared.error(error))
     }
 

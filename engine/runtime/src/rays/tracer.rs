@@ -4,14 +4,16 @@ use std::fmt;
 use std::sync::Arc;
 
 use raxel_diagnostics::{FileError, Files, SourceMap};
-use raxel_gpu::{ComputePipeline, Device, PipelineInfo, Resource, Slot, upload, vk};
+use raxel_gpu::{ComputePipeline, Device, ImageView, PipelineInfo, Resource, Sampler, Slot, ViewInfo, upload, vk};
 use raxel_shader::interface::BindingKind;
 use raxel_shader::{Compiler, Request, Shader, ShaderSource};
 use raxel_world::World;
-use raxel_world::layout::Layout;
+use raxel_world::layout::{EncodedImage, Layout};
 
 use super::error::RayError;
 use super::stream::Pace;
+use crate::execute::upload_image;
+use crate::world::{IMAGE_FORMAT, layout_limits};
 
 /// How hits are found: a layout, and a marcher of `<raxel/march.glsl>` over it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -115,12 +117,23 @@ impl Tracer {
 
     /// Encodes a world and brings it to the device. An error says the size and the limit, before anything big is allocated.
     pub fn upload(&self, world: &World) -> Result<DeviceWorld, RayError> {
-        let limit = u64::from(self.device.capabilities().limits.max_storage_buffer_range);
-        let encoded = self.method.layout.encode(world, limit)?;
+        let (layout, limits) = (self.method.layout, layout_limits(&self.device));
+        let encoded = layout.encode(world, limits)?;
+        let voxels = layout.encode_image(world, limits)?;
         let words = bytemuck::cast_slice(&encoded.words);
         let buffer = Arc::new(upload(&self.device, "world", words, None)?);
         let bytes = buffer.size();
-        Ok(DeviceWorld { buffer: Resource::Buffer(buffer, 0, bytes), image: None, bytes })
+        let image_bytes = voxels.as_ref().map_or(0, EncodedImage::bytes);
+        let image = voxels.map(|voxels| self.image(&voxels)).transpose()?;
+        Ok(DeviceWorld { buffer: Resource::Buffer(buffer, 0, bytes), image, bytes: bytes + image_bytes })
+    }
+
+    fn image(&self, voxels: &EncodedImage) -> Result<Resource, RayError> {
+        let mips: Vec<&[u8]> = voxels.mips.iter().map(|mip| bytemuck::cast_slice(mip)).collect();
+        let image = upload_image(&self.device, "world voxels", IMAGE_FORMAT, voxels.size, &mips, None)?;
+        let info = ViewInfo { ty: vk::ImageViewType::TYPE_3D, mips: (0, mips.len() as u32), layers: (0, 1) };
+        let view = Arc::new(ImageView::new(&self.device, &image, &info)?);
+        Ok(Resource::SampledImage(view, Arc::new(Sampler::new(&self.device, false, false)?)))
     }
 
     /// The resources of the shader's bindings, in order.
