@@ -16,6 +16,9 @@ use crate::world::{ChunkPos, World};
 const EDGE: usize = 16;
 const WIDE: usize = EDGE + 2;
 
+/// Words of a mask.
+const MASK_WORDS: usize = 2;
+
 /// Masks of a chunk's 16³ nodes: which of their blocks are in the halo.
 type Masks = [u64; 64];
 
@@ -78,7 +81,7 @@ impl Halo {
     /// Writes it: the nodes from the root down to the chunks, then masks of 16³ voxels. `words_at` is the address of `words`.
     pub fn fill(&self, words: &mut [u32], words_at: usize) {
         let (upper, masks) = words.split_at_mut(QUAD * upper_nodes(&self.chunks, self.levels));
-        let masks_at = (words_at + upper.len()) / 2;
+        let masks_at = (words_at + upper.len()) / MASK_WORDS;
         let pairs = masks.as_chunks_mut::<2>().0;
         let all = self.distinct.iter().flatten().filter(|mask| **mask != 0);
         pairs.iter_mut().zip(all).for_each(|(pair, mask)| *pair = [*mask as u32, (*mask >> 32) as u32]);
