@@ -134,6 +134,12 @@ fn reference(name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) 
         Some(age) if age <= history => return Some(At::new((id, age), name.span.clone())),
         // A history that could not be read says nothing.
         Some(_) if !declared.sound => {}
+        Some(_) if declared.item.kind.source().is_some() => found.push(
+            Diagnostic::error(codes::graph::HISTORY, format!("`{plain}` comes from outside and has no earlier frames"))
+                .label(name.span.clone(), "an earlier frame")
+                .label(declared.detail.clone(), "supplied by this source")
+                .help(format!("write `{plain}`")),
+        ),
         Some(age) => found.push(
             Diagnostic::error(
                 codes::graph::HISTORY,

@@ -7,3 +7,4 @@ mod happy;
 mod modules;
 mod mutations;
 mod schema;
+mod supplied;
