@@ -54,6 +54,18 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return 0u;
 }
 
+// Whether the cube of 2^level voxels around a cell may have a solid voxel, for march/pyramid.glsl: one texel of its mip says so.
+#define RX_HAS_OCCUPIED
+bool rx_occupied(ivec3 cell, uint level) {
+    uvec3 c = uvec3(cell) - uvec3(world.origin);
+    if (any(greaterThanEqual(c, uvec3(world.size)))) {
+        uint log2_free;
+        rx_look(cell, log2_free);
+        return log2_free < level;
+    }
+    return level >= world.mip_count || !rx_mip_free(c, level);
+}
+
 #include "trace.glsl"
 
 #endif
