@@ -22,6 +22,7 @@ pub mod bounce;
 pub mod brute;
 pub mod camera;
 pub mod exact;
+pub mod export;
 mod lattice;
 pub mod metrics;
 mod oracle;

@@ -1,6 +1,453 @@
-//! Charts.
-use super::files::About;
+//! The chart of one view as SVG: time a ray against wrong rays, both logarithmic, the better the further down and left. What is exact has no
+//! place on a logarithmic axis and stands below it, a line a graph. Dots of one graph on the layouts it ran over hang together.
+
+use std::fmt::Write;
+
 use raxel_runtime::bench::Row;
-pub(super) fn draw(_: &[Row], _: &About) -> Option<String> {
-    None
+
+use super::files::About;
+use super::labels::{grouped, stem, three, tracer, view, wrong_ppm};
+
+const WIDTH: f64 = 1000.0;
+const LEFT: f64 = 146.0;
+const RIGHT: f64 = 40.0;
+const TOP: f64 = 104.0;
+/// Pixels of a tenfold in error.
+const DECADE: f64 = 88.0;
+/// A line of dots with their slanted names.
+const LANE: f64 = 62.0;
+/// Between names that slant.
+const APART: f64 = 13.0;
+
+const INK: &str = "#1f2933";
+const SOFT: &str = "#66727f";
+const GRID: &str = "#e4e8ec";
+const DOT: &str = "#7b93ab";
+const FRONT: &str = "#c8452f";
+
+/// A tracer as a dot.
+struct Dot<'r> {
+    row: &'r Row,
+    /// Nanoseconds a ray.
+    time: f64,
+    /// Wrong of a million rays.
+    wrong: f64,
+    /// Nothing is both faster and less wrong.
+    front: bool,
+}
+
+/// Draws the rows of one view; `None` when none was measured and judged.
+pub(super) fn draw(rows: &[Row], about: &About) -> Option<String> {
+    let (mut own, mut bounced): (Vec<Dot<'_>>, Vec<Dot<'_>>) = (Vec::new(), Vec::new());
+    for row in rows {
+        let (Ok(measured), Some(wrong)) = (&row.outcome, wrong_ppm(row)) else { continue };
+        let dot = Dot { row, time: measured.nanoseconds_a_ray(), wrong, front: false };
+        // The rays that leave the hits are other rays, and no match for those of the camera.
+        let pixels = u64::from(row.case.size[0]) * u64::from(row.case.size[1]);
+        if measured.rays == pixels { own.push(dot) } else { bounced.push(dot) }
+    }
+    mark_front(&mut own);
+    mark_front(&mut bounced);
+    let first = own.first().or(bounced.first())?;
+    let times = || own.iter().chain(&bounced).map(|dot| dot.time);
+    let scale = Scale::of(times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
+
+    let mut body = String::new();
+    let mut y = TOP;
+    let wrong: Vec<&Dot<'_>> = own.iter().filter(|dot| dot.wrong > 0.0).collect();
+    let mut path = Path::default();
+    if !wrong.is_empty() {
+        y = scatter(&mut body, &wrong, &scale, y, &mut path);
+    }
+    let exact: Vec<&Dot<'_>> = own.iter().filter(|dot| dot.wrong == 0.0).collect();
+    if !exact.is_empty() {
+        let title = format!("exact: none of {} rays is wrong", grouped(measured_rays(first)));
+        y = lanes(&mut body, &title, &exact, &scale, y, &mut path);
+    }
+    let _ = writeln!(body, "{}", path.draw());
+    if !bounced.is_empty() {
+        let title = "rays that leave the hits in random directions";
+        y = lanes(&mut body, title, &bounced.iter().collect::<Vec<_>>(), &scale, y + 14.0, &mut Path::default());
+    }
+    let axes = scale.draw(y);
+    let height = y + 92.0;
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height:.0}\" width=\"{WIDTH}\" height=\"{height:.0}\" \
+         font-family=\"system-ui, 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
+    );
+    let title = format!("Run time against error: {}", view(&first.row.case));
+    svg += &text(28.0, 36.0, 19.0, INK, "start", "600", &title);
+    svg += &text(28.0, 57.0, 12.0, SOFT, "start", "400", &format!("{}, {}", about.device, about.driver));
+    let legend = WIDTH - RIGHT - 322.0;
+    let _ = writeln!(svg, "<circle cx=\"{legend:.1}\" cy=\"53\" r=\"4.5\" fill=\"{FRONT}\"/>");
+    svg +=
+        &text(legend + 10.0, 57.0, 12.0, SOFT, "start", "400", "on the front: nothing is both faster and less wrong");
+    svg += &axes;
+    svg += &body;
+    let foot = format!("raxel {}, {}: {}", env!("CARGO_PKG_VERSION"), about.date, about.command);
+    svg += &text(28.0, height - 16.0, 10.5, SOFT, "start", "400", &foot);
+    svg += "</svg>\n";
+    Some(svg)
+}
+
+fn measured_rays(dot: &Dot<'_>) -> u64 {
+    dot.row.outcome.as_ref().map_or(0, |measured| measured.rays)
+}
+
+/// Marks the dots that no other beats in both.
+fn mark_front(dots: &mut [Dot<'_>]) {
+    dots.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.wrong.total_cmp(&b.wrong)));
+    let mut least = f64::INFINITY;
+    for dot in dots {
+        dot.front = dot.wrong < least;
+        least = least.min(dot.wrong);
+    }
+}
+
+/// The dots of each graph that are about equally wrong, in order of time: those hang together. The most wrong first.
+fn strands<'d, 'r>(dots: &[&'d Dot<'r>]) -> Vec<Vec<&'d Dot<'r>>> {
+    let mut all: Vec<Vec<&Dot<'_>>> = Vec::new();
+    for &dot in dots {
+        let alike = |other: &Dot<'_>| {
+            other.row.case.graph == dot.row.case.graph && (other.wrong - dot.wrong).abs() <= 0.15 * other.wrong
+        };
+        match all.iter_mut().find(|strand| alike(strand[0])) {
+            Some(strand) => strand.push(dot),
+            None => all.push(vec![dot]),
+        }
+    }
+    all.sort_by(|a, b| b[0].wrong.total_cmp(&a[0].wrong));
+    all
+}
+
+/// The logarithmic axis of time.
+struct Scale {
+    /// Powers of ten of nanoseconds at the ends.
+    low: f64,
+    high: f64,
+}
+
+impl Scale {
+    fn of(least: f64, most: f64) -> Self {
+        let (low, high) = (least.log10(), most.log10());
+        // Room for a name behind the last dot, and never less than half a tenfold.
+        let span = (high - low).max(0.5);
+        Self { low: low - 0.06 * span, high: low + 1.1 * span }
+    }
+
+    fn x(&self, nanoseconds: f64) -> f64 {
+        LEFT + (nanoseconds.log10() - self.low) / (self.high - self.low) * (WIDTH - LEFT - RIGHT)
+    }
+
+    /// 1, 2 and 5 times the powers of ten, or only these when they are many.
+    fn ticks(&self) -> Vec<f64> {
+        let steps: &[f64] = if self.high - self.low > 3.2 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        (self.low.floor() as i32..=self.high.ceil() as i32)
+            .flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)))
+            .filter(|tick| (self.low..=self.high).contains(&tick.log10()))
+            .collect()
+    }
+
+    fn draw(&self, bottom: f64) -> String {
+        let mut svg = String::new();
+        for tick in self.ticks() {
+            let x = self.x(tick);
+            let top = TOP - 12.0;
+            let _ = writeln!(svg, "<path d=\"M{x:.1} {top:.1}V{bottom:.1}\" stroke=\"{GRID}\" stroke-width=\"1\"/>");
+            svg += &text(x, bottom + 18.0, 11.0, INK, "middle", "400", &duration(tick));
+            svg += &text(x, top - 5.0, 10.5, SOFT, "middle", "400", &rate(tick));
+        }
+        let middle = f64::midpoint(LEFT, WIDTH - RIGHT);
+        svg += &text(middle, bottom + 40.0, 12.0, INK, "middle", "400", "GPU time a ray; above, rays a second");
+        svg
+    }
+}
+
+fn duration(nanoseconds: f64) -> String {
+    let (value, unit) = match nanoseconds {
+        n if n < 0.95 => (n * 1e3, "ps"),
+        n if n < 950.0 => (n, "ns"),
+        n => (n / 1e3, "µs"),
+    };
+    format!("{} {unit}", (value * 100.0).round() / 100.0)
+}
+
+fn rate(nanoseconds: f64) -> String {
+    let (value, unit) = match 1e9 / nanoseconds {
+        r if r >= 0.95e9 => (r / 1e9, "G/s"),
+        r if r >= 0.95e6 => (r / 1e6, "M/s"),
+        r => (r / 1e3, "k/s"),
+    };
+    format!("{} {unit}", (value * 100.0).round() / 100.0)
+}
+
+/// The front as a stair: for every time the least error that can be had.
+#[derive(Default)]
+struct Path(Vec<[f64; 2]>);
+
+impl Path {
+    fn draw(&self) -> String {
+        let mut steps = String::new();
+        for (i, [x, y]) in self.0.iter().enumerate() {
+            let _ = if i == 0 { write!(steps, "M{x:.1} {y:.1}") } else { write!(steps, "H{x:.1}V{y:.1}") };
+        }
+        if self.0.len() < 2 {
+            return String::new();
+        }
+        format!("<path d=\"{steps}\" fill=\"none\" stroke=\"{FRONT}\" stroke-width=\"1.5\" stroke-opacity=\"0.55\"/>")
+    }
+}
+
+/// What is wrong, by how much. Gives the end of the panel.
+fn scatter(svg: &mut String, dots: &[&Dot<'_>], scale: &Scale, top: f64, path: &mut Path) -> f64 {
+    let least = dots.iter().map(|dot| dot.wrong).fold(f64::INFINITY, f64::min).log10().floor();
+    let most = dots.iter().map(|dot| dot.wrong).fold(0.0, f64::max).log10().ceil().max(least + 1.0);
+    // Names slant upwards from the uppermost dots.
+    let top = top + 42.0;
+    let at = |wrong: f64| top + (most - wrong.log10()) * DECADE;
+    let bottom = at(10f64.powf(least)) + 22.0;
+    for power in least as i32..=most as i32 {
+        let y = at(10f64.powi(power));
+        let _ = writeln!(svg, "<path d=\"M{LEFT} {y:.1}H{:.1}\" stroke=\"{GRID}\"/>", WIDTH - RIGHT);
+        svg.push_str(&text(LEFT - 10.0, y + 4.0, 11.0, INK, "end", "400", &parts(power)));
+    }
+    let middle = f64::midpoint(top, bottom);
+    let _ = writeln!(
+        svg,
+        "<text transform=\"translate(24 {middle:.1}) rotate(-90)\" font-size=\"12\" fill=\"{INK}\" text-anchor=\"middle\">wrong rays</text>"
+    );
+    let mut taken: Vec<Place> = Vec::new();
+    for strand in strands(dots) {
+        let y = |dot: &Dot<'_>| at(dot.wrong);
+        strand_of(svg, &strand, scale, &y, &mut taken, true);
+    }
+    path.0.extend(dots.iter().filter(|dot| dot.front).map(|dot| [scale.x(dot.time), at(dot.wrong)]));
+    bottom
+}
+
+/// Shares of all rays by their power of ten of a millionth.
+fn parts(power: i32) -> String {
+    match power {
+        3.. => format!("{} %", 10f64.powi(power - 4)),
+        0.. => format!("{} ppm", 10f64.powi(power)),
+        _ => format!("{} ppb", 10f64.powi(power + 3)),
+    }
+}
+
+/// One line for each graph. Gives the end of the panel.
+fn lanes(svg: &mut String, title: &str, dots: &[&Dot<'_>], scale: &Scale, top: f64, path: &mut Path) -> f64 {
+    let mut graphs: Vec<Vec<&Dot<'_>>> = Vec::new();
+    for &dot in dots {
+        match graphs.iter_mut().find(|lane| lane[0].row.case.graph == dot.row.case.graph) {
+            Some(lane) => lane.push(dot),
+            None => graphs.push(vec![dot]),
+        }
+    }
+    let bottom = top + 24.0 + LANE * graphs.len() as f64;
+    let _ = writeln!(
+        svg,
+        "<rect x=\"{LEFT}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#f3f6f4\" fill-opacity=\"0.75\"/>",
+        WIDTH - LEFT - RIGHT,
+        bottom - top
+    );
+    svg.push_str(&text(LEFT + 8.0, top + 16.0, 11.0, SOFT, "start", "600", title));
+    for (i, lane) in graphs.iter().enumerate() {
+        let y = top + 24.0 + LANE * (i + 1) as f64 - 12.0;
+        let name = stem(&lane[0].row.case.graph);
+        let weight = if lane.iter().any(|dot| dot.front) { "600" } else { "400" };
+        svg.push_str(&text(LEFT - 10.0, y + 4.0, 12.0, INK, "end", weight, name));
+        strand_of(svg, lane, scale, &|_| y, &mut Vec::new(), false);
+        path.0.extend(lane.iter().filter(|dot| dot.front).map(|dot| [scale.x(dot.time), y]));
+    }
+    bottom
+}
+
+/// A box that a name takes: left, top, right, bottom.
+type Place = [f64; 4];
+
+/// Dots on a thread with the names of their layouts; with the graph's name at its end when it has no line of its own.
+fn strand_of(
+    svg: &mut String,
+    strand: &[&Dot<'_>],
+    scale: &Scale,
+    y: &dyn Fn(&Dot<'_>) -> f64,
+    taken: &mut Vec<Place>,
+    named: bool,
+) {
+    let points: Vec<[f64; 2]> = strand.iter().map(|dot| [scale.x(dot.time), y(dot)]).collect();
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return };
+    if points.len() > 1 {
+        let line: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+        let _ = writeln!(svg, "<polyline points=\"{}\" fill=\"none\" stroke=\"#c3ced8\"/>", line.join(" "));
+    }
+    let graph = stem(&strand[0].row.case.graph);
+    let lone = named && points.len() == 1;
+    // Names go up unless something stands there.
+    let height = 50.0;
+    let above = [first[0] - 4.0, first[1] - height, last[0] + 44.0, first[1] - 4.0];
+    let up = lone || !taken.iter().any(|place| overlap(place, &above));
+    let sign = if up { -1.0 } else { 1.0 };
+    let mut free = f64::NEG_INFINITY;
+    for (dot, [x, y]) in strand.iter().zip(&points) {
+        let front = dot.front;
+        if !lone {
+            let layout = dot.row.case.layout.unwrap_or("no world");
+            let at = x.max(free);
+            free = at + APART;
+            let from = y + sign * 6.0;
+            if at - x > 1.0 {
+                let _ = writeln!(svg, "<path d=\"M{x:.1} {y:.1}L{at:.1} {from:.1}\" stroke=\"#c3ced8\"/>");
+            }
+            let (angle, down) = if up { (-45, -3.0) } else { (45, 11.0) };
+            let _ = writeln!(
+                svg,
+                "<text transform=\"translate({:.1} {:.1}) rotate({angle})\" font-size=\"10.5\" fill=\"{}\" font-weight=\"{}\">{}</text>",
+                at + 1.0,
+                from + down * 0.5,
+                if front { FRONT } else { INK },
+                if front { 600 } else { 400 },
+                escaped(layout)
+            );
+        }
+        let (radius, fill) = if front { (5.0, FRONT) } else { (4.0, DOT) };
+        let _ = writeln!(
+            svg,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"{fill}\" stroke=\"#ffffff\"><title>{}</title></circle>",
+            escaped(&about_dot(dot))
+        );
+    }
+    if named {
+        let name = if lone { tracer(&strand[0].row.case) } else { graph.to_owned() };
+        let color = if lone && strand[0].front { FRONT } else { INK };
+        let width = 7.0 * name.chars().count() as f64;
+        let right = [last[0] + 8.0, last[1] - 7.0, last[0] + 10.0 + width, last[1] + 7.0];
+        let left = [first[0] - 10.0 - width, first[1] - 7.0, first[0] - 8.0, first[1] + 7.0];
+        let fits = |place: &Place| {
+            place[2] < WIDTH - 8.0 && place[0] > LEFT && !taken.iter().any(|taken| overlap(taken, place))
+        };
+        let ([x, y], anchor, place) = if fits(&right) || !fits(&left) {
+            ([right[0] + 2.0, last[1] + 4.0], "start", right)
+        } else {
+            ([left[2] - 2.0, first[1] + 4.0], "end", left)
+        };
+        svg.push_str(&text(x, y, 11.5, color, anchor, "600", &name));
+        taken.push(place);
+    }
+    taken.push([
+        first[0] - 6.0,
+        first[1] - if up && !lone { height } else { 8.0 },
+        last[0] + 60.0,
+        first[1] + if up { 8.0 } else { height },
+    ]);
+}
+
+fn overlap(a: &Place, b: &Place) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+/// What the pointer is told over a dot.
+fn about_dot(dot: &Dot<'_>) -> String {
+    let mrays = dot.row.outcome.as_ref().map_or(0.0, raxel_runtime::bench::Measured::mrays);
+    let wrong = if dot.wrong == 0.0 { "exact".to_owned() } else { format!("{} ppm wrong", three(dot.wrong)) };
+    format!("{}: {} a ray, {} Mrays/s, {wrong}", tracer(&dot.row.case), duration(dot.time), three(mrays))
+}
+
+fn text(x: f64, y: f64, size: f64, color: &str, anchor: &str, weight: &str, content: &str) -> String {
+    format!(
+        "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" fill=\"{color}\" text-anchor=\"{anchor}\" font-weight=\"{weight}\">{}</text>\n",
+        escaped(content)
+    )
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_oracle::metrics::Errors;
+    use raxel_runtime::bench::{Case, Effort, Measured, Spread};
+
+    use super::*;
+
+    fn row(graph: &str, layout: &'static str, milliseconds: f64, wrong: u64) -> Row {
+        let case = Case {
+            graph: format!("graphs/bench/{graph}.toml"),
+            layout: Some(layout),
+            world: "worlds/a&b.toml".to_owned(),
+            camera: "ground".to_owned(),
+            size: [1000, 1000],
+        };
+        let measured = Measured {
+            rays: if graph == "bounce" { 500_000 } else { 1_000_000 },
+            frames: 3,
+            time: Spread { median: milliseconds, p95: milliseconds },
+            passes: Vec::new(),
+            once: Vec::new(),
+            steps: None,
+            cost: None,
+            voxels: 1,
+            depths: false,
+            judgement: Ok(Errors { rays: 1_000_000, late: wrong, ..Errors::default() }),
+        };
+        Row { case, outcome: Ok(measured) }
+    }
+
+    fn about() -> About {
+        About {
+            device: "a <device>".to_owned(),
+            driver: "a driver".to_owned(),
+            command: "raxel bench".to_owned(),
+            date: "2026-11-20".to_owned(),
+            effort: Effort::default(),
+        }
+    }
+
+    /// Names of the dots that are drawn as on the front.
+    fn front(svg: &str) -> Vec<&str> {
+        let dots = svg.lines().filter(|line| line.starts_with("<circle") && line.contains("<title>"));
+        let on_front = dots.filter(|line| line.contains(FRONT));
+        on_front.filter_map(|line| line.split_once("<title>")?.1.split(':').next()).collect()
+    }
+
+    #[test]
+    fn the_front_is_what_nothing_beats_in_both() {
+        let rows = [
+            row("exact", "tree64", 1.0, 0),
+            row("exact", "svo", 2.0, 0),
+            row("march", "tree64", 0.2, 9000),
+            row("march", "svo", 0.3, 9000),
+            row("dda", "svo", 0.5, 20),
+            row("dda", "chunks", 5.0, 20),
+            row("bounce", "tree64", 0.1, 0),
+        ];
+        let svg = draw(&rows, &about()).unwrap();
+        let mut found = front(&svg);
+        found.sort_unstable();
+        assert_eq!(found, ["bounce · tree64", "dda · svo", "exact · tree64", "march · tree64"]);
+        // A stair of three, and the rest of the page.
+        let stair = svg.lines().find(|line| line.contains("fill=\"none\" stroke=\"#c8452f\"")).unwrap();
+        assert_eq!((stair.matches('H').count(), stair.matches('V').count()), (2, 2), "{stair}");
+        assert!(
+            svg.contains("exact: none of 1\u{202f}000\u{202f}000 rays is wrong") && svg.contains("a &lt;device&gt;")
+        );
+        assert!(svg.contains("a&amp;b, ground, 1000 × 1000"));
+    }
+
+    #[test]
+    fn there_is_no_chart_of_nothing() {
+        let refused = Row { outcome: Err("no".to_owned()), ..row("exact", "tree64", 1.0, 0) };
+        assert!(draw(&[refused], &about()).is_none());
+        // One dot alone has an axis, too.
+        let svg = draw(&[row("exact", "tree64", 1.0, 0)], &about()).unwrap();
+        assert!(svg.contains("1 ns") && !svg.contains("NaN"));
+    }
+
+    #[test]
+    fn times_and_shares_have_units() {
+        assert_eq!([0.05, 0.5, 1.0, 200.0, 5000.0].map(duration), ["50 ps", "500 ps", "1 ns", "200 ns", "5 µs"]);
+        assert_eq!([0.05, 1.0, 200.0, 1e5].map(rate), ["20 G/s", "1 G/s", "5 M/s", "10 k/s"]);
+        assert_eq!([-1, 0, 3, 6].map(parts), ["100 ppb", "1 ppm", "0.1 %", "100 %"]);
+    }
 }

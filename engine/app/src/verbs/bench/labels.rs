@@ -36,6 +36,15 @@ pub(super) fn three(value: f64) -> String {
     format!("{value:.*}", digits.max(0) as usize)
 }
 
+/// A number with its digits in groups of three.
+pub(super) fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let head = digits.len() % 3;
+    let groups = digits.as_bytes()[head..].chunks(3).map(|group| String::from_utf8_lossy(group).into_owned());
+    let first = Some(digits[..head].to_owned()).filter(|head| !head.is_empty());
+    first.into_iter().chain(groups).collect::<Vec<_>>().join("\u{202f}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -45,6 +54,7 @@ mod tests {
         for (value, text) in [(0.0, "0"), (0.012_345, "0.0123"), (1.0, "1.00"), (99.96, "100.0"), (15_234.6, "15235")] {
             assert_eq!(three(value), text);
         }
+        assert_eq!([1, 999, 1000, 8_294_400].map(grouped), ["1", "999", "1\u{202f}000", "8\u{202f}294\u{202f}400"]);
         assert_eq!((stem("worlds/valley.toml"), stem("a")), ("valley", "a"));
     }
 }
