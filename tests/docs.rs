@@ -74,7 +74,8 @@ fn layouts() -> String {
             };
         }
     }
-    let mut text = format!("\nGeometry + materials; the sum where the buffer is over 128 MiB.\n\n| | {} |\n", NAMES.join(" | "));
+    let mut text =
+        format!("\nGeometry + materials; the sum where the buffer is over 128 MiB.\n\n| | {} |\n", NAMES.join(" | "));
     let _ = writeln!(text, "|---|{}\n{}", "---|".repeat(NAMES.len()), rows.join("\n"));
     text += "\n## Headers\n\nAfter `materials_at`, and the array of what follows the header:\n\n| | |\n|---|---|\n";
     for layout in Layout::ALL {

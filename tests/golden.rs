@@ -88,7 +88,8 @@ fn every_layout_gives_the_same_picture() {
     let (primary, monument) = ("graphs/primary.toml", "worlds/monument.toml");
     let trees = render(primary, monument, "color");
     assert!(trees == render("graphs/primary_chunks.toml", monument, "color"));
-    for &layout in Layout::ALL {
+    // A layout with an image wants a graph that binds it.
+    for &layout in Layout::ALL.iter().filter(|layout| !layout.has_image()) {
         assert!(trees == render_in(Some(layout), primary, monument, "color"), "{}", layout.name());
     }
 }
