@@ -29,6 +29,7 @@ pub mod rays;
 pub mod reload;
 pub mod session;
 pub mod show;
+pub mod stress;
 pub mod timeline;
 pub mod world;
 

@@ -12,6 +12,7 @@ pub(crate) mod render;
 pub(crate) mod run;
 pub(crate) mod schema;
 pub(crate) mod shaders;
+pub(crate) mod stress;
 pub(crate) mod world;
 
 use raxel_gpu::{DeviceOptions, Validation};
@@ -34,6 +35,7 @@ pub(crate) fn run(cli: Cli, talk: &Talk) -> Result {
         Verb::New(args) => new::run(&args, talk),
         Verb::Schema(args) => schema::run(&args, talk),
         Verb::Bench(args) => bench::run(&args, &device, talk),
+        Verb::Stress(args) => stress::run(&args, &device, talk),
         Verb::Doctor(args) => doctor::run(&args, &device, talk),
         Verb::Explain(args) => explain::run(&args, talk),
         Verb::Clean(args) => clean::run(&args, talk),

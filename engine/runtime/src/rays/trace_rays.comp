@@ -35,6 +35,9 @@ layout(push_constant) uniform Push { uint count; };
 
 // No tracer needs more rounds than this: every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
 uint rx_most_rounds() {
+#ifdef RAXEL_MARCH_LINE_GLSL
+    return RX_MARCH_ROUNDS;
+#endif
     return world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
 }
 

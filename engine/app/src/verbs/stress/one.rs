@@ -1,0 +1,178 @@
+//! Single rays: read from the command line, traced by all, and written so that they can be read again.
+
+use std::fmt::Write;
+use std::sync::Arc;
+
+use raxel_diagnostics::Files;
+use raxel_gpu::Device;
+use raxel_oracle::exact::{Answer, Passage};
+use raxel_oracle::metrics::{Errors, Outcome, Wrong};
+use raxel_oracle::{Hit, Lattice, Ray};
+use raxel_runtime::rays::{RayError, State};
+use raxel_runtime::stress::{Plan, RowReport, single};
+use serde_json::{Value, json};
+
+use crate::talk::{self, Format, Talk};
+
+/// A ray as it is written on the command line.
+#[derive(Clone, Debug)]
+pub(super) struct NamedRay(pub Ray);
+
+/// Reads nine numbers: three of the cell, three of the fraction, three of the direction.
+pub(super) fn ray(text: &str) -> Result<NamedRay, String> {
+    let wrong = || "write nine numbers, cell, fraction and direction, e.g. \"0 20 -5  0.5 0.5 0.5  0x3f800000 0 -1\"".to_owned();
+    let words: Vec<&str> = text.split([' ', ',', '\t']).filter(|word| !word.is_empty()).collect();
+    let [x, y, z, floats @ ..] = words.as_slice() else { return Err(wrong()) };
+    let cell: Option<Vec<i32>> = [x, y, z].iter().map(|word| word.parse().ok()).collect();
+    let float = |word: &&str| match word.strip_prefix("0x") {
+        Some(bits) => u32::from_str_radix(bits, 16).ok().map(f32::from_bits),
+        None => word.parse().ok(),
+    };
+    let floats: Option<Vec<f32>> = floats.iter().map(float).collect();
+    match (cell.as_deref(), floats.as_deref()) {
+        (Some(&[x, y, z]), Some(&[fx, fy, fz, dx, dy, dz])) => {
+            Ok(NamedRay(Ray::new([x, y, z], [fx, fy, fz], [dx, dy, dz])))
+        }
+        _ => Err(wrong()),
+    }
+}
+
+/// The ray as [`ray`] reads it, without the loss of a bit.
+pub(super) fn written(ray: &Ray) -> String {
+    let [x, y, z] = ray.cell;
+    let bits = |v: [f32; 3]| v.map(|v| format!("{:#010x}", v.to_bits())).join(" ");
+    format!("{x} {y} {z}  {}  {}", bits(ray.frac), bits(ray.dir))
+}
+
+const FACES: [&str; 7] = ["-X", "+X", "-Y", "+Y", "-Z", "+Z", "inside"];
+
+fn hit_text(hit: &Hit) -> String {
+    let [x, y, z] = hit.voxel;
+    let face = FACES.get(hit.face as usize).copied().unwrap_or("?");
+    let material = if hit.material == u32::MAX { "other than looked up".to_owned() } else { hit.material.to_string() };
+    let [u, v] = hit.uv;
+    format!("voxel {x} {y} {z}  face {face}  material {material}  t {}  uv {u} {v}", hit.t)
+}
+
+fn exact_text(ray: &Ray, answer: &Answer) -> String {
+    let tie = if answer.tie { "  (a tie)" } else { "" };
+    let (Some(hit), Some(lattice)) = (&answer.hit, Lattice::of(ray)) else { return format!("nothing{tie}") };
+    let [x, y, z] = hit.voxel;
+    let chord = Passage::of(&lattice, hit.voxel).map_or(0.0, |passage| passage.length(&lattice));
+    format!(
+        "voxel {x} {y} {z}  face {}  material {}  t {}  chord {chord:.3e}{tie}",
+        FACES[hit.face as usize],
+        hit.material,
+        hit.time.in_lengths(&lattice)
+    )
+}
+
+fn exact_json(ray: &Ray, answer: &Answer) -> Value {
+    let hit = answer.hit.as_ref().zip(Lattice::of(ray)).map(|(hit, lattice)| {
+        json!({ "voxel": hit.voxel, "face": hit.face, "material": hit.material, "t": hit.time.in_lengths(&lattice) })
+    });
+    json!({ "hit": hit, "tie": answer.tie })
+}
+
+fn hit_json(hit: Option<&Hit>) -> Value {
+    hit.map_or(Value::Null, |hit| {
+        json!({ "voxel": hit.voxel, "face": hit.face, "material": hit.material, "t": hit.t, "uv": hit.uv, "steps": hit.steps })
+    })
+}
+
+fn wrong_name(wrong: Wrong) -> String {
+    serde_json::to_value(wrong).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+/// Traces one ray through every site by every row.
+pub(super) fn trace(
+    plan: &Plan,
+    ray: &Ray,
+    device: &Arc<Device>,
+    files: &Arc<dyn Files>,
+    talk: &Talk,
+) -> Result<(), RayError> {
+    for (number, site) in plan.sites.iter().enumerate() {
+        let found = single(plan, number, ray, device, files)?;
+        let mut text = format!("{}  ray {}\n  {:<16} {}\n", site.name, written(ray), "exact", exact_text(ray, &found.exact));
+        for (row, answer) in &found.rows {
+            let (said, wrong) = match answer {
+                Err(why) => (why.clone(), None),
+                Ok((state, hit)) => {
+                    let outcome = match state {
+                        State::Hang => Outcome::Hang,
+                        State::Unwritten => Outcome::Unwritten,
+                        State::Hit | State::Miss => Outcome::from(hit.as_ref()),
+                    };
+                    let said = match (state, hit) {
+                        (State::Hang, _) => "gives up".to_owned(),
+                        (State::Unwritten, _) => "writes nothing".to_owned(),
+                        (_, Some(hit)) => format!("{}  after {} looks", hit_text(hit), hit.steps),
+                        (_, None) => "nothing".to_owned(),
+                    };
+                    (said, Errors::default().add(ray, &found.exact, outcome).map(wrong_name))
+                }
+            };
+            if talk.format() == Format::Json {
+                let hit = answer.as_ref().ok().and_then(|(_, hit)| hit.as_ref());
+                talk::json(&json!({
+                    "reason": "ray", "site": site.name, "ray": written(ray), "row": row.to_string(), "said": said, "wrong": wrong,
+                    "exact": exact_json(ray, &found.exact), "hit": hit_json(hit),
+                }));
+            }
+            let mark = wrong.map_or_else(String::new, |wrong| format!("  WRONG: {wrong}"));
+            let _ = writeln!(text, "  {:<16} {said}{mark}", row.to_string());
+        }
+        if talk.format() != Format::Json {
+            talk::data(&text);
+        }
+    }
+    Ok(())
+}
+
+/// The first wrong rays of a row, each with the command that traces it alone.
+pub(super) fn show_wrong(plan: &Plan, row: &RowReport, talk: &Talk) {
+    let shown = if talk.verbose() { row.wrong.len() } else { 3 };
+    for sample in row.wrong.iter().take(shown) {
+        let (site, set) = (&plan.sites[sample.site].name, plan.sets[sample.set].name);
+        let at = if site.contains('@') { format!("--scenes {site}") } else { format!("--world {site}") };
+        let command = format!(
+            "raxel stress {at} --layouts {} --seed {} --ray \"{}\"",
+            row.row,
+            plan.seed,
+            written(&sample.ray)
+        );
+        if talk.format() == Format::Json {
+            talk::json(&json!({
+                "reason": "wrong-ray", "row": row.row.to_string(), "site": site, "set": set, "wrong": sample.wrong,
+                "ray": written(&sample.ray), "exact": exact_json(&sample.ray, &sample.exact),
+                "hit": hit_json(sample.found.as_ref()), "command": command,
+            }));
+            continue;
+        }
+        let found = sample.found.as_ref().map_or_else(|| "nothing".to_owned(), hit_text);
+        talk.say(&format!(
+            "{} in {site}, {set}: {}\n  exact  {}\n  found  {found}\n  {command}",
+            row.row,
+            wrong_name(sample.wrong),
+            exact_text(&sample.ray, &sample.exact)
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_are_read_as_they_are_written() {
+        let made = Ray::new([-5, i32::MAX, 7], [0.25, 1.0, f32::from_bits(3)], [-0.0, 1e-40, f32::NEG_INFINITY]);
+        let read = ray(&written(&made)).expect("a ray").0;
+        assert_eq!(read.cell, made.cell);
+        assert_eq!([read.frac, read.dir].map(|v| v.map(f32::to_bits)), [made.frac, made.dir].map(|v| v.map(f32::to_bits)));
+        assert_eq!(ray("0,1,-2, 0.5,0.5,0.5, 1,0,-1").expect("a ray").0, Ray::new([0, 1, -2], [0.5; 3], [1.0, 0.0, -1.0]));
+        for wrong in ["", "1 2 3", "1 2 3 4 5 6 7 8", "1 2 3 4 5 6 7 8 9 10", "x 2 3 4 5 6 7 8 9", "0.5 2 3 4 5 6 7 8 9"] {
+            assert!(ray(wrong).is_err(), "{wrong}");
+        }
+    }
+}

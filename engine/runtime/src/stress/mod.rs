@@ -1,0 +1,13 @@
+//! Tracers held to the exact one over sets of rays × scenes × methods, in as many rays as one likes: what `raxel stress` runs. Each ray is
+//! made and judged once and traced by every method. Memory is bounded whatever the number of rays, and the same plan makes the same rays
+//! on every machine, whatever its number of cores.
+
+mod invariants;
+mod judge;
+mod plan;
+mod run;
+
+pub use invariants::{Invariants, invariants};
+pub use judge::{Sample, Tally, WRONG_KEPT};
+pub use plan::{Plan, Row, Site, Sites};
+pub use run::{Progress, Report, RowReport, Single, run, single};

@@ -1,0 +1,137 @@
+//! What is run.
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::IVec3;
+use raxel_oracle::scenes::Scene;
+use raxel_oracle::sets::RaySet;
+use raxel_world::World;
+use raxel_world::layout::Layout;
+
+use crate::rays::Method;
+
+/// Who traces.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Row {
+    /// A method on the device.
+    Device(Method),
+    /// The tracer of `tree64` on the CPU ([`raxel_oracle::port`]), which must give the device's hits bit for bit.
+    Port,
+}
+
+impl Row {
+    /// The row that decides whether a run passes: the exact tracer of the default layout.
+    pub fn default_tracer() -> Self {
+        Row::Device(Method::of(Layout::Tree64))
+    }
+
+    /// Whether it claims to be exact: a layout's own tracer, its CPU port, or the conservative table of masks.
+    pub fn exact(&self) -> bool {
+        match self {
+            Row::Port => true,
+            Row::Device(method) => method.marcher.as_deref().is_none_or(|marcher| marcher == "raymask"),
+        }
+    }
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Row::Device(method) => method.fmt(f),
+            Row::Port => f.write_str("tree64:cpu"),
+        }
+    }
+}
+
+/// A world that rays are traced through.
+#[derive(Clone)]
+pub struct Site {
+    /// Name; of a scene `NAME@near` or `NAME@far`.
+    pub name: String,
+    source: Source,
+}
+
+#[derive(Clone)]
+enum Source {
+    Scene(&'static Scene, IVec3),
+    World(Arc<World>),
+}
+
+/// Which sites of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sites {
+    /// Around the origin.
+    Near,
+    /// At an end of the range of coordinates.
+    Far,
+}
+
+impl Site {
+    /// A scene at one of its sites. Scenes take turns at three ends of the range of `i32`.
+    pub fn scene(scene: &'static Scene, sites: Sites) -> Self {
+        let at = |name: &str| name.bytes().map(usize::from).sum::<usize>() % 3;
+        let (name, corner) = match sites {
+            Sites::Near => (format!("{}@near", scene.name), IVec3::new(-13, 5, -40)),
+            Sites::Far => {
+                // The last voxel at the largest coordinate.
+                let end = i32::MAX - (scene.size - 1);
+                let ends = [IVec3::MIN, IVec3::splat(end), IVec3::new(i32::MIN, 1 << 30, end)];
+                (format!("{}@far", scene.name), ends[at(scene.name)])
+            }
+        };
+        Self { name, source: Source::Scene(scene, corner) }
+    }
+
+    /// A world that is there.
+    pub fn world(name: impl Into<String>, world: Arc<World>) -> Self {
+        Self { name: name.into(), source: Source::World(world) }
+    }
+
+    /// Builds it.
+    pub fn build(&self, seed: u64) -> Arc<World> {
+        match &self.source {
+            Source::Scene(scene, corner) => Arc::new(scene.world(*corner, seed)),
+            Source::World(world) => world.clone(),
+        }
+    }
+}
+
+impl fmt::Debug for Site {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Site").field(&self.name).finish()
+    }
+}
+
+/// Everything that a run depends on.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Who traces. A row's hits are judged one by one, but the port's are also compared with those of `tree64`, if that comes before.
+    pub rows: Vec<Row>,
+    /// Which rays.
+    pub sets: Vec<&'static RaySet>,
+    /// Through what.
+    pub sites: Vec<Site>,
+    /// Rays of all rows, sets and sites together; each combination gets the same number, at least 1.
+    pub rays: u64,
+    /// Other seeds, other rays and other random scenes.
+    pub seed: u64,
+}
+
+impl Plan {
+    /// Rays of each combination of row, set and site.
+    pub fn rays_each(&self) -> u64 {
+        let combinations = (self.rows.len() * self.sets.len() * self.sites.len()).max(1) as u64;
+        self.rays.div_ceil(combinations).max(1)
+    }
+
+    /// Rays of each row and site, of all sets.
+    pub fn rays_a_site(&self) -> u64 {
+        self.rays_each() * self.sets.len() as u64
+    }
+
+    /// Rays of all rows, sets and sites: `rays`, rounded up.
+    pub fn total(&self) -> u64 {
+        self.rays_a_site() * (self.rows.len() * self.sites.len()) as u64
+    }
+}

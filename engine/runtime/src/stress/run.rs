@@ -1,0 +1,359 @@
+//! Goes through a plan on one device.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use raxel_diagnostics::Files;
+use raxel_gpu::{Device, DeviceKind};
+use raxel_oracle::exact::Answer;
+use raxel_oracle::metrics::{Errors, Outcome};
+use raxel_oracle::port::Tree64;
+use raxel_oracle::sets::{Place, RaySet};
+use raxel_oracle::{Hit, Oracle, Ray};
+use raxel_world::World;
+use raxel_world::layout::Layout;
+use rayon::prelude::*;
+
+use super::judge::{Batch, Sample, Tally, WRONG_KEPT, compare};
+use super::plan::{Plan, Row, Site};
+use crate::rays::{DeviceWorld, HitWords, RayError, State, Stream, Tracer};
+
+/// What one row did.
+#[derive(Clone, Debug)]
+pub struct RowReport {
+    /// Who.
+    pub row: Row,
+    /// By site and set; rays are 0 where the site does not fit.
+    pub errors: Vec<Vec<Errors>>,
+    /// Sites that it could not trace, and why.
+    pub refused: Vec<(usize, String)>,
+    /// Why it traces nothing at all.
+    pub unusable: Option<String>,
+    /// Seconds that the device (or for the port, the CPU) took to trace.
+    pub seconds: f64,
+    /// Rays in that time.
+    pub timed: u64,
+    /// The first wrong rays.
+    pub wrong: Vec<Sample>,
+    /// Of the port: rays with another voxel, face or material than on the device; and rays with the same of which a bit of t or uv differs.
+    pub differs: Option<(u64, u64)>,
+}
+
+impl RowReport {
+    fn new(row: &Row, plan: &Plan) -> Self {
+        Self {
+            row: row.clone(),
+            errors: vec![vec![Errors::default(); plan.sets.len()]; plan.sites.len()],
+            refused: Vec::new(),
+            unusable: None,
+            seconds: 0.0,
+            timed: 0,
+            wrong: Vec::new(),
+            differs: None,
+        }
+    }
+
+    /// One set over all sites.
+    pub fn set(&self, set: usize) -> Errors {
+        self.errors.iter().map(|sets| sets[set]).fold(Errors::default(), Errors::and)
+    }
+
+    /// One site over all sets.
+    pub fn site(&self, site: usize) -> Errors {
+        self.errors[site].iter().copied().fold(Errors::default(), Errors::and)
+    }
+
+    /// All sites and sets.
+    pub fn total(&self) -> Errors {
+        (0..self.errors.len()).map(|site| self.site(site)).fold(Errors::default(), Errors::and)
+    }
+
+    /// Millions of rays a second.
+    pub fn mrays(&self) -> Option<f64> {
+        (self.seconds > 0.0).then(|| self.timed as f64 / self.seconds / 1e6)
+    }
+
+    fn add(&mut self, site: usize, tally: Tally) {
+        for (all, one) in self.errors[site].iter_mut().zip(&tally.sets) {
+            *all = all.and(*one);
+        }
+        let room = WRONG_KEPT.saturating_sub(self.wrong.len());
+        self.wrong.extend(tally.wrong.into_iter().take(room));
+    }
+}
+
+/// What a run found.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// Row by row.
+    pub rows: Vec<RowReport>,
+    /// Rays that the exact tracer answered: each once, however many rows trace it.
+    pub answered: u64,
+    /// Seconds that took, on all cores.
+    pub answer_seconds: f64,
+    /// Seconds of the whole run.
+    pub seconds: f64,
+}
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a> {
+    /// Rays traced and judged, of all rows.
+    pub rays: u64,
+    /// The site.
+    pub site: &'a str,
+    /// The row.
+    pub row: &'a Row,
+}
+
+/// A row that can be run.
+enum Ready {
+    Device(Box<Tracer>),
+    Port,
+    Unusable,
+}
+
+/// A row's world.
+enum Loaded {
+    Device(DeviceWorld),
+    Port(Vec<u32>),
+    Refused,
+}
+
+/// Runs a plan. What is wrong with a row or a site is in its report; an error is one of the device.
+pub fn run(
+    plan: &Plan,
+    device: &Arc<Device>,
+    files: &Arc<dyn Files>,
+    progress: &mut dyn FnMut(Progress<'_>),
+) -> Result<Report, RayError> {
+    let start = Instant::now();
+    let mut report = Report {
+        rows: plan.rows.iter().map(|row| RowReport::new(row, plan)).collect(),
+        answered: 0,
+        answer_seconds: 0.0,
+        seconds: 0.0,
+    };
+    let mut rows = Vec::new();
+    for report in &mut report.rows {
+        rows.push(ready(report, device, files)?);
+    }
+    let software = device.capabilities().kind == DeviceKind::Cpu;
+    let mut runner = Runner { plan, stream: Stream::new(device)?, report, progress, done: 0, software };
+    for (number, site) in plan.sites.iter().enumerate() {
+        runner.site(number, site, &mut rows)?;
+    }
+    let mut report = runner.report;
+    report.seconds = start.elapsed().as_secs_f64();
+    Ok(report)
+}
+
+fn ready(report: &mut RowReport, device: &Arc<Device>, files: &Arc<dyn Files>) -> Result<Ready, RayError> {
+    let Row::Device(method) = &report.row else { return Ok(Ready::Port) };
+    match Tracer::new(device, files.clone(), method) {
+        Ok(tracer) => Ok(Ready::Device(Box::new(tracer))),
+        Err(error @ RayError::Binding { .. }) => {
+            report.unusable = Some(error.to_string());
+            Ok(Ready::Unusable)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+struct Runner<'a> {
+    plan: &'a Plan,
+    stream: Stream,
+    report: Report,
+    progress: &'a mut dyn FnMut(Progress<'_>),
+    done: u64,
+    software: bool,
+}
+
+impl Runner<'_> {
+    fn site(&mut self, number: usize, site: &Site, rows: &mut [Ready]) -> Result<(), RayError> {
+        let world = site.build(self.plan.seed);
+        let oracle = Oracle::new(&world);
+        let place = Place::of(&world);
+        let mut worlds = Vec::new();
+        for (i, row) in rows.iter().enumerate() {
+            worlds.push(self.load(number, i, row, &world)?);
+        }
+        // Every block of every set, set by set.
+        let each = self.plan.rays_each();
+        let blocks = each.div_ceil(RaySet::BLOCK as u64);
+        let count = self.plan.sets.len() as u64 * blocks;
+        // As many as keep the device busy for a while, and take little memory.
+        let in_batch = if self.software { 32 } else { 1024 };
+        let mut next = 0;
+        while next < count {
+            let end = (next + in_batch).min(count);
+            let mut batch = self.batch(number, &place, (next..end).map(|i| (i / blocks, i % blocks)).collect());
+            next = end;
+            let mut reference: Option<Vec<HitWords>> = None;
+            for (i, (row, world)) in rows.iter_mut().zip(&worlds).enumerate() {
+                self.trace(i, row, world, &mut batch, &oracle, &mut reference)?;
+                self.done += batch.rays.len() as u64;
+                (self.progress)(Progress { rays: self.done, site: &site.name, row: &self.plan.rows[i] });
+            }
+        }
+        Ok(())
+    }
+
+    fn load(&mut self, site: usize, row: usize, ready: &Ready, world: &World) -> Result<Loaded, RayError> {
+        let loaded = match ready {
+            Ready::Unusable => return Ok(Loaded::Refused),
+            Ready::Device(tracer) => tracer.upload(world).map(Loaded::Device),
+            Ready::Port => Layout::Tree64
+                .encode(world, u64::from(u32::MAX))
+                .map(|encoded| Loaded::Port(encoded.words))
+                .map_err(RayError::from),
+        };
+        match loaded {
+            Err(error @ (RayError::Layout(_) | RayError::Gpu(raxel_gpu::Error::OutOfMemory { .. }))) => {
+                self.report.rows[row].refused.push((site, error.to_string()));
+                Ok(Loaded::Refused)
+            }
+            loaded => loaded,
+        }
+    }
+
+    /// Blocks of rays, made on all cores: (set, number of the block).
+    fn batch(&self, site: usize, place: &Place, blocks: Vec<(u64, u64)>) -> Batch {
+        let each = self.plan.rays_each();
+        let seed = self.plan.seed;
+        let made: Vec<Vec<Ray>> = blocks
+            .par_iter()
+            .map(|&(set, number)| {
+                let left = each - number * RaySet::BLOCK as u64;
+                self.plan.sets[set as usize].block(place, seed, number, left.min(RaySet::BLOCK as u64) as usize)
+            })
+            .collect();
+        let sets = blocks.iter().zip(&made).flat_map(|(&(set, _), rays)| std::iter::repeat_n(set as u16, rays.len()));
+        let sets = sets.collect();
+        Batch { rays: made.concat().into(), sets, answers: Vec::new(), site, set_count: self.plan.sets.len() }
+    }
+
+    fn trace(
+        &mut self,
+        row: usize,
+        ready: &mut Ready,
+        world: &Loaded,
+        batch: &mut Batch,
+        oracle: &Oracle<'_>,
+        reference: &mut Option<Vec<HitWords>>,
+    ) -> Result<(), RayError> {
+        let mut clock = Clock::default();
+        match (ready, world) {
+            (Ready::Device(tracer), Loaded::Device(world)) => {
+                // What the port is compared with.
+                let mut kept = (self.plan.rows[row] == Row::default_tracer()).then(Vec::new);
+                let rays = batch.rays.clone();
+                let mut total = Tally::of(batch.set_count);
+                let (mut seconds, mut timed) = (0.0, 0);
+                self.stream.trace(tracer, world, &rays, |part| {
+                    clock.answer(batch, oracle, part.range.end);
+                    let tally = batch.judge_words(part.range.start, part.hits);
+                    total = std::mem::take(&mut total).and(tally);
+                    if let Some(kept) = &mut kept {
+                        kept.extend_from_slice(part.hits);
+                    }
+                    if let Some(part_seconds) = part.seconds {
+                        seconds += part_seconds;
+                        timed += part.hits.len() as u64;
+                    }
+                    Ok::<_, RayError>(())
+                })?;
+                let report = &mut self.report.rows[row];
+                report.seconds += seconds;
+                report.timed += timed;
+                report.add(batch.site, total);
+                if kept.is_some() {
+                    *reference = kept;
+                }
+            }
+            (Ready::Port, Loaded::Port(words)) => {
+                clock.answer(batch, oracle, batch.rays.len());
+                let tree = Tree64::new(words);
+                let start = Instant::now();
+                let hits: Vec<Option<Hit>> = batch.rays.par_iter().with_min_len(64).map(|ray| tree.trace(ray)).collect();
+                let report = &mut self.report.rows[row];
+                report.seconds += start.elapsed().as_secs_f64();
+                report.timed += hits.len() as u64;
+                report.add(batch.site, batch.judge(0, &hits, |hit| (*hit, Outcome::Miss)));
+                if let Some(device) = reference {
+                    let (hits, bits) = compare(&hits, device);
+                    let so_far = report.differs.unwrap_or_default();
+                    report.differs = Some((so_far.0 + hits, so_far.1 + bits));
+                }
+            }
+            _ => {}
+        }
+        self.report.answered += clock.answered;
+        self.report.answer_seconds += clock.seconds;
+        Ok(())
+    }
+}
+
+/// What answers cost.
+#[derive(Default)]
+struct Clock {
+    answered: u64,
+    seconds: f64,
+}
+
+impl Clock {
+    fn answer(&mut self, batch: &mut Batch, oracle: &Oracle<'_>, end: usize) {
+        let start = Instant::now();
+        let answered = batch.answer(oracle, end);
+        if answered > 0 {
+            self.answered += answered as u64;
+            self.seconds += start.elapsed().as_secs_f64();
+        }
+    }
+}
+
+/// What everybody says about one ray.
+#[derive(Clone, Debug)]
+pub struct Single {
+    /// The exact answer.
+    pub exact: Answer,
+    /// What each row finds: its state and hit; or why it does not trace.
+    pub rows: Vec<(Row, Result<(State, Option<Hit>), String>)>,
+}
+
+/// Traces one ray through one site by all rows of a plan.
+pub fn single(
+    plan: &Plan,
+    site: usize,
+    ray: &Ray,
+    device: &Arc<Device>,
+    files: &Arc<dyn Files>,
+) -> Result<Single, RayError> {
+    let world = plan.sites[site].build(plan.seed);
+    let mut stream = Stream::with_capacity(device, 64)?;
+    let mut rows = Vec::new();
+    for row in &plan.rows {
+        let found = match row {
+            Row::Port => {
+                let encoded = Layout::Tree64.encode(&world, u64::from(u32::MAX)).map_err(|error| error.to_string());
+                encoded.map(|encoded| {
+                    let hit = Tree64::new(&encoded.words).trace(ray);
+                    (if hit.is_some() { State::Hit } else { State::Miss }, hit)
+                })
+            }
+            Row::Device(method) => {
+                let traced = Tracer::new(device, files.clone(), method).and_then(|mut tracer| {
+                    let world = tracer.upload(&world)?;
+                    stream.trace_all(&mut tracer, &world, &[*ray])
+                });
+                match traced {
+                    Ok(words) => Ok((words[0].state(), words[0].hit())),
+                    Err(error @ (RayError::Layout(_) | RayError::Binding { .. })) => Err(error.to_string()),
+                    Err(error) => return Err(error),
+                }
+            }
+        };
+        rows.push((row.clone(), found));
+    }
+    Ok(Single { exact: Oracle::new(&world).first_hit(ray), rows })
+}
