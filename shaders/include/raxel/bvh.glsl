@@ -104,8 +104,8 @@ bool rx_bvh_meets(RxWalk w, uvec3 near, uvec3 far, uvec3 limit, float t_end) {
     // the ray does not move along is where it is.
     if (any(lessThan(far, w.entry)) || any(greaterThan(near, limit))) return false;
     uvec3 ahead = near - min(near, w.entry);  // planes to the one where the box begins; 0: it has begun
-    vec3 enter = mix((vec3(max(ahead, uvec3(1u)) - 1u) + w.h) * w.inv, vec3(0.0), equal(ahead, uvec3(0u)));
-    vec3 leave = mix((vec3(far - w.entry) + w.h) * w.inv, vec3(RX_NEVER), equal(w.d_fixed, uvec3(0u)));
+    vec3 enter = mix(vec3(max(ahead, uvec3(1u)) - 1u) * w.inv + w.first, vec3(0.0), equal(ahead, uvec3(0u)));
+    vec3 leave = vec3(far - w.entry) * w.inv + w.first;
     float t = max(enter.x, max(enter.y, enter.z));
     return t <= min(leave.x, min(leave.y, leave.z)) * RX_BVH_ROOM && t <= t_end;
 }
@@ -121,13 +121,13 @@ bool rx_block_trace(RxRay ray, float t_free, ivec3 corner, uvec2 mask, out uvec3
     for (uint i = 0u; i < 10u; ++i) {
         if (((walk.q.x | walk.q.y | walk.q.z) & ~3u) != 0u) return false;
         ++steps;
-        voxel = rx_block_voxel(walk.q ^ walk.flip);
+        voxel = rx_block_voxel(walk.q ^ rx_walk_flip(walk, 3u));
         if (rx_block_solid(mask, voxel)) {
             q = walk.q;
             axes = walk.axes;
             return true;
         }
-        if (!rx_walk_step(walk, 0u)) rx_walk_settle(walk, 0u);
+        if (!rx_walk_step(walk, 0u)) rx_walk_settle(walk, ray, corner, 2u, 0u);
     }
     return false;
 }
@@ -138,9 +138,10 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     RxWalk walk;
     if (!rx_walk_begin(ray, world.origin, world.log2_size, t_free, walk)) return false;
     float t_end = walk.t_end;
-    bvec3 down = notEqual(walk.flip, uvec3(0u));
+    bvec3 down = rx_walk_down(walk);
+    uvec3 flip = rx_walk_flip(walk, (1u << world.log2_size) - 1u);
     // The earliest solid voxel so far.
-    uvec3 limit = mix(uvec3((1u << world.log2_size) - 1u), walk.entry, equal(walk.d_fixed, uvec3(0u)));
+    uvec3 limit = mix(uvec3((1u << world.log2_size) - 1u), walk.entry, equal(walk.d, vec3(0.0)));
     uint found = 0u, found_voxel = 0u, found_axes = 0u;
 
     uint stack[RX_BVH_DEPTH];
@@ -150,8 +151,8 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     for (uint visits = 0u; visits < world.node_count; ++visits) {
         RxBvhNode node = rx_bvh_node(at);
         ++steps;
-        uvec3 near = mix(node.low, node.last ^ walk.flip, down);
-        uvec3 far = mix(node.last, node.low ^ walk.flip, down);
+        uvec3 near = mix(node.low, node.last ^ flip, down);
+        uvec3 far = mix(node.last, node.low ^ flip, down);
         bool meets = rx_bvh_meets(walk, near, far, limit, t_end);
         uint axis = node.kind & 3u;
         if (meets && axis != RX_BVH_LEAF) {
@@ -164,7 +165,7 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
         for (uint i = 0u; meets && i < node.kind >> 2; ++i) {
             uint block = node.link + RX_BVH_BLOCK_WORDS * i;
             uvec3 corner = uvec3(world.words[block], world.words[block + 1u], world.words[block + 2u]);
-            near = mix(corner, (corner + 3u) ^ walk.flip, down);
+            near = mix(corner, (corner + 3u) ^ flip, down);
             if (!rx_bvh_meets(walk, near, near + 3u, limit, t_end)) continue;
             uvec2 mask = uvec2(world.words[block + 3u], world.words[block + 4u]);
             uvec3 q;
@@ -184,7 +185,7 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     if (found == 0u) return false;
     walk.q = limit;
     walk.axes = found_axes;
-    bool within = rx_walk_hit(walk, ray, world.origin, hit);
+    bool within = rx_walk_hit(walk, ray, world.origin, world.log2_size, hit);
     hit.material = rx_block_material(found, found_voxel);
     hit.steps = steps;
     return within;

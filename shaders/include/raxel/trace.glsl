@@ -26,8 +26,8 @@ uint rx_material(ivec3 cell) {
 // Goes on with a walk from the cell that it is in.
 bool rx_trace_on(RxWalk walk, RxRay ray, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
-    float t_end = rx_walk_t_end(walk, ray);
     uint outside = ~((1u << world.log2_size) - 1u);
+    uvec3 flip = rx_walk_flip(walk, ~outside);
 #ifdef RX_MARCH_RAYMASK
     uvec3 asked = rx_raymask_block(walk);
 #endif
@@ -38,31 +38,35 @@ bool rx_trace_on(RxWalk walk, RxRay ray, out RxHit hit) {
     uint rounds = world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
     do {
         for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
-            if (((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > t_end) break;
-            ivec3 cell = world.origin + ivec3(walk.q ^ walk.flip);
-            material = rx_look(cell, log2_free);
+            if (((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > walk.t_end) break;
+            material = rx_look(world.origin + ivec3(walk.q ^ flip), log2_free);
             if (material != 0u) break;
 #ifdef RX_MARCH_RAYMASK
-            if (log2_free < 2u && rx_raymask_misses(walk, cell, asked)) log2_free = 2u;
+            if (log2_free < 2u && rx_raymask_misses(walk, asked)) log2_free = 2u;
 #endif
             unsure = !rx_walk_step(walk, log2_free);
         }
-        if (unsure) rx_walk_settle(walk, log2_free);
+        if (unsure) rx_walk_settle(walk, ray, world.origin, world.log2_size, log2_free);
     } while (unsure);
 
     if (material == 0u) return false;
     uint steps = hit.steps + 1u;
-    bool within = rx_walk_hit(walk, ray, world.origin, hit);
+    bool within = rx_walk_hit(walk, ray, world.origin, world.log2_size, hit);
     hit.material = material;
     hit.steps = steps;
     return within;
 }
 
-bool rx_trace(RxRay ray, out RxHit hit) {
+// The first solid voxel along a ray, not looked for before `t_free` (in lengths of the direction): until then it passes air only.
+bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     RxWalk walk;
-    if (rx_walk_begin(ray, world.origin, world.log2_size, walk)) return rx_trace_on(walk, ray, hit);
+    if (rx_walk_begin(ray, world.origin, world.log2_size, t_free, walk)) return rx_trace_on(walk, ray, hit);
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
     return false;
+}
+
+bool rx_trace(RxRay ray, out RxHit hit) {
+    return rx_trace_from(ray, 0.0, hit);
 }
 
 #endif

@@ -96,14 +96,14 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
     RxWalk walk;
     if (!rx_walk_begin(ray, world.origin, world.log2_size, t_free, walk)) return false;
-    uint outside = ~((1u << world.log2_size) - 1u);
-    uint mirror = (walk.flip.x & 3u) | ((walk.flip.z & 3u) << 2) | ((walk.flip.y & 3u) << 4);
+    // Mirrors the number of a child as the walk mirrors cells.
+    uvec3 flip = rx_walk_flip(walk, 3u);
+    uint mirror = flip.x | (flip.z << 2) | (flip.y << 4);
 
-    uint ancestors[16];
     uint height = world.log2_size >> 1;
-    uint at = world.root;
-    uvec4 node = world.quads[at];
-    uvec3 path = walk.q;  // the cell that `ancestors` lead to
+    uint chunk = world.root;  // the last node of 64^3 that was passed
+    uvec4 node = world.quads[chunk];
+    uint moved = 0u;          // bits of the cell that the last step changed
     uvec2 leaf = uvec2(0u);
     uint child = 0u, rank = 0u, voxel = 0u, shift = 0u;
     bool found = false, unsure = false;
@@ -112,24 +112,19 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     uint rounds = world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
     do {
         for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
-            if (((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > walk.t_end) break;
-
-            // Up to the smallest node that holds both the cell before and this one.
-            uvec3 changed = path ^ walk.q;
-            uint top = uint(findMSB(changed.x | changed.y | changed.z | 1u)) / 2u + 1u;
-            if (top > height) {
-                height = top;
-                at = ancestors[height];
-                node = world.quads[at];
+            // Up: a node is kept as long as the ray is in it; then the chunk's turn comes, then the root's.
+            if ((moved >> (2u * height)) != 0u) {
+                if ((moved >> world.log2_size) != 0u || walk.t > walk.t_end) break;
+                height = moved < 64u ? 3u : world.log2_size >> 1;
+                node = world.quads[moved < 64u ? chunk : world.root];
             }
-            path = walk.q;
 
-            // Down to the smallest node that holds it.
+            // Down to the smallest node that holds the cell.
             child = rx_child(walk.q, height) ^ mirror;
             bool occupied = rx_has_child(node.xy, child);
             while (occupied && height > 2u && (node.w & RX_FILLED) == 0u) {
-                ancestors[height] = at;
-                at = node.z + rx_child_rank(node.xy, child);
+                uint at = node.z + rx_child_rank(node.xy, child);
+                if (height == 4u) chunk = at;
                 --height;
                 node = world.quads[at];
                 child = rx_child(walk.q, height) ^ mirror;
@@ -153,14 +148,20 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
 
             // The cell is empty; often so are the seven that make a cube of twice its size with it.
             shift += rx_free_octet(mask, child) ? 1u : 0u;
+            uvec3 before = walk.q;
             unsure = !rx_walk_step(walk, shift);
+            moved = (before.x ^ walk.q.x) | (before.y ^ walk.q.y) | (before.z ^ walk.q.z);
         }
-        if (unsure) rx_walk_settle(walk, shift);
+        if (unsure) {
+            uvec3 before = walk.q;
+            rx_walk_settle(walk, ray, world.origin, world.log2_size, shift);
+            moved = (before.x ^ walk.q.x) | (before.y ^ walk.q.y) | (before.z ^ walk.q.z);
+        }
     } while (unsure);
 
     if (!found) return false;
     uint steps = hit.steps + 1u;
-    bool within = rx_walk_hit(walk, ray, world.origin, hit);
+    bool within = rx_walk_hit(walk, ray, world.origin, world.log2_size, hit);
     hit.material = rx_leaf_material(node.w, rank, leaf, voxel);
     hit.steps = steps;
     return within;

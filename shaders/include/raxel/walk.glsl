@@ -20,23 +20,46 @@ const float RX_NEVER = 1.0e38;                   // crossing time on an axis the
 const float RX_ROUND = 12582912.0;
 
 struct RxWalk {
-    uvec3 q;        // current cell
-    uvec3 origin;   // the ray's own cell, modulo 2^32: crossings since the origin are q - origin
-    uvec3 g_fixed;  // G
-    uvec3 d_fixed;  // D
-    uvec3 flip;     // mirrors: c = q ^ flip
-    uint axes;      // bit a: the last step crossed a plane of axis a; 0 in the origin's own cell
-    vec3 d;         // D * 2^-30
-    vec3 inv;       // 1 / d, or 0
+    uvec3 q;      // current cell
+    uint axes;    // bit a: the last step crossed a plane of axis a; 0 in the origin's own cell
+    uint down;    // bit a: axis a is mirrored
+    vec3 d;       // D * 2^-30, exactly
+    vec3 inv;     // 1 / d, or 0
 
     // The frame: the cell and the time that the floating-point walk counts from. No cell behind it is visited any more.
-    uvec3 entry;    // the origin's cell, or one further on
-    vec3 g;         // place in that cell, 0 to 1
-    vec3 h;         // 1 - g, with a precision of its own
-    float base;     // time of the frame since the origin, about
-    float t;        // time of the last step since the frame, in units of d
-    float t_end;    // time since the frame after which no hit can be within ray.t_max
+    uvec3 entry;  // the origin's cell, or one further on
+    vec3 start;   // place in that cell, 0 to 1, less one half
+    vec3 first;   // time from the frame to the first plane; RX_NEVER on an axis that the ray does not move along
+    float base;   // time of the frame since the origin, about
+    float t;      // time of the last step since the frame, in units of d
+    float t_end;  // time since the frame after which no hit can be within ray.t_max
 };
+
+// The integers of the ray. Rarely needed, so they are worked out again rather than kept.
+struct RxExact {
+    uvec3 origin;  // the ray's own cell, modulo 2^32: crossings since the origin are q - origin
+    uvec3 g, d;    // G and D
+};
+
+// What turns a mirrored cell around: c = q ^ flip. `last` is the largest coordinate in the cube.
+uvec3 rx_walk_flip(RxWalk w, uint last) {
+    return uvec3((w.down & 1u) != 0u ? last : 0u, (w.down & 2u) != 0u ? last : 0u, (w.down & 4u) != 0u ? last : 0u);
+}
+
+bvec3 rx_walk_down(RxWalk w) {
+    return bvec3((w.down & 1u) != 0u, (w.down & 2u) != 0u, (w.down & 4u) != 0u);
+}
+
+RxExact rx_walk_exact(RxWalk w, RxRay ray, ivec3 corner, uint last) {
+    RxExact e;
+    e.d = uvec3(w.d * 1073741824.0);
+    bvec3 down = rx_walk_down(w);
+    uvec3 fixed_frac = uvec3(clamp(ray.frac, 0.0, 1.0) * 16777216.0);
+    e.g = mix(mix(fixed_frac, uvec3(16777216u) - fixed_frac, down), uvec3(0u), equal(e.d, uvec3(0u)));
+    uvec3 relative = uvec3(ray.cell) - uvec3(corner);
+    e.origin = mix(relative, uvec3(last) - relative, down);
+    return e;
+}
 
 uint rx_pick(uvec3 v, uint axis) {
     return axis == 0u ? v.x : axis == 1u ? v.y : v.z;
@@ -67,39 +90,39 @@ uvec2 rx_difference(uvec2 a, uvec2 b) {
 
 // How far plane n_b of axis b is ahead when the ray crosses plane n_a of axis a, times D_a: whole part (floor, 64 bits) and rest
 // to be subtracted (24 bits):  ahead = whole - rest * 2^-24.
-void rx_walk_ahead(RxWalk w, uint a, uint n_a, uint b, uint n_b, out uvec2 whole, out uint rest) {
-    uint d_a = rx_pick(w.d_fixed, a), d_b = rx_pick(w.d_fixed, b);
+void rx_walk_ahead(RxExact e, uint a, uint n_a, uint b, uint n_b, out uvec2 whole, out uint rest) {
+    uint d_a = rx_pick(e.d, a), d_b = rx_pick(e.d, b);
     uvec2 planes = rx_difference(rx_product(n_b, d_a), rx_product(n_a, d_b));
-    uvec2 start = rx_difference(rx_product(rx_pick(w.g_fixed, b), d_a), rx_product(rx_pick(w.g_fixed, a), d_b));
+    uvec2 start = rx_difference(rx_product(rx_pick(e.g, b), d_a), rx_product(rx_pick(e.g, a), d_b));
     rest = start.x & 0xffffffu;
     whole = rx_difference(planes, uvec2((start.x >> 24) | (start.y << 8), uint(int(start.y) >> 24)));
 }
 
 // Sign of t_b(n_b) - t_a(n_a): -1, 0 or 1.
-int rx_walk_compare(RxWalk w, uint a, uint n_a, uint b, uint n_b) {
+int rx_walk_compare(RxExact e, uint a, uint n_a, uint b, uint n_b) {
     uvec2 whole;
     uint rest;
-    rx_walk_ahead(w, a, n_a, b, n_b, whole, rest);
+    rx_walk_ahead(e, a, n_a, b, n_b, whole, rest);
     if ((whole.x | whole.y) == 0u) return rest == 0u ? 0 : -1;
     return int(whole.y) < 0 ? -1 : 1;
 }
 
 // The same distance in voxels, as a float of full relative precision: `ahead` planes in front lie at 0 to 1.
-float rx_walk_gap(RxWalk w, uint a, uint n_a, uint b, uint n_b) {
+float rx_walk_gap(RxExact e, uint a, uint n_a, uint b, uint n_b) {
     uvec2 whole;
     uint rest;
-    rx_walk_ahead(w, a, n_a, b, n_b, whole, rest);
+    rx_walk_ahead(e, a, n_a, b, n_b, whole, rest);
     bool behind = int(whole.y) < 0;
     uint size = behind ? 0u - whole.x : whole.x;  // |whole| <= 2^31 here
     precise float gap = float(size) + (behind ? 1.0 : -1.0) * (float(rest) * 5.9604644775390625e-8);
-    return clamp((behind ? -gap : gap) / float(rx_pick(w.d_fixed, a)), -1.0, 1.0);
+    return clamp((behind ? -gap : gap) / float(rx_pick(e.d, a)), -1.0, 1.0);
 }
 
 // Number of planes of axis b crossed up to and including the time t_a(n_a), known to lie in [low, high].
-uint rx_walk_count(RxWalk w, uint a, uint n_a, uint b, uint low, uint high) {
+uint rx_walk_count(RxExact e, uint a, uint n_a, uint b, uint low, uint high) {
     for (uint i = 0u; i < 32u && low < high; ++i) {
         uint middle = high - ((high - low) >> 1);
-        if (rx_walk_compare(w, a, n_a, b, middle) <= 0) low = middle;
+        if (rx_walk_compare(e, a, n_a, b, middle) <= 0) low = middle;
         else high = middle - 1u;
     }
     return low;
@@ -121,69 +144,66 @@ bool rx_not_finite(vec3 v) {
     return any(equal(floatBitsToUint(v) & 0x7f800000u, uvec3(0x7f800000u)));
 }
 
-// Enters the cube: the ray's cell and time when it first is in it. False if it never is.
-bool rx_walk_enter(inout RxWalk w, bvec3 before, uint last) {
-    // The last of the three slabs to be entered.
-    uvec3 enter = uvec3(0u) - w.origin;
-    uint a = before.x ? 0u : before.y ? 1u : 2u;
-    if (a == 0u && before.y && rx_walk_compare(w, 0u, enter.x, 1u, enter.y) > 0) a = 1u;
-    if (a != 2u && before.z && rx_walk_compare(w, a, rx_pick(enter, a), 2u, enter.z) > 0) a = 2u;
-    uint n_a = rx_pick(enter, a);
-    precise float t = (float(n_a) - float(rx_pick(w.g_fixed, a)) * 5.9604644775390625e-8)
-                    / (float(rx_pick(w.d_fixed, a)) * 9.31322574615478515625e-10);
-    w.axes = 1u << a;
-    rx_put(w.q, a, 0u);
-    rx_put(w.g, a, 0.0);
-    rx_put(w.h, a, 1.0);
-    for (uint others = 7u & ~(1u << a); others != 0u; others &= others - 1u) {
-        uint b = uint(findLSB(others));
-        uint d_b = rx_pick(w.d_fixed, b);
-        if (d_b == 0u) continue;
-        uint start = rx_pick(w.origin, b);
-        uint high = last - start;  // crossings to the last cell of the cube
-        // Leaves this slab before the others are entered.
-        if (rx_walk_compare(w, a, n_a, b, high + 1u) <= 0) return false;
-        bool outside = b == 0u ? before.x : b == 1u ? before.y : before.z;
-        uint low = outside ? rx_pick(enter, b) : 0u;
-        float x = t * (float(d_b) * 9.31322574615478515625e-10) + float(rx_pick(w.g_fixed, b)) * 5.9604644775390625e-8;
-        float error = (x + 1.0) * (4.0 * RX_WALK_ERROR);
-        if (x - error > float(low)) low = max(low, uint(min(x - error, 4.29496704e9)));
-        if (x + error < float(high)) high = min(high, uint(max(x + error, 0.0)));
-        uint count = rx_walk_count(w, a, n_a, b, min(low, high), high);
-        if (count != 0u && rx_walk_compare(w, a, n_a, b, count) == 0) w.axes |= 1u << b;
-        rx_put(w.q, b, start + count);
-        rx_put(w.g, b, -rx_walk_gap(w, a, n_a, b, count));
-        rx_put(w.h, b, rx_walk_gap(w, a, n_a, b, count + 1u));
-    }
-    w.entry = w.q;
-    w.base = t;
-    w.t_end -= t;
-    return true;
-}
-
-// Puts the frame at 4 * time = quarters after the origin, where every coordinate is a sum of integers. The frame's cell.
-uvec3 rx_walk_frame(inout RxWalk w, uint quarters) {
-    uvec3 cells, rest;
-    umulExtended(w.d_fixed, uvec3(quarters), cells, rest);
-    uvec3 start = w.g_fixed << 8;  // 2^24 wraps to 0, and is a whole cell
-    rest += start;
-    cells += mix(uvec3(0u), uvec3(1u), lessThan(rest, start)) + (w.g_fixed >> 24);
-    float since = float(quarters) * 0.25;
-    w.entry = w.origin + cells;
-    w.g = vec3(rest) * 2.3283064365386962890625e-10;
-    w.h = mix(vec3(uvec3(0u) - rest) * 2.3283064365386962890625e-10, vec3(1.0), equal(rest, uvec3(0u)));
+// Sets the frame to a cell and a place in it.
+void rx_walk_frame(inout RxWalk w, uvec3 entry, vec3 g, vec3 h, float since) {
+    w.entry = entry;
+    w.start = g - 0.5;
+    w.first = mix(h * w.inv, vec3(RX_NEVER), equal(w.inv, vec3(0.0)));
     w.t -= since - w.base;
     w.t_end -= since - w.base;
     w.base = since;
-    return w.entry;
 }
 
-// Brings the frame close behind the current cell, where floating point is more exact. False if it is already, or if the ray comes
-// from too far.
-bool rx_walk_reframe(inout RxWalk w) {
-    float since = w.base + w.t;
-    if (w.t < 16.0 + since * 1.0e-5 || since > 2.68435456e8) return false;
-    rx_walk_frame(w, uint((since * 0.999998 - 0.25) * 4.0));
+// Puts the frame at time quarters / 4 after the origin, where every coordinate is a sum of integers.
+void rx_walk_frame_at(inout RxWalk w, RxExact e, uint quarters) {
+    uvec3 cells, rest;
+    umulExtended(e.d, uvec3(quarters), cells, rest);
+    uvec3 start = e.g << 8;  // 2^24 wraps to 0, and is a whole cell
+    rest += start;
+    cells += mix(uvec3(0u), uvec3(1u), lessThan(rest, start)) + (e.g >> 24);
+    vec3 g = vec3(rest) * 2.3283064365386962890625e-10;
+    vec3 h = mix(vec3(uvec3(0u) - rest) * 2.3283064365386962890625e-10, vec3(1.0), equal(rest, uvec3(0u)));
+    rx_walk_frame(w, e.origin + cells, g, h, float(quarters) * 0.25);
+}
+
+// Enters the cube: the ray's cell and time when it first is in it. False if it never is.
+bool rx_walk_enter(inout RxWalk w, RxExact e, bvec3 before, uint last) {
+    // The last of the three slabs to be entered.
+    uvec3 enter = uvec3(0u) - e.origin;
+    uint a = before.x ? 0u : before.y ? 1u : 2u;
+    if (a == 0u && before.y && rx_walk_compare(e, 0u, enter.x, 1u, enter.y) > 0) a = 1u;
+    if (a != 2u && before.z && rx_walk_compare(e, a, rx_pick(enter, a), 2u, enter.z) > 0) a = 2u;
+    uint n_a = rx_pick(enter, a);
+    precise float t = (float(n_a) - float(rx_pick(e.g, a)) * 5.9604644775390625e-8)
+                    / (float(rx_pick(e.d, a)) * 9.31322574615478515625e-10);
+    w.axes = 1u << a;
+    vec3 g = vec3(e.g) * 5.9604644775390625e-8;
+    vec3 h = vec3(uvec3(16777216u) - e.g) * 5.9604644775390625e-8;
+    rx_put(w.q, a, 0u);
+    rx_put(g, a, 0.0);
+    rx_put(h, a, 1.0);
+    for (uint others = 7u & ~(1u << a); others != 0u; others &= others - 1u) {
+        uint b = uint(findLSB(others));
+        uint d_b = rx_pick(e.d, b);
+        if (d_b == 0u) continue;
+        uint start = rx_pick(e.origin, b);
+        uint high = last - start;  // crossings to the last cell of the cube
+        // Leaves this slab before the others are entered.
+        if (rx_walk_compare(e, a, n_a, b, high + 1u) <= 0) return false;
+        bool outside = b == 0u ? before.x : b == 1u ? before.y : before.z;
+        uint low = outside ? rx_pick(enter, b) : 0u;
+        float x = t * (float(d_b) * 9.31322574615478515625e-10) + float(rx_pick(e.g, b)) * 5.9604644775390625e-8;
+        float error = (x + 1.0) * (4.0 * RX_WALK_ERROR);
+        if (x - error > float(low)) low = max(low, uint(min(x - error, 4.29496704e9)));
+        if (x + error < float(high)) high = min(high, uint(max(x + error, 0.0)));
+        uint count = rx_walk_count(e, a, n_a, b, min(low, high), high);
+        if (count != 0u && rx_walk_compare(e, a, n_a, b, count) == 0) w.axes |= 1u << b;
+        rx_put(w.q, b, start + count);
+        rx_put(g, b, -rx_walk_gap(e, a, n_a, b, count));
+        rx_put(h, b, rx_walk_gap(e, a, n_a, b, count + 1u));
+    }
+    w.t = t;
+    rx_walk_frame(w, w.q, g, h, t);
     return true;
 }
 
@@ -200,21 +220,15 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
     uint top = rx_lattice_top(ray.dir);
     bool valid = top != 0u && !rx_not_finite(ray.dir) && !rx_not_finite(ray.frac);
     uvec3 bits = floatBitsToUint(ray.dir);
-    w.d_fixed = uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
-    bvec3 still = equal(w.d_fixed, uvec3(0u));
+    uvec3 d_fixed = uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
+    bvec3 still = equal(d_fixed, uvec3(0u));
     bvec3 down = bvec3((bits.x >> 31) != 0u && !still.x, (bits.y >> 31) != 0u && !still.y, (bits.z >> 31) != 0u && !still.z);
-    uvec3 fixed_frac = uvec3(clamp(ray.frac, 0.0, 1.0) * 16777216.0);
-    w.g_fixed = mix(mix(fixed_frac, uvec3(16777216u) - fixed_frac, down), uvec3(0u), still);
-    w.flip = mix(uvec3(0u), uvec3(last), down);
-    uvec3 relative = uvec3(ray.cell) - uvec3(corner);
-    w.origin = mix(relative, uvec3(last) - relative, down);
-    w.d = vec3(w.d_fixed) * 9.31322574615478515625e-10;
+    w.down = (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u);
+    w.d = vec3(d_fixed) * 9.31322574615478515625e-10;
     w.inv = mix(1.0 / max(w.d, vec3(1.0e-20)), vec3(0.0), still);
+    RxExact e = rx_walk_exact(w, ray, corner, last);
     w.axes = 0u;
-    w.q = w.origin;
-    w.entry = w.origin;
-    w.g = vec3(w.g_fixed) * 5.9604644775390625e-8;
-    w.h = vec3(uvec3(16777216u) - w.g_fixed) * 5.9604644775390625e-8;
+    w.q = e.origin;
     w.base = 0.0;
     w.t = 0.0;
     float scale = rx_walk_scale(ray.dir);
@@ -222,13 +236,15 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
 
     float skip = t_free * scale * 0.999998 - 0.25;
     if (valid && skip > 0.25 && skip < 2.68435456e8) {
-        w.q = rx_walk_frame(w, uint(skip * 4.0));
+        rx_walk_frame_at(w, e, uint(skip * 4.0));
+        w.q = w.entry;
         w.axes = 8u;  // not in the origin's own cell
         if (((w.q.x | w.q.y | w.q.z) >> log2_size) == 0u) return true;
         // Not in the cube at that time: the ray enters it later, if at all.
-        w.q = w.origin;
+        w.q = e.origin;
         w.axes = 0u;
     }
+    rx_walk_frame(w, w.q, vec3(e.g) * 5.9604644775390625e-8, vec3(uvec3(16777216u) - e.g) * 5.9604644775390625e-8, 0.0);
 
     bvec3 below = lessThan(ray.cell, corner);
     bvec3 above = greaterThan(ray.cell, corner + ivec3(last));
@@ -236,14 +252,14 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
     bvec3 past = mix(above, below, down);
     bvec3 lost = bvec3(past.x || (still.x && before.x), past.y || (still.y && before.y), past.z || (still.z && before.z));
     if (!valid || any(lost)) return false;
-    return any(before) ? rx_walk_enter(w, before, last) : true;
+    return any(before) ? rx_walk_enter(w, e, before, last) : true;
 }
 
 // Decides a step by integers: which of the axes leaves the block first (`a` is a guess), and where the others are then.
 // Gives the axes that cross a plane at the same time.
-uint rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uvec3 high) {
-    uvec3 ends = end - w.origin;  // crossings since the ray's origin
-    uvec3 base = w.entry - w.origin;
+uint rx_walk_decide(RxWalk w, RxExact e, uvec3 end, inout uint a, inout uvec3 low, inout uvec3 high) {
+    uvec3 ends = end - e.origin;  // crossings since the ray's origin
+    uvec3 base = w.entry - e.origin;
     uvec3 here = w.q - w.entry;
     uvec3 block = end - w.entry;
     // Another axis whose end is in doubt may leave first, or with `a`.
@@ -252,7 +268,7 @@ uint rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uv
         uint b = uint(findLSB(others));
         others &= others - 1u;
         if (rx_pick(high, b) != rx_pick(block, b)) continue;
-        if (rx_walk_compare(w, a, rx_pick(ends, a), b, rx_pick(ends, b)) < 0) {
+        if (rx_walk_compare(e, a, rx_pick(ends, a), b, rx_pick(ends, b)) < 0) {
             // The guess was late: the bounds of the two axes left are open again. Happens twice at most.
             a = b;
             low = here;
@@ -264,8 +280,8 @@ uint rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uv
     for (others = 7u & ~(1u << a); others != 0u; others &= others - 1u) {
         uint b = uint(findLSB(others));
         uint at = rx_pick(base, b);
-        uint count = rx_walk_count(w, a, rx_pick(ends, a), b, rx_pick(low, b) + at, rx_pick(high, b) + at);
-        if (count - at != rx_pick(here, b) && rx_walk_compare(w, a, rx_pick(ends, a), b, count) == 0) axes |= 1u << b;
+        uint count = rx_walk_count(e, a, rx_pick(ends, a), b, rx_pick(low, b) + at, rx_pick(high, b) + at);
+        if (count - at != rx_pick(here, b) && rx_walk_compare(e, a, rx_pick(ends, a), b, count) == 0) axes |= 1u << b;
         rx_put(low, b, count - at);
     }
     return axes;
@@ -276,11 +292,10 @@ uint rx_walk_decide(RxWalk w, uvec3 end, inout uint a, inout uvec3 low, inout uv
 void rx_walk_propose(RxWalk w, uint shift, out uvec3 end, out uint a, out float t, out uvec3 low, out uvec3 high) {
     end = (w.q | ((1u << shift) - 1u)) + 1u;
     uvec3 block = end - w.entry;
-    vec3 times = (vec3(block - 1u) + w.h) * w.inv;
-    times = mix(times, vec3(RX_NEVER), equal(w.inv, vec3(0.0)));
+    vec3 times = vec3(block - 1u) * w.inv + w.first;
     t = min(times.x, min(times.y, times.z));
     a = times.x == t ? 0u : times.y == t ? 1u : 2u;
-    vec3 x = t * w.d + w.g;
+    vec3 x = t * w.d + (w.start + 0.5);
     vec3 error = (x + 1.0) * RX_WALK_ERROR;
     low = max(uvec3(max(x - error, 0.0)), w.q - w.entry);
     high = max(min(uvec3(x + error), block), low);
@@ -293,29 +308,36 @@ void rx_walk_propose(RxWalk w, uint shift, out uvec3 end, out uint a, out float 
 // The place on each axis less one half is rounded to the nearest integer, which is the cell, unless it is nearly between two.
 bool rx_walk_step(inout RxWalk w, uint shift) {
     uvec3 last = w.q | ((1u << shift) - 1u);
-    vec3 times = vec3(last - w.entry) * w.inv + mix(w.h * w.inv, vec3(RX_NEVER), equal(w.inv, vec3(0.0)));
+    vec3 times = vec3(last - w.entry) * w.inv + w.first;
     float t = min(times.x, min(times.y, times.z));
-    bvec3 first = bvec3(times.x == t, times.y == t && times.x != t, times.x != t && times.y != t);
-    precise vec3 place = (t * w.d + w.g) - 0.5;
+    bool x = times.x == t, y = !x && times.y == t, z = !x && !y;
+    vec3 place = t * w.d + w.start;
     precise vec3 rounded = place + RX_ROUND;
     precise vec3 cell = rounded - RX_ROUND;
     precise vec3 off = abs(place - cell);
-    bvec3 unsure = greaterThan(off, (0.5 - 1.5 * RX_WALK_ERROR) - RX_WALK_ERROR * place);
-    if ((unsure.x && !first.x) || (unsure.y && !first.y) || (unsure.z && !first.z)) return false;
-    w.q = mix(w.entry + (floatBitsToUint(rounded) - floatBitsToUint(RX_ROUND)), last + 1u, first);
-    w.axes = (first.x ? 1u : 0u) | (first.y ? 2u : 0u) | (first.z ? 4u : 0u);
+    vec3 most = (0.5 - 1.5 * RX_WALK_ERROR) - RX_WALK_ERROR * place;
+    if ((off.x > most.x && !x) || (off.y > most.y && !y) || (off.z > most.z && !z)) return false;
+    uvec3 there = w.entry + (floatBitsToUint(rounded) - floatBitsToUint(RX_ROUND));
+    w.q = uvec3(x ? last.x + 1u : there.x, y ? last.y + 1u : there.y, z ? last.z + 1u : there.z);
+    w.axes = x ? 1u : y ? 2u : 4u;
     w.t = t;
     return true;
 }
 
-// What to do when rx_walk_step is not sure: it either has to be called again, or the step is done, decided by integers.
-void rx_walk_settle(inout RxWalk w, uint shift) {
-    if (rx_walk_reframe(w)) return;
+// What to do when rx_walk_step is not sure: it either has to be called again, from a frame brought close behind the current cell,
+// where floating point is more exact; or the step is done, decided by integers.
+void rx_walk_settle(inout RxWalk w, RxRay ray, ivec3 corner, uint log2_size, uint shift) {
+    RxExact e = rx_walk_exact(w, ray, corner, (1u << log2_size) - 1u);
+    float since = w.base + w.t;
+    if (w.t > 16.0 + since * 1.0e-5 && since < 2.68435456e8) {
+        rx_walk_frame_at(w, e, uint((since * 0.999998 - 0.25) * 4.0));
+        return;
+    }
     uvec3 end, low, high;
     uint a;
     float t;
     rx_walk_propose(w, shift, end, a, t, low, high);
-    uint axes = rx_walk_decide(w, end, a, low, high);
+    uint axes = rx_walk_decide(w, e, end, a, low, high);
     w.q = w.entry + low;
     rx_put(w.q, a, rx_pick(end, a));
     w.axes = axes | (1u << a);
@@ -323,8 +345,9 @@ void rx_walk_settle(inout RxWalk w, uint shift) {
 }
 
 // Fills in all of a hit but its material: the current cell is the voxel. False if it lies beyond ray.t_max.
-bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, out RxHit hit) {
-    hit.voxel = corner + ivec3(w.q ^ w.flip);
+bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, uint log2_size, out RxHit hit) {
+    uint last = (1u << log2_size) - 1u;
+    hit.voxel = corner + ivec3(w.q ^ rx_walk_flip(w, last));
     hit.material = 0u;
     hit.steps = 0u;
     if (w.axes == 0u) {
@@ -335,21 +358,19 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, out RxHit hit) {
     }
     // On an edge or corner the face of the steepest axis counts, then the one first in the order x, y, z.
     uint a = 0u;
-    uint steepest = 0u;
+    float steepest = 0.0;
     for (uint i = 0u; i < 3u; ++i) {
-        uint d = rx_pick(w.d_fixed, i);
-        if ((w.axes & (1u << i)) != 0u && d > steepest) {
+        if ((w.axes & (1u << i)) != 0u && w.d[i] > steepest) {
             a = i;
-            steepest = d;
+            steepest = w.d[i];
         }
     }
-    bool down = rx_pick(w.flip, a) != 0u;
-    hit.face = 2u * a + (down ? 1u : 0u);
+    hit.face = 2u * a + ((w.down >> a) & 1u);
 
-    uvec3 n = w.q - w.origin;
+    RxExact e = rx_walk_exact(w, ray, corner, last);
+    uvec3 n = w.q - e.origin;
     uint n_a = rx_pick(n, a);
-    precise float lattice_t = (float(n_a) - float(rx_pick(w.g_fixed, a)) * 5.9604644775390625e-8)
-                            / (float(steepest) * 9.31322574615478515625e-10);
+    precise float lattice_t = (float(n_a) - float(rx_pick(e.g, a)) * 5.9604644775390625e-8) / steepest;
     precise float scale = uintBitsToFloat(max(254u - rx_lattice_top(ray.dir), 1u) << 23);
     precise float t = lattice_t * scale;
     hit.t = t;
@@ -357,10 +378,10 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, out RxHit hit) {
     vec3 place = clamp(ray.frac, 0.0, 1.0);
     for (uint others = 7u & ~(1u << a); others != 0u; others &= others - 1u) {
         uint b = uint(findLSB(others));
-        if (rx_pick(w.d_fixed, b) == 0u) continue;
+        if (rx_pick(e.d, b) == 0u) continue;
         // From the plane behind, or in a mirrored axis from the one in front.
-        bool mirrored = rx_pick(w.flip, b) != 0u;
-        float gap = rx_walk_gap(w, a, n_a, b, rx_pick(n, b) + (mirrored ? 1u : 0u));
+        bool mirrored = ((w.down >> b) & 1u) != 0u;
+        float gap = rx_walk_gap(e, a, n_a, b, rx_pick(n, b) + (mirrored ? 1u : 0u));
         rx_put(place, b, clamp(mirrored ? gap : -gap, 0.0, 1.0));
     }
     hit.uv = a == 0u ? place.yz : a == 1u ? place.xz : place.xy;

@@ -37,15 +37,15 @@ bool rx_raymask_misses(RxWalk walk, inout uvec3 asked) {
     if (walk.q >> 2 == asked) return false;
     asked = walk.q >> 2;
     vec3 from_entry = vec3(ivec3((asked << 2) - walk.entry));
-    vec3 exits = mix((from_entry + 4.0 - walk.g) * walk.inv, vec3(RX_NEVER), equal(walk.inv, vec3(0.0)));
+    vec3 exits = mix((from_entry + 3.5 - walk.start) * walk.inv, vec3(RX_NEVER), equal(walk.inv, vec3(0.0)));
     uint leave = exits.x <= exits.y && exits.x <= exits.z ? 0u : exits.y <= exits.z ? 1u : 2u;
     uint enter = uint(findLSB(walk.axes));
-    vec3 in_place = walk.t * walk.d + walk.g, out_place = exits[leave] * walk.d + walk.g;
+    vec3 in_place = walk.t * walk.d + walk.start + 0.5, out_place = exits[leave] * walk.d + walk.start + 0.5;
     // Places are good to 2^-20 of the way: farther out they may lie in another square than a mask has room for.
     if (max(out_place.x, max(out_place.y, out_place.z)) >= 16384.0) return false;
     uint enter_square = rx_raymask_square(in_place - from_entry, enter), leave_square = rx_raymask_square(out_place - from_entry, leave);
     uvec2 passed = rayMasks.masks[rx_raymask_index(enter, enter_square, leave, leave_square)];
-    return (passed & rx_mirror_mask(rx_looked_mask, walk.flip)) == uvec2(0u);
+    return (passed & rx_mirror_mask(rx_looked_mask, rx_walk_flip(walk, 3u))) == uvec2(0u);
 }
 
 #endif
