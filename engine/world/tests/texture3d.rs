@@ -29,10 +29,10 @@ fn check(world: &World) {
     assert_eq!(header.mip_count as usize, image.mips.len());
     let origin = header.origin.map(i64::from);
     if let Some(bounds) = world.bounds() {
-        for i in 0..3 {
-            let (low, end) = (origin[i], origin[i] + i64::from(header.size[i]));
+        for (i, &low) in origin.iter().enumerate() {
+            let end = low + i64::from(header.size[i]);
             assert!(low <= bounds.min[i] && bounds.max[i] <= end, "{header:?}");
-            assert!(end - low <= 1 << header.log2_size && origin[i] + (1 << header.log2_size) <= 1 << 31, "{header:?}");
+            assert!(end - low <= 1 << header.log2_size && low + (1 << header.log2_size) <= 1 << 31, "{header:?}");
         }
     }
     // Solid voxels by texel of each mip.
