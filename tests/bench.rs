@@ -1,0 +1,288 @@
+//! `raxel bench` on a real device: the numbers that it gives, the files that it writes, and what is said when something is in the way.
+
+mod common;
+
+use common::Project;
+use raxel::world::layout::Layout;
+use raxel::{Options, Session};
+use serde_json::Value;
+
+/// A ball, a sponge and a thin wall, seen from the outside and from within.
+const SMALL: &str = r##"
+[camera]
+position = [-20.25, 41.5, -31.75]
+look_at = [14, 10, 14]
+
+[cameras.outside]
+position = [70.0625, 60, 80]
+look_at = [14, 10, 14]
+fov = 40
+
+[cameras.within]
+position = [14.5, 29.5, 14.5]
+yaw = 33
+pitch = -40
+fov = 90
+
+[materials]
+a = { albedo = "#aa3311" }
+b = { albedo = "#11aa33" }
+
+[[build]]
+op = "menger"
+level = 3
+material = "a"
+[[build]]
+op = "sphere"
+center = [40, 20, 9]
+radius = 9.5
+material = "b"
+[[build]]
+op = "box"
+min = [-3, -4, 50]
+max = [60, 44, 51]
+material = ["a"]
+"##;
+
+fn project() -> Project {
+    let project = Project::shipped();
+    project.write("worlds/small.toml", SMALL);
+    project
+}
+
+const QUICK: [&str; 10] =
+    ["bench", "--worlds", "small", "--size", "64x36", "--frames", "3", "--warmup", "1", "--seconds=1"];
+
+fn bench(project: &Project, more: &[&str], code: i32) -> common::Run {
+    project.raxel(&[&QUICK[..], more].concat()).exits(code)
+}
+
+/// The rows of `--format json`, without what comes before them.
+fn rows(run: &common::Run) -> Vec<Value> {
+    let mut all = run.json();
+    assert_eq!(all.remove(0)["reason"], "bench");
+    all
+}
+
+#[test]
+fn exact_tracers_are_exact_and_others_are_told_apart() {
+    let project = project();
+    let out = project.path("out");
+    let layouts = "tree64,svo,brickmap";
+    let graphs = ["first_hit", "fixed", "bounce", "raymask"];
+    let run = bench(
+        &project,
+        &[&graphs[..], &["--layouts", layouts, "--format=json", "-o", "out", "--validate"]].concat(),
+        0,
+    );
+    let rows = rows(&run);
+    // Two cameras, four graphs, three layouts.
+    assert_eq!(rows.len(), 24);
+    let measured: Vec<&Value> = rows.iter().filter(|row| row["refused"].is_null()).collect();
+    for row in &measured {
+        let graph = row["case"]["graph"].as_str().unwrap();
+        let (pixels, wrong) = (64 * 36, row["wrong"].as_u64().unwrap());
+        let number = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"));
+        assert!(number("median_ms") > 0.0 && number("p95_ms") >= number("median_ms"), "{row}");
+        assert!(number("geometry_bytes_per_voxel") > 0.0 && number("encode_mvoxels_per_s") > 0.0, "{row}");
+        assert_eq!(row["frames"], 3);
+        match graph {
+            "graphs/bench/fixed.toml" => {
+                assert!(wrong > 10 && number("missed_chord_voxels") > 0.0 && number("wrong_ppm") > 4000.0, "{row}");
+            }
+            "graphs/bench/bounce.toml" => {
+                assert_eq!((wrong, row["rays"].as_u64().unwrap() < pixels), (0, true), "{row}");
+                assert!(row["passes"].as_array().unwrap().len() == 2 && row["t_error_ulp"].is_null(), "{row}");
+            }
+            _ => {
+                assert_eq!((wrong, row["rays"].as_u64()), (0, Some(pixels)), "{row}");
+                assert!(number("steps_per_ray") >= 1.0 && number("t_error_ulp") < 16.0, "{row}");
+            }
+        }
+        // What does not depend on the camera is not in the time of a frame.
+        let names = |list: &str| -> Vec<String> {
+            row[list].as_array().unwrap().iter().map(|pass| pass["pass"].as_str().unwrap().to_owned()).collect()
+        };
+        let bakes = graph == "graphs/bench/raymask.toml";
+        assert_eq!((names("once").len(), names("passes").contains(&"bake".to_owned())), (usize::from(bakes), false));
+    }
+    // The table of masks is for one of the layouts only; the others say why.
+    let refused: Vec<&Value> = rows.iter().filter(|row| !row["refused"].is_null()).collect();
+    assert_eq!(refused.len(), 4, "{refused:?}");
+    assert!(refused.iter().all(|row| row["refused"].as_str().unwrap().starts_with("RX")), "{refused:?}");
+
+    // The files say the same.
+    let csv = std::fs::read_to_string(out.join("results.csv")).unwrap();
+    let columns: Vec<&str> = csv.lines().next().unwrap().split(',').collect();
+    let at = |name: &str| columns.iter().position(|column| *column == name).unwrap();
+    assert_eq!(csv.lines().count(), 25);
+    for (line, row) in csv.lines().skip(1).zip(&rows) {
+        let fields: Vec<&str> = line.split(',').collect();
+        assert_eq!(fields[at("camera")], row["case"]["camera"].as_str().unwrap());
+        if row["refused"].is_null() {
+            assert_eq!(fields[at("wrong")].parse::<u64>().ok(), row["wrong"].as_u64(), "{line}");
+            assert_eq!(fields[at("median_ms")].parse::<f64>().ok(), row["median_ms"].as_f64(), "{line}");
+        }
+    }
+    let json: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
+    assert_eq!(json["rows"].as_array().unwrap().len(), 24);
+    for name in ["device", "driver", "raxel", "command", "date", "effort"] {
+        assert!(!json[name].is_null(), "{name}");
+    }
+    for camera in ["outside", "within"] {
+        let svg = std::fs::read_to_string(out.join(format!("small-{camera}-64x36.svg"))).unwrap();
+        for part in ["<svg ", "</svg>", "exact: none of 2\u{202f}304 rays is wrong", ">fixed</text>", "brickmap", "ppm"]
+        {
+            assert!(svg.contains(part), "{part} is not in\n{svg}");
+        }
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    }
+}
+
+#[test]
+fn a_tracer_that_is_off_by_one_is_found_out() {
+    let project = project();
+    project.edit("shaders/bench/first_hit.comp", "ivec4(hit.voxel,", "ivec4(hit.voxel + ivec3(hit.voxel.y & 1, 0, 0),");
+    let rows = rows(&bench(&project, &["first_hit", "--layouts=own", "--cameras=camera", "--format=json"], 0));
+    assert_eq!((rows.len(), &rows[0]["case"]["layout"]), (1, &Value::from("tree64")));
+    let count = |name: &str| rows[0][name].as_u64().unwrap();
+    assert!(count("wrong") > 100 && count("early") + count("late") == count("wrong"), "{}", rows[0]);
+}
+
+#[test]
+fn any_graph_can_be_timed_and_says_why_it_is_not_judged() {
+    let run = bench(&project(), &["graphs/naive.toml", "--layouts=own", "--cameras=camera"], 0);
+    assert!(run.stdout.contains("small, camera, 64 × 36\n"), "{}", run.stdout);
+    assert!(run.stdout.contains("naive over chunks: it has no target `hit` of format rgba32i"), "{}", run.stdout);
+    let short = bench(&project(), &["first_hit", "--layouts=svo", "--cameras=camera", "--format=short"], 0);
+    let fields: Vec<&str> = short.stdout.trim_end().split('\t').collect();
+    assert_eq!(
+        (fields.len(), &fields[..5], fields[8]),
+        (13, &["small", "camera", "64x36", "first_hit", "svo"][..], "0")
+    );
+}
+
+#[test]
+fn what_is_not_there_is_said_before_anything_is_measured() {
+    let project = project();
+    project.write("graphs/bench/broken.toml", "present = 3");
+    project.write("worlds/wide.toml", "[materials]\na = { albedo = \"#fff000\" }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nsize = [1, 1, 1]\nmaterial = \"a\"\n[[build]]\nop = \"box\"\nmin = [70000, 0, 0]\nsize = [1, 1, 1]\nmaterial = \"a\"\n");
+    for (arguments, code, said) in [
+        (&["first_hut"][..], 2, "did you mean `first_hit`?"),
+        (&["--layouts", "tree46"], 2, "did you mean `tree64`?"),
+        (&["--layouts", "own,svo"], 2, "stands alone"),
+        (&["--cameras", "wthin"], 2, "did you mean `within`?"),
+        (&["--worlds", "smal"], 2, "did you mean `small`?"),
+        (&["--worlds", "small,menger", "--cameras", "within"], 2, "`worlds/menger.toml` has none of the cameras"),
+        (&["--size", "0x1"], 2, "640x360"),
+        (&["--frames", "1"], 2, "3.."),
+        (&["--export", "out", "-o", "out"], 2, "cannot be used with"),
+        (&["--seconds=-1"], 2, "above 0"),
+        (&["--export", "out", "--worlds", "wide"], 3, "70001 voxels wide"),
+        (&["broken"], 3, "nothing could be measured"),
+    ] {
+        // What is said later wins, but for what may be said once.
+        let run = project.raxel(
+            &[&["bench", "--worlds=small"][..usize::from(!arguments.contains(&"--worlds")) + 1], arguments].concat(),
+        );
+        let run = run.exits(code);
+        assert!(run.stderr.contains(said), "{arguments:?}: {}", run.stderr);
+        assert_eq!(run.stdout.contains("broken"), arguments == ["broken"], "{}", run.stdout);
+    }
+}
+
+#[test]
+fn a_session_takes_another_layout_for_its_world() {
+    let project = project();
+    let options = Options {
+        project: Some(project.root().to_owned()),
+        graph: Some("graphs/bench/first_hit.toml".into()),
+        world: Some("worlds/small.toml".into()),
+        size: [16, 9],
+        layout: Some(Layout::Svo),
+        pinned: vec!["hit".to_owned()],
+        ..Options::default()
+    };
+    let read = |layout: Option<Layout>| {
+        let mut session = Session::open(Options { layout, ..options.clone() }).unwrap();
+        session.frame().unwrap();
+        let hits = session.read_target("hit").unwrap().bytes;
+        let costs: Vec<bool> =
+            [Layout::Svo, Layout::Tree64].map(|layout| session.world().cost(layout).is_some()).into();
+        (hits, costs)
+    };
+    let (of_svo, costs) = read(Some(Layout::Svo));
+    assert_eq!(costs, [true, false]);
+    let (own, costs) = read(None);
+    assert_eq!(costs, [false, true]);
+    assert!(of_svo == own && own.iter().any(|byte| *byte != own[0]));
+}
+
+/// The files of `--export`, read by docs/bench-export.md alone, traced again by a method that shares nothing with the one that wrote
+/// them: every voxel's box in `f64`.
+#[test]
+fn what_is_exported_is_what_another_tracer_finds() {
+    let project = project();
+    bench(&project, &["--export", "out"], 0);
+    let read = |name: &str| std::fs::read(project.path("out").join(name)).unwrap();
+    let bytes = read("small.voxels");
+    let u16_at = |at: usize| u16::from_le_bytes(bytes[at..at + 2].try_into().unwrap());
+    let u32_at = |bytes: &[u8], at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let f32_at = |bytes: &[u8], at: usize| f32::from_bits(u32_at(bytes, at));
+    assert_eq!((&bytes[..4], u32_at(&bytes, 4)), (&b"RXVX"[..], 1));
+    let count = u64::from_le_bytes(bytes[8..16].try_into().unwrap()) as usize;
+    assert_eq!(bytes.len(), 28 + 8 * count);
+    let corner: Vec<i32> = (0..3).map(|axis| u32_at(&bytes, 16 + 4 * axis) as i32).collect();
+    assert_eq!(corner, [-3, -4, 0]);
+    let voxels: Vec<[f64; 3]> = (0..count).map(|i| [0, 2, 4].map(|at| f64::from(u16_at(28 + 8 * i + at)))).collect();
+    assert!((0..count).all(|i| (1..=2).contains(&u16_at(28 + 8 * i + 6))));
+
+    for camera in ["outside", "within"] {
+        let [rays, hits, ties] = ["rays", "hits", "ties"].map(|ending| read(&format!("small-{camera}-64x36.{ending}")));
+        assert_eq!([rays.len(), hits.len(), ties.len()], [32 * 64 * 36, 20 * 64 * 36, 64 * 36]);
+        let mut hit_some = 0;
+        for i in (0..64 * 36).step_by(7) {
+            let ray: [f64; 8] = std::array::from_fn(|n| f64::from(f32_at(&rays, 32 * i + 4 * n)));
+            let ([ox, oy, oz, t_min], [dx, dy, dz, _]) = (ray[..4].try_into().unwrap(), ray[4..].try_into().unwrap());
+            assert_eq!(t_min, 0.0f64);
+            let found = nearest(&voxels, [ox, oy, oz], [dx, dy, dz]);
+            let hit = &hits[20 * i..20 * i + 20];
+            let voxel: [f64; 3] = std::array::from_fn(|axis| f64::from(u32_at(hit, 4 * axis) as i32));
+            let (face, t) = (u32_at(hit, 12), f64::from(f32_at(hit, 16)));
+            match found {
+                None => assert_eq!((voxel, face, t), ([-1.0; 3], u32::MAX, -1.0), "ray {i}"),
+                Some((nearest, its_face, at, sure)) => {
+                    hit_some += 1;
+                    // In f64, what two boxes share cannot be told apart.
+                    assert!(
+                        !sure || (voxel, face) == (nearest, its_face),
+                        "ray {i}: {voxel:?} {face}, {nearest:?} {its_face}"
+                    );
+                    assert!((t - at).abs() <= 1e-6 * at.max(1.0), "ray {i}: {t} {at}");
+                }
+            }
+        }
+        assert!(hit_some > 100, "{hit_some}");
+    }
+}
+
+/// First box along a ray: its voxel, the face, the time, and whether no other box is nearly as near.
+fn nearest(voxels: &[[f64; 3]], origin: [f64; 3], dir: [f64; 3]) -> Option<([f64; 3], u32, f64, bool)> {
+    let mut met: Vec<([f64; 3], u32, f64)> = Vec::new();
+    for voxel in voxels {
+        let (mut enter, mut leave, mut face) = (0.0f64, f64::INFINITY, 6);
+        for axis in 0..3 {
+            let (a, b) = ((voxel[axis] - origin[axis]) / dir[axis], (voxel[axis] + 1.0 - origin[axis]) / dir[axis]);
+            if a.min(b) > enter {
+                (enter, face) = (a.min(b), 2 * axis as u32 + u32::from(dir[axis] < 0.0));
+            }
+            leave = leave.min(a.max(b));
+        }
+        if enter < leave {
+            met.push((*voxel, face, enter));
+        }
+    }
+    met.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let (voxel, face, t) = *met.first()?;
+    Some((voxel, face, t, met.get(1).is_none_or(|second| second.2 - t > 1e-9)))
+}
