@@ -1,6 +1,9 @@
 //! Opening devices. These tests need a Vulkan driver and fail without one.
 
-use raxel_gpu::{Device, DeviceKind, DeviceOptions, Error, Validation, download_buffer, upload};
+use raxel_gpu::{
+    Device, DeviceKind, DeviceOptions, Error, ImageInfo, Validation, download_buffer, download_image, upload,
+    upload_volume, vk,
+};
 
 fn options(device: Option<&str>) -> DeviceOptions {
     DeviceOptions { device: device.map(str::to_owned), validation: Validation::Required }
@@ -61,6 +64,34 @@ fn bytes_go_there_and_come_back_and_dropped_buffers_are_freed() {
     }
     if device.capabilities().kind == DeviceKind::Cpu {
         assert!(device.capabilities().subgroup_size >= 4);
+    }
+    assert_eq!(device.log().take(), []);
+}
+
+#[test]
+fn volumes_are_uploaded_mip_by_mip_in_pieces() {
+    let device = Device::new(&options(None)).expect("a driver and the validation layer");
+    // More than one staging buffer, whose slices do not divide it; then mips of odd sizes.
+    for (extent, mips) in [([1024, 513, 150], 1), ([7, 5, 3], 3)] {
+        let usage =
+            vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
+        let info = ImageInfo { format: vk::Format::R8_UINT, volume: true, extent, mips, layers: 1, usage };
+        let texels: Vec<Vec<u8>> = (0..mips)
+            .map(|mip| {
+                let count = extent.map(|axis| (axis >> mip).max(1) as usize).into_iter().product();
+                (0..count).map(|i: usize| (i % 251) as u8 + mip as u8).collect()
+            })
+            .collect();
+        let parts: Vec<&[u8]> = texels.iter().map(Vec::as_slice).collect();
+        let image = upload_volume(&device, "volume", &info, 1, &parts, None).expect("it fits");
+        for (mip, texels) in (0..mips).zip(&texels) {
+            let [width, height, depth] = image.mip_extent(mip);
+            let slice = (width * height) as usize;
+            for z in [0, depth / 2, depth - 1] {
+                let back = download_image(&device, &image, 1, mip, z, None).expect("it was written");
+                assert!(back == texels[z as usize * slice..][..slice], "mip {mip}, slice {z} of {extent:?}");
+            }
+        }
     }
     assert_eq!(device.log().take(), []);
 }
