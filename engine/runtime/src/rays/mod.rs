@@ -22,6 +22,7 @@
 //! ```
 
 mod error;
+mod masks;
 mod stream;
 mod tracer;
 mod words;

@@ -25,17 +25,23 @@ const PATIENCE: Duration = Duration::from_secs(60);
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
     rays: usize,
+    /// The first submission may wait for the driver's compiler: it says nothing about speed.
+    warm: bool,
 }
 
 impl Default for Pace {
     fn default() -> Self {
-        Self { rays: 4096 }
+        Self { rays: 4096, warm: false }
     }
 }
 
 impl Pace {
     /// Learns from one submission.
     fn learn(&mut self, rays: usize, seconds: f64, capacity: usize) {
+        if !self.warm {
+            self.warm = true;
+            return;
+        }
         if seconds > BUSY.end {
             self.rays = (self.rays / 2).max(GROUP);
         } else if seconds < BUSY.start && rays == self.rays {
@@ -53,7 +59,7 @@ pub struct Traced<'a> {
     pub range: Range<usize>,
     /// Their hits.
     pub hits: &'a [HitWords],
-    /// How long the device took; `None` where it cannot tell.
+    /// How long the device took; `None` where it cannot tell, and of a tracer's first part, which may wait for the driver's compiler.
     pub seconds: Option<f64>,
 }
 
@@ -244,6 +250,7 @@ impl Stream {
                 .then(|| ticks[1][0].saturating_sub(ticks[0][0]) as f64 * period * 1e-9);
         }
         let count = flight.range.len();
+        seconds = seconds.filter(|_| tracer.pace.warm);
         tracer.pace.learn(count, seconds.unwrap_or(BUSY.start), self.capacity);
         let bytes = slot.back.bytes().and_then(|bytes| bytes.get(..count * size_of::<HitWords>()));
         let bytes = bytes.ok_or_else(|| {

@@ -33,11 +33,14 @@ layout(std430) readonly buffer Rays { RayWords rays[]; };
 layout(std430) writeonly buffer Hits { HitWords hits[]; };
 layout(push_constant) uniform Push { uint count; };
 
-// No tracer needs more rounds than this: every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
+// A tracer that has looked this often and found nothing has given up.
 uint rx_most_rounds() {
-#ifdef RAXEL_MARCH_LINE_GLSL
+#if defined(RAXEL_MARCH_LINE_GLSL)
     return RX_MARCH_ROUNDS;
+#elif defined(RX_LAYOUT_BVH)
+    return 0xffffffffu;  // it visits every node once and looks into every block once: it ends by itself, however often it looks
 #endif
+    // The bound of rx_trace: every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
     return world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
 }
 

@@ -11,6 +11,7 @@ use raxel_world::World;
 use raxel_world::layout::{EncodedImage, Layout};
 
 use super::error::RayError;
+use super::masks;
 use super::stream::Pace;
 use crate::execute::upload_image;
 use crate::world::{IMAGE_FORMAT, layout_limits};
@@ -52,6 +53,8 @@ pub struct Tracer {
     pub(super) shader: Arc<Shader>,
     pub(super) pipeline: ComputePipeline,
     pub(super) pace: Pace,
+    /// The table of the marcher `raymask`.
+    masks: Option<Resource>,
     method: Method,
 }
 
@@ -63,6 +66,9 @@ pub struct DeviceWorld {
     pub bytes: u64,
 }
 
+/// What a shader may bind.
+const BINDINGS: [&str; 5] = ["world", "world_voxels", "Rays", "Hits", masks::BINDING];
+
 /// Where the shader stands for the compiler: in the project, though it comes from the binary.
 const PATH: &str = "shaders/trace_rays.comp";
 
@@ -71,7 +77,11 @@ struct WithShader(Arc<dyn Files>);
 
 impl Files for WithShader {
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
-        if path == PATH { Ok(Arc::from(include_bytes!("trace_rays.comp").as_slice())) } else { self.0.read(path) }
+        match path {
+            PATH => Ok(Arc::from(include_bytes!("trace_rays.comp").as_slice())),
+            masks::PATH => Ok(Arc::from(masks::SHADER)),
+            path => self.0.read(path),
+        }
     }
 }
 
@@ -79,35 +89,16 @@ impl Tracer {
     /// Compiles a method. `files` are those of a project, whose `shaders/include` may override the library; a
     /// [`raxel_diagnostics::MemoryFiles`] without files takes the library as it is.
     pub fn new(device: &Arc<Device>, files: Arc<dyn Files>, method: &Method) -> Result<Self, RayError> {
+        let files: Arc<dyn Files> = Arc::new(WithShader(files));
         let request = Request { path: PATH.into(), entry: "main".into(), defines: method.defines() };
-        let mut texts = SourceMap::default();
-        let (shader, _warnings) = Compiler::new(Arc::new(WithShader(files)))
-            .with_validator(raxel_gpu::validate_spirv)
-            .shader(&request, &mut texts)
-            .map_err(|diagnostics| RayError::Shader { diagnostics, texts })?;
-        let slots: Vec<Slot> = shader
-            .interface
-            .bindings
-            .iter()
-            .map(|binding| {
-                let ty = match &binding.kind {
-                    BindingKind::StorageBuffer(_) => vk::DescriptorType::STORAGE_BUFFER,
-                    BindingKind::SampledImage { .. } => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
-                    BindingKind::StorageImage { .. } => vk::DescriptorType::STORAGE_IMAGE,
-                    BindingKind::UniformBuffer(_) | BindingKind::Unsupported(_) => {
-                        return Err(RayError::Binding {
-                            name: binding.name.clone(),
-                            why: "is of no kind that a world has",
-                        });
-                    }
-                };
-                Ok(Slot { set: binding.set, binding: binding.binding, ty, count: binding.count })
-            })
-            .collect::<Result<_, _>>()?;
-        let push_bytes = shader.interface.push.as_ref().map_or(0, |push| push.size);
-        let info = PipelineInfo { spirv: &shader.spirv, entry: "main", slots: &slots, push_bytes, specialization: &[] };
-        let pipeline = ComputePipeline::new(device, &method.to_string(), &info)?;
-        Ok(Self { device: device.clone(), shader, pipeline, pace: Pace::default(), method: method.clone() })
+        let (shader, pipeline) = compile(device, &files, &request, &method.to_string())?;
+        let names = || shader.interface.bindings.iter().map(|binding| binding.name.as_str());
+        if let Some(name) = names().find(|name| !BINDINGS.contains(name)) {
+            return Err(RayError::Binding { name: name.to_owned(), why: "no list of rays comes with" });
+        }
+        let wants_masks = names().any(|name| name == masks::BINDING);
+        let masks = if wants_masks { Some(masks::bake(device, &files)?) } else { None };
+        Ok(Self { device: device.clone(), shader, pipeline, pace: Pace::default(), masks, method: method.clone() })
     }
 
     /// What it is.
@@ -148,6 +139,7 @@ impl Tracer {
             "world_voxels" => world.image.as_ref(),
             "Rays" => Some(rays),
             "Hits" => Some(hits),
+            masks::BINDING => self.masks.as_ref(),
             _ => None,
         };
         self.shader
@@ -156,8 +148,45 @@ impl Tracer {
             .iter()
             .map(|binding| match of(&binding.name) {
                 Some(resource) => Ok(vec![resource.clone()]),
-                None => Err(RayError::Binding { name: binding.name.clone(), why: "no list of rays comes with" }),
+                None => Err(RayError::Binding { name: binding.name.clone(), why: "the world in this layout has not" }),
             })
             .collect()
     }
+}
+
+/// A shader and its pipeline.
+pub(super) fn compile(
+    device: &Arc<Device>,
+    files: &Arc<dyn Files>,
+    request: &Request,
+    name: &str,
+) -> Result<(Arc<Shader>, ComputePipeline), RayError> {
+    let mut texts = SourceMap::default();
+    let (shader, _warnings) = Compiler::new(files.clone())
+        .with_validator(raxel_gpu::validate_spirv)
+        .shader(request, &mut texts)
+        .map_err(|diagnostics| RayError::Shader { diagnostics, texts })?;
+    let slots: Vec<Slot> = shader
+        .interface
+        .bindings
+        .iter()
+        .map(|binding| {
+            let ty = match &binding.kind {
+                BindingKind::StorageBuffer(_) => vk::DescriptorType::STORAGE_BUFFER,
+                BindingKind::SampledImage { .. } => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+                BindingKind::StorageImage { .. } => vk::DescriptorType::STORAGE_IMAGE,
+                BindingKind::UniformBuffer(_) | BindingKind::Unsupported(_) => {
+                    return Err(RayError::Binding {
+                        name: binding.name.clone(),
+                        why: "is of no kind that a world has",
+                    });
+                }
+            };
+            Ok(Slot { set: binding.set, binding: binding.binding, ty, count: binding.count })
+        })
+        .collect::<Result<_, _>>()?;
+    let push_bytes = shader.interface.push.as_ref().map_or(0, |push| push.size);
+    let info = PipelineInfo { spirv: &shader.spirv, entry: "main", slots: &slots, push_bytes, specialization: &[] };
+    let pipeline = ComputePipeline::new(device, name, &info)?;
+    Ok((shader, pipeline))
 }

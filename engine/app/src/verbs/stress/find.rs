@@ -78,7 +78,11 @@ pub(super) fn world(named: &Path, talk: &Talk) -> Result<Vec<Site>> {
 pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
     if wanted.is_empty() {
         let layouts = Layout::ALL.iter().map(|&layout| Row::Device(Method::of(layout)));
-        let marchers = MARCHERS.iter().map(|marcher| marched(Layout::Tree64, marcher));
+        let marchers = MARCHERS.iter().map(|marcher| match *marcher {
+            // Its masks are those of bricks; over `tree64` it is the tree's own tracer.
+            "raymask" => marched(Layout::Brickmap, marcher),
+            _ => marched(Layout::Tree64, marcher),
+        });
         // The default tracer first, its port behind it.
         let mut rows: Vec<Row> = [Row::default_tracer(), Row::Port].into();
         rows.extend(layouts.filter(|row| *row != Row::default_tracer()));

@@ -1,0 +1,39 @@
+//! The table of the marcher `raymask`: what graphs/bench/raymask.toml makes in its first frame, for rays without a graph.
+
+use std::sync::Arc;
+
+use raxel_diagnostics::Files;
+use raxel_gpu::{Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Descriptors, Device, Location, Resource, vk};
+use raxel_shader::Request;
+
+use super::error::RayError;
+use super::tracer::compile;
+
+/// GLSL name of the table.
+pub(super) const BINDING: &str = "rayMasks";
+/// Where the shader that makes it stands for the compiler.
+pub(super) const PATH: &str = "shaders/bench/raymask_bake.comp";
+pub(super) const SHADER: &[u8] = include_bytes!("../../../../shaders/bench/raymask_bake.comp");
+
+/// 3 × 3 pairs of faces, 256 × 256 pairs of squares on them, 64 bits each.
+const ENTRIES: u32 = 9 * 256 * 256;
+
+/// Makes the table, wide enough that no hit depends on it.
+pub(super) fn bake(device: &Arc<Device>, files: &Arc<dyn Files>) -> Result<Resource, RayError> {
+    let defines = vec![("RX_RAYMASK_CONSERVATIVE".to_owned(), "1".to_owned())];
+    let request = Request { path: PATH.into(), entry: "main".into(), defines };
+    let (shader, pipeline) = compile(device, files, &request, "raymask table")?;
+    let size = u64::from(ENTRIES) * 8;
+    let info = BufferInfo { size, usage: vk::BufferUsageFlags::STORAGE_BUFFER, location: Location::Device };
+    let table = Resource::Buffer(Arc::new(Buffer::new(device, BINDING, &info, Backing::Own)?), 0, size);
+    let resources = vec![vec![table.clone()]; shader.interface.bindings.len()];
+    let descriptors = Descriptors::new(device, BINDING, &pipeline, &resources)?;
+    let mut commands = CommandBuffer::new(device, BINDING)?;
+    commands.begin()?;
+    commands.bind(&pipeline, &descriptors);
+    commands.dispatch([ENTRIES.div_ceil(shader.interface.local_size[0].value), 1, 1]);
+    commands.barrier(&Barrier::full());
+    let moment = commands.submit()?;
+    device.wait(moment, None)?;
+    Ok(table)
+}
