@@ -1,5 +1,6 @@
 // Voxel by voxel: Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing" (1987). Times of crossings are summed up
-// in f32, so their error grows with the number of voxels passed, and a crossing that comes close to another is taken in the wrong order.
+// in f32, so their error grows with the number of voxels passed, and a crossing that comes close to another is taken in the wrong
+// order.
 #ifndef RAXEL_MARCH_DDA_GLSL
 #define RAXEL_MARCH_DDA_GLSL
 

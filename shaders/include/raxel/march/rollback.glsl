@@ -1,6 +1,6 @@
-// Steps of fixed length with jumps over empty blocks, and, when a sample is solid, a step back from which it goes on voxel by voxel: so the
-// face and t are right, and of the voxels in that last step the first is hit. Corners that lie between two empty samples are still cut.
-// This is how Lum marches (platonvin/lum; "How i render voxels").
+// Steps of fixed length with jumps over empty blocks, and, when a sample is solid, a step back from which it goes on voxel by
+// voxel: so the face and t are right, and of the voxels in that last step the first is hit. Corners that lie between two empty
+// samples are still cut. This is how Lum marches (platonvin/lum; "How i render voxels").
 #ifndef RAXEL_MARCH_ROLLBACK_GLSL
 #define RAXEL_MARCH_ROLLBACK_GLSL
 

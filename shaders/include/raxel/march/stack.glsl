@@ -1,6 +1,6 @@
-// DDA over the levels of a pyramid, recursion with a stack: an occupied cube is gone into by a DDA over its eight parts; when that has
-// left it, the one over the cube's own level goes on from what the stack has kept. The levels add up their errors apart: where a part is
-// left by another face than the cube is, the march goes on beside the line.
+// DDA over the levels of a pyramid, recursion with a stack: an occupied cube is gone into by a DDA over its eight parts; when
+// that has left it, the one over the cube's own level goes on from what the stack has kept. The levels add up their errors apart:
+// where a part is left by another face than the cube is, the march goes on beside the line.
 #ifndef RAXEL_MARCH_STACK_GLSL
 #define RAXEL_MARCH_STACK_GLSL
 
