@@ -120,7 +120,8 @@ fn wrong_words_are_answered_with_the_right_ones() {
 
 #[test]
 fn worlds_of_files_are_traced_and_too_wide_ones_refused() {
-    let scope = ["stress", "--world", "worlds/menger.toml", "--layouts", "tree64,svo", "--rays", "4e4", "--format", "json"];
+    let scope =
+        ["stress", "--world", "worlds/menger.toml", "--layouts", "tree64,svo", "--rays", "4e4", "--format", "json"];
     let found = rows(&raxel(&scope).exits(0));
     assert!(found["svo"]["total"]["hits"].as_u64().unwrap() > 1000);
 
@@ -128,6 +129,7 @@ fn worlds_of_files_are_traced_and_too_wide_ones_refused() {
     let far = |x: i64| format!("[[build]]\nop = \"box\"\nmin = [{x}, 0, 0]\nsize = [4, 4, 4]\nmaterial = \"stone\"\n");
     let materials = "name = \"wide\"\n[materials.stone]\nalbedo = [0.5, 0.5, 0.5]\n";
     project.write("worlds/wide.toml", format!("{materials}{}{}", far(-2_000_000_000), far(2_000_000_000)));
-    let run = project.raxel(&["stress", "--world", "worlds/wide.toml", "--layouts", "tree64", "--rays", "1000"]).exits(3);
+    let run =
+        project.raxel(&["stress", "--world", "worlds/wide.toml", "--layouts", "tree64", "--rays", "1000"]).exits(3);
     assert!(run.stdout.contains("voxels wide, and the layout `tree64` holds at most"), "{}", run.stdout);
 }

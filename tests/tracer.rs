@@ -139,13 +139,14 @@ fn rays_cross_wide_empty_space() {
         let to = [270_000, -3000 + i * 7 % 30, 199 + i * 5 % 12];
         Ray::new(from, [0.5, 0.25, 0.75], [0, 1, 2].map(|a| (to[a] - from[a]) as f32))
     };
+    let oracle = Oracle::new(&world);
     let rays: Vec<Ray> = (0..400).map(across).collect();
     // The layout `chunks` would take 17,000 steps of a linear search.
     // No device has a dense image of it.
     for &layout in Layout::ALL.iter().filter(|layout| **layout != Layout::Chunks && !layout.has_image()) {
         let mut errors = Errors::default();
         for (ray, words) in rays.iter().zip(lab.trace(&mut lab.tracer(layout), &world, &rays)) {
-            errors.add(ray, &&Oracle::new(&world).first_hit(ray), words.hit().as_ref());
+            errors.add(ray, &oracle.first_hit(ray), words.hit().as_ref());
             assert_eq!(errors.wrong(), 0, "{} {ray:?} {words:?}", layout.name());
             assert!(words.state() != State::Hit || words.steps < 400, "{}: {} steps", layout.name(), words.steps);
         }

@@ -62,9 +62,9 @@ impl Passage {
     pub fn of(lattice: &Lattice, voxel: [i32; 3]) -> Option<Self> {
         let mut enter = Time::ZERO;
         let mut leave: Option<Time> = None;
-        for axis in 0..3 {
+        for (axis, cell) in voxel.into_iter().enumerate() {
             // Both planes, from the origin, in lattice units.
-            let ahead = (i64::from(voxel[axis]) - lattice.cell[axis]) * ONE - lattice.frac[axis];
+            let ahead = (i64::from(cell) - lattice.cell[axis]) * ONE - lattice.frac[axis];
             let planes = [ahead, ahead + ONE];
             let d = lattice.dir[axis];
             if d == 0 {

@@ -148,8 +148,8 @@ mod tests {
             let cell = corner.map(|c: i32| c + shift);
             let exported = representable(&Ray::new(cell, odd, dir), corner).unwrap();
             let ray = exported.ray;
-            for axis in 0..3 {
-                let exact = f64::from(ray.cell[axis] - corner[axis]) + f64::from(ray.frac[axis]);
+            for (axis, corner) in corner.into_iter().enumerate() {
+                let exact = f64::from(ray.cell[axis] - corner) + f64::from(ray.frac[axis]);
                 assert_eq!(f64::from(exported.origin[axis]).to_bits(), exact.to_bits(), "{exported:?}");
                 assert!((0.0..=1.0).contains(&ray.frac[axis]));
             }

@@ -306,6 +306,9 @@ mod tests {
         let late = Hit { t: 4.75 + 4.0 * 2f32.powi(-21), ..hit };
         let (wrong, errors) = judged(&ray, &world, Outcome::Hit(&late));
         assert_eq!(wrong, None);
-        assert!((errors.t_ulp - 4.0).abs() < 1e-9 && (errors.t_voxels - 8.0 * 2f64.powi(-21)).abs() < 1e-12, "{errors:?}");
+        assert!(
+            (errors.t_ulp - 4.0).abs() < 1e-9 && (errors.t_voxels - 8.0 * 2f64.powi(-21)).abs() < 1e-12,
+            "{errors:?}"
+        );
     }
 }

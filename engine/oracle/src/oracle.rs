@@ -307,8 +307,8 @@ impl Walk {
                 self.crossed |= u32::from(ahead % self.u[a] == 0) << b;
             }
         }
-        for axis in 0..3 {
-            self.cell[axis] += self.sign[axis] * moved[axis];
+        for (axis, planes) in moved.into_iter().enumerate() {
+            self.cell[axis] += self.sign[axis] * planes;
         }
         let u = self.u;
         self.e[0] += moved[0] * u[1] - moved[1] * u[0];

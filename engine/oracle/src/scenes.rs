@@ -116,7 +116,7 @@ impl Scene {
         ALL.iter().find(|scene| scene.name == name)
     }
 
-    /// Builds it with its smallest corner at `corner`.
+    /// Builds it with its smallest corner at `corner`, from where `size` voxels must be in the range of `i32`.
     pub fn world(&self, corner: IVec3, seed: u64) -> World {
         let mut random = Random::new(seed);
         let mut voxels = Vec::new();

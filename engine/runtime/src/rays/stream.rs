@@ -9,6 +9,7 @@ use raxel_gpu::{
     Timestamps, vk,
 };
 use raxel_oracle::Ray;
+use rayon::prelude::*;
 
 use super::error::RayError;
 use super::tracer::{DeviceWorld, Tracer};
@@ -139,10 +140,7 @@ impl Stream {
         let (mut next, mut slot) = (0, 0);
         loop {
             let end = rays.len().min(next + tracer.pace.rays.min(self.capacity));
-            let ahead = match next < end {
-                true => Some(self.submit(tracer, &bound[slot], slot, rays, next..end)?),
-                false => None,
-            };
+            let ahead = if next < end { Some(self.submit(tracer, &bound[slot], slot, rays, next..end)?) } else { None };
             (next, slot) = (end, 1 - slot);
             let Some(landing) = std::mem::replace(&mut flight, ahead) else {
                 if flight.is_none() {
@@ -192,7 +190,7 @@ impl Stream {
         range: Range<usize>,
     ) -> Result<Flight, RayError> {
         let SlotBuffers { staging, rays: on_device, hits, back, commands, timestamps } = &mut self.slots[slot];
-        let words: Vec<RayWords> = rays[range.clone()].iter().map(RayWords::from).collect();
+        let words: Vec<RayWords> = rays[range.clone()].par_iter().with_min_len(4096).map(RayWords::from).collect();
         let count = words.len() as u32;
         if !staging.write(0, bytemuck::cast_slice(&words)) {
             let size = staging.size();

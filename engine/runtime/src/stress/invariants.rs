@@ -26,16 +26,15 @@ pub struct Invariants {
 }
 
 /// Where the scene is moved to, from around the origin.
-const MOVES: [[i32; 3]; 4] =
-    [[1_000_000, -70_001, 3], [i32::MAX - 200, i32::MIN + 200, 123_456_789], [-(1 << 24) - 1, 1 << 30, 63], [64, -64, 0]];
+const MOVES: [[i32; 3]; 4] = [
+    [1_000_000, -70_001, 3],
+    [i32::MAX - 200, i32::MIN + 200, 123_456_789],
+    [-(1 << 24) - 1, 1 << 30, 63],
+    [64, -64, 0],
+];
 
 /// Traces `rays` rays of several sets each through a scene, and through the scene moved, turned and mirrored.
-pub fn invariants(
-    tracer: &mut Tracer,
-    device: &Arc<Device>,
-    seed: u64,
-    rays: usize,
-) -> Result<Invariants, RayError> {
+pub fn invariants(tracer: &mut Tracer, device: &Arc<Device>, seed: u64, rays: usize) -> Result<Invariants, RayError> {
     let mut stream = Stream::with_capacity(device, 1 << 13)?;
     let Some(scene) = Scene::find("gravel") else { return Ok(Invariants::default()) };
     let corner = IVec3::new(-30, 7, 3);
@@ -75,9 +74,8 @@ pub fn invariants(
         for ((expected, hit), tie) in expected.iter().zip(trace(&there, &turned)?).zip(&ties) {
             // Two faces of an edge are told apart by the order of the axes, which is no symmetry.
             let face = |face: u32| if *tie { 0 } else { face };
-            let expected = expected.map(|hit| {
-                (symmetry.cell(hit.voxel), face(symmetry.face(hit.face)), hit.material, hit.t.to_bits())
-            });
+            let expected = expected
+                .map(|hit| (symmetry.cell(hit.voxel), face(symmetry.face(hit.face)), hit.material, hit.t.to_bits()));
             let hit = hit.map(|hit| (hit.voxel, face(hit.face), hit.material, hit.t.to_bits()));
             found.turned += 1;
             found.turned_wrong += u64::from(expected != hit);

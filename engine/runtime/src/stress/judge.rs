@@ -116,9 +116,9 @@ impl Batch {
     pub fn judge_words(&self, first: usize, words: &[HitWords]) -> Tally {
         self.judge(first, words, |words| {
             // A tracer that finds a voxel of one material and looks up another is wrong about the material.
-            let hit = words.hit().map(|hit| {
-                if words.looked_up == hit.material { hit } else { Hit { material: u32::MAX, ..hit } }
-            });
+            let hit = words
+                .hit()
+                .map(|hit| if words.looked_up == hit.material { hit } else { Hit { material: u32::MAX, ..hit } });
             (hit, words.outcome(None))
         })
     }

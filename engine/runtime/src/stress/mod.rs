@@ -10,4 +10,4 @@ mod run;
 pub use invariants::{Invariants, invariants};
 pub use judge::{Sample, Tally, WRONG_KEPT};
 pub use plan::{Plan, Row, Site, Sites};
-pub use run::{Progress, Report, RowReport, Single, run, single};
+pub use run::{Progress, Report, RowReport, Said, Single, run, single};

@@ -187,7 +187,8 @@ impl Runner<'_> {
         let mut next = 0;
         while next < count {
             let end = (next + in_batch).min(count);
-            let mut batch = self.batch(number, &place, (next..end).map(|i| (i / blocks, i % blocks)).collect());
+            let of_batch: Vec<(u64, u64)> = (next..end).map(|i| (i / blocks, i % blocks)).collect();
+            let mut batch = self.batch(number, &place, &of_batch);
             next = end;
             let mut reference: Option<Vec<HitWords>> = None;
             for (i, (row, world)) in rows.iter_mut().zip(&worlds).enumerate() {
@@ -218,7 +219,7 @@ impl Runner<'_> {
     }
 
     /// Blocks of rays, made on all cores: (set, number of the block).
-    fn batch(&self, site: usize, place: &Place, blocks: Vec<(u64, u64)>) -> Batch {
+    fn batch(&self, site: usize, place: &Place, blocks: &[(u64, u64)]) -> Batch {
         let each = self.plan.rays_each();
         let seed = self.plan.seed;
         let made: Vec<Vec<Ray>> = blocks
@@ -246,7 +247,8 @@ impl Runner<'_> {
         match (ready, world) {
             (Ready::Device(tracer), Loaded::Device(world)) => {
                 // What the port is compared with.
-                let mut kept = (self.plan.rows[row] == Row::default_tracer()).then(Vec::new);
+                let compared = self.plan.rows[row] == Row::default_tracer() && self.plan.rows.contains(&Row::Port);
+                let mut kept = compared.then(Vec::new);
                 let rays = batch.rays.clone();
                 let mut total = Tally::of(batch.set_count);
                 let (mut seconds, mut timed) = (0.0, 0);
@@ -275,7 +277,8 @@ impl Runner<'_> {
                 clock.answer(batch, oracle, batch.rays.len());
                 let tree = Tree64::new(words);
                 let start = Instant::now();
-                let hits: Vec<Option<Hit>> = batch.rays.par_iter().with_min_len(64).map(|ray| tree.trace(ray)).collect();
+                let hits: Vec<Option<Hit>> =
+                    batch.rays.par_iter().with_min_len(64).map(|ray| tree.trace(ray)).collect();
                 let report = &mut self.report.rows[row];
                 report.seconds += start.elapsed().as_secs_f64();
                 report.timed += hits.len() as u64;
@@ -312,13 +315,16 @@ impl Clock {
     }
 }
 
+/// What a row finds: its state and hit; or why it does not trace.
+pub type Said = Result<(State, Option<Hit>), String>;
+
 /// What everybody says about one ray.
 #[derive(Clone, Debug)]
 pub struct Single {
     /// The exact answer.
     pub exact: Answer,
-    /// What each row finds: its state and hit; or why it does not trace.
-    pub rows: Vec<(Row, Result<(State, Option<Hit>), String>)>,
+    /// What each row says.
+    pub rows: Vec<(Row, Said)>,
 }
 
 /// Traces one ray through one site by all rows of a plan.

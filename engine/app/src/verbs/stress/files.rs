@@ -22,7 +22,7 @@ pub(super) struct Outputs {
 
 impl Outputs {
     pub fn prepare(path: &Path) -> Result<Self> {
-        let file = |path: &Path| Ok::<_, Failure>(Some((Pending::new(path)?, shown(path).to_string())));
+        let file = |path: &Path| Ok::<_, Failure>(Some((Pending::new(path)?, shown(path))));
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("csv") if !path.is_dir() => Ok(Self { csv: file(path)?, json: None }),
             Some("json") if !path.is_dir() => Ok(Self { csv: None, json: file(path)? }),
@@ -112,7 +112,11 @@ fn csv(plan: &Plan, report: &Report) -> String {
 fn errors_json(errors: &Errors) -> Value {
     // Counts stay whole.
     let number = |number: f64| if number.fract() == 0.0 { json!(number as i64) } else { json!(number) };
-    numbers(errors).into_iter().map(|(name, value)| (name.to_owned(), number(value))).collect::<serde_json::Map<_, _>>().into()
+    numbers(errors)
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), number(value)))
+        .collect::<serde_json::Map<_, _>>()
+        .into()
 }
 
 /// One row over all sites: its totals and the counts of each set.

@@ -5,6 +5,7 @@ use std::path::Path;
 use raxel_diagnostics::table;
 use raxel_oracle::scenes::{self, Scene};
 use raxel_oracle::sets::{self, RaySet};
+use raxel_runtime::project::Project;
 use raxel_runtime::rays::Method;
 use raxel_runtime::stress::{Row, Site, Sites};
 use raxel_world::layout::Layout;
@@ -58,7 +59,8 @@ pub(super) fn sites(wanted: &[String]) -> Result<Vec<Site>> {
     let mut found = Vec::new();
     for wanted in wanted {
         let (name, at) = wanted.split_once('@').unwrap_or((wanted, ""));
-        let scene = Scene::find(name).ok_or_else(|| unknown("scene", name, scenes::ALL.iter().map(|scene| scene.name)))?;
+        let scene =
+            Scene::find(name).ok_or_else(|| unknown("scene", name, scenes::ALL.iter().map(|scene| scene.name)))?;
         match at {
             "" => found.extend(both(scene)),
             "near" => found.push(Site::scene(scene, Sites::Near)),
@@ -70,7 +72,7 @@ pub(super) fn sites(wanted: &[String]) -> Result<Vec<Site>> {
 }
 
 pub(super) fn world(named: &Path, talk: &Talk) -> Result<Vec<Site>> {
-    let (front, path) = Front::of(Some(named), |project| project.default_world(), talk)?;
+    let (front, path) = Front::of(Some(named), Project::default_world, talk)?;
     let world = front.world(&path, talk)?;
     Ok(vec![Site::world(path, std::sync::Arc::new(world.voxels().clone()))])
 }
@@ -118,7 +120,10 @@ mod tests {
 
     #[test]
     fn numbers_of_rays() {
-        assert_eq!(["1e9", "400000", "1_000", "2.5e6"].map(count), [Ok(1_000_000_000), Ok(400_000), Ok(1000), Ok(2_500_000)]);
+        assert_eq!(
+            ["1e9", "400000", "1_000", "2.5e6"].map(count),
+            [Ok(1_000_000_000), Ok(400_000), Ok(1000), Ok(2_500_000)]
+        );
         for wrong in ["", "0", "-5", "1e99", "many", "nan"] {
             assert!(count(wrong).is_err(), "{wrong}");
         }

@@ -92,7 +92,8 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, talk: &Talk) -> Result {
     };
     let mut outputs = args.output.as_deref().map(files::Outputs::prepare).transpose()?.unwrap_or_default();
     // The project's own includes win over those of the binary.
-    let files: Arc<dyn Files> = front.map_or_else(|| Arc::new(MemoryFiles::default()) as _, |front| front.loader.files().clone());
+    let files: Arc<dyn Files> =
+        front.map_or_else(|| Arc::new(MemoryFiles::default()) as _, |front| front.loader.files().clone());
 
     let device = Device::new(options)?;
     for verdict in device.verdicts().iter().filter(|verdict| verdict.chosen || talk.verbose()) {

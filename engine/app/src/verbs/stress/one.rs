@@ -20,7 +20,9 @@ pub(super) struct NamedRay(pub Ray);
 
 /// Reads nine numbers: three of the cell, three of the fraction, three of the direction.
 pub(super) fn ray(text: &str) -> Result<NamedRay, String> {
-    let wrong = || "write nine numbers, cell, fraction and direction, e.g. \"0 20 -5  0.5 0.5 0.5  0x3f800000 0 -1\"".to_owned();
+    let wrong = || {
+        "write nine numbers, cell, fraction and direction, e.g. \"0 20 -5  0.5 0.5 0.5  0x3f800000 0 -1\"".to_owned()
+    };
     let words: Vec<&str> = text.split([' ', ',', '\t']).filter(|word| !word.is_empty()).collect();
     let [x, y, z, floats @ ..] = words.as_slice() else { return Err(wrong()) };
     let cell: Option<Vec<i32>> = [x, y, z].iter().map(|word| word.parse().ok()).collect();
@@ -94,7 +96,8 @@ pub(super) fn trace(
 ) -> Result<(), RayError> {
     for (number, site) in plan.sites.iter().enumerate() {
         let found = single(plan, number, ray, device, files)?;
-        let mut text = format!("{}  ray {}\n  {:<16} {}\n", site.name, written(ray), "exact", exact_text(ray, &found.exact));
+        let mut text =
+            format!("{}  ray {}\n  {:<16} {}\n", site.name, written(ray), "exact", exact_text(ray, &found.exact));
         for (row, answer) in &found.rows {
             let (said, wrong) = match answer {
                 Err(why) => (why.clone(), None),
@@ -136,12 +139,8 @@ pub(super) fn show_wrong(plan: &Plan, row: &RowReport, talk: &Talk) {
     for sample in row.wrong.iter().take(shown) {
         let (site, set) = (&plan.sites[sample.site].name, plan.sets[sample.set].name);
         let at = if site.contains('@') { format!("--scenes {site}") } else { format!("--world {site}") };
-        let command = format!(
-            "raxel stress {at} --layouts {} --seed {} --ray \"{}\"",
-            row.row,
-            plan.seed,
-            written(&sample.ray)
-        );
+        let command =
+            format!("raxel stress {at} --layouts {} --seed {} --ray \"{}\"", row.row, plan.seed, written(&sample.ray));
         if talk.format() == Format::Json {
             talk::json(&json!({
                 "reason": "wrong-ray", "row": row.row.to_string(), "site": site, "set": set, "wrong": sample.wrong,
@@ -169,9 +168,17 @@ mod tests {
         let made = Ray::new([-5, i32::MAX, 7], [0.25, 1.0, f32::from_bits(3)], [-0.0, 1e-40, f32::NEG_INFINITY]);
         let read = ray(&written(&made)).expect("a ray").0;
         assert_eq!(read.cell, made.cell);
-        assert_eq!([read.frac, read.dir].map(|v| v.map(f32::to_bits)), [made.frac, made.dir].map(|v| v.map(f32::to_bits)));
-        assert_eq!(ray("0,1,-2, 0.5,0.5,0.5, 1,0,-1").expect("a ray").0, Ray::new([0, 1, -2], [0.5; 3], [1.0, 0.0, -1.0]));
-        for wrong in ["", "1 2 3", "1 2 3 4 5 6 7 8", "1 2 3 4 5 6 7 8 9 10", "x 2 3 4 5 6 7 8 9", "0.5 2 3 4 5 6 7 8 9"] {
+        assert_eq!(
+            [read.frac, read.dir].map(|v| v.map(f32::to_bits)),
+            [made.frac, made.dir].map(|v| v.map(f32::to_bits))
+        );
+        assert_eq!(
+            ray("0,1,-2, 0.5,0.5,0.5, 1,0,-1").expect("a ray").0,
+            Ray::new([0, 1, -2], [0.5; 3], [1.0, 0.0, -1.0])
+        );
+        for wrong in
+            ["", "1 2 3", "1 2 3 4 5 6 7 8", "1 2 3 4 5 6 7 8 9 10", "x 2 3 4 5 6 7 8 9", "0.5 2 3 4 5 6 7 8 9"]
+        {
             assert!(ray(wrong).is_err(), "{wrong}");
         }
     }

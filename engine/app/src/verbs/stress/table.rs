@@ -59,8 +59,22 @@ fn human(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], about:
     columns(&mut text, &lines);
     text.push_str("\nof all\n");
     let head = [
-        "", "rays", "wrong ppm", "miss", "false", "early", "late", "hang", "NaN", "face", "material", "tied", "missed chord",
-        "false gap", "t ulp", "Mrays/s",
+        "",
+        "rays",
+        "wrong ppm",
+        "miss",
+        "false",
+        "early",
+        "late",
+        "hang",
+        "NaN",
+        "face",
+        "material",
+        "tied",
+        "missed chord",
+        "false gap",
+        "t ulp",
+        "Mrays/s",
     ];
     let mut lines = vec![head.map(str::to_owned).to_vec()];
     lines.extend(report.rows.iter().map(totals));
@@ -124,7 +138,11 @@ fn notes(text: &mut String, plan: &Plan, report: &Report, symmetry: &[(Layout, I
         let wrong = found.moved_wrong + found.turned_wrong;
         let all = found.moved + found.turned;
         if wrong > 0 {
-            let _ = writeln!(text, "{}: {wrong} of {all} rays are hit differently when moved, turned or mirrored", layout.name());
+            let _ = writeln!(
+                text,
+                "{}: {wrong} of {all} rays are hit differently when moved, turned or mirrored",
+                layout.name()
+            );
         }
     }
     let rays: u64 = symmetry.iter().map(|(_, found)| found.moved + found.turned).sum();
@@ -202,7 +220,10 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        assert_eq!([0.0, 0.0123, 5.678, 34.56, 1234.5, 2.5e-7].map(three), ["0", "0.012", "5.68", "34.6", "1,235", "2.5e-7"]);
+        assert_eq!(
+            [0.0, 0.0123, 5.678, 34.56, 1234.5, 2.5e-7].map(three),
+            ["0", "0.012", "5.68", "34.6", "1,235", "2.5e-7"]
+        );
         assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
     }
 
