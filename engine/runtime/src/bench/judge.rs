@@ -53,7 +53,7 @@ pub(super) fn judge(truth: &Truth, found: &[HitTexel], depths: Option<&[f32]>) -
 
 /// Voxel, face and material.
 fn read([x, y, z, w]: HitTexel) -> Option<([i32; 3], u32, u32)> {
-    (w >= 0).then(|| ([x, y, z], w as u32 & 7, w as u32 >> 3))
+    (w >= 0).then_some(([x, y, z], w as u32 & 7, w as u32 >> 3))
 }
 
 /// Where a ray enters a voxel's box, or comes nearest to it, in lengths of its direction: good enough to tell before from behind.

@@ -125,7 +125,11 @@ pub(super) fn measure(
 
     let mut frames = Frames { executor, graph, world, camera, params: &params, size, index: 0, disabled: Vec::new() };
     let once = frames.settle()?;
-    for _ in 0..effort.warmup.max(1) {
+    let began = Instant::now();
+    for frame in 0..effort.warmup.max(1) {
+        if frame > 0 && began.elapsed().as_secs_f64() >= effort.seconds / 2.0 {
+            break;
+        }
         frames.run(camera)?;
     }
     let mut spans = Vec::new();

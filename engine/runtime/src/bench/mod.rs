@@ -39,7 +39,7 @@ pub struct Matrix {
 /// How long a case is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Effort {
-    /// Frames that are run first and not timed.
+    /// Frames that are run first and not timed; fewer, at least one, when they take half of `seconds`.
     pub warmup: u32,
     /// Frames that are timed.
     pub frames: u32,
@@ -49,7 +49,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { warmup: 4, frames: 32, seconds: 5.0 }
+        Self { warmup: 4, frames: 32, seconds: 2.0 }
     }
 }
 

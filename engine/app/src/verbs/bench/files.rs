@@ -1,5 +1,6 @@
 //! results.csv, results.json and the charts.
 
+use std::fmt::Write;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -71,7 +72,7 @@ pub(super) fn write(folder: &Path, about: &About, rows: &[Row], talk: &Talk) -> 
     let mut put = |name: String, bytes: &[u8]| -> Result {
         let path = folder.join(name);
         Pending::new(&path)?.finish(bytes)?;
-        written.push(shown(&path).to_string());
+        written.push(shown(&path));
         Ok(())
     };
     put("results.csv".to_owned(), csv(rows).as_bytes())?;
@@ -184,7 +185,7 @@ fn csv(rows: &[Row]) -> String {
             [&case.world, &case.camera, &width.to_string(), &height.to_string(), &case.graph].map(|s| quoted(s));
         let layout = case.layout.unwrap_or_default();
         let reason = quoted(reason.map_or("", String::as_str));
-        text += &format!("{},{layout},{},{reason}\n", place.join(","), values.join(","));
+        let _ = writeln!(text, "{},{layout},{},{reason}", place.join(","), values.join(","));
     }
     text
 }

@@ -48,7 +48,7 @@ pub(crate) struct Args {
     warmup: u32,
 
     /// After so many seconds of timed frames no more are begun, once there are three.
-    #[arg(long, value_name = "S", default_value_t = 5.0)]
+    #[arg(long, value_name = "S", default_value_t = 2.0)]
     seconds: f64,
 
     /// Write results.csv, results.json and a chart for each view into this folder.
