@@ -69,7 +69,7 @@ fn exact_tracers_are_exact_and_others_are_told_apart() {
     let project = project();
     let out = project.path("out");
     // Without its `every` the table would be baked in every frame, if what does not change were not left out.
-    project.edit("graphs/bench/raymask.toml", "every ", "# every ");
+    project.edit("graphs/bench/raymask.toml", "\nevery ", "\n# every ");
     let layouts = "tree64,svo,brickmap";
     let graphs = ["first_hit", "fixed", "bounce", "raymask"];
     let run = bench(
