@@ -77,9 +77,16 @@ fn exact_tracers_are_exact_and_others_are_told_apart() {
         &[&graphs[..], &["--layouts", layouts, "--format=json", "-o", "out", "--validate"]].concat(),
         0,
     );
-    let rows = rows(&run);
-    // Two cameras, four graphs, three layouts.
-    assert_eq!(rows.len(), 24);
+    let mut rows = rows(&run);
+    // Two cameras, four graphs, three layouts; then the means of what was measured from both.
+    let means = rows.split_off(24);
+    assert_eq!(means.len(), 10);
+    for mean in &means {
+        assert_eq!((&mean["reason"], &mean["views"]), (&Value::from("mean"), &Value::from(2)));
+        let of = |row: &&Value| row["case"]["graph"] == mean["graph"] && row["case"]["layout"] == mean["layout"];
+        let product: f64 = rows.iter().filter(of).map(|row| row["mrays_per_s"].as_f64().unwrap()).product();
+        assert!((mean["mrays_per_s"].as_f64().unwrap() / product.sqrt() - 1.0).abs() < 1e-9, "{mean}");
+    }
     let measured: Vec<&Value> = rows.iter().filter(|row| row["refused"].is_null()).collect();
     for row in &measured {
         let graph = row["case"]["graph"].as_str().unwrap();
@@ -127,7 +134,7 @@ fn exact_tracers_are_exact_and_others_are_told_apart() {
         }
     }
     let json: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
-    assert_eq!(json["rows"].as_array().unwrap().len(), 24);
+    assert_eq!([&json["rows"], &json["means"]].map(|list| list.as_array().unwrap().len()), [24, 10]);
     for name in ["device", "driver", "raxel", "command", "date", "effort"] {
         assert!(!json[name].is_null(), "{name}");
     }

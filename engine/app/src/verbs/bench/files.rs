@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use super::chart;
 use super::labels::stem;
 use super::matrix::same_view;
+use super::table::{Mean, means};
 use crate::failure::Result;
 use crate::output::{Pending, shown};
 use crate::talk::{Format, Talk};
@@ -78,6 +79,7 @@ pub(super) fn write(folder: &Path, about: &About, rows: &[Row], talk: &Talk) -> 
     put("results.csv".to_owned(), csv(rows).as_bytes())?;
     let mut all = about.json();
     all["rows"] = rows.iter().map(row_json).collect();
+    all["means"] = means(rows).iter().map(mean_json).collect();
     put("results.json".to_owned(), format!("{all:#}\n").as_bytes())?;
     for view in rows.chunk_by(same_view) {
         let case = &view[0].case;
@@ -166,6 +168,18 @@ pub(super) fn row_json(row: &Row) -> Value {
         }
     }
     value
+}
+
+/// A mean over views as JSON.
+pub(super) fn mean_json(mean: &Mean<'_>) -> Value {
+    json!({
+        "reason": "mean",
+        "graph": mean.graph,
+        "layout": mean.layout,
+        "views": mean.views,
+        "mrays_per_s": mean.mrays,
+        "wrong_ppm": mean.wrong_ppm,
+    })
 }
 
 /// All rows, a line each, under their names.

@@ -27,8 +27,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "LAYOUT,…", value_delimiter = ',')]
     layouts: Vec<String>,
 
-    /// Worlds, by file or by name.
-    #[arg(long, value_name = "WORLD,…", value_delimiter = ',', default_value = "valley,terrain,menger,monument")]
+    /// Worlds, by file or by name; valley, terrain, menger and monument by default, or all of a project that has none of them.
+    #[arg(long, value_name = "WORLD,…", value_delimiter = ',')]
     worlds: Vec<String>,
 
     /// Cameras by name, `camera` for a world's first; by default all that a world names, or else its first.
@@ -96,6 +96,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
         talk::json(&about.json());
     }
     let rows = measure(&mut runner, &found, talk)?;
+    printed::print_means(&rows, talk);
     let complaints = runner.device().log().take();
     if let Some(folder) = &args.output {
         files::write(folder, &about, &rows, talk)?;
@@ -156,9 +157,7 @@ fn bench_failure(error: BenchError) -> Failure {
 fn find(args: &Args, front: &Front, talk: &Talk) -> Result<Found> {
     let graphs = find_graphs(args, front)?;
     let layouts = find_layouts(&args.layouts)?;
-    let known = front.project.worlds();
-    let worlds: Vec<String> =
-        args.worlds.iter().map(|named| find_file("world", named, "worlds", &known, front)).collect::<Result<_>>()?;
+    let worlds = find_worlds(&args.worlds, front)?;
     if !args.seconds.is_finite() || args.seconds <= 0.0 {
         return Err(Failure::usage("`--seconds` is a number above 0"));
     }
@@ -188,6 +187,23 @@ fn find_graphs(args: &Args, front: &Front) -> Result<Vec<String>> {
     }
     let known: Vec<String> = bench.into_iter().chain(front.project.graphs()).collect();
     args.graphs.iter().map(|named| find_file("graph", named, "graphs", &known, front)).collect()
+}
+
+/// Worlds by default, in this order.
+const WORLDS: [&str; 4] = ["worlds/valley.toml", "worlds/terrain.toml", "worlds/menger.toml", "worlds/monument.toml"];
+
+fn find_worlds(named: &[String], front: &Front) -> Result<Vec<String>> {
+    let known = front.project.worlds();
+    if !named.is_empty() {
+        return named.iter().map(|named| find_file("world", named, "worlds", &known, front)).collect();
+    }
+    let usual: Vec<String> =
+        WORLDS.iter().filter(|path| known.iter().any(|known| known == *path)).map(|path| (*path).to_owned()).collect();
+    match (usual.is_empty(), known.is_empty()) {
+        (false, _) => Ok(usual),
+        (true, false) => Ok(known),
+        (true, true) => Err(Failure::usage("the project has no world, and none is named")),
+    }
 }
 
 /// A file by its path, or one of those known by its name without folder and ending.

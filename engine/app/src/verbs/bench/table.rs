@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
+use raxel_oracle::metrics::Errors;
 use raxel_runtime::bench::{Measured, Row};
 
 use super::files;
 use super::labels::{stem, three, view, wrong_ppm};
+use super::matrix::same_view;
 use crate::talk::{self, Format, Talk};
 
 const HEAD: [&str; 10] =
@@ -27,6 +29,74 @@ fn sorted(rows: &[Row]) -> Vec<&Row> {
     let mut all: Vec<&Row> = rows.iter().collect();
     all.sort_by(|a, b| time(a).total_cmp(&time(b)));
     all
+}
+
+/// A tracer over all views that it could be measured in.
+pub(super) struct Mean<'r> {
+    pub graph: &'r str,
+    pub layout: Option<&'static str>,
+    /// How many views.
+    pub views: usize,
+    /// Geometric mean of millions of rays a second.
+    pub mrays: f64,
+    /// Wrong rays in a million over all views; `None` when one was not judged.
+    pub wrong_ppm: Option<f64>,
+}
+
+/// Means over the views, for tracers that were measured in all of them; the fastest first. None when there is only one view.
+pub(super) fn means(rows: &[Row]) -> Vec<Mean<'_>> {
+    let views = rows.chunk_by(same_view).count();
+    let mut tracers: Vec<Vec<&Row>> = Vec::new();
+    for row in rows.iter().filter(|row| row.outcome.is_ok() && views > 1) {
+        let same = |other: &Row| (&other.case.graph, other.case.layout) == (&row.case.graph, row.case.layout);
+        match tracers.iter_mut().find(|rows| same(rows[0])) {
+            Some(rows) => rows.push(row),
+            None => tracers.push(vec![row]),
+        }
+    }
+    let mean = |rows: Vec<&'_ Row>| {
+        let measured: Vec<&Measured> = rows.iter().filter_map(|row| row.outcome.as_ref().ok()).collect();
+        let logarithms = measured.iter().map(|measured| measured.mrays().ln()).sum::<f64>();
+        let errors: Option<Vec<&Errors>> = measured.iter().map(|measured| measured.judgement.as_ref().ok()).collect();
+        let errors = errors.map(|all| all.into_iter().fold(Errors::default(), |sum, errors| sum.and(*errors)));
+        (logarithms / measured.len() as f64, errors.map(|errors| errors.ppm()))
+    };
+    let mut all: Vec<Mean<'_>> = tracers
+        .into_iter()
+        .filter(|rows| rows.len() == views)
+        .map(|rows| {
+            let case = &rows[0].case;
+            let (logarithm, wrong_ppm) = mean(rows);
+            Mean { graph: &case.graph, layout: case.layout, views, mrays: logarithm.exp(), wrong_ppm }
+        })
+        .collect();
+    all.sort_by(|a, b| b.mrays.total_cmp(&a.mrays));
+    all
+}
+
+/// Prints the means over all views.
+pub(super) fn print_means(rows: &[Row], talk: &Talk) {
+    let means = means(rows);
+    let Some(first) = means.first() else { return };
+    let mut text = format!("geometric means over {} views\n", first.views);
+    let width = means.iter().map(|mean| stem(mean.graph).len()).max().unwrap_or(0);
+    for mean in &means {
+        let (graph, layout) = (stem(mean.graph), mean.layout.unwrap_or("-"));
+        let wrong = mean.wrong_ppm.map_or_else(|| "-".to_owned(), three);
+        let _ = match talk.format() {
+            Format::Short => writeln!(text, "{graph}\t{layout}\t{}\t{wrong}", three(mean.mrays)),
+            _ => writeln!(
+                text,
+                "  {graph:<width$}  {layout:<11}  {:>9} Mrays/s  {wrong:>9} ppm wrong",
+                three(mean.mrays)
+            ),
+        };
+    }
+    match talk.format() {
+        Format::Json => means.iter().for_each(|mean| talk::json(&files::mean_json(mean))),
+        Format::Short => talk::data(text.split_once('\n').map_or("", |(_, rows)| rows)),
+        Format::Human => talk::data(&text),
+    }
 }
 
 fn cells(row: &Row, measured: &Measured) -> [String; 10] {
