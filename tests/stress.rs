@@ -80,6 +80,45 @@ fn a_broken_tracer_is_caught_and_its_rays_can_be_traced_alone() {
     assert!(run.stderr.contains("shaders/include/raxel/walk.glsl"), "{}", run.stderr);
 }
 
+/// Hits are spoilt in one way at a time; each is found and called by its name.
+#[test]
+fn every_way_to_be_wrong_is_told_from_the_others() {
+    let run = |spoil: &str| {
+        let project = Project::empty();
+        let march = format!(
+            "bool rx_march(RxRay ray, out RxHit hit) {{\n    bool found = rx_trace(ray, hit);\n    {spoil}\n    return found;\n}}\n"
+        );
+        project.write("shaders/include/raxel/march.glsl", march);
+        let scope = ["stress", "--scenes", "hills@near", "--layouts", "tree64", "--rays", "2e4", "--format", "json"];
+        let run = project.raxel(&scope).exits(1);
+        let total = rows(&run)["tree64"]["total"].clone();
+        let symmetry = run.json().into_iter().find(|value| value["reason"] == "stress").unwrap()["symmetry"].clone();
+        (total, symmetry["tree64"].clone())
+    };
+    for (spoil, column) in [
+        ("if (found) { hit.steps = 0xffffffffu; return false; }", "hangs"),
+        ("hit.t = uintBitsToFloat(0x7fc00000u);", "not_finite"),
+        ("hit.face ^= 1u;", "face"),
+        ("hit.material = 3u;", "material"),
+        ("if (found && hit.face != RX_FACE_INSIDE) { hit.voxel += rx_face_step(hit.face); hit.t *= 0.99; }", "early"),
+        ("if (found && hit.face != RX_FACE_INSIDE) { hit.voxel -= rx_face_step(hit.face); hit.t *= 1.01; }", "late"),
+        ("found = found && ray.dir.x > 0.0;", "missed"),
+        ("found = true;", "false"),
+    ] {
+        let (total, _) = run(spoil);
+        let count = |name: &str| total[name].as_u64().unwrap();
+        assert!(count(column) > 100, "{spoil}: {total}");
+        assert!(count(column) * 10 > count("wrong") * 9, "{spoil}: {total}");
+    }
+    // Half a unit in the last place of t is right by the oracle, but not the same for all directions, or everywhere.
+    let one_up = "hit.t = uintBitsToFloat(floatBitsToUint(hit.t) + 1u);";
+    for (condition, part) in [("ray.dir.x > 0.0", "turned_wrong"), ("ray.cell.x > 900000", "moved_wrong")] {
+        let (total, symmetry) = run(&format!("if ({condition} && hit.t > 0.0) {one_up}"));
+        assert_eq!(total["wrong"], 0);
+        assert!(symmetry[part].as_u64().unwrap() > 50, "{condition}: {symmetry}");
+    }
+}
+
 #[test]
 fn the_same_seed_counts_the_same_on_any_number_of_threads() {
     let count = |threads: &str, seed: &str| {

@@ -87,3 +87,16 @@ impl HitWords {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_shader_wrote_is_seen() {
+        let words: HitWords = bytemuck::cast([HitWords::POISON; 12]);
+        assert_eq!((words.state(), words.hit(), words.outcome(None)), (State::Unwritten, None, Outcome::Unwritten));
+        let written: HitWords = bytemuck::cast([0u32; 12]);
+        assert_eq!(written.outcome(None), Outcome::Miss);
+    }
+}
