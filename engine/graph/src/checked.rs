@@ -143,7 +143,7 @@ impl ResourceKind {
         match self {
             ResourceKind::Target(target) => target.source.as_deref(),
             ResourceKind::Buffer(Buffer { size: BufferSize::Source(name), .. }) => Some(name),
-            _ => None,
+            ResourceKind::Buffer(_) => None,
         }
     }
 

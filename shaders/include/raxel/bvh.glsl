@@ -32,6 +32,7 @@ layout(std430) readonly buffer RxWorld {
 #include "material.glsl"
 
 const uint RX_BVH_LEAF = 3u;         // in place of an axis
+const uint RX_BVH_NONE = 0xffffffffu;  // in place of a node
 const uint RX_BVH_NODE_WORDS = 8u;
 const uint RX_BVH_BLOCK_WORDS = 6u;
 const uint RX_BVH_DEPTH = 32u;       // more than any tree has: every split halves its blocks
@@ -110,83 +111,143 @@ bool rx_bvh_meets(RxWalk w, uvec3 near, uvec3 far, uvec3 limit, float t_end) {
     return t <= min(leave.x, min(leave.y, leave.z)) * RX_BVH_ROOM && t <= t_end;
 }
 
-// The exact walk through the block at `corner`: the first solid voxel of the mask, as the place `q` in the mirrored block.
-bool rx_block_trace(RxRay ray, float t_free, ivec3 corner, uvec2 mask, out uvec3 q, out uint axes, out uint voxel, inout uint steps) {
-    RxWalk walk;
-    q = uvec3(0u);
-    axes = 0u;
-    voxel = 0u;
-    if (!rx_walk_begin(ray, corner, 2u, t_free, walk)) return false;
-    // A line meets ten voxels of a block at most.
-    for (uint i = 0u; i < 10u; ++i) {
-        if (((walk.q.x | walk.q.y | walk.q.z) & ~3u) != 0u) return false;
-        ++steps;
-        voxel = rx_block_voxel(walk.q ^ rx_walk_flip(walk, 3u));
-        if (rx_block_solid(mask, voxel)) {
-            q = walk.q;
-            axes = walk.axes;
-            return true;
-        }
-        if (!rx_walk_step(walk, 0u)) rx_walk_settle(walk, ray, corner, 2u, 0u);
-    }
-    return false;
+// Takes a walk from its frame to the first cell of the block at `near` (mirrored), which the ray may touch. False, and nothing done, if
+// floating point cannot tell which cell that is. As in rx_walk_step, an axis whose crossing is nearly as late as the last one is nearly
+// between two cells then.
+bool rx_bvh_enter(inout RxWalk w, uvec3 near) {
+    bvec3 ahead = greaterThan(near, w.entry);
+    vec3 times = mix(vec3(-1.0), vec3(near - 1u - w.entry) * w.inv + w.first, ahead);
+    float t = max(times.x, max(times.y, times.z));
+    if (t < 0.0) return true;  // begins in it
+    bool x = times.x == t, y = !x && times.y == t, z = !x && !y;
+    vec3 place = t * w.d + w.start;
+    precise vec3 rounded = place + RX_ROUND;
+    precise vec3 cell = rounded - RX_ROUND;
+    precise vec3 off = abs(place - cell);
+    vec3 most = (0.5 - 1.5 * RX_WALK_ERROR) - RX_WALK_ERROR * place;
+    if ((off.x > most.x && !x) || (off.y > most.y && !y) || (off.z > most.z && !z)) return false;
+    uvec3 there = w.entry + (floatBitsToUint(rounded) - floatBitsToUint(RX_ROUND));
+    w.q = uvec3(x ? near.x : there.x, y ? near.y : there.y, z ? near.z : there.z);
+    w.axes = x ? 1u : y ? 2u : 4u;
+    w.t = t;
+    return true;
+}
+
+// The same, decided by integers. A ray that is never in the block is left before it.
+void rx_bvh_enter_exactly(inout RxWalk w, RxRay ray, float t_free, ivec3 corner, uvec3 near) {
+    RxWalk exact;
+    w.q = near + 4u;
+    if (!rx_walk_begin(ray, corner, 2u, t_free, exact)) return;
+    w.q = near + exact.q;
+    w.axes = exact.axes;
+    w.t = exact.base + exact.t - w.base;
 }
 
 // The first solid voxel along a ray, not looked for before `t_free` (in lengths of the direction): until then it passes air only.
+//
+// Rounds of the outer loop do what is rare; each round of the next searches the tree for a block, and walks through it. A group of
+// threads takes as long as its slowest, so they search together and walk together (Aila, Laine, "Understanding the efficiency of ray
+// traversal on GPUs", 2009).
 bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
-    RxWalk walk;
-    if (!rx_walk_begin(ray, world.origin, world.log2_size, t_free, walk)) return false;
-    float t_end = walk.t_end;
-    bvec3 down = rx_walk_down(walk);
-    uvec3 flip = rx_walk_flip(walk, (1u << world.log2_size) - 1u);
+    RxWalk start;
+    if (!rx_walk_begin(ray, world.origin, world.log2_size, t_free, start)) return false;
+    uint last_cell = (1u << world.log2_size) - 1u;
+    bvec3 down = rx_walk_down(start);
+    uvec3 flip = rx_walk_flip(start, last_cell);
     // The earliest solid voxel so far.
-    uvec3 limit = mix(uvec3((1u << world.log2_size) - 1u), walk.entry, equal(walk.d, vec3(0.0)));
-    uint found = 0u, found_voxel = 0u, found_axes = 0u;
+    uvec3 limit = mix(uvec3(last_cell), start.entry, equal(start.d, vec3(0.0)));
+    uint found = 0u, found_axes = 0u;
 
     uint stack[RX_BVH_DEPTH];
     uint depth = 0u;
-    uint at = world.nodes_at;
+    uint node = world.nodes_at;
+    uint next = 0u, left = 0u;  // blocks of a leaf that are still to be tested
+    uint block = 0u;            // the one that is walked through
+    uvec3 near = uvec3(0u);
+    RxWalk walk = start;
     uint steps = 0u;
-    for (uint visits = 0u; visits < world.node_count; ++visits) {
-        RxBvhNode node = rx_bvh_node(at);
-        ++steps;
-        uvec3 near = mix(node.low, node.last ^ flip, down);
-        uvec3 far = mix(node.last, node.low ^ flip, down);
-        bool meets = rx_bvh_meets(walk, near, far, limit, t_end);
-        uint axis = node.kind & 3u;
-        if (meets && axis != RX_BVH_LEAF) {
-            // The child that the ray comes to first.
-            bool second = axis == 0u ? down.x : axis == 1u ? down.y : down.z;
-            stack[depth++] = second ? at + RX_BVH_NODE_WORDS : node.link;
-            at = second ? node.link : at + RX_BVH_NODE_WORDS;
-            continue;
-        }
-        for (uint i = 0u; meets && i < node.kind >> 2; ++i) {
-            uint block = node.link + RX_BVH_BLOCK_WORDS * i;
+    uint budget = world.node_count + world.block_count;  // each is tested at most once
+    const uint SEARCH = 0u, ENTER = 1u, STEP = 2u, DONE = 3u;
+    uint todo = SEARCH;
+    do {
+        if (todo == ENTER) {
             uvec3 corner = uvec3(world.words[block], world.words[block + 1u], world.words[block + 2u]);
-            near = mix(corner, (corner + 3u) ^ flip, down);
-            if (!rx_bvh_meets(walk, near, near + 3u, limit, t_end)) continue;
-            uvec2 mask = uvec2(world.words[block + 3u], world.words[block + 4u]);
-            uvec3 q;
-            uint axes, voxel;
-            if (!rx_block_trace(ray, t_free, world.origin + ivec3(corner), mask, q, axes, voxel, steps)) continue;
-            // The ray is in this block at or before the limit, and blocks share no voxel: this one is earlier.
-            limit = near + q;
-            found = block;
-            found_voxel = voxel;
-            found_axes = axes;
+            rx_bvh_enter_exactly(walk, ray, t_free, world.origin + ivec3(corner), near);
+        } else if (todo == STEP) {
+            rx_walk_settle(walk, ray, world.origin, world.log2_size, 0u);
         }
-        if (depth == 0u) break;
-        at = stack[--depth];
-    }
+        bool walking = todo != SEARCH;
+        todo = SEARCH;
+        while (todo == SEARCH) {
+            // To the next block that the ray may touch, unless it is in one.
+            bool meets = walking;
+            while (!meets && (left != 0u || node != RX_BVH_NONE) && budget != 0u) {
+                bool in_leaf = left != 0u;
+                uint at = in_leaf ? next : node;
+                uvec3 low = uvec3(world.words[at], world.words[at + 1u], world.words[at + 2u]);
+                uint link = world.words[at + 3u];
+                uvec3 last = in_leaf ? low + 3u : uvec3(world.words[at + 4u], world.words[at + 5u], world.words[at + 6u]);
+                uint kind = in_leaf ? 0u : world.words[at + 7u];
+                near = mix(low, last ^ flip, down);
+                meets = rx_bvh_meets(start, near, mix(last, low ^ flip, down), limit, start.t_end);
+                ++steps;
+                --budget;
+                if (in_leaf) {
+                    block = next;
+                    next += RX_BVH_BLOCK_WORDS;
+                    --left;
+                    continue;
+                }
+                uint axis = kind & 3u;
+                if (meets && axis != RX_BVH_LEAF) {
+                    // The child that the ray comes to first.
+                    bool second = axis == 0u ? down.x : axis == 1u ? down.y : down.z;
+                    stack[depth++] = second ? at + RX_BVH_NODE_WORDS : link;
+                    node = second ? link : at + RX_BVH_NODE_WORDS;
+                } else {
+                    left = meets ? kind >> 2 : 0u;
+                    next = link;
+                    node = depth != 0u ? stack[--depth] : RX_BVH_NONE;
+                }
+                meets = false;
+            }
+            if (!meets) {
+                todo = DONE;
+                break;
+            }
+            if (!walking) {
+                walk = start;
+                if (!rx_bvh_enter(walk, near)) {
+                    todo = ENTER;
+                    break;
+                }
+            }
+            walking = false;
+            // Through the block, voxel by voxel.
+            uvec2 mask = uvec2(world.words[block + 3u], world.words[block + 4u]);
+            bool sure = true;
+            while (sure && (((walk.q.x ^ near.x) | (walk.q.y ^ near.y) | (walk.q.z ^ near.z)) & ~3u) == 0u) {
+                ++steps;
+                if (rx_block_solid(mask, rx_block_voxel((walk.q ^ flip) & 3u))) {
+                    // The ray is in this block at or before the limit, and blocks share no voxel: this one is earlier.
+                    limit = walk.q;
+                    found = block;
+                    found_axes = walk.axes;
+                    break;
+                }
+                sure = rx_walk_step(walk, 0u);
+            }
+            if (!sure) todo = STEP;
+        }
+    } while (todo != DONE);
 
     hit.steps = steps;
     if (found == 0u) return false;
-    walk.q = limit;
-    walk.axes = found_axes;
-    bool within = rx_walk_hit(walk, ray, world.origin, world.log2_size, hit);
-    hit.material = rx_block_material(found, found_voxel);
+    start.q = limit;
+    start.axes = found_axes;
+    bool within = rx_walk_hit(start, ray, world.origin, world.log2_size, hit);
+    hit.material = rx_block_material(found, rx_block_voxel((limit ^ flip) & 3u));
     hit.steps = steps;
     return within;
 }
