@@ -107,7 +107,8 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, talk: &Talk) -> Result {
         command: format!("raxel {}", arguments.join(" ")),
     };
     if let Some(ray) = &args.ray {
-        return one::trace(&plan, &ray.0, &device, &files, talk).map_err(|error| failure(error, talk));
+        one::trace(&plan, &ray.0, &device, &files, talk).map_err(|error| failure(error, talk))?;
+        return validated(&device, talk);
     }
 
     let bar = progress(&plan, talk);
@@ -122,11 +123,16 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, talk: &Talk) -> Result {
 
     table::print(&plan, &report, &symmetry, &about, talk);
     outputs.write(&plan, &report, &symmetry, &about, talk)?;
+    verdict(&plan, &report, &symmetry, talk)?;
+    validated(&device, talk)
+}
+
+/// Exit code 6 when the validation layer has something to say.
+fn validated(device: &Device, talk: &Talk) -> Result {
     let complaints = device.log().take();
     for message in &complaints {
         talk.say(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
     }
-    verdict(&plan, &report, &symmetry, talk)?;
     if complaints.is_empty() {
         Ok(())
     } else {
