@@ -155,6 +155,21 @@ impl Device {
 
     /// Whether an image of this kind can be made with these usages.
     pub fn image_support(&self, info: &crate::image::ImageInfo) -> bool {
+        self.image_properties(info).is_some_and(|limits| {
+            limits.max_mip_levels >= info.mips
+                && limits.max_array_layers >= info.layers
+                && limits.max_extent.width >= info.extent[0]
+                && limits.max_extent.height >= info.extent[1]
+                && limits.max_extent.depth >= info.extent[2]
+        })
+    }
+
+    /// Bytes that an image of this format, dimension and usage may have (`maxResourceSize`); 0 if there can be none.
+    pub fn largest_image(&self, info: &crate::image::ImageInfo) -> u64 {
+        self.image_properties(info).map_or(0, |limits| limits.max_resource_size)
+    }
+
+    fn image_properties(&self, info: &crate::image::ImageInfo) -> Option<vk::ImageFormatProperties> {
         let (ty, flags) = info.kind();
         // SAFETY: a query on the physical device.
         let properties = unsafe {
@@ -167,13 +182,7 @@ impl Device {
                 flags,
             )
         };
-        properties.is_ok_and(|limits| {
-            limits.max_mip_levels >= info.mips
-                && limits.max_array_layers >= info.layers
-                && limits.max_extent.width >= info.extent[0]
-                && limits.max_extent.height >= info.extent[1]
-                && limits.max_extent.depth >= info.extent[2]
-        })
+        properties.ok()
     }
 
     /// What optimal-tiling images of a format can be used for.

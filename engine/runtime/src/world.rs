@@ -237,7 +237,7 @@ pub(crate) fn layout_limits(device: &raxel_gpu::Device) -> Limits {
     Limits {
         buffer_bytes: u64::from(capabilities.limits.max_storage_buffer_range),
         image_side: capabilities.limits.max_image_dimension3_d,
-        image_bytes: capabilities.memory,
+        image_bytes: execute::largest_image(device, IMAGE_FORMAT),
     }
 }
 

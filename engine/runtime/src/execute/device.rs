@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use raxel_gpu::{BufferInfo, ClearColor, Device, Image, ImageInfo, Location, Scope, vk};
+use raxel_gpu::{BufferInfo, ClearColor, Device, DeviceKind, Image, ImageInfo, Location, Scope, vk};
 use raxel_graph::checked::Clear;
 use raxel_graph::plan::{
     self, AccessMask, BufferDesc, ImageDesc, ImageUsage, Limits, MemoryModel, Requirements, Stages,
@@ -74,10 +74,25 @@ pub(crate) fn upload_image(
     mips: &[&[u8]],
     timeout: Option<Duration>,
 ) -> raxel_gpu::Result<Arc<Image>> {
+    let info = volume_info(device, format, extent, mips.len() as u32);
+    raxel_gpu::upload_volume(device, name, &info, format.bytes(), mips, timeout)
+}
+
+/// Bytes that an image for [`upload_image`] may have: what the driver allows for one image, and what there is room for. Devices that have
+/// no memory of their own share the host's, where the texels are put together and staged.
+pub(crate) fn largest_image(device: &Device, format: Format) -> u64 {
+    let capabilities = device.capabilities();
+    let room = match capabilities.kind {
+        DeviceKind::Discrete => capabilities.memory,
+        _ => capabilities.memory / 4,
+    };
+    device.largest_image(&volume_info(device, format, [1; 3], 1)).min(room)
+}
+
+fn volume_info(device: &Device, format: Format, extent: [u32; 3], mips: u32) -> ImageInfo {
     let storage = device.format_features(vulkan_format(format)).contains(vk::FormatFeatureFlags::STORAGE_IMAGE);
     let usage = ImageUsage { storage, sampled: true };
-    let desc = ImageDesc { format, volume: true, extent, mips: mips.len() as u32, layers: 1, usage };
-    raxel_gpu::upload_volume(device, name, &image_info(device, &desc), format.bytes(), mips, timeout)
+    image_info(device, &ImageDesc { format, volume: true, extent, mips, layers: 1, usage })
 }
 
 pub(super) fn buffer_info(desc: &BufferDesc) -> BufferInfo {
