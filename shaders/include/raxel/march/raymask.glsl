@@ -39,7 +39,11 @@ bool rx_raymask_misses(RxWalk walk, inout uvec3 asked) {
     vec3 from_entry = vec3(ivec3((asked << 2) - walk.entry));
     vec3 exits = mix((from_entry + 3.5 - walk.start) * walk.inv, vec3(RX_NEVER), equal(walk.inv, vec3(0.0)));
     uint leave = exits.x <= exits.y && exits.x <= exits.z ? 0u : exits.y <= exits.z ? 1u : 2u;
-    uint enter = uint(findLSB(walk.axes));
+    // Of axes crossed together, one by which the block was entered: others may lie within it.
+    bvec3 at_face = equal(walk.q & 3u, uvec3(0u));
+    uint faces = (at_face.x ? 1u : 0u) | (at_face.y ? 2u : 0u) | (at_face.z ? 4u : 0u);
+    if ((walk.axes & faces) == 0u) return false;
+    uint enter = uint(findLSB(walk.axes & faces));
     vec3 in_place = walk.t * walk.d + walk.start + 0.5, out_place = exits[leave] * walk.d + walk.start + 0.5;
     // Places are good to 2^-20 of the way: farther out they may lie in another square than a mask has room for.
     if (max(out_place.x, max(out_place.y, out_place.z)) >= 16384.0) return false;
