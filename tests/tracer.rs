@@ -197,3 +197,15 @@ fn rays_end_at_t_max() {
         }
     }
 }
+
+#[test]
+fn an_empty_world_is_hit_nowhere() {
+    let mut lab = Lab::open();
+    let hills = Scene::find("hills").expect("a scene").world(IVec3::ZERO, 1);
+    let rays = sets::RaySet::find("pinhole").expect("a set").rays(&hills, 300, 5);
+    for &layout in Layout::ALL {
+        let hits = lab.trace(&mut lab.tracer(layout), &World::empty(), &rays);
+        assert!(hits.iter().all(|hit| hit.state() == State::Miss), "{}", layout.name());
+    }
+    lab.close();
+}

@@ -47,6 +47,10 @@ pub(crate) fn describe(
                 }
             };
             let memory = match &desc {
+                // Not made yet: nothing is known of it.
+                ResourceDesc::SourceImage(_, image) if image.extent == [1; 3] => {
+                    Requirements { size: 0, alignment: 1, type_bits: 0 }
+                }
                 ResourceDesc::Image(image) | ResourceDesc::SourceImage(_, image) => memory.image(image),
                 ResourceDesc::Buffer(buffer) => memory.buffer(buffer),
                 ResourceDesc::Source(_) => {
