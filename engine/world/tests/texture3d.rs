@@ -65,14 +65,26 @@ fn mips_are_an_octree_of_what_is_solid() {
     // Three chunks wide: the third has no texel in mip 7, and all three share the only one of mip 8.
     check(&world(&[(IVec3::new(5, 0, 0), 1), (IVec3::new(191, 3, 70), 2), (IVec3::new(300, 130, 1), 3)]));
     check(&world(&[(IVec3::new(-1, -65, 64), 4)]));
+    // The only voxel of a cube of 256 is in the odd chunk at the end of an axis that has no texel in mip 7.
+    for axis in 0..3 {
+        let (mut odd, mut far) = (IVec3::ZERO, IVec3::ZERO);
+        odd[axis] = 130;
+        far[(axis + 1) % 3] = 300;
+        check(&world(&[(odd, 1), (far, 2)]));
+    }
 }
 
 #[test]
 fn worlds_at_the_ends_of_the_coordinates_begin_where_the_cube_does() {
-    for corner in [i32::MIN, i32::MAX - 90] {
+    for corner in [i32::MIN, i32::MAX - 90, i32::MAX - 190] {
         let ends = [IVec3::splat(corner), IVec3::new(corner + 90, corner, corner + 66)];
         check(&world(&ends.map(|cell| (cell, 1))));
     }
+    // Three chunks at the end: the cube of four cannot begin where they do.
+    let last = [i32::MAX - 190, i32::MAX].map(IVec3::splat);
+    let world = world(&last.map(|cell| (cell, 1)));
+    check(&world);
+    assert_eq!(encode(&world).0.origin, [i32::MAX - 255; 3]);
 }
 
 #[test]
