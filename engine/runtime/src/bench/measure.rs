@@ -124,10 +124,10 @@ pub(super) fn measure(
     executor.reset_history();
 
     let mut frames = Frames { executor, graph, world, camera, params: &params, size, index: 0, disabled: Vec::new() };
-    let once = frames.settle()?;
     let began = Instant::now();
-    for frame in 0..effort.warmup.max(1) {
-        if frame > 0 && began.elapsed().as_secs_f64() >= effort.seconds / 2.0 {
+    let once = frames.settle()?;
+    for _ in 0..effort.warmup {
+        if began.elapsed().as_secs_f64() >= effort.seconds / 2.0 {
             break;
         }
         frames.run(camera)?;
@@ -135,7 +135,12 @@ pub(super) fn measure(
     let mut spans = Vec::new();
     let mut samples: Vec<(String, Vec<f64>)> = Vec::new();
     let began = Instant::now();
-    while spans.len() < effort.frames as usize && (spans.len() < 3 || began.elapsed().as_secs_f64() < effort.seconds) {
+    let enough = |frames: usize, seconds: f64| match frames {
+        0 => false,
+        1..3 => seconds >= 4.0 * effort.seconds,
+        _ => seconds >= effort.seconds,
+    };
+    while spans.len() < effort.frames as usize && !enough(spans.len(), began.elapsed().as_secs_f64()) {
         frames.run(camera)?;
         let Some(span) = frames.executor.span() else {
             return Err(CaseError::Refused("the device has no timestamps".to_owned()));
@@ -216,6 +221,11 @@ impl Frames<'_> {
         self.executor.set_memo(true);
         self.run(self.camera)?;
         let all = self.times();
+        if all.len() < 2 {
+            // What is measured at all depends on the camera.
+            self.executor.set_memo(false);
+            return Ok(Vec::new());
+        }
         self.run(&elsewhere)?;
         let again = self.times();
         self.executor.set_memo(false);

@@ -39,11 +39,11 @@ pub struct Matrix {
 /// How long a case is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Effort {
-    /// Frames that are run first and not timed; fewer, at least one, when they take half of `seconds`.
+    /// Frames that are run first and not timed; fewer when they take half of `seconds`.
     pub warmup: u32,
     /// Frames that are timed.
     pub frames: u32,
-    /// After so many seconds of timed frames no more are begun, once there are three.
+    /// After so many seconds of timed frames no more are begun, once there are three; after four times as many in any case.
     pub seconds: f64,
 }
 

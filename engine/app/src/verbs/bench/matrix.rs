@@ -47,7 +47,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     warmup: u32,
 
-    /// After so many seconds of timed frames no more are begun, once there are three.
+    /// After so many seconds of timed frames no more are begun, once there are three; after four times as many in any case.
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     seconds: f64,
 

@@ -130,23 +130,40 @@ fn human(rows: &[Row]) -> String {
         });
         let _ = writeln!(text, "  {}", columns.collect::<Vec<_>>().join("  ").trim_end());
     }
-    // Of one graph many layouts often say the same.
-    let mut reasons: Vec<(&str, &str, Vec<&str>)> = Vec::new();
+    // Of one graph many layouts often say the same, and of one layout many graphs.
+    let mut reasons: Vec<(&str, Vec<(&str, &str)>)> = Vec::new();
     for row in sorted {
-        let (graph, layout) = (stem(&row.case.graph), row.case.layout.unwrap_or("its world"));
+        let pair = (stem(&row.case.graph), row.case.layout.unwrap_or("its world"));
         let reason = match &row.outcome {
             Err(reason) | Ok(Measured { judgement: Err(reason), .. }) => reason.as_str(),
             Ok(_) => continue,
         };
-        match reasons.iter_mut().find(|(known, why, _)| (*known, *why) == (graph, reason)) {
-            Some((.., layouts)) => layouts.push(layout),
-            None => reasons.push((graph, reason, vec![layout])),
+        match reasons.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, pairs)) => pairs.push(pair),
+            None => reasons.push((reason, vec![pair])),
         }
     }
-    for (graph, reason, layouts) in reasons {
-        let _ = writeln!(text, "  {graph} over {}: {reason}", layouts.join(", "));
+    for (reason, pairs) in reasons {
+        let (graphs, layouts) = (distinct(pairs.iter().map(|pair| pair.0)), distinct(pairs.iter().map(|pair| pair.1)));
+        let whom = if graphs.len() * layouts.len() == pairs.len() {
+            format!("{} over {}", graphs.join(", "), layouts.join(", "))
+        } else {
+            pairs.iter().map(|(graph, layout)| format!("{graph} over {layout}")).collect::<Vec<_>>().join(", ")
+        };
+        let _ = writeln!(text, "  {whom}: {reason}");
     }
     text
+}
+
+/// Each once, in the order of the first.
+fn distinct<'t>(names: impl Iterator<Item = &'t str>) -> Vec<&'t str> {
+    let mut all = Vec::new();
+    for name in names {
+        if !all.contains(&name) {
+            all.push(name);
+        }
+    }
+    all
 }
 
 /// A line a row, separated by tabs.

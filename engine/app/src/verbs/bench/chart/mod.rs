@@ -1,12 +1,15 @@
 //! The chart of one view as SVG: time a ray against wrong rays, both logarithmic, the better the further down and left. What is exact has no
 //! place on a logarithmic axis and stands below it, a line a graph. Dots of one graph on the layouts it ran over hang together.
 
+mod strand;
+
 use std::fmt::Write;
 
 use raxel_runtime::bench::Row;
 
 use super::files::About;
-use super::labels::{grouped, stem, three, tracer, view, wrong_ppm};
+use super::labels::{grouped, stem, view, wrong_ppm};
+use strand::{Strand, draw_crossing, draw_lane};
 
 const WIDTH: f64 = 1000.0;
 const LEFT: f64 = 146.0;
@@ -16,13 +19,10 @@ const TOP: f64 = 104.0;
 const DECADE: f64 = 88.0;
 /// A line of dots with their slanted names.
 const LANE: f64 = 62.0;
-/// Between names that slant.
-const APART: f64 = 13.0;
 
 const INK: &str = "#1f2933";
 const SOFT: &str = "#66727f";
 const GRID: &str = "#e4e8ec";
-const DOT: &str = "#7b93ab";
 const FRONT: &str = "#c8452f";
 
 /// A tracer as a dot.
@@ -85,7 +85,11 @@ pub(super) fn draw(rows: &[Row], about: &About) -> Option<String> {
         &text(legend + 10.0, 57.0, 12.0, SOFT, "start", "400", "on the front: nothing is both faster and less wrong");
     svg += &axes;
     svg += &body;
-    let foot = format!("raxel {}, {}: {}", env!("CARGO_PKG_VERSION"), about.date, about.command);
+    let mut foot = format!("raxel {}, {}: {}", env!("CARGO_PKG_VERSION"), about.date, about.command);
+    if let Some((end, _)) = foot.char_indices().nth(150) {
+        foot.truncate(end);
+        foot.push('…');
+    }
     svg += &text(28.0, height - 16.0, 10.5, SOFT, "start", "400", &foot);
     svg += "</svg>\n";
     Some(svg)
@@ -106,18 +110,26 @@ fn mark_front(dots: &mut [Dot<'_>]) {
 }
 
 /// The dots of each graph that are about equally wrong, in order of time: those hang together. The most wrong first.
-fn strands<'d, 'r>(dots: &[&'d Dot<'r>]) -> Vec<Vec<&'d Dot<'r>>> {
+fn alike<'d, 'r>(dots: &[&'d Dot<'r>]) -> Vec<Vec<&'d Dot<'r>>> {
     let mut all: Vec<Vec<&Dot<'_>>> = Vec::new();
     for &dot in dots {
-        let alike = |other: &Dot<'_>| {
+        let hangs = |other: &Dot<'_>| {
             other.row.case.graph == dot.row.case.graph && (other.wrong - dot.wrong).abs() <= 0.15 * other.wrong
         };
-        match all.iter_mut().find(|strand| alike(strand[0])) {
+        match all.iter_mut().find(|strand| hangs(strand[0])) {
             Some(strand) => strand.push(dot),
             None => all.push(vec![dot]),
         }
     }
     all.sort_by(|a, b| b[0].wrong.total_cmp(&a[0].wrong));
+    all
+}
+
+/// Every graph once, in order of name.
+fn graphs<'r>(dots: &[&Dot<'r>]) -> Vec<&'r str> {
+    let mut all: Vec<&str> = dots.iter().map(|dot| dot.row.case.graph.as_str()).collect();
+    all.sort_unstable();
+    all.dedup();
     all
 }
 
@@ -201,13 +213,15 @@ impl Path {
 
 /// What is wrong, by how much. Gives the end of the panel.
 fn scatter(svg: &mut String, dots: &[&Dot<'_>], scale: &Scale, top: f64, path: &mut Path) -> f64 {
-    let least = dots.iter().map(|dot| dot.wrong).fold(f64::INFINITY, f64::min).log10().floor();
-    let most = dots.iter().map(|dot| dot.wrong).fold(0.0, f64::max).log10().ceil().max(least + 1.0);
-    // Names slant upwards from the uppermost dots.
-    let top = top + 42.0;
-    let at = |wrong: f64| top + (most - wrong.log10()) * DECADE;
-    let bottom = at(10f64.powf(least)) + 22.0;
-    for power in least as i32..=most as i32 {
+    let least = dots.iter().map(|dot| dot.wrong).fold(f64::INFINITY, f64::min).log10();
+    let most = dots.iter().map(|dot| dot.wrong).fold(0.0, f64::max).log10();
+    // Few tenfolds are drawn larger; names slant upwards from the uppermost dots, and downwards from the lowest.
+    let decade = DECADE.max(240.0 / (most - least).max(1.0));
+    let (start, ends) = (top, 64.0);
+    let at = |wrong: f64| start + ends + (most - wrong.log10()) * decade;
+    let bottom = at(10f64.powf(least)) + ends;
+    let shown = |power: &i32| (top..=bottom).contains(&at(10f64.powi(*power)));
+    for power in (least.floor() as i32 - 1..=most.ceil() as i32 + 1).filter(shown) {
         let y = at(10f64.powi(power));
         let _ = writeln!(svg, "<path d=\"M{LEFT} {y:.1}H{:.1}\" stroke=\"{GRID}\"/>", WIDTH - RIGHT);
         svg.push_str(&text(LEFT - 10.0, y + 4.0, 11.0, INK, "end", "400", &parts(power)));
@@ -217,11 +231,10 @@ fn scatter(svg: &mut String, dots: &[&Dot<'_>], scale: &Scale, top: f64, path: &
         svg,
         "<text transform=\"translate(24 {middle:.1}) rotate(-90)\" font-size=\"12\" fill=\"{INK}\" text-anchor=\"middle\">wrong rays</text>"
     );
-    let mut taken: Vec<Place> = Vec::new();
-    for strand in strands(dots) {
-        let y = |dot: &Dot<'_>| at(dot.wrong);
-        strand_of(svg, &strand, scale, &y, &mut taken, true);
-    }
+    let graphs = graphs(dots);
+    let strands: Vec<Strand<'_, '_>> =
+        alike(dots).into_iter().map(|dots| Strand::new(dots, scale, |dot| at(dot.wrong), &graphs)).collect();
+    draw_crossing(svg, &strands, [top, bottom]);
     path.0.extend(dots.iter().filter(|dot| dot.front).map(|dot| [scale.x(dot.time), at(dot.wrong)]));
     bottom
 }
@@ -237,6 +250,7 @@ fn parts(power: i32) -> String {
 
 /// One line for each graph. Gives the end of the panel.
 fn lanes(svg: &mut String, title: &str, dots: &[&Dot<'_>], scale: &Scale, top: f64, path: &mut Path) -> f64 {
+    let all = graphs(dots);
     let mut graphs: Vec<Vec<&Dot<'_>>> = Vec::new();
     for &dot in dots {
         match graphs.iter_mut().find(|lane| lane[0].row.case.graph == dot.row.case.graph) {
@@ -257,100 +271,10 @@ fn lanes(svg: &mut String, title: &str, dots: &[&Dot<'_>], scale: &Scale, top: f
         let name = stem(&lane[0].row.case.graph);
         let weight = if lane.iter().any(|dot| dot.front) { "600" } else { "400" };
         svg.push_str(&text(LEFT - 10.0, y + 4.0, 12.0, INK, "end", weight, name));
-        strand_of(svg, lane, scale, &|_| y, &mut Vec::new(), false);
+        draw_lane(svg, &Strand::new(lane.clone(), scale, |_| y, &all));
         path.0.extend(lane.iter().filter(|dot| dot.front).map(|dot| [scale.x(dot.time), y]));
     }
     bottom
-}
-
-/// A box that a name takes: left, top, right, bottom.
-type Place = [f64; 4];
-
-/// Dots on a thread with the names of their layouts; with the graph's name at its end when it has no line of its own.
-fn strand_of(
-    svg: &mut String,
-    strand: &[&Dot<'_>],
-    scale: &Scale,
-    y: &dyn Fn(&Dot<'_>) -> f64,
-    taken: &mut Vec<Place>,
-    named: bool,
-) {
-    let points: Vec<[f64; 2]> = strand.iter().map(|dot| [scale.x(dot.time), y(dot)]).collect();
-    let (Some(first), Some(last)) = (points.first(), points.last()) else { return };
-    if points.len() > 1 {
-        let line: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-        let _ = writeln!(svg, "<polyline points=\"{}\" fill=\"none\" stroke=\"#c3ced8\"/>", line.join(" "));
-    }
-    let graph = stem(&strand[0].row.case.graph);
-    let lone = named && points.len() == 1;
-    // Names go up unless something stands there.
-    let height = 50.0;
-    let above = [first[0] - 4.0, first[1] - height, last[0] + 44.0, first[1] - 4.0];
-    let up = lone || !taken.iter().any(|place| overlap(place, &above));
-    let sign = if up { -1.0 } else { 1.0 };
-    let mut free = f64::NEG_INFINITY;
-    for (dot, [x, y]) in strand.iter().zip(&points) {
-        let front = dot.front;
-        if !lone {
-            let layout = dot.row.case.layout.unwrap_or("no world");
-            let at = x.max(free);
-            free = at + APART;
-            let from = y + sign * 6.0;
-            if at - x > 1.0 {
-                let _ = writeln!(svg, "<path d=\"M{x:.1} {y:.1}L{at:.1} {from:.1}\" stroke=\"#c3ced8\"/>");
-            }
-            let (angle, down) = if up { (-45, -3.0) } else { (45, 11.0) };
-            let _ = writeln!(
-                svg,
-                "<text transform=\"translate({:.1} {:.1}) rotate({angle})\" font-size=\"10.5\" fill=\"{}\" font-weight=\"{}\">{}</text>",
-                at + 1.0,
-                from + down * 0.5,
-                if front { FRONT } else { INK },
-                if front { 600 } else { 400 },
-                escaped(layout)
-            );
-        }
-        let (radius, fill) = if front { (5.0, FRONT) } else { (4.0, DOT) };
-        let _ = writeln!(
-            svg,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"{fill}\" stroke=\"#ffffff\"><title>{}</title></circle>",
-            escaped(&about_dot(dot))
-        );
-    }
-    if named {
-        let name = if lone { tracer(&strand[0].row.case) } else { graph.to_owned() };
-        let color = if lone && strand[0].front { FRONT } else { INK };
-        let width = 7.0 * name.chars().count() as f64;
-        let right = [last[0] + 8.0, last[1] - 7.0, last[0] + 10.0 + width, last[1] + 7.0];
-        let left = [first[0] - 10.0 - width, first[1] - 7.0, first[0] - 8.0, first[1] + 7.0];
-        let fits = |place: &Place| {
-            place[2] < WIDTH - 8.0 && place[0] > LEFT && !taken.iter().any(|taken| overlap(taken, place))
-        };
-        let ([x, y], anchor, place) = if fits(&right) || !fits(&left) {
-            ([right[0] + 2.0, last[1] + 4.0], "start", right)
-        } else {
-            ([left[2] - 2.0, first[1] + 4.0], "end", left)
-        };
-        svg.push_str(&text(x, y, 11.5, color, anchor, "600", &name));
-        taken.push(place);
-    }
-    taken.push([
-        first[0] - 6.0,
-        first[1] - if up && !lone { height } else { 8.0 },
-        last[0] + 60.0,
-        first[1] + if up { 8.0 } else { height },
-    ]);
-}
-
-fn overlap(a: &Place, b: &Place) -> bool {
-    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
-}
-
-/// What the pointer is told over a dot.
-fn about_dot(dot: &Dot<'_>) -> String {
-    let mrays = dot.row.outcome.as_ref().map_or(0.0, raxel_runtime::bench::Measured::mrays);
-    let wrong = if dot.wrong == 0.0 { "exact".to_owned() } else { format!("{} ppm wrong", three(dot.wrong)) };
-    format!("{}: {} a ray, {} Mrays/s, {wrong}", tracer(&dot.row.case), duration(dot.time), three(mrays))
 }
 
 fn text(x: f64, y: f64, size: f64, color: &str, anchor: &str, weight: &str, content: &str) -> String {
