@@ -144,26 +144,59 @@ bool rx_not_finite(vec3 v) {
     return any(equal(floatBitsToUint(v) & 0x7f800000u, uvec3(0x7f800000u)));
 }
 
-// Sets the frame to a cell and a place in it.
-void rx_walk_frame(inout RxWalk w, uvec3 entry, vec3 g, vec3 h, float since) {
-    w.entry = entry;
+// Begins a new frame, `since` after the origin, in the current cell: `g` is the place in it and `h` is 1 - g, with a precision of
+// its own.
+void rx_walk_frame(inout RxWalk w, vec3 g, vec3 h, float since) {
+    w.entry = w.q;
     w.start = g - 0.5;
     w.first = mix(h * w.inv, vec3(RX_NEVER), equal(w.inv, vec3(0.0)));
-    w.t -= since - w.base;
     w.t_end -= since - w.base;
     w.base = since;
+    w.t = 0.0;
 }
 
-// Puts the frame at time quarters / 4 after the origin, where every coordinate is a sum of integers.
-void rx_walk_frame_at(inout RxWalk w, RxExact e, uint quarters) {
+// Goes to the time quarters / 4 after the origin, when every coordinate is a sum of integers.
+void rx_walk_skip(inout RxWalk w, RxExact e, uint quarters) {
     uvec3 cells, rest;
     umulExtended(e.d, uvec3(quarters), cells, rest);
     uvec3 start = e.g << 8;  // 2^24 wraps to 0, and is a whole cell
     rest += start;
-    cells += mix(uvec3(0u), uvec3(1u), lessThan(rest, start)) + (e.g >> 24);
+    w.q = e.origin + cells + mix(uvec3(0u), uvec3(1u), lessThan(rest, start)) + (e.g >> 24);
+    w.axes = 8u;  // not in the origin's own cell
     vec3 g = vec3(rest) * 2.3283064365386962890625e-10;
     vec3 h = mix(vec3(uvec3(0u) - rest) * 2.3283064365386962890625e-10, vec3(1.0), equal(rest, uvec3(0u)));
-    rx_walk_frame(w, e.origin + cells, g, h, float(quarters) * 0.25);
+    rx_walk_frame(w, g, h, float(quarters) * 0.25);
+}
+
+// Goes to the time when plane n_a of axis a is crossed, by integers alone, and begins a new frame there. By then at least `low`, at
+// most `high` planes of the other axes have been crossed.
+void rx_walk_cross(inout RxWalk w, RxExact e, uint a, uint n_a, uvec3 low, uvec3 high) {
+    precise float t = (float(n_a) - float(rx_pick(e.g, a)) * 5.9604644775390625e-8) / w.d[a];
+    w.axes = 1u << a;
+    uvec3 counts = uvec3(0u);
+    rx_put(counts, a, n_a);
+    vec3 g = vec3(e.g) * 5.9604644775390625e-8;
+    vec3 h = vec3(uvec3(16777216u) - e.g) * 5.9604644775390625e-8;
+    rx_put(g, a, 0.0);
+    rx_put(h, a, 1.0);
+    for (uint others = 7u & ~(1u << a); others != 0u; others &= others - 1u) {
+        uint b = uint(findLSB(others));
+        uint count = rx_pick(low, b);
+        if (rx_pick(e.d, b) != 0u) {
+            uint least = count, most = rx_pick(high, b);
+            float x = t * w.d[b] + g[b];
+            float error = (x + 1.0) * (4.0 * RX_WALK_ERROR);
+            if (x - error > float(least)) least = max(least, uint(min(x - error, 4.29496704e9)));
+            if (x + error < float(most)) most = min(most, uint(max(x + error, 0.0)));
+            count = rx_walk_count(e, a, n_a, b, min(least, most), most);
+            if (count != 0u && rx_walk_compare(e, a, n_a, b, count) == 0) w.axes |= 1u << b;
+            rx_put(g, b, -rx_walk_gap(e, a, n_a, b, count));
+            rx_put(h, b, rx_walk_gap(e, a, n_a, b, count + 1u));
+        }
+        rx_put(counts, b, count);
+    }
+    w.q = e.origin + counts;
+    rx_walk_frame(w, g, h, t);
 }
 
 // Enters the cube: the ray's cell and time when it first is in it. False if it never is.
@@ -174,36 +207,12 @@ bool rx_walk_enter(inout RxWalk w, RxExact e, bvec3 before, uint last) {
     if (a == 0u && before.y && rx_walk_compare(e, 0u, enter.x, 1u, enter.y) > 0) a = 1u;
     if (a != 2u && before.z && rx_walk_compare(e, a, rx_pick(enter, a), 2u, enter.z) > 0) a = 2u;
     uint n_a = rx_pick(enter, a);
-    precise float t = (float(n_a) - float(rx_pick(e.g, a)) * 5.9604644775390625e-8)
-                    / (float(rx_pick(e.d, a)) * 9.31322574615478515625e-10);
-    w.axes = 1u << a;
-    vec3 g = vec3(e.g) * 5.9604644775390625e-8;
-    vec3 h = vec3(uvec3(16777216u) - e.g) * 5.9604644775390625e-8;
-    rx_put(w.q, a, 0u);
-    rx_put(g, a, 0.0);
-    rx_put(h, a, 1.0);
-    for (uint others = 7u & ~(1u << a); others != 0u; others &= others - 1u) {
-        uint b = uint(findLSB(others));
-        uint d_b = rx_pick(e.d, b);
-        if (d_b == 0u) continue;
-        uint start = rx_pick(e.origin, b);
-        uint high = last - start;  // crossings to the last cell of the cube
-        // Leaves this slab before the others are entered.
-        if (rx_walk_compare(e, a, n_a, b, high + 1u) <= 0) return false;
-        bool outside = b == 0u ? before.x : b == 1u ? before.y : before.z;
-        uint low = outside ? rx_pick(enter, b) : 0u;
-        float x = t * (float(d_b) * 9.31322574615478515625e-10) + float(rx_pick(e.g, b)) * 5.9604644775390625e-8;
-        float error = (x + 1.0) * (4.0 * RX_WALK_ERROR);
-        if (x - error > float(low)) low = max(low, uint(min(x - error, 4.29496704e9)));
-        if (x + error < float(high)) high = min(high, uint(max(x + error, 0.0)));
-        uint count = rx_walk_count(e, a, n_a, b, min(low, high), high);
-        if (count != 0u && rx_walk_compare(e, a, n_a, b, count) == 0) w.axes |= 1u << b;
-        rx_put(w.q, b, start + count);
-        rx_put(g, b, -rx_walk_gap(e, a, n_a, b, count));
-        rx_put(h, b, rx_walk_gap(e, a, n_a, b, count + 1u));
+    // Another slab may be left before.
+    uvec3 left = uvec3(last + 1u) - e.origin;
+    for (uint b = 0u; b < 3u; ++b) {
+        if (b != a && rx_pick(e.d, b) != 0u && rx_walk_compare(e, a, n_a, b, rx_pick(left, b)) <= 0) return false;
     }
-    w.t = t;
-    rx_walk_frame(w, w.q, g, h, t);
+    rx_walk_cross(w, e, a, n_a, mix(uvec3(0u), enter, before), left - 1u);
     return true;
 }
 
@@ -227,24 +236,19 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
     w.d = vec3(d_fixed) * 9.31322574615478515625e-10;
     w.inv = mix(1.0 / max(w.d, vec3(1.0e-20)), vec3(0.0), still);
     RxExact e = rx_walk_exact(w, ray, corner, last);
-    w.axes = 0u;
-    w.q = e.origin;
     w.base = 0.0;
-    w.t = 0.0;
     float scale = rx_walk_scale(ray.dir);
     w.t_end = ray.t_max >= 1.0e37 ? RX_FAR : ray.t_max * scale * 1.0001 + 1.0e-3;
 
     float skip = t_free * scale * 0.999998 - 0.25;
-    if (valid && skip > 0.25 && skip < 2.68435456e8) {
-        rx_walk_frame_at(w, e, uint(skip * 4.0));
-        w.q = w.entry;
-        w.axes = 8u;  // not in the origin's own cell
+    if (valid && skip > 0.25 && skip < 1.0e9) {
+        rx_walk_skip(w, e, uint(skip * 4.0));
         if (((w.q.x | w.q.y | w.q.z) >> log2_size) == 0u) return true;
         // Not in the cube at that time: the ray enters it later, if at all.
-        w.q = e.origin;
-        w.axes = 0u;
     }
-    rx_walk_frame(w, w.q, vec3(e.g) * 5.9604644775390625e-8, vec3(uvec3(16777216u) - e.g) * 5.9604644775390625e-8, 0.0);
+    w.axes = 0u;
+    w.q = e.origin;
+    rx_walk_frame(w, vec3(e.g) * 5.9604644775390625e-8, vec3(uvec3(16777216u) - e.g) * 5.9604644775390625e-8, 0.0);
 
     bvec3 below = lessThan(ray.cell, corner);
     bvec3 above = greaterThan(ray.cell, corner + ivec3(last));
@@ -253,52 +257,6 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
     bvec3 lost = bvec3(past.x || (still.x && before.x), past.y || (still.y && before.y), past.z || (still.z && before.z));
     if (!valid || any(lost)) return false;
     return any(before) ? rx_walk_enter(w, e, before, last) : true;
-}
-
-// Decides a step by integers: which of the axes leaves the block first (`a` is a guess), and where the others are then.
-// Gives the axes that cross a plane at the same time.
-uint rx_walk_decide(RxWalk w, RxExact e, uvec3 end, inout uint a, inout uvec3 low, inout uvec3 high) {
-    uvec3 ends = end - e.origin;  // crossings since the ray's origin
-    uvec3 base = w.entry - e.origin;
-    uvec3 here = w.q - w.entry;
-    uvec3 block = end - w.entry;
-    // Another axis whose end is in doubt may leave first, or with `a`.
-    uint others = 7u & ~(1u << a);
-    while (others != 0u) {
-        uint b = uint(findLSB(others));
-        others &= others - 1u;
-        if (rx_pick(high, b) != rx_pick(block, b)) continue;
-        if (rx_walk_compare(e, a, rx_pick(ends, a), b, rx_pick(ends, b)) < 0) {
-            // The guess was late: the bounds of the two axes left are open again. Happens twice at most.
-            a = b;
-            low = here;
-            high = block;
-            others = 7u & ~(1u << a);
-        }
-    }
-    uint axes = 0u;
-    for (others = 7u & ~(1u << a); others != 0u; others &= others - 1u) {
-        uint b = uint(findLSB(others));
-        uint at = rx_pick(base, b);
-        uint count = rx_walk_count(e, a, rx_pick(ends, a), b, rx_pick(low, b) + at, rx_pick(high, b) + at);
-        if (count - at != rx_pick(here, b) && rx_walk_compare(e, a, rx_pick(ends, a), b, count) == 0) axes |= 1u << b;
-        rx_put(low, b, count - at);
-    }
-    return axes;
-}
-
-// A step as floating point sees it: `a` is the axis whose plane at `end` comes first, at time t; on the others the ray has passed
-// `low` to `high` cells since entry by then.
-void rx_walk_propose(RxWalk w, uint shift, out uvec3 end, out uint a, out float t, out uvec3 low, out uvec3 high) {
-    end = (w.q | ((1u << shift) - 1u)) + 1u;
-    uvec3 block = end - w.entry;
-    vec3 times = vec3(block - 1u) * w.inv + w.first;
-    t = min(times.x, min(times.y, times.z));
-    a = times.x == t ? 0u : times.y == t ? 1u : 2u;
-    vec3 x = t * w.d + (w.start + 0.5);
-    vec3 error = (x + 1.0) * RX_WALK_ERROR;
-    low = max(uvec3(max(x - error, 0.0)), w.q - w.entry);
-    high = max(min(uvec3(x + error), block), low);
 }
 
 // Leaves the aligned block of 2^shift voxels a side that holds the current cell. False, and nothing done, if floating point cannot
@@ -324,24 +282,15 @@ bool rx_walk_step(inout RxWalk w, uint shift) {
     return true;
 }
 
-// What to do when rx_walk_step is not sure: it either has to be called again, from a frame brought close behind the current cell,
-// where floating point is more exact; or the step is done, decided by integers.
+// The same step by integers.
 void rx_walk_settle(inout RxWalk w, RxRay ray, ivec3 corner, uint log2_size, uint shift) {
     RxExact e = rx_walk_exact(w, ray, corner, (1u << log2_size) - 1u);
-    float since = w.base + w.t;
-    if (w.t > 16.0 + since * 1.0e-5 && since < 2.68435456e8) {
-        rx_walk_frame_at(w, e, uint((since * 0.999998 - 0.25) * 4.0));
-        return;
-    }
-    uvec3 end, low, high;
-    uint a;
-    float t;
-    rx_walk_propose(w, shift, end, a, t, low, high);
-    uint axes = rx_walk_decide(w, e, end, a, low, high);
-    w.q = w.entry + low;
-    rx_put(w.q, a, rx_pick(end, a));
-    w.axes = axes | (1u << a);
-    w.t = t;
+    uvec3 here = w.q - e.origin;
+    uvec3 ends = ((w.q | ((1u << shift) - 1u)) + 1u) - e.origin;
+    uint a = e.d.x != 0u ? 0u : e.d.y != 0u ? 1u : 2u;
+    if (a == 0u && e.d.y != 0u && rx_walk_compare(e, 0u, ends.x, 1u, ends.y) < 0) a = 1u;
+    if (a != 2u && e.d.z != 0u && rx_walk_compare(e, a, rx_pick(ends, a), 2u, ends.z) < 0) a = 2u;
+    rx_walk_cross(w, e, a, rx_pick(ends, a), here, ends);
 }
 
 // Fills in all of a hit but its material: the current cell is the voxel. False if it lies beyond ray.t_max.
