@@ -82,6 +82,8 @@ pub struct Row {
 pub struct Measured {
     /// Rays that the time is for: pixels, or hits for a graph that bounces.
     pub rays: u64,
+    /// The rays are those that leave the hits of the pixels.
+    pub bounced: bool,
     /// Frames that were timed.
     pub frames: u32,
     /// GPU time of a frame, from the begin of its first pass to the end of its last; of the pass `bounce` for a graph that bounces.

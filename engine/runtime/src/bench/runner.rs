@@ -167,6 +167,7 @@ impl Runner {
         };
         Measured {
             rays,
+            bounced: run.hits.is_some() && run.bounces.is_some(),
             frames: run.frames,
             time,
             passes: run.passes,

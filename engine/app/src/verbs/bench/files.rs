@@ -160,6 +160,7 @@ pub(super) fn row_json(row: &Row) -> Value {
                     number => json!(number),
                 };
             }
+            value["bounced"] = json!(measured.bounced);
             value["passes"] = json!(measured.passes);
             value["once"] = json!(measured.once);
             if let Err(reason) = &measured.judgement {
@@ -216,6 +217,7 @@ fn quoted(field: &str) -> String {
 /// For the names of the columns.
 const EMPTY: Measured = Measured {
     rays: 0,
+    bounced: false,
     frames: 0,
     time: raxel_runtime::bench::Spread { median: 0.0, p95: 0.0 },
     passes: Vec::new(),

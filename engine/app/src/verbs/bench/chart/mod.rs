@@ -41,10 +41,13 @@ pub(super) fn draw(rows: &[Row], about: &About) -> Option<String> {
     let (mut own, mut bounced): (Vec<Dot<'_>>, Vec<Dot<'_>>) = (Vec::new(), Vec::new());
     for row in rows {
         let (Ok(measured), Some(wrong)) = (&row.outcome, wrong_ppm(row)) else { continue };
+        // A view without a hit has no rays that leave one.
+        if measured.rays == 0 {
+            continue;
+        }
         let dot = Dot { row, time: measured.nanoseconds_a_ray(), wrong, front: false };
         // The rays that leave the hits are other rays, and no match for those of the camera.
-        let pixels = u64::from(row.case.size[0]) * u64::from(row.case.size[1]);
-        if measured.rays == pixels { own.push(dot) } else { bounced.push(dot) }
+        if measured.bounced { bounced.push(dot) } else { own.push(dot) }
     }
     mark_front(&mut own);
     mark_front(&mut bounced);
@@ -304,7 +307,8 @@ mod tests {
             size: [1000, 1000],
         };
         let measured = Measured {
-            rays: if graph == "bounce" { 500_000 } else { 1_000_000 },
+            rays: 1_000_000,
+            bounced: graph == "bounce",
             frames: 3,
             time: Spread { median: milliseconds, p95: milliseconds },
             passes: Vec::new(),
