@@ -1,74 +1,92 @@
-// Beams: how far ahead of the camera a whole tile of pixels is free. One thread marches the tile's middle ray through the halo of
-// the world, which holds every 4^3 block that is occupied or touches one that is. While the middle is outside the halo, and the
-// rays of the tile are within 4 voxels of it, none of them meets a solid voxel; so each may start where the beam ends, and hits
-// what it hits anyway. Needs the layout `tree64`.
+// Beams: how far ahead of the camera a whole tile of pixels is free, so that its rays may start there and hit what they hit anyway.
 //
-// Beams are from "Efficient Sparse Voxel Octrees" (Laine and Karras, 2010), whose rays start at the least of four corner rays;
-// that passes over what is thin and lies between them. This one is conservative.
+// At depth z all rays of a tile are in a box around the middle one that grows with z. A beam looks at the cells that the box
+// overlaps, two along each axis at most: if all are empty, it goes on to where the box first reaches over their border. Every point
+// that a ray passes on the way is in a cell that was looked at, so nothing is missed, however thin.
+//
+// Starting rays from a coarser pass is from "Efficient Sparse Voxel Octrees" (Laine and Karras, 2010), at the least of four corner
+// rays; what lies between those four is missed there.
 #ifndef RAXEL_BEAM_GLSL
 #define RAXEL_BEAM_GLSL
 
 #include "camera.glsl"
 
-const float RX_BEAM_ROOM = 0.5;  // voxels of the 4 that are kept for rounding: of the march, and of the rays' directions
+const float RX_BEAM_NOTHING = RX_FAR;  // no ray of the tile hits anything
+const float RX_BEAM_ROOM = 0.01;       // voxels by which the box is widened: more than the beam's own rounding
+const float RX_BEAM_STEP = 0.002;      // less than that
+// Farther from world.origin, in voxels, floating point is too coarse for that room; there are no beams.
+const int RX_BEAM_REACH = 1 << 14;
 
-// The cube of the halo tree that holds cell c of the world's cube is empty: its log2 size; or 0, if c is in the halo.
-uint rx_halo_free(uvec3 c) {
-    uvec4 node = world.quads[world.halo];
-    for (uint height = world.log2_size >> 1;; --height) {
-        uint child = rx_child(c, height);
-        if (!rx_has_child(node.xy, child)) return 2u * height - 2u + (rx_free_octet(node.xy, child) ? 1u : 0u);
-        if (height == 2u) return 0u;
-        uint next = node.z + rx_child_rank(node.xy, child);
-        node = height == 3u ? uvec4(rx_leaf(next), 0u, 0u) : world.quads[next];
-    }
+#ifndef RX_LAYOUT_TREE64
+#include "march/look.glsl"
+
+// log2 of an empty aligned cube that holds cell c of the world's cube; -1 if the voxel is solid.
+int rx_free(uvec3 c) {
+    uint log2_free;
+    return rx_look(world.origin + ivec3(c), log2_free) != 0u ? -1 : int(log2_free);
 }
+#endif
 
-// Depth (along the camera's axis, in voxels) up to which the rays through the middles of the pixels `first` to `last` meet no solid
-// voxel; RX_FAR if they meet none at all.
-float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 first, ivec2 last, ivec2 size) {
-    // Positions are relative to the world's cube.
+// Depth, in voxels along the camera's axis, up to which the rays through the middles of the pixels `first` to `last` meet no solid
+// voxel; or RX_BEAM_NOTHING. It is looked for from `depth` on, which is known to be free, in at most `rounds` rounds.
+float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 first, ivec2 last, ivec2 size, float depth, int rounds) {
     ivec3 from = cell - world.origin;
-    if (any(greaterThan(abs(from), ivec3(1 << 18))) || world.log2_size > 18u) return 0.0;
+    if (any(greaterThan(abs(from), ivec3(RX_BEAM_REACH))) || (1 << world.log2_size) > RX_BEAM_REACH) return 0.0;
     vec3 origin = vec3(from) + frac;
     vec2 pixel = 2.0 * tan_half_fov / vec2(size);
     vec2 middle = (vec2(first + last + 1) * 0.5 - vec2(size) * 0.5) * pixel;
     vec3 dir = view_to_world[0].xyz * middle.x - view_to_world[1].xyz * middle.y - view_to_world[2].xyz;
-    // Half the extent of the tile's rays at depth 1, along each axis.
     vec2 reach = vec2(last - first) * 0.5 * pixel;
     vec3 spread = abs(view_to_world[0].xyz) * reach.x + abs(view_to_world[1].xyz) * reach.y + 1.0e-6;
-    float end = (4.0 - RX_BEAM_ROOM) / max(spread.x, max(spread.y, spread.z));
+    // At depth z the box is from origin + z * slow to origin + z * fast.
+    vec3 slow = dir - spread, fast = dir + spread;
+    bvec3 sinks = lessThan(slow, vec3(0.0)), climbs = greaterThan(fast, vec3(0.0));
+    vec3 inv_slow = 1.0 / min(slow, vec3(-1.0e-30)), inv_fast = 1.0 / max(fast, vec3(1.0e-30));
+    vec3 low = vec3(world.bounds_min - world.origin) - 0.1, high = vec3(world.bounds_last - world.origin + 1) + 0.1;
 
-    vec3 inv = mix(1.0 / dir, vec3(RX_FAR), lessThan(abs(dir), vec3(1.0e-12)));
-    // The box that holds all solids, and the blocks that touch them.
-    vec3 low = vec3(world.bounds_min - world.origin) - 8.0, high = vec3(world.bounds_last - world.origin) + 9.0;
-    vec3 near = (mix(high, low, greaterThan(dir, vec3(0.0))) - origin) * inv, far = (mix(low, high, greaterThan(dir, vec3(0.0))) - origin) * inv;
-    // All rays of the tile go the same way along the axes that this one counts as leaving the box by.
-    bvec3 certain = greaterThan(abs(dir), spread);
-    vec3 leave = mix(vec3(RX_FAR), far, certain);
-    float out_of_box = min(leave.x, min(leave.y, leave.z));
-    float depth = max(0.0, max(near.x, max(near.y, near.z)));
-    if (depth > 0.0) depth += 0.01;
-    uint outside = ~((1u << world.log2_size) - 1u);
+    // Before the last slab of the bounds is touched there is nothing, nor after one of them is left for good.
+    vec3 touch = max(mix(vec3(0.0), (low - origin) * inv_fast, lessThan(origin, low)),
+                     mix(vec3(0.0), (high - origin) * inv_slow, greaterThan(origin, high)));
+    depth = max(depth, max(touch.x, max(touch.y, touch.z)));
+    vec3 leave = min(mix(vec3(RX_FAR), (high - origin) / max(slow, vec3(1.0e-30)), greaterThan(slow, vec3(0.0))),
+                     mix(vec3(RX_FAR), (low - origin) / min(fast, vec3(-1.0e-30)), lessThan(fast, vec3(0.0))));
+    float gone = min(leave.x, min(leave.y, leave.z));
+    if (depth > 1.0e9) return RX_BEAM_NOTHING;
 
-    for (int i = 0; i < 512; ++i) {
-        if (depth >= out_of_box) return out_of_box <= end ? RX_FAR : end;
-        if (depth >= end) return end;
-        uvec3 c = uvec3(ivec3(floor(origin + depth * dir)));
-        if (((c.x | c.y | c.z) & outside) != 0u) return depth;
-        uint log2_free = rx_halo_free(c);
-        if (log2_free == 0u) return depth;
-        uint mask = (1u << log2_free) - 1u;
-        vec3 exit = vec3(ivec3(mix(c & ~mask, (c | mask) + 1u, greaterThan(dir, vec3(0.0)))));
-        vec3 t = mix((exit - origin) * inv, vec3(RX_FAR), lessThan(abs(dir), vec3(1.0e-12)));
-        depth = max(depth, min(t.x, min(t.y, t.z))) + 0.01;
+    ivec3 last_cell = ivec3((1 << world.log2_size) - 1);
+    float free = depth;
+    for (int i = 0; i < rounds; ++i) {
+        if (depth >= gone) return RX_BEAM_NOTHING;
+        // Outside of the cube there is nothing.
+        ivec3 a = clamp(ivec3(floor(origin + depth * slow - RX_BEAM_ROOM)), ivec3(0), last_cell);
+        ivec3 b = clamp(ivec3(floor(origin + depth * fast + RX_BEAM_ROOM)), ivec3(0), last_cell);
+        int log2_free = rx_free(uvec3(b));
+        uvec3 span = uvec3(a ^ b);
+        for (uint corner = 1u; corner < 8u && log2_free >= 0; ++corner) {
+            // An axis along which both ends are in the same cell needs no second look.
+            uvec3 apart = span >> log2_free;
+            uint axes = (apart.x != 0u ? 1u : 0u) | (apart.y != 0u ? 2u : 0u) | (apart.z != 0u ? 4u : 0u);
+            if (axes == 0u) break;
+            if ((corner & ~axes) != 0u) continue;
+            log2_free = min(log2_free, rx_free(uvec3((corner & 1u) != 0u ? a.x : b.x, (corner & 2u) != 0u ? a.y : b.y,
+                                                     (corner & 4u) != 0u ? a.z : b.z)));
+        }
+        if (log2_free < 0 || any(greaterThan((b >> log2_free) - (a >> log2_free), ivec3(1)))) return free;
+        a = (a >> log2_free) << log2_free;
+        b = ((b >> log2_free) + 1) << log2_free;
+        vec3 lower = mix(vec3(a), vec3(-RX_FAR), lessThanEqual(a, ivec3(0)));
+        vec3 upper = mix(vec3(b), vec3(RX_FAR), greaterThan(b, last_cell));
+        vec3 t = min(mix(vec3(RX_FAR), (lower - origin) * inv_slow, sinks),
+                     mix(vec3(RX_FAR), (upper - origin) * inv_fast, climbs));
+        free = max(depth, min(t.x, min(t.y, t.z)));
+        depth = free + RX_BEAM_STEP;
     }
-    return depth;
+    return free;
 }
 
-// The same for one of these rays, in lengths of its direction.
-float rx_beam_start(float depth, RxRay ray, mat4 view_to_world) {
-    return depth >= RX_FAR ? RX_FAR : depth / max(-dot(ray.dir, view_to_world[2].xyz), 1.0e-6) * 0.99999 - 0.01;
+// The depth as a time of one of the tile's rays, for rx_trace_from.
+float rx_beam_time(float depth, RxRay ray, mat4 view_to_world) {
+    return depth / max(-dot(ray.dir, view_to_world[2].xyz), 1.0e-6) * 0.99999 - 0.01;
 }
 
 #endif

@@ -26,8 +26,8 @@ uint rx_material(ivec3 cell) {
 // Goes on with a walk from the cell that it is in.
 bool rx_trace_on(RxWalk walk, RxRay ray, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
-    uint outside = ~((1u << world.log2_size) - 1u);
-    uvec3 flip = rx_walk_flip(walk, ~outside);
+    uvec3 flip = rx_walk_flip(walk, (1u << world.log2_size) - 1u);
+    uvec3 limit = rx_walk_limit(walk, world.log2_size, world.bounds_min - world.origin, world.bounds_last - world.origin);
 #ifdef RX_MARCH_RAYMASK
     uvec3 asked = rx_raymask_block(walk);
 #endif
@@ -38,7 +38,7 @@ bool rx_trace_on(RxWalk walk, RxRay ray, out RxHit hit) {
     uint rounds = world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
     do {
         for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
-            if (((walk.q.x | walk.q.y | walk.q.z) & outside) != 0u || walk.t > walk.t_end) break;
+            if (any(greaterThan(walk.q, limit)) || walk.t > walk.t_end) break;
             material = rx_look(world.origin + ivec3(walk.q ^ flip), log2_free);
             if (material != 0u) break;
 #ifdef RX_MARCH_RAYMASK

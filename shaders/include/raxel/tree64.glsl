@@ -9,8 +9,6 @@
 //     word                     (16^3) where the links of its leaves begin: RX_UNIFORM | material, or the halfword where the
 //                              materials of the leaf's voxels begin, in the order of its mask
 //
-// The halo is a second tree of the same kind over the 4^3 blocks that are occupied or touch one that is; see beam.glsl.
-//
 // The idea and the 2^3 skips are from "A guide to fast voxel ray tracing using sparse 64-trees" (dubiousconst282, 2024); the
 // stepping is walk.glsl's, so no hit depends on rounding.
 #ifndef RAXEL_TREE64_GLSL
@@ -24,9 +22,9 @@ layout(std430) readonly buffer RxWorld {
     ivec3 bounds_last;
     uint materials_at;    // word of the first material
     uint root;            // the root node, in nodes
-    uint halo;            // the halo's root node, in nodes
     uint node_count;
     uint leaf_count;
+    uint unused;
     uvec4 quads[];
 } world;
 
@@ -91,6 +89,40 @@ uint rx_material(ivec3 cell) {
     }
 }
 
+// The node of 64^3 that rx_free passed last, and a cell in it.
+uvec3 rx_chunk_cell = uvec3(0x80000000u);
+uint rx_chunk_node = 0u;
+
+// log2 of an empty aligned cube that holds cell c of the world's cube; -1 if the voxel is solid.
+int rx_free(uvec3 c) {
+    bool near = ((c.x ^ rx_chunk_cell.x) | (c.y ^ rx_chunk_cell.y) | (c.z ^ rx_chunk_cell.z)) < 64u;
+    uint height = near ? 3u : world.log2_size >> 1;
+    uint at = near ? rx_chunk_node : world.root;
+    uvec4 node = world.quads[at];
+    uint child = rx_child(c, height);
+    bool occupied = rx_has_child(node.xy, child);
+    while (occupied && height > 2u && (node.w & RX_FILLED) == 0u) {
+        if (height == 3u) {
+            rx_chunk_cell = c;
+            rx_chunk_node = at;
+        }
+        at = node.z + rx_child_rank(node.xy, child);
+        node = world.quads[at];
+        --height;
+        child = rx_child(c, height);
+        occupied = rx_has_child(node.xy, child);
+    }
+    uvec2 mask = node.xy;
+    if (occupied) {
+        if ((node.w & RX_FILLED) != 0u) return -1;
+        mask = rx_leaf(node.z + rx_child_rank(mask, child));
+        child = rx_child(c, 1u);
+        height = 1u;
+        if (rx_has_child(mask, child)) return -1;
+    }
+    return int(2u * height - 2u) + (rx_free_octet(mask, child) ? 1 : 0);
+}
+
 // The first solid voxel along a ray, not looked for before `t_free` (in lengths of the direction): until then it passes air only.
 bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
@@ -100,10 +132,8 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     uvec3 flip = rx_walk_flip(walk, 3u);
     uint mirror = flip.x | (flip.z << 2) | (flip.y << 4);
 
-    uint height = world.log2_size >> 1;
-    uint chunk = world.root;  // the last node of 64^3 that was passed
-    uvec4 node = world.quads[chunk];
-    uint moved = 0u;          // bits of the cell that the last step changed
+    uvec3 limit = rx_walk_limit(walk, world.log2_size, world.bounds_min - world.origin, world.bounds_last - world.origin);
+    uvec4 node = uvec4(0u);
     uvec2 leaf = uvec2(0u);
     uint child = 0u, rank = 0u, voxel = 0u, shift = 0u;
     bool found = false, unsure = false;
@@ -111,10 +141,15 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     // Every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
     uint rounds = world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
     do {
+        if (any(greaterThan(walk.q, limit))) break;
+        uint height = world.log2_size >> 1;
+        uint chunk = world.root;  // the last node of 64^3 that was passed
+        node = world.quads[chunk];
+        uint moved = 0u;          // bits of the cell that the last step changed
         for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
             // Up: a node is kept as long as the ray is in it; then the chunk's turn comes, then the root's.
             if ((moved >> (2u * height)) != 0u) {
-                if ((moved >> world.log2_size) != 0u || walk.t > walk.t_end) break;
+                if (any(greaterThan(walk.q, limit)) || walk.t > walk.t_end) break;
                 height = moved < 64u ? 3u : world.log2_size >> 1;
                 node = world.quads[moved < 64u ? chunk : world.root];
             }
@@ -152,11 +187,8 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
             unsure = !rx_walk_step(walk, shift);
             moved = (before.x ^ walk.q.x) | (before.y ^ walk.q.y) | (before.z ^ walk.q.z);
         }
-        if (unsure) {
-            uvec3 before = walk.q;
-            rx_walk_settle(walk, ray, world.origin, world.log2_size, shift);
-            moved = (before.x ^ walk.q.x) | (before.y ^ walk.q.y) | (before.z ^ walk.q.z);
-        }
+        // After a step by integers the search begins again at the root: nothing else has to be kept meanwhile.
+        if (unsure) rx_walk_settle(walk, ray, world.origin, world.log2_size, shift);
     } while (unsure);
 
     if (!found) return false;

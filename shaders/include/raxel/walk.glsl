@@ -293,6 +293,12 @@ void rx_walk_settle(inout RxWalk w, RxRay ray, ivec3 corner, uint log2_size, uin
     rx_walk_cross(w, e, a, rx_pick(ends, a), here, ends);
 }
 
+// The cells that the ray may be in before it has left the bounds of all solids (`low` to `high`, in the world's cube) for good.
+uvec3 rx_walk_limit(RxWalk w, uint log2_size, ivec3 low, ivec3 high) {
+    uvec3 last = uvec3((1u << log2_size) - 1u);
+    return min(mix(uvec3(high), last - uvec3(low), rx_walk_down(w)), last);
+}
+
 // Fills in all of a hit but its material: the current cell is the voxel. False if it lies beyond ray.t_max.
 bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, uint log2_size, out RxHit hit) {
     uint last = (1u << log2_size) - 1u;

@@ -29,12 +29,12 @@ header! {
         materials_at: u32,
         /// Address of the root node.
         root: u32,
-        /// Address of the halo's root node.
-        halo: u32,
-        /// Nodes in the buffer, the halo's apart.
+        /// Nodes in the buffer.
         node_count: u32,
         /// Leaves in the buffer.
         leaf_count: u32,
+        /// Always 0: the nodes behind begin at a multiple of their size.
+        unused: u32,
     }
 }
 

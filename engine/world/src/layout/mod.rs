@@ -6,7 +6,6 @@ mod brickmap;
 mod bvh;
 mod chunk_table;
 mod chunks;
-mod halo;
 mod header;
 mod octree;
 mod parts;

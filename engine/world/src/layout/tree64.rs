@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::halo::Halo;
 use super::header::{Extent, MATERIAL_WORDS, Tree64Header, material_words};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_index};
@@ -12,7 +11,7 @@ use crate::material::MaterialIndex;
 use crate::world::{ChunkPos, World};
 
 /// Words of a node.
-pub(super) const QUAD: usize = 4;
+const QUAD: usize = 4;
 /// Word 3 of a node whose occupied children are full, all of the material in the low half.
 const FILLED: u32 = 0x8000_0000;
 /// Word 3 of a node whose voxels are all of the material in the low half; also a leaf's link, by itself.
@@ -33,14 +32,14 @@ struct ChunkSize {
 
 /// A node: mask, address of its first child, and what its voxels are made of.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Node {
-    pub mask: u64,
-    pub children: u32,
-    pub material: u32,
+struct Node {
+    mask: u64,
+    children: u32,
+    material: u32,
 }
 
 impl Node {
-    pub fn put(self, words: &mut [u32], at: usize) {
+    fn put(self, words: &mut [u32], at: usize) {
         words[at..at + QUAD].copy_from_slice(&[
             self.mask as u32,
             (self.mask >> 32) as u32,
@@ -53,7 +52,6 @@ impl Node {
 /// Where the parts of the buffer begin, in words from the end of the header.
 struct Sections {
     nodes: usize,
-    halo: usize,
     leaves: usize,
     links: usize,
     attributes: usize,
@@ -66,7 +64,6 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let levels = (extent.log2_size - 6) / 2;
     let (distinct, uses) = distinct_chunks(world, &extent);
     let sizes: Vec<ChunkSize> = distinct.par_iter().map(|chunk| ChunkSize::of(chunk)).collect();
-    let halo = Halo::of(world, &extent);
 
     let sum = |part: fn(&ChunkSize) -> usize| sizes.iter().map(part).sum::<usize>();
     let upper = upper_nodes(&uses, levels);
@@ -74,14 +71,12 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let [leaves, links, attributes] = [sum(|size| size.leaves), sum(|size| size.links), sum(|size| size.attributes)];
     let mut at = Sections {
         nodes: MATERIAL_WORDS as usize * world.materials().len(),
-        halo: 0,
         leaves: 0,
         links: 0,
         attributes: 0,
         end: 0,
     };
-    at.halo = at.nodes + QUAD * nodes;
-    at.leaves = at.halo + QUAD * halo.quads();
+    at.leaves = at.nodes + QUAD * nodes;
     at.links = at.leaves + 2 * leaves;
     at.attributes = at.links + links;
     // Nodes are read four words at a time, the last leaf too.
@@ -98,9 +93,9 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
         bounds_last: extent.bounds_last,
         materials_at: 0,
         root: (at.nodes / QUAD) as u32,
-        halo: (at.halo / QUAD) as u32,
         node_count: nodes as u32,
         leaf_count: leaves as u32,
+        unused: 0,
     };
     let mut buffer = Vec::with_capacity(Tree64Header::WORDS as usize + at.end);
     buffer.extend_from_slice(bytemuck::cast_slice(&[header]));
@@ -109,7 +104,6 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
 
     let body = &mut buffer[Tree64Header::WORDS as usize..];
     let roots = fill_chunks(&distinct, &sizes, body, &at, upper);
-    halo.fill(&mut body[at.halo..at.leaves], at.halo);
     let chunks = uses.iter().map(|&(path, index)| (path, roots[index])).collect();
     fill_upper(chunks, levels, &mut body[at.nodes..at.nodes + QUAD * upper], at.nodes);
 
@@ -137,7 +131,7 @@ fn distinct_chunks<'a>(world: &'a World, extent: &Extent) -> (Vec<&'a Chunk>, Ve
 }
 
 /// Child indices from the root down to a chunk, 6 bits each, the root's highest.
-pub(super) fn path(pos: ChunkPos, extent: &Extent) -> u128 {
+fn path(pos: ChunkPos, extent: &Extent) -> u128 {
     let [ox, oy, oz] = extent.origin.map(|origin| origin >> 6);
     let (x, y, z) = ((pos.x - ox) as u32, (pos.y - oy) as u32, (pos.z - oz) as u32);
     let levels = (extent.log2_size - 6) / 2;
@@ -148,7 +142,7 @@ pub(super) fn path(pos: ChunkPos, extent: &Extent) -> u128 {
 }
 
 /// Nodes from the root down to the chunks at these paths, both included.
-pub(super) fn upper_nodes<T>(chunks: &[(u128, T)], levels: u32) -> usize {
+fn upper_nodes<T>(chunks: &[(u128, T)], levels: u32) -> usize {
     let of_level = |level: u32| chunks.chunk_by(|a, b| a.0 >> (6 * level) == b.0 >> (6 * level)).count();
     (0..=levels).map(of_level).sum::<usize>().max(1)
 }
@@ -258,7 +252,7 @@ fn fill_chunks(distinct: &[&Chunk], sizes: &[ChunkSize], body: &mut [u32], at: &
     let (front, links) = front.split_at_mut(at.links);
     let (front, leaves) = front.split_at_mut(at.leaves);
     let first_node = at.nodes / QUAD + upper;
-    let nodes = &mut front[QUAD * first_node..at.halo];
+    let nodes = &mut front[QUAD * first_node..at.leaves];
     let mut room = Room {
         nodes: Part { rest: bytemuck::cast_slice_mut(nodes), at: first_node },
         leaves: Part { rest: bytemuck::cast_slice_mut(leaves), at: at.leaves / 2 },
@@ -320,7 +314,7 @@ fn encode_chunk(chunk: &Chunk, mut room: Room) -> Node {
 
 /// Writes the nodes from the root (first) down to the chunks, level by level. `chunks` are in the order of their paths, so siblings
 /// are neighbours; `words_at` is the address of `words`.
-pub(super) fn fill_upper(chunks: Vec<(u128, Node)>, levels: u32, words: &mut [u32], words_at: usize) {
+fn fill_upper(chunks: Vec<(u128, Node)>, levels: u32, words: &mut [u32], words_at: usize) {
     let mut level = chunks;
     let mut end = words.len();
     for _ in 0..levels {
