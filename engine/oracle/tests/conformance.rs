@@ -7,7 +7,7 @@ use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::scenes::{self, Scene};
 use raxel_oracle::sets::{self, RaySet};
-use raxel_oracle::{Ray, exact};
+use raxel_oracle::{Hit, Ray, exact};
 use raxel_world::World;
 use raxel_world::layout::Layout;
 
@@ -157,6 +157,39 @@ fn moving_ray_and_world_moves_the_hit() {
                 first.map(|hit| (std::array::from_fn(|i| hit.voxel[i] + by[i]), hit.face, hit.t.to_bits(), hit.uv));
             assert_eq!(second.map(|hit| (hit.voxel, hit.face, hit.t.to_bits(), hit.uv)), expected, "{ray:?}");
         }
+    }
+}
+
+/// A ray may be said to be free up to any time before its hit, and one that hits nothing up to any time at all.
+#[test]
+fn rays_may_begin_anywhere_before_their_hit() {
+    for (name, corner) in
+        [("hills", IVec3::new(-13, 5, -40)), ("menger", IVec3::ZERO), ("corners", IVec3::splat(-(1 << 20)))]
+    {
+        let world = Scene::find(name).expect("a scene").world(corner, 7);
+        let buffer = Layout::Tree64.encode(&world, u64::MAX).expect("small").words;
+        let tree = Tree64::new(&buffer);
+        let mut random = sets::Random::new(3);
+        let (mut hits, mut fewer_steps) = (0, 0);
+        for set in sets::ALL {
+            for ray in set.rays(&world, 600, 9) {
+                let whole = tree.trace(&ray);
+                let share = random.below(1025) as f32 / 1024.0;
+                let up_to = [share, 1.0, 1.0 - share * 1e-6].map(|share| match &whole {
+                    Some(hit) => hit.t * share,
+                    None => share * 1000.0 / ray.dir.iter().fold(0.0, |most, d| d.abs().max(most)),
+                });
+                for t_free in up_to {
+                    let found = tree.trace_from(&ray, t_free);
+                    let place =
+                        |hit: Hit| (hit.voxel, hit.face, hit.material, hit.t.to_bits(), hit.uv.map(f32::to_bits));
+                    assert_eq!(found.map(place), whole.map(place), "{name} {} {t_free} {ray:?}", set.name);
+                    hits += u32::from(found.is_some());
+                    fewer_steps += u32::from(found.zip(whole).is_some_and(|(found, whole)| found.steps < whole.steps));
+                }
+            }
+        }
+        assert!(hits > 2000 && fewer_steps * 8 > hits, "{name}: {hits} hits, {fewer_steps} of them with fewer steps");
     }
 }
 
