@@ -55,7 +55,8 @@ RxExact rx_walk_exact(RxWalk w, RxRay ray, ivec3 corner, uint last) {
     e.d = uvec3(w.d * 1073741824.0);
     bvec3 down = rx_walk_down(w);
     uvec3 fixed_frac = uvec3(clamp(ray.frac, 0.0, 1.0) * 16777216.0);
-    e.g = mix(mix(fixed_frac, uvec3(16777216u) - fixed_frac, down), uvec3(0u), equal(e.d, uvec3(0u)));
+    // In the middle of the cell on an axis that the ray does not move along, where rx_walk_step is sure of it.
+    e.g = mix(mix(fixed_frac, uvec3(16777216u) - fixed_frac, down), uvec3(8388608u), equal(e.d, uvec3(0u)));
     uvec3 relative = uvec3(ray.cell) - uvec3(corner);
     e.origin = mix(relative, uvec3(last) - relative, down);
     return e;
