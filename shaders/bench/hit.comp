@@ -30,7 +30,8 @@ void main() {
     // The image of the tiles is rounded, and may be one short of the last.
     ivec2 tile = pixel / TILE;
     float depth = all(lessThan(tile, imageSize(beams))) ? imageLoad(beams, tile).x : 0.0;
-    bool found = depth < RX_BEAM_NOTHING && rx_trace_from(ray, rx_beam_time(depth, ray, push.view_to_world), hit);
+    float free = rx_beam_time(depth, push.view_to_world, push.tan_half_fov, pixel, size);
+    bool found = depth < RX_BEAM_NOTHING && rx_trace_from(ray, free, hit);
 #else
     bool found = rx_trace(ray, hit);
 #endif

@@ -12,8 +12,7 @@
 #include "camera.glsl"
 
 const float RX_BEAM_NOTHING = RX_FAR;  // no ray of the tile hits anything
-const float RX_BEAM_ROOM = 0.01;       // voxels by which the box is widened: more than the beam's own rounding
-const float RX_BEAM_STEP = 0.002;      // less than that
+const float RX_BEAM_ROOM = 0.02;       // voxels by which the box is widened: more than the beam's own rounding
 // Farther from world.origin, in voxels, floating point is too coarse for that room; there are no beams.
 const int RX_BEAM_REACH = 1 << 14;
 
@@ -37,7 +36,7 @@ float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec
     vec2 middle = (vec2(first + last + 1) * 0.5 - vec2(size) * 0.5) * pixel;
     vec3 dir = view_to_world[0].xyz * middle.x - view_to_world[1].xyz * middle.y - view_to_world[2].xyz;
     vec2 reach = vec2(last - first) * 0.5 * pixel;
-    vec3 spread = abs(view_to_world[0].xyz) * reach.x + abs(view_to_world[1].xyz) * reach.y + 1.0e-6;
+    vec3 spread = abs(view_to_world[0].xyz) * reach.x + abs(view_to_world[1].xyz) * reach.y + 1.0e-6 * length(dir);
     // At depth z the box is from origin + z * slow to origin + z * fast.
     vec3 slow = dir - spread, fast = dir + spread;
     bvec3 sinks = lessThan(slow, vec3(0.0)), climbs = greaterThan(fast, vec3(0.0));
@@ -54,7 +53,6 @@ float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec
     if (depth > 1.0e9) return RX_BEAM_NOTHING;
 
     ivec3 last_cell = ivec3((1 << world.log2_size) - 1);
-    float free = depth;
     for (int i = 0; i < rounds; ++i) {
         if (depth >= gone) return RX_BEAM_NOTHING;
         // Outside of the cube there is nothing.
@@ -71,22 +69,24 @@ float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec
             log2_free = min(log2_free, rx_free(uvec3((corner & 1u) != 0u ? a.x : b.x, (corner & 2u) != 0u ? a.y : b.y,
                                                      (corner & 4u) != 0u ? a.z : b.z)));
         }
-        if (log2_free < 0 || any(greaterThan((b >> log2_free) - (a >> log2_free), ivec3(1)))) return free;
+        if (log2_free < 0 || any(greaterThan((b >> log2_free) - (a >> log2_free), ivec3(1)))) return depth;
         a = (a >> log2_free) << log2_free;
         b = ((b >> log2_free) + 1) << log2_free;
         vec3 lower = mix(vec3(a), vec3(-RX_FAR), lessThanEqual(a, ivec3(0)));
         vec3 upper = mix(vec3(b), vec3(RX_FAR), greaterThan(b, last_cell));
         vec3 t = min(mix(vec3(RX_FAR), (lower - origin) * inv_slow, sinks),
                      mix(vec3(RX_FAR), (upper - origin) * inv_fast, climbs));
-        free = max(depth, min(t.x, min(t.y, t.z)));
-        depth = free + RX_BEAM_STEP;
+        // There the box, widened, is over the border: the next round looks at other cells.
+        depth = max(depth, min(t.x, min(t.y, t.z)));
     }
-    return free;
+    return depth;
 }
 
-// The depth as a time of one of the tile's rays, for rx_trace_from.
-float rx_beam_time(float depth, RxRay ray, mat4 view_to_world) {
-    return depth / max(-dot(ray.dir, view_to_world[2].xyz), 1.0e-6) * 0.99999 - 0.01;
+// The depth as a time of the ray through the middle of a pixel, for rx_trace_from.
+float rx_beam_time(float depth, mat4 view_to_world, vec2 tan_half_fov, ivec2 pixel, ivec2 size) {
+    vec2 place = (vec2(2 * pixel + 1) / vec2(size) - 1.0) * tan_half_fov;
+    vec3 dir = view_to_world[0].xyz * place.x - view_to_world[1].xyz * place.y - view_to_world[2].xyz;
+    return depth * length(dir) * 0.99999 - 0.01;
 }
 
 #endif
