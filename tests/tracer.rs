@@ -8,7 +8,7 @@ use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::scenes::{self, Scene};
-use raxel_oracle::{Oracle, Ray, sets};
+use raxel_oracle::{Hit, Oracle, Ray, sets};
 use raxel_runtime::rays::{HitWords, Method, State, Stream, Tracer};
 use raxel_world::World;
 use raxel_world::layout::Layout;
@@ -82,6 +82,9 @@ fn every_layout_hits_what_the_oracle_hits() {
                         let port = Tree64::new(&buffer).trace(ray).expect("the port hits what the device hits");
                         let off = [0, 1].map(|i| (port.uv[i] - hit.uv[i]).abs());
                         assert!(off.iter().all(|off| *off < 1e-6), "{place} {set} {ray:?}\n{port:?}\n{hit:?}");
+                        // And it steps over the same blocks.
+                        let same_steps = tracer.method().layout != Layout::Tree64 || port.steps == hit.steps;
+                        assert!(same_steps, "{place} {set} {ray:?}\n{port:?}\n{hit:?}");
                     }
                     errors
                 })
@@ -196,6 +199,41 @@ fn rays_end_at_t_max() {
             );
         }
     }
+}
+
+/// Asks `rx_trace_from` in place of `rx_trace`: of a ray that hits, from a time before its hit; of one that misses, from any time.
+const FROM_ANYWHERE: &str = r"
+bool rx_march(RxRay ray, out RxHit hit) {
+    uvec3 bits = floatBitsToUint(ray.frac) ^ floatBitsToUint(ray.dir).zxy;
+    float share = float(((bits.x * 747796405u + bits.y) * 2891336453u + bits.z) >> 22) / 1023.0;
+    vec3 size = abs(ray.dir);
+    float any = 1000.0 / max(size.x, max(size.y, size.z));
+    bool found = rx_trace(ray, hit);
+    return rx_trace_from(ray, (found ? hit.t : any) * share, hit);
+}
+";
+
+/// A ray that is said to be free up to some time before its hit hits the same, to the bit.
+#[test]
+fn rays_may_begin_anywhere_before_their_hit() {
+    let mut lab = Lab::open();
+    let library = Arc::new(MemoryFiles::new([("shaders/include/raxel/march.glsl", FROM_ANYWHERE)]));
+    let world = Scene::find("menger").expect("a scene").world(IVec3::new(-13, 5, -(1 << 24)), 3);
+    let rays: Vec<Ray> = sets::ALL.iter().flat_map(|set| set.rays(&world, 200, 8)).collect();
+    for &layout in Layout::ALL {
+        let whole = lab.trace(&mut lab.tracer(layout), &world, &rays);
+        let mut from_anywhere =
+            Tracer::new(&lab.device, library.clone(), &Method::of(layout)).expect("the shader compiles");
+        let found = lab.trace(&mut from_anywhere, &world, &rays);
+        let mut fewer_steps = 0;
+        for ((ray, whole), found) in rays.iter().zip(&whole).zip(&found) {
+            let same = |hit: Hit| Hit { steps: 0, ..hit };
+            assert_eq!(found.hit().map(same), whole.hit().map(same), "{} {ray:?}", layout.name());
+            fewer_steps += usize::from(found.steps < whole.steps);
+        }
+        assert!(fewer_steps * 40 > rays.len(), "{}: {fewer_steps} of {} rays", layout.name(), rays.len());
+    }
+    lab.close();
 }
 
 #[test]

@@ -337,8 +337,7 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, uint log2_size, out RxHit hi
         if (rx_pick(e.d, b) == 0u) continue;
         // From the plane behind, or in a mirrored axis from the one in front.
         bool mirrored = ((w.down >> b) & 1u) != 0u;
-        float gap = rx_walk_gap(e, a, n_a, b, rx_pick(n, b) + (mirrored ? 1u : 0u));
-        rx_put(place, b, clamp(mirrored ? gap : -gap, 0.0, 1.0));
+        rx_put(place, b, abs(rx_walk_gap(e, a, n_a, b, rx_pick(n, b) + (mirrored ? 1u : 0u))));
     }
     hit.uv = a == 0u ? place.yz : a == 1u ? place.xz : place.xy;
     return ray.t_max >= RX_FAR || t <= ray.t_max;

@@ -349,8 +349,7 @@ impl Walk {
         let t = lattice_t * scale;
         for b in (0..3).filter(|&b| b != a && e.d[b] != 0) {
             let mirrored = self.down >> b & 1 != 0;
-            let gap = e.gap(a, n[a], b, n[b].wrapping_add(u32::from(mirrored)));
-            place[b] = (if mirrored { gap } else { -gap }).clamp(0.0, 1.0);
+            place[b] = e.gap(a, n[a], b, n[b].wrapping_add(u32::from(mirrored))).abs();
         }
         let uv = [[place[1], place[2]], [place[0], place[2]], [place[0], place[1]]][a];
         if ray.t_max >= FAR || t <= ray.t_max { found(face, t, uv) } else { None }
