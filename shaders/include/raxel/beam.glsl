@@ -12,7 +12,7 @@
 #include "camera.glsl"
 
 const float RX_BEAM_NOTHING = RX_FAR;  // no ray of the tile hits anything
-const float RX_BEAM_ROOM = 0.02;       // voxels by which the box is widened: more than the beam's own rounding
+const float RX_BEAM_ROOM = 0.02;       // voxels: more than any place of a beam is off by rounding, see docs/exactness.md
 // Farther from world.origin, in voxels, floating point is too coarse for that room; there are no beams.
 const int RX_BEAM_REACH = 1 << 14;
 
@@ -36,7 +36,8 @@ float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec
     vec2 middle = (vec2(first + last + 1) * 0.5 - vec2(size) * 0.5) * pixel;
     vec3 dir = view_to_world[0].xyz * middle.x - view_to_world[1].xyz * middle.y - view_to_world[2].xyz;
     vec2 reach = vec2(last - first) * 0.5 * pixel;
-    vec3 spread = abs(view_to_world[0].xyz) * reach.x + abs(view_to_world[1].xyz) * reach.y + 1.0e-6 * length(dir);
+    // The last term is more than a ray of the tile, or the beam, is off in its direction.
+    vec3 spread = abs(view_to_world[0].xyz) * reach.x + abs(view_to_world[1].xyz) * reach.y + 1.0e-6 * (length(dir) + reach.x + reach.y);
     // At depth z the box is from origin + z * slow to origin + z * fast.
     vec3 slow = dir - spread, fast = dir + spread;
     bvec3 sinks = lessThan(slow, vec3(0.0)), climbs = greaterThan(fast, vec3(0.0));
@@ -56,8 +57,8 @@ float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec
     for (int i = 0; i < rounds; ++i) {
         if (depth >= gone) return RX_BEAM_NOTHING;
         // Outside of the cube there is nothing.
-        ivec3 a = clamp(ivec3(floor(origin + depth * slow - RX_BEAM_ROOM)), ivec3(0), last_cell);
-        ivec3 b = clamp(ivec3(floor(origin + depth * fast + RX_BEAM_ROOM)), ivec3(0), last_cell);
+        ivec3 a = clamp(ivec3(floor(origin + depth * slow - 2.5 * RX_BEAM_ROOM)), ivec3(0), last_cell);
+        ivec3 b = clamp(ivec3(floor(origin + depth * fast + 2.5 * RX_BEAM_ROOM)), ivec3(0), last_cell);
         int log2_free = rx_free(uvec3(b));
         uvec3 span = uvec3(a ^ b);
         for (uint corner = 1u; corner < 8u && log2_free >= 0; ++corner) {
@@ -74,9 +75,9 @@ float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec
         b = ((b >> log2_free) + 1) << log2_free;
         vec3 lower = mix(vec3(a), vec3(-RX_FAR), lessThanEqual(a, ivec3(0)));
         vec3 upper = mix(vec3(b), vec3(RX_FAR), greaterThan(b, last_cell));
-        vec3 t = min(mix(vec3(RX_FAR), (lower - origin) * inv_slow, sinks),
-                     mix(vec3(RX_FAR), (upper - origin) * inv_fast, climbs));
-        // There the box, widened, is over the border: the next round looks at other cells.
+        vec3 t = min(mix(vec3(RX_FAR), (lower - origin + RX_BEAM_ROOM) * inv_slow, sinks),
+                     mix(vec3(RX_FAR), (upper - origin - RX_BEAM_ROOM) * inv_fast, climbs));
+        // No ray is over the border before that, but the box that the next round looks at is: it looks at other cells.
         depth = max(depth, min(t.x, min(t.y, t.z)));
     }
     return depth;
