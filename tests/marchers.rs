@@ -60,18 +60,6 @@ impl Bench {
         self.open_over(graph, world, None)
     }
 
-    /// Writes the same graph over the layout that comes with an image.
-    fn over_texture3d(&self, graph: &str) -> String {
-        let name = format!("{graph}_texture3d");
-        let mut text = format!("extends = \"{graph}.toml\"\n[buffers.world]\nsource = \"world.texture3d\"\n");
-        text += "[targets.voxels]\nsource = \"world.texture3d\"\n";
-        for pass in &self.open(graph, "near").session.graph().passes {
-            let _ = writeln!(text, "[[passes]]\nname = \"{}\"\nbind = {{ world_voxels = \"voxels\" }}", pass.name);
-        }
-        self.project.write(&format!("graphs/bench/{name}.toml"), text);
-        name
-    }
-
     fn open_over(&self, graph: &str, world: &str, layout: Option<Layout>) -> Marcher {
         let options = Options {
             project: Some(self.project.root().into()),
@@ -194,11 +182,7 @@ fn marchers_go_over_every_layout() {
     for (graph, wrong) in [("halfres", 0), ("stackless", 5)] {
         let expected = exact(&bench.open(graph, "near"), camera);
         for &layout in Layout::ALL {
-            let mut marcher = match layout {
-                Layout::Texture3d => bench.open(&bench.over_texture3d(graph), "near"),
-                _ => bench.open_over(graph, "near", Some(layout)),
-            };
-            let found = marcher.look(camera);
+            let found = bench.open_over(graph, "near", Some(layout)).look(camera);
             let differ = expected.iter().zip(&found.hits).filter(|(a, b)| a != b).count();
             assert!(differ <= wrong, "{graph} over {} differs in {differ} pixels", layout.name());
         }
