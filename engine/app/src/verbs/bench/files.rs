@@ -15,7 +15,6 @@ use super::matrix::same_view;
 use super::table::{Mean, means};
 use crate::failure::Result;
 use crate::output::{Pending, shown};
-use crate::talk::{Format, Talk};
 
 /// What was measured where, with what.
 pub(super) struct About {
@@ -68,12 +67,12 @@ fn date(seconds: u64) -> String {
 }
 
 /// Writes everything into a folder.
-pub(super) fn write(folder: &Path, about: &About, rows: &[Row], talk: &Talk) -> Result {
+pub(super) fn write(folder: &Path, about: &About, rows: &[Row]) -> Result<Vec<String>> {
     let mut written = Vec::new();
     let mut put = |name: String, bytes: &[u8]| -> Result {
         let path = folder.join(name);
         Pending::new(&path)?.finish(bytes)?;
-        written.push(shown(&path));
+        written.push(shown(&path).to_string());
         Ok(())
     };
     put("results.csv".to_owned(), csv(rows).as_bytes())?;
@@ -89,10 +88,7 @@ pub(super) fn write(folder: &Path, about: &About, rows: &[Row], talk: &Talk) -> 
             put(name, svg.as_bytes())?;
         }
     }
-    if talk.format() != Format::Json {
-        talk.say(&format!("wrote {}", written.join(", ")));
-    }
-    Ok(())
+    Ok(written)
 }
 
 /// Counts of a judgement with their names, in the order of the columns; what needs depths only where there are some.

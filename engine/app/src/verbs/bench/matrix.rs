@@ -95,11 +95,14 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     if talk.format() == Format::Json {
         talk::json(&about.json());
     }
-    let rows = measure(&mut runner, &found, talk)?;
+    // A run that is broken off leaves what it has measured.
+    let keep = |rows: &[Row]| args.output.as_ref().map_or(Ok(Vec::new()), |folder| files::write(folder, &about, rows));
+    let rows = measure(&mut runner, &found, talk, &keep)?;
     printed::print_means(&rows, talk);
     let complaints = runner.device().log().take();
-    if let Some(folder) = &args.output {
-        files::write(folder, &about, &rows, talk)?;
+    let written = keep(&rows)?;
+    if !written.is_empty() && talk.format() != Format::Json {
+        talk.say(&format!("wrote {}", written.join(", ")));
     }
     if rows.iter().all(|row| row.outcome.is_err()) {
         return Err(Failure::new(Exit::Project, "nothing could be measured; see the reasons above"));
@@ -113,16 +116,25 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     Ok(())
 }
 
-/// Runs the matrix. Each view's table is printed when all its rows are there.
-fn measure(runner: &mut Runner, found: &Found, talk: &Talk) -> Result<Vec<Row>> {
+/// Runs the matrix. Each view's table is printed, and all rows so far are kept, when all its rows are there.
+fn measure(
+    runner: &mut Runner,
+    found: &Found,
+    talk: &Talk,
+    keep: &dyn Fn(&[Row]) -> Result<Vec<String>>,
+) -> Result<Vec<Row>> {
     let bar = progress(talk);
     let mut rows: Vec<Row> = Vec::new();
     let mut printed = 0;
+    let mut kept: Result<Vec<String>> = Ok(Vec::new());
     let ran = runner.run(&found.matrix, &found.worlds, &mut |row| {
         let new_view = rows.last().is_some_and(|last| !same_view(last, &row));
         if new_view {
             bar.suspend(|| printed::print(&rows[printed..], talk));
             printed = rows.len();
+            if kept.is_ok() {
+                kept = keep(&rows);
+            }
         }
         let case = &row.case;
         bar.set_message(format!("{} {} {} {}", case.world, case.camera, case.graph, case.layout.unwrap_or("")));
@@ -132,6 +144,7 @@ fn measure(runner: &mut Runner, found: &Found, talk: &Talk) -> Result<Vec<Row>> 
     bar.finish_and_clear();
     printed::print(&rows[printed..], talk);
     ran.map_err(bench_failure)?;
+    kept?;
     Ok(rows)
 }
 
