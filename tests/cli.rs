@@ -7,7 +7,10 @@ use common::{Project, raxel};
 #[test]
 fn help_version_and_wrong_use() {
     let help = raxel(&["--help"]).exits(0);
-    for verb in ["run", "render", "check", "graph", "world", "shaders", "new", "schema", "bench", "stress", "doctor", "explain", "clean"] {
+    for verb in [
+        "run", "render", "check", "graph", "world", "shaders", "new", "schema", "bench", "stress", "doctor", "explain",
+        "clean",
+    ] {
         assert!(help.stdout.contains(&format!("\n  {verb} ")), "help names {verb}");
     }
     assert!(raxel(&["--version"]).exits(0).stdout.starts_with("raxel "));

@@ -57,7 +57,7 @@ fn layouts() -> String {
     const NAMES: [&str; 4] = ["menger", "monument", "valley", "terrain"];
     // The size of a larger buffer is known without making it.
     const LIMIT: u64 = 128 << 20;
-    let files = DiskFiles::new(&repository()).unwrap();
+    let files = DiskFiles::new(repository()).unwrap();
     let mut rows: Vec<String> = Layout::ALL.iter().map(|layout| format!("| `{}` |", layout.name())).collect();
     for name in NAMES {
         let loaded = raxel::world::load(&format!("worlds/{name}.toml"), &files, &mut SourceMap::default());

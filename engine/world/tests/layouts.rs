@@ -2,8 +2,6 @@
 
 mod decode;
 
-use std::collections::BTreeSet;
-
 use decode::Voxels;
 use glam::IVec3;
 use proptest::prelude::*;
