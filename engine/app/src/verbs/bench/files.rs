@@ -72,7 +72,7 @@ pub(super) fn write(folder: &Path, about: &About, rows: &[Row]) -> Result<Vec<St
     let mut put = |name: String, bytes: &[u8]| -> Result {
         let path = folder.join(name);
         Pending::new(&path)?.finish(bytes)?;
-        written.push(shown(&path).to_string());
+        written.push(shown(&path));
         Ok(())
     };
     put("results.csv".to_owned(), csv(rows).as_bytes())?;
