@@ -26,6 +26,8 @@ pub struct Matrix {
     pub graphs: Vec<String>,
     /// Layouts of the world; the graph's own when empty.
     pub layouts: Vec<Layout>,
+    /// Those of the graphs that are run over their own layout only.
+    pub own: Vec<String>,
     /// Project paths.
     pub worlds: Vec<String>,
     /// Names of cameras; all that a world names, or else its first, when empty.
@@ -39,7 +41,7 @@ pub struct Matrix {
 /// How long a case is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Effort {
-    /// Frames that are run first and not timed; fewer when they take half of `seconds`.
+    /// Frames that are run first and not timed; fewer when they take half of `seconds`, more on a GPU until it is awake.
     pub warmup: u32,
     /// Frames that are timed.
     pub frames: u32,

@@ -88,7 +88,8 @@ impl Runner {
                     // The rays are the same for all graphs and layouts, and so are the answers.
                     let truth = Truth::of(&oracle, pinhole(&camera, size).rays(size));
                     for graph in &matrix.graphs {
-                        for layout in self.layouts(graph, &matrix.layouts) {
+                        let own = matrix.own.contains(graph);
+                        for layout in self.layouts(graph, if own { &[] } else { &matrix.layouts }) {
                             let place = Place { world, oracle: &oracle, truth: &truth, camera: &camera, size };
                             let row = self.row(graph, layout, &name, &place, &matrix.effort)?;
                             each(row);

@@ -23,7 +23,8 @@ pub(crate) struct Args {
     #[arg(value_name = "GRAPH")]
     graphs: Vec<String>,
 
-    /// Layouts that take the place of the graphs' own; all by default, `own` for each graph's own.
+    /// Layouts that take the place of the graphs' own; all by default, `own` for each graph's own. When no graph is named either,
+    /// the exact tracers `first_hit` and `beam` are run over all, the others over their own.
     #[arg(long, value_name = "LAYOUT,…", value_delimiter = ',')]
     layouts: Vec<String>,
 
@@ -35,7 +36,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "CAMERA,…", value_delimiter = ',')]
     cameras: Vec<String>,
 
-    /// Pixels; 3840x2160 on a GPU and 640x360 on a software device by default.
+    /// Pixels; 3840x2160 on a GPU and 320x180 on a software device by default.
     #[arg(long, value_name = "WxH,…", value_parser = size, value_delimiter = ',')]
     size: Vec<Size>,
 
@@ -79,7 +80,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     let mut found = find(args, &front, talk)?;
     if let Some(folder) = &args.export {
         if found.matrix.sizes.is_empty() {
-            found.matrix.sizes = vec![[640, 360]];
+            found.matrix.sizes = vec![[320, 180]];
         }
         return export::run(folder, &found.matrix, &found.worlds, talk);
     }
@@ -89,7 +90,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     }
     if found.matrix.sizes.is_empty() {
         let software = runner.device().capabilities().kind == DeviceKind::Cpu;
-        found.matrix.sizes = vec![if software { [640, 360] } else { [3840, 2160] }];
+        found.matrix.sizes = vec![if software { [320, 180] } else { [3840, 2160] }];
     }
     let about = files::About::of(runner.device(), &found.matrix.effort);
     if talk.format() == Format::Json {
@@ -177,9 +178,13 @@ fn find(args: &Args, front: &Front, talk: &Talk) -> Result<Found> {
     let loaded: Vec<Arc<SessionWorld>> = worlds.iter().map(|path| front.world(path, talk)).collect::<Result<_>>()?;
     check_cameras(&args.cameras, &loaded)?;
     let effort = Effort { warmup: args.warmup, frames: args.frames, seconds: args.seconds };
+    let everywhere = |graph: &&String| EVERYWHERE.contains(&graph.as_str());
+    let all = !args.graphs.is_empty() || !args.layouts.is_empty();
+    let own = if all { Vec::new() } else { graphs.iter().filter(|graph| !everywhere(graph)).cloned().collect() };
     let matrix = Matrix {
         graphs,
         layouts,
+        own,
         worlds,
         cameras: args.cameras.clone(),
         sizes: args.size.iter().map(|size| size.0).collect(),
@@ -201,6 +206,9 @@ fn find_graphs(args: &Args, front: &Front) -> Result<Vec<String>> {
     let known: Vec<String> = bench.into_iter().chain(front.project.graphs()).collect();
     args.graphs.iter().map(|named| find_file("graph", named, "graphs", &known, front)).collect()
 }
+
+/// Graphs that are run over all layouts when nothing is asked for: the matrix of all with all takes an hour.
+const EVERYWHERE: [&str; 2] = ["graphs/bench/first_hit.toml", "graphs/bench/beam.toml"];
 
 /// Worlds by default, in this order.
 const WORLDS: [&str; 4] = ["worlds/valley.toml", "worlds/terrain.toml", "worlds/menger.toml", "worlds/monument.toml"];
