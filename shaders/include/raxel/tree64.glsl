@@ -40,20 +40,24 @@ uint rx_child(uvec3 q, uint height) {
     return c.x | (c.z << 2) | (c.y << 4);
 }
 
+// The word of a mask that holds the bit of a child.
+uint rx_half(uvec2 mask, uint child) {
+    return child >= 32u ? mask.y : mask.x;
+}
+
 bool rx_has_child(uvec2 mask, uint child) {
-    return (((child >= 32u ? mask.y : mask.x) >> (child & 31u)) & 1u) != 0u;
+    return ((rx_half(mask, child) >> (child & 31u)) & 1u) != 0u;
 }
 
 // Occupied children before `child`.
 uint rx_child_rank(uvec2 mask, uint child) {
     uint below = (1u << (child & 31u)) - 1u;
-    return child >= 32u ? uint(bitCount(mask.x) + bitCount(mask.y & below)) : uint(bitCount(mask.x & below));
+    return uint(bitCount(rx_half(mask, child) & below)) + (child >= 32u ? uint(bitCount(mask.x)) : 0u);
 }
 
 // The 2^3 children that `child` makes an aligned cube with are empty.
 bool rx_free_octet(uvec2 mask, uint child) {
-    uint corner = child & 42u;
-    return (((corner >= 32u ? mask.y : mask.x) >> (corner & 31u)) & 0x00330033u) == 0u;
+    return ((rx_half(mask, child) >> (child & 10u)) & 0x00330033u) == 0u;
 }
 
 // Mask of a leaf.
