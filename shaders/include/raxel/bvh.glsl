@@ -112,25 +112,14 @@ bool rx_bvh_meets(RxWalk w, uvec3 near, uvec3 far, uvec3 limit, float t_end) {
 }
 
 // Takes a walk from its frame to the first cell of the block at `near` (mirrored), which the ray may touch. False, and nothing done, if
-// floating point cannot tell which cell that is. As in rx_walk_step, an axis whose crossing is nearly as late as the last one is nearly
-// between two cells then.
+// floating point cannot tell which cell that is: an axis whose crossing is nearly as late as the last one is nearly between two cells
+// then.
 bool rx_bvh_enter(inout RxWalk w, uvec3 near) {
     bvec3 ahead = greaterThan(near, w.entry);
-    vec3 times = mix(vec3(-1.0), vec3(near - 1u - w.entry) * w.inv + w.first, ahead);
+    precise vec3 times = mix(vec3(-1.0), vec3(near - 1u - w.entry) * w.inv + w.first, ahead);
     float t = max(times.x, max(times.y, times.z));
     if (t < 0.0) return true;  // begins in it
-    bool x = times.x == t, y = !x && times.y == t, z = !x && !y;
-    vec3 place = t * w.d + w.start;
-    precise vec3 rounded = place + RX_ROUND;
-    precise vec3 cell = rounded - RX_ROUND;
-    precise vec3 off = abs(place - cell);
-    vec3 most = (0.5 - 1.5 * RX_WALK_ERROR) - RX_WALK_ERROR * place;
-    if ((off.x > most.x && !x) || (off.y > most.y && !y) || (off.z > most.z && !z)) return false;
-    uvec3 there = w.entry + (floatBitsToUint(rounded) - floatBitsToUint(RX_ROUND));
-    w.q = uvec3(x ? near.x : there.x, y ? near.y : there.y, z ? near.z : there.z);
-    w.axes = x ? 1u : y ? 2u : 4u;
-    w.t = t;
-    return true;
+    return rx_walk_to(w, times, t, near);
 }
 
 // The same, decided by integers. A ray that is never in the block is left before it.

@@ -1,43 +1,14 @@
 // Layout `chunk_table`: flat 32^3 chunks as in the layout `chunks`, found by hash in place of a search, with masks in front.
 //
 // A chunk is sixteen words of masks, one of 64 bits for each of its 16^3 nodes (node x + 2y + 4z), which tell the 4^3 blocks with
-// solids; then its voxels, two a word, x + 32y + 1024z. Where a chunk begins is the value of its entry in the table of table.glsl.
+// solids; then its voxels, two a word, x + 32y + 1024z. Header and table are those of hashed_chunks.glsl.
 #ifndef RAXEL_CHUNK_TABLE_GLSL
 #define RAXEL_CHUNK_TABLE_GLSL
 
-layout(std430) readonly buffer RxWorld {
-    ivec3 origin;         // smallest corner of a cube around the world
-    uint log2_size;       // the cube has 2^log2_size voxels a side
-    ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
-    uint material_count;
-    ivec3 bounds_last;
-    uint materials_at;    // word of the first material
-    uint table_at;        // word of the hash table
-    uint log2_slots;      // the table has 2^log2_slots slots
-    uint chunks_at;       // word of the first chunk
-    uint chunk_count;     // chunks of voxels; equal chunks share them
-    uint words[];
-} world;
-
-#include "material.glsl"
+#include "hashed_chunks.glsl"
 #include "mask.glsl"
-#include "table.glsl"
 
-const uint RX_CHUNK_LEVEL = 5u;
 const uint RX_CHUNK_MASK_WORDS = 16u;
-
-// The chunk that this thread found last: a ray stays in a chunk for many cells.
-uvec3 rx_last_cell = uvec3(0xffffffffu);
-uint rx_last_chunk = RX_NO_ENTRY;
-
-uint rx_find_chunk(uvec3 c) {
-    uvec3 cell = c >> RX_CHUNK_LEVEL;
-    if (cell != rx_last_cell) {
-        rx_last_cell = cell;
-        rx_last_chunk = rx_table_find(c, RX_CHUNK_LEVEL);
-    }
-    return rx_last_chunk;
-}
 
 uint rx_look(ivec3 cell, out uint log2_free) {
     uvec3 c = uvec3(cell) - uvec3(world.origin);

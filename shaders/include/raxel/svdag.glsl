@@ -34,6 +34,7 @@ layout(std430) readonly buffer RxWorld {
 
 #include "material.glsl"
 #include "mask.glsl"
+#include "octant.glsl"
 
 const uint RX_CHUNK_LEVEL = 6u;
 const uint RX_TOP_BIT = 0x80000000u;
@@ -43,15 +44,6 @@ uvec3 rx_last_chunk = uvec3(0xffffffffu);
 uint rx_instance = 0u;
 uvec3 rx_last_leaf = uvec3(0xffffffffu);
 uvec2 rx_leaf_mask = uvec2(0u);
-
-uint rx_octant(uvec3 c, uint height) {
-    uvec3 child = (c >> (height - 1u)) & 1u;
-    return child.x | (child.y << 1) | (child.z << 2);
-}
-
-uint rx_octant_rank(uint node, uint child) {
-    return uint(bitCount(node & ((1u << child) - 1u)));
-}
 
 // Makes the chunk of a place the last one. False if there is none, and then it lies in an empty cube of 2^log2_free voxels.
 bool rx_find_instance(uvec3 c, out uint log2_free) {

@@ -28,6 +28,7 @@ layout(std430) readonly buffer RxWorld {
 } world;
 
 #include "material.glsl"
+#include "octant.glsl"
 
 const uint RX_CHUNK_LEVEL = 6u;
 const uint RX_SOLID = 0x100u;
@@ -38,15 +39,6 @@ uint rx_chunk_node = 0u;
 uint rx_chunk_at = 0u;
 uvec3 rx_last_cube = uvec3(0xffffffffu);
 uint rx_cube_node = 0u;
-
-uint rx_octant(uvec3 c, uint height) {
-    uvec3 child = (c >> (height - 1u)) & 1u;
-    return child.x | (child.y << 1) | (child.z << 2);
-}
-
-uint rx_octant_rank(uint node, uint child) {
-    return uint(bitCount(node & ((1u << child) - 1u)));
-}
 
 // Makes the chunk of a place the last one. False if there is none, and then it lies in an empty cube of 2^log2_free voxels.
 bool rx_find_chunk(uvec3 c, out uint log2_free) {

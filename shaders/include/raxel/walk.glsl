@@ -260,15 +260,11 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
     return any(before) ? rx_walk_enter(w, e, before, last) : true;
 }
 
-// Leaves the aligned block of 2^shift voxels a side that holds the current cell. False, and nothing done, if floating point cannot
-// tell where to: then rx_walk_settle must be called. They are two functions so that tracers can keep the second one out of their
-// inner loop: it is rarely needed, but a group of threads takes as long as its slowest, and some drivers run both sides of an `if`.
+// Goes to the time `t` since the frame: that one of `times`, one for each axis, at which the ray enters cell `to` of its axis. False, and
+// nothing done, if floating point cannot tell the cell on the other two.
 //
 // The place on each axis less one half is rounded to the nearest integer, which is the cell, unless it is nearly between two.
-bool rx_walk_step(inout RxWalk w, uint shift) {
-    uvec3 last = w.q | ((1u << shift) - 1u);
-    vec3 times = vec3(last - w.entry) * w.inv + w.first;
-    float t = min(times.x, min(times.y, times.z));
+bool rx_walk_to(inout RxWalk w, vec3 times, float t, uvec3 to) {
     bool x = times.x == t, y = !x && times.y == t, z = !x && !y;
     vec3 place = t * w.d + w.start;
     precise vec3 rounded = place + RX_ROUND;
@@ -277,10 +273,19 @@ bool rx_walk_step(inout RxWalk w, uint shift) {
     vec3 most = (0.5 - 1.5 * RX_WALK_ERROR) - RX_WALK_ERROR * place;
     if ((off.x > most.x && !x) || (off.y > most.y && !y) || (off.z > most.z && !z)) return false;
     uvec3 there = w.entry + (floatBitsToUint(rounded) - floatBitsToUint(RX_ROUND));
-    w.q = uvec3(x ? last.x + 1u : there.x, y ? last.y + 1u : there.y, z ? last.z + 1u : there.z);
+    w.q = uvec3(x ? to.x : there.x, y ? to.y : there.y, z ? to.z : there.z);
     w.axes = x ? 1u : y ? 2u : 4u;
     w.t = t;
     return true;
+}
+
+// Leaves the aligned block of 2^shift voxels a side that holds the current cell. False, and nothing done, if floating point cannot
+// tell where to: then rx_walk_settle must be called. They are two functions so that tracers can keep the second one out of their
+// inner loop: it is rarely needed, but a group of threads takes as long as its slowest, and some drivers run both sides of an `if`.
+bool rx_walk_step(inout RxWalk w, uint shift) {
+    uvec3 last = w.q | ((1u << shift) - 1u);
+    precise vec3 times = vec3(last - w.entry) * w.inv + w.first;
+    return rx_walk_to(w, times, min(times.x, min(times.y, times.z)), last + 1u);
 }
 
 // The same step by integers.

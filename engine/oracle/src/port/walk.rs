@@ -273,7 +273,7 @@ impl Walk {
         inside.then_some(w)
     }
 
-    /// `rx_walk_step`.
+    /// `rx_walk_step`, and `rx_walk_to` in it.
     #[allow(clippy::float_cmp, reason = "asks which of the three is the minimum")]
     pub(super) fn step(&mut self, shift: u32) -> bool {
         let last = self.q.map(|q| q | ((1 << shift) - 1));

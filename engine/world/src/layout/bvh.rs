@@ -1,16 +1,13 @@
 //! Layout `bvh`: see `shaders/include/raxel/bvh.glsl` for the format.
 
-use std::collections::HashMap;
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, material_words};
+use super::parts::{Parts, uniform_block};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, block_cell};
-use crate::material::MaterialIndex;
-use crate::world::{ChunkPos, World};
+use crate::world::World;
 
 /// Words of a node.
 const NODE_WORDS: usize = 8;
@@ -75,7 +72,7 @@ struct Part<'a> {
 pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
     let layout = Layout::Bvh;
     let extent = Extent::of(world, layout)?;
-    let (parts, uses) = distinct_chunks(world);
+    let (parts, uses) = distinct_chunks(world, &extent);
 
     // Everything's size is known before anything is built: the middle split makes the number of nodes a matter of counting.
     let blocks: u64 = uses.iter().map(|(_, part)| parts[*part].blocks as u64).sum();
@@ -110,46 +107,26 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let (block_words, attribute_words) = rest.split_at_mut(BLOCK_WORDS * blocks as usize);
     let links = fill_attributes(&parts, bytemuck::cast_slice_mut(attribute_words), 2 * attributes_at as usize);
     let blocks: &mut [Block] = bytemuck::cast_slice_mut(block_words);
-    fill_blocks(&extent, &parts, &uses, &links, blocks);
+    fill_blocks(&parts, &uses, &links, blocks);
     build(bytemuck::cast_slice_mut(node_words), nodes_at as usize, blocks, blocks_at as usize);
 
     let attribute_bytes = 4 * (nodes_at + attributes.div_ceil(2));
     Ok(Encoded { words: buffer, geometry_bytes: bytes - attribute_bytes, attribute_bytes })
 }
 
-/// The distinct chunks of a world, and for every chunk the index of its distinct one.
-fn distinct_chunks(world: &World) -> (Vec<Part<'_>>, Vec<(ChunkPos, usize)>) {
-    let mut known: HashMap<*const Chunk, usize> = HashMap::new();
-    let mut distinct: Vec<&Chunk> = Vec::new();
-    let uses = world
-        .chunks()
-        .map(|(pos, chunk)| {
-            let index = *known.entry(Arc::as_ptr(chunk)).or_insert_with(|| {
-                distinct.push(chunk);
-                distinct.len() - 1
-            });
-            (pos, index)
-        })
-        .collect();
+/// The distinct chunks of a world, and for every chunk its cell and the index of its distinct one.
+fn distinct_chunks<'a>(world: &'a World, extent: &Extent) -> (Vec<Part<'a>>, Vec<([u32; 3], usize)>) {
+    let Parts { distinct, uses } = Parts::chunks(world, extent);
     let parts = distinct
         .par_iter()
         .map(|chunk| {
             let solid = || chunk.masks().iter().enumerate().filter(|(_, mask)| **mask != 0);
-            let mixed = solid().filter(|(block, _)| uniform(chunk, *block).is_none());
+            let mixed = solid().filter(|(block, _)| uniform_block(chunk, *block).is_none());
             let attributes = mixed.map(|(_, mask)| mask.count_ones() as usize).sum();
             Part { chunk, blocks: solid().count(), attributes }
         })
         .collect();
     (parts, uses)
-}
-
-/// The only material of a block, if there is only one.
-fn uniform(chunk: &Chunk, block: usize) -> Option<MaterialIndex> {
-    chunk.uniform().or_else(|| {
-        let mut materials = chunk.block_materials(block);
-        let first = materials.next()?;
-        materials.all(|material| material == first).then_some(first)
-    })
 }
 
 /// Writes the materials of each distinct chunk's mixed blocks, and gives the links of its blocks in the order of its masks.
@@ -166,7 +143,7 @@ fn fill_attributes(parts: &[Part<'_>], mut halfwords: &mut [u16], mut at: usize)
         let solid = (0..part.chunk.masks().len()).filter(|block| part.chunk.mask(*block) != 0);
         solid
             .map(|block| {
-                if let Some(material) = uniform(part.chunk, block) {
+                if let Some(material) = uniform_block(part.chunk, block) {
                     return UNIFORM_LINK | u32::from(material);
                 }
                 let link = (at + used) as u32;
@@ -182,21 +159,15 @@ fn fill_attributes(parts: &[Part<'_>], mut halfwords: &mut [u16], mut at: usize)
 }
 
 /// Writes the blocks of every chunk, in any order: the build arranges them.
-fn fill_blocks(
-    extent: &Extent,
-    parts: &[Part<'_>],
-    uses: &[(ChunkPos, usize)],
-    links: &[Vec<u32>],
-    mut blocks: &mut [Block],
-) {
+fn fill_blocks(parts: &[Part<'_>], uses: &[([u32; 3], usize)], links: &[Vec<u32>], mut blocks: &mut [Block]) {
     let mut jobs = Vec::with_capacity(uses.len());
-    for &(pos, part) in uses {
+    for &(cell, part) in uses {
         let (own, rest) = blocks.split_at_mut(parts[part].blocks);
         blocks = rest;
-        jobs.push((pos, part, own));
+        jobs.push((cell, part, own));
     }
-    jobs.into_par_iter().for_each(|(pos, part, own)| {
-        let corner: [u32; 3] = std::array::from_fn(|i| (pos.origin()[i] as u32).wrapping_sub(extent.origin[i] as u32));
+    jobs.into_par_iter().for_each(|(cell, part, own)| {
+        let corner = cell.map(|c| c << 6);
         let solid = parts[part].chunk.masks().iter().enumerate().filter(|(_, mask)| **mask != 0);
         for (((index, &mask), &link), block) in solid.zip(&links[part]).zip(own) {
             let [x, y, z] = block_cell(index);

@@ -6,6 +6,7 @@ mod brickmap;
 mod bvh;
 mod chunk_table;
 mod chunks;
+mod hashed_chunks;
 mod header;
 mod octree;
 mod parts;
@@ -20,9 +21,8 @@ use thiserror::Error;
 pub use block::{BlockMember, QUADS_STRIDE, WORDS_STRIDE};
 pub use brickmap::BrickmapHeader;
 pub use bvh::BvhHeader;
-pub use chunk_table::ChunkTableHeader;
+pub use hashed_chunks::HashedChunksHeader;
 pub use header::{ChunksHeader, Extent, MATERIAL_WORDS, Tree64Header};
-pub use octree::OctreeHeader;
 pub use svdag::SvdagHeader;
 pub use svo::SvoHeader;
 pub use texture3d::{EncodedImage, Texture3dHeader};
@@ -156,9 +156,8 @@ impl Layout {
             Self::Chunks => ChunksHeader::block(),
             Self::Tree64 => Tree64Header::block_in_quads(),
             Self::Bvh => BvhHeader::block(),
-            Self::ChunkTable => ChunkTableHeader::block(),
+            Self::ChunkTable | Self::Octree => HashedChunksHeader::block(),
             Self::Brickmap => BrickmapHeader::block(),
-            Self::Octree => OctreeHeader::block(),
             Self::Svo => SvoHeader::block(),
             Self::Svdag => SvdagHeader::block(),
             Self::Texture3d => Texture3dHeader::block(),

@@ -1,12 +1,7 @@
 //! Layout `octree`: see `shaders/include/raxel/octree.glsl` for the format.
 
-use rayon::prelude::*;
-
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
-use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::parts::{Octant, Parts};
-use super::table::Table;
-use super::{Encoded, Layout, LayoutError, check_size};
+use super::parts::Octant;
+use super::{Encoded, Layout, LayoutError, hashed_chunks};
 use crate::world::World;
 
 /// Chunks have 2^5 voxels a side: depths 0 (the chunk) to 5 (voxels).
@@ -16,72 +11,13 @@ const CHUNK_WORDS: usize = first_node(DEPTHS + 1);
 /// Bits of a node all of whose voxels are solid and of one material: all children, and that they are alike.
 const FILLED: u32 = 0x1ff;
 
-header! {
-    /// Header of the layout `octree`. Addresses (`…_at`) count words from the first word behind the header.
-    OctreeHeader {
-        /// Smallest corner of a cube around the world, in voxels.
-        origin: [i32; 3],
-        /// The cube has 2^`log2_size` voxels a side.
-        log2_size: u32,
-        /// Smallest coordinates of solid voxels.
-        bounds_min: [i32; 3],
-        /// Materials, air included.
-        material_count: u32,
-        /// Largest coordinates of solid voxels.
-        bounds_last: [i32; 3],
-        /// Address of the first material.
-        materials_at: u32,
-        /// Address of the hash table of chunks.
-        table_at: u32,
-        /// The table has 2^`log2_slots` slots.
-        log2_slots: u32,
-        /// Address of the first chunk's nodes.
-        chunks_at: u32,
-        /// Chunks of nodes: equal chunks share them.
-        chunk_count: u32,
-    }
-}
-
 /// Index in a chunk of the first node of a depth: 1 + 8 + … + 8^(depth − 1).
 const fn first_node(depth: u32) -> usize {
     ((1usize << (3 * depth)) - 1) / 7
 }
 
 pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
-    let layout = Layout::Octree;
-    let extent = Extent::of(world, layout)?;
-    let parts = Parts::octants(world, &extent);
-    let cells = parts.uses.iter().map(|&(cell, index)| (cell, index as u32));
-    let table = Table::new(cells, DEPTHS, extent.log2_size);
-
-    let materials_at = 0;
-    let table_at = MATERIAL_WORDS as usize * world.materials().len();
-    let chunks_at = table_at + table.words();
-    let words = OctreeHeader::WORDS as usize + chunks_at + CHUNK_WORDS * parts.distinct.len();
-    // Addresses are 32 bits wide and count words.
-    let bytes = check_size(layout, 4 * words as u64, limit.min(4 << 32))?;
-
-    let header = OctreeHeader {
-        origin: extent.origin,
-        log2_size: extent.log2_size,
-        bounds_min: extent.bounds_min,
-        material_count: world.materials().len() as u32,
-        bounds_last: extent.bounds_last,
-        materials_at,
-        table_at: table_at as u32,
-        log2_slots: table.log2_slots(),
-        chunks_at: chunks_at as u32,
-        chunk_count: parts.distinct.len() as u32,
-    };
-    let mut buffer = buffer(&header, world.materials(), words);
-    let (front, chunks) = buffer.split_at_mut(OctreeHeader::WORDS as usize + chunks_at);
-    let slots = &mut front[OctreeHeader::WORDS as usize + table_at..];
-    table.write(slots, DEPTHS, |index| (chunks_at + CHUNK_WORDS * index as usize) as u32);
-    chunks.par_chunks_exact_mut(CHUNK_WORDS).zip(&parts.distinct).for_each(|(nodes, octant)| fill(octant, nodes));
-
-    // A node's word says both where voxels are and what they are made of, so nodes count as geometry.
-    let attribute_bytes = 4 * u64::from(MATERIAL_WORDS) * world.materials().len() as u64;
-    Ok(Encoded { words: buffer, geometry_bytes: bytes - attribute_bytes, attribute_bytes })
+    hashed_chunks::encode(world, Layout::Octree, limit, CHUNK_WORDS, fill)
 }
 
 /// Writes the nodes of a chunk: its voxels, then each depth from the one below.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use raxel_world::child_cell;
-use raxel_world::layout::{BrickmapHeader, ChunkTableHeader, OctreeHeader, SvdagHeader, SvoHeader};
+use raxel_world::layout::{BrickmapHeader, HashedChunksHeader, SvdagHeader, SvoHeader};
 
 pub type Voxels = BTreeMap<[i32; 3], u16>;
 
@@ -83,7 +83,7 @@ fn table_entries(
 }
 
 pub fn chunk_table(buffer: &[u32]) -> Voxels {
-    let (header, words) = split::<ChunkTableHeader>(buffer);
+    let (header, words) = split::<HashedChunksHeader>(buffer);
     let mut voxels = Voxels::new();
     for (corner, at) in table_entries(words, header.table_at, header.log2_slots, 5, header.log2_size, header.origin) {
         let at = at as usize;
@@ -106,7 +106,7 @@ pub fn chunk_table(buffer: &[u32]) -> Voxels {
 }
 
 pub fn octree(buffer: &[u32]) -> Voxels {
-    let (header, words) = split::<OctreeHeader>(buffer);
+    let (header, words) = split::<HashedChunksHeader>(buffer);
     let mut voxels = Voxels::new();
     for (corner, at) in table_entries(words, header.table_at, header.log2_slots, 5, header.log2_size, header.origin) {
         octree_node(&words[at as usize..], 0, 0, corner, &mut voxels);

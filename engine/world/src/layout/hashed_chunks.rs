@@ -1,0 +1,83 @@
+//! What the layouts `chunk_table` and `octree` have in common: chunks of one size in a hash table. See
+//! `shaders/include/raxel/hashed_chunks.glsl`.
+
+use rayon::prelude::*;
+
+use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
+use super::header::{Extent, MATERIAL_WORDS, buffer};
+use super::parts::{Octant, Parts};
+use super::table::Table;
+use super::{Encoded, Layout, LayoutError, check_size};
+use crate::world::World;
+
+/// Chunks have 2^5 voxels a side.
+const LOG2_EDGE: u32 = 5;
+
+header! {
+    /// Header of the layouts `chunk_table` and `octree`. Addresses (`…_at`) count words from the first word behind the header.
+    HashedChunksHeader {
+        /// Smallest corner of a cube around the world, in voxels.
+        origin: [i32; 3],
+        /// The cube has 2^`log2_size` voxels a side.
+        log2_size: u32,
+        /// Smallest coordinates of solid voxels.
+        bounds_min: [i32; 3],
+        /// Materials, air included.
+        material_count: u32,
+        /// Largest coordinates of solid voxels.
+        bounds_last: [i32; 3],
+        /// Address of the first material.
+        materials_at: u32,
+        /// Address of the hash table of chunks.
+        table_at: u32,
+        /// The table has 2^`log2_slots` slots.
+        log2_slots: u32,
+        /// Address of the first chunk.
+        chunks_at: u32,
+        /// Different chunks: equal chunks share them.
+        chunk_count: u32,
+    }
+}
+
+/// Puts a world into 32³ chunks of `chunk_words` words, which `fill` writes over zeros. All of them count as geometry: in both layouts,
+/// what says where voxels are also says what they are made of.
+pub(super) fn encode(
+    world: &World,
+    layout: Layout,
+    limit: u64,
+    chunk_words: usize,
+    fill: impl Fn(&Octant, &mut [u32]) + Sync,
+) -> Result<Encoded, LayoutError> {
+    let extent = Extent::of(world, layout)?;
+    let parts = Parts::octants(world, &extent);
+    let cells = parts.uses.iter().map(|&(cell, index)| (cell, index as u32));
+    let table = Table::new(cells, LOG2_EDGE, extent.log2_size);
+
+    let materials_at = 0;
+    let table_at = MATERIAL_WORDS as usize * world.materials().len();
+    let chunks_at = table_at + table.words();
+    let words = HashedChunksHeader::WORDS as usize + chunks_at + chunk_words * parts.distinct.len();
+    // Addresses are 32 bits wide and count words.
+    let bytes = check_size(layout, 4 * words as u64, limit.min(4 << 32))?;
+
+    let header = HashedChunksHeader {
+        origin: extent.origin,
+        log2_size: extent.log2_size,
+        bounds_min: extent.bounds_min,
+        material_count: world.materials().len() as u32,
+        bounds_last: extent.bounds_last,
+        materials_at,
+        table_at: table_at as u32,
+        log2_slots: table.log2_slots(),
+        chunks_at: chunks_at as u32,
+        chunk_count: parts.distinct.len() as u32,
+    };
+    let mut buffer = buffer(&header, world.materials(), words);
+    let (front, chunks) = buffer.split_at_mut(HashedChunksHeader::WORDS as usize + chunks_at);
+    let slots = &mut front[HashedChunksHeader::WORDS as usize + table_at..];
+    table.write(slots, LOG2_EDGE, |index| (chunks_at + chunk_words * index as usize) as u32);
+    chunks.par_chunks_exact_mut(chunk_words).zip(&parts.distinct).for_each(|(words, octant)| fill(octant, words));
+
+    let attribute_bytes = 4 * u64::from(MATERIAL_WORDS) * world.materials().len() as u64;
+    Ok(Encoded { words: buffer, geometry_bytes: bytes - attribute_bytes, attribute_bytes })
+}
