@@ -199,6 +199,37 @@ fn what_is_not_there_is_said_before_anything_is_measured() {
 }
 
 #[test]
+#[test]
+fn what_is_wrong_with_a_graph_is_said_with_its_place_and_the_others_are_measured() {
+    let project = project();
+    let named = ["first_hit", "dda", "--cameras=camera", "--layouts"];
+    let dda = std::fs::read_to_string(project.path("graphs/bench/dda.toml")).unwrap();
+    project.write("graphs/bench/dda.toml", format!("{dda}[[[\n"));
+    for layouts in ["own", "tree64,svo"] {
+        let run = bench(&project, &[&named[..], &[layouts, "-o", "out"]].concat(), 3);
+        let place = format!("graphs/bench/dda.toml:{}:", dda.lines().count() + 1);
+        assert_eq!(run.stderr.matches(&place).count(), 1, "{}", run.stderr);
+        assert!(run.stderr.contains("not compile: `graphs/bench/dda.toml`;"), "{}", run.stderr);
+        assert!(run.stdout.contains("first_hit") && run.stdout.contains("RX00"), "{}", run.stdout);
+        assert!(project.path("out/results.csv").is_file());
+    }
+
+    // A mistake in an included file is said with its line; over another layout the graph can still be measured.
+    project.write("graphs/bench/dda.toml", dda);
+    let tree = project.path("shaders/include/raxel/tree64.glsl");
+    let text = std::fs::read_to_string(&tree).unwrap();
+    std::fs::write(&tree, format!("{text}\nint rx_wrong = ;\n")).unwrap();
+    let place = format!("shaders/include/raxel/tree64.glsl:{}", text.lines().count() + 2);
+    for (layouts, measured) in [("own", false), ("tree64,svo", true)] {
+        let named = ["first_hit", "--cameras=camera", "--format=short", "--layouts", layouts];
+        let run = bench(&project, &named, 3);
+        assert_eq!(run.stderr.matches(&place).count(), 1, "{}", run.stderr);
+        let said = if measured { "that do not compile" } else { "nothing could be measured" };
+        assert!(run.stderr.contains(said), "{}", run.stderr);
+        assert!(run.stdout.contains("RX0210"), "{}", run.stdout);
+    }
+}
+
 fn a_session_takes_another_layout_for_its_world() {
     let project = project();
     let options = Options {

@@ -15,7 +15,7 @@ use serde::Serialize;
 use raxel_oracle::metrics::Errors;
 use raxel_world::layout::Layout;
 
-pub use runner::{BenchError, Runner, cameras, pinhole};
+pub use runner::{BenchError, Broken, Runner, Uncompiled, cameras, pinhole};
 
 use crate::world::LayoutCost;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use glam::{Mat4, Vec2};
-use raxel_diagnostics::Diagnostic;
+use raxel_diagnostics::{Diagnostic, SourceMap, each_once};
 use raxel_gpu::{Device, DeviceKind, DeviceOptions};
 use raxel_graph::checked::Graph;
 use raxel_oracle::Oracle;
@@ -35,7 +35,25 @@ impl From<raxel_gpu::Error> for BenchError {
 }
 
 /// A graph with the layout of its world; or why it cannot run.
-type Compiled = Result<(Arc<Graph>, Option<Layout>), String>;
+type Compiled = Result<(Arc<Graph>, Option<Layout>), Arc<Uncompiled>>;
+
+/// What is wrong with a graph, and the texts that this points into.
+#[derive(Debug)]
+pub struct Uncompiled {
+    found: Vec<Diagnostic>,
+    texts: SourceMap,
+}
+
+/// Graphs that do not compile over their own layouts.
+#[derive(Debug, Default)]
+pub struct Broken {
+    /// Project paths.
+    pub graphs: Vec<String>,
+    /// What is wrong with them, each once.
+    pub found: Vec<Diagnostic>,
+    /// The texts that diagnostics point into.
+    pub texts: SourceMap,
+}
 
 /// A device, and the graphs compiled so far.
 pub struct Runner {
@@ -67,10 +85,28 @@ impl Runner {
         let key = (path.to_owned(), layout);
         self.graphs.entry(key).or_insert_with(|| {
             let part = self.loader.graph_over(path, layout);
-            let graph = part.result.map_err(|found: Vec<Diagnostic>| first(&found))?;
+            let texts = part.texts;
+            let graph = part.result.map_err(|found| Arc::new(Uncompiled { found, texts }))?;
             let layout = source_names(&graph).iter().find_map(|source| layout_of(source));
             Ok((graph, layout))
         })
+    }
+
+    /// Compiles graphs over their own layouts; those that cannot be are in error. One that cannot be over another layout is not: it may be
+    /// made for some.
+    pub fn broken(&mut self, graphs: &[String]) -> Broken {
+        let mut broken = Broken::default();
+        for path in graphs {
+            if let Err(wrong) = self.graph(path, None)
+                && !broken.graphs.contains(path)
+            {
+                broken.graphs.push(path.clone());
+                broken.found.extend_from_slice(&wrong.found);
+                broken.texts.extend(&wrong.texts);
+            }
+        }
+        broken.found = each_once(broken.found);
+        broken
     }
 
     /// Runs every case over worlds that are loaded; a row goes to `each` as soon as it is there. A case that cannot run is a row that says
@@ -126,7 +162,7 @@ impl Runner {
             size: place.size,
         };
         let outcome = match compiled {
-            Err(reason) => Err(reason),
+            Err(wrong) => Err(first(&wrong.found)),
             Ok((graph, _)) => {
                 let (executor, target) = (&mut self.executor, &self.target);
                 match measure(executor, target, &graph, place.world, place.camera, place.size, effort) {

@@ -14,7 +14,7 @@ use super::{export, files, table as printed};
 use crate::args::{Messages, Size, size};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
-use crate::talk::{self, Format, Talk};
+use crate::talk::{self, Format, Talk, To};
 
 /// What is measured, and where it is written.
 #[derive(Debug, clap::Args)]
@@ -96,6 +96,9 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     if talk.format() == Format::Json {
         talk::json(&about.json());
     }
+    // What is wrong with a graph is said before the others are measured, which takes minutes.
+    let broken = runner.broken(&found.matrix.graphs);
+    talk.diagnostics(&broken.found, &broken.texts, To::Stderr);
     // A run that is broken off leaves what it has measured.
     let keep = |rows: &[Row]| args.output.as_ref().map_or(Ok(Vec::new()), |folder| files::write(folder, &about, rows));
     let rows = measure(&mut runner, &found, talk, &keep)?;
@@ -105,13 +108,17 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     if !written.is_empty() && talk.format() != Format::Json {
         talk.say(&format!("wrote {}", written.join(", ")));
     }
+    for message in &complaints {
+        talk.say(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
+    }
     if rows.iter().all(|row| row.outcome.is_err()) {
         return Err(Failure::new(Exit::Project, "nothing could be measured; see the reasons above"));
     }
+    if !broken.graphs.is_empty() {
+        let graphs = table::list(broken.graphs.iter().map(String::as_str));
+        return Err(Failure::new(Exit::Project, format!("graphs that do not compile: {graphs}; see above")));
+    }
     if !complaints.is_empty() {
-        for message in &complaints {
-            talk.say(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
-        }
         return Err(Failure::new(Exit::Validation, "the validation layer has complained; see above"));
     }
     Ok(())
