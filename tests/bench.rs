@@ -199,7 +199,6 @@ fn what_is_not_there_is_said_before_anything_is_measured() {
 }
 
 #[test]
-#[test]
 fn what_is_wrong_with_a_graph_is_said_with_its_place_and_the_others_are_measured() {
     let project = project();
     let named = ["first_hit", "dda", "--cameras=camera", "--layouts"];
@@ -230,6 +229,7 @@ fn what_is_wrong_with_a_graph_is_said_with_its_place_and_the_others_are_measured
     }
 }
 
+#[test]
 fn a_session_takes_another_layout_for_its_world() {
     let project = project();
     let options = Options {
