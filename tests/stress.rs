@@ -71,7 +71,7 @@ fn a_broken_tracer_is_caught_and_its_rays_can_be_traced_alone() {
     let (words, ray) = offered.split_once('"').unwrap();
     let mut arguments: Vec<&str> = words.split_whitespace().collect();
     arguments.push(ray.trim_end_matches('"'));
-    let alone = project.raxel(&arguments).exits(0);
+    let alone = project.raxel(&arguments).exits(1);
     assert!(alone.stdout.contains("exact ") && alone.stdout.contains("WRONG: "), "{offered}\n{}", alone.stdout);
     assert!(!raxel(&arguments).exits(0).stdout.contains("WRONG"), "the tracer as it is gets it right");
 
@@ -148,6 +148,7 @@ fn wrong_words_are_answered_with_the_right_ones() {
         (["--rays", "lots"], "e.g. 1e9"),
         (["--rays", "0"], "1 to 1e13"),
         (["--ray", "1 2 3"], "nine numbers"),
+        (["--ray", "0 20 0  1.5 0.5 -3  1 0 0"], "from 0 to 1"),
         (["-o", "/nonexistent/folder/a.csv"], "does not exist"),
     ] {
         let run = raxel(&[&["stress"], &arguments[..]].concat()).exits(2);

@@ -266,7 +266,7 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
 // The place on each axis less one half is rounded to the nearest integer, which is the cell, unless it is nearly between two.
 bool rx_walk_to(inout RxWalk w, vec3 times, float t, uvec3 to) {
     bool x = times.x == t, y = !x && times.y == t, z = !x && !y;
-    vec3 place = t * w.d + w.start;
+    vec3 place = fma(vec3(t), w.d, w.start);
     precise vec3 rounded = place + RX_ROUND;
     precise vec3 cell = rounded - RX_ROUND;
     precise vec3 off = abs(place - cell);
@@ -284,7 +284,8 @@ bool rx_walk_to(inout RxWalk w, vec3 times, float t, uvec3 to) {
 // inner loop: it is rarely needed, but a group of threads takes as long as its slowest, and some drivers run both sides of an `if`.
 bool rx_walk_step(inout RxWalk w, uint shift) {
     uvec3 last = w.q | ((1u << shift) - 1u);
-    precise vec3 times = vec3(last - w.entry) * w.inv + w.first;
+    // Whether the device fuses it or not makes no difference to the bound; fused it is one instruction.
+    vec3 times = fma(vec3(last - w.entry), w.inv, w.first);
     return rx_walk_to(w, times, min(times.x, min(times.y, times.z)), last + 1u);
 }
 

@@ -80,7 +80,7 @@ impl Judged {
         let find = |name: &str, format: Format| {
             let id = graph.find_resource(name)?;
             match &graph.resource(id).kind {
-                ResourceKind::Target(target) if target.format == format => Some(id),
+                ResourceKind::Target(target) if target.format == format && target.layers == 1 => Some(id),
                 _ => None,
             }
         };

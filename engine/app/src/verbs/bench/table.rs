@@ -78,7 +78,7 @@ pub(super) fn means(rows: &[Row]) -> Vec<Mean<'_>> {
 pub(super) fn print_means(rows: &[Row], talk: &Talk) {
     let means = means(rows);
     let Some(first) = means.first() else { return };
-    let mut text = format!("geometric means over {} views\n", first.views);
+    let mut text = format!("means over {} views: geometric of the rates, arithmetic of the wrong rays\n", first.views);
     let width = means.iter().map(|mean| stem(mean.graph).len()).max().unwrap_or(0);
     for mean in &means {
         let (graph, layout) = (stem(mean.graph), mean.layout.unwrap_or("-"));

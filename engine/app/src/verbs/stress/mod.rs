@@ -107,7 +107,10 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, talk: &Talk) -> Result {
         command: format!("raxel {}", arguments.join(" ")),
     };
     if let Some(ray) = &args.ray {
-        one::trace(&plan, &ray.0, &device, &files, talk).map_err(|error| failure(error, talk))?;
+        let broken = one::trace(&plan, &ray.0, &device, &files, talk).map_err(|error| failure(error, talk))?;
+        if !broken.is_empty() {
+            return Err(Failure::new(Exit::Check, broken.join("; ")));
+        }
         return validated(&device, talk);
     }
 

@@ -32,6 +32,11 @@ pub(super) fn ray(text: &str) -> Result<NamedRay, String> {
     };
     let floats: Option<Vec<f32>> = floats.iter().map(float).collect();
     match (cell.as_deref(), floats.as_deref()) {
+        (Some(_), Some(floats @ &[_, _, _, _, _, _]))
+            if floats[..3].iter().any(|f| !f.is_nan() && !(0.0..=1.0).contains(f)) =>
+        {
+            Err("a fraction is a place in the cell, from 0 to 1".to_owned())
+        }
         (Some(&[x, y, z]), Some(&[fx, fy, fz, dx, dy, dz])) => {
             Ok(NamedRay(Ray::new([x, y, z], [fx, fy, fz], [dx, dy, dz])))
         }
@@ -86,14 +91,15 @@ fn wrong_name(wrong: Wrong) -> String {
     serde_json::to_value(wrong).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-/// Traces one ray through every site by every row.
+/// Traces one ray through every site by every row. Gives the rows that are wrong and claim not to be.
 pub(super) fn trace(
     plan: &Plan,
     ray: &Ray,
     device: &Arc<Device>,
     files: &Arc<dyn Files>,
     talk: &Talk,
-) -> Result<(), RayError> {
+) -> Result<Vec<String>, RayError> {
+    let mut broken = Vec::new();
     for (number, site) in plan.sites.iter().enumerate() {
         let found = single(plan, number, ray, device, files)?;
         let mut text =
@@ -123,6 +129,9 @@ pub(super) fn trace(
                     "exact": exact_json(ray, &found.exact), "hit": hit_json(hit),
                 }));
             }
+            if wrong.is_some() && row.exact() {
+                broken.push(format!("{row} is wrong about the ray in {}", site.name));
+            }
             let mark = wrong.map_or_else(String::new, |wrong| format!("  WRONG: {wrong}"));
             let _ = writeln!(text, "  {:<16} {said}{mark}", row.to_string());
         }
@@ -130,7 +139,7 @@ pub(super) fn trace(
             talk::data(&text);
         }
     }
-    Ok(())
+    Ok(broken)
 }
 
 /// The first wrong rays of a row, each with the command that traces it alone.
