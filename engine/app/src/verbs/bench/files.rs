@@ -29,11 +29,10 @@ impl About {
     pub fn of(device: &Device, effort: &Effort) -> Self {
         let capabilities = device.capabilities();
         let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
-        let arguments: Vec<String> = std::env::args().skip(1).collect();
         Self {
             device: capabilities.name.clone(),
             driver: capabilities.driver.clone(),
-            command: format!("raxel {}", arguments.join(" ")),
+            command: command(std::env::args().skip(1)),
             date: date(seconds),
             effort: *effort,
         }
@@ -50,6 +49,20 @@ impl About {
             "effort": self.effort,
         })
     }
+}
+
+/// The command that measures the same, without where it writes: that is of no use elsewhere.
+fn command(mut arguments: impl Iterator<Item = String>) -> String {
+    let mut command = "raxel".to_owned();
+    while let Some(argument) = arguments.next() {
+        if argument == "-o" || argument == "--output" {
+            arguments.next();
+        } else if !argument.starts_with("-o") && !argument.starts_with("--output=") {
+            command.push(' ');
+            command.push_str(&argument);
+        }
+    }
+    command
 }
 
 /// Seconds since 1970 as year-month-day (H. Hinnant, "chrono-compatible low-level date algorithms", `civil_from_days`).
@@ -231,6 +244,8 @@ mod tests {
 
     #[test]
     fn dates_and_fields() {
+        let arguments = "bench dda -o some/folder --size 8x8 --output=there -oelsewhere --frames 3";
+        assert_eq!(command(arguments.split(' ').map(str::to_owned)), "raxel bench dda --size 8x8 --frames 3");
         assert_eq!(date(0), "1970-01-01");
         assert_eq!(date(951_782_400), "2000-02-29");
         assert_eq!(date(1_795_212_000), "2026-11-20");

@@ -2,6 +2,8 @@
 //! place on a logarithmic axis and stands below it, a line a graph. Dots of one graph on the layouts it ran over hang together.
 
 mod strand;
+#[cfg(test)]
+mod tests;
 
 use std::fmt::Write;
 
@@ -9,7 +11,7 @@ use raxel_runtime::bench::Row;
 
 use super::files::About;
 use super::labels::{grouped, stem, view, wrong_ppm};
-use strand::{Strand, draw_crossing, draw_lane};
+use strand::{Strand, draw_crossing, draw_lane, slant};
 
 const WIDTH: f64 = 1000.0;
 const LEFT: f64 = 146.0;
@@ -17,8 +19,10 @@ const RIGHT: f64 = 40.0;
 const TOP: f64 = 104.0;
 /// Pixels of a tenfold in error.
 const DECADE: f64 = 88.0;
-/// A line of dots with their slanted names.
-const LANE: f64 = 62.0;
+/// Right end of the panels.
+const EDGE: f64 = WIDTH - RIGHT;
+/// Characters of a line at the foot of the page.
+const FOOT: usize = 150;
 
 const INK: &str = "#1f2933";
 const SOFT: &str = "#66727f";
@@ -53,6 +57,7 @@ pub(super) fn draw(rows: &[Row], about: &About) -> Option<String> {
     mark_front(&mut bounced);
     let first = own.first().or(bounced.first())?;
     let times = || own.iter().chain(&bounced).map(|dot| dot.time);
+    let graphs = graphs(own.iter().chain(&bounced));
     let scale = Scale::of(times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
 
     let mut body = String::new();
@@ -60,20 +65,21 @@ pub(super) fn draw(rows: &[Row], about: &About) -> Option<String> {
     let wrong: Vec<&Dot<'_>> = own.iter().filter(|dot| dot.wrong > 0.0).collect();
     let mut path = Path::default();
     if !wrong.is_empty() {
-        y = scatter(&mut body, &wrong, &scale, y, &mut path);
+        y = scatter(&mut body, &wrong, &graphs, &scale, y, &mut path);
     }
     let exact: Vec<&Dot<'_>> = own.iter().filter(|dot| dot.wrong == 0.0).collect();
     if !exact.is_empty() {
         let title = format!("exact: none of {} rays is wrong", grouped(measured_rays(first)));
-        y = lanes(&mut body, &title, &exact, &scale, y, &mut path);
+        y = lanes(&mut body, &title, &exact, &graphs, &scale, y, &mut path);
     }
     let _ = writeln!(body, "{}", path.draw());
     if !bounced.is_empty() {
         let title = "rays that leave the hits in random directions";
-        y = lanes(&mut body, title, &bounced.iter().collect::<Vec<_>>(), &scale, y + 14.0, &mut Path::default());
+        let dots: Vec<&Dot<'_>> = bounced.iter().collect();
+        y = lanes(&mut body, title, &dots, &graphs, &scale, y + 14.0, &mut Path::default());
     }
     let axes = scale.draw(y);
-    let height = y + 92.0;
+    let height = y + 104.0;
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height:.0}\" width=\"{WIDTH}\" height=\"{height:.0}\" \
          font-family=\"system-ui, 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif\">\n\
@@ -88,14 +94,33 @@ pub(super) fn draw(rows: &[Row], about: &About) -> Option<String> {
         &text(legend + 10.0, 57.0, 12.0, SOFT, "start", "400", "on the front: nothing is both faster and less wrong");
     svg += &axes;
     svg += &body;
-    let mut foot = format!("raxel {}, {}: {}", env!("CARGO_PKG_VERSION"), about.date, about.command);
-    if let Some((end, _)) = foot.char_indices().nth(150) {
-        foot.truncate(end);
-        foot.push('…');
+    let foot = format!("raxel {}, {}: {}", env!("CARGO_PKG_VERSION"), about.date, about.command);
+    for (line, y) in foot_lines(&foot).iter().zip([height - 28.0, height - 13.0]) {
+        svg += &text(28.0, y, 10.5, SOFT, "start", "400", line);
     }
-    svg += &text(28.0, height - 16.0, 10.5, SOFT, "start", "400", &foot);
     svg += "</svg>\n";
     Some(svg)
+}
+
+/// Breaks the foot of the page between words into two lines at most; what has no room there is left out.
+fn foot_lines(foot: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in foot.split_whitespace() {
+        let line = &lines[lines.len() - 1];
+        let full = !line.is_empty() && line.chars().count() + word.chars().count() + 3 > FOOT;
+        if full && lines.len() == 2 {
+            lines[1].push_str(" …");
+            break;
+        }
+        if full {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push_str(if line.is_empty() { "" } else { " " });
+            line.push_str(word);
+        }
+    }
+    lines
 }
 
 fn measured_rays(dot: &Dot<'_>) -> u64 {
@@ -129,11 +154,16 @@ fn alike<'d, 'r>(dots: &[&'d Dot<'r>]) -> Vec<Vec<&'d Dot<'r>>> {
 }
 
 /// Every graph once, in order of name.
-fn graphs<'r>(dots: &[&Dot<'r>]) -> Vec<&'r str> {
-    let mut all: Vec<&str> = dots.iter().map(|dot| dot.row.case.graph.as_str()).collect();
+fn graphs<'d, 'r: 'd>(dots: impl Iterator<Item = &'d Dot<'r>>) -> Vec<&'r str> {
+    let mut all: Vec<&str> = dots.map(|dot| dot.row.case.graph.as_str()).collect();
     all.sort_unstable();
     all.dedup();
     all
+}
+
+/// Height of the longest name of a layout where it slants.
+fn longest(dots: &[&Dot<'_>]) -> f64 {
+    dots.iter().map(|dot| slant(dot)).fold(0.0, f64::max)
 }
 
 /// The logarithmic axis of time.
@@ -215,12 +245,12 @@ impl Path {
 }
 
 /// What is wrong, by how much. Gives the end of the panel.
-fn scatter(svg: &mut String, dots: &[&Dot<'_>], scale: &Scale, top: f64, path: &mut Path) -> f64 {
+fn scatter(svg: &mut String, dots: &[&Dot<'_>], graphs: &[&str], scale: &Scale, top: f64, path: &mut Path) -> f64 {
     let least = dots.iter().map(|dot| dot.wrong).fold(f64::INFINITY, f64::min).log10();
     let most = dots.iter().map(|dot| dot.wrong).fold(0.0, f64::max).log10();
     // Few tenfolds are drawn larger; names slant upwards from the uppermost dots, and downwards from the lowest.
     let decade = DECADE.max(240.0 / (most - least).max(1.0));
-    let (start, ends) = (top, 64.0);
+    let (start, ends) = (top, longest(dots).max(56.0) + 8.0);
     let at = |wrong: f64| start + ends + (most - wrong.log10()) * decade;
     let bottom = at(10f64.powf(least)) + ends;
     let shown = |power: &i32| (top..=bottom).contains(&at(10f64.powi(*power)));
@@ -234,9 +264,8 @@ fn scatter(svg: &mut String, dots: &[&Dot<'_>], scale: &Scale, top: f64, path: &
         svg,
         "<text transform=\"translate(24 {middle:.1}) rotate(-90)\" font-size=\"12\" fill=\"{INK}\" text-anchor=\"middle\">wrong rays</text>"
     );
-    let graphs = graphs(dots);
     let strands: Vec<Strand<'_, '_>> =
-        alike(dots).into_iter().map(|dots| Strand::new(dots, scale, |dot| at(dot.wrong), &graphs)).collect();
+        alike(dots).into_iter().map(|dots| Strand::new(dots, scale, |dot| at(dot.wrong), graphs)).collect();
     draw_crossing(svg, &strands, [top, bottom]);
     path.0.extend(dots.iter().filter(|dot| dot.front).map(|dot| [scale.x(dot.time), at(dot.wrong)]));
     bottom
@@ -252,29 +281,38 @@ fn parts(power: i32) -> String {
 }
 
 /// One line for each graph. Gives the end of the panel.
-fn lanes(svg: &mut String, title: &str, dots: &[&Dot<'_>], scale: &Scale, top: f64, path: &mut Path) -> f64 {
-    let all = graphs(dots);
-    let mut graphs: Vec<Vec<&Dot<'_>>> = Vec::new();
+fn lanes(
+    svg: &mut String,
+    title: &str,
+    dots: &[&Dot<'_>],
+    graphs: &[&str],
+    scale: &Scale,
+    top: f64,
+    path: &mut Path,
+) -> f64 {
+    let mut all: Vec<Vec<&Dot<'_>>> = Vec::new();
     for &dot in dots {
-        match graphs.iter_mut().find(|lane| lane[0].row.case.graph == dot.row.case.graph) {
+        match all.iter_mut().find(|lane| lane[0].row.case.graph == dot.row.case.graph) {
             Some(lane) => lane.push(dot),
-            None => graphs.push(vec![dot]),
+            None => all.push(vec![dot]),
         }
     }
-    let bottom = top + 24.0 + LANE * graphs.len() as f64;
+    // A line of dots has the names above it.
+    let lane_height = longest(dots) + 10.0;
+    let bottom = top + 28.0 + lane_height * all.len() as f64;
     let _ = writeln!(
         svg,
         "<rect x=\"{LEFT}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#f3f6f4\" fill-opacity=\"0.75\"/>",
-        WIDTH - LEFT - RIGHT,
+        EDGE - LEFT,
         bottom - top
     );
     svg.push_str(&text(LEFT + 8.0, top + 16.0, 11.0, SOFT, "start", "600", title));
-    for (i, lane) in graphs.iter().enumerate() {
-        let y = top + 24.0 + LANE * (i + 1) as f64 - 12.0;
+    for (i, lane) in all.iter().enumerate() {
+        let y = top + 16.0 + lane_height * (i + 1) as f64;
         let name = stem(&lane[0].row.case.graph);
         let weight = if lane.iter().any(|dot| dot.front) { "600" } else { "400" };
         svg.push_str(&text(LEFT - 10.0, y + 4.0, 12.0, INK, "end", weight, name));
-        draw_lane(svg, &Strand::new(lane.clone(), scale, |_| y, &all));
+        draw_lane(svg, &Strand::new(lane.clone(), scale, |_| y, graphs));
         path.0.extend(lane.iter().filter(|dot| dot.front).map(|dot| [scale.x(dot.time), y]));
     }
     bottom
@@ -289,93 +327,4 @@ fn text(x: f64, y: f64, size: f64, color: &str, anchor: &str, weight: &str, cont
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-#[cfg(test)]
-mod tests {
-    use raxel_oracle::metrics::Errors;
-    use raxel_runtime::bench::{Case, Effort, Measured, Spread};
-
-    use super::*;
-
-    fn row(graph: &str, layout: &'static str, milliseconds: f64, wrong: u64) -> Row {
-        let case = Case {
-            graph: format!("graphs/bench/{graph}.toml"),
-            layout: Some(layout),
-            world: "worlds/a&b.toml".to_owned(),
-            camera: "ground".to_owned(),
-            size: [1000, 1000],
-        };
-        let measured = Measured {
-            rays: 1_000_000,
-            bounced: graph == "bounce",
-            frames: 3,
-            time: Spread { median: milliseconds, p95: milliseconds },
-            passes: Vec::new(),
-            once: Vec::new(),
-            steps: None,
-            cost: None,
-            voxels: 1,
-            depths: false,
-            judgement: Ok(Errors { rays: 1_000_000, late: wrong, ..Errors::default() }),
-        };
-        Row { case, outcome: Ok(measured) }
-    }
-
-    fn about() -> About {
-        About {
-            device: "a <device>".to_owned(),
-            driver: "a driver".to_owned(),
-            command: "raxel bench".to_owned(),
-            date: "2026-11-20".to_owned(),
-            effort: Effort::default(),
-        }
-    }
-
-    /// Names of the dots that are drawn as on the front.
-    fn front(svg: &str) -> Vec<&str> {
-        let dots = svg.lines().filter(|line| line.starts_with("<circle") && line.contains("<title>"));
-        let on_front = dots.filter(|line| line.contains(FRONT));
-        on_front.filter_map(|line| line.split_once("<title>")?.1.split(':').next()).collect()
-    }
-
-    #[test]
-    fn the_front_is_what_nothing_beats_in_both() {
-        let rows = [
-            row("exact", "tree64", 1.0, 0),
-            row("exact", "svo", 2.0, 0),
-            row("march", "tree64", 0.2, 9000),
-            row("march", "svo", 0.3, 9000),
-            row("dda", "svo", 0.5, 20),
-            row("dda", "chunks", 5.0, 20),
-            row("bounce", "tree64", 0.1, 0),
-        ];
-        let svg = draw(&rows, &about()).unwrap();
-        let mut found = front(&svg);
-        found.sort_unstable();
-        assert_eq!(found, ["bounce · tree64", "dda · svo", "exact · tree64", "march · tree64"]);
-        // A stair of three, and the rest of the page.
-        let stair = svg.lines().find(|line| line.contains("fill=\"none\" stroke=\"#c8452f\"")).unwrap();
-        assert_eq!((stair.matches('H').count(), stair.matches('V').count()), (2, 2), "{stair}");
-        assert!(
-            svg.contains("exact: none of 1\u{202f}000\u{202f}000 rays is wrong") && svg.contains("a &lt;device&gt;")
-        );
-        assert!(svg.contains("a&amp;b, ground, 1000 × 1000"));
-    }
-
-    #[test]
-    fn there_is_no_chart_of_nothing() {
-        let refused = Row { outcome: Err("no".to_owned()), ..row("exact", "tree64", 1.0, 0) };
-        assert!(draw(&[refused], &about()).is_none());
-        // One dot alone has an axis, too.
-        let svg = draw(&[row("exact", "tree64", 1.0, 0)], &about()).unwrap();
-        assert!(svg.contains("1 ns") && !svg.contains("NaN"));
-    }
-
-    #[test]
-    fn times_and_shares_have_units() {
-        assert_eq!([0.05, 0.5, 1.0, 200.0, 5000.0].map(duration), ["50 ps", "500 ps", "1 ns", "200 ns", "5 µs"]);
-        assert_eq!([0.05, 1.0, 200.0, 1e5].map(rate), ["20 G/s", "1 G/s", "5 M/s", "10 k/s"]);
-        assert_eq!([-1, 0, 3, 6].map(parts), ["100 ppb", "1 ppm", "0.1 %", "100 %"]);
-    }
 }
