@@ -184,6 +184,7 @@ fn what_is_not_there_is_said_before_anything_is_measured() {
         (&["--worlds", "smal"], 2, "did you mean `small`?"),
         (&["--worlds", "small,menger", "--cameras", "within"], 2, "`worlds/menger.toml` has none of the cameras"),
         (&["--size", "0x1"], 2, "640x360"),
+        (&["--size", "16384x16384"], 2, "33177600 that can be judged"),
         (&["--frames", "1"], 2, "3.."),
         (&["--export", "out", "-o", "out"], 2, "cannot be used with"),
         (&["--seconds=-1"], 2, "above 0"),

@@ -182,6 +182,15 @@ fn find(args: &Args, front: &Front, talk: &Talk) -> Result<Found> {
     if !args.seconds.is_finite() || args.seconds <= 0.0 {
         return Err(Failure::usage("`--seconds` is a number above 0"));
     }
+    // The judge holds every ray of a picture and its answer.
+    if let Some(Size([width, height])) =
+        args.size.iter().find(|Size([w, h])| u64::from(*w) * u64::from(*h) > MOST_PIXELS)
+    {
+        return Err(Failure::usage(format!(
+            "{width}x{height} has more pixels than the {MOST_PIXELS} that can be judged"
+        ))
+        .help("--size 7680x4320"));
+    }
     let loaded: Vec<Arc<SessionWorld>> = worlds.iter().map(|path| front.world(path, talk)).collect::<Result<_>>()?;
     check_cameras(&args.cameras, &loaded)?;
     let effort = Effort { warmup: args.warmup, frames: args.frames, seconds: args.seconds };
@@ -213,6 +222,9 @@ fn find_graphs(args: &Args, front: &Front) -> Result<Vec<String>> {
     let known: Vec<String> = bench.into_iter().chain(front.project.graphs()).collect();
     args.graphs.iter().map(|named| find_file("graph", named, "graphs", &known, front)).collect()
 }
+
+/// Pixels of 7680 × 4320.
+const MOST_PIXELS: u64 = 33_177_600;
 
 /// Graphs that are run over all layouts when nothing is asked for: the matrix of all with all takes an hour.
 const EVERYWHERE: [&str; 2] = ["graphs/bench/first_hit.toml", "graphs/bench/beam.toml"];
