@@ -75,22 +75,34 @@ uint rx_leaf_material(uint material, uint rank, uvec2 leaf, uint voxel) {
     return (rx_word(half_word >> 1) >> ((half_word & 1u) * 16u)) & 0xffffu;
 }
 
-uint rx_material(ivec3 cell) {
+// As trace.glsl has it.
+uint rx_look(ivec3 cell, out uint log2_free) {
     uvec3 c = uvec3(cell) - uvec3(world.origin);
-    if (((c.x | c.y | c.z) >> world.log2_size) != 0u) return 0u;
     uvec4 node = world.quads[world.root];
+    log2_free = 0u;
     for (uint height = world.log2_size >> 1;; --height) {
         uint child = rx_child(c, height);
-        if (!rx_has_child(node.xy, child)) return 0u;
+        if (!rx_has_child(node.xy, child)) {
+            log2_free = 2u * height - 2u + (rx_free_octet(node.xy, child) ? 1u : 0u);
+            return 0u;
+        }
         if ((node.w & RX_FILLED) != 0u) return node.w & 0xffffu;
         uint rank = rx_child_rank(node.xy, child);
         if (height == 2u) {
             uvec2 leaf = rx_leaf(node.z + rank);
             uint voxel = rx_child(c, 1u);
-            return rx_has_child(leaf, voxel) ? rx_leaf_material(node.w, rank, leaf, voxel) : 0u;
+            if (rx_has_child(leaf, voxel)) return rx_leaf_material(node.w, rank, leaf, voxel);
+            log2_free = rx_free_octet(leaf, voxel) ? 1u : 0u;
+            return 0u;
         }
         node = world.quads[node.z + rank];
     }
+}
+
+uint rx_material(ivec3 cell) {
+    uvec3 c = uvec3(cell) - uvec3(world.origin);
+    uint log2_free;
+    return ((c.x | c.y | c.z) >> world.log2_size) == 0u ? rx_look(cell, log2_free) : 0u;
 }
 
 // The node of 64^3 that rx_free passed last, and a cell in it.

@@ -2,6 +2,7 @@
 // RX_LAYOUT_<LAYOUT>; whichever it is, a shader uses
 //
 //     bool rx_trace(RxRay ray, out RxHit hit);             first solid voxel along a ray, exactly
+//     bool rx_trace_from(RxRay ray, float t_free, out RxHit hit);  the same, for a ray that passes only air until t_free
 //     uint rx_material(ivec3 cell);                        material of a voxel, 0 for air
 //     RxMaterial rx_material_properties(uint material);
 #ifndef RAXEL_WORLD_GLSL
@@ -29,7 +30,7 @@
 #elif defined(RX_LAYOUT_TEXTURE3D)
 #include "texture3d.glsl"
 #else
-#error "<raxel/world.glsl> needs a world: bind `world` to a buffer with source = \"world.tree64\" or \"world.chunks\""
+#error "<raxel/world.glsl> needs a world: bind `world` to a buffer with a source such as \"world.tree64\""
 #endif
 
 #endif
