@@ -14,6 +14,8 @@ pub use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
 pub use raxel_gpu as gpu;
 /// The graph compiler: file, checked graph, plan.
 pub use raxel_graph as graph;
+/// Bench and stress: run time against error.
+pub use raxel_measure as measure;
 /// The exact tracer and the error metrics.
 pub use raxel_oracle as oracle;
 /// Everything of a session that is not re-exported here.

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::IVec3;
 use raxel_diagnostics::MemoryFiles;
 use raxel_gpu::{Device, DeviceOptions, Validation};
+use raxel_measure::rays::{HitWords, Method, State, Stream, Tracer};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::scenes::{self, Scene};
 use raxel_oracle::{Hit, Oracle, Ray, sets};
-use raxel_runtime::rays::{HitWords, Method, State, Stream, Tracer};
 use raxel_world::World;
 use raxel_world::layout::Layout;
 use rayon::prelude::*;
@@ -117,7 +117,7 @@ fn long_lists_go_in_parts() {
                 assert_eq!(words.hit().map(|hit| hit.voxel), oracle.first_hit(ray).hit.map(|hit| hit.voxel));
             }
             (next, parts) = (part.range.end, parts + 1);
-            Ok::<_, raxel_runtime::rays::RayError>(())
+            Ok::<_, raxel_measure::rays::RayError>(())
         })
         .expect("the device traces");
     assert_eq!((next, parts), (1000, 4));

@@ -18,18 +18,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod bench;
 pub mod build;
 pub mod camera;
 pub mod clock;
 pub mod execute;
 pub mod params;
 pub mod project;
-pub mod rays;
 pub mod reload;
 pub mod session;
 pub mod show;
-pub mod stress;
 pub mod timeline;
 pub mod world;
 

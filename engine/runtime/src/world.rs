@@ -19,7 +19,7 @@ use crate::execute;
 /// What stands before a layout's name in `source = "world.tree64"`.
 const PREFIX: &str = "world.";
 /// The texels of a layout's image.
-pub(crate) const IMAGE_FORMAT: Format = Format::R16ui;
+pub const IMAGE_FORMAT: Format = Format::R16ui;
 
 /// A world with its encodings for the device.
 pub struct SessionWorld {
@@ -232,7 +232,7 @@ fn saturated(cell: i64) -> i32 {
 }
 
 /// What a device can hold of a layout.
-pub(crate) fn layout_limits(device: &raxel_gpu::Device) -> Limits {
+pub fn layout_limits(device: &raxel_gpu::Device) -> Limits {
     let capabilities = device.capabilities();
     Limits {
         buffer_bytes: u64::from(capabilities.limits.max_storage_buffer_range),

@@ -66,7 +66,7 @@ pub(super) fn image_info(device: &Device, desc: &ImageDesc) -> ImageInfo {
 
 /// Puts texels into a 3-D image: every mip, x first, then y, then z, without padding. It is in `GENERAL`, and can be bound in every way
 /// that the device allows for its format. Waits for the copies.
-pub(crate) fn upload_image(
+pub fn upload_image(
     device: &Arc<Device>,
     name: &str,
     format: Format,
@@ -80,7 +80,7 @@ pub(crate) fn upload_image(
 
 /// Bytes that an image for [`upload_image`] may have: what the driver allows for one image, and what there is room for. Devices that have
 /// no memory of their own share the host's, where the texels are put together and staged.
-pub(crate) fn largest_image(device: &Device, format: Format) -> u64 {
+pub fn largest_image(device: &Device, format: Format) -> u64 {
     let capabilities = device.capabilities();
     let room = match capabilities.kind {
         DeviceKind::Discrete => capabilities.memory,

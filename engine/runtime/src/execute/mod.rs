@@ -17,8 +17,8 @@ mod report;
 mod texel;
 mod values;
 
-pub use device::{DeviceMemory, limits};
-pub(crate) use device::{largest_image, upload_image};
+pub use device::{DeviceMemory, largest_image, limits, upload_image};
+
 pub use error::ExecuteError;
 pub use executor::{Executor, ExecutorOptions};
 pub use inputs::{Builtins, FrameInputs, Override};

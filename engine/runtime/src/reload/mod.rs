@@ -1,6 +1,5 @@
 //! Hot reload: watch the files that went in, wait until a save is finished, rebuild off-thread what depends on it.
 
-pub mod bench;
 pub mod builder;
 mod event;
 pub mod parts;

@@ -5,8 +5,8 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::sync::Arc;
 
+use raxel_measure::bench::{Matrix, cameras, pinhole};
 use raxel_oracle::{Oracle, export};
-use raxel_runtime::bench::{Matrix, cameras, pinhole};
 use raxel_runtime::world::SessionWorld;
 use serde_json::json;
 

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use raxel_gpu::Device;
+use raxel_measure::bench::{Effort, Measured, Row};
 use raxel_oracle::metrics::Errors;
-use raxel_runtime::bench::{Effort, Measured, Row};
 use serde_json::{Value, json};
 
 use super::chart;
@@ -228,7 +228,7 @@ const EMPTY: Measured = Measured {
     rays: 0,
     bounced: false,
     frames: 0,
-    time: raxel_runtime::bench::Spread { median: 0.0, p95: 0.0 },
+    time: raxel_measure::bench::Spread { median: 0.0, p95: 0.0 },
     passes: Vec::new(),
     once: Vec::new(),
     steps: None,

@@ -1,6 +1,6 @@
 //! How cases and numbers are called in tables and charts.
 
-use raxel_runtime::bench::{Case, Row};
+use raxel_measure::bench::{Case, Row};
 
 /// A file's name without folders and ending.
 pub(super) fn stem(path: &str) -> &str {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_diagnostics::table;
 use raxel_gpu::{DeviceKind, DeviceOptions};
-use raxel_runtime::bench::{BenchError, Effort, Matrix, Row, Runner, cameras};
+use raxel_measure::bench::{BenchError, Effort, Matrix, Row, Runner, cameras};
 use raxel_runtime::world::SessionWorld;
 use raxel_world::layout::Layout;
 

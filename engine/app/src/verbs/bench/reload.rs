@@ -1,7 +1,7 @@
 //! `raxel bench reload`: from a save to the picture.
 
 use raxel_gpu::DeviceOptions;
-use raxel_runtime::reload::bench::{BenchError, BenchOptions, Times, bench_reload};
+use raxel_measure::reload::{BenchError, BenchOptions, Times, bench_reload};
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};

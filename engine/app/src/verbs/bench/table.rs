@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
+use raxel_measure::bench::{Measured, Row};
 use raxel_oracle::metrics::Errors;
-use raxel_runtime::bench::{Measured, Row};
 
 use super::files;
 use super::labels::{stem, three, view, wrong_ppm};

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use raxel_measure::stress::{Invariants, Plan, Report, RowReport};
 use raxel_oracle::metrics::Errors;
-use raxel_runtime::stress::{Invariants, Plan, Report, RowReport};
 use raxel_world::layout::Layout;
 use serde_json::{Value, json};
 

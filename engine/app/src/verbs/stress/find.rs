@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use raxel_diagnostics::table;
+use raxel_measure::rays::Method;
+use raxel_measure::stress::{Row, Site, Sites};
 use raxel_oracle::scenes::{self, Scene};
 use raxel_oracle::sets::{self, RaySet};
 use raxel_runtime::project::Project;
-use raxel_runtime::rays::Method;
-use raxel_runtime::stress::{Row, Site, Sites};
 use raxel_world::layout::Layout;
 
 use crate::failure::{Failure, Result};

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use raxel_diagnostics::Files;
 use raxel_gpu::Device;
+use raxel_measure::rays::{RayError, State};
+use raxel_measure::stress::{Plan, RowReport, single};
 use raxel_oracle::exact::{Answer, Passage};
 use raxel_oracle::metrics::{Errors, Outcome, Wrong};
 use raxel_oracle::{Hit, Lattice, Ray};
-use raxel_runtime::rays::{RayError, State};
-use raxel_runtime::stress::{Plan, RowReport, single};
 use serde_json::{Value, json};
 
 use crate::talk::{self, Format, Talk};

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
+use raxel_measure::stress::{Invariants, Plan, Report, RowReport};
 use raxel_oracle::metrics::Errors;
-use raxel_runtime::stress::{Invariants, Plan, Report, RowReport};
 use raxel_world::layout::Layout;
 
 use super::{About, files};

@@ -7,7 +7,7 @@ mod tests;
 
 use std::fmt::Write;
 
-use raxel_runtime::bench::Row;
+use raxel_measure::bench::Row;
 
 use super::files::About;
 use super::labels::{grouped, stem, view, wrong_ppm};

@@ -219,7 +219,7 @@ fn overlap(a: &Place, b: &Place) -> bool {
 
 /// What the pointer is told over a dot.
 fn about(dot: &Dot<'_>) -> String {
-    let mrays = dot.row.outcome.as_ref().map_or(0.0, raxel_runtime::bench::Measured::mrays);
+    let mrays = dot.row.outcome.as_ref().map_or(0.0, raxel_measure::bench::Measured::mrays);
     let wrong = if dot.wrong == 0.0 { "exact".to_owned() } else { format!("{} ppm wrong", three(dot.wrong)) };
     format!("{}: {} a ray, {} Mrays/s, {wrong}", tracer(&dot.row.case), duration(dot.time), three(mrays))
 }

@@ -1,7 +1,7 @@
 //! What the chart shows, read back from its SVG.
 
+use raxel_measure::bench::{Case, Effort, Measured, Spread};
 use raxel_oracle::metrics::Errors;
-use raxel_runtime::bench::{Case, Effort, Measured, Spread};
 
 use super::*;
 

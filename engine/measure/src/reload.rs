@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::{Failed, ReloadEvent};
-use crate::project::Project;
-use crate::session::{FrameError, OpenError, Options, Session};
+use raxel_runtime::project::Project;
+use raxel_runtime::reload::{Failed, ReloadEvent};
+use raxel_runtime::session::{FrameError, OpenError, Options, Session};
 
 /// What is measured.
 #[derive(Clone)]

@@ -8,7 +8,7 @@
 //! use raxel_diagnostics::MemoryFiles;
 //! use raxel_gpu::{Device, DeviceOptions};
 //! use raxel_oracle::Ray;
-//! use raxel_runtime::rays::{Method, Stream, Tracer};
+//! use raxel_measure::rays::{Method, Stream, Tracer};
 //! use raxel_world::World;
 //! use raxel_world::layout::Layout;
 //!

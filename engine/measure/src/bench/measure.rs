@@ -11,11 +11,11 @@ use raxel_shader::format::Format;
 
 use super::judge::HitTexel;
 use super::{Effort, PassSpread, Spread};
-use crate::build::{self, BuildError, Selection, Target};
-use crate::camera::Camera;
-use crate::execute::{Builtins, ExecuteError, Executor, FrameInputs};
-use crate::params::Params;
-use crate::world::SessionWorld;
+use raxel_runtime::build::{self, BuildError, Selection, Target};
+use raxel_runtime::camera::Camera;
+use raxel_runtime::execute::{Builtins, ExecuteError, Executor, FrameInputs};
+use raxel_runtime::params::Params;
+use raxel_runtime::world::SessionWorld;
 
 /// Why a case gives nothing.
 #[derive(Debug)]

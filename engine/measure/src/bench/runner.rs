@@ -15,10 +15,10 @@ use raxel_world::layout::Layout;
 use super::judge::{Truth, bounces, judge};
 use super::measure::{CaseError, Run, first, measure};
 use super::{Case, Effort, Matrix, Measured, PassSpread, Row};
-use crate::build::{Loader, Target, source_names};
-use crate::camera::Camera;
-use crate::execute::{self, DeviceMemory, ExecuteError, Executor, ExecutorOptions};
-use crate::world::{SessionWorld, layout_of};
+use raxel_runtime::build::{Loader, Target, source_names};
+use raxel_runtime::camera::Camera;
+use raxel_runtime::execute::{self, DeviceMemory, ExecuteError, Executor, ExecutorOptions};
+use raxel_runtime::world::{SessionWorld, layout_of};
 
 /// Why a matrix is not run to its end.
 #[derive(Debug, thiserror::Error)]

@@ -17,7 +17,7 @@ use raxel_world::layout::Layout;
 
 pub use runner::{BenchError, Broken, Runner, Uncompiled, cameras, pinhole};
 
-use crate::world::LayoutCost;
+use raxel_runtime::world::LayoutCost;
 
 /// What is run: every combination.
 #[derive(Clone, Debug)]

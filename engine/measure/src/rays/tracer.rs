@@ -13,8 +13,8 @@ use raxel_world::layout::{EncodedImage, Layout};
 use super::error::RayError;
 use super::masks;
 use super::stream::Pace;
-use crate::execute::upload_image;
-use crate::world::{IMAGE_FORMAT, layout_limits};
+use raxel_runtime::execute::upload_image;
+use raxel_runtime::world::{IMAGE_FORMAT, layout_limits};
 
 /// How hits are found: a layout, and a marcher of `<raxel/march.glsl>` over it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
