@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip, magma_lut};
 use raxel::world::layout::Layout;
-use raxel::{Options, Session, Show};
+use raxel::{DebugTarget, Options, Session};
 
 /// Mean FLIP error that drivers may differ by. 0 is equal, 1 is black for white.
 const TOLERANCE: f32 = 0.01;
@@ -34,7 +34,7 @@ fn render_in(layout: Option<Layout>, graph: &str, world: &str, target: &str) -> 
         graph: Some(graph.into()),
         world: Some(world.into()),
         layout,
-        show: Show::resource(target),
+        debug_target: DebugTarget::resource(target),
         size: SIZE,
         ..Options::default()
     })

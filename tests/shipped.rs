@@ -1,6 +1,6 @@
 //! Every file that raxel ships runs: each graph over each world, each demo at each of its keys, with the validation layer silent.
 
-use raxel::runtime::show::Show;
+use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Options, Project, Session, Validation};
 
 /// A small picture that is no multiple of a workgroup.
@@ -64,7 +64,7 @@ fn every_target_of_every_graph_can_be_shown() {
         let names: Vec<String> = session.graph().resources.iter().map(|resource| resource.name.clone()).collect();
         for name in names {
             let what = format!("{name} of {graph}");
-            session.set_show(Show::resource(name)).unwrap();
+            session.set_debug_target(DebugTarget::resource(name)).unwrap();
             run(&what, &mut session);
         }
     }

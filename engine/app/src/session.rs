@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use raxel_diagnostics::table;
 use raxel_gpu::{DeviceOptions, Severity};
 use raxel_runtime::camera::Camera;
-use raxel_runtime::show::Show;
+use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
 
@@ -107,24 +107,24 @@ impl What {
             graph,
             demo,
             world,
-            show: self.show()?,
+            debug_target: self.debug_target()?,
             device: device.device.clone(),
             validation: device.validation,
             ..Options::default()
         })
     }
 
-    fn show(&self) -> Result<Show> {
+    fn debug_target(&self) -> Result<DebugTarget> {
         // A colon may stand for the first comma: `depth:mip=1`.
         let text = self.target.as_deref().map(|target| target.replacen(':', ",", 1));
-        let mut show = match text {
-            Some(text) => Show::parse(&text).map_err(|error| Failure::usage(error.to_string()))?,
-            None => Show::default(),
+        let mut target = match text {
+            Some(text) => DebugTarget::parse(&text).map_err(|error| Failure::usage(error.to_string()))?,
+            None => DebugTarget::default(),
         };
         if self.after.is_some() {
-            show.after.clone_from(&self.after);
+            target.after.clone_from(&self.after);
         }
-        Ok(show)
+        Ok(target)
     }
 
     /// Seconds and frames a second of the demo, if there is one. Nothing is said here about what is wrong with it: opening does.
@@ -173,7 +173,7 @@ impl What {
 pub(crate) fn open_failure(error: OpenError, talk: &Talk) -> Failure {
     match error {
         OpenError::Project { diagnostics, texts } => talk.stop_in(&diagnostics, &texts),
-        OpenError::Show(error) => Failure::usage(error.to_string()),
+        OpenError::DebugTarget(error) => Failure::usage(error.to_string()),
         OpenError::Device(error) => error.into(),
     }
 }

@@ -135,12 +135,12 @@ impl CommandBuffer {
     }
 
     /// Ends the recording and submits it.
-    pub fn submit(&mut self) -> Result<crate::queue::Moment> {
+    pub fn submit(&mut self) -> Result<crate::queue::TimelineValue> {
         self.end()?;
         let device = self.device.clone();
-        let moment = device.submit(self);
+        let value = device.submit(self);
         self.close();
-        moment
+        value
     }
 
     pub(crate) fn end(&mut self) -> Result<()> {

@@ -40,7 +40,7 @@ pub use log::{Message, Severity, ValidationLog};
 pub use memory::{Backing, Block, Location};
 pub use pipeline::{ComputePipeline, PipelineInfo, Sampler, Slot};
 pub use query::Timestamps;
-pub use queue::Moment;
+pub use queue::TimelineValue;
 pub use result::{Error, Result};
 pub use surface::{Acquired, Presented, Surface};
 pub use transfer::{download_buffer, download_image, upload, upload_volume};

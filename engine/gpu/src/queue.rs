@@ -12,7 +12,7 @@ use crate::result::{Error, Named, Result};
 
 /// A point on a device's timeline: reached when the submission that got it has finished.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Moment(pub(crate) u64);
+pub struct TimelineValue(pub(crate) u64);
 
 pub(crate) struct Queue {
     pub(crate) family: u32,
@@ -53,7 +53,7 @@ pub(crate) struct WindowSemaphores {
 
 impl Device {
     /// Submits a recorded command buffer. Submissions run in order; what one must see of another is said by barriers.
-    pub fn submit(&self, commands: &CommandBuffer) -> Result<Moment> {
+    pub fn submit(&self, commands: &CommandBuffer) -> Result<TimelineValue> {
         self.submit_for_window(commands, None)
     }
 
@@ -61,7 +61,7 @@ impl Device {
         &self,
         commands: &CommandBuffer,
         window: Option<&WindowSemaphores>,
-    ) -> Result<Moment> {
+    ) -> Result<TimelineValue> {
         if self.is_lost() {
             return Err(Error::DeviceLost);
         }
@@ -88,30 +88,30 @@ impl Device {
         let result = unsafe { self.raw.queue_submit2(*queue, &[submit], vk::Fence::null()) };
         self.watch(result.named("vkQueueSubmit2"))?;
         self.queue.submitted.store(value, Ordering::Release);
-        Ok(Moment(value))
+        Ok(TimelineValue(value))
     }
 
     /// The value of the last submission.
-    pub fn submitted(&self) -> Moment {
-        Moment(self.queue.submitted.load(Ordering::Acquire))
+    pub fn submitted(&self) -> TimelineValue {
+        TimelineValue(self.queue.submitted.load(Ordering::Acquire))
     }
 
     /// The last value the device reached.
-    pub fn reached(&self) -> Result<Moment> {
+    pub fn reached(&self) -> Result<TimelineValue> {
         if self.is_lost() {
             return Err(Error::DeviceLost);
         }
         // SAFETY: the semaphore is a live timeline semaphore.
         let value = unsafe { self.raw.get_semaphore_counter_value(self.queue.semaphore) };
-        self.watch(value.named("vkGetSemaphoreCounterValue")).map(Moment)
+        self.watch(value.named("vkGetSemaphoreCounterValue")).map(TimelineValue)
     }
 
-    /// Waits until the device has reached a moment. `None` waits as long as it takes.
-    pub fn wait(&self, moment: Moment, timeout: Option<Duration>) -> Result<()> {
+    /// Waits until the device has reached a value. `None` waits as long as it takes.
+    pub fn wait(&self, value: TimelineValue, timeout: Option<Duration>) -> Result<()> {
         if self.is_lost() {
             return Err(Error::DeviceLost);
         }
-        let (semaphores, values) = ([self.queue.semaphore], [moment.0]);
+        let (semaphores, values) = ([self.queue.semaphore], [value.0]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         let nanoseconds = timeout.map_or(u64::MAX, |t| u64::try_from(t.as_nanos()).unwrap_or(u64::MAX));
         // SAFETY: the semaphore is a live timeline semaphore.

@@ -7,7 +7,7 @@ use ash::vk;
 use gpu_allocator::vulkan::Allocation;
 
 use crate::device::Device;
-use crate::queue::Moment;
+use crate::queue::TimelineValue;
 
 /// Handles of one dropped object.
 pub(crate) enum Dead {
@@ -26,7 +26,7 @@ pub(crate) enum Dead {
 #[derive(Default)]
 pub(crate) struct Retired {
     /// In order of the submission that may have used them last.
-    dated: VecDeque<(Moment, Dead)>,
+    dated: VecDeque<(TimelineValue, Dead)>,
     /// Dropped while a command buffer that may name them was recorded but not submitted: dated when none is left.
     undated: Vec<Dead>,
     /// Command buffers that are recorded and not submitted.
@@ -70,7 +70,7 @@ impl Device {
         let Ok(reached) = self.reached() else { return };
         loop {
             let mut retired = self.retired();
-            if retired.dated.front().is_none_or(|(moment, _)| *moment > reached) {
+            if retired.dated.front().is_none_or(|(value, _)| *value > reached) {
                 return;
             }
             let Some((_, dead)) = retired.dated.pop_front() else { return };

@@ -11,7 +11,7 @@ use crate::command::{CommandBuffer, transition};
 use crate::device::Device;
 use crate::image::{Image, ImageInfo};
 use crate::memory::Backing;
-use crate::queue::{Moment, WindowSemaphores};
+use crate::queue::{TimelineValue, WindowSemaphores};
 use crate::result::{Error, Named, Result};
 
 /// Formats a picture can be shown in, best first. With an sRGB format the picture, which is encoded already, takes a detour.
@@ -194,13 +194,13 @@ impl Surface {
     }
 
     /// Submits the commands that drew to the acquired image and presents it.
-    pub fn present(&mut self, commands: &mut CommandBuffer, acquired: &Acquired) -> Result<(Moment, Presented)> {
+    pub fn present(&mut self, commands: &mut CommandBuffer, acquired: &Acquired) -> Result<(TimelineValue, Presented)> {
         commands.end()?;
-        let moment = self.device.submit_for_window(commands, Some(&acquired.semaphores));
+        let value = self.device.submit_for_window(commands, Some(&acquired.semaphores));
         commands.close();
-        let moment = moment?;
+        let value = value?;
         let (Some(chain), Some(functions)) = (&mut self.chain, &self.device.swapchain) else {
-            return Ok((moment, Presented::OutOfDate));
+            return Ok((value, Presented::OutOfDate));
         };
         let (waits, chains, indices) = ([acquired.semaphores.rendered], [chain.raw], [acquired.index]);
         let info = vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&indices);
@@ -209,11 +209,11 @@ impl Surface {
         match unsafe { functions.queue_present(*queue, &info) } {
             Ok(suboptimal) => {
                 chain.stale |= suboptimal;
-                Ok((moment, Presented::Shown))
+                Ok((value, Presented::Shown))
             }
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => {
                 chain.stale = true;
-                Ok((moment, Presented::OutOfDate))
+                Ok((value, Presented::OutOfDate))
             }
             Err(result) => self.device.watch(Err(result).named("vkQueuePresentKHR")),
         }

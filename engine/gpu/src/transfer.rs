@@ -34,8 +34,8 @@ pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Option<Du
     commands.begin()?;
     commands.copy_buffer(&staging, 0, &buffer, size);
     commands.barrier(&Barrier::full());
-    let moment = commands.submit()?;
-    device.wait(moment, timeout)?;
+    let value = commands.submit()?;
+    device.wait(value, timeout)?;
     Ok(buffer)
 }
 
@@ -74,8 +74,8 @@ pub fn upload_volume(
             commands.barrier(&std::mem::replace(&mut before, Barrier::full()));
             commands.copy_buffer_to_slices(&staging, &image, mip, (first, count));
             commands.barrier(&Barrier::full());
-            let moment = commands.submit()?;
-            device.wait(moment, timeout)?;
+            let value = commands.submit()?;
+            device.wait(value, timeout)?;
         }
     }
     Ok(image)
@@ -127,8 +127,8 @@ fn download(
     commands.barrier(&Barrier::full());
     copy(&mut commands, &staging);
     commands.barrier(&Barrier::full());
-    let moment = commands.submit()?;
-    device.wait(moment, timeout)?;
+    let value = commands.submit()?;
+    device.wait(value, timeout)?;
     staging.bytes().map(<[u8]>::to_vec).ok_or_else(|| unmapped(name, size))
 }
 

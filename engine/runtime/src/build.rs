@@ -13,15 +13,15 @@ use raxel_world::layout::Layout;
 use crate::execute::{self, ExecuteError};
 use crate::params::Params;
 use crate::project::Project;
-use crate::reload::record::Recorder;
-use crate::reload::settle::Content;
+use crate::reload::debounce::Content;
+use crate::reload::recording_files::RecordingFiles;
 use crate::timeline::{self, Demo};
 use crate::world::{SessionWorld, SourceError, layout_of, source_layouts, source_of};
 
 /// Loads graphs, worlds and demos of one project. Compiled shaders are kept between loads.
 pub struct Loader {
     files: Arc<dyn Files>,
-    shader_files: Arc<Recorder>,
+    shader_files: Arc<RecordingFiles>,
     compiler: Compiler,
     layouts: Vec<SourceLayout>,
     /// Takes the place of the layout of every world buffer.
@@ -91,7 +91,7 @@ impl Loader {
 
     /// For a project that `files` reads.
     pub fn with_files(files: Arc<dyn Files>) -> Self {
-        let shader_files = Arc::new(Recorder::new(files.clone()));
+        let shader_files = Arc::new(RecordingFiles::new(files.clone()));
         let compiler = Compiler::new(shader_files.clone()).with_validator(raxel_gpu::validate_spirv);
         Self { files, shader_files, compiler, layouts: source_layouts(), layout: None }
     }
@@ -135,7 +135,7 @@ impl Loader {
         &self,
         load: impl FnOnce(&dyn Files, &mut SourceMap) -> Result<(T, Vec<Diagnostic>), Vec<Diagnostic>>,
     ) -> Part<T> {
-        let recorder = Recorder::new(self.files.clone());
+        let recorder = RecordingFiles::new(self.files.clone());
         let mut texts = SourceMap::default();
         let result = load(&recorder, &mut texts);
         Part::new(result, texts, recorder.take())
@@ -174,7 +174,7 @@ pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params) -> Vec<(Fact,
 
 /// What is needed of a device to make plans for it.
 #[derive(Clone)]
-pub struct Target {
+pub struct DeviceContext {
     /// Makes what a plan needs.
     pub builder: execute::Builder,
     /// Asks the device about memory.
@@ -205,26 +205,26 @@ pub fn assemble(
     graph: &Arc<Graph>,
     world: &SessionWorld,
     selection: &Selection,
-    target: &Target,
+    context: &DeviceContext,
 ) -> Result<Assembly, BuildError> {
     let sizes = world.sizes();
-    let plan = make_plan(graph, &sizes, selection, target)?;
+    let plan = make_plan(graph, &sizes, selection, context)?;
     // Only the plan knows which layouts a live pass binds; a world's other layouts are never made.
-    let sources = sources(&plan, world, target)?;
+    let sources = sources(&plan, world, context)?;
     // The first plan did not know the sizes of the layouts made just now.
     let fresh = sources.names().any(|name| !sizes.contains_key(name));
-    let plan = if fresh { make_plan(graph, &world.sizes(), selection, target)? } else { plan };
+    let plan = if fresh { make_plan(graph, &world.sizes(), selection, context)? } else { plan };
     Ok(Assembly { plan: Arc::new(plan), sources })
 }
 
 /// What a plan needs from outside, made where they are not there yet.
-pub fn sources(plan: &Plan, world: &SessionWorld, target: &Target) -> Result<execute::Sources, BuildError> {
+pub fn sources(plan: &Plan, world: &SessionWorld, context: &DeviceContext) -> Result<execute::Sources, BuildError> {
     let mut sources = execute::Sources::default();
     let mut found = Vec::new();
     for resource in &plan.resources {
         let (ResourceDesc::Source(name) | ResourceDesc::SourceImage(name, _)) = &resource.desc else { continue };
         let place = plan.graph.resource(resource.resource);
-        match world.source(name, place, &target.builder) {
+        match world.source(name, place, &context.builder) {
             Ok(made) => {
                 sources.images.extend(made.image.map(|image| (name.clone(), image)));
                 sources.buffers.insert(name.clone(), made.buffer);
@@ -240,7 +240,7 @@ fn make_plan(
     graph: &Arc<Graph>,
     sizes: &BTreeMap<String, SourceSize>,
     selection: &Selection,
-    target: &Target,
+    context: &DeviceContext,
 ) -> Result<Plan, BuildError> {
     // A source that is not made yet counts as empty.
     let mut sources: BTreeMap<String, SourceSize> =
@@ -252,9 +252,9 @@ fn make_plan(
         pinned: &selection.pinned,
         facts: &|fact| selection.facts.iter().any(|(known, holds)| known == fact && *holds),
         sources: &sources,
-        memory: &*target.memory,
+        memory: &*context.memory,
         alias: selection.alias,
-        limits: target.limits,
+        limits: context.limits,
     };
     raxel_graph::plan(graph.clone(), &input).map_err(BuildError::Diagnosed)
 }
@@ -265,8 +265,8 @@ pub fn source_names(graph: &Graph) -> BTreeSet<String> {
 }
 
 /// Creates everything that a plan needs, next to what is running.
-pub fn prepare(assembly: &Assembly, target: &Target) -> Result<execute::Prepared, BuildError> {
-    target
+pub fn prepare(assembly: &Assembly, context: &DeviceContext) -> Result<execute::Prepared, BuildError> {
+    context
         .builder
         .prepare(assembly.plan.clone(), &assembly.sources)
         .map_err(|error| refusal(error, &assembly.plan.graph))

@@ -13,16 +13,16 @@ pub enum Pace {
     Live,
 }
 
-/// The moment a frame is drawn for.
+/// The time that a frame is drawn for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment {
+pub struct FrameTime {
     /// Frames since the last reset; the first is 0.
     pub index: u64,
     /// Seconds since the last reset.
     pub time: f64,
     /// Seconds since the frame before; 0 on the first frame and while paused.
     pub delta: f64,
-    /// Whether this is a new frame: false when the clock is paused and the same moment is drawn again.
+    /// Whether this is a new frame: false when the clock is paused and the same time is drawn again.
     pub advanced: bool,
 }
 
@@ -30,7 +30,7 @@ pub struct Moment {
 #[derive(Clone, Debug)]
 pub struct Clock {
     pace: Pace,
-    now: Option<Moment>,
+    now: Option<FrameTime>,
     paused: bool,
     steps: u32,
     woken: Option<Instant>,
@@ -105,17 +105,17 @@ impl Clock {
         }
     }
 
-    /// The moment of the last frame.
-    pub fn now(&self) -> Option<Moment> {
+    /// The time of the last frame.
+    pub fn now(&self) -> Option<FrameTime> {
         self.now
     }
 
-    /// The moment of the next frame, which begins at `wall`.
-    pub fn tick(&mut self, wall: Instant) -> Moment {
+    /// The time of the next frame, which begins at `wall`.
+    pub fn tick(&mut self, wall: Instant) -> FrameTime {
         let stepped = self.steps > 0;
-        let moment = match self.now {
-            None => Moment { index: 0, time: self.origin, delta: 0.0, advanced: true },
-            Some(now) if self.paused && !stepped => Moment { delta: 0.0, advanced: false, ..now },
+        let time = match self.now {
+            None => FrameTime { index: 0, time: self.origin, delta: 0.0, advanced: true },
+            Some(now) if self.paused && !stepped => FrameTime { delta: 0.0, advanced: false, ..now },
             Some(now) => {
                 let index = now.index + 1;
                 let time = match self.pace {
@@ -126,13 +126,13 @@ impl Clock {
                         now.time + took.min(LONGEST_FRAME)
                     }
                 };
-                Moment { index, time, delta: (time - now.time).max(0.0), advanced: true }
+                FrameTime { index, time, delta: (time - now.time).max(0.0), advanced: true }
             }
         };
         self.steps = self.steps.saturating_sub(1);
         self.woken = Some(wall);
-        self.now = Some(moment);
-        moment
+        self.now = Some(time);
+        time
     }
 }
 
@@ -148,11 +148,11 @@ mod tests {
         let mut clock = Clock::new(Pace::Fixed(1.0 / 60.0));
         let wall = Instant::now();
         for index in 0..1000_u64 {
-            let moment = clock.tick(wall);
-            assert_eq!((moment.index, moment.time), (index, index as f64 * (1.0 / 60.0)));
+            let time = clock.tick(wall);
+            assert_eq!((time.index, time.time), (index, index as f64 * (1.0 / 60.0)));
         }
         clock.reset();
-        assert_eq!(clock.tick(wall), Moment { index: 0, time: 0.0, delta: 0.0, advanced: true });
+        assert_eq!(clock.tick(wall), FrameTime { index: 0, time: 0.0, delta: 0.0, advanced: true });
     }
 
     #[test]

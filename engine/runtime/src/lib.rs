@@ -21,12 +21,12 @@
 pub mod build;
 pub mod camera;
 pub mod clock;
+pub mod debug_target;
 pub mod execute;
 pub mod params;
 pub mod project;
 pub mod reload;
 pub mod session;
-pub mod show;
 pub mod timeline;
 pub mod world;
 

@@ -65,11 +65,11 @@ fn size_and_debug_target_change_between_frames() {
     session.resize(0, 0);
     session.frame().unwrap();
     assert_eq!(session.size(), [40, 24]);
-    session.set_present("sum@1,after=count").unwrap();
+    session.set_debug_target_text("sum@1,after=count").unwrap();
     session.frame().unwrap();
-    assert!(session.set_present("sum@2").is_err());
-    assert!(session.set_present("sum,mip=1").is_err());
-    assert_eq!(session.show().to_string(), "sum@1,after=count");
+    assert!(session.set_debug_target_text("sum@2").is_err());
+    assert!(session.set_debug_target_text("sum,mip=1").is_err());
+    assert_eq!(session.debug_target().to_string(), "sum@1,after=count");
     // A size that no device has is an error, and the session goes on.
     session.resize(1 << 24, 8);
     assert!(matches!(session.frame(), Err(FrameError::Plan { .. })));
@@ -93,7 +93,7 @@ fn pinned_resources_can_be_read_whatever_is_shown() {
     session.frame().unwrap();
     assert_eq!(session.read_target("other").unwrap().floats()[0][0], 0.25);
     let wrong = Options { pinned: vec!["nothing".into()], ..project.options() };
-    assert!(matches!(raxel_runtime::Session::open(wrong), Err(raxel_runtime::OpenError::Show(_))));
+    assert!(matches!(raxel_runtime::Session::open(wrong), Err(raxel_runtime::OpenError::DebugTarget(_))));
     project::assert_silent(&session);
 }
 

@@ -208,7 +208,7 @@ fn a_debug_target_that_is_edited_away_gives_way_to_the_graphs_own() {
     let spare = "\n[targets.spare]\nformat = \"r32f\"\n";
     project.write("graphs/fill.toml", &format!("{graph}{spare}"));
     let mut session = project.open();
-    session.set_present("spare").unwrap();
+    session.set_debug_target_text("spare").unwrap();
     session.frame().unwrap();
     project.write("graphs/fill.toml", &graph);
     let events = session.wait_reload(Duration::from_secs(10));

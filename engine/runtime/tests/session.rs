@@ -57,6 +57,6 @@ fn params_pushes_and_targets_are_driven_by_name() {
     assert_eq!((texels.width, texels.height), (96, 54));
     assert!(texels.floats().iter().flatten().all(|value| value.is_finite()));
     assert!(session.set_push("primary", "exposre", Value::F32(1.0)).unwrap_err().to_string().contains("`exposure`"));
-    assert!(session.set_present("colour").unwrap_err().to_string().contains("`color`"));
+    assert!(session.set_debug_target_text("colour").unwrap_err().to_string().contains("`color`"));
     assert_silent(&session);
 }

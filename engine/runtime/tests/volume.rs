@@ -99,7 +99,7 @@ fn passes_read_the_image_and_it_follows_its_world() {
     assert_eq!(slice(&mut session, "voxels", 1, 2)[2 + 2 * 32], 1, "the plan knows its mips and slices");
 
     // It can be shown: slice 4 of mip 0 has 5 x 5 voxels, slice 5 none.
-    session.set_present("voxels,layer=4").unwrap();
+    session.set_debug_target_text("voxels,layer=4").unwrap();
     session.frame().unwrap();
     let texels = slice(&mut session, "voxels", 0, 4);
     assert_eq!((texels.len(), texels.iter().filter(|texel| **texel == 1).count()), (64 * 64, 25));
@@ -107,7 +107,7 @@ fn passes_read_the_image_and_it_follows_its_world() {
     assert_eq!(slice(&mut session, "voxels", 6, 0), [1]);
     let shown = session.read_presented().unwrap();
     assert!(shown.rgba.chunks_exact(4).any(|pixel| pixel != &shown.rgba[..4]), "two colours");
-    session.set_present("color").unwrap();
+    session.set_debug_target_text("color").unwrap();
 
     // Another world, another image, of another size.
     project.write("worlds/box.toml", &project::box_world(70));

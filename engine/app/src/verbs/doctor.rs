@@ -7,7 +7,7 @@ use std::time::Instant;
 use raxel_diagnostics::{Diagnostic, MemoryFiles};
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_graph::plan::Present;
-use raxel_runtime::build::{BuildError, Loader, Selection, Target, assemble, prepare};
+use raxel_runtime::build::{BuildError, DeviceContext, Loader, Selection, assemble, prepare};
 use raxel_runtime::execute::{Builtins, DeviceMemory, Executor, FrameInputs, Picture, limits};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
@@ -164,8 +164,11 @@ fn render(device: &Arc<Device>) -> Result<f64> {
     };
     let start = Instant::now();
     let mut executor = Executor::new(device.clone())?;
-    let target =
-        Target { builder: executor.builder(), memory: Arc::new(DeviceMemory(device.clone())), limits: limits(device) };
+    let context = DeviceContext {
+        builder: executor.builder(),
+        memory: Arc::new(DeviceMemory(device.clone())),
+        limits: limits(device),
+    };
     let selection = Selection {
         output: [SIZE; 2],
         present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
@@ -173,8 +176,8 @@ fn render(device: &Arc<Device>) -> Result<f64> {
         facts: Vec::new(),
         alias: true,
     };
-    let prepared = assemble(&graph, &SessionWorld::empty(), &selection, &target)
-        .and_then(|assembly| prepare(&assembly, &target))
+    let prepared = assemble(&graph, &SessionWorld::empty(), &selection, &context)
+        .and_then(|assembly| prepare(&assembly, &context))
         .map_err(|error| match error {
             BuildError::Diagnosed(found) => broken(&found),
             BuildError::Device(error) => error.into(),

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use raxel_graph::print::{self, Phase};
+use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::project::Project;
-use raxel_runtime::show::Show;
 
 use crate::args::{Size, size};
 use crate::failure::{Failure, Result};
@@ -53,11 +53,11 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
     let part = front.loader.graph(&path);
     let texts = part.texts.clone();
     let graph = Front::good(part, talk)?;
-    let show = match &args.target {
-        Some(target) => Show::parse(target).map_err(|error| Failure::usage(error.to_string()))?,
-        None => Show::default(),
+    let target = match &args.target {
+        Some(target) => DebugTarget::parse(target).map_err(|error| Failure::usage(error.to_string()))?,
+        None => DebugTarget::default(),
     };
-    let present = show.resolve(&graph).map_err(|error| Failure::usage(error.to_string()))?;
+    let present = target.resolve(&graph).map_err(|error| Failure::usage(error.to_string()))?;
     if let Some(phase) = args.phase {
         let text = Front::dump(&graph, args.size.0, present, phase).map_err(|found| talk.stop_in(&found, &texts))?;
         talk::data(&text);

@@ -143,8 +143,8 @@ impl Raw {
         if !output.wants_texels() {
             return Ok(None);
         }
-        let show = session.show();
-        if show.after.is_some() {
+        let shown = session.debug_target();
+        if shown.after.is_some() {
             return Err(Failure::usage(
                 "`--after` shows a target as a picture; an EXR has the texels at the end of the frame",
             )
@@ -152,8 +152,8 @@ impl Raw {
         }
         let graph = session.graph();
         let resource =
-            if show.resource.is_empty() { graph.resource(graph.present).name.clone() } else { show.resource.clone() };
-        Ok(Some(Self { resource, age: show.age, mip: show.mip, layer: show.layer }))
+            if shown.resource.is_empty() { graph.resource(graph.present).name.clone() } else { shown.resource.clone() };
+        Ok(Some(Self { resource, age: shown.age, mip: shown.mip, layer: shown.layer }))
     }
 }
 

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 use raxel_gpu::{DeviceOptions, Surface};
 use raxel_graph::checked::{BufferSize, ResourceKind};
 use raxel_runtime::camera::FlyInput;
+use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::Shown;
-use raxel_runtime::show::Show;
 use raxel_runtime::{FrameError, Session};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -254,7 +254,7 @@ impl Viewer<'_> {
             // What was chosen cannot be shown; what ran before runs on.
             Err(error @ FrameError::Plan { .. }) => {
                 self.news.refused(&error);
-                self.show(Show::default());
+                self.select(DebugTarget::default());
                 return Ok(());
             }
             Err(error) => return Err(frame_failure(error, self.talk)),
@@ -329,27 +329,31 @@ impl Viewer<'_> {
         let now = self.target();
         let at = names.iter().position(|name| *name == now).unwrap_or(0) as isize;
         if let Some(name) = names.get((at + by).rem_euclid(names.len().max(1) as isize) as usize) {
-            self.show(Show::resource(name.clone()));
+            self.select(DebugTarget::resource(name.clone()));
         }
     }
 
-    fn show(&mut self, show: Show) {
-        if let Err(error) = self.session.set_show(show) {
+    fn select(&mut self, target: DebugTarget) {
+        if let Err(error) = self.session.set_debug_target(target) {
             self.talk.say(&format!("warning: {error}"));
         }
     }
 
     /// Name of the resource shown.
     fn target(&self) -> String {
-        let show = self.session.show();
+        let selected = self.session.debug_target();
         let graph = self.session.graph();
-        if show.resource.is_empty() { graph.resource(graph.present).name.clone() } else { show.resource.clone() }
+        if selected.resource.is_empty() {
+            graph.resource(graph.present).name.clone()
+        } else {
+            selected.resource.clone()
+        }
     }
 
     /// Writes what is shown to a PNG in the current folder that does not exist yet.
     fn screenshot(&mut self) -> Result<PathBuf> {
         let picture = self.session.read_presented()?;
-        let frame = self.session.clock().now().map_or(0, |moment| moment.index);
+        let frame = self.session.clock().now().map_or(0, |time| time.index);
         let name = format!("{}-{}-{frame:05}", self.session.graph().name, self.target());
         let name: String =
             name.chars().map(|c| if c.is_alphanumeric() || "-_@".contains(c) { c } else { '_' }).collect();
@@ -364,9 +368,9 @@ impl Viewer<'_> {
     fn title(&self) -> Title {
         Title {
             graph: self.session.graph().name.clone(),
-            target: match self.session.show() {
-                show if show.resource.is_empty() => self.target(),
-                show => show.to_string(),
+            target: match self.session.debug_target() {
+                selected if selected.resource.is_empty() => self.target(),
+                selected => selected.to_string(),
             },
             milliseconds: self.frame_time.map(|seconds| seconds * 1e3),
             paused: self.session.clock().paused(),

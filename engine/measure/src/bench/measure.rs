@@ -11,7 +11,7 @@ use raxel_shader::format::Format;
 
 use super::judge::HitTexel;
 use super::{Effort, PassSpread, Spread};
-use raxel_runtime::build::{self, BuildError, Selection, Target};
+use raxel_runtime::build::{self, BuildError, DeviceContext, Selection};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::{Builtins, ExecuteError, Executor, FrameInputs};
 use raxel_runtime::params::Params;
@@ -105,7 +105,7 @@ const WAKING: f64 = 0.5;
 /// Runs a case. The world's layouts are encoded and uploaded if they are not yet.
 pub(super) fn measure(
     executor: &mut Executor,
-    target: &Target,
+    context: &DeviceContext,
     graph: &Arc<Graph>,
     world: &SessionWorld,
     camera: &Camera,
@@ -123,8 +123,8 @@ pub(super) fn measure(
         // What a pass leaves once must stay for all frames.
         alias: false,
     };
-    let assembly = build::assemble(graph, world, &selection, target)?;
-    let prepared = build::prepare(&assembly, target)?;
+    let assembly = build::assemble(graph, world, &selection, context)?;
+    let prepared = build::prepare(&assembly, context)?;
     executor.swap(prepared);
     executor.reset_history();
 

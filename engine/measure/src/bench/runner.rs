@@ -15,7 +15,7 @@ use raxel_world::layout::Layout;
 use super::judge::{Truth, bounces, judge};
 use super::measure::{CaseError, Run, first, measure};
 use super::{Case, Effort, Matrix, Measured, PassSpread, Row};
-use raxel_runtime::build::{Loader, Target, source_names};
+use raxel_runtime::build::{DeviceContext, Loader, source_names};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::{self, DeviceMemory, ExecuteError, Executor, ExecutorOptions};
 use raxel_runtime::world::{SessionWorld, layout_of};
@@ -61,7 +61,7 @@ pub struct Runner {
     options: DeviceOptions,
     device: Arc<Device>,
     executor: Executor,
-    target: Target,
+    context: DeviceContext,
     graphs: BTreeMap<(String, Option<Layout>), Compiled>,
     /// The last bounced rays with their answers: exact graphs bounce alike over every layout.
     bounced: Option<Truth>,
@@ -70,9 +70,9 @@ pub struct Runner {
 impl Runner {
     /// Opens a device.
     pub fn new(loader: Arc<Loader>, options: &DeviceOptions) -> Result<Self, BenchError> {
-        let (device, executor, target) = open(options)?;
+        let (device, executor, context) = open(options)?;
         let (options, graphs) = (options.clone(), BTreeMap::new());
-        Ok(Self { loader, options, device, executor, target, graphs, bounced: None })
+        Ok(Self { loader, options, device, executor, context, graphs, bounced: None })
     }
 
     /// The device.
@@ -164,13 +164,13 @@ impl Runner {
         let outcome = match compiled {
             Err(wrong) => Err(first(&wrong.found)),
             Ok((graph, _)) => {
-                let (executor, target) = (&mut self.executor, &self.target);
-                match measure(executor, target, &graph, place.world, place.camera, place.size, effort) {
+                let (executor, context) = (&mut self.executor, &self.context);
+                match measure(executor, context, &graph, place.world, place.camera, place.size, effort) {
                     Ok(run) => Ok(self.judged(run, bound, place)),
                     Err(CaseError::Refused(reason)) => Err(reason),
                     Err(CaseError::Lost(error)) => {
                         place.world.forget_device();
-                        (self.device, self.executor, self.target) = open(&self.options)?;
+                        (self.device, self.executor, self.context) = open(&self.options)?;
                         Err(error.to_string())
                     }
                 }
@@ -251,7 +251,7 @@ pub fn pinhole(camera: &Camera, size: [u32; 2]) -> Pinhole {
 }
 
 /// A device whose executor takes times and nothing else: no memo, no marks after passes.
-fn open(options: &DeviceOptions) -> Result<(Arc<Device>, Executor, Target), BenchError> {
+fn open(options: &DeviceOptions) -> Result<(Arc<Device>, Executor, DeviceContext), BenchError> {
     let device = Device::new(options)?;
     let patience = if device.capabilities().kind == DeviceKind::Cpu { 12 } else { 2 };
     let executor = Executor::with_options(
@@ -263,10 +263,10 @@ fn open(options: &DeviceOptions) -> Result<(Arc<Device>, Executor, Target), Benc
             watchdog: Some(Duration::from_secs(10) * patience),
         },
     )?;
-    let target = Target {
+    let context = DeviceContext {
         builder: executor.builder(),
         memory: Arc::new(DeviceMemory(device.clone())),
         limits: execute::limits(&device),
     };
-    Ok((device, executor, target))
+    Ok((device, executor, context))
 }

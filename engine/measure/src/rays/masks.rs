@@ -33,7 +33,7 @@ pub(super) fn bake(device: &Arc<Device>, files: &Arc<dyn Files>) -> Result<Resou
     commands.bind(&pipeline, &descriptors);
     commands.dispatch([ENTRIES.div_ceil(shader.interface.local_size[0].value), 1, 1]);
     commands.barrier(&Barrier::full());
-    let moment = commands.submit()?;
-    device.wait(moment, None)?;
+    let finished_at = commands.submit()?;
+    device.wait(finished_at, None)?;
     Ok(table)
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use raxel_gpu::{
-    Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Descriptors, Device, DeviceKind, Location, Moment, Resource,
-    Timestamps, vk,
+    Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Descriptors, Device, DeviceKind, Location, Resource,
+    TimelineValue, Timestamps, vk,
 };
 use raxel_oracle::Ray;
 use rayon::prelude::*;
@@ -67,7 +67,7 @@ pub struct Traced<'a> {
 /// A part that the device has.
 struct Flight {
     range: Range<usize>,
-    moment: Moment,
+    finished_at: TimelineValue,
     slot: usize,
 }
 
@@ -152,7 +152,7 @@ impl Stream {
             if looked.is_err() {
                 // The part after it may not outlive what it reads.
                 if let Some(flight) = &flight {
-                    self.device.wait(flight.moment, Some(PATIENCE)).map_err(RayError::from)?;
+                    self.device.wait(flight.finished_at, Some(PATIENCE)).map_err(RayError::from)?;
                 }
                 return looked;
             }
@@ -222,8 +222,8 @@ impl Stream {
             (copy, vk::AccessFlags2::TRANSFER_WRITE),
             (vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ),
         ));
-        let moment = commands.submit()?;
-        Ok(Flight { range, moment, slot })
+        let finished_at = commands.submit()?;
+        Ok(Flight { range, finished_at, slot })
     }
 
     fn land<E: From<RayError>>(
@@ -232,7 +232,7 @@ impl Stream {
         flight: Flight,
         look: &mut impl FnMut(Traced<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        if let Err(error) = self.device.wait(flight.moment, Some(PATIENCE)) {
+        if let Err(error) = self.device.wait(flight.finished_at, Some(PATIENCE)) {
             if matches!(error, raxel_gpu::Error::TimedOut { .. }) {
                 self.device.abandon();
             }

@@ -4,15 +4,15 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use raxel_gpu::{Barrier, CommandBuffer, Device, Moment, Presented, Surface};
+use raxel_gpu::{Barrier, CommandBuffer, Device, Presented, Surface, TimelineValue};
 use raxel_graph::plan::Plan;
 
 use super::FRAMES;
 use super::error::ExecuteError;
 use super::inputs::FrameInputs;
 use super::physical::Copies;
-use super::prepare::{Builder, Prepared, Running, Shared, Watch, lock, pass_name};
-use super::record::{DeviceRecorder, begin_lives, marker_word};
+use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, lock, pass_name};
+use super::record::{DeviceRecorder, initialize_resources, marker_word};
 use super::replay::Counts;
 use super::report::{FrameReport, PassTime, Shown, SwapReport};
 
@@ -43,7 +43,7 @@ pub struct Executor {
     /// Frames begun; rotates histories.
     pub(super) frame: u64,
     /// The next recording waits for everything before it: the barriers of the plan cover only frame after frame.
-    fresh: bool,
+    needs_full_barrier: bool,
     full: Barrier,
     memo: bool,
     times: Vec<PassTime>,
@@ -55,11 +55,11 @@ pub struct Executor {
 /// One of the frames in flight.
 struct FrameSlot {
     commands: CommandBuffer,
-    moment: Moment,
+    finished_at: TimelineValue,
     frame: u64,
-    watch: Option<Arc<Watch>>,
+    instrumentation: Option<Arc<Instrumentation>>,
     ran: Vec<u32>,
-    harvested: bool,
+    timings_read: bool,
 }
 
 impl Executor {
@@ -73,11 +73,11 @@ impl Executor {
         let slot = |name| -> Result<FrameSlot, ExecuteError> {
             Ok(FrameSlot {
                 commands: CommandBuffer::new(&device, name)?,
-                moment: Moment::default(),
+                finished_at: TimelineValue::default(),
                 frame: 0,
-                watch: None,
+                instrumentation: None,
                 ran: Vec::new(),
-                harvested: true,
+                timings_read: true,
             })
         };
         Ok(Executor {
@@ -85,7 +85,7 @@ impl Executor {
             shared: Arc::new(Shared::new(device, options)),
             running: None,
             frame: 0,
-            fresh: true,
+            needs_full_barrier: true,
             full: Barrier::full(),
             memo: options.memo,
             times: Vec::new(),
@@ -143,7 +143,7 @@ impl Executor {
         *lock(&self.shared.running) =
             Running { resources: next.resources.clone(), picture: Some(next.display.picture.clone()) };
         self.running = Some(next);
-        self.fresh = true;
+        self.needs_full_barrier = true;
         report
     }
 
@@ -159,11 +159,11 @@ impl Executor {
     pub fn reset_history(&mut self) {
         if let Some(running) = &mut self.running {
             for physical in running.resources.iter().filter(|p| !matches!(p.copies, Copies::Source(_))) {
-                physical.born.store(false, Ordering::Relaxed);
+                physical.initialized.store(false, Ordering::Relaxed);
             }
             running.replay.reset();
             self.supply_sources();
-            self.fresh = true;
+            self.needs_full_barrier = true;
         }
     }
 
@@ -176,12 +176,12 @@ impl Executor {
         let result = self.run_frame(inputs, window);
         result.map_err(|error| {
             // Nobody knows which of the frame's results came to be.
-            self.fresh = true;
+            self.needs_full_barrier = true;
             if let Some(running) = &mut self.running {
                 running.replay.memo.forget();
             }
             self.supply_sources();
-            self.blame(error)
+            self.attribute_loss(error)
         })
     }
 
@@ -192,9 +192,9 @@ impl Executor {
     ) -> Result<FrameReport, ExecuteError> {
         let slot_index = (self.frame % FRAMES as u64) as usize;
         let device = self.shared.device.clone();
-        device.wait(self.slots[slot_index].moment, self.shared.watchdog())?;
+        device.wait(self.slots[slot_index].finished_at, self.shared.watchdog())?;
         device.collect();
-        self.harvest(slot_index)?;
+        self.read_timings(slot_index)?;
         let acquired = match &mut window {
             Some(window) => window.acquire()?,
             None => None,
@@ -204,15 +204,15 @@ impl Executor {
         let running = self.running.as_mut().ok_or(ExecuteError::NoPlan)?;
         let number = self.frame;
         let decided = running.replay.decide(number, inputs);
-        let newborn =
-            running.resources.iter().any(|p| p.needs_init()) || !running.display.picture.born.load(Ordering::Relaxed);
+        let uninitialized = running.resources.iter().any(|p| p.needs_init())
+            || !running.display.picture.initialized.load(Ordering::Relaxed);
         let slot = &mut self.slots[slot_index];
         let mut report = FrameReport { frame: number, ..FrameReport::default() };
         self.frame += 1;
-        if !decided && !newborn && acquired.is_none() {
+        if !decided && !uninitialized && acquired.is_none() {
             // The barriers of the plan reach from one recorded frame to the next only if none is left out.
-            self.fresh = true;
-            count(&mut report, running.replay.walk(&mut Nothing));
+            self.needs_full_barrier = true;
+            count(&mut report, running.replay.walk(&mut NullRecorder));
             report.shown = if window.is_some() { Shown::Minimised } else { Shown::Headless };
             report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
             return Ok(report);
@@ -221,14 +221,14 @@ impl Executor {
         slot.commands.begin()?;
         slot.ran.clear();
         slot.frame = number;
-        slot.watch = Some(running.watch.clone());
-        slot.harvested = false;
-        if newborn {
-            begin_lives(&mut slot.commands, running);
-        } else if self.fresh {
+        slot.instrumentation = Some(running.instrumentation.clone());
+        slot.timings_read = false;
+        if uninitialized {
+            initialize_resources(&mut slot.commands, running);
+        } else if self.needs_full_barrier {
             slot.commands.barrier(&self.full);
         }
-        if let Some(timestamps) = &running.watch.timestamps[slot_index] {
+        if let Some(timestamps) = &running.instrumentation.timestamps[slot_index] {
             slot.commands.reset_timestamps(timestamps);
         }
         let mut recorder = DeviceRecorder {
@@ -239,26 +239,26 @@ impl Executor {
             ran: &mut slot.ran,
         };
         count(&mut report, running.replay.walk(&mut recorder));
-        slot.moment = match (window, acquired) {
+        slot.finished_at = match (window, acquired) {
             (Some(window), Some(acquired)) => {
                 window.draw(&mut slot.commands, &acquired, &running.display.picture.image)?;
-                let (moment, presented) = window.present(&mut slot.commands, &acquired)?;
+                let (finished_at, presented) = window.present(&mut slot.commands, &acquired)?;
                 report.shown = match presented {
                     Presented::Shown => Shown::Presented,
                     Presented::OutOfDate => Shown::OutOfDate,
                 };
-                moment
+                finished_at
             }
             (window, _) => {
                 report.shown = if window.is_some() { Shown::Minimised } else { Shown::Headless };
                 slot.commands.submit()?
             }
         };
-        if newborn {
-            running.resources.iter().for_each(|physical| physical.born.store(true, Ordering::Relaxed));
-            running.display.picture.born.store(true, Ordering::Relaxed);
+        if uninitialized {
+            running.resources.iter().for_each(|physical| physical.initialized.store(true, Ordering::Relaxed));
+            running.display.picture.initialized.store(true, Ordering::Relaxed);
         }
-        self.fresh = !decided;
+        self.needs_full_barrier = !decided;
         report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
         Ok(report)
     }
@@ -266,15 +266,15 @@ impl Executor {
     /// Waits until the device has finished all frames.
     pub fn wait(&mut self) -> Result<(), ExecuteError> {
         let result = self.shared.device.wait_idle(self.shared.watchdog());
-        result.map_err(|error| self.blame(error.into()))
+        result.map_err(|error| self.attribute_loss(error.into()))
     }
 
     /// GPU times of the passes in the last frame that the device has finished; order of the plan's passes.
     pub fn timings(&mut self) -> &[PassTime] {
         let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
         for slot in order {
-            let finished = self.shared.device.reached().is_ok_and(|reached| self.slots[slot].moment <= reached);
-            if finished && self.harvest(slot).is_err() {
+            let finished = self.shared.device.reached().is_ok_and(|reached| self.slots[slot].finished_at <= reached);
+            if finished && self.read_timings(slot).is_err() {
                 break;
             }
         }
@@ -288,12 +288,15 @@ impl Executor {
     }
 
     /// Reads the times of a finished frame.
-    fn harvest(&mut self, slot_index: usize) -> Result<(), ExecuteError> {
+    fn read_timings(&mut self, slot_index: usize) -> Result<(), ExecuteError> {
         let slot = &mut self.slots[slot_index];
-        let (Some(watch), false) = (&slot.watch, slot.harvested) else { return Ok(()) };
-        slot.harvested = true;
-        let current = self.running.as_ref().is_some_and(|running| Arc::ptr_eq(&running.watch, watch));
-        let Some(timestamps) = watch.timestamps[slot_index].as_ref().filter(|_| current) else { return Ok(()) };
+        let (Some(instrumentation), false) = (&slot.instrumentation, slot.timings_read) else { return Ok(()) };
+        slot.timings_read = true;
+        let current =
+            self.running.as_ref().is_some_and(|running| Arc::ptr_eq(&running.instrumentation, instrumentation));
+        let Some(timestamps) = instrumentation.timestamps[slot_index].as_ref().filter(|_| current) else {
+            return Ok(());
+        };
         timestamps.read(&mut self.ticks)?;
         let period = f64::from(self.shared.device.capabilities().timestamp_period);
         for (time, ticks) in self.times.iter_mut().zip(self.ticks.chunks_exact(2)) {
@@ -315,7 +318,7 @@ impl Executor {
     }
 
     /// Adds the suspect to a device loss, and gives up a device that hangs.
-    pub(super) fn blame(&self, error: ExecuteError) -> ExecuteError {
+    pub(super) fn attribute_loss(&self, error: ExecuteError) -> ExecuteError {
         match error {
             ExecuteError::DeviceLost { timed_out, .. } => {
                 if timed_out {
@@ -333,11 +336,12 @@ impl Executor {
         order.sort_by_key(|slot| self.slots[*slot].frame);
         order.into_iter().find_map(|index| {
             let slot = &self.slots[index];
-            let watch = slot.watch.as_ref()?;
-            let markers = watch.markers.as_ref()?;
-            let unfinished =
-                |pass: &&u32| markers.word(watch.marker(index, **pass as usize)) != Some(marker_word(slot.frame));
-            pass_name(&watch.plan, *slot.ran.iter().find(unfinished)? as usize)
+            let instrumentation = slot.instrumentation.as_ref()?;
+            let markers = instrumentation.markers.as_ref()?;
+            let unfinished = |pass: &&u32| {
+                markers.word(instrumentation.marker(index, **pass as usize)) != Some(marker_word(slot.frame))
+            };
+            pass_name(&instrumentation.plan, *slot.ran.iter().find(unfinished)? as usize)
         })
     }
 }
@@ -361,9 +365,9 @@ fn count(report: &mut FrameReport, counts: Counts) {
 }
 
 /// Records nothing.
-struct Nothing;
+struct NullRecorder;
 
-impl super::replay::Recorder for Nothing {
+impl super::replay::Recorder for NullRecorder {
     fn uniforms(&mut self, _: &[u8]) {}
     fn barrier(&mut self, _: usize) {}
     fn clear(&mut self, _: usize) {}

@@ -39,7 +39,7 @@ struct Slot {
 
 /// One access of one step.
 #[derive(Clone, Copy, Debug)]
-struct Touch {
+struct SlotAccess {
     slot: u32,
     age: u32,
     mips: (u32, u32),
@@ -52,9 +52,9 @@ struct Touch {
 struct Node {
     step: u32,
     maker: Maker,
-    touches: Vec<Touch>,
+    accesses: Vec<SlotAccess>,
     /// Index of its first access in `Memo::seen`.
-    accesses: usize,
+    first_seen: usize,
 }
 
 /// What gives a node the part of its key that is not an input.
@@ -104,34 +104,37 @@ impl Memo {
             memo.slot(resource.copies, mips, aliased, transient);
         }
         for (step, kind) in plan.steps.iter().enumerate() {
-            let touch = |resource, age, (first, count): (u32, u32), access: Access| {
+            let slot_access = |resource, age, (first, count): (u32, u32), access: Access| {
                 let slot = index_of(resource)? as u32;
                 let mips = memo.slots[slot as usize].mips;
                 let first = first.min(mips - 1);
                 let count = if count == 0 { mips - first } else { count.min(mips - first) };
-                Some(Touch { slot, age, mips: (first, count), reads: access.reads(), writes: access.writes() })
+                Some(SlotAccess { slot, age, mips: (first, count), reads: access.reads(), writes: access.writes() })
             };
-            let (maker, touches): (_, Vec<Touch>) = match kind {
+            let (maker, accesses): (_, Vec<SlotAccess>) = match kind {
                 Step::Barrier(_) => continue,
                 Step::Clear { resource } => {
                     let resource = &plan.resources[*resource as usize];
                     let value = resource.clear.map_or(0, |value| hash_text(&format!("{value:?}")));
-                    (Maker::Clear(value), touch(resource.resource, 0, (0, 0), Access::Write).into_iter().collect())
+                    (
+                        Maker::Clear(value),
+                        slot_access(resource.resource, 0, (0, 0), Access::Write).into_iter().collect(),
+                    )
                 }
                 Step::Dispatch { pass } => {
-                    let accesses = &plan.graph.pass(plan.passes[*pass as usize].pass).accesses;
-                    let touches = accesses.iter().filter_map(|a| touch(a.resource, a.age, a.mips, a.access));
-                    (Maker::Pass(*pass), touches.collect())
+                    let declared = &plan.graph.pass(plan.passes[*pass as usize].pass).accesses;
+                    let accesses = declared.iter().filter_map(|a| slot_access(a.resource, a.age, a.mips, a.access));
+                    (Maker::Pass(*pass), accesses.collect())
                 }
                 Step::Present => {
                     let shown = plan.present;
                     (
                         Maker::Present,
-                        touch(shown.resource, shown.age, (shown.mip, 1), Access::Read).into_iter().collect(),
+                        slot_access(shown.resource, shown.age, (shown.mip, 1), Access::Read).into_iter().collect(),
                     )
                 }
             };
-            memo.node(step as u32, maker, touches);
+            memo.node(step as u32, maker, accesses);
         }
         memo.finish();
         memo
@@ -156,9 +159,9 @@ impl Memo {
         self.slots.push(Slot { first, copies, mips, aliased, transient });
     }
 
-    fn node(&mut self, step: u32, maker: Maker, touches: Vec<Touch>) {
-        let accesses = self.nodes.last().map_or(0, |node| node.accesses + node.touches.len());
-        self.nodes.push(Node { step, maker, touches, accesses });
+    fn node(&mut self, step: u32, maker: Maker, accesses: Vec<SlotAccess>) {
+        let first_seen = self.nodes.last().map_or(0, |node| node.first_seen + node.accesses.len());
+        self.nodes.push(Node { step, maker, accesses, first_seen });
     }
 
     fn finish(&mut self) {
@@ -166,7 +169,7 @@ impl Memo {
         self.content = vec![Content::default(); contents];
         self.wanted = self.content.clone();
         self.dirty = vec![false; contents];
-        self.seen = vec![0; self.nodes.iter().map(|node| node.touches.len()).sum()];
+        self.seen = vec![0; self.nodes.iter().map(|node| node.accesses.len()).sum()];
         self.forget();
     }
 
@@ -199,15 +202,15 @@ impl Memo {
     /// workgroups, push and uniform bytes, or `None` when it does not run in this frame (not due, or disabled); `present` is a hash of
     /// how the picture is shown. Gives for each step whether it is to run (barriers: always true), and takes it that they do.
     pub fn decide(&mut self, frame: u64, keys: &[Option<u64>], present: u64) -> &[bool] {
-        self.imagine(frame, keys, present);
-        self.mark_changed();
-        self.spread(frame, keys);
+        self.predict_contents(frame, keys, present);
+        self.mark_dirty();
+        self.propagate_dirty(frame, keys);
         self.commit(frame);
         &self.run
     }
 
     /// What a full frame would leave behind.
-    fn imagine(&mut self, frame: u64, keys: &[Option<u64>], present: u64) {
+    fn predict_contents(&mut self, frame: u64, keys: &[Option<u64>], present: u64) {
         self.wanted.copy_from_slice(&self.content);
         for slot in self.slots.iter().filter(|slot| slot.transient) {
             let first = slot.base(frame, 0);
@@ -216,18 +219,18 @@ impl Memo {
         for node in &self.nodes {
             let Some(key) = node.maker.key(keys, present) else { continue };
             let mut run = mix(node.maker.salt(), key);
-            for (i, touch) in node.touches.iter().enumerate() {
-                let range = touch.contents(&self.slots, frame);
-                if touch.reads {
+            for (i, access) in node.accesses.iter().enumerate() {
+                let range = access.contents(&self.slots, frame);
+                if access.reads {
                     let id = self.wanted[range].iter().fold(mix(1, i as u64), |hash, content| mix(hash, content.id));
-                    self.seen[node.accesses + i] = id;
+                    self.seen[node.first_seen + i] = id;
                     run = mix(run, id);
                 }
             }
-            for (i, touch) in node.touches.iter().enumerate().filter(|(_, touch)| touch.writes) {
-                for (mip, content) in self.wanted[touch.contents(&self.slots, frame)].iter_mut().enumerate() {
+            for (i, access) in node.accesses.iter().enumerate().filter(|(_, access)| access.writes) {
+                for (mip, content) in self.wanted[access.contents(&self.slots, frame)].iter_mut().enumerate() {
                     let run = mix(mix(run, i as u64), mip as u64);
-                    if content.run != run || touch.reads {
+                    if content.run != run || access.reads {
                         let before = if matches!(node.maker, Maker::Clear(_)) { 0 } else { content.id };
                         *content = Content { id: mix(run, before), run };
                     }
@@ -241,7 +244,7 @@ impl Memo {
     }
 
     /// Copies whose content must outlive the frame and is not in place.
-    fn mark_changed(&mut self) {
+    fn mark_dirty(&mut self) {
         self.dirty.fill(false);
         for slot in self.slots.iter().filter(|slot| !slot.aliased) {
             for copy in 0..slot.copies {
@@ -254,41 +257,41 @@ impl Memo {
     }
 
     /// Every writer of a dirty copy runs; every copy that a running step writes, or needs other than it is, is dirty.
-    fn spread(&mut self, frame: u64, keys: &[Option<u64>]) {
+    fn propagate_dirty(&mut self, frame: u64, keys: &[Option<u64>]) {
         for node in &self.nodes {
             self.run[node.step as usize] = false;
         }
         loop {
-            let mut settled = true;
+            let mut stable = true;
             // Backwards: most of what must run is found by following inputs to their makers.
             for node in self.nodes.iter().rev() {
                 if node.maker.key(keys, 0).is_none() {
                     continue;
                 }
                 let picture = node.maker == Maker::Present && self.dirty[self.content.len() - 1];
-                let dirty = |t: &Touch| t.writes && self.dirty[self.slots[t.slot as usize].base(frame, t.age)];
-                if !self.run[node.step as usize] && (picture || node.touches.iter().any(dirty)) {
+                let dirty = |t: &SlotAccess| t.writes && self.dirty[self.slots[t.slot as usize].base(frame, t.age)];
+                if !self.run[node.step as usize] && (picture || node.accesses.iter().any(dirty)) {
                     self.run[node.step as usize] = true;
-                    settled = false;
+                    stable = false;
                 }
                 if !self.run[node.step as usize] {
                     continue;
                 }
-                for (i, touch) in node.touches.iter().enumerate() {
-                    let slot = &self.slots[touch.slot as usize];
-                    let base = slot.base(frame, touch.age);
+                for (i, access) in node.accesses.iter().enumerate() {
+                    let slot = &self.slots[access.slot as usize];
+                    let base = slot.base(frame, access.age);
                     let in_place = || {
-                        let now = &self.content[touch.contents(&self.slots, frame)];
+                        let now = &self.content[access.contents(&self.slots, frame)];
                         now.iter().fold(mix(1, i as u64), |hash, content| mix(hash, content.id))
-                            == self.seen[node.accesses + i]
+                            == self.seen[node.first_seen + i]
                     };
-                    if !self.dirty[base] && (touch.writes || slot.aliased || !in_place()) {
+                    if !self.dirty[base] && (access.writes || slot.aliased || !in_place()) {
                         self.dirty[base] = true;
-                        settled = false;
+                        stable = false;
                     }
                 }
             }
-            if settled {
+            if stable {
                 return;
             }
         }
@@ -329,7 +332,7 @@ impl Slot {
     }
 }
 
-impl Touch {
+impl SlotAccess {
     fn contents(&self, slots: &[Slot], frame: u64) -> std::ops::Range<usize> {
         let first = slots[self.slot as usize].base(frame, self.age) + self.mips.0 as usize;
         first..first + self.mips.1 as usize

@@ -23,7 +23,7 @@ pub(super) struct Physical {
     place: Option<(BlockKey, u64)>,
     pub(super) copies: Copies,
     /// Has its `init` contents, or what frames made of them. Resources in shared memory have no contents to begin with.
-    pub(super) born: AtomicBool,
+    pub(super) initialized: AtomicBool,
     /// Some pass of some plan that it was made or taken over for writes it.
     written: AtomicBool,
 }
@@ -99,7 +99,7 @@ impl Physical {
 
     /// Whether frames find contents in it that nobody put there in the frame.
     pub(super) fn needs_init(&self) -> bool {
-        !self.is_placed() && !matches!(self.copies, Copies::Source(_)) && !self.born.load(Ordering::Relaxed)
+        !self.is_placed() && !matches!(self.copies, Copies::Source(_)) && !self.initialized.load(Ordering::Relaxed)
     }
 
     /// Whether it is what a plan wants; the contents stay. Not if no pass of that plan writes what passes wrote before: a pass that
@@ -178,7 +178,7 @@ pub(super) fn make(
             init: planned.init,
             place,
             copies,
-            born: AtomicBool::new(false),
+            initialized: AtomicBool::new(false),
             written: AtomicBool::new(written),
         }));
     }
@@ -209,7 +209,7 @@ fn supplied(
             init: planned.init,
             place: None,
             copies: Copies::Source(supplied),
-            born: AtomicBool::new(true),
+            initialized: AtomicBool::new(true),
             written: AtomicBool::new(false),
         })
     }))

@@ -71,7 +71,7 @@ pub(super) struct Running {
 pub(super) struct PictureImage {
     pub(super) image: Arc<Image>,
     /// Is in `GENERAL`.
-    pub(super) born: AtomicBool,
+    pub(super) initialized: AtomicBool,
 }
 
 /// A plan with everything it needs on the device.
@@ -84,7 +84,7 @@ pub struct Prepared {
     /// The uniform blocks of every frame in flight, one after the other.
     pub(super) uniforms: Option<Arc<Buffer>>,
     pub(super) display: PreparedDisplay,
-    pub(super) watch: Arc<Watch>,
+    pub(super) instrumentation: Arc<Instrumentation>,
 }
 
 pub(super) struct PreparedPass {
@@ -115,7 +115,7 @@ pub(super) struct PreparedDisplay {
 }
 
 /// What watches the passes of a plan while they run, for each frame in flight.
-pub(super) struct Watch {
+pub(super) struct Instrumentation {
     pub(super) plan: Arc<Plan>,
     /// A word for each pass: the frame in which it last finished.
     pub(super) markers: Option<Buffer>,
@@ -123,7 +123,7 @@ pub(super) struct Watch {
     pub(super) timestamps: [Option<Timestamps>; FRAMES],
 }
 
-impl Watch {
+impl Instrumentation {
     pub(super) fn marker(&self, slot: usize, pass: usize) -> u64 {
         ((slot * self.plan.passes.len() + pass) * 4) as u64
     }
@@ -221,7 +221,7 @@ impl Builder {
         let display = self.display(&plan, &resources, variant, push, picture)?;
         Ok(Prepared {
             barriers: plan.steps.iter().map(|step| barrier(step, &resources)).collect(),
-            watch: Arc::new(self.watch(&plan)?),
+            instrumentation: Arc::new(self.instrumentation(&plan)?),
             replay,
             resources,
             passes,
@@ -243,12 +243,12 @@ impl Builder {
             Some(picture) if *picture.image.info() == info => picture,
             _ => Arc::new(PictureImage {
                 image: Arc::new(Image::new(&self.shared.device, "picture", &info, Backing::Own)?),
-                born: AtomicBool::new(false),
+                initialized: AtomicBool::new(false),
             }),
         })
     }
 
-    fn watch(&self, plan: &Arc<Plan>) -> Result<Watch, ExecuteError> {
+    fn instrumentation(&self, plan: &Arc<Plan>) -> Result<Instrumentation, ExecuteError> {
         let (device, options) = (&self.shared.device, &self.shared.options);
         let passes = plan.passes.len() as u64;
         let info = BufferInfo {
@@ -264,7 +264,7 @@ impl Builder {
             }
         }
         let markers = wanted.then(|| Buffer::new(device, "crash markers", &info, Backing::Own)).transpose()?;
-        Ok(Watch { plan: plan.clone(), markers, timestamps })
+        Ok(Instrumentation { plan: plan.clone(), markers, timestamps })
     }
 
     fn pass(

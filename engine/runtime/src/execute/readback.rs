@@ -17,7 +17,7 @@ impl Executor {
     pub fn read_presented(&mut self) -> Result<Picture, ExecuteError> {
         let running = self.running.as_ref().ok_or(ExecuteError::NoPlan)?;
         let picture = &running.display.picture;
-        if !picture.born.load(Ordering::Relaxed) {
+        if !picture.initialized.load(Ordering::Relaxed) {
             return Err(ExecuteError::NoPlan);
         }
         let image = picture.image.clone();
@@ -72,7 +72,7 @@ impl Executor {
         let (start, end) = (bytes.start & !3, bytes.end.next_multiple_of(4).min(buffer.size()));
         let device = &self.shared.device;
         let words = raxel_gpu::download_buffer(device, &buffer, start, end - start, self.shared.watchdog());
-        let words = words.map_err(|error| self.blame(self.shared.error(error)))?;
+        let words = words.map_err(|error| self.attribute_loss(self.shared.error(error)))?;
         Ok(words[(bytes.start - start) as usize..(bytes.end - start) as usize].to_vec())
     }
 
@@ -112,7 +112,7 @@ impl Executor {
     ) -> Result<Vec<u8>, ExecuteError> {
         let device = &self.shared.device;
         raxel_gpu::download_image(device, image, texel_bytes, mip, layer, self.shared.watchdog())
-            .map_err(|error| self.blame(self.shared.error(error)))
+            .map_err(|error| self.attribute_loss(self.shared.error(error)))
     }
 }
 

@@ -44,7 +44,7 @@ impl Recorder for DeviceRecorder<'_> {
     fn bind(&mut self, pass: usize) {
         let prepared = &self.prepared.passes[pass];
         self.commands.label(&prepared.label);
-        if let Some(timestamps) = &self.prepared.watch.timestamps[self.slot] {
+        if let Some(timestamps) = &self.prepared.instrumentation.timestamps[self.slot] {
             self.commands.timestamp(timestamps, 2 * pass as u32, false);
         }
         let per_rotation = prepared.sets.len() as u64 / prepared.rotations;
@@ -65,12 +65,12 @@ impl Recorder for DeviceRecorder<'_> {
                 }
             }
         }
-        let watch = &self.prepared.watch;
-        if let Some(timestamps) = &watch.timestamps[self.slot] {
+        let instrumentation = &self.prepared.instrumentation;
+        if let Some(timestamps) = &instrumentation.timestamps[self.slot] {
             self.commands.timestamp(timestamps, 2 * pass as u32 + 1, true);
         }
-        if let Some(markers) = &watch.markers {
-            self.commands.mark(markers, watch.marker(self.slot, pass), marker_word(self.frame));
+        if let Some(markers) = &instrumentation.markers {
+            self.commands.mark(markers, instrumentation.marker(self.slot, pass), marker_word(self.frame));
         }
         self.ran.push(pass as u32);
         self.commands.end_label();
@@ -93,24 +93,24 @@ pub(super) fn marker_word(frame: u64) -> u32 {
 }
 
 /// Brings new images into `GENERAL` and fills new resources with `init`. Ends with everything visible to everything.
-pub(super) fn begin_lives(commands: &mut CommandBuffer, prepared: &Prepared) {
+pub(super) fn initialize_resources(commands: &mut CommandBuffer, prepared: &Prepared) {
     let all = vk::PipelineStageFlags2::ALL_COMMANDS;
     let before = (all, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
     let clears = (vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
     let mut barrier = Barrier::full();
-    let newborn = || prepared.resources.iter().filter(|physical| physical.needs_init());
-    for physical in newborn() {
+    let uninitialized = || prepared.resources.iter().filter(|physical| physical.needs_init());
+    for physical in uninitialized() {
         if let Copies::Images(images) = &physical.copies {
             barrier = images.iter().fold(barrier, |barrier, image| barrier.activate(image, before, clears));
         }
     }
     let picture = &prepared.display.picture;
-    let new_picture = !picture.born.load(std::sync::atomic::Ordering::Relaxed);
+    let new_picture = !picture.initialized.load(std::sync::atomic::Ordering::Relaxed);
     if new_picture {
         barrier = barrier.activate(&picture.image, before, clears);
     }
     commands.barrier(&barrier);
-    for physical in newborn() {
+    for physical in uninitialized() {
         for copy in 0..physical.count() as usize {
             fill(commands, physical, copy, physical.init());
         }

@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 
 use raxel_diagnostics::Diagnostic;
 
+use super::debounce::{Debounce, FileActivity};
 use super::event::{Failed, Rebuilt};
-use super::parts::{Parts, Wishes};
-use super::record::content;
-use super::settle::{Settle, Touch};
+use super::project_state::{BuildSettings, ProjectState};
+use super::recording_files::content;
 use super::watch::{Means, Notice, Tell, Watcher};
-use crate::build::{self, BuildError, Loader, Selection, Target};
+use crate::build::{self, BuildError, DeviceContext, Loader, Selection};
 use crate::execute::{ExecuteError, Prepared};
 
 /// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
@@ -35,12 +35,12 @@ pub struct Ready {
     pub changed: Vec<String>,
     /// What was built anew.
     pub rebuilt: Rebuilt,
-    /// The parts.
-    pub parts: Parts,
+    /// What was loaded.
+    pub state: ProjectState,
     /// What the plan was made for.
     pub selection: Selection,
     /// The device that the plan was made for.
-    pub target: Target,
+    pub context: DeviceContext,
     /// The plan with its resources.
     pub prepared: Prepared,
     /// When the edit was seen to be finished.
@@ -48,7 +48,7 @@ pub struct Ready {
 }
 
 enum Message {
-    Touched(String, Touch),
+    FileChanged(String, FileActivity),
     FolderChanged,
     DeviceChanged,
     Stop,
@@ -58,7 +58,7 @@ enum Message {
 pub struct Reloader {
     outcomes: Receiver<Outcome>,
     messages: Sender<Message>,
-    wishes: Arc<Mutex<Wishes>>,
+    settings: Arc<Mutex<BuildSettings>>,
     means: Means,
     thread: Option<JoinHandle<()>>,
 }
@@ -67,12 +67,12 @@ pub struct Reloader {
 pub type Waker = Arc<dyn Fn() + Send + Sync>;
 
 impl Reloader {
-    /// Watches the files of `parts` in the folder `root`.
+    /// Watches the files of `state` in the folder `root`.
     pub fn start(
         root: &std::path::Path,
         loader: Arc<Loader>,
-        parts: Parts,
-        wishes: Wishes,
+        state: ProjectState,
+        settings: BuildSettings,
         poll: bool,
         waker: Option<Waker>,
     ) -> std::io::Result<Self> {
@@ -83,7 +83,7 @@ impl Reloader {
             let messages = Mutex::new(messages.clone());
             Arc::new(move |notice| {
                 let message = match notice {
-                    Notice::File(path, touch) => Message::Touched(path.to_owned(), touch),
+                    Notice::File(path, activity) => Message::FileChanged(path.to_owned(), activity),
                     Notice::Folder => Message::FolderChanged,
                 };
                 // The builder may have stopped already.
@@ -91,16 +91,16 @@ impl Reloader {
             })
         };
         let watcher = Watcher::new(root, poll, tell);
-        let wishes = Arc::new(Mutex::new(wishes));
+        let settings = Arc::new(Mutex::new(settings));
         let mut builder = Builder {
             loader,
             watcher,
-            settle: Settle::default(),
+            debounce: Debounce::default(),
             inbox,
             outcomes: sender,
-            wishes: wishes.clone(),
+            settings: settings.clone(),
             running: Vec::new(),
-            parts,
+            state,
             generation: 0,
             changed: Vec::new(),
             rebuilt: Rebuilt::default(),
@@ -113,7 +113,7 @@ impl Reloader {
         builder.watch();
         let means = builder.watcher.means();
         let thread = std::thread::Builder::new().name("raxel-reload".to_owned()).spawn(move || builder.run())?;
-        Ok(Self { outcomes, messages, wishes, means, thread: Some(thread) })
+        Ok(Self { outcomes, messages, settings, means, thread: Some(thread) })
     }
 
     /// How changes are learnt of.
@@ -122,10 +122,10 @@ impl Reloader {
     }
 
     /// Changes what builds are made for.
-    pub fn set_wishes(&self, wishes: Wishes) {
-        let mut current = self.wishes.lock().unwrap_or_else(PoisonError::into_inner);
-        let other_device = !Arc::ptr_eq(&current.target.memory, &wishes.target.memory);
-        *current = wishes;
+    pub fn set_settings(&self, settings: BuildSettings) {
+        let mut current = self.settings.lock().unwrap_or_else(PoisonError::into_inner);
+        let other_device = !Arc::ptr_eq(&current.context.memory, &settings.context.memory);
+        *current = settings;
         drop(current);
         if other_device {
             // A builder that has stopped needs no device.
@@ -158,15 +158,15 @@ impl Drop for Reloader {
 struct Builder {
     loader: Arc<Loader>,
     watcher: Watcher,
-    settle: Settle,
+    debounce: Debounce,
     inbox: Receiver<Message>,
     outcomes: Sender<Outcome>,
-    wishes: Arc<Mutex<Wishes>>,
-    parts: Parts,
+    settings: Arc<Mutex<BuildSettings>>,
+    state: ProjectState,
     generation: u64,
     /// Files of edits that were not handed over yet.
     changed: Vec<String>,
-    /// Parts that were built anew and do not run yet.
+    /// ProjectState that were built anew and do not run yet.
     rebuilt: Rebuilt,
     /// Modules of the last graph that was right: path and key.
     running: Vec<(String, [u8; 32])>,
@@ -182,7 +182,7 @@ struct Builder {
 impl Builder {
     fn run(mut self) {
         loop {
-            let deadlines = [self.settle.due(), self.held.as_ref().map(|(due, _)| *due)];
+            let deadlines = [self.debounce.due(), self.held.as_ref().map(|(due, _)| *due)];
             let wait = deadlines.into_iter().flatten().min().map(|due| due.saturating_duration_since(Instant::now()));
             let message = match wait {
                 Some(wait) => self.inbox.recv_timeout(wait),
@@ -198,7 +198,7 @@ impl Builder {
                 Err(RecvTimeoutError::Disconnected) => return,
             }
             let files = self.loader.files();
-            let changed = self.settle.changed(Instant::now(), |path| content(&files.read(path)));
+            let changed = self.debounce.changed(Instant::now(), |path| content(&files.read(path)));
             if !changed.is_empty() {
                 self.held = None;
                 self.without_device = None;
@@ -213,7 +213,7 @@ impl Builder {
                     Some(false) => self.finish(since),
                 }
             }
-            if self.settle.due().is_none()
+            if self.debounce.due().is_none()
                 && self.held.as_ref().is_some_and(|(due, _)| *due <= Instant::now())
                 && let Some((_, failed)) = self.held.take()
             {
@@ -225,7 +225,7 @@ impl Builder {
     /// Takes note of a message. False when it is time to stop.
     fn take(&mut self, message: Message) -> bool {
         match message {
-            Message::Touched(path, touch) => self.settle.touch(&path, touch, Instant::now()),
+            Message::FileChanged(path, activity) => self.debounce.touch(&path, activity, Instant::now()),
             Message::FolderChanged => self.watcher.renew(),
             Message::DeviceChanged => self.unfinished = self.unfinished.or(self.without_device.take()),
             Message::Stop => return false,
@@ -233,14 +233,14 @@ impl Builder {
         true
     }
 
-    /// Watches what the parts depend on. What changed before the watch began is noticed too.
+    /// Watches what the project depends on. What changed before the watch began is noticed too.
     fn watch(&mut self) {
-        let files = self.parts.files();
-        let new: Vec<String> = files.keys().filter(|path| !self.settle.matters(path)).cloned().collect();
+        let files = self.state.files();
+        let new: Vec<String> = files.keys().filter(|path| !self.debounce.matters(path)).cloned().collect();
         self.watcher.watch(files.keys().map(String::as_str));
-        self.settle.expect(files);
+        self.debounce.expect(files);
         for path in new {
-            self.settle.touch(&path, Touch::Finished, Instant::now());
+            self.debounce.touch(&path, FileActivity::Finished, Instant::now());
         }
     }
 
@@ -252,21 +252,21 @@ impl Builder {
             }
         }
         let files = self.loader.files();
-        Some(self.settle.differs(|path| content(&files.read(path))))
+        Some(self.debounce.differs(|path| content(&files.read(path))))
     }
 
     /// Loads what depends on the changed files.
     fn load(&mut self, changed: Vec<String>) {
-        let parts = &mut self.parts;
-        if parts.graph.depends_on(&changed) {
-            parts.graph = self.loader.graph(&parts.graph_path);
+        let state = &mut self.state;
+        if state.graph.depends_on(&changed) {
+            state.graph = self.loader.graph(&state.graph_path);
             self.rebuilt.graph = true;
         }
-        if let Some(path) = parts.world_path.as_ref().filter(|_| parts.world.depends_on(&changed)) {
-            parts.world = self.loader.world(path);
+        if let Some(path) = state.world_path.as_ref().filter(|_| state.world.depends_on(&changed)) {
+            state.world = self.loader.world(path);
             self.rebuilt.world = true;
         }
-        if let (Some(demo), Some(path)) = (&mut parts.demo, &parts.demo_path)
+        if let (Some(demo), Some(path)) = (&mut state.demo, &state.demo_path)
             && demo.depends_on(&changed)
         {
             *demo = self.loader.demo(path);
@@ -294,22 +294,22 @@ impl Builder {
         }
     }
 
-    /// Plans and creates what the parts describe, if they are right. `None` when the device is lost: it is no fault of the edit.
+    /// Plans and creates what the files describe, if they are right. `None` when the device is lost: it is no fault of the edit.
     fn assemble(&mut self, since: Instant) -> Option<Outcome> {
         let changed = std::mem::take(&mut self.changed);
         let generation = self.generation;
-        let (diagnostics, texts) = self.parts.diagnostics();
+        let (diagnostics, texts) = self.state.diagnostics();
         let failed = |diagnostics, texts| {
             Some(Outcome::Failed(Failed { generation, changed: changed.clone(), diagnostics, texts }))
         };
-        let (graph, world) = match (&self.parts.graph.result, &self.parts.world.result) {
+        let (graph, world) = match (&self.state.graph.result, &self.state.world.result) {
             (Ok(graph), Ok(world)) if !diagnostics.iter().any(Diagnostic::is_error) => (graph.clone(), world.clone()),
             _ => return failed(diagnostics, texts),
         };
-        let wishes = self.wishes.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let selection = wishes.selection(&graph, &world);
-        let built = build::assemble(&graph, &world, &selection, &wishes.target)
-            .and_then(|assembly| build::prepare(&assembly, &wishes.target));
+        let settings = self.settings.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let selection = settings.selection(&graph, &world);
+        let built = build::assemble(&graph, &world, &selection, &settings.context)
+            .and_then(|assembly| build::prepare(&assembly, &settings.context));
         let prepared = match built {
             Ok(prepared) => prepared,
             Err(BuildError::Diagnosed(found)) => return failed(found, texts),
@@ -330,16 +330,16 @@ impl Builder {
             generation,
             changed,
             rebuilt,
-            parts: self.parts.clone(),
+            state: self.state.clone(),
             selection,
-            target: wishes.target,
+            context: settings.context,
             prepared,
             since,
         })))
     }
 
     fn shader_keys(&self) -> Vec<(String, [u8; 32])> {
-        let Ok(graph) = &self.parts.graph.result else { return self.running.clone() };
+        let Ok(graph) = &self.state.graph.result else { return self.running.clone() };
         let mut keys: Vec<_> =
             graph.passes.iter().map(|pass| (pass.shader.request.path.clone(), pass.shader.key)).collect();
         keys.sort();

@@ -9,7 +9,7 @@ use std::time::Duration;
 use notify::event::{AccessKind, AccessMode, ModifyKind};
 use notify::{Event, EventKind, PollWatcher, RecommendedWatcher, RecursiveMode, Watcher as _};
 
-use super::settle::Touch;
+use super::debounce::FileActivity;
 
 /// How often files are looked at where the system cannot tell of changes.
 const POLL: Duration = Duration::from_millis(200);
@@ -37,7 +37,7 @@ pub struct Watcher {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice<'p> {
     /// A file, by its project path, was touched.
-    File(&'p str, Touch),
+    File(&'p str, FileActivity),
     /// A folder of files came or went; [`Watcher::renew`] is due.
     Folder,
 }
@@ -147,7 +147,7 @@ fn polling(names: &Arc<Mutex<Names>>, tell: &Tell) -> Box<dyn notify::Watcher + 
     }
 }
 
-/// Turns the events of `notify` into touches. `closes`: the system says when a writer closes a file.
+/// Turns the events of `notify` into file activities. `closes`: the system says when a writer closes a file.
 fn handler(names: &Arc<Mutex<Names>>, tell: &Tell, closes: bool) -> impl FnMut(notify::Result<Event>) + Send + use<> {
     let (names, tell) = (names.clone(), tell.clone());
     move |event| {
@@ -155,25 +155,25 @@ fn handler(names: &Arc<Mutex<Names>>, tell: &Tell, closes: bool) -> impl FnMut(n
         let event = match event {
             Ok(event) if !event.need_rescan() => event,
             // Events were lost: anything may have happened.
-            _ => return names.files.values().for_each(|name| tell(Notice::File(name, Touch::Unknown))),
+            _ => return names.files.values().for_each(|name| tell(Notice::File(name, FileActivity::Unknown))),
         };
-        let touch = match event.kind {
+        let activity = match event.kind {
             EventKind::Access(AccessKind::Close(AccessMode::Write))
             | EventKind::Remove(_)
-            | EventKind::Modify(ModifyKind::Name(_)) => Touch::Finished,
+            | EventKind::Modify(ModifyKind::Name(_)) => FileActivity::Finished,
             EventKind::Access(_) => return,
             // Rights and times. Polling says no more of a change of contents.
             EventKind::Modify(ModifyKind::Metadata(_)) if closes => return,
-            _ if closes => Touch::Open,
-            _ => Touch::Unknown,
+            _ if closes => FileActivity::Open,
+            _ => FileActivity::Unknown,
         };
         for path in &event.paths {
             for (name, itself) in names.concerned(path) {
                 if itself {
-                    tell(Notice::File(name, touch));
+                    tell(Notice::File(name, activity));
                 } else {
                     // What happened to a folder says nothing of how its files were written.
-                    tell(Notice::File(name, Touch::Unknown));
+                    tell(Notice::File(name, FileActivity::Unknown));
                     tell(Notice::Folder);
                 }
             }
@@ -189,11 +189,11 @@ mod tests {
 
     use super::*;
 
-    fn watch(root: &Path, poll: bool, files: &[&str]) -> (Watcher, Receiver<(String, Touch)>) {
+    fn watch(root: &Path, poll: bool, files: &[&str]) -> (Watcher, Receiver<(String, FileActivity)>) {
         let (sender, receiver) = channel();
         let tell: Tell = Arc::new(move |notice| {
-            if let Notice::File(name, touch) = notice {
-                let _ = sender.send((name.to_owned(), touch));
+            if let Notice::File(name, activity) = notice {
+                let _ = sender.send((name.to_owned(), activity));
             }
         });
         let mut watcher = Watcher::new(root, poll, tell);
@@ -202,10 +202,10 @@ mod tests {
     }
 
     /// Waits for a touch of the file that ends a step of a save.
-    fn wait(receiver: &Receiver<(String, Touch)>, name: &str, touch: Touch) -> bool {
+    fn wait(receiver: &Receiver<(String, FileActivity)>, name: &str, activity: FileActivity) -> bool {
         let end = Instant::now() + Duration::from_secs(5);
         while let Ok(found) = receiver.recv_timeout(end.saturating_duration_since(Instant::now())) {
-            if found == (name.to_owned(), touch) {
+            if found == (name.to_owned(), activity) {
                 return true;
             }
         }
@@ -221,7 +221,7 @@ mod tests {
         fs::write(root.join("shaders/a.comp"), "1").unwrap();
         let (mut watcher, receiver) = watch(&root, false, &["shaders/a.comp", "shaders/include/new.glsl"]);
         assert_eq!(watcher.means(), Means::System);
-        let finished = |what: &str, name: &str| assert!(wait(&receiver, name, Touch::Finished), "{what}");
+        let finished = |what: &str, name: &str| assert!(wait(&receiver, name, FileActivity::Finished), "{what}");
 
         fs::write(root.join("shaders/a.comp"), "2").unwrap();
         finished("in place", "shaders/a.comp");
@@ -237,7 +237,7 @@ mod tests {
 
         // A folder that did not exist: its coming is told, and its files once it is watched.
         fs::create_dir(root.join("shaders/include")).unwrap();
-        assert!(wait(&receiver, "shaders/include/new.glsl", Touch::Unknown));
+        assert!(wait(&receiver, "shaders/include/new.glsl", FileActivity::Unknown));
         watcher.renew();
         fs::write(root.join("shaders/include/new.glsl"), "").unwrap();
         finished("in a new folder", "shaders/include/new.glsl");
@@ -251,6 +251,6 @@ mod tests {
         let (watcher, receiver) = watch(&root, true, &["a"]);
         assert_eq!(watcher.means(), Means::Polling);
         fs::write(root.join("a"), "22").unwrap();
-        assert!(wait(&receiver, "a", Touch::Unknown));
+        assert!(wait(&receiver, "a", FileActivity::Unknown));
     }
 }

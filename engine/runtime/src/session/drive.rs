@@ -5,10 +5,10 @@ use raxel_graph::checked::{Fill, Graph, Param, PassId, Value};
 use super::{FrameError, Session};
 use crate::camera::Camera;
 use crate::clock::Clock;
+use crate::debug_target::{DebugTarget, DebugTargetError};
 use crate::execute::Override;
 use crate::params::{self, Params, SetError};
-use crate::reload::parts::Wishes;
-use crate::show::{Show, ShowError};
+use crate::reload::project_state::BuildSettings;
 
 impl Session {
     /// The params that the graph declares.
@@ -90,26 +90,26 @@ impl Session {
     }
 
     /// The debug target.
-    pub fn show(&self) -> &Show {
-        &self.show
+    pub fn debug_target(&self) -> &DebugTarget {
+        &self.debug_target
     }
 
     /// Chooses the debug target by its text: `depth`, `color@1`, `pyramid,mip=2`, `color,after=sky`.
-    pub fn set_present(&mut self, text: &str) -> Result<(), ShowError> {
-        self.set_show(Show::parse(text)?)
+    pub fn set_debug_target_text(&mut self, text: &str) -> Result<(), DebugTargetError> {
+        self.set_debug_target(DebugTarget::parse(text)?)
     }
 
     /// Chooses the debug target; an empty one is the graph's own.
-    pub fn set_show(&mut self, show: Show) -> Result<(), ShowError> {
-        show.resolve(&self.graph)?;
-        self.show = show;
+    pub fn set_debug_target(&mut self, target: DebugTarget) -> Result<(), DebugTargetError> {
+        target.resolve(&self.graph)?;
+        self.debug_target = target;
         self.tell_reloader();
         Ok(())
     }
 
     /// Keeps a resource readable at the end of each frame, whatever is shown.
-    pub fn pin(&mut self, name: &str) -> Result<(), ShowError> {
-        Show::resource(name).resolve(&self.graph)?;
+    pub fn pin(&mut self, name: &str) -> Result<(), DebugTargetError> {
+        DebugTarget::resource(name).resolve(&self.graph)?;
         if !self.pinned.iter().any(|known| known == name) {
             self.pinned.push(name.to_owned());
             self.tell_reloader();
@@ -181,14 +181,14 @@ impl Session {
     }
 
     /// What builds are to be made for.
-    pub(super) fn wishes(&self) -> Wishes {
-        Wishes {
+    pub(super) fn build_settings(&self) -> BuildSettings {
+        BuildSettings {
             output: self.output,
-            show: self.show.clone(),
+            debug_target: self.debug_target.clone(),
             pinned: self.pinned.clone(),
             params: self.frame_params(),
             alias: self.options.alias,
-            target: self.target.clone(),
+            context: self.context.clone(),
         }
     }
 
@@ -206,13 +206,13 @@ impl Session {
 
     pub(super) fn tell_reloader(&self) {
         if let Some(reloader) = &self.reloader {
-            reloader.set_wishes(self.wishes());
+            reloader.set_settings(self.build_settings());
         }
     }
 
     /// Makes the plan for what is wanted now, if the running one is for something else.
     pub(super) fn replan(&mut self) -> Result<(), FrameError> {
-        let selection = self.wishes().selection(&self.graph, &self.world);
+        let selection = self.build_settings().selection(&self.graph, &self.world);
         if selection == self.selection {
             return Ok(());
         }

@@ -3,9 +3,9 @@
 use raxel_diagnostics::{Diagnostic, SourceMap};
 
 use crate::build::BuildError;
+use crate::debug_target::DebugTargetError;
 use crate::execute::ExecuteError;
 use crate::params::SetError;
-use crate::show::ShowError;
 
 /// Why a session does not open.
 #[derive(Debug, thiserror::Error)]
@@ -20,7 +20,7 @@ pub enum OpenError {
     },
     /// The debug target or a pinned resource is not the graph's.
     #[error(transparent)]
-    Show(#[from] ShowError),
+    DebugTarget(#[from] DebugTargetError),
     /// There is no device, or it refuses.
     #[error(transparent)]
     Device(ExecuteError),

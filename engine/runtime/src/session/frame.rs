@@ -9,7 +9,7 @@ use raxel_graph::checked::ResourceId;
 
 use super::{FrameError, ReadError, Session};
 use crate::build::{self, Assembly, BuildError, Selection};
-use crate::clock::Moment;
+use crate::clock::FrameTime;
 use crate::execute::{Builtins, ExecuteError, FrameInputs, FrameReport, Picture, Texels};
 use crate::params::SetError;
 
@@ -19,9 +19,9 @@ const KEPT_PLANS: usize = 16;
 impl Session {
     /// Runs the next frame without a window.
     pub fn frame(&mut self) -> Result<FrameReport, FrameError> {
-        let moment = self.begin()?;
+        let time = self.begin()?;
         loop {
-            match self.run(&moment, None) {
+            match self.run(&time, None) {
                 Err(error @ ExecuteError::DeviceLost { .. }) => self.recover(error)?,
                 result => return result.map_err(FrameError::Device),
             }
@@ -30,8 +30,8 @@ impl Session {
 
     /// Runs the next frame and presents it. After [`FrameError::SurfaceLost`] the window needs a new surface.
     pub fn frame_on(&mut self, surface: &mut Surface) -> Result<FrameReport, FrameError> {
-        let moment = self.begin()?;
-        match self.run(&moment, Some(surface)) {
+        let time = self.begin()?;
+        match self.run(&time, Some(surface)) {
             Err(error @ ExecuteError::DeviceLost { .. }) => {
                 self.recover(error)?;
                 Err(FrameError::SurfaceLost)
@@ -40,13 +40,13 @@ impl Session {
         }
     }
 
-    /// Brings everything to the moment of the next frame.
-    fn begin(&mut self) -> Result<Moment, FrameError> {
-        let moment = self.clock.tick(Instant::now());
+    /// Brings everything to the time of the next frame.
+    fn begin(&mut self) -> Result<FrameTime, FrameError> {
+        let time = self.clock.tick(Instant::now());
         self.values.clear();
         self.values.extend_from_slice(self.params.values());
         if let Some(demo) = self.demo.as_ref().filter(|_| !self.taken_over) {
-            let at = demo.at(moment.time, &self.graph);
+            let at = demo.at(time.time, &self.graph);
             if let Some(camera) = at.camera {
                 self.camera = camera;
             }
@@ -56,27 +56,27 @@ impl Session {
                 }
             }
             // A demo changes what is shown at its keys, not in between: a choice of the user's stays until the next key.
-            if self.demo_show.as_ref() != Some(&at.show) {
-                if self.demo_show.is_some() || !at.show.resource.is_empty() {
-                    self.show = at.show.clone();
+            if self.demo_target.as_ref() != Some(&at.debug_target) {
+                if self.demo_target.is_some() || !at.debug_target.resource.is_empty() {
+                    self.debug_target = at.debug_target.clone();
                 }
-                self.demo_show = Some(at.show);
+                self.demo_target = Some(at.debug_target);
             }
         }
-        if moment.index == 0 && moment.advanced {
+        if time.index == 0 && time.advanced {
             self.previous_camera = self.camera;
         }
         self.replan()?;
-        Ok(moment)
+        Ok(time)
     }
 
-    fn run(&mut self, moment: &Moment, window: Option<&mut Surface>) -> Result<FrameReport, ExecuteError> {
-        let builtins = self.builtins(moment);
+    fn run(&mut self, time: &FrameTime, window: Option<&mut Surface>) -> Result<FrameReport, ExecuteError> {
+        let builtins = self.builtins(time);
         let inputs = FrameInputs {
             builtins: &builtins,
             params: &self.values,
             overrides: &self.overrides,
-            clock: moment.time,
+            clock: time.time,
             disabled: &self.disabled,
         };
         let report = self.executor.frame(&inputs, window)?;
@@ -84,11 +84,11 @@ impl Session {
         Ok(report)
     }
 
-    fn builtins(&self, moment: &Moment) -> Builtins {
+    fn builtins(&self, time: &FrameTime) -> Builtins {
         Builtins {
-            frame_index: moment.index as u32,
-            frame_time: moment.time as f32,
-            frame_delta: moment.delta as f32,
+            frame_index: time.index as u32,
+            frame_time: time.time as f32,
+            frame_delta: time.delta as f32,
             cursor_position: self.cursor.unwrap_or([-1; 2]),
             ..Builtins::of(&self.camera, &self.previous_camera, self.output, &self.world)
         }
@@ -98,11 +98,11 @@ impl Session {
     pub(super) fn plan_for(&mut self, selection: Selection) -> Result<(), FrameError> {
         let known = self.plans.iter().find(|(known, _)| *known == selection).map(|(_, plan)| plan.clone());
         let built = match known {
-            Some(plan) => build::sources(&plan, &self.world, &self.target).map(|sources| Assembly { plan, sources }),
-            None => build::assemble(&self.graph, &self.world, &selection, &self.target),
+            Some(plan) => build::sources(&plan, &self.world, &self.context).map(|sources| Assembly { plan, sources }),
+            None => build::assemble(&self.graph, &self.world, &selection, &self.context),
         };
         let prepared = built.and_then(|assembly| {
-            build::prepare(&assembly, &self.target).map(|prepared| (assembly.plan.clone(), prepared))
+            build::prepare(&assembly, &self.context).map(|prepared| (assembly.plan.clone(), prepared))
         });
         let (plan, prepared) = prepared.map_err(|error| self.plan_error(error))?;
         self.executor.swap(prepared);
@@ -123,7 +123,7 @@ impl Session {
     pub(super) fn plan_error(&self, error: BuildError) -> FrameError {
         match error {
             BuildError::Diagnosed(diagnostics) => {
-                FrameError::Plan { diagnostics, texts: Box::new(self.parts.diagnostics().1) }
+                FrameError::Plan { diagnostics, texts: Box::new(self.state.diagnostics().1) }
             }
             BuildError::Device(error) => FrameError::Device(error),
         }

@@ -20,16 +20,16 @@ use raxel_graph::checked::{Graph, PassId, Value};
 use raxel_graph::plan::Plan;
 use raxel_world::layout::Layout;
 
-use crate::build::{Loader, Selection, Target};
+use crate::build::{DeviceContext, Loader, Selection};
 use crate::camera::Camera;
 use crate::clock::Clock;
+use crate::debug_target::DebugTarget;
 use crate::execute::{Executor, ExecutorOptions, Override};
 use crate::params::Params;
 use crate::project::Project;
 use crate::reload::ReloadEvent;
 use crate::reload::builder::{Reloader, Waker};
-use crate::reload::parts::Parts;
-use crate::show::Show;
+use crate::reload::project_state::ProjectState;
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
 
@@ -50,7 +50,7 @@ pub struct Options {
     /// Seconds of a frame; `None` follows the wall clock.
     pub step: Option<f64>,
     /// The debug target: the graph's own when empty.
-    pub show: Show,
+    pub debug_target: DebugTarget,
     /// Resources that can be read at the end of a frame, besides the one shown.
     pub pinned: Vec<String>,
     /// Takes the place of the layout of every buffer that the graph fills with a world; `None` keeps the graph's own.
@@ -83,7 +83,7 @@ impl Default for Options {
             demo: None,
             size: [1280, 720],
             step: Some(1.0 / 60.0),
-            show: Show::default(),
+            debug_target: DebugTarget::default(),
             pinned: Vec::new(),
             layout: None,
             device: None,
@@ -105,14 +105,14 @@ pub struct Session {
     loader: Arc<Loader>,
     reloader: Option<Reloader>,
 
-    parts: Parts,
+    state: ProjectState,
     graph: Arc<Graph>,
     world: Arc<SessionWorld>,
     demo: Option<Arc<Demo>>,
     texts: SourceMap,
     warnings: Vec<Diagnostic>,
 
-    target: Target,
+    context: DeviceContext,
     executor: Executor,
     device: Arc<raxel_gpu::Device>,
     recovery: recover::Budget,
@@ -121,7 +121,7 @@ pub struct Session {
     plans: Vec<(Selection, Arc<Plan>)>,
     output: [u32; 2],
     /// What the user wants shown.
-    show: Show,
+    debug_target: DebugTarget,
     pinned: Vec<String>,
 
     clock: Clock,
@@ -137,7 +137,7 @@ pub struct Session {
     switched_off: Vec<(String, [u8; 32])>,
     disabled: Vec<PassId>,
     /// What the demo wanted shown in the last frame.
-    demo_show: Option<Show>,
+    demo_target: Option<DebugTarget>,
     /// The user moved: the demo no longer drives.
     taken_over: bool,
     events: Vec<ReloadEvent>,
@@ -156,7 +156,7 @@ impl Session {
 
     /// Project path of its file.
     pub fn graph_path(&self) -> &str {
-        &self.parts.graph_path
+        &self.state.graph_path
     }
 
     /// The world that it runs over.

@@ -8,13 +8,13 @@ use raxel_diagnostics::{Diagnostic, codes};
 
 use super::recover::Budget;
 use super::{OpenError, Options, Session};
-use crate::build::{self, Loader, Part, Target};
+use crate::build::{self, DeviceContext, Loader, Part};
 use crate::clock::{Clock, Pace};
 use crate::execute::{self, DeviceMemory, Executor, ExecutorOptions};
 use crate::params::Params;
 use crate::project::Project;
 use crate::reload::builder::Reloader;
-use crate::reload::parts::{Parts, Wishes};
+use crate::reload::project_state::{BuildSettings, ProjectState};
 use crate::world::SessionWorld;
 
 impl Session {
@@ -25,39 +25,39 @@ impl Session {
             Box::new(Diagnostic::error(codes::session::NO_PROJECT, format!("the project cannot be read: {error}")))
         })?;
         let loader = Arc::new(loader.with_layout(options.layout));
-        let (parts, device) = load(&project, &options, &loader)?;
-        let (warnings, texts) = parts.diagnostics();
+        let (state, device) = load(&project, &options, &loader)?;
+        let (warnings, texts) = state.diagnostics();
         let project_error = |diagnostics| OpenError::Project { diagnostics, texts: Box::new(texts.clone()) };
-        let (graph, world) = match (&parts.graph.result, &parts.world.result) {
+        let (graph, world) = match (&state.graph.result, &state.world.result) {
             (Ok(graph), Ok(world)) if !warnings.iter().any(Diagnostic::is_error) => (graph.clone(), world.clone()),
             _ => return Err(project_error(warnings)),
         };
-        let demo = parts.demo.as_ref().and_then(|demo| demo.result.clone().ok());
+        let demo = state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
         // What was asked for by name must be there; later, after an edit, it may be missing.
-        options.show.resolve(&graph)?;
+        options.debug_target.resolve(&graph)?;
         for name in &options.pinned {
-            crate::show::Show::resource(name).resolve(&graph)?;
+            crate::debug_target::DebugTarget::resource(name).resolve(&graph)?;
         }
 
         let device = device?;
-        let (executor, target) = start(&device, &options)?;
+        let (executor, context) = start(&device, &options)?;
         let mut params = Params::default();
         params.adopt(&graph);
-        let wishes = Wishes {
+        let settings = BuildSettings {
             output: options.size.map(|pixels| pixels.max(1)),
-            show: options.show.clone(),
+            debug_target: options.debug_target.clone(),
             pinned: options.pinned.clone(),
             params: params.clone(),
             alias: options.alias,
-            target: target.clone(),
+            context: context.clone(),
         };
-        let selection = wishes.selection(&graph, &world);
+        let selection = settings.selection(&graph, &world);
         let with_texts = |error| match error {
             build::BuildError::Diagnosed(diagnostics) => project_error(diagnostics),
             build::BuildError::Device(error) => OpenError::Device(error),
         };
-        let assembly = build::assemble(&graph, &world, &selection, &target).map_err(with_texts)?;
-        let prepared = build::prepare(&assembly, &target).map_err(with_texts)?;
+        let assembly = build::assemble(&graph, &world, &selection, &context).map_err(with_texts)?;
+        let prepared = build::prepare(&assembly, &context).map_err(with_texts)?;
 
         let camera = world.first_camera();
         let mut session = Self {
@@ -71,17 +71,17 @@ impl Session {
             overrides: Vec::new(),
             switched_off: Vec::new(),
             disabled: Vec::new(),
-            demo_show: None,
+            demo_target: None,
             taken_over: false,
             events: Vec::new(),
-            output: wishes.output,
-            show: options.show.clone(),
+            output: settings.output,
+            debug_target: options.debug_target.clone(),
             pinned: options.pinned.clone(),
             plans: vec![(selection.clone(), assembly.plan.clone())],
             selection,
             recovery: Budget::default(),
             executor,
-            target,
+            context,
             device,
             reloader: None,
             graph,
@@ -89,21 +89,21 @@ impl Session {
             demo,
             texts,
             warnings,
-            parts,
+            state,
             project,
             loader,
             options,
         };
         session.executor.swap(prepared);
         if session.options.watch {
-            session.reloader = Some(session.start_reloader(wishes)?);
+            session.reloader = Some(session.start_reloader(settings)?);
         }
         Ok(session)
     }
 
-    fn start_reloader(&self, wishes: Wishes) -> Result<Reloader, OpenError> {
+    fn start_reloader(&self, settings: BuildSettings) -> Result<Reloader, OpenError> {
         let (root, options) = (self.project.root(), &self.options);
-        Reloader::start(root, self.loader.clone(), self.parts.clone(), wishes, options.poll, options.waker.clone())
+        Reloader::start(root, self.loader.clone(), self.state.clone(), settings, options.poll, options.waker.clone())
             .map_err(|error| {
                 let message = format!("files cannot be watched: {error}");
                 Box::new(Diagnostic::error(codes::session::NO_PROJECT, message)).into()
@@ -115,18 +115,18 @@ impl Session {
 pub(super) fn start(
     device: &Arc<raxel_gpu::Device>,
     options: &Options,
-) -> Result<(Executor, Target), execute::ExecuteError> {
+) -> Result<(Executor, DeviceContext), execute::ExecuteError> {
     // A software device honestly takes as long for what would be a hang of a GPU.
     let patience = if device.capabilities().kind == raxel_gpu::DeviceKind::Cpu { 6 } else { 1 };
     let watchdog = options.watchdog.map(|limit| limit * patience);
     let executor_options = ExecutorOptions { memo: options.memo, watchdog, ..ExecutorOptions::default() };
     let executor = Executor::with_options(device.clone(), executor_options)?;
-    let target = Target {
+    let context = DeviceContext {
         builder: executor.builder(),
         memory: Arc::new(DeviceMemory(device.clone())),
         limits: execute::limits(device),
     };
-    Ok((executor, target))
+    Ok((executor, context))
 }
 
 /// Opens a device as the options say.
@@ -154,7 +154,7 @@ fn load(
     project: &Project,
     options: &Options,
     loader: &Loader,
-) -> Result<(Parts, Result<Arc<raxel_gpu::Device>, OpenError>), OpenError> {
+) -> Result<(ProjectState, Result<Arc<raxel_gpu::Device>, OpenError>), OpenError> {
     let named = |path: &Option<std::path::PathBuf>| path.as_ref().map(|path| project.path_of(path)).transpose();
     let demo_path = named(&options.demo)?;
     let demo = demo_path.as_ref().map(|path| loader.demo(path));
@@ -204,7 +204,7 @@ fn load(
         name_missing(&mut graph, &demo.graph);
         name_missing(&mut world, &demo.world);
     }
-    Ok((Parts { graph_path, world_path, demo_path, graph, world, demo }, device))
+    Ok((ProjectState { graph_path, world_path, demo_path, graph, world, demo }, device))
 }
 
 /// A file that a demo names and that is missing is pointed at where the demo names it.

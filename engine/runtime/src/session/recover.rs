@@ -51,16 +51,16 @@ impl Session {
         }
         self.find_disabled();
         let device = open::open_device(&self.options).map_err(|error| FrameError::Device(error.into()))?;
-        let (executor, target) = open::start(&device, &self.options).map_err(FrameError::Device)?;
+        let (executor, context) = open::start(&device, &self.options).map_err(FrameError::Device)?;
         // The old executor goes before its device.
         self.executor = executor;
         self.device = device;
-        self.target = target;
+        self.context = context;
         self.world.forget_device();
         self.plans.clear();
-        let assembly = build::assemble(&self.graph, &self.world, &self.selection, &self.target);
+        let assembly = build::assemble(&self.graph, &self.world, &self.selection, &self.context);
         let prepared = assembly.and_then(|assembly| {
-            build::prepare(&assembly, &self.target).map(|prepared| (assembly.plan.clone(), prepared))
+            build::prepare(&assembly, &self.context).map(|prepared| (assembly.plan.clone(), prepared))
         });
         let (plan, prepared) = prepared.map_err(|error| self.plan_error(error))?;
         self.executor.swap(prepared);

@@ -7,15 +7,15 @@ use raxel_diagnostics::{Diagnostic, codes};
 
 use super::Session;
 use crate::build::{self, BuildError};
+use crate::debug_target::DebugTarget;
 use crate::reload::builder::{Outcome, Ready, Reloader};
 use crate::reload::{Failed, ReloadEvent, Reloaded};
-use crate::show::Show;
 
 impl Session {
     /// Swaps in the newest edit that is ready, and tells what happened since the last call. To be called between frames.
     pub fn poll_reload(&mut self) -> Vec<ReloadEvent> {
         let outcomes = self.reloader.as_ref().map(Reloader::poll).unwrap_or_default();
-        self.settle(outcomes)
+        self.take_outcomes(outcomes)
     }
 
     /// Waits until an edit is ready or wrong, or the time is up, and then does as [`Session::poll_reload`].
@@ -25,10 +25,10 @@ impl Session {
             Some(reloader) => reloader.poll(),
             None => Vec::new(),
         };
-        self.settle(outcomes)
+        self.take_outcomes(outcomes)
     }
 
-    fn settle(&mut self, outcomes: Vec<Outcome>) -> Vec<ReloadEvent> {
+    fn take_outcomes(&mut self, outcomes: Vec<Outcome>) -> Vec<ReloadEvent> {
         // Of several edits only the newest runs; the others never were.
         let newest = outcomes.iter().rposition(|outcome| matches!(outcome, Outcome::Ready(_)));
         for (index, outcome) in outcomes.into_iter().enumerate() {
@@ -46,20 +46,20 @@ impl Session {
 
     /// Makes an edit what runs.
     fn adopt(&mut self, ready: Ready) -> ReloadEvent {
-        let Ready { generation, changed, rebuilt, parts, selection, target, prepared, since } = ready;
-        let (mut diagnostics, texts) = parts.diagnostics();
-        let (Ok(graph), Ok(world)) = (&parts.graph.result, &parts.world.result) else {
-            // The builder hands over right parts only.
+        let Ready { generation, changed, rebuilt, state, selection, context, prepared, since } = ready;
+        let (mut diagnostics, texts) = state.diagnostics();
+        let (Ok(graph), Ok(world)) = (&state.graph.result, &state.world.result) else {
+            // The builder hands over projects without errors only.
             return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
         };
         let (graph, world) = (graph.clone(), world.clone());
         // Something may have been chosen since the build began.
-        let wishes = self.wishes();
-        let wanted = wishes.selection(&graph, &world);
-        let stale = wanted != selection || !Arc::ptr_eq(&target.memory, &self.target.memory);
+        let settings = self.build_settings();
+        let wanted = settings.selection(&graph, &world);
+        let stale = wanted != selection || !Arc::ptr_eq(&context.memory, &self.context.memory);
         let built = if stale {
-            build::assemble(&graph, &world, &wanted, &self.target)
-                .and_then(|assembly| build::prepare(&assembly, &self.target))
+            build::assemble(&graph, &world, &wanted, &self.context)
+                .and_then(|assembly| build::prepare(&assembly, &self.context))
         } else {
             Ok(prepared)
         };
@@ -80,15 +80,15 @@ impl Session {
             self.plans.clear();
             self.remember(wanted, plan);
         }
-        if let Err(error) = self.show.resolve(&graph) {
+        if let Err(error) = self.debug_target.resolve(&graph) {
             let gone = Diagnostic::warning(codes::session::UNKNOWN_TARGET, error.to_string());
             diagnostics.push(gone.note(format!("`{}` is shown instead", graph.resource(graph.present).name)));
-            self.show = Show::default();
+            self.debug_target = DebugTarget::default();
         }
-        self.demo = parts.demo.as_ref().and_then(|demo| demo.result.clone().ok());
+        self.demo = state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
         self.graph = graph;
         self.world = world;
-        self.parts = parts;
+        self.state = state;
         self.params.adopt(&self.graph);
         self.values = self.params.values().to_vec();
         self.find_overrides();

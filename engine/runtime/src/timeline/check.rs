@@ -28,10 +28,10 @@ impl Demo {
             }
         }
         for key in &self.shows {
-            if let Err(error) = key.show.value.resolve(graph) {
+            if let Err(error) = key.target.value.resolve(graph) {
                 found.push(
                     Diagnostic::error(codes::session::UNKNOWN_TARGET, error.to_string())
-                        .label(key.show.span.clone(), "no such debug target")
+                        .label(key.target.span.clone(), "no such debug target")
                         .label(self.graph.span.clone(), "in this graph"),
                 );
             }

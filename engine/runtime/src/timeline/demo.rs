@@ -6,8 +6,8 @@ use raxel_graph::checked::{Graph, Value};
 
 use super::curve::{Interpolation, sample, segment};
 use crate::camera::Camera;
+use crate::debug_target::DebugTarget;
 use crate::params;
-use crate::show::Show;
 
 /// A demo file.
 #[derive(Clone, Debug)]
@@ -33,7 +33,7 @@ pub struct Demo {
     /// Param tracks in the order of the file.
     pub tracks: Vec<Track>,
     /// Changes of the debug target in order of time.
-    pub shows: Vec<ShowKey>,
+    pub shows: Vec<DebugTargetKey>,
 }
 
 /// A value with its place in the file.
@@ -84,22 +84,22 @@ pub struct Track {
 
 /// A change of the debug target.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ShowKey {
+pub struct DebugTargetKey {
     /// Seconds.
     pub time: f64,
     /// What is shown from then on.
-    pub show: Place<Show>,
+    pub target: Place<DebugTarget>,
 }
 
 /// What a demo shows at a time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Moment {
+pub struct DemoState {
     /// The camera, if the demo moves it.
     pub camera: Option<Camera>,
     /// Params that the demo moves, with their values.
     pub params: Vec<(String, Value)>,
     /// The debug target: empty (the graph's own) until the first change.
-    pub show: Show,
+    pub debug_target: DebugTarget,
 }
 
 impl Demo {
@@ -115,17 +115,17 @@ impl Demo {
 
     /// What is shown at `time` seconds on the clock. `graph` gives the types of the params; a track whose param it lacks is left
     /// out.
-    pub fn at(&self, time: f64, graph: &Graph) -> Moment {
+    pub fn at(&self, time: f64, graph: &Graph) -> DemoState {
         let time = self.local_time(time);
         let params = self.tracks.iter().filter_map(|track| {
             let param = &graph.params[graph.find_param(&track.param.value)?.0 as usize];
             Some((param.name.clone(), track.at(time, &param.default)?))
         });
-        let show = self.shows.iter().rev().find(|key| key.time <= time);
-        Moment {
+        let key = self.shows.iter().rev().find(|key| key.time <= time);
+        DemoState {
             camera: self.camera_at(time),
             params: params.collect(),
-            show: show.map(|key| key.show.value.clone()).unwrap_or_default(),
+            debug_target: key.map(|key| key.target.value.clone()).unwrap_or_default(),
         }
     }
 

@@ -4,9 +4,9 @@ use raxel_diagnostics::table::{Node, Reporter, Table, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, files};
 
 use super::curve::Interpolation;
-use super::demo::{CameraKey, Demo, Direction, Place, ShowKey, Track};
+use super::demo::{CameraKey, DebugTargetKey, Demo, Direction, Place, Track};
 use crate::camera::Camera;
-use crate::show::Show;
+use crate::debug_target::DebugTarget;
 
 /// Longest demo: a day.
 const LONGEST: f64 = 86_400.0;
@@ -33,7 +33,7 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
     // Without a duration, keys are still read for their other mistakes.
     let end = duration.unwrap_or(LONGEST);
     let camera = ordered(root.reporter(), root.array_of_tables("camera").iter().map(|table| camera_key(table, end)));
-    let shows = ordered(root.reporter(), root.array_of_tables("show").iter().map(|table| show_key(table, end)));
+    let shows = ordered(root.reporter(), root.array_of_tables("show").iter().map(|table| debug_target_key(table, end)));
     let tracks: Vec<_> =
         root.tables("tracks").into_iter().map(|(name, node, table)| track(name, &node, &table, end)).collect();
     root.finish();
@@ -135,9 +135,9 @@ fn camera_key(table: &Table<'_, '_>, end: f64) -> Keyed<CameraKey> {
     Some((time, key))
 }
 
-fn show_key(table: &Table<'_, '_>, end: f64) -> Keyed<ShowKey> {
+fn debug_target_key(table: &Table<'_, '_>, end: f64) -> Keyed<DebugTargetKey> {
     let time = table.need("time").and_then(|node| time(&node, end));
-    let show = table.need("target").and_then(|node| match Show::parse(&node.string()?) {
+    let target = table.need("target").and_then(|node| match DebugTarget::parse(&node.string()?) {
         Ok(value) => Some(Place { value, span: node.span }),
         Err(error) => {
             node.report(codes::session::UNKNOWN_TARGET, error.to_string(), "");
@@ -146,7 +146,7 @@ fn show_key(table: &Table<'_, '_>, end: f64) -> Keyed<ShowKey> {
     });
     table.finish();
     let time = time?;
-    let key = ShowKey { time: time.value, show: show? };
+    let key = DebugTargetKey { time: time.value, target: target? };
     Some((time, key))
 }
 

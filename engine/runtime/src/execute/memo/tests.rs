@@ -13,13 +13,13 @@ impl Machine {
         for node in &memo.nodes {
             let Some(key) = node.maker.key(keys, present).filter(|_| run[node.step as usize]) else { continue };
             let mut hash = mix(node.maker.salt(), key);
-            for touch in node.touches.iter().filter(|t| t.reads) {
-                for value in &self.values[touch.contents(&memo.slots, frame)] {
+            for access in node.accesses.iter().filter(|t| t.reads) {
+                for value in &self.values[access.contents(&memo.slots, frame)] {
                     hash = mix(hash, *value);
                 }
             }
-            for (i, touch) in node.touches.iter().enumerate().filter(|(_, t)| t.writes) {
-                for (mip, value) in self.values[touch.contents(&memo.slots, frame)].iter_mut().enumerate() {
+            for (i, access) in node.accesses.iter().enumerate().filter(|(_, t)| t.writes) {
+                for (mip, value) in self.values[access.contents(&memo.slots, frame)].iter_mut().enumerate() {
                     *value = mix(mix(hash, i as u64), mip as u64);
                 }
             }
@@ -58,42 +58,42 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
     let mut written = vec![false; slots as usize];
     let mut step = 0;
     for pass in 0..passes as u32 {
-        let mut touches: Vec<Touch> = Vec::new();
+        let mut accesses: Vec<SlotAccess> = Vec::new();
         for _ in 0..=random.below(3) {
             let slot = random.below(u64::from(slots)) as u32;
             let Slot { copies, mips, transient, .. } = memo.slots[slot as usize];
-            if touches.iter().any(|t| t.slot == slot) {
+            if accesses.iter().any(|t| t.slot == slot) {
                 continue;
             }
             if transient && !written[slot as usize] {
-                touches.push(Touch { slot, age: 0, mips: (0, mips), reads: false, writes: true });
+                accesses.push(SlotAccess { slot, age: 0, mips: (0, mips), reads: false, writes: true });
             } else if random.below(2) == 0 {
                 let first = random.below(u64::from(mips)) as u32;
-                touches.push(Touch { slot, age: 0, mips: (first, 1), reads: random.below(3) == 0, writes: true });
+                accesses.push(SlotAccess { slot, age: 0, mips: (first, 1), reads: random.below(3) == 0, writes: true });
             } else {
                 let age = random.below(u64::from(copies)) as u32;
-                touches.push(Touch { slot, age, mips: (0, mips), reads: true, writes: false });
+                accesses.push(SlotAccess { slot, age, mips: (0, mips), reads: true, writes: false });
             }
         }
-        for touch in touches.iter().filter(|t| t.writes) {
-            written[touch.slot as usize] = true;
+        for access in accesses.iter().filter(|t| t.writes) {
+            written[access.slot as usize] = true;
         }
         if random.below(8) == 0 {
             let slot = random.below(u64::from(slots)) as u32;
             let mips = memo.slots[slot as usize].mips;
-            let touch = Touch { slot, age: 0, mips: (0, mips), reads: false, writes: true };
+            let access = SlotAccess { slot, age: 0, mips: (0, mips), reads: false, writes: true };
             if step < 3 {
                 written[slot as usize] = true;
-                memo.node(step, Maker::Clear(7), vec![touch]);
+                memo.node(step, Maker::Clear(7), vec![access]);
                 step += 1;
             }
         }
-        memo.node(step, Maker::Pass(pass), touches);
+        memo.node(step, Maker::Pass(pass), accesses);
         step += 1;
     }
     let shown = (0..slots).find(|s| !memo.slots[*s as usize].transient || written[*s as usize]);
-    let touch = shown.map(|slot| Touch { slot, age: 0, mips: (0, 1), reads: true, writes: false });
-    memo.node(step, Maker::Present, touch.into_iter().collect());
+    let access = shown.map(|slot| SlotAccess { slot, age: 0, mips: (0, 1), reads: true, writes: false });
+    memo.node(step, Maker::Present, access.into_iter().collect());
     memo.finish();
     (memo, passes)
 }
@@ -110,7 +110,7 @@ fn skipping_never_changes_a_result() {
             .nodes
             .iter()
             .filter(|n| matches!(n.maker, Maker::Pass(_)))
-            .map(|n| n.touches.iter().all(|t| !memo.slots[t.slot as usize].transient))
+            .map(|n| n.accesses.iter().all(|t| !memo.slots[t.slot as usize].transient))
             .collect();
         let start = || Machine { values: (0..memo.content.len() as u64).map(|i| mix(9, i)).collect(), picture: 0 };
         let (mut full, mut lean) = (start(), start());
@@ -146,8 +146,8 @@ fn chain() -> Memo {
     let mut memo = Memo::empty(3);
     memo.slot(1, 1, true, true);
     memo.slot(1, 1, false, false);
-    let write = |slot| Touch { slot, age: 0, mips: (0, 1), reads: false, writes: true };
-    let read = |slot| Touch { slot, age: 0, mips: (0, 1), reads: true, writes: false };
+    let write = |slot| SlotAccess { slot, age: 0, mips: (0, 1), reads: false, writes: true };
+    let read = |slot| SlotAccess { slot, age: 0, mips: (0, 1), reads: true, writes: false };
     memo.node(0, Maker::Pass(0), vec![write(0)]);
     memo.node(1, Maker::Pass(1), vec![read(0), write(1)]);
     memo.node(2, Maker::Present, vec![read(1)]);
@@ -172,8 +172,8 @@ fn a_still_frame_runs_nothing() {
 fn accumulation_always_runs() {
     let mut memo = Memo::empty(2);
     memo.slot(1, 1, false, false);
-    memo.node(0, Maker::Pass(0), vec![Touch { slot: 0, age: 0, mips: (0, 1), reads: true, writes: true }]);
-    memo.node(1, Maker::Present, vec![Touch { slot: 0, age: 0, mips: (0, 1), reads: true, writes: false }]);
+    memo.node(0, Maker::Pass(0), vec![SlotAccess { slot: 0, age: 0, mips: (0, 1), reads: true, writes: true }]);
+    memo.node(1, Maker::Present, vec![SlotAccess { slot: 0, age: 0, mips: (0, 1), reads: true, writes: false }]);
     memo.finish();
     for frame in 0..4 {
         assert_eq!(memo.decide(frame, &[Some(1)], 0), [true; 2]);

@@ -1,6 +1,6 @@
 //! Which resource is shown, as text: `depth`, `color@1`, `pyramid,mip=2`, `cascades,layer=3`, `color,after=sky`.
 //!
-//! A colon does for a comma. The same words are used by `--target`, by demos and by [`crate::Session::set_present`].
+//! A colon does for a comma. The same words are used by `--target`, by demos and by [`crate::Session::set_debug_target_text`].
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use crate::params::SetError;
 
 /// A debug target by name; it stays valid when a reload renumbers everything.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Show {
+pub struct DebugTarget {
     /// Target or buffer; empty means the graph's own `present`.
     pub resource: String,
     /// How many frames ago.
@@ -26,7 +26,7 @@ pub struct Show {
 
 /// Why a debug target cannot be shown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ShowError {
+pub enum DebugTargetError {
     /// It does not read as one.
     #[error(
         "`{text}` is no debug target: {why}; write NAME, NAME@AGE, and after it any of `,mip=N` `,layer=N` `,after=PASS`"
@@ -56,15 +56,15 @@ pub enum ShowError {
     },
 }
 
-impl Show {
+impl DebugTarget {
     /// A resource at the end of this frame.
     pub fn resource(name: impl Into<String>) -> Self {
         Self { resource: name.into(), ..Self::default() }
     }
 
     /// Reads the text.
-    pub fn parse(text: &str) -> Result<Self, ShowError> {
-        let wrong = |why: String| ShowError::Syntax { text: text.to_owned(), why };
+    pub fn parse(text: &str) -> Result<Self, DebugTargetError> {
+        let wrong = |why: String| DebugTargetError::Syntax { text: text.to_owned(), why };
         let mut parts = text.split([',', ':']).map(str::trim);
         let head = parts.next().unwrap_or_default();
         let (name, age) = match head.split_once('@') {
@@ -74,23 +74,23 @@ impl Show {
         if name.is_empty() {
             return Err(wrong("it names no resource".to_owned()));
         }
-        let mut show = Self { age, ..Self::resource(name) };
+        let mut target = Self { age, ..Self::resource(name) };
         for part in parts {
             let (key, value) = part.split_once('=').ok_or_else(|| wrong(format!("`{part}` has no `=`")))?;
             let (key, value) = (key.trim(), value.trim());
             let number = || value.parse().map_err(|_| wrong(format!("`{value}` is no number")));
             match key {
-                "mip" => show.mip = number()?,
-                "layer" => show.layer = number()?,
-                "after" if !value.is_empty() => show.after = Some(value.to_owned()),
+                "mip" => target.mip = number()?,
+                "layer" => target.layer = number()?,
+                "after" if !value.is_empty() => target.after = Some(value.to_owned()),
                 _ => return Err(wrong(format!("`{part}` is none of `mip=N`, `layer=N`, `after=PASS`"))),
             }
         }
-        Ok(show)
+        Ok(target)
     }
 
     /// Finds it in a graph.
-    pub fn resolve(&self, graph: &Graph) -> Result<Present, ShowError> {
+    pub fn resolve(&self, graph: &Graph) -> Result<Present, DebugTargetError> {
         let resource = if self.resource.is_empty() {
             graph.present
         } else {
@@ -107,7 +107,7 @@ impl Show {
             };
         let found = graph.resource(resource);
         let outside = |what, what_one, has, asked| {
-            Err(ShowError::OutOfRange { resource: found.name.clone(), what, what_one, has, asked })
+            Err(DebugTargetError::OutOfRange { resource: found.name.clone(), what, what_one, has, asked })
         };
         if self.age > found.history {
             return outside("frames of history", "frame", found.history, self.age);
@@ -139,7 +139,7 @@ fn slices(target: &raxel_graph::checked::Target) -> Option<u32> {
     }
 }
 
-impl fmt::Display for Show {
+impl fmt::Display for DebugTarget {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.resource)?;
         if self.age > 0 {
@@ -164,21 +164,21 @@ mod tests {
 
     #[test]
     fn a_colon_does_for_a_comma() {
-        assert_eq!(Show::parse("pyramid:mip=2:after=sky"), Show::parse("pyramid,mip=2,after=sky"));
+        assert_eq!(DebugTarget::parse("pyramid:mip=2:after=sky"), DebugTarget::parse("pyramid,mip=2,after=sky"));
     }
 
     #[test]
     fn reads_what_it_writes() {
         for text in ["depth", "color@1", "pyramid,mip=2", "cascades@2,mip=1,layer=3,after=sky"] {
-            assert_eq!(Show::parse(text).unwrap().to_string(), text);
+            assert_eq!(DebugTarget::parse(text).unwrap().to_string(), text);
         }
-        assert_eq!(Show::parse("a , after = b").unwrap().after.as_deref(), Some("b"));
+        assert_eq!(DebugTarget::parse("a , after = b").unwrap().after.as_deref(), Some("b"));
     }
 
     #[test]
     fn says_what_is_wrong() {
         for text in ["", "@1", "a@b", "a,mip", "a,mip=x", "a,size=1", "a,after="] {
-            assert!(matches!(Show::parse(text), Err(ShowError::Syntax { .. })), "{text}");
+            assert!(matches!(DebugTarget::parse(text), Err(DebugTargetError::Syntax { .. })), "{text}");
         }
     }
 }

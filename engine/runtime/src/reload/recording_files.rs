@@ -5,15 +5,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use raxel_diagnostics::{FileError, Files};
 
-use super::settle::Content;
+use super::debounce::Content;
 
 /// Reads through, and keeps account.
-pub struct Recorder {
+pub struct RecordingFiles {
     files: Arc<dyn Files>,
     seen: Mutex<BTreeMap<String, Content>>,
 }
 
-impl Recorder {
+impl RecordingFiles {
     /// Reads `files`.
     pub fn new(files: Arc<dyn Files>) -> Self {
         Self { files, seen: Mutex::default() }
@@ -25,7 +25,7 @@ impl Recorder {
     }
 }
 
-impl Files for Recorder {
+impl Files for RecordingFiles {
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
         let result = self.files.read(path);
         let content = content(&result);
@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn missing_files_count_too() {
-        let recorder = Recorder::new(Arc::new(MemoryFiles::new([("a", "1"), ("b", "")])));
+        let recorder = RecordingFiles::new(Arc::new(MemoryFiles::new([("a", "1"), ("b", "")])));
         for path in ["a", "b", "c"] {
             let _ = recorder.read(path);
         }

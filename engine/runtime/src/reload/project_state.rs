@@ -1,20 +1,20 @@
-//! What a build works on: the parts that come from files, and what the session wants of them.
+//! What a build works on: what was loaded from files, and what the session wants of them.
 
 use std::collections::BTreeMap;
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_graph::checked::Graph;
 
-use super::settle::Content;
-use crate::build::{self, Part, Selection, Target};
+use super::debounce::Content;
+use crate::build::{self, DeviceContext, Part, Selection};
+use crate::debug_target::DebugTarget;
 use crate::params::Params;
-use crate::show::Show;
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
 
-/// The parts of a session that come from files.
+/// What a session has loaded from its files.
 #[derive(Clone)]
-pub struct Parts {
+pub struct ProjectState {
     /// Project path of the graph.
     pub graph_path: String,
     /// Project path of the world; `None` for the empty world.
@@ -29,7 +29,7 @@ pub struct Parts {
     pub demo: Option<Part<Demo>>,
 }
 
-impl Parts {
+impl ProjectState {
     /// Every file with what was found in it.
     pub(super) fn files(&self) -> BTreeMap<String, Content> {
         let mut files = self.graph.files.clone();
@@ -38,7 +38,7 @@ impl Parts {
         files
     }
 
-    /// Everything found in all parts, with the texts; the demo is held against its graph.
+    /// Everything found in all files, with the texts; the demo is held against its graph.
     pub fn diagnostics(&self) -> (Vec<Diagnostic>, SourceMap) {
         let mut texts = self.graph.texts.clone();
         texts.extend(&self.world.texts);
@@ -56,11 +56,11 @@ impl Parts {
 
 /// What the session wants at the moment, for builds.
 #[derive(Clone)]
-pub struct Wishes {
+pub struct BuildSettings {
     /// Extent of the output in pixels.
     pub output: [u32; 2],
     /// What is shown.
-    pub show: Show,
+    pub debug_target: DebugTarget,
     /// Resources that stay readable.
     pub pinned: Vec<String>,
     /// Params as the user set them.
@@ -68,16 +68,16 @@ pub struct Wishes {
     /// Whether transient resources may share memory.
     pub alias: bool,
     /// The device.
-    pub target: Target,
+    pub context: DeviceContext,
 }
 
-impl Wishes {
+impl BuildSettings {
     /// What a plan of this graph and world is made for. A debug target that the graph does not have gives way to the graph's own,
     /// and a pinned resource that it does not have is left out.
     pub fn selection(&self, graph: &Graph, world: &SessionWorld) -> Selection {
         let mut params = self.params.clone();
         params.adopt(graph);
-        let present = self.show.resolve(graph).or_else(|_| Show::default().resolve(graph));
+        let present = self.debug_target.resolve(graph).or_else(|_| DebugTarget::default().resolve(graph));
         Selection {
             output: self.output,
             present: present.unwrap_or(raxel_graph::plan::Present {

@@ -25,7 +25,7 @@ pub const LONGEST_WAIT: Duration = Duration::from_millis(1500);
 
 /// What happened to a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Touch {
+pub enum FileActivity {
     /// Closed after writing, renamed, deleted: one step of a save is finished.
     Finished,
     /// Written to; the system will say when it is closed.
@@ -34,12 +34,12 @@ pub enum Touch {
     Unknown,
 }
 
-impl Touch {
+impl FileActivity {
     fn quiet(self) -> Duration {
         match self {
-            Touch::Finished => QUIET_AFTER_CLOSE,
-            Touch::Open => QUIET_WHILE_OPEN,
-            Touch::Unknown => QUIET_AFTER_WRITE,
+            FileActivity::Finished => QUIET_AFTER_CLOSE,
+            FileActivity::Open => QUIET_WHILE_OPEN,
+            FileActivity::Unknown => QUIET_AFTER_WRITE,
         }
     }
 }
@@ -64,18 +64,18 @@ impl Content {
 
 /// Files that were touched and are waited for, and the contents of all files as last used.
 #[derive(Debug, Default)]
-pub struct Settle {
-    touched: BTreeMap<String, Touched>,
+pub struct Debounce {
+    touched: BTreeMap<String, ActiveFile>,
     known: BTreeMap<String, Content>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Touched {
+struct ActiveFile {
     first: Instant,
     due: Instant,
 }
 
-impl Settle {
+impl Debounce {
     /// The files that matter from now on, with the contents that were used.
     pub fn expect(&mut self, files: impl IntoIterator<Item = (String, Content)>) {
         self.known = files.into_iter().collect();
@@ -93,15 +93,15 @@ impl Settle {
     }
 
     /// Something happened to a file.
-    pub fn touch(&mut self, path: &str, touch: Touch, now: Instant) {
+    pub fn touch(&mut self, path: &str, activity: FileActivity, now: Instant) {
         if self.matters(path) {
             let first = self.touched.get(path).map_or(now, |touched| touched.first);
-            let due = (now + touch.quiet()).min(first + LONGEST_WAIT);
-            self.touched.insert(path.to_owned(), Touched { first, due });
+            let due = (now + activity.quiet()).min(first + LONGEST_WAIT);
+            self.touched.insert(path.to_owned(), ActiveFile { first, due });
         }
     }
 
-    /// When [`Settle::changed`] is worth calling; `None` while nothing was touched.
+    /// When [`Debounce::changed`] is worth calling; `None` while nothing was touched.
     pub fn due(&self) -> Option<Instant> {
         self.touched.values().map(|touched| touched.due).max()
     }
@@ -157,31 +157,31 @@ mod tests {
     struct Folder {
         start: Instant,
         files: RefCell<BTreeMap<String, Vec<u8>>>,
-        settle: Settle,
+        debounce: Debounce,
     }
 
     impl Folder {
         fn new(files: &[(&str, &str)]) -> Self {
             let files: BTreeMap<String, Vec<u8>> =
                 files.iter().map(|(path, text)| ((*path).to_owned(), text.as_bytes().to_vec())).collect();
-            let mut settle = Settle::default();
-            settle.expect(files.iter().map(|(path, bytes)| (path.clone(), Content::of(bytes))));
-            Self { start: Instant::now(), files: RefCell::new(files), settle }
+            let mut debounce = Debounce::default();
+            debounce.expect(files.iter().map(|(path, bytes)| (path.clone(), Content::of(bytes))));
+            Self { start: Instant::now(), files: RefCell::new(files), debounce }
         }
 
-        fn write(&mut self, ms: u64, path: &str, text: &str, touch: Touch) {
+        fn write(&mut self, ms: u64, path: &str, text: &str, activity: FileActivity) {
             self.files.borrow_mut().insert(path.to_owned(), text.as_bytes().to_vec());
-            self.settle.touch(path, touch, self.start + Duration::from_millis(ms));
+            self.debounce.touch(path, activity, self.start + Duration::from_millis(ms));
         }
 
         fn remove(&mut self, ms: u64, path: &str) {
             self.files.borrow_mut().remove(path);
-            self.settle.touch(path, Touch::Finished, self.start + Duration::from_millis(ms));
+            self.debounce.touch(path, FileActivity::Finished, self.start + Duration::from_millis(ms));
         }
 
         fn changed(&mut self, ms: u64) -> Vec<String> {
             let files = &self.files;
-            self.settle.changed(self.start + Duration::from_millis(ms), |path| {
+            self.debounce.changed(self.start + Duration::from_millis(ms), |path| {
                 files.borrow().get(path).map_or(Content::Missing, |bytes| Content::of(bytes))
             })
         }
@@ -190,9 +190,9 @@ mod tests {
     #[test]
     fn a_plain_save_is_seen_soon_and_once() {
         let mut folder = Folder::new(&[("a", "1"), ("b", "1")]);
-        folder.write(0, "a", "", Touch::Open);
-        folder.write(1, "a", "2", Touch::Open);
-        folder.write(1, "a", "2", Touch::Finished);
+        folder.write(0, "a", "", FileActivity::Open);
+        folder.write(1, "a", "2", FileActivity::Open);
+        folder.write(1, "a", "2", FileActivity::Finished);
         assert!(folder.changed(10).is_empty());
         assert_eq!(folder.changed(17), ["a"]);
         assert!(folder.changed(1000).is_empty());
@@ -201,21 +201,21 @@ mod tests {
     #[test]
     fn a_save_without_change_is_none() {
         let mut folder = Folder::new(&[("a", "1")]);
-        folder.write(0, "a", "1", Touch::Finished);
+        folder.write(0, "a", "1", FileActivity::Finished);
         assert!(folder.changed(20).is_empty());
         // A file that does not matter is not even waited for.
-        folder.write(30, "a~", "1", Touch::Finished);
-        assert_eq!(folder.settle.due(), None);
+        folder.write(30, "a~", "1", FileActivity::Finished);
+        assert_eq!(folder.debounce.due(), None);
     }
 
     #[test]
     fn pieces_are_waited_for() {
         let mut folder = Folder::new(&[("a", "whole")]);
-        folder.write(0, "a", "", Touch::Open);
-        folder.write(100, "a", "ne", Touch::Open);
+        folder.write(0, "a", "", FileActivity::Open);
+        folder.write(100, "a", "ne", FileActivity::Open);
         assert!(folder.changed(200).is_empty());
-        folder.write(220, "a", "new", Touch::Open);
-        folder.write(220, "a", "new", Touch::Finished);
+        folder.write(220, "a", "new", FileActivity::Open);
+        folder.write(220, "a", "new", FileActivity::Finished);
         assert_eq!(folder.changed(236), ["a"]);
     }
 
@@ -224,22 +224,22 @@ mod tests {
         let mut folder = Folder::new(&[("a", "1")]);
         folder.remove(0, "a");
         assert!(folder.changed(20).is_empty());
-        folder.write(100, "a", "1", Touch::Finished);
+        folder.write(100, "a", "1", FileActivity::Finished);
         assert!(folder.changed(120).is_empty());
-        assert_eq!(folder.settle.due(), None);
+        assert_eq!(folder.debounce.due(), None);
         // One that stays away is.
         folder.remove(1000, "a");
         assert!(folder.changed(1100).is_empty());
         assert_eq!(folder.changed(1300), ["a"]);
-        folder.write(2000, "a", "1", Touch::Finished);
+        folder.write(2000, "a", "1", FileActivity::Finished);
         assert_eq!(folder.changed(2020), ["a"]);
     }
 
     #[test]
     fn files_saved_together_change_together() {
         let mut folder = Folder::new(&[("a", "1"), ("b", "1")]);
-        folder.write(0, "a", "2", Touch::Finished);
-        folder.write(10, "b", "2", Touch::Finished);
+        folder.write(0, "a", "2", FileActivity::Finished);
+        folder.write(10, "b", "2", FileActivity::Finished);
         assert!(folder.changed(16).is_empty());
         assert_eq!(folder.changed(26), ["a", "b"]);
     }
@@ -249,7 +249,7 @@ mod tests {
         let mut folder = Folder::new(&[("a", "0")]);
         let mut seen = 0;
         for ms in (0..4000).step_by(10) {
-            folder.write(ms, "a", &ms.to_string(), Touch::Finished);
+            folder.write(ms, "a", &ms.to_string(), FileActivity::Finished);
             seen += folder.changed(ms).len();
         }
         assert!(seen >= 2, "{seen}");
