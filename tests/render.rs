@@ -4,7 +4,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{Project, Run, command, raxel, raxel_in};
+use common::{Project, Run, command, output, raxel, raxel_in};
 
 /// A quick picture of the shipped graph that needs no big world.
 const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
@@ -73,9 +73,8 @@ fn a_film_needs_ffmpeg_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let film = folder.path().join("film.mp4");
     let arguments = [&MENGER[..], &["--frames", "2", "-o", film.to_str().unwrap()]].concat();
-    let output = command(common::repository(), &arguments).env("PATH", folder.path()).output().unwrap();
-    assert_eq!(output.status.code(), Some(2));
-    let said = String::from_utf8(output.stderr).unwrap();
+    let run: Run = output(command(common::repository(), &arguments).env("PATH", folder.path())).into();
+    let said = run.exits(2).stderr;
     assert!(said.contains("needs ffmpeg") && said.contains("frames/%04d.png"), "{said}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
 }
@@ -130,13 +129,9 @@ fn names_and_values_on_the_command_line_are_checked() {
 fn without_a_driver_the_exit_code_is_4_with_the_command_that_installs_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");
-    let output = command(common::repository(), &[&MENGER[..], &["-o", path.to_str().unwrap()]].concat())
-        .env("VK_DRIVER_FILES", "/nonexistent.json")
-        .env("VK_ICD_FILENAMES", "/nonexistent.json")
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(4));
-    assert!(String::from_utf8(output.stderr).unwrap().contains("apt-get install"));
+    let mut command = command(common::repository(), &[&MENGER[..], &["-o", path.to_str().unwrap()]].concat());
+    let command = command.env("VK_DRIVER_FILES", "/nonexistent.json").env("VK_ICD_FILENAMES", "/nonexistent.json");
+    assert!(Run::from(output(command)).exits(4).stderr.contains("apt-get install"));
     assert!(!path.exists());
 }
 

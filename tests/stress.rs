@@ -128,7 +128,7 @@ fn the_same_seed_counts_the_same_on_any_number_of_threads() {
         let file = out.path().join("a.csv");
         let mut command = command(repository(), &scope);
         command.arg("-o").arg(&file).env("RAYON_NUM_THREADS", threads);
-        assert!(command.output().unwrap().status.success());
+        assert!(common::output(&mut command).status.success());
         std::fs::read_to_string(file).unwrap()
     };
     let one = count("1", "7");

@@ -4,14 +4,14 @@ mod common;
 
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{Project, command};
+use common::{Project, Run, Running, command, output};
 
 /// A display with no window manager: the window is at the top left.
 struct Display {
-    xvfb: Child,
+    _xvfb: Running,
     name: String,
     frame_buffer: tempfile::TempDir,
 }
@@ -19,18 +19,19 @@ struct Display {
 impl Display {
     fn start() -> Self {
         let frame_buffer = tempfile::tempdir().unwrap();
-        let mut xvfb = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp", "-fbdir"])
-            .arg(frame_buffer.path())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("Xvfb is installed (./raxel test installs it)");
+        // ./raxel test installs it.
+        let mut xvfb = Running::start(
+            Command::new("Xvfb")
+                .args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp", "-fbdir"])
+                .arg(frame_buffer.path())
+                .stdout(Stdio::piped())
+                .stderr(Stdio::null()),
+        );
         // It writes its number when it is ready.
         let mut number = String::new();
-        let mut stdout = std::io::BufReader::new(xvfb.stdout.take().unwrap());
+        let mut stdout = std::io::BufReader::new(xvfb.0.stdout.take().unwrap());
         std::io::BufRead::read_line(&mut stdout, &mut number).unwrap();
-        Self { xvfb, name: format!(":{}", number.trim()), frame_buffer }
+        Self { _xvfb: xvfb, name: format!(":{}", number.trim()), frame_buffer }
     }
 
     /// The top left of the screen: red, green, blue of each pixel. The file has the format of xwd.
@@ -48,19 +49,9 @@ impl Display {
     }
 
     fn xdotool(&self, arguments: &[&str]) -> String {
-        let output = Command::new("xdotool")
-            .args(arguments)
-            .env("DISPLAY", &self.name)
-            .output()
-            .expect("xdotool is installed (./raxel test installs it)");
+        // ./raxel test installs it.
+        let output = output(Command::new("xdotool").args(arguments).env("DISPLAY", &self.name));
         String::from_utf8(output.stdout).unwrap()
-    }
-}
-
-impl Drop for Display {
-    fn drop(&mut self) {
-        let _ = self.xvfb.kill();
-        let _ = self.xvfb.wait();
     }
 }
 
@@ -119,15 +110,15 @@ fn a_window_shows_pictures_edits_and_debug_targets() {
     let log_path = project.path("log");
     let screen = || display.pixels(320, 180);
 
-    let mut child = command(
-        project.root(),
-        &["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180", "--validate"],
-    )
-    .env("DISPLAY", &display.name)
-    .env_remove("WAYLAND_DISPLAY")
-    .stderr(fs::File::create(&log_path).unwrap())
-    .spawn()
-    .unwrap();
+    let mut child = Running::start(
+        command(
+            project.root(),
+            &["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180", "--validate"],
+        )
+        .env("DISPLAY", &display.name)
+        .env_remove("WAYLAND_DISPLAY")
+        .stderr(fs::File::create(&log_path).unwrap()),
+    );
 
     let normal = rendered(&project, "normal");
     eventually("the first picture", || screen() == normal);
@@ -163,34 +154,23 @@ fn a_window_shows_pictures_edits_and_debug_targets() {
     display.xdotool(&["keydown", "w"]);
     std::thread::sleep(Duration::from_millis(300));
     display.xdotool(&["keyup", "w"]);
-    press(&display, "Escape", "it leaves", || child.try_wait().unwrap().is_some());
+    press(&display, "Escape", "it leaves", || child.ended());
     // Exit code 6 would mean that the validation layer has said something.
-    assert_eq!(child.wait().unwrap().code(), Some(0), "{}", log(&log_path));
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
 }
 
 #[test]
 fn frames_of_a_demo_are_counted() {
     let display = Display::start();
-    let output = command(
-        common::repository(),
-        &["run", "worlds/valley.demo.toml", "--size", "160x90", "--frames", "5", "--validate", "-v"],
-    )
-    .env("DISPLAY", &display.name)
-    .env_remove("WAYLAND_DISPLAY")
-    .output()
-    .unwrap();
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let arguments = ["run", "worlds/valley.demo.toml", "--size", "160x90", "--frames", "5", "--validate", "-v"];
+    let mut command = command(common::repository(), &arguments);
+    Run::from(output(command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY"))).exits(0);
 }
 
 #[test]
 fn without_a_display_the_way_out_is_said() {
-    let output = command(common::repository(), &["run"])
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .env_remove("WAYLAND_SOCKET")
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(4));
-    let said = String::from_utf8_lossy(&output.stderr);
+    let mut command = command(common::repository(), &["run"]);
+    let command = command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    let said = Run::from(output(command)).exits(4).stderr;
     assert!(said.contains("raxel render") && !said.contains(".rs:"), "{said}");
 }

@@ -1,9 +1,13 @@
 //! What tests of the binary share: running it, and throw-away projects.
 
-#![allow(dead_code, reason = "each test file uses a part of this")]
+#![allow(dead_code, unused_imports, reason = "each test file uses a part of this")]
+
+mod child;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+
+pub use child::{Running, output};
 
 /// The root of the repository.
 pub fn repository() -> &'static Path {
@@ -16,6 +20,16 @@ pub struct Run {
     pub code: i32,
     pub stdout: String,
     pub stderr: String,
+}
+
+impl From<Output> for Run {
+    fn from(Output { status, stdout, stderr }: Output) -> Self {
+        Self {
+            code: status.code().unwrap_or(-1),
+            stdout: String::from_utf8(stdout).expect("stdout is UTF-8"),
+            stderr: String::from_utf8(stderr).expect("stderr is UTF-8"),
+        }
+    }
 }
 
 impl Run {
@@ -40,14 +54,9 @@ pub fn command(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs the binary in a folder.
+/// Runs the binary in a folder; it must end in time.
 pub fn raxel_in(folder: &Path, arguments: &[&str]) -> Run {
-    let Output { status, stdout, stderr } = command(folder, arguments).output().expect("the binary starts");
-    Run {
-        code: status.code().unwrap_or(-1),
-        stdout: String::from_utf8(stdout).expect("stdout is UTF-8"),
-        stderr: String::from_utf8(stderr).expect("stderr is UTF-8"),
-    }
+    output(&mut command(folder, arguments)).into()
 }
 
 /// Runs the binary in the repository.

@@ -1,0 +1,135 @@
+//! The launcher `./raxel`, with programs in the place of cargo and apt-get that only say how they were called.
+
+#![cfg(unix)]
+
+mod common;
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+/// A copy of the launcher in a folder of its own, and programs that are found before those of the system.
+struct Launcher {
+    folder: tempfile::TempDir,
+}
+
+impl Launcher {
+    fn new() -> Self {
+        let launcher = Self { folder: tempfile::tempdir().unwrap() };
+        fs::create_dir(launcher.path("bin")).unwrap();
+        fs::copy(common::repository().join("raxel"), launcher.path("raxel")).unwrap();
+        launcher.program("cargo", "echo \"cargo $* from ${SHADERC_LIB_DIR:-the system}\"");
+        // What is missing is asked for, and not installed.
+        launcher.program("id", "echo 0");
+        launcher.program("apt-get", "exit 0");
+        launcher
+    }
+
+    fn path(&self, path: &str) -> PathBuf {
+        self.folder.path().join(path)
+    }
+
+    fn program(&self, name: &str, script: &str) {
+        let path = self.path(&format!("bin/{name}"));
+        fs::write(&path, format!("#!/bin/sh\n{script}\n")).unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(self.path("raxel"));
+        let path = format!("{}:{}", self.path("bin").display(), std::env::var("PATH").unwrap());
+        command.args(arguments).env("PATH", path).stdin(Stdio::null());
+        for name in ["SHADERC_LIB_DIR", "RAXEL_SHADERC", "CARGO_TARGET_DIR", "VULKAN_SDK"] {
+            command.env_remove(name);
+        }
+        command
+    }
+}
+
+fn texts(output: &Output) -> (String, String) {
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    (text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn everything_is_tested_and_all_that_failed_is_listed_at_the_end() {
+    let launcher = Launcher::new();
+    launcher.program(
+        "cargo",
+        "case $1 in\n\
+         fmt) exit 1 ;;\n\
+         clippy) exit 101 ;;\n\
+         esac\n\
+         echo '     Running unittests src/lib.rs (target/release/deps/raxel_graph-0123456789abcdef)' >&2\n\
+         echo 'test plan::tests::orders ... FAILED'\n\
+         echo 'test plan::tests::aliases ... ok'\n\
+         echo 'error: test failed, to rerun pass `-p raxel-graph --lib`' >&2\n\
+         echo '     Running tests/cli.rs (target/release/deps/cli-0123456789abcdef)' >&2\n\
+         echo 'test help ... ok'\n\
+         echo '     Running tests/hang.rs (target/release/deps/hang-0123456789abcdef)' >&2\n\
+         echo 'error: test failed, to rerun pass `-p raxel-runtime --test hang`' >&2\n\
+         echo '   Doc-tests raxel' >&2\n\
+         echo 'test engine/lib.rs - (line 3) ... FAILED'\n\
+         exit 101",
+    );
+    let output = common::output(&mut launcher.command(&["test"]));
+    let (_, said) = texts(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    let (_, list) = said.split_once("raxel: these failed:\n").expect("a list");
+    let expected = "  formatting\n  lints\n  tests\n    \
+                    unit tests of raxel_graph: plan::tests::orders\n    \
+                    tests/hang.rs: ended early (`-p raxel-runtime --test hang`)\n    \
+                    examples in the docs of raxel: engine/lib.rs - (line 3)\n";
+    assert_eq!(list, expected);
+}
+
+#[test]
+fn nothing_failed_and_some_crates_only() {
+    let launcher = Launcher::new();
+    let output = common::output(&mut launcher.command(&["test", "-p", "raxel-shader"]));
+    let (done, said) = texts(&output);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.ends_with("raxel: formatting, lints and tests: all passed\n"), "{said}");
+    for called in
+        ["fmt --all --check", "clippy --release -p raxel-shader", "test --release --no-fail-fast -p raxel-shader"]
+    {
+        assert!(done.contains(&format!("cargo {called}")), "{done}");
+    }
+}
+
+#[test]
+fn the_shader_compiler_is_built_from_source_when_asked_or_when_none_links() {
+    let launcher = Launcher::new();
+    let asked = common::output(launcher.command(&["test"]).env("RAXEL_SHADERC", "source"));
+    let (done, said) = texts(&asked);
+    assert!(done.contains(&format!("from {}", launcher.path(".raxel/from-source").display())), "{done}{said}");
+    assert!(
+        !launcher.path(".raxel/from-source").exists(),
+        "cargo builds from source only where there is no such folder"
+    );
+
+    // What is there does not link: the folder that cargo looks at must not be there.
+    launcher.program("c++", "exit 1");
+    launcher.program("ar", "cat >/dev/null");
+    let (_, said) = texts(&common::output(&mut launcher.command(&["test"])));
+    assert!(said.contains("the shader compiler is built from source"), "{said}");
+    let left: Vec<_> = fs::read_dir(launcher.path(".raxel")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["test.log"]);
+}
+
+/// The archives of a system merge into one that links and compiles a shader; or they are refused, and nothing is left of them.
+#[test]
+fn a_shader_compiler_of_the_system_is_tried_before_it_is_used() {
+    let launcher = Launcher::new();
+    let (_, said) = texts(&common::output(&mut launcher.command(&["test"])));
+    let made = launcher.path(".raxel/shaderc/libshaderc_combined.a");
+    assert_eq!(made.is_file(), said.contains("the shader compiler is that of "), "{said}");
+    assert_eq!(made.is_file(), !said.contains("built from source"), "{said}");
+    assert!(!launcher.path(".raxel/shaderc.new").exists() && !launcher.path(".raxel/shaderc/try.cpp").exists());
+    // The second time there is nothing to do.
+    if made.is_file() {
+        let (_, said) = texts(&common::output(&mut launcher.command(&["test"])));
+        assert!(!said.contains("shader compiler"), "{said}");
+    }
+}
