@@ -8,9 +8,10 @@
 //!   chain starts) and visible to the second access (its access in the destination scope of a barrier of the chain).
 //! * A store after a load needs the chain only.
 //! * Shared memory: an image takes it over by its own `UNDEFINED` → `GENERAL` transition, a store to all of the memory that must
-//!   come after all accesses of the former occupants and before all of its own. Its scopes count for that take-over only: Vulkan
-//!   would let their stages order all commands, but the Khronos layer follows them for the image alone, and is to find nothing. A
-//!   buffer needs no transition: its accesses conflict with those of the former occupants as if all were one resource.
+//!   come after all accesses of the former occupants and before all of its own. Two things are stricter than Vulkan asks, because
+//!   the synchronization validation of the Khronos layer (1.3.239) is: the scopes of a transition count for that take-over only
+//!   (their stages order no other commands), and its source scope names the store accesses of the former occupants itself, also
+//!   where an earlier barrier has made those stores available and a chain of stages would do. A buffer needs no transition: its accesses conflict with those of the former occupants as if all were one resource.
 //!
 //! *Every* conflicting pair is covered on its own, also where an access between the two would carry the order along. That is why a
 //! step may be left out of a frame (`every`, a result that is still valid) as long as the barriers stay: it takes pairs away and

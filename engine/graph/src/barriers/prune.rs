@@ -1,5 +1,5 @@
 //! Fits the scopes: gives every barrier what its hazards ask for, then takes away each stage and access without which all hazards
-//! stay covered. Removing a bit never covers anything, so one try for each is enough, and what stays is needed.
+//! stay covered (but for the stores before the transition of an image, which it names itself). Removing a bit never covers anything, so one try for each is enough, and what stays is needed.
 
 use super::Frame;
 use super::cover::{Need, NeedKind, Slot, covered};
@@ -219,6 +219,10 @@ fn remove(slot: &mut Slot, bit: Bit) -> bool {
     let scope = if bit.source { &mut dependency.src } else { &mut dependency.dst };
     match bit.what {
         What::Access(access) => {
+            // The transition of an image names the stores of the former occupants itself: see the module `barriers`.
+            if bit.source && bit.transition.is_some() && is_write(access) {
+                return false;
+            }
             let there = scope.access.contains(access);
             scope.access.0 &= !access.0;
             there

@@ -109,14 +109,13 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
                     for old in made.iter().filter(|old| old.resource == resource || neighbours[resource][old.resource])
                     {
                         let waited = old.waiting.0 & earlier(scopes.src.stages) != 0;
-                        let direct = match (old.transition, old.store) {
-                            (true, _) => false,
-                            (false, true) => {
-                                scopes.src.stages.contains(old.stage) && scopes.src.access.contains(old.access)
-                            }
-                            (false, false) => earlier(scopes.src.stages) & old.stage.0 != 0,
+                        let ordered = match (old.transition, old.store) {
+                            (true, _) => waited,
+                            // A chain would do for Vulkan; the Khronos layer wants the access itself.
+                            (false, true) => names(scopes.src, old),
+                            (false, false) => waited || earlier(scopes.src.stages) & old.stage.0 != 0,
                         };
-                        if !(waited || direct) {
+                        if !ordered {
                             faults.push(format!(
                                 "step {at}: {resource} takes over memory before {} of {} is done",
                                 old.access, old.resource
@@ -205,12 +204,17 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
     faults
 }
 
+/// Whether a source scope names an access with its stage.
+fn names(scope: Scope, old: &Made) -> bool {
+    scope.stages.contains(old.stage) && scope.access.contains(old.access)
+}
+
 /// Tells a remembered access about a barrier.
 fn pass_barrier(barrier: &Barrier, old: &mut Made) {
     let (mut waiting, mut seen_by) = (old.waiting, old.seen_by);
     if let Some(memory) = &barrier.memory {
         let direct = if old.store {
-            !old.transition && memory.src.stages.contains(old.stage) && memory.src.access.contains(old.access)
+            !old.transition && names(memory.src, old)
         } else {
             earlier(memory.src.stages) & old.stage.0 != 0
         };

@@ -8,4 +8,5 @@ mod bindings;
 mod frames;
 mod hang;
 mod lab;
+mod random;
 mod shown;

@@ -1,0 +1,361 @@
+//! Random graphs on the device, under synchronization validation: the layer must stay silent, and the texels must be the same whether
+//! or not memory is shared and results that are still valid are kept.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use raxel_diagnostics::{MemoryFiles, SourceMap};
+use raxel_graph::checked::Graph;
+use raxel_graph::compile;
+use raxel_runtime::execute::{Builtins, FrameInputs};
+use raxel_shader::Compiler;
+
+use crate::lab::{Lab, Planned};
+
+/// Graphs of the normal test run.
+const GRAPHS: u64 = 40;
+/// Graphs of the run with `--ignored`.
+const MANY: u64 = 3000;
+const FRAMES: u32 = 6;
+
+/// SplitMix64 (Steele, Lea and Flood, 2014).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) % end.max(1) as u64) as usize
+    }
+
+    fn percent(&mut self, percent: usize) -> bool {
+        self.below(100) < percent
+    }
+}
+
+/// How a shader binds something. Each is one letter of the shader's file name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Sampled,
+    ReadImage,
+    ReadBuffer,
+    WriteImage,
+    ReadWriteImage,
+    WriteBuffer,
+    WriteArguments,
+}
+
+use Kind::*;
+
+const READS: [Kind; 3] = [Sampled, ReadImage, ReadBuffer];
+const WRITES: [Kind; 4] = [WriteImage, ReadWriteImage, WriteBuffer, WriteArguments];
+
+impl Kind {
+    fn letter(self) -> char {
+        match self {
+            Sampled => 's',
+            ReadImage => 'r',
+            ReadBuffer => 'b',
+            WriteImage => 'w',
+            ReadWriteImage => 'x',
+            WriteBuffer => 'o',
+            WriteArguments => 'a',
+        }
+    }
+
+    fn declaration(self, at: usize) -> String {
+        match self {
+            Sampled => format!("uniform sampler2D b{at};\n"),
+            ReadImage => format!("layout(r32f) readonly uniform image2D b{at};\n"),
+            ReadBuffer => format!("readonly buffer Block{at} {{ float values[]; }} b{at};\n"),
+            WriteImage => format!("layout(r32f) writeonly uniform image2D b{at};\n"),
+            ReadWriteImage => format!("layout(r32f) uniform image2D b{at};\n"),
+            WriteBuffer => format!("writeonly buffer Block{at} {{ float values[]; }} b{at};\n"),
+            WriteArguments => format!("writeonly buffer Block{at} {{ uint groups[]; }} b{at};\n"),
+        }
+    }
+
+    /// Adds what is bound there to `value`, or stores `value` in all of it.
+    fn use_(self, at: usize) -> String {
+        let over_texels = |store: &str| {
+            format!(
+                "    for (uint i = t; i < uint(imageSize(b{at}).x * imageSize(b{at}).y); i += 64u) {{
+        ivec2 p = ivec2(i % uint(imageSize(b{at}).x), i / uint(imageSize(b{at}).x));
+        {store}
+    }}\n"
+            )
+        };
+        match self {
+            Sampled => format!("    value += texelFetch(b{at}, ivec2(t % 4u, t / 4u % 4u), 0).r * 0.5;\n"),
+            ReadImage => format!("    value += imageLoad(b{at}, ivec2(t % 4u, t / 4u % 4u)).r * 0.25;\n"),
+            ReadBuffer => format!("    value += b{at}.values[t % uint(b{at}.values.length())] * 0.5;\n"),
+            WriteImage => over_texels(&format!("imageStore(b{at}, p, vec4(fract(value + float(i) * 0.125)));")),
+            ReadWriteImage => over_texels(&format!(
+                "imageStore(b{at}, p, vec4(fract(value + imageLoad(b{at}, p).r * 0.5 + float(i) * 0.125)));"
+            )),
+            WriteBuffer => {
+                format!("    for (uint i = t; i < b{at}.values.length(); i += 64u) b{at}.values[i] = fract(value);\n")
+            }
+            WriteArguments => format!("    if (t < 3u) b{at}.groups[t] = 1u;\n"),
+        }
+    }
+}
+
+fn shader_name(kinds: &[Kind]) -> String {
+    format!("{}.comp", kinds.iter().map(|kind| kind.letter()).collect::<String>())
+}
+
+/// One workgroup that loads from everything it reads and stores to all of everything it writes.
+fn shader(kinds: &[Kind]) -> String {
+    let mut text =
+        "#version 460\nlayout(local_size_x = 64) in;\nlayout(push_constant) uniform Push { float add; };\n".to_owned();
+    for (at, kind) in kinds.iter().enumerate() {
+        text += &kind.declaration(at);
+    }
+    text += "void main() {\n    uint t = gl_LocalInvocationID.x;\n    float value = add;\n";
+    for (at, kind) in kinds.iter().enumerate() {
+        text += &kind.use_(at);
+    }
+    text + "}\n"
+}
+
+/// Up to two reads, then one or two writes, both in order.
+fn shaders() -> Vec<(String, String)> {
+    let up_to_two = |of: &[Kind], least: usize| {
+        let mut sets: Vec<Vec<Kind>> = if least == 0 { vec![Vec::new()] } else { Vec::new() };
+        for (i, a) in of.iter().enumerate() {
+            sets.push(vec![*a]);
+            sets.extend(of[i..].iter().map(|b| vec![*a, *b]));
+        }
+        sets
+    };
+    let mut all = Vec::new();
+    for reads in up_to_two(&READS, 0) {
+        for writes in up_to_two(&WRITES, 1) {
+            let kinds = [reads.clone(), writes].concat();
+            all.push((format!("shaders/{}", shader_name(&kinds)), shader(&kinds)));
+        }
+    }
+    all
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Sort {
+    Target { mips: usize },
+    Values,
+    Arguments,
+}
+
+struct Thing {
+    name: String,
+    sort: Sort,
+    history: usize,
+}
+
+/// A graph file in which most passes read what was written before them.
+fn graph_file(r: &mut Random) -> String {
+    let mut toml = "name = \"random\"\n".to_owned();
+    let mut things: Vec<Thing> = Vec::new();
+    // More than half of the graphs are chains, whose targets share memory; the others are as wild as can be.
+    let chain = r.percent(60);
+    let count = 4 + r.below(9) + if chain { 3 } else { 0 };
+    let mut tables = String::new();
+    for number in 0..count {
+        let (name, sort) = match r.below(10) {
+            _ if number == 0 => (format!("r{number}"), Sort::Target { mips: 1 }),
+            0..2 => (format!("r{number}"), Sort::Values),
+            2 => (format!("r{number}"), Sort::Arguments),
+            3 if !chain => (format!("r{number}"), Sort::Target { mips: 2 }),
+            _ => (format!("r{number}"), Sort::Target { mips: 1 }),
+        };
+        let history = if r.percent(if chain { 3 } else { 12 }) { 1 + r.below(2) } else { 0 };
+        match sort {
+            Sort::Target { mips } => {
+                let size = ["[8, 8]", "[16, 8]", "[16, 16]", "[64, 32]"][r.below(4)];
+                let _ = write!(tables, "[targets.{name}]\nformat = \"r32f\"\nsize = {size}\nmips = {mips}\n");
+            }
+            Sort::Values | Sort::Arguments => {
+                let size = if sort == Sort::Arguments { 12 } else { 64 << r.below(6) };
+                let _ = write!(tables, "[buffers.{name}]\nsize = {size}\n");
+            }
+        }
+        let fill = if sort == (Sort::Target { mips: 1 }) { "0.5" } else { "1" };
+        if r.percent(15) {
+            let _ = writeln!(tables, "clear = {fill}");
+        } else if r.percent(if chain { 1 } else { 6 }) {
+            let _ = writeln!(tables, "init = {fill}");
+        }
+        if history > 0 {
+            let _ = writeln!(tables, "history = {history}");
+        }
+        things.push(Thing { name, sort, history });
+    }
+    let suits = |thing: &Thing, kind: Kind| match thing.sort {
+        Sort::Target { .. } => matches!(kind, Sampled | ReadImage | WriteImage | ReadWriteImage),
+        Sort::Values => matches!(kind, ReadBuffer | WriteBuffer),
+        Sort::Arguments => kind == WriteArguments,
+    };
+    let mut written: Vec<usize> = Vec::new();
+    let mut shown = None;
+    for number in 0..2 + r.below(8) {
+        let mut bound: Vec<(Kind, String)> = Vec::new();
+        let mut taken: BTreeSet<usize> = BTreeSet::new();
+        for _ in 0..r.below(3) + usize::from(chain) {
+            let late = written.len().saturating_sub(3);
+            let at = if written.is_empty() || r.percent(10) {
+                r.below(things.len())
+            } else {
+                written[late + r.below(written.len() - late)]
+            };
+            let thing = &things[at];
+            let fitting: Vec<Kind> = READS.into_iter().filter(|kind| suits(thing, *kind)).collect();
+            let Some(&kind) = fitting.get(r.below(fitting.len())) else { continue };
+            if bound.len() == 2 || !taken.insert(at) {
+                continue;
+            }
+            let age = if thing.history > 0 && r.percent(70) { 1 + r.below(thing.history) } else { 0 };
+            let name = if age == 0 { thing.name.clone() } else { format!("{}@{age}", thing.name) };
+            bound.push((kind, bind(r, thing, kind, &name)));
+        }
+        bound.sort_by_key(|(kind, _)| *kind);
+        let mut stores: Vec<(Kind, String)> = Vec::new();
+        let mut stored = Vec::new();
+        for _ in 0..1 + r.below(2) {
+            let mut at = r.below(things.len());
+            for _ in 0..if chain { 8 } else { 1 } {
+                if written.contains(&at) && r.percent(if chain { 100 } else { 60 }) {
+                    at = r.below(things.len());
+                }
+            }
+            let thing = &things[at];
+            let fitting: Vec<Kind> = WRITES.into_iter().filter(|kind| suits(thing, *kind)).collect();
+            let kind = fitting[if r.percent(75) { 0 } else { r.below(fitting.len()) }];
+            if !taken.insert(at) {
+                continue;
+            }
+            stores.push((kind, bind(r, thing, kind, &thing.name)));
+            stored.push(at);
+        }
+        if stores.is_empty() {
+            continue;
+        }
+        stores.sort_by_key(|(kind, _)| *kind);
+        bound.extend(stores);
+        let arguments: Vec<usize> =
+            written.iter().copied().filter(|at| things[*at].sort == Sort::Arguments && !taken.contains(at)).collect();
+        let dispatch = if !arguments.is_empty() && r.percent(50) {
+            format!("{{ indirect = \"{}\" }}", things[arguments[r.below(arguments.len())]].name)
+        } else {
+            "[1, 1, 1]".to_owned()
+        };
+        let kinds: Vec<Kind> = bound.iter().map(|(kind, _)| *kind).collect();
+        let _ = write!(
+            tables,
+            "[[passes]]\nname = \"p{number}\"\nshader = \"{}\"\ndispatch = {dispatch}\n",
+            shader_name(&kinds)
+        );
+        if r.percent(if chain { 2 } else { 10 }) {
+            let _ = writeln!(tables, "every = {{ frames = {} }}", 2 + r.below(2));
+        }
+        tables += "[passes.bind]\n";
+        for (at, (_, bind)) in bound.iter().enumerate() {
+            let _ = writeln!(tables, "b{at} = {bind}");
+        }
+        // Some passes change from frame to frame, some now and then, most follow what they read.
+        let from = ["frame.time", "param.knob", "param.still", "param.still"][r.below(4)];
+        let _ = writeln!(tables, "[passes.push]\nadd = \"{from}\"");
+        if let Some(target) = stored.iter().find(|at| matches!(things[**at].sort, Sort::Target { .. })) {
+            shown = Some(*target);
+        }
+        written.extend(stored);
+    }
+    let shown = shown.unwrap_or_else(|| {
+        tables += "[[passes]]\nname = \"last\"\nshader = \"w.comp\"\ndispatch = [1, 1, 1]\nbind = { b0 = \"r0\" }\n\
+                   push = { add = \"frame.time\" }\n";
+        0
+    });
+    let _ = writeln!(toml, "present = \"{}\"", things[shown].name);
+    for param in ["knob", "still"] {
+        let _ = write!(toml, "[params.{param}]\ntype = \"f32\"\ndefault = 0.25\n");
+    }
+    toml + &tables
+}
+
+fn bind(r: &mut Random, thing: &Thing, kind: Kind, name: &str) -> String {
+    match thing.sort {
+        Sort::Target { mips: 2 } if kind != Sampled || r.percent(50) => {
+            format!("{{ target = \"{name}\", mip = {} }}", r.below(2))
+        }
+        _ => format!("\"{name}\""),
+    }
+}
+
+/// What is shown in each frame.
+fn run(lab: &mut Lab, graph: &Arc<Graph>, alias: bool, memo: bool) -> (Vec<Vec<[f32; 4]>>, u32) {
+    let shown = graph.resource(graph.present).name.clone();
+    let plan = lab.plan(graph, &Planned { alias, present: &shown, ..Planned::default() });
+    let shared = plan.blocks.len() as u32;
+    let prepared = lab.prepare(&plan).unwrap_or_else(|error| panic!("{error}"));
+    lab.executor.swap(prepared);
+    lab.executor.set_memo(memo);
+    lab.executor.reset_history();
+    let mut frames = Vec::new();
+    for frame in 0..FRAMES {
+        // Frames 2 and 3 are alike, so that the memo has something to skip.
+        let moment = if frame == 3 { 2 } else { frame };
+        let builtins = Builtins { frame_index: frame, frame_time: moment as f32 * 0.125, ..Builtins::default() };
+        let params = [raxel_graph::checked::Value::F32((frame / 2) as f32 * 0.0625)];
+        let inputs = FrameInputs {
+            builtins: &builtins,
+            params: &params,
+            overrides: &[],
+            clock: f64::from(moment),
+            disabled: &[],
+        };
+        lab.executor.frame(&inputs, None).unwrap_or_else(|error| panic!("{error}"));
+        frames.push(lab.floats(&shown, 0, 0, 0));
+    }
+    (frames, shared)
+}
+
+fn judge(seeds: std::ops::Range<u64>) {
+    let mut lab = Lab::new();
+    let texts = shaders();
+    let shaders = Arc::new(MemoryFiles::new(texts.iter().map(|(path, text)| (path.as_str(), text.as_str()))));
+    let compiler = Compiler::new(shaders);
+    let (mut blocks, mut lively) = (0, 0);
+    for seed in seeds.clone() {
+        let toml = graph_file(&mut Random(seed.wrapping_mul(0xD1B5_4A32_D192_ED03)));
+        let files = MemoryFiles::new([("graphs/random.toml", toml.as_str())]);
+        let (graph, _) = compile("graphs/random.toml", &files, &compiler, &[], &mut SourceMap::default())
+            .unwrap_or_else(|errors| panic!("seed {seed}\n{toml}\n{errors:#?}"));
+        let graph = Arc::new(graph);
+        let (slow, _) = run(&mut lab, &graph, false, false);
+        let (fast, shared) = run(&mut lab, &graph, true, true);
+        lab.executor.wait().unwrap_or_else(|error| panic!("{error}"));
+        let messages = lab.device.log().take();
+        assert!(messages.is_empty(), "seed {seed}\n{toml}\nthe validation layer says: {messages:#?}");
+        for (frame, (slow, fast)) in slow.iter().zip(&fast).enumerate() {
+            assert_eq!(slow, fast, "seed {seed}, frame {frame}\n{toml}");
+        }
+        blocks += shared;
+        lively += u32::from(slow.windows(2).any(|pair| pair[0] != pair[1]));
+    }
+    // The graphs are worth the trouble.
+    let count = (seeds.end - seeds.start) as u32;
+    assert!(blocks * 3 > count && lively * 4 > count, "{blocks} shared blocks, {lively} pictures that change");
+}
+
+#[test]
+fn random_graphs_are_silent_and_right() {
+    judge(0..GRAPHS);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn many_random_graphs_are_silent_and_right() {
+    judge(GRAPHS..GRAPHS + MANY);
+}
