@@ -1,4 +1,4 @@
-//! Vulkan for raxel, and the only crate with `unsafe`: a device with one queue, memory, images, buffers, compute pipelines, command
+//! Vulkan for raxel, with the `unsafe` that takes: a device with one queue, memory, images, buffers, compute pipelines, command
 //! buffers, timestamps, windows, and bytes to the device and back.
 //!
 //! Objects hold their device and what they are made of. An object that is dropped while the device may still use it is destroyed
@@ -25,7 +25,6 @@ mod result;
 mod retire;
 mod surface;
 mod transfer;
-mod validate;
 
 pub use ash::vk;
 
@@ -44,4 +43,3 @@ pub use queue::TimelineValue;
 pub use result::{Error, Result};
 pub use surface::{Acquired, Presented, Surface};
 pub use transfer::{download_buffer, download_image, upload, upload_volume};
-pub use validate::validate_spirv;

@@ -92,7 +92,7 @@ impl Loader {
     /// For a project that `files` reads.
     pub fn with_files(files: Arc<dyn Files>) -> Self {
         let shader_files = Arc::new(RecordingFiles::new(files.clone()));
-        let compiler = Compiler::new(shader_files.clone()).with_validator(raxel_gpu::validate_spirv);
+        let compiler = Compiler::new(shader_files.clone());
         Self { files, shader_files, compiler, layouts: source_layouts(), layout: None }
     }
 

@@ -20,7 +20,7 @@ use crate::sources::{Form, Sources};
 
 /// Changes when the same texts would give another module: part of every key.
 pub(crate) const VERSION: &str =
-    concat!("raxel-shader ", env!("CARGO_PKG_VERSION"), " shaderc 0.10 spv1.5 unoptimised");
+    concat!("raxel-shader ", env!("CARGO_PKG_VERSION"), " shaderc 0.10 spv1.5 unoptimised, shared memory bounded");
 
 /// Compiles the text of a request; everything said about it goes to `sources.diagnostics`. `None` when there is an error.
 pub(crate) fn compile(
@@ -222,6 +222,8 @@ pub(crate) fn options<'a>(request: &Request, hlsl: bool) -> Result<CompileOption
     options.set_auto_bind_uniforms(true);
     options.set_auto_map_locations(true);
     if hlsl {
+        // Before version 13 glslang decorates the storage buffers of HLSL as `BufferBlock`, which SPIR-V 1.4 has no more.
+        options.set_target_spirv(SpirvVersion::V1_3);
         options.set_source_language(SourceLanguage::HLSL);
         options.set_hlsl_io_mapping(true);
         options.set_hlsl_offsets(true);

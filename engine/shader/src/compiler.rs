@@ -4,10 +4,10 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
+use raxel_spirv::{Module, ModuleError};
 
 use crate::compile;
 use crate::interface::Interface;
-use crate::module::{self, Module, ModuleError};
 use crate::places;
 use crate::reflect;
 use crate::request::{Request, Shader, ShaderSource};
@@ -17,26 +17,16 @@ use crate::sources::{Dependency, Sources};
 const MAX_ENTRIES: usize = 512;
 const MAX_WORDS: usize = 16 << 20;
 
-/// Tells whether a module may be given to a driver; on failure, which rule it breaks.
-pub type Validate = fn(&[u32]) -> Result<(), String>;
-
 /// Compiles the shaders of one project. Shaders may be compiled on several threads at once.
 pub struct Compiler {
     files: Arc<dyn Files>,
-    validate: Option<Validate>,
     cache: Mutex<Cache>,
 }
 
 impl Compiler {
     /// For the project that `files` reads.
     pub fn new(files: Arc<dyn Files>) -> Self {
-        Self { files, validate: None, cache: Mutex::default() }
-    }
-
-    /// Ready modules must also pass `validate`. What was compiled here is valid by construction.
-    #[must_use]
-    pub fn with_validator(self, validate: Validate) -> Self {
-        Self { validate: Some(validate), ..self }
+        Self { files, cache: Mutex::default() }
     }
 
     fn compile(&self, request: &Request, texts: &mut SourceMap) -> Result<Entry, Vec<Diagnostic>> {
@@ -44,28 +34,7 @@ impl Compiler {
         let ready = request.path.to_ascii_lowercase().ends_with(".spv");
         let words = if ready { self.ready(request, &mut sources) } else { Self::of_text(request, &mut sources) };
         let result = words.and_then(|words| {
-            let mut open = |words| {
-                Module::new(words, &request.entry)
-                    .map_err(|error| sources.diagnostics.push(module_diagnostic(&error, &request.path)))
-                    .ok()
-            };
-            let module = open(&words)?;
-            let separate = module.with_separate_bindings();
-            let module = match &separate {
-                Some(words) => open(words)?,
-                None => module,
-            };
-            if let Some(validate) = self.validate.filter(|_| ready)
-                && let Err(reason) = validate(&words)
-            {
-                sources.diagnostics.push(module_diagnostic(&ModuleError::Broken(reason), &request.path));
-                return None;
-            }
-            let mut interface = reflect::reflect(&module, &request.entry)
-                .map_err(|reason| sources.diagnostics.push(reflection_diagnostic(&reason, &request.path)))
-                .ok()?;
-            places::fill(&mut interface, &sources);
-            Some((module.without_debug_text(), interface))
+            finish(&words, request, ready, &sources).map_err(|diagnostic| sources.diagnostics.push(*diagnostic)).ok()
         });
         texts.extend(&sources.texts);
         match result {
@@ -96,7 +65,7 @@ impl Compiler {
         let words = match self.files.read(&request.path) {
             Ok(bytes) => {
                 sources.dependencies.push((request.path.clone(), Some(blake3::hash(&bytes))));
-                module::words_of(&bytes).map_err(|error| module_diagnostic(&error, &request.path))
+                raxel_spirv::words_of(&bytes).map_err(|error| module_diagnostic(&error, &request.path))
             }
             Err(error) => Err(error.diagnostic(&request.path, None)),
         };
@@ -149,6 +118,30 @@ impl std::fmt::Debug for Compiler {
     }
 }
 
+/// Checks a module, reads its interface, and makes of it what the driver is given.
+fn finish(
+    words: &[u32],
+    request: &Request,
+    ready: bool,
+    sources: &Sources<'_>,
+) -> Result<(Vec<u32>, Interface), Box<Diagnostic>> {
+    let open = |words| Module::new(words, &request.entry);
+    let refused = |error: ModuleError| Box::new(module_diagnostic(&error, &request.path));
+    let module = open(words).map_err(refused)?;
+    let separate = module.with_separate_bindings();
+    let module = separate.as_deref().map_or(Ok(module), open).map_err(refused)?;
+    if ready {
+        // What was compiled here is valid by construction.
+        raxel_spirv::validate(words).map_err(|reason| refused(ModuleError::Broken(reason)))?;
+    }
+    let mut interface = reflect::reflect(&module, &request.entry)
+        .map_err(|reason| Box::new(reflection_diagnostic(&reason, &request.path)))?;
+    places::fill(&mut interface, sources);
+    let bounded = module.with_shared_bounds();
+    let module = bounded.as_deref().map_or(Ok(module), open).map_err(refused)?;
+    Ok((module.without_debug_text(), interface))
+}
+
 /// The compiler itself, one for the process: it builds its tables of built-in names at first use, which takes longer than a shader,
 /// and would tear them down with the last of its kind.
 fn shaderc() -> Option<&'static shaderc::Compiler> {
@@ -184,7 +177,7 @@ impl Entry {
         }
         if sources.found.is_empty() {
             // A ready module is its own text.
-            field(&module::bytes_of(&spirv));
+            field(&raxel_spirv::bytes_of(&spirv));
         }
         let files = if sources.found.is_empty() {
             vec![request.path.clone()]

@@ -10,14 +10,13 @@ mod lexer;
 pub mod library;
 mod limits;
 mod messages;
-mod module;
 mod places;
 mod reflect;
 mod rehearsal;
 mod request;
 mod sources;
 
-pub use compiler::{Compiler, Validate};
-pub use module::bytes_of;
+pub use compiler::Compiler;
+pub use raxel_spirv::bytes_of;
 pub use rehearsal::{Rehearse, rehearse_hlsl, rehearse_hlsl_with};
 pub use request::{Request, Shader, ShaderSource};

@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Once;
 
+use raxel_spirv::{Module, WorkgroupSize};
 use spirq::ReflectConfig;
 use spirq::annotation::DecorationRegistry;
 use spirq::constant::ConstantValue;
@@ -16,7 +17,6 @@ use crate::format::Format;
 use crate::interface::{
     Access, Binding, BindingKind, Block, Dim, Interface, LocalSize, Member, Scalar, ScalarKind, SpecConstant, Type,
 };
-use crate::module::{Module, WorkgroupSize};
 
 /// The interface of the entry point that `module` was opened with. On failure the reason, without the file's name.
 pub(crate) fn reflect(module: &Module<'_>, entry: &str) -> Result<Interface, String> {
@@ -41,18 +41,24 @@ fn read(declarations: &SpirvBinary, module: &Module<'_>) -> Result<Interface, St
 
     let mut interface = Interface { local_size: local_size(&spirq, module)?, ..Interface::default() };
     let used = module.used_ids();
+    let buffer_blocks = module.buffer_blocks();
     let mut variables: Vec<_> = spirq.var_reg.iter().filter(|(id, _)| used.contains(*id)).collect();
     variables.sort_by_key(|(id, _)| **id);
     for (id, variable) in variables {
         let ty = &*variable.ptr_ty.pointee_ty;
+        // Before SPIR-V 1.3 a storage buffer is a uniform whose block is decorated as `BufferBlock`.
+        let class = match variable.ptr_ty.store_cls {
+            StorageClass::Uniform if buffer_blocks.contains(id) => StorageClass::StorageBuffer,
+            class => class,
+        };
         let name = variable.name.as_deref().filter(|name| !name.is_empty());
-        match variable.ptr_ty.store_cls {
+        match class {
             StorageClass::PushConstant => {
                 let SpirvType::Struct(ty) = ty else { return Err("the push constants are no block".to_owned()) };
                 interface.push = Some(block(ty)?);
             }
             StorageClass::Uniform | StorageClass::StorageBuffer | StorageClass::UniformConstant => {
-                interface.bindings.push(binding(*id, name, variable.ptr_ty.store_cls, ty, &spirq.deco_reg)?);
+                interface.bindings.push(binding(*id, name, class, ty, &spirq.deco_reg)?);
             }
             _ => {}
         }
@@ -298,4 +304,20 @@ fn quietly<T>(f: impl FnOnce() -> T) -> Option<T> {
     let result = panic::catch_unwind(AssertUnwindSafe(f)).ok();
     QUIET.set(false);
     result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Validated modules have no such instruction, but the reflector is older than the validator.
+    #[test]
+    fn what_the_reflector_does_not_know_is_an_error() {
+        let mut words = vec![0x0723_0203, 0x0001_0500, 0, 5, 0, 0x0002_0011, 1, 0x0003_000e, 0, 1];
+        words.extend([0x0005_000f, 5, 2, u32::from_le_bytes(*b"main"), 0, 0x0006_0010, 2, 17, 1, 1, 1]);
+        words.extend([0x0002_0013, 1, 0x0003_0021, 4, 1, 0x0001_7fff]);
+        words.extend([0x0005_0036, 1, 2, 0, 4, 0x0002_00f8, 3, 0x0001_00fd, 0x0001_0038]);
+        let module = Module::new(&words, "main").unwrap();
+        assert!(reflect(&module, "main").unwrap_err().contains("the reflector does not know"));
+    }
 }

@@ -58,7 +58,7 @@ fn every_shader_compiles_as_its_graphs_use_it() {
             }
             Err(found) => panic!("{path} with {layout}:\n{}", render::human(&found, &texts, false)),
         };
-        assert_eq!(raxel_gpu::validate_spirv(&shader.spirv), Ok(()), "{path} with {layout}");
+        assert_eq!(raxel_spirv::validate(&shader.spirv), Ok(()), "{path} with {layout}");
         check_places(&shader, &texts);
     }
 }

@@ -163,7 +163,6 @@ pub(super) fn compile(
 ) -> Result<(Arc<Shader>, ComputePipeline), RayError> {
     let mut texts = SourceMap::default();
     let (shader, _warnings) = Compiler::new(files.clone())
-        .with_validator(raxel_gpu::validate_spirv)
         .shader(request, &mut texts)
         .map_err(|diagnostics| RayError::Shader { diagnostics, texts })?;
     let slots: Vec<Slot> = shader

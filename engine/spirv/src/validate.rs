@@ -1,6 +1,8 @@
 //! Whether a SPIR-V module may be given to a driver: the Khronos validator says so (SPIRV-Tools, `spirv-val`). It comes with the
 //! shader compiler, which uses the same library. Drivers trust their input, and some crash on what is not valid.
 
+#![allow(unsafe_code, reason = "the validator is a C interface; each block says why it is sound")]
+
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::ptr;
 
@@ -48,7 +50,7 @@ unsafe extern "C" {
 ///
 /// # Errors
 /// The validator's message, in one line.
-pub fn validate_spirv(words: &[u32]) -> Result<(), String> {
+pub fn validate(words: &[u32]) -> Result<(), String> {
     // SAFETY: takes a value of the enumeration and returns an object that is owned here, or null.
     let context = unsafe { spvContextCreate(ENV_VULKAN_1_3) };
     if context.is_null() {
@@ -83,7 +85,7 @@ pub fn validate_spirv(words: &[u32]) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use super::validate_spirv;
+    use super::validate;
 
     /// `void main() {}` with one invocation: capability, memory model, entry point, local size, void, its function type, function.
     fn smallest() -> Vec<u32> {
@@ -96,17 +98,17 @@ mod tests {
 
     #[test]
     fn tells_valid_from_invalid() {
-        assert_eq!(validate_spirv(&smallest()), Ok(()));
-        assert!(validate_spirv(&[]).is_err());
-        assert!(validate_spirv(&smallest()[..20]).is_err());
+        assert_eq!(validate(&smallest()), Ok(()));
+        assert!(validate(&[]).is_err());
+        assert!(validate(&smallest()[..20]).is_err());
         let mut kernel = smallest();
         kernel[6] = 6;
-        let said = validate_spirv(&kernel).unwrap_err();
+        let said = validate(&kernel).unwrap_err();
         assert!(said.contains("Kernel") && !said.contains('\n'), "{said}");
         let mut undefined = smallest();
         let last = undefined.len() - 2;
         undefined[last] = 0x0002_00fe;
         undefined.insert(last + 1, 4);
-        assert!(validate_spirv(&undefined).is_err());
+        assert!(validate(&undefined).is_err());
     }
 }

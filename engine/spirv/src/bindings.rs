@@ -3,16 +3,16 @@
 
 use std::collections::{HashMap, HashSet};
 
-use spirq::spirv::{Decoration, Op, StorageClass};
+use spirv::{Decoration, Op, StorageClass};
 
-use super::Instruction;
+use crate::instruction::Instruction;
 
 /// Sets and bindings below these are left as they are when no two bindings share one (`maxBoundDescriptorSets` is at least 4).
 const MOST_SETS: u32 = 4;
 const MOST_BINDINGS: u32 = 256;
 
 /// New binding numbers in set 0, by variable, in the order of the module. `None` when every used variable has a good place of its own.
-pub(super) fn renumbered(instructions: &[Instruction<'_>], used: &HashSet<u32>) -> Option<HashMap<u32, u32>> {
+pub(crate) fn renumbered(instructions: &[Instruction<'_>], used: &HashSet<u32>) -> Option<HashMap<u32, u32>> {
     let variables: Vec<u32> = (instructions.iter())
         .take_while(|instruction| !instruction.is(Op::Function))
         .filter(|instruction| instruction.is(Op::Variable))
@@ -38,7 +38,7 @@ pub(super) fn renumbered(instructions: &[Instruction<'_>], used: &HashSet<u32>) 
 }
 
 /// The instruction of a variable with its new number.
-pub(super) fn write(instruction: &Instruction<'_>, numbers: &HashMap<u32, u32>, words: &mut Vec<u32>) {
+pub(crate) fn write(instruction: &Instruction<'_>, numbers: &HashMap<u32, u32>, words: &mut Vec<u32>) {
     match place(instruction).and_then(|(id, axis)| Some((id, axis, *numbers.get(&id)?))) {
         Some((id, axis, number)) => {
             let number = if axis == 0 { 0 } else { number };

@@ -1,105 +1,27 @@
-//! A SPIR-V module as words that have been looked at: what comes from a file may be anything, and nothing behind this door (the
-//! reflector, the driver) copes with a damaged module. Numbers and layouts are those of the SPIR-V 1.6 specification, sections 2.3
-//! (physical layout) and 3 (binary form).
-
-mod bindings;
-mod check;
-mod memory;
+//! A module whose structure has been checked, the questions that can be asked of it, and the copies that differ from it.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-pub(crate) use memory::Memory;
-use spirq::spirv::{BuiltIn, Capability, Decoration, ExecutionMode, Op};
+use spirv::{BuiltIn, Capability, Decoration, ExecutionMode, Op};
 
-/// Largest module that is read, in words: 16 MiB.
-const MAX_WORDS: usize = 4 << 20;
+use crate::binary::HEADER_WORDS;
+use crate::error::{ModuleError, broken};
+use crate::instruction::Instruction;
+use crate::memory::{Memory, memory};
+use crate::{bindings, bounds, check};
 
 /// Most bytes of variables that each thread may have: more than any device keeps at hand, and software drivers take minutes and
 /// gigabytes to compile it.
 const MAX_PRIVATE: u64 = 64 << 10;
 
-const HEADER_WORDS: usize = 5;
-
-/// Why a module is not taken.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum ModuleError {
-    /// Not well formed.
-    #[error("{0}")]
-    Broken(String),
-    /// Well formed as far as can be seen, but not for raxel.
-    #[error("{0}")]
-    Unsupported(String),
-    /// Threads with more variables than fit anywhere.
-    #[error("the variables of each thread take {bytes} bytes")]
-    TooMuch {
-        /// What they take.
-        bytes: u64,
-        /// What they may take.
-        limit: u64,
-    },
-    /// There is no such entry point; the second value lists what there is.
-    #[error("there is no compute entry point `{entry}`")]
-    NoEntry {
-        /// What was asked for.
-        entry: String,
-        /// The module's entry points, with their kinds.
-        found: Vec<String>,
-    },
-}
-
-fn broken<T>(reason: impl Into<String>) -> Result<T, ModuleError> {
-    Err(ModuleError::Broken(reason.into()))
-}
-
-/// One instruction: its opcode, and its operands without the first word.
-#[derive(Clone, Copy)]
-pub(crate) struct Instruction<'w> {
-    pub opcode: u32,
-    pub operands: &'w [u32],
-}
-
-impl Instruction<'_> {
-    fn is(&self, op: Op) -> bool {
-        self.opcode == op as u32
-    }
-
-    fn write(&self, words: &mut Vec<u32>) {
-        words.push(((self.operands.len() as u32 + 1) << 16) | self.opcode);
-        words.extend_from_slice(self.operands);
-    }
-}
-
 /// A module whose structure has been checked.
-pub(crate) struct Module<'w> {
+pub struct Module<'w> {
     words: &'w [u32],
     instructions: Vec<Instruction<'w>>,
     /// The function that the entry point is.
     entry: u32,
     /// What its variables take.
     memory: Memory,
-}
-
-/// Turns the bytes of a `.spv` file into words.
-pub(crate) fn words_of(bytes: &[u8]) -> Result<Vec<u32>, ModuleError> {
-    if bytes.is_empty() {
-        return broken("the file is empty");
-    }
-    if bytes.len() > MAX_WORDS * 4 {
-        return Err(ModuleError::Unsupported(format!(
-            "the file has {} bytes, more than the {} of the largest module raxel reads",
-            bytes.len(),
-            MAX_WORDS * 4
-        )));
-    }
-    if !bytes.len().is_multiple_of(4) {
-        return broken(format!("the file has {} bytes, which is no multiple of 4", bytes.len()));
-    }
-    Ok(bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect())
-}
-
-/// The bytes of a `.spv` file.
-pub fn bytes_of(words: &[u32]) -> Vec<u8> {
-    words.iter().flat_map(|word| word.to_le_bytes()).collect()
 }
 
 impl<'w> Module<'w> {
@@ -125,7 +47,7 @@ impl<'w> Module<'w> {
         check::functions(&instructions)?;
         check::types(&instructions)?;
         let entry = check::find_entry(&instructions, entry)?;
-        let memory = memory::memory(&instructions);
+        let memory = memory(&instructions);
         if memory.private > MAX_PRIVATE {
             return Err(ModuleError::TooMuch { bytes: memory.private, limit: MAX_PRIVATE });
         }
@@ -248,6 +170,21 @@ impl<'w> Module<'w> {
         used
     }
 
+    /// Variables whose block, or array of blocks, is decorated as `BufferBlock`: storage buffers of modules before SPIR-V 1.3.
+    pub fn buffer_blocks(&self) -> HashSet<u32> {
+        let decorated = |operands: &[u32]| (operands[1] == Decoration::BufferBlock as u32).then_some(operands[0]);
+        let mut types: HashSet<u32> =
+            self.of(Op::Decorate).filter(|operands| operands.len() == 2).filter_map(decorated).collect();
+        for instruction in &self.instructions {
+            match instruction.operands {
+                [id, block, ..] if instruction.is(Op::TypeArray) && types.contains(block) => types.insert(*id),
+                [id, _, block] if instruction.is(Op::TypePointer) && types.contains(block) => types.insert(*id),
+                _ => continue,
+            };
+        }
+        self.of(Op::Variable).filter(|operands| types.contains(&operands[0])).map(|operands| operands[1]).collect()
+    }
+
     /// The module with a place of its own for each binding; `None` when it has that already.
     pub fn with_separate_bindings(&self) -> Option<Vec<u32>> {
         let numbers = bindings::renumbered(&self.instructions, &self.used_ids())?;
@@ -256,6 +193,11 @@ impl<'w> Module<'w> {
             bindings::write(instruction, &numbers, &mut words);
         }
         Some(words)
+    }
+
+    /// The module with every access to shared memory inside its array, vector or matrix; `None` when it is so already.
+    pub fn with_shared_bounds(&self) -> Option<Vec<u32>> {
+        bounds::bounded(self.words, &self.instructions)
     }
 
     fn of(&self, op: Op) -> impl Iterator<Item = &'w [u32]> {
@@ -278,8 +220,10 @@ impl<'w> Module<'w> {
 
 /// Workgroup size as the module has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum WorkgroupSize {
+pub enum WorkgroupSize {
+    /// Three numbers.
     Literals([u32; 3]),
+    /// Ids of three constants.
     Ids([u32; 3]),
 }
 

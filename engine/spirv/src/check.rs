@@ -2,9 +2,11 @@
 
 use std::collections::{HashMap, HashSet};
 
-use spirq::spirv::{ExecutionModel, Op};
+use spirv::{ExecutionModel, Op};
 
-use super::{HEADER_WORDS, Instruction, MAX_WORDS, ModuleError, broken};
+use crate::binary::{HEADER_WORDS, MAX_WORDS};
+use crate::error::{ModuleError, broken};
+use crate::instruction::Instruction;
 
 /// Largest id bound (the limit of the specification, section 2.17).
 const MAX_BOUND: u32 = 4_194_303;
@@ -15,7 +17,7 @@ const MAX_TYPE_NODES: u64 = 1 << 20;
 
 const MAGIC: u32 = 0x0723_0203;
 
-pub(super) fn header(words: &[u32]) -> Result<(), ModuleError> {
+pub(crate) fn header(words: &[u32]) -> Result<(), ModuleError> {
     if words.len() < HEADER_WORDS {
         return broken(format!("the file has {} words, fewer than the {HEADER_WORDS} of a header", words.len()));
     }
@@ -92,7 +94,7 @@ fn result_of(instruction: &Instruction<'_>) -> Option<usize> {
 }
 
 /// Every declaration has an id inside the bound, and declares it once.
-pub(super) fn ids(instructions: &[Instruction<'_>], bound: u32) -> Result<(), ModuleError> {
+pub(crate) fn ids(instructions: &[Instruction<'_>], bound: u32) -> Result<(), ModuleError> {
     let mut declared = vec![false; bound as usize];
     for instruction in instructions {
         let Some(position) = result_of(instruction) else { continue };
@@ -110,7 +112,7 @@ pub(super) fn ids(instructions: &[Instruction<'_>], bound: u32) -> Result<(), Mo
 }
 
 /// Functions begin and end in turn, there is one, and all that are called are there.
-pub(super) fn functions(instructions: &[Instruction<'_>]) -> Result<(), ModuleError> {
+pub(crate) fn functions(instructions: &[Instruction<'_>]) -> Result<(), ModuleError> {
     let mut inside = false;
     let (mut declared, mut called) = (HashSet::<u32>::new(), HashSet::<u32>::new());
     for instruction in instructions {
@@ -135,7 +137,7 @@ pub(super) fn functions(instructions: &[Instruction<'_>]) -> Result<(), ModuleEr
 }
 
 /// Types are declared after their parts, and written out they are neither too deep nor too many.
-pub(super) fn types(instructions: &[Instruction<'_>]) -> Result<(), ModuleError> {
+pub(crate) fn types(instructions: &[Instruction<'_>]) -> Result<(), ModuleError> {
     let mut known: HashMap<u32, (u32, u64)> = HashMap::new();
     let mut total = 0u64;
     for instruction in instructions {
@@ -184,7 +186,7 @@ fn part<'w>(instruction: &Instruction<'w>, range: std::ops::Range<usize>) -> Res
         .ok_or_else(|| ModuleError::Broken(format!("a type of opcode {} is cut off", instruction.opcode)))
 }
 
-pub(super) fn find_entry(instructions: &[Instruction<'_>], entry: &str) -> Result<u32, ModuleError> {
+pub(crate) fn find_entry(instructions: &[Instruction<'_>], entry: &str) -> Result<u32, ModuleError> {
     let mut found = Vec::new();
     let mut ids = Vec::new();
     for instruction in instructions.iter().filter(|instruction| instruction.is(Op::EntryPoint)) {

@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-use spirq::spirv::{Op, StorageClass};
+use spirv::{Op, StorageClass};
 
-use super::Instruction;
+use crate::instruction::Instruction;
 
 /// Bytes of variables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Memory {
+pub struct Memory {
     /// Of each thread, all functions together.
     pub private: u64,
     /// Of each workgroup.
@@ -17,7 +17,7 @@ pub(crate) struct Memory {
 
 /// Adds up the variables. Arrays whose length is a specialization constant count with its default, those whose length is computed
 /// from one with one element.
-pub(super) fn memory(instructions: &[Instruction<'_>]) -> Memory {
+pub(crate) fn memory(instructions: &[Instruction<'_>]) -> Memory {
     let mut constants: HashMap<u32, u64> = HashMap::new();
     let mut sizes: HashMap<u32, u64> = HashMap::new();
     let mut pointees: HashMap<u32, u64> = HashMap::new();

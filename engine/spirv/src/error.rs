@@ -1,0 +1,32 @@
+//! Why a module is not taken.
+
+/// Why a module is not taken.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ModuleError {
+    /// Not well formed.
+    #[error("{0}")]
+    Broken(String),
+    /// Well formed as far as can be seen, but not for raxel.
+    #[error("{0}")]
+    Unsupported(String),
+    /// Threads with more variables than fit anywhere.
+    #[error("the variables of each thread take {bytes} bytes")]
+    TooMuch {
+        /// What they take.
+        bytes: u64,
+        /// What they may take.
+        limit: u64,
+    },
+    /// There is no such entry point; the second value lists what there is.
+    #[error("there is no compute entry point `{entry}`")]
+    NoEntry {
+        /// What was asked for.
+        entry: String,
+        /// The module's entry points, with their kinds.
+        found: Vec<String>,
+    },
+}
+
+pub(crate) fn broken<T>(reason: impl Into<String>) -> Result<T, ModuleError> {
+    Err(ModuleError::Broken(reason.into()))
+}

@@ -1,0 +1,20 @@
+//! SPIR-V modules: read and checked word by word, validated by the Khronos validator, and rewritten where raxel needs it (a place of its
+//! own for each binding, bounds on arrays in shared memory). What comes from a file may be anything, and neither a reflector nor a
+//! driver copes with a damaged module. Numbers and layouts are those of the SPIR-V 1.6 specification, sections 2.3 (physical layout)
+//! and 3 (binary form).
+
+mod binary;
+mod bindings;
+mod bounds;
+mod check;
+mod error;
+mod instruction;
+mod memory;
+mod module;
+mod validate;
+
+pub use binary::{bytes_of, words_of};
+pub use error::ModuleError;
+pub use memory::Memory;
+pub use module::{Module, WorkgroupSize};
+pub use validate::validate;
