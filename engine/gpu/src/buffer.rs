@@ -1,7 +1,6 @@
 //! Buffers.
 
 use std::fmt;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
@@ -30,15 +29,7 @@ pub struct Buffer {
     size: u64,
     location: Location,
     name: String,
-    serial: u64,
     writing: Mutex<()>,
-}
-
-/// The next serial of a buffer or image.
-static SERIAL: AtomicU64 = AtomicU64::new(1);
-
-pub(crate) fn next_serial() -> u64 {
-    SERIAL.fetch_add(1, Ordering::Relaxed)
 }
 
 impl fmt::Debug for Buffer {
@@ -74,7 +65,6 @@ impl Buffer {
                     size: info.size,
                     location: info.location,
                     name: name.to_owned(),
-                    serial: next_serial(),
                     writing: Mutex::new(()),
                 })
             }
@@ -104,11 +94,6 @@ impl Buffer {
     /// Name.
     pub fn name(&self) -> &str {
         &self.name
-    }
-
-    /// A number that no other buffer or image of this process has: equal serials, same buffer.
-    pub fn serial(&self) -> u64 {
-        self.serial
     }
 
     /// Writes bytes from the host. The device must not be reading them meanwhile. `false`, with nothing written, when the buffer is not

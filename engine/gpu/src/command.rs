@@ -224,9 +224,9 @@ impl CommandBuffer {
         unsafe { self.device.raw.cmd_dispatch_indirect(self.raw, buffer.raw, offset) };
     }
 
-    /// Copies bytes from one buffer to another.
-    pub fn copy_buffer(&mut self, from: &Buffer, offset: u64, to: &Buffer, size: u64) {
-        let region = vk::BufferCopy { src_offset: offset, dst_offset: 0, size };
+    /// Copies bytes from one buffer to another; each has its own offset.
+    pub fn copy_buffer(&mut self, (from, src_offset): (&Buffer, u64), (to, dst_offset): (&Buffer, u64), size: u64) {
+        let region = vk::BufferCopy { src_offset, dst_offset, size };
         // SAFETY: as in `clear_image`.
         unsafe { self.device.raw.cmd_copy_buffer(self.raw, from.raw, to.raw, &[region]) };
     }
@@ -246,13 +246,21 @@ impl CommandBuffer {
         unsafe { self.device.raw.cmd_copy_image_to_buffer(self.raw, image.raw, layout, to.raw, &[region]) };
     }
 
-    /// Copies texels without padding from the start of a buffer into some slices of one mip of a 3-D image in `GENERAL`.
-    pub(crate) fn copy_buffer_to_slices(&mut self, from: &Buffer, image: &Image, mip: u32, (first, count): (u32, u32)) {
-        let [width, height, _] = image.mip_extent(mip);
+    /// Copies texels without padding from an offset of a buffer, a multiple of 4 and of the texel's bytes, into a box of one mip of an
+    /// image in `GENERAL`, at the first layer.
+    pub fn copy_buffer_to_texels(
+        &mut self,
+        (from, buffer_offset): (&Buffer, u64),
+        image: &Image,
+        mip: u32,
+        [x, y, z]: [u32; 3],
+        [width, height, depth]: [u32; 3],
+    ) {
         let region = vk::BufferImageCopy {
+            buffer_offset,
             image_subresource: subresource(mip, 0),
-            image_offset: vk::Offset3D { x: 0, y: 0, z: first as i32 },
-            image_extent: vk::Extent3D { width, height, depth: count },
+            image_offset: vk::Offset3D { x: x as i32, y: y as i32, z: z as i32 },
+            image_extent: vk::Extent3D { width, height, depth },
             ..Default::default()
         };
         let layout = vk::ImageLayout::GENERAL;

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::buffer::next_serial;
 use crate::device::Device;
 use crate::memory::{Backing, Held, Location};
 use crate::result::{Error, Named, Result};
@@ -58,7 +57,6 @@ pub struct Image {
     _held: Held,
     info: ImageInfo,
     name: String,
-    serial: u64,
 }
 
 impl fmt::Debug for Image {
@@ -92,7 +90,7 @@ impl Image {
             Ok(held) => {
                 device.name(raw, name);
                 let (device, name) = (device.clone(), name.to_owned());
-                Ok(Image { raw, device, _held: held, info: *info, name, serial: next_serial() })
+                Ok(Image { raw, device, _held: held, info: *info, name })
             }
             Err(error) => {
                 // SAFETY: nobody has seen the image.
@@ -120,11 +118,6 @@ impl Image {
     /// Name.
     pub fn name(&self) -> &str {
         &self.name
-    }
-
-    /// A number that no other image or buffer of this process has: equal serials, same image.
-    pub fn serial(&self) -> u64 {
-        self.serial
     }
 
     /// Texels of a mip.

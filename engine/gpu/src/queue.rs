@@ -19,6 +19,7 @@ pub(crate) struct Queue {
     raw: Mutex<vk::Queue>,
     semaphore: vk::Semaphore,
     submitted: AtomicU64,
+    waits: AtomicU64,
 }
 
 impl Queue {
@@ -29,7 +30,7 @@ impl Queue {
         unsafe {
             let semaphore = device.create_semaphore(&info, None).named("vkCreateSemaphore")?;
             let raw = Mutex::new(device.get_device_queue(family, 0));
-            Ok(Queue { family, raw, semaphore, submitted: AtomicU64::new(0) })
+            Ok(Queue { family, raw, semaphore, submitted: AtomicU64::new(0), waits: AtomicU64::new(0) })
         }
     }
 
@@ -111,6 +112,7 @@ impl Device {
         if self.is_lost() {
             return Err(Error::DeviceLost);
         }
+        self.queue.waits.fetch_add(1, Ordering::Relaxed);
         let (semaphores, values) = ([self.queue.semaphore], [value.0]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         let nanoseconds = timeout.map_or(u64::MAX, |t| u64::try_from(t.as_nanos()).unwrap_or(u64::MAX));
@@ -119,6 +121,11 @@ impl Device {
             Err(vk::Result::TIMEOUT) => Err(Error::TimedOut { seconds: timeout.unwrap_or_default().as_secs_f64() }),
             result => self.watch(result.named("vkWaitSemaphores")),
         }
+    }
+
+    /// How often somebody waited for the device so far: what must not stall a frame is tested by it.
+    pub fn waits(&self) -> u64 {
+        self.queue.waits.load(Ordering::Relaxed)
     }
 
     /// Waits for everything that was submitted.

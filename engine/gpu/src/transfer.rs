@@ -32,7 +32,7 @@ pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Option<Du
     }
     let mut commands = CommandBuffer::new(device, "upload")?;
     commands.begin()?;
-    commands.copy_buffer(&staging, 0, &buffer, size);
+    commands.copy_buffer((&staging, 0), (&buffer, 0), size);
     commands.barrier(&Barrier::full());
     let value = commands.submit()?;
     device.wait(value, timeout)?;
@@ -72,7 +72,7 @@ pub fn upload_volume(
             }
             commands.begin()?;
             commands.barrier(&std::mem::replace(&mut before, Barrier::full()));
-            commands.copy_buffer_to_slices(&staging, &image, mip, (first, count));
+            commands.copy_buffer_to_texels((&staging, 0), &image, mip, [0, 0, first], [width, height, count]);
             commands.barrier(&Barrier::full());
             let value = commands.submit()?;
             device.wait(value, timeout)?;
@@ -90,7 +90,7 @@ pub fn download_buffer(
     timeout: Option<Duration>,
 ) -> Result<Vec<u8>> {
     download(device, buffer.name(), size, timeout, |commands, staging| {
-        commands.copy_buffer(buffer, offset, staging, size);
+        commands.copy_buffer((buffer, offset), (staging, 0), size);
     })
 }
 

@@ -10,13 +10,14 @@ use raxel_graph::plan::{Limits, Plan, PlanInput, Present, ResourceDesc, SourceSi
 use raxel_shader::Compiler;
 use raxel_world::layout::Layout;
 
-use crate::execute::{self, ExecuteError};
+use crate::execute::{self, ExecuteError, Executor};
 use crate::params::Params;
 use crate::project::Project;
 use crate::reload::debounce::Content;
 use crate::reload::recording_files::RecordingFiles;
+use crate::sources::{OnDevice, SourceName, catalog};
 use crate::timeline::{self, Demo};
-use crate::world::{SessionWorld, SourceError, layout_of, source_layouts, source_of};
+use crate::world::SessionWorld;
 
 /// Loads graphs, worlds and demos of one project. Compiled shaders are kept between loads.
 pub struct Loader {
@@ -93,7 +94,7 @@ impl Loader {
     pub fn with_files(files: Arc<dyn Files>) -> Self {
         let shader_files = Arc::new(RecordingFiles::new(files.clone()));
         let compiler = Compiler::new(shader_files.clone());
-        Self { files, shader_files, compiler, layouts: source_layouts(), layout: None }
+        Self { files, shader_files, compiler, layouts: catalog(), layout: None }
     }
 
     /// Loads graphs as if every buffer with a world in it had this layout. `None` leaves them as they are.
@@ -115,7 +116,9 @@ impl Loader {
     /// As [`Self::graph`], with another layout for its world.
     pub fn graph_over(&self, path: &str, layout: Option<Layout>) -> Part<Graph> {
         let mut texts = SourceMap::default();
-        let replace = |source: &str| layout.filter(|_| layout_of(source).is_some()).map(source_of);
+        let replace = |source: &str| {
+            SourceName::world_layout(source).and(layout).map(|layout| SourceName::World(layout).to_string())
+        };
         let files = &*self.shader_files;
         let result = raxel_graph::compile_with(path, files, &self.compiler, &self.layouts, &replace, &mut texts);
         Part::new(result, texts, self.shader_files.take())
@@ -181,13 +184,28 @@ pub struct DeviceContext {
     pub memory: Arc<execute::DeviceMemory>,
     /// Limits of the device.
     pub limits: Limits,
+    /// What is on the device of the sources.
+    pub sources: Arc<OnDevice>,
 }
 
-/// A plan with the outside buffers it needs.
+impl DeviceContext {
+    /// For the device of an executor, on which there is nothing yet.
+    pub fn of(executor: &Executor) -> Self {
+        let device = executor.device();
+        Self {
+            builder: executor.builder(),
+            memory: Arc::new(execute::DeviceMemory(device.clone())),
+            limits: execute::limits(device),
+            sources: Arc::default(),
+        }
+    }
+}
+
+/// A plan with the sources it needs.
 pub struct Assembly {
     /// The plan.
     pub plan: Arc<Plan>,
-    /// The buffers.
+    /// The sources.
     pub sources: execute::Sources,
 }
 
@@ -207,13 +225,13 @@ pub fn assemble(
     selection: &Selection,
     context: &DeviceContext,
 ) -> Result<Assembly, BuildError> {
-    let sizes = world.sizes();
+    let sizes = context.sources.sizes(world);
     let plan = make_plan(graph, &sizes, selection, context)?;
     // Only the plan knows which layouts a live pass binds; a world's other layouts are never made.
     let sources = sources(&plan, world, context)?;
     // The first plan did not know the sizes of the layouts made just now.
-    let fresh = sources.names().any(|name| !sizes.contains_key(name));
-    let plan = if fresh { make_plan(graph, &world.sizes(), selection, context)? } else { plan };
+    let now = context.sources.sizes(world);
+    let plan = if now == sizes { plan } else { make_plan(graph, &now, selection, context)? };
     Ok(Assembly { plan: Arc::new(plan), sources })
 }
 
@@ -224,13 +242,10 @@ pub fn sources(plan: &Plan, world: &SessionWorld, context: &DeviceContext) -> Re
     for resource in &plan.resources {
         let (ResourceDesc::Source(name) | ResourceDesc::SourceImage(name, _)) = &resource.desc else { continue };
         let place = plan.graph.resource(resource.resource);
-        match world.source(name, place, &context.builder) {
-            Ok(made) => {
-                sources.images.extend(made.image.map(|image| (name.clone(), image)));
-                sources.buffers.insert(name.clone(), made.buffer);
-            }
-            Err(SourceError::Diagnosed(diagnostic)) => found.push(*diagnostic),
-            Err(SourceError::Device(error)) => return Err(refusal(error, &plan.graph)),
+        match context.sources.supply(name, place, world, &context.builder) {
+            Ok(source) => sources.insert(&place.name, source),
+            Err(BuildError::Diagnosed(diagnostics)) => found.extend(diagnostics),
+            Err(BuildError::Device(error)) => return Err(refusal(error, &plan.graph)),
         }
     }
     if found.is_empty() { Ok(sources) } else { Err(BuildError::Diagnosed(found)) }

@@ -27,6 +27,7 @@ pub mod params;
 pub mod project;
 pub mod reload;
 pub mod session;
+pub mod sources;
 pub mod timeline;
 pub mod world;
 

@@ -8,7 +8,7 @@ use raxel_diagnostics::{Diagnostic, MemoryFiles};
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_graph::plan::Present;
 use raxel_runtime::build::{BuildError, DeviceContext, Loader, Selection, assemble, prepare};
-use raxel_runtime::execute::{Builtins, DeviceMemory, Executor, FrameInputs, Picture, limits};
+use raxel_runtime::execute::{Builtins, Executor, FrameInputs, Picture};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
 use serde_json::json;
@@ -164,11 +164,7 @@ fn render(device: &Arc<Device>) -> Result<f64> {
     };
     let start = Instant::now();
     let mut executor = Executor::new(device.clone())?;
-    let context = DeviceContext {
-        builder: executor.builder(),
-        memory: Arc::new(DeviceMemory(device.clone())),
-        limits: limits(device),
-    };
+    let context = DeviceContext::of(&executor);
     let selection = Selection {
         output: [SIZE; 2],
         present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },

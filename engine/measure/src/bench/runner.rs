@@ -17,8 +17,9 @@ use super::measure::{CaseError, Run, first, measure};
 use super::{Case, Effort, Matrix, Measured, PassSpread, Row};
 use raxel_runtime::build::{DeviceContext, Loader, source_names};
 use raxel_runtime::camera::Camera;
-use raxel_runtime::execute::{self, DeviceMemory, ExecuteError, Executor, ExecutorOptions};
-use raxel_runtime::world::{SessionWorld, layout_of};
+use raxel_runtime::execute::{self, ExecuteError, Executor, ExecutorOptions};
+use raxel_runtime::sources::SourceName;
+use raxel_runtime::world::SessionWorld;
 
 /// Why a matrix is not run to its end.
 #[derive(Debug, thiserror::Error)]
@@ -87,7 +88,7 @@ impl Runner {
             let part = self.loader.graph_over(path, layout);
             let texts = part.texts;
             let graph = part.result.map_err(|found| Arc::new(Uncompiled { found, texts }))?;
-            let layout = source_names(&graph).iter().find_map(|source| layout_of(source));
+            let layout = source_names(&graph).iter().find_map(|source| SourceName::world_layout(source));
             Ok((graph, layout))
         })
     }
@@ -133,7 +134,7 @@ impl Runner {
                     }
                 }
             }
-            world.forget_device();
+            self.context.sources.clear();
         }
         Ok(())
     }
@@ -169,7 +170,6 @@ impl Runner {
                     Ok(run) => Ok(self.judged(run, bound, place)),
                     Err(CaseError::Refused(reason)) => Err(reason),
                     Err(CaseError::Lost(error)) => {
-                        place.world.forget_device();
                         (self.device, self.executor, self.context) = open(&self.options)?;
                         Err(error.to_string())
                     }
@@ -263,10 +263,6 @@ fn open(options: &DeviceOptions) -> Result<(Arc<Device>, Executor, DeviceContext
             watchdog: Some(Duration::from_secs(10) * patience),
         },
     )?;
-    let context = DeviceContext {
-        builder: executor.builder(),
-        memory: Arc::new(DeviceMemory(device.clone())),
-        limits: execute::limits(&device),
-    };
+    let context = DeviceContext::of(&executor);
     Ok((device, executor, context))
 }

@@ -201,7 +201,7 @@ impl Stream {
         let (read, write) = (vk::AccessFlags2::SHADER_STORAGE_READ, vk::AccessFlags2::SHADER_STORAGE_WRITE);
         let bytes = u64::from(count) * size_of::<HitWords>() as u64;
         commands.begin()?;
-        commands.copy_buffer(staging, 0, on_device, u64::from(count) * size_of::<RayWords>() as u64);
+        commands.copy_buffer((staging, 0), (on_device, 0), u64::from(count) * size_of::<RayWords>() as u64);
         commands.fill_buffer(hits, 0, bytes, HitWords::POISON);
         commands.barrier(
             &Barrier::default().memory((copy | clear, vk::AccessFlags2::TRANSFER_WRITE), (compute, read | write)),
@@ -217,7 +217,7 @@ impl Stream {
             commands.timestamp(timestamps, 1, true);
         }
         commands.barrier(&Barrier::default().memory((compute, write), (copy, vk::AccessFlags2::TRANSFER_READ)));
-        commands.copy_buffer(hits, 0, back, bytes);
+        commands.copy_buffer((hits, 0), (back, 0), bytes);
         commands.barrier(&Barrier::default().memory(
             (copy, vk::AccessFlags2::TRANSFER_WRITE),
             (vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ),

@@ -14,7 +14,7 @@ use super::error::RayError;
 use super::masks;
 use super::stream::Pace;
 use raxel_runtime::execute::upload_image;
-use raxel_runtime::world::{IMAGE_FORMAT, layout_limits};
+use raxel_runtime::sources::{VOXEL_FORMAT, layout_limits};
 
 /// How hits are found: a layout, and a marcher of `<raxel/march.glsl>` over it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -121,7 +121,7 @@ impl Tracer {
 
     fn image(&self, voxels: &EncodedImage) -> Result<Resource, RayError> {
         let mips: Vec<&[u8]> = voxels.mips.iter().map(|mip| bytemuck::cast_slice(mip)).collect();
-        let image = upload_image(&self.device, "world voxels", IMAGE_FORMAT, voxels.size, &mips, None)?;
+        let image = upload_image(&self.device, "world voxels", VOXEL_FORMAT, voxels.size, &mips, None)?;
         let info = ViewInfo { ty: vk::ImageViewType::TYPE_3D, mips: (0, mips.len() as u32), layers: (0, 1) };
         let view = Arc::new(ImageView::new(&self.device, &image, &info)?);
         Ok(Resource::SampledImage(view, Arc::new(Sampler::new(&self.device, false, false)?)))

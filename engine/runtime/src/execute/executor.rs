@@ -10,11 +10,11 @@ use raxel_graph::plan::Plan;
 use super::FRAMES;
 use super::error::ExecuteError;
 use super::inputs::FrameInputs;
-use super::physical::Copies;
 use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, lock, pass_name};
 use super::record::{DeviceRecorder, initialize_resources, marker_word};
 use super::replay::Counts;
 use super::report::{FrameReport, PassTime, Shown, SwapReport};
+use super::upload::Uploads;
 
 /// What an executor does besides running passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +45,9 @@ pub struct Executor {
     /// The next recording waits for everything before it: the barriers of the plan cover only frame after frame.
     needs_full_barrier: bool,
     full: Barrier,
+    uploads: Uploads,
+    /// The versions of the running plan's sources that its memo knows: index of the resource, version.
+    versions: Vec<(usize, u64)>,
     memo: bool,
     times: Vec<PassTime>,
     /// Nanoseconds from the begin of the first pass to the end of the last.
@@ -80,9 +83,13 @@ impl Executor {
                 timings_read: true,
             })
         };
+        let slots = [slot("even frames")?, slot("odd frames")?];
+        let shared = Arc::new(Shared::new(device, options));
         Ok(Executor {
-            slots: [slot("even frames")?, slot("odd frames")?],
-            shared: Arc::new(Shared::new(device, options)),
+            slots,
+            uploads: Uploads::new(shared.writes.clone()),
+            versions: Vec::new(),
+            shared,
             running: None,
             frame: 0,
             needs_full_barrier: true,
@@ -123,9 +130,6 @@ impl Executor {
                 }
                 _ => report.created.push(physical.name.clone()),
             }
-            if let Copies::Source(supplied) = &physical.copies {
-                next.replay.memo.supply(index, supplied.serial());
-            }
         }
         if let Some(old) = old {
             let gone = |name: &String| !next.resources.iter().any(|physical| physical.name == *name);
@@ -144,6 +148,7 @@ impl Executor {
             Running { resources: next.resources.clone(), picture: Some(next.display.picture.clone()) };
         self.running = Some(next);
         self.needs_full_barrier = true;
+        self.supply_sources();
         report
     }
 
@@ -158,7 +163,7 @@ impl Executor {
     /// Every resource starts again at its `init` before the next frame.
     pub fn reset_history(&mut self) {
         if let Some(running) = &mut self.running {
-            for physical in running.resources.iter().filter(|p| !matches!(p.copies, Copies::Source(_))) {
+            for physical in running.resources.iter().filter(|p| p.source().is_none()) {
                 physical.initialized.store(false, Ordering::Relaxed);
             }
             running.replay.reset();
@@ -195,6 +200,8 @@ impl Executor {
         device.wait(self.slots[slot_index].finished_at, self.shared.watchdog())?;
         device.collect();
         self.read_timings(slot_index)?;
+        // The frame that used this slot's staging buffer last has finished.
+        let uploads = self.uploads.stage(&device, slot_index)?;
         let acquired = match &mut window {
             Some(window) => window.acquire()?,
             None => None,
@@ -202,6 +209,12 @@ impl Executor {
 
         let start = Instant::now();
         let running = self.running.as_mut().ok_or(ExecuteError::NoPlan)?;
+        for (index, known) in &mut self.versions {
+            let version = running.resources[*index].source().map_or(*known, |source| source.version());
+            if version != std::mem::replace(known, version) {
+                running.replay.memo.supply(*index, version);
+            }
+        }
         let number = self.frame;
         let decided = running.replay.decide(number, inputs);
         let uninitialized = running.resources.iter().any(|p| p.needs_init())
@@ -209,7 +222,7 @@ impl Executor {
         let slot = &mut self.slots[slot_index];
         let mut report = FrameReport { frame: number, ..FrameReport::default() };
         self.frame += 1;
-        if !decided && !uninitialized && acquired.is_none() {
+        if !decided && !uninitialized && !uploads && acquired.is_none() {
             // The barriers of the plan reach from one recorded frame to the next only if none is left out.
             self.needs_full_barrier = true;
             count(&mut report, running.replay.walk(&mut NullRecorder));
@@ -225,9 +238,10 @@ impl Executor {
         slot.timings_read = false;
         if uninitialized {
             initialize_resources(&mut slot.commands, running);
-        } else if self.needs_full_barrier {
+        } else if self.needs_full_barrier || uploads {
             slot.commands.barrier(&self.full);
         }
+        self.uploads.record(&mut slot.commands, slot_index, &self.full);
         if let Some(timestamps) = &running.instrumentation.timestamps[slot_index] {
             slot.commands.reset_timestamps(timestamps);
         }
@@ -254,6 +268,7 @@ impl Executor {
                 slot.commands.submit()?
             }
         };
+        self.uploads.submitted();
         if uninitialized {
             running.resources.iter().for_each(|physical| physical.initialized.store(true, Ordering::Relaxed));
             running.display.picture.initialized.store(true, Ordering::Relaxed);
@@ -308,11 +323,15 @@ impl Executor {
         Ok(())
     }
 
+    /// Tells the memo what the running plan's sources hold.
     fn supply_sources(&mut self) {
         let Some(running) = &mut self.running else { return };
+        self.versions.clear();
         for (index, physical) in running.resources.iter().enumerate() {
-            if let Copies::Source(supplied) = &physical.copies {
-                running.replay.memo.supply(index, supplied.serial());
+            if let Some(source) = physical.source() {
+                let version = source.version();
+                running.replay.memo.supply(index, version);
+                self.versions.push((index, version));
             }
         }
     }

@@ -14,7 +14,9 @@ mod readback;
 mod record;
 mod replay;
 mod report;
+mod source;
 mod texel;
+mod upload;
 mod values;
 
 pub use device::{DeviceMemory, largest_image, limits, upload_image};
@@ -22,9 +24,10 @@ pub use device::{DeviceMemory, largest_image, limits, upload_image};
 pub use error::ExecuteError;
 pub use executor::{Executor, ExecutorOptions};
 pub use inputs::{Builtins, FrameInputs, Override};
-pub use prepare::{Builder, Prepared, Sources};
+pub use prepare::{Builder, Prepared};
 pub use replay::{Counts, Recorder, Replay};
 pub use report::{FrameReport, PassTime, Picture, Shown, SwapReport, Texels};
+pub use source::{DeviceSource, Sources, WriteError};
 
 /// Frames that are recorded while the device still works on earlier ones.
 const FRAMES: usize = 2;

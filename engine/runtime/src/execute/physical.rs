@@ -11,7 +11,7 @@ use raxel_shader::format::Format;
 
 use super::device::{buffer_info, image_info, vulkan_format};
 use super::error::ExecuteError;
-use super::prepare::Sources;
+use super::source::{DeviceSource, Sources};
 
 /// All copies of one resource.
 #[derive(Debug)]
@@ -33,24 +33,14 @@ pub(super) enum Copies {
     Images(Vec<Arc<Image>>),
     Buffers(Vec<Arc<Buffer>>),
     /// Supplied from outside.
-    Source(Supplied),
+    Source(Arc<DeviceSource>, Supplied),
 }
 
-/// Something supplied from outside.
+/// The part of a source that a resource is.
 #[derive(Clone, Debug)]
 pub(super) enum Supplied {
     Buffer(Arc<Buffer>),
     Image(Arc<Image>),
-}
-
-impl Supplied {
-    /// A number that nothing else has that was ever supplied.
-    pub(super) fn serial(&self) -> u64 {
-        match self {
-            Self::Buffer(buffer) => buffer.serial(),
-            Self::Image(image) => image.serial(),
-        }
-    }
 }
 
 /// What makes two shared blocks the same: size, alignment, memory types, and every occupant with its offset.
@@ -60,16 +50,24 @@ impl Physical {
     pub(super) fn image(&self, copy: usize) -> Option<&Arc<Image>> {
         match &self.copies {
             Copies::Images(images) => images.get(copy),
-            Copies::Source(Supplied::Image(image)) => Some(image),
-            Copies::Buffers(_) | Copies::Source(Supplied::Buffer(_)) => None,
+            Copies::Source(_, Supplied::Image(image)) => Some(image),
+            Copies::Buffers(_) | Copies::Source(_, Supplied::Buffer(_)) => None,
         }
     }
 
     pub(super) fn buffer(&self, copy: usize) -> Option<&Arc<Buffer>> {
         match &self.copies {
-            Copies::Images(_) | Copies::Source(Supplied::Image(_)) => None,
+            Copies::Images(_) | Copies::Source(_, Supplied::Image(_)) => None,
             Copies::Buffers(buffers) => buffers.get(copy),
-            Copies::Source(Supplied::Buffer(buffer)) => Some(buffer),
+            Copies::Source(_, Supplied::Buffer(buffer)) => Some(buffer),
+        }
+    }
+
+    /// What supplies it from outside, if anything does.
+    pub(super) fn source(&self) -> Option<&Arc<DeviceSource>> {
+        match &self.copies {
+            Copies::Source(source, _) => Some(source),
+            Copies::Images(_) | Copies::Buffers(_) => None,
         }
     }
 
@@ -77,7 +75,7 @@ impl Physical {
         match &self.copies {
             Copies::Images(images) => images.len() as u32,
             Copies::Buffers(buffers) => buffers.len() as u32,
-            Copies::Source(_) => 1,
+            Copies::Source(..) => 1,
         }
     }
 
@@ -99,7 +97,7 @@ impl Physical {
 
     /// Whether frames find contents in it that nobody put there in the frame.
     pub(super) fn needs_init(&self) -> bool {
-        !self.is_placed() && !matches!(self.copies, Copies::Source(_)) && !self.initialized.load(Ordering::Relaxed)
+        !self.is_placed() && self.source().is_none() && !self.initialized.load(Ordering::Relaxed)
     }
 
     /// Whether it is what a plan wants; the contents stay. Not if no pass of that plan writes what passes wrote before: a pass that
@@ -192,15 +190,15 @@ fn supplied(
     running: &[Arc<Physical>],
     sources: &Sources,
 ) -> Result<Arc<Physical>, ExecuteError> {
+    let missing = || ExecuteError::MissingSource { buffer: name.to_owned(), source_name: source.to_owned() };
+    let source = sources.get(name).ok_or_else(missing)?;
     let supplied = match &planned.desc {
-        ResourceDesc::SourceImage(..) => sources.images.get(source).cloned().map(Supplied::Image),
-        _ => sources.buffers.get(source).cloned().map(Supplied::Buffer),
+        ResourceDesc::SourceImage(..) => source.image().cloned().map(Supplied::Image),
+        _ => source.buffer().cloned().map(Supplied::Buffer),
     };
-    let supplied = supplied
-        .ok_or_else(|| ExecuteError::MissingSource { buffer: name.to_owned(), source_name: source.to_owned() })?;
+    let supplied = supplied.ok_or_else(missing)?;
     let same = |old: &&Arc<Physical>| {
-        old.suits(planned, name, None, false)
-            && matches!(&old.copies, Copies::Source(old) if old.serial() == supplied.serial())
+        old.suits(planned, name, None, false) && old.source().is_some_and(|old| Arc::ptr_eq(old, source))
     };
     Ok(running.iter().find(same).cloned().unwrap_or_else(|| {
         Arc::new(Physical {
@@ -208,7 +206,7 @@ fn supplied(
             desc: planned.desc.clone(),
             init: planned.init,
             place: None,
-            copies: Copies::Source(supplied),
+            copies: Copies::Source(source.clone(), supplied),
             initialized: AtomicBool::new(true),
             written: AtomicBool::new(false),
         })

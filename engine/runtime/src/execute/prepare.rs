@@ -1,6 +1,5 @@
 //! Makes a plan ready to run: images, buffers, pipelines, descriptor sets. On any thread, while another plan runs.
 
-use std::collections::BTreeMap;
 use std::ffi::CString;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -24,27 +23,7 @@ use super::memo::{hash_bytes, mix};
 use super::physical::{self, Physical};
 use super::pipelines::Pipelines;
 use super::replay::Replay;
-
-/// What is supplied from outside, by the name that graphs call it, e.g. `world.tree64`.
-#[derive(Clone, Debug, Default)]
-pub struct Sources {
-    /// Read-only buffers.
-    pub buffers: BTreeMap<String, Arc<Buffer>>,
-    /// Read-only 3-D images, in `GENERAL`.
-    pub images: BTreeMap<String, Arc<Image>>,
-}
-
-impl Sources {
-    /// Nothing yet.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Names of all, those of both kinds twice.
-    pub fn names(&self) -> impl Iterator<Item = &String> {
-        self.buffers.keys().chain(self.images.keys())
-    }
-}
+use super::source::{DeviceSource, Sources, WriteQueue};
 
 /// Makes plans ready to run. Cheap to clone, and meant for threads other than the executor's.
 #[derive(Clone)]
@@ -58,6 +37,8 @@ pub(super) struct Shared {
     pub(super) options: ExecutorOptions,
     /// What the running plan uses.
     pub(super) running: Mutex<Running>,
+    /// Writes of sources that wait for the next frame.
+    pub(super) writes: Arc<WriteQueue>,
     pipelines: Pipelines,
 }
 
@@ -138,7 +119,7 @@ impl Prepared {
 
 impl Shared {
     pub(super) fn new(device: Arc<Device>, options: ExecutorOptions) -> Shared {
-        Shared { device, options, running: Mutex::default(), pipelines: Pipelines::default() }
+        Shared { device, options, running: Mutex::default(), writes: Arc::default(), pipelines: Pipelines::default() }
     }
 
     pub(super) fn watchdog(&self) -> Option<Duration> {
@@ -183,6 +164,16 @@ impl Builder {
     ) -> Result<Arc<Image>, ExecuteError> {
         device::upload_image(&self.shared.device, name, format, extent, mips, self.shared.watchdog())
             .map_err(|error| self.shared.error(error))
+    }
+
+    /// A source of this device: a buffer, an image with its format, or both.
+    pub fn source(
+        &self,
+        name: &str,
+        buffer: Option<Arc<Buffer>>,
+        image: Option<(Arc<Image>, Format)>,
+    ) -> Arc<DeviceSource> {
+        DeviceSource::new(name, buffer, image, self.shared.writes.clone())
     }
 
     /// Makes everything that a plan needs. What the running plan has and the new one describes alike is shared, contents included;

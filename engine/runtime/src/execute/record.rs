@@ -133,6 +133,6 @@ fn fill(commands: &mut CommandBuffer, physical: &Physical, copy: usize, clear: r
                 commands.fill_buffer(buffer, 0, buffer.size(), pattern(clear));
             }
         }
-        Copies::Source(_) => {}
+        Copies::Source(..) => {}
     }
 }

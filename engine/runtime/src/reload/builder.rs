@@ -166,7 +166,7 @@ struct Builder {
     generation: u64,
     /// Files of edits that were not handed over yet.
     changed: Vec<String>,
-    /// ProjectState that were built anew and do not run yet.
+    /// Parts that were built anew and do not run yet.
     rebuilt: Rebuilt,
     /// Modules of the last graph that was right: path and key.
     running: Vec<(String, [u8; 32])>,

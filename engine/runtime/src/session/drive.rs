@@ -1,12 +1,14 @@
 //! Driving a session by names: params, push values, camera, debug target, size, clock.
 
+use std::sync::Arc;
+
 use raxel_graph::checked::{Fill, Graph, Param, PassId, Value};
 
 use super::{FrameError, Session};
 use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::{DebugTarget, DebugTargetError};
-use crate::execute::Override;
+use crate::execute::{DeviceSource, Override, WriteError};
 use crate::params::{self, Params, SetError};
 use crate::reload::project_state::BuildSettings;
 
@@ -115,6 +117,19 @@ impl Session {
             self.tell_reloader();
         }
         Ok(())
+    }
+
+    /// A source that is on the device, e.g. `world.tree64`: its version, and a way to write parts of it between frames. `None` while
+    /// nothing that runs binds it. An edit of the world and a loss of the device put another one in its place.
+    pub fn source(&self, name: &str) -> Option<Arc<DeviceSource>> {
+        self.context.sources.find(name, &self.world)
+    }
+
+    /// Replaces bytes of the buffer of a source, before the next frame. Nothing waits. The bytes are the device's alone: the session's
+    /// world stays as it is.
+    pub fn write_source(&mut self, name: &str, offset: u64, bytes: &[u8]) -> Result<(), WriteError> {
+        let source = self.source(name).ok_or_else(|| WriteError::NotThere { name: name.to_owned() })?;
+        source.write(offset, bytes)
     }
 
     /// Extent of the output in pixels.

@@ -10,7 +10,7 @@ use super::recover::Budget;
 use super::{OpenError, Options, Session};
 use crate::build::{self, DeviceContext, Loader, Part};
 use crate::clock::{Clock, Pace};
-use crate::execute::{self, DeviceMemory, Executor, ExecutorOptions};
+use crate::execute::{self, Executor, ExecutorOptions};
 use crate::params::Params;
 use crate::project::Project;
 use crate::reload::builder::Reloader;
@@ -121,11 +121,7 @@ pub(super) fn start(
     let watchdog = options.watchdog.map(|limit| limit * patience);
     let executor_options = ExecutorOptions { memo: options.memo, watchdog, ..ExecutorOptions::default() };
     let executor = Executor::with_options(device.clone(), executor_options)?;
-    let context = DeviceContext {
-        builder: executor.builder(),
-        memory: Arc::new(DeviceMemory(device.clone())),
-        limits: execute::limits(device),
-    };
+    let context = DeviceContext::of(&executor);
     Ok((executor, context))
 }
 

@@ -56,7 +56,6 @@ impl Session {
         self.executor = executor;
         self.device = device;
         self.context = context;
-        self.world.forget_device();
         self.plans.clear();
         let assembly = build::assemble(&self.graph, &self.world, &self.selection, &self.context);
         let prepared = assembly.and_then(|assembly| {

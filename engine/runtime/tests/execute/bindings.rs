@@ -77,9 +77,8 @@ void main() {
     ];
     let words: Vec<u8> = (1..=8u32).flat_map(u32::to_le_bytes).collect();
     let graph = graph(&files);
-    let buffer = lab.executor.builder().upload_buffer(&words, "test words").expect("it fits");
     let plan = {
-        lab.sources.buffers.insert("test.words".to_owned(), buffer);
+        lab.supply("input", &words);
         lab.plan(&graph, &Planned { pinned: &["total", "args"], ..Planned::default() })
     };
     let missing = lab.executor.builder().prepare(plan.clone(), &raxel_runtime::execute::Sources::new());
@@ -96,8 +95,7 @@ void main() {
     }
     // Other bytes of the same source: the results follow.
     let words: Vec<u8> = (2..=9u32).flat_map(u32::to_le_bytes).collect();
-    let buffer = lab.executor.builder().upload_buffer(&words, "test words").expect("it fits");
-    lab.sources.buffers.insert("test.words".to_owned(), buffer);
+    lab.supply("input", &words);
     let prepared = lab.prepare(&plan).expect("it suits the device");
     lab.executor.swap(prepared);
     lab.frame_with(&at(5), &[]);

@@ -1,16 +1,15 @@
 //! A device under validation, and graphs written in the test that uses them.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_graph::checked::{Builtin, Fact, Graph, ResourceId};
-use raxel_graph::plan::{Plan, PlanInput, Present, SourceSize};
+use raxel_graph::plan::{Plan, PlanInput, Present};
 use raxel_graph::{SourceLayout, compile, plan};
 use raxel_runtime::execute::{
-    Builtins, DeviceMemory, ExecuteError, Executor, ExecutorOptions, FrameInputs, FrameReport, Prepared, Sources,
-    limits,
+    Builtins, DeviceMemory, DeviceSource, ExecuteError, Executor, ExecutorOptions, FrameInputs, FrameReport, Prepared,
+    Sources, limits,
 };
 use raxel_shader::Compiler;
 use raxel_shader::format::Format;
@@ -54,11 +53,7 @@ impl Lab {
     pub fn plan(&self, graph: &Arc<Graph>, how: &Planned<'_>) -> Arc<Plan> {
         let find = |name: &str| graph.find_resource(name).unwrap_or_else(|| panic!("no resource `{name}`"));
         let pinned: Vec<ResourceId> = how.pinned.iter().map(|name| find(name)).collect();
-        let mut sizes: BTreeMap<String, SourceSize> =
-            self.sources.buffers.iter().map(|(name, buffer)| (name.clone(), buffer.size().into())).collect();
-        for (name, image) in &self.sources.images {
-            sizes.entry(name.clone()).or_default().image = Some(image.info().extent);
-        }
+        let sizes = self.sources.sizes();
         let facts = |_: &Fact| true;
         let input = PlanInput {
             output: how.output,
@@ -71,6 +66,15 @@ impl Lab {
             limits: limits(&self.device),
         };
         Arc::new(plan(graph.clone(), &input).unwrap_or_else(|errors| panic!("{errors:#?}")))
+    }
+
+    /// Supplies a buffer of the graph with bytes, as the source `test.words`.
+    pub fn supply(&mut self, resource: &str, bytes: &[u8]) -> Arc<DeviceSource> {
+        let builder = self.executor.builder();
+        let buffer = builder.upload_buffer(bytes, "test words").expect("it fits");
+        let source = builder.source("test.words", Some(buffer), None);
+        self.sources.insert(resource, source.clone());
+        source
     }
 
     pub fn prepare(&self, plan: &Arc<Plan>) -> Result<Prepared, ExecuteError> {

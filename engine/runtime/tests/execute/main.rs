@@ -10,3 +10,4 @@ mod hang;
 mod lab;
 mod random;
 mod shown;
+mod sources;

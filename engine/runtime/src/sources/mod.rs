@@ -1,0 +1,10 @@
+//! Sources: everything that comes into a graph from outside. A source has a name (`world.tree64`), a description that the graph
+//! compiler holds shaders against (block, image, access), and, on a device, a buffer or an image with a version.
+
+mod catalog;
+mod name;
+mod on_device;
+
+pub use catalog::{VOXEL_FORMAT, catalog};
+pub use name::SourceName;
+pub use on_device::{OnDevice, layout_limits};
