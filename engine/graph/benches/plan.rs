@@ -12,7 +12,7 @@ use raxel_graph::plan::{Limits, Plan, PlanInput, Present};
 use raxel_graph::{EstimatedMemory, compile};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{
-    Access, Binding, BindingKind, Block, Dim, Interface, LocalSize, Member, Scalar, ScalarKind, Type,
+    Access, Binding, BindingKind, Block, ByteRanges, Dim, Interface, LocalSize, Member, Scalar, ScalarKind, Type,
 };
 use raxel_shader::{Request, Shader, ShaderSource};
 
@@ -75,6 +75,7 @@ impl ShaderSource for Ready {
             count: 1,
             kind: BindingKind::SampledImage { dim: Dim::D2, arrayed: false, scalar: ScalarKind::Float },
             access: Access::Read,
+            reads: ByteRanges::default(),
             place: None,
         };
         let result = BindingKind::StorageImage {
@@ -107,6 +108,7 @@ impl ShaderSource for Ready {
             entry: "main".into(),
             local_size: [local, local, LocalSize::default()],
             push: Some(Block { name: "Push".into(), size: 4, members: vec![exposure] }),
+            push_reads: ByteRanges::new(vec![[0, 4]]),
             bindings,
             ..Interface::default()
         };

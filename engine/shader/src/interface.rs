@@ -15,6 +15,10 @@ pub struct Interface {
     pub local_size: [LocalSize; 3],
     /// The push-constant block, if there is one.
     pub push: Option<Block>,
+    /// The instance name of the push-constant block; empty without one.
+    pub push_name: String,
+    /// The bytes of the push-constant block that the shader may load.
+    pub push_reads: ByteRanges,
     /// Every binding that the shader declares and uses, ordered by (set, binding).
     pub bindings: Vec<Binding>,
     /// Specialization constants, ordered by id (workgroup-size constants included).
@@ -23,6 +27,36 @@ pub struct Interface {
     pub shared_bytes: u64,
     /// Names of SPIR-V capabilities beyond `Shader` that the module declares, e.g. `Int64`.
     pub capabilities: Vec<String>,
+}
+
+/// Parts of a block, in bytes from its start.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ByteRanges(Vec<[u32; 2]>);
+
+impl ByteRanges {
+    /// From parts in any order, each as its start and its end.
+    pub fn new(mut parts: Vec<[u32; 2]>) -> Self {
+        parts.retain(|[start, end]| start < end);
+        parts.sort_unstable();
+        let mut ranges: Vec<[u32; 2]> = Vec::with_capacity(parts.len());
+        for [start, end] in parts {
+            match ranges.last_mut() {
+                Some(last) if last[1] >= start => last[1] = last[1].max(end),
+                _ => ranges.push([start, end]),
+            }
+        }
+        Self(ranges)
+    }
+
+    /// Start and end of each part; the parts are in order, and no two of them touch.
+    pub fn iter(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.0.iter().copied()
+    }
+
+    /// Whether one of the bytes from `start` up to `end` is in a part.
+    pub fn meets(&self, start: u32, end: u32) -> bool {
+        self.0.iter().any(|part| part[0] < end && start < part[1])
+    }
 }
 
 /// One axis of the workgroup size.
@@ -55,6 +89,8 @@ pub struct Binding {
     pub kind: BindingKind,
     /// What the shader may do with it, by its `readonly`/`writeonly` qualifiers (none: both).
     pub access: Access,
+    /// The bytes of a uniform block that the shader may load; empty for everything else.
+    pub reads: ByteRanges,
     /// Where the source declares it, when the source is known.
     pub place: Option<Span>,
 }

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Once;
 
-use raxel_spirv::{Module, WorkgroupSize};
+use raxel_spirv::{Chains, Module, WorkgroupSize};
 use spirq::ReflectConfig;
 use spirq::annotation::DecorationRegistry;
 use spirq::constant::ConstantValue;
@@ -15,7 +15,8 @@ use spirq::ty::{AccessType, ImageType, MatrixAxisOrder, ScalarType, StructType, 
 
 use crate::format::Format;
 use crate::interface::{
-    Access, Binding, BindingKind, Block, Dim, Interface, LocalSize, Member, Scalar, ScalarKind, SpecConstant, Type,
+    Access, Binding, BindingKind, Block, ByteRanges, Dim, Interface, LocalSize, Member, Scalar, ScalarKind,
+    SpecConstant, Type,
 };
 
 /// The interface of the entry point that `module` was opened with. On failure the reason, without the file's name.
@@ -44,6 +45,7 @@ fn read(declarations: &SpirvBinary, module: &Module<'_>) -> Result<Interface, St
     let buffer_blocks = module.buffer_blocks();
     let mut variables: Vec<_> = spirq.var_reg.iter().filter(|(id, _)| used.contains(*id)).collect();
     variables.sort_by_key(|(id, _)| **id);
+    let chains = module.chains(&variables.iter().map(|(id, _)| **id).collect());
     for (id, variable) in variables {
         let ty = &*variable.ptr_ty.pointee_ty;
         // Before SPIR-V 1.3 a storage buffer is a uniform whose block is decorated as `BufferBlock`.
@@ -55,10 +57,17 @@ fn read(declarations: &SpirvBinary, module: &Module<'_>) -> Result<Interface, St
         match class {
             StorageClass::PushConstant => {
                 let SpirvType::Struct(ty) = ty else { return Err("the push constants are no block".to_owned()) };
-                interface.push = Some(block(ty)?);
+                let block = block(ty)?;
+                interface.push_reads = reads(&block, chains.get(id));
+                interface.push_name = name.unwrap_or_default().to_owned();
+                interface.push = Some(block);
             }
             StorageClass::Uniform | StorageClass::StorageBuffer | StorageClass::UniformConstant => {
-                interface.bindings.push(binding(*id, name, class, ty, &spirq.deco_reg)?);
+                let mut binding = binding(*id, name, class, ty, &spirq.deco_reg)?;
+                if let BindingKind::UniformBuffer(block) = &binding.kind {
+                    binding.reads = reads(block, chains.get(id));
+                }
+                interface.bindings.push(binding);
             }
             _ => {}
         }
@@ -135,7 +144,50 @@ fn binding(
         (_, Some(AccessType::WriteOnly)) => Access::Write,
         _ => Access::ReadWrite,
     };
-    Ok(Binding { name, set: place.set(), binding: place.bind(), count: count.unwrap_or(0), kind, access, place: None })
+    Ok(Binding {
+        name,
+        set: place.set(),
+        binding: place.bind(),
+        count: count.unwrap_or(0),
+        kind,
+        access,
+        reads: ByteRanges::default(),
+        place: None,
+    })
+}
+
+/// The bytes of a block that its access chains select.
+fn reads(block: &Block, chains: Option<&Chains>) -> ByteRanges {
+    let whole = || ByteRanges::new(vec![[0, block.size]]);
+    match chains {
+        Some(Chains { chains, whole: false }) => {
+            let parts = chains.iter().map(|chain| selected(block, chain)).collect::<Option<Vec<_>>>();
+            parts.map_or_else(whole, ByteRanges::new)
+        }
+        _ => whole(),
+    }
+}
+
+/// The bytes that the indices of a chain select; `None` where they lead out of the block.
+fn selected(block: &Block, chain: &[Option<u32>]) -> Option<[u32; 2]> {
+    let (first, mut rest) = chain.split_first()?;
+    let member = block.members.get((*first)? as usize)?;
+    let (mut offset, mut ty) = (member.offset, &member.ty);
+    while let Some((index, deeper)) = rest.split_first() {
+        match (ty, index) {
+            (Type::Struct(inner), Some(index)) => {
+                let member = inner.members.get(*index as usize)?;
+                (offset, ty) = (offset.checked_add(member.offset)?, &member.ty);
+            }
+            (Type::Array { element, len, stride }, Some(index)) if len.is_some_and(|len| *index < len) => {
+                (offset, ty) = (offset.checked_add(index.checked_mul(*stride)?)?, element);
+            }
+            // Any element, or a part of a vector or matrix: all of it.
+            _ => break,
+        }
+        rest = deeper;
+    }
+    Some([offset, offset.checked_add(ty.size())?])
 }
 
 fn image_kind(image: &ImageType) -> Result<BindingKind, String> {

@@ -170,3 +170,51 @@ fn defines_choose() {
     let (other, _) = compile(&[("shaders/a.comp", text)], &asked);
     assert_ne!(shader.key, other.key);
 }
+
+/// A shader with a push-constant block and a uniform block, and this as what it does with them.
+fn reading(body: &str) -> Arc<Shader> {
+    let text = format!(
+        r"#version 460
+layout(local_size_x = 1) in;
+struct Sun {{ vec3 direction; float strength; }};
+layout(push_constant) uniform Frame {{
+    mat4 view;
+    uint index;
+    float weights[4];
+    Sun sun;
+}} frame;
+layout(std140) uniform Lights {{ vec4 first; vec4 many[4]; Sun suns[2]; }} lights;
+buffer Sink {{ float sink[]; }};
+float weigh(float weights[4]) {{ return weights[0] + weights[3]; }}
+float never() {{ return frame.view[3].w; }}
+float indirectly(uint at) {{ return lights.many[at].x; }}
+void main() {{ {body} sink[0] += float(frame.index) + lights.first.x; }}"
+    );
+    compile(&[("shaders/a.comp", &text)], &request("shaders/a.comp")).0
+}
+
+/// What it may load of the push constants, and of the uniform block `lights`.
+fn reads(body: &str) -> (Vec<[u32; 2]>, Vec<[u32; 2]>) {
+    let interface = &reading(body).interface;
+    let lights = interface.bindings.iter().find(|binding| binding.name == "lights").unwrap();
+    assert_eq!((interface.push_name.as_str(), interface.push.as_ref().unwrap().name.as_str()), ("frame", "Frame"));
+    (interface.push_reads.iter().collect(), lights.reads.iter().collect())
+}
+
+#[test]
+fn the_members_that_a_shader_reads_are_known() {
+    let index = [64, 68];
+    let first = [0, 16];
+    // A function that nobody calls reads nothing.
+    assert_eq!(reads(""), (vec![index], vec![first]));
+    assert_eq!(reads("sink[1] = frame.view[2].z;"), (vec![[0, 68]], vec![first]), "a part of a matrix is all of it");
+    assert_eq!(reads("sink[1] = frame.sun.strength;"), (vec![index, [108, 112]], vec![first]));
+    assert_eq!(reads("sink[1] = frame.weights[2];"), (vec![index, [76, 80]], vec![first]), "one element");
+    assert_eq!(reads("sink[1] = frame.weights[frame.index];"), (vec![[64, 84]], vec![first]), "any element");
+    assert_eq!(reads("sink[1] = weigh(frame.weights);"), (vec![[64, 84]], vec![first]), "a copy for a function");
+    assert_eq!(reads("sink[1] = indirectly(3);"), (vec![index], vec![[0, 80]]), "in a function that is called");
+    assert_eq!(reads("sink[1] = lights.suns[1].strength;"), (vec![index], vec![first, [108, 112]]));
+    assert_eq!(reads("Sun sun = lights.suns[0]; sink[1] = sun.strength;"), (vec![index], vec![first, [80, 96]]));
+    let dynamic = reads("sink[1] = lights.suns[frame.index].strength;");
+    assert_eq!(dynamic, (vec![index], vec![first, [80, 112]]), "a member of any element");
+}

@@ -11,10 +11,12 @@ mod error;
 mod instruction;
 mod memory;
 mod module;
+mod reads;
 mod validate;
 
 pub use binary::{bytes_of, words_of};
 pub use error::ModuleError;
 pub use memory::Memory;
 pub use module::{Module, WorkgroupSize};
+pub use reads::Chains;
 pub use validate::validate;

@@ -8,7 +8,8 @@ use crate::binary::HEADER_WORDS;
 use crate::error::{ModuleError, broken};
 use crate::instruction::Instruction;
 use crate::memory::{Memory, memory};
-use crate::{bindings, bounds, check};
+use crate::reads::Chains;
+use crate::{bindings, bounds, check, reads};
 
 /// Most bytes of variables that each thread may have: more than any device keeps at hand, and software drivers take minutes and
 /// gigabytes to compile it.
@@ -143,31 +144,37 @@ impl<'w> Module<'w> {
     /// Ids that the entry point uses as the base of an access, directly or through the functions it calls. Global variables that are
     /// not among them are declared and never touched.
     pub fn used_ids(&self) -> HashSet<u32> {
-        let mut bodies: HashMap<u32, (Vec<u32>, Vec<u32>)> = HashMap::new();
-        let mut current = None;
-        for instruction in &self.instructions {
+        self.reachable().into_iter().flatten().flat_map(accessed).copied().collect()
+    }
+
+    /// How each of these variables, all of them blocks, is accessed.
+    pub fn chains(&self, variables: &HashSet<u32>) -> HashMap<u32, Chains> {
+        let functions = self.instructions.iter().position(|instruction| instruction.is(Op::Function));
+        let declarations = &self.instructions[..functions.unwrap_or(self.instructions.len())];
+        reads::chains(declarations, self.reachable().into_iter().flatten(), variables)
+    }
+
+    /// The instructions of the entry point and of every function that it calls, directly or through others.
+    fn reachable(&self) -> Vec<&[Instruction<'w>]> {
+        let mut bodies: HashMap<u32, &[Instruction<'w>]> = HashMap::new();
+        let mut start = None;
+        for (at, instruction) in self.instructions.iter().enumerate() {
             if instruction.is(Op::Function) {
-                current = instruction.operands.get(1).copied();
-            } else if instruction.is(Op::FunctionEnd) {
-                current = None;
-            } else if let Some(function) = current {
-                let (uses, calls) = bodies.entry(function).or_default();
-                if instruction.is(Op::FunctionCall) {
-                    calls.extend(instruction.operands.get(2));
-                }
-                uses.extend_from_slice(accessed(instruction));
+                start = instruction.operands.get(1).map(|id| (*id, at + 1));
+            } else if let (true, Some((id, start))) = (instruction.is(Op::FunctionEnd), start) {
+                bodies.insert(id, &self.instructions[start..at]);
             }
         }
         let mut seen = HashSet::from([self.entry]);
         let mut open = vec![self.entry];
-        let mut used = HashSet::new();
+        let mut reachable = Vec::new();
         while let Some(function) = open.pop() {
-            if let Some((uses, calls)) = bodies.get(&function) {
-                used.extend(uses.iter().copied());
-                open.extend(calls.iter().copied().filter(|call| seen.insert(*call)));
-            }
+            let Some(body) = bodies.get(&function).copied() else { continue };
+            let calls = body.iter().filter(|instruction| instruction.is(Op::FunctionCall));
+            open.extend(calls.filter_map(|call| call.operands.get(2)).copied().filter(|call| seen.insert(*call)));
+            reachable.push(body);
         }
-        used
+        reachable
     }
 
     /// Variables whose block, or array of blocks, is decorated as `BufferBlock`: storage buffers of modules before SPIR-V 1.3.
@@ -228,7 +235,7 @@ pub enum WorkgroupSize {
 }
 
 /// The operands of an instruction in a function that may be variables being accessed. Of opcodes that are not known here, all.
-fn accessed<'w>(instruction: &Instruction<'w>) -> &'w [u32] {
+pub(crate) fn accessed<'w>(instruction: &Instruction<'w>) -> &'w [u32] {
     let operands = instruction.operands;
     let range = match instruction.opcode {
         // Function call: result type, result, function, arguments.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_graph::compile;
-use raxel_shader::interface::{Access, Binding, BindingKind, Dim, Interface, LocalSize, ScalarKind};
+use raxel_shader::interface::{Access, Binding, BindingKind, ByteRanges, Dim, Interface, LocalSize, ScalarKind};
 use raxel_shader::{Request, Shader, ShaderSource};
 
 use crate::files::Project;
@@ -54,6 +54,7 @@ impl ShaderSource for Modules {
             count: 1 + self.arrays,
             kind,
             access: Access::Write,
+            reads: ByteRanges::default(),
             place: None,
         };
         let interface = Interface {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use raxel_graph::checked::{Every, Fill, ResourceId, Source, Value};
 use raxel_graph::plan::{Plan, Step};
 use raxel_graph::sizes;
+use raxel_shader::interface::ByteRanges;
 
 use super::inputs::FrameInputs;
 use super::memo::{Memo, hash_bytes, mix};
@@ -178,10 +179,13 @@ impl Replay {
         self.schedule(inputs);
         self.fill(inputs);
         if self.memo_on {
-            for (i, pass) in self.passes.iter().enumerate() {
+            for (i, (pass, planned)) in self.passes.iter().zip(&self.plan.passes).enumerate() {
+                let interface = &self.plan.graph.pass(planned.pass).shader.interface;
                 self.keys[i] = pass.due.then(|| {
-                    let blocks = pass.places.iter().fold(hash_bytes(pass.base, &pass.push), |hash, place| {
-                        hash_bytes(hash, &self.uniforms[place.offset as usize..(place.offset + place.size) as usize])
+                    let pushed = hash_parts(pass.base, &pass.push, &interface.push_reads);
+                    let blocks = pass.places.iter().fold(pushed, |hash, place| {
+                        let block = &self.uniforms[place.offset as usize..(place.offset + place.size) as usize];
+                        hash_parts(hash, block, &interface.bindings[place.binding as usize].reads)
                     });
                     mix(blocks, 1)
                 });
@@ -304,6 +308,14 @@ impl Replay {
             }
         }
     }
+}
+
+/// Hash of the parts of a block that a shader reads.
+fn hash_parts(seed: u64, block: &[u8], parts: &ByteRanges) -> u64 {
+    parts.iter().fold(mix(seed, block.len() as u64), |hash, [start, end]| {
+        let end = block.len().min(end as usize);
+        hash_bytes(hash, &block[end.min(start as usize)..end])
+    })
 }
 
 fn value(plan: &Plan, extents: &[[u32; 3]], fill: &Fill, inputs: &FrameInputs<'_>) -> Value {
