@@ -10,6 +10,13 @@ fn repository() -> Project {
     Project::at(env!("CARGO_MANIFEST_DIR").as_ref()).unwrap()
 }
 
+/// The graphs that are run by name, and the examples of the language.
+fn graphs(project: &Project) -> Vec<String> {
+    let examples = project.graphs_in("graphs/examples");
+    assert!(!examples.is_empty());
+    project.graphs().into_iter().chain(examples).collect()
+}
+
 fn options() -> Options {
     let project = Some(env!("CARGO_MANIFEST_DIR").into());
     Options { project, size: SIZE, validation: Validation::Required, ..Options::default() }
@@ -41,7 +48,7 @@ fn differs(rgba: &[u8]) -> bool {
 #[test]
 fn every_graph_runs_over_every_world() {
     let project = repository();
-    let (graphs, mut worlds) = (project.graphs(), project.worlds());
+    let (graphs, mut worlds) = (graphs(&project), project.worlds());
     // Made to be measured: too large for some layouts on a software device, and for a test of every pair.
     worlds.retain(|world| world != "worlds/terrain.toml");
     assert!(graphs.len() >= 3 && worlds.len() >= 3);
@@ -58,7 +65,7 @@ fn every_graph_runs_over_every_world() {
 #[test]
 fn every_target_of_every_graph_can_be_shown() {
     let project = repository();
-    for graph in project.graphs() {
+    for graph in graphs(&project) {
         let world = Some("worlds/menger.toml".into());
         let mut session = open(&graph, Options { graph: Some((&graph).into()), world, ..options() });
         let names: Vec<String> = session.graph().resources.iter().map(|resource| resource.name.clone()).collect();

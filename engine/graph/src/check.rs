@@ -7,6 +7,7 @@ mod constants;
 mod dispatch;
 mod extents;
 mod flow;
+mod given;
 mod images;
 mod overlaps;
 mod portability;

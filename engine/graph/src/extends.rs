@@ -1,5 +1,5 @@
 //! Phase 2, extends: a graph file and the files it extends become one model of what they say together. The file laid on top wins,
-//! key by key; params, targets, buffers, passes, bind entries and block members are matched by name. Places stay those of the file
+//! key by key; params, targets, buffers, blocks, passes, bind entries and block members are matched by name. Places stay those of the file
 //! that a value came from.
 
 use std::collections::HashMap;
@@ -8,13 +8,13 @@ use raxel_diagnostics::files::{join, read_text};
 use raxel_diagnostics::table::closest;
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
 
-use crate::model::{At, Bind, Buffer, File, Fills, Member, Param, Pass, Target};
+use crate::model::{At, Bind, Buffer, File, Fills, Member, Param, Pass, SharedBlock, Target};
 use crate::parse::parse;
 
 /// Files that may extend each other in a row.
 const LONGEST_CHAIN: usize = 16;
 
-/// Params, targets, buffers, passes, and entries of a pass that a file may have of each.
+/// Params, targets, buffers, blocks, passes, and entries of a block or a pass that a file may have of each.
 const MOST: usize = 4096;
 
 /// A model with the files it came from, the given one first.
@@ -74,6 +74,7 @@ pub fn load(path: &str, files: &dyn Files, texts: &mut SourceMap, found: &mut Ve
     base.params.retain(|param| !param.remove);
     base.targets.retain(|target| !target.remove);
     base.buffers.retain(|buffer| !buffer.remove);
+    base.blocks.retain(|block| !block.remove);
     base.passes.retain(|pass| !pass.remove);
     let model = layers.fold(base, |below, above| overlay(below, above, found));
     Some(Loaded { model, files })
@@ -114,6 +115,8 @@ fn reject_overlay_keys(file: &File, found: &mut Vec<Diagnostic>) {
     let removed = (file.params.iter().filter(|p| p.remove).map(|p| &p.name))
         .chain(file.targets.iter().filter(|t| t.remove).map(|t| &t.name))
         .chain(file.buffers.iter().filter(|b| b.remove).map(|b| &b.name))
+        .chain(file.blocks.iter().filter(|b| b.remove).map(|b| &b.fills.name))
+        .chain(file.blocks.iter().flat_map(|b| b.fills.members.iter().filter(|m| m.remove).map(|m| &m.path)))
         .chain(file.passes.iter().filter(|p| p.remove).map(|p| &p.name))
         .chain(file.passes.iter().flat_map(|p| p.bind.iter().filter(|b| b.remove).map(|b| &b.name)))
         .chain(
@@ -154,9 +157,11 @@ fn too_many(file: &File) -> Option<Diagnostic> {
         ("params", file.params.get(MOST).map(|param| &param.name)),
         ("targets", file.targets.get(MOST).map(|target| &target.name)),
         ("buffers", file.buffers.get(MOST).map(|buffer| &buffer.name)),
+        ("blocks", file.blocks.get(MOST).map(|block| &block.fills.name)),
         ("passes", file.passes.get(MOST).map(|pass| &pass.name)),
     ];
-    let (what, name) = tables.into_iter().chain(entries).find_map(|(what, name)| Some((what, name?)))?;
+    let shared = file.blocks.iter().map(|block| ("members", block.fills.members.get(MOST).map(|member| &member.path)));
+    let (what, name) = tables.into_iter().chain(shared).chain(entries).find_map(|(what, name)| Some((what, name?)))?;
     Some(
         Diagnostic::error(codes::graph::TOO_MANY, format!("more than {MOST} {what}"))
             .label(name.span.clone(), "this is one too many"),
@@ -170,7 +175,7 @@ fn reject_removals(pass: &Pass, found: &mut Vec<Diagnostic>) {
     found.extend(removed.map(|(what, name)| unknown(what, name, [].into_iter())));
 }
 
-fn blocks(pass: &Pass) -> impl Iterator<Item = &Fills> {
+fn blocks(pass: &Pass) -> impl Iterator<Item = &Fills<Member>> {
     pass.push.iter().chain(&pass.uniforms)
 }
 
@@ -203,6 +208,7 @@ fn overlay(below: File, above: File, found: &mut Vec<Diagnostic>) -> File {
     merge(&mut file.params, above.params, found);
     merge(&mut file.targets, above.targets, found);
     merge(&mut file.buffers, above.buffers, found);
+    merge(&mut file.blocks, above.blocks, found);
     file
 }
 
@@ -366,7 +372,24 @@ impl Layer for Pass {
     }
 }
 
-impl Layer for Fills {
+impl Layer for SharedBlock {
+    const WHAT: &'static str = "block";
+    fn name(&self) -> &At<String> {
+        &self.fills.name
+    }
+    fn removed(&self) -> bool {
+        self.remove
+    }
+    fn added(&self, found: &mut Vec<Diagnostic>) {
+        let removed = self.fills.members.iter().filter(|member| member.remove);
+        found.extend(removed.map(|member| unknown("member", &member.path, [].into_iter())));
+    }
+    fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>) {
+        self.fills.cover(above.fills, found);
+    }
+}
+
+impl Layer for Fills<Member> {
     const WHAT: &'static str = "block";
     fn name(&self) -> &At<String> {
         &self.name

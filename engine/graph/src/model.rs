@@ -38,6 +38,8 @@ pub struct File {
     pub extends: Option<At<String>>,
     /// `[params.*]`.
     pub params: Vec<Param>,
+    /// `[blocks.*]`.
+    pub blocks: Vec<SharedBlock>,
     /// `[targets.*]`.
     pub targets: Vec<Target>,
     /// `[buffers.*]`.
@@ -193,9 +195,9 @@ pub struct Pass {
     /// `bind`.
     pub bind: Vec<Bind>,
     /// `push`.
-    pub push: Option<Fills>,
+    pub push: Option<Fills<Member>>,
     /// `uniforms`.
-    pub uniforms: Vec<Fills>,
+    pub uniforms: Vec<Fills<Member>>,
     /// `when`.
     pub when: Option<At<String>>,
     /// `every`.
@@ -244,13 +246,22 @@ pub struct Bind {
     pub repeat: Option<At<bool>>,
 }
 
-/// The values of one push-constant or uniform block.
+/// `[blocks.NAME]`: values for every push-constant or uniform block of that name.
 #[derive(Clone, Debug)]
-pub struct Fills {
-    /// The key of the table: `push`, or the GLSL name of the uniform block.
+pub struct SharedBlock {
+    /// The values.
+    pub fills: Fills<Member>,
+    /// `remove = true`.
+    pub remove: bool,
+}
+
+/// The values of one push-constant or uniform block; `M` is a [`Member`], or what it is when its names are resolved.
+#[derive(Clone, Debug)]
+pub struct Fills<M> {
+    /// The key of the table: `push`, the GLSL name of the uniform block, or the name in `[blocks.*]`.
     pub name: At<String>,
     /// Members by path.
-    pub members: Vec<Member>,
+    pub members: Vec<M>,
 }
 
 /// The value of one member.

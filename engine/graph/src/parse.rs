@@ -40,6 +40,11 @@ fn read(root: &Table<'_, '_>) -> File {
             .into_iter()
             .map(|(name, node, table)| resources::buffer(name, &node, &table))
             .collect(),
+        blocks: root
+            .tables("blocks")
+            .into_iter()
+            .filter_map(|(name, node, table)| passes::shared_block(name, &node, &table))
+            .collect(),
         passes: root.array_of_tables("passes").iter().map(passes::pass).collect(),
     };
     root.finish();

@@ -18,7 +18,7 @@ use raxel_shader::Request;
 use crate::SourceLayout;
 use crate::checked::{self, Condition, Every, ParamId, ResourceId};
 use crate::extends::Loaded;
-use crate::model::{self, At, File, Literal};
+use crate::model::{self, At, File, Fills, Literal};
 use crate::value::ValueType;
 
 /// A graph whose names are resolved.
@@ -34,6 +34,8 @@ pub struct Resolved {
     pub params: Vec<Declared<checked::Param>>,
     /// Targets, then buffers, each in the order of the model.
     pub resources: Vec<Declared<checked::Resource>>,
+    /// The values of `[blocks.*]`.
+    pub blocks: Vec<Fills<Member>>,
     /// In program order.
     pub passes: Vec<Pass>,
     /// The graph's files.
@@ -65,9 +67,9 @@ pub struct Pass {
     /// The entries of `bind`.
     pub bind: Vec<Bind>,
     /// The push-constant values.
-    pub push: Option<Fills>,
+    pub push: Option<Fills<Member>>,
     /// The uniform blocks.
-    pub uniforms: Vec<Fills>,
+    pub uniforms: Vec<Fills<Member>>,
     /// Constants by name.
     pub specialization: Vec<(At<String>, Literal)>,
     /// `when`.
@@ -93,15 +95,6 @@ pub struct Bind {
     pub linear: Option<At<bool>>,
     /// `wrap`: repeat, else clamp.
     pub repeat: Option<At<bool>>,
-}
-
-/// The values of a block.
-#[derive(Clone, Debug)]
-pub struct Fills {
-    /// `push`, or the GLSL name of the uniform block.
-    pub name: At<String>,
-    /// Members by path.
-    pub members: Vec<Member>,
 }
 
 /// The value of a member.
@@ -146,9 +139,11 @@ pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnos
     let params = model.params.iter().map(|param| params::param(param, found)).collect::<Vec<_>>();
     let resources = resources::resources(&model, &resource_names, sources, found);
     let scope = Scope { params: &params, param_names: &param_names, resources: &resources, names: &resource_names };
+    check_names("block", model.blocks.iter().map(|block| &block.fills.name), found);
+    let blocks = model.blocks.iter().map(|block| passes::fills(&block.fills, &scope, found)).collect();
     let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, found)).collect();
     let present = present(&model, &scope, &start, found);
-    Resolved { name, about, present, params, resources, passes, files }
+    Resolved { name, about, present, params, resources, blocks, passes, files }
 }
 
 /// What a pass can name.

@@ -14,7 +14,7 @@ pub fn schema() -> Value {
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "raxel graph",
-        "description": "A compute render graph: targets, buffers, params and passes.",
+        "description": "A compute render graph: targets, buffers, params, blocks and passes.",
         "type": "object",
         "additionalProperties": false,
         "properties": {
@@ -25,6 +25,7 @@ pub fn schema() -> Value {
             "params": named("Live values: sliders in the window, tracks in a demo, `--set` on the command line.", "param"),
             "targets": named("Images that passes read and write.", "target"),
             "buffers": named("Storage buffers. They share their names with the targets.", "buffer"),
+            "blocks": named("Values that are written once: each table fills every push-constant or uniform block of its name (the name of the instance, or of the block), as far as the pass gives no values of its own.", "fills"),
             "passes": {
                 "description": "Compute dispatches, in the order in which they run.",
                 "type": "array",

@@ -59,7 +59,7 @@ fn read(declarations: &SpirvBinary, module: &Module<'_>) -> Result<Interface, St
                 let SpirvType::Struct(ty) = ty else { return Err("the push constants are no block".to_owned()) };
                 let block = block(ty)?;
                 interface.push_reads = reads(&block, chains.get(id));
-                interface.push_name = name.unwrap_or_default().to_owned();
+                name.unwrap_or_default().clone_into(&mut interface.push_name);
                 interface.push = Some(block);
             }
             StorageClass::Uniform | StorageClass::StorageBuffer | StorageClass::UniformConstant => {

@@ -4,6 +4,7 @@ use raxel_diagnostics::table::closest;
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_shader::interface::{Access, Binding, BindingKind, Block, Type};
 
+use super::given::Given;
 use super::{Context, images, sources};
 use crate::checked::{BoundAccess, BufferSize, ResourceKind, Usage};
 use crate::resolve::Bind;
@@ -20,6 +21,8 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAcc
             continue;
         }
         let filled = context.pass.uniforms.iter().find(|block| block.name.value == binding.name);
+        let shared = block(binding).filter(|_| matches!(binding.kind, BindingKind::UniformBuffer(_)));
+        let shared = shared.and_then(|block| Given::shared(context.graph, &binding.name, &block.name));
         let entry = entries.iter().find(|entry| entry.name.value == binding.name);
         match (entry, filled) {
             (Some(entry), Some(block)) => found.push(
@@ -32,6 +35,7 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAcc
             ),
             (Some(entry), None) => accesses.extend(bound(context, index as u32, binding, entry, found)),
             (None, Some(_)) => {}
+            (None, None) if shared.is_some() => {}
             (None, None) if misspelt.contains(&binding.name.as_str()) => {}
             (None, None) => unbound(context, binding, found),
         }

@@ -7,9 +7,10 @@ use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_shader::interface::{BindingKind, Block, Member as ShaderMember, Type};
 
 use super::Context;
+use super::given::Given;
 use crate::checked::{Fill, Source, UniformBlock};
 use crate::model::Data;
-use crate::resolve::{Feed, Fills, Member};
+use crate::resolve::{Feed, Member};
 use crate::value::{ValueType, describe, glsl, typed};
 
 /// Bytes of push constants that every Vulkan device has.
@@ -20,43 +21,36 @@ const MOST_MEMBERS: usize = 4096;
 /// Checks the push-constant block; gives its values in order of offset.
 pub fn push(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<Fill> {
     let pass = &context.pass.name;
-    match (&context.interface().push, &context.pass.push) {
-        (None, None) => Vec::new(),
-        (None, Some(given)) => {
-            found.push(
-                Diagnostic::error(
-                    codes::graph::NO_BLOCK,
-                    format!(
-                        "pass `{}` declares push constants, but `{}` has none",
-                        pass.value, context.shader.request.path
-                    ),
-                )
-                .label(given.name.span.clone(), "no such block in the shader"),
-            );
-            Vec::new()
+    let interface = context.interface();
+    let Some(block) = &interface.push else {
+        if let Some(given) = &context.pass.push {
+            let shader = &context.shader.request.path;
+            let message = format!("pass `{}` declares push constants, but `{shader}` has none", pass.value);
+            let error = Diagnostic::error(codes::graph::NO_BLOCK, message);
+            found.push(error.label(given.name.span.clone(), "no such block in the shader"));
         }
-        (Some(block), None) => {
-            if context.pass.sound {
-                found.push(undeclared(context, block));
-            }
-            Vec::new()
+        return Vec::new();
+    };
+    let shared = Given::shared(context.graph, &interface.push_name, &block.name);
+    let Some(given) = Given::new(context.pass.push.as_ref(), shared) else {
+        if context.pass.sound {
+            found.push(undeclared(context, block));
         }
-        (Some(block), Some(given)) => {
-            if block.size > PUSH_BYTES {
-                let place = block.members.last().and_then(|member| member.place.as_ref());
-                let diagnostic = Diagnostic::error(
-                    codes::graph::PUSH_SIZE,
-                    format!("push constants of {} bytes; every device has {PUSH_BYTES}, not all have more", block.size),
-                )
-                .label(given.name.span.clone(), format!("the push layout of pass `{}`", pass.value));
-                let diagnostic = context.in_shader(diagnostic, place, "the last member");
-                found.push(diagnostic.help(
-                    "move members to a uniform block, `layout(std140) uniform NAME { … } name;`, filled by `[passes.uniforms.name]`",
-                ));
-            }
-            fills(context, "push constant", block, given, found)
-        }
+        return Vec::new();
+    };
+    if block.size > PUSH_BYTES {
+        let place = block.members.last().and_then(|member| member.place.as_ref());
+        let diagnostic = Diagnostic::error(
+            codes::graph::PUSH_SIZE,
+            format!("push constants of {} bytes; every device has {PUSH_BYTES}, not all have more", block.size),
+        )
+        .label(given.name().span.clone(), format!("the push layout of pass `{}`", pass.value));
+        let diagnostic = context.in_shader(diagnostic, place, "the last member");
+        found.push(diagnostic.help(
+            "move members to a uniform block, `layout(std140) uniform NAME { … } name;`, filled by `[passes.uniforms.name]`",
+        ));
     }
+    fills(context, "push constant", block, &given, found)
 }
 
 fn undeclared(context: &Context<'_>, block: &Block) -> Diagnostic {
@@ -76,13 +70,22 @@ fn undeclared(context: &Context<'_>, block: &Block) -> Diagnostic {
 /// Checks the uniform blocks that the graph fills.
 pub fn uniforms(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<UniformBlock> {
     let bindings = &context.interface().bindings;
-    let mut blocks = Vec::with_capacity(context.pass.uniforms.len());
+    let mut blocks = Vec::new();
+    for (index, binding) in bindings.iter().enumerate() {
+        let BindingKind::UniformBuffer(block) = &binding.kind else { continue };
+        // A block that is bound to a buffer takes nothing from `[blocks.*]`.
+        let bound = context.pass.bind.iter().any(|entry| entry.name.value == binding.name);
+        let own = context.pass.uniforms.iter().find(|given| given.name.value == binding.name);
+        let shared = Given::shared(context.graph, &binding.name, &block.name).filter(|_| !bound);
+        if let Some(given) = Given::new(own, shared) {
+            let fills = fills(context, "uniform", block, &given, found);
+            blocks.push(UniformBlock { binding: index as u32, size: block.size, fills });
+        }
+    }
     for given in &context.pass.uniforms {
         let name = &given.name.value;
         let index = bindings.iter().position(|binding| binding.name == *name);
-        if let Some((index, BindingKind::UniformBuffer(block))) = index.map(|index| (index, &bindings[index].kind)) {
-            let fills = fills(context, "uniform", block, given, found);
-            blocks.push(UniformBlock { binding: index as u32, size: block.size, fills });
+        if index.is_some_and(|index| matches!(bindings[index].kind, BindingKind::UniformBuffer(_))) {
             continue;
         }
         let diagnostic = Diagnostic::error(
@@ -111,16 +114,16 @@ pub fn uniforms(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<Unifo
 }
 
 /// A member that takes one value, or an array of scalars or vectors that takes a list of them.
-struct Leaf<'a> {
+pub struct Leaf<'a> {
     /// Path in the block, e.g. `sun.direction`, `lights[2].color`.
-    path: String,
+    pub path: String,
     offset: u32,
     ty: &'a Type,
     place: Option<&'a Span>,
 }
 
 /// Every leaf of a block in order of declaration. `None` when there are too many.
-fn leaves(block: &Block) -> Option<Vec<Leaf<'_>>> {
+pub fn leaves(block: &Block) -> Option<Vec<Leaf<'_>>> {
     let mut leaves = Vec::new();
     for member in &block.members {
         collect(&member.name, member.offset, &member.ty, member, &mut leaves)?;
@@ -155,74 +158,101 @@ fn collect<'a>(
 }
 
 /// Checks the values of one block.
-fn fills(context: &Context<'_>, what: &str, block: &Block, given: &Fills, found: &mut Vec<Diagnostic>) -> Vec<Fill> {
+fn fills(
+    context: &Context<'_>,
+    what: &str,
+    block: &Block,
+    given: &Given<'_>,
+    found: &mut Vec<Diagnostic>,
+) -> Vec<Fill> {
     let Some(leaves) = leaves(block) else {
         found.push(
             Diagnostic::error(
                 codes::graph::TOO_MANY,
                 format!("block `{}` has more than {MOST_MEMBERS} members that need a value", block.name),
             )
-            .label(given.name.span.clone(), "")
+            .label(given.name().span.clone(), "")
             .help("bind a buffer instead"),
         );
         return Vec::new();
     };
     let mut fills = Vec::with_capacity(leaves.len());
     // A list of values may also be given element by element.
-    let mut used: BTreeSet<&str> = BTreeSet::new();
+    let mut used: BTreeSet<String> = BTreeSet::new();
     let mut missing = Vec::new();
+    let mut put = |leaf: &Leaf<'_>, (member, shared): (&Member, bool), found: &mut Vec<Diagnostic>| {
+        let mut wrong = Vec::new();
+        Slot { context, what, leaf }.whole(member, &mut fills, &mut wrong);
+        // What is wrong with a shared value is wrong in every pass whose shader declares the block in the same file.
+        found.extend(wrong.into_iter().filter(|wrong| !shared || !found.contains(wrong)).collect::<Vec<_>>());
+    };
     for leaf in &leaves {
-        let whole = given.members.iter().find(|member| member.path.value == leaf.path);
-        if let Some(member) = whole {
-            used.insert(&member.path.value);
-            Slot { context, what, leaf }.whole(member, &mut fills, found);
+        if let Some(member) = given.member(&leaf.path) {
+            used.insert(leaf.path.clone());
+            put(leaf, member, found);
             continue;
         }
         let Type::Array { element, len: Some(len), stride } = leaf.ty else {
             missing.push(leaf);
             continue;
         };
-        let one = format!("{}[", leaf.path);
-        if !given.members.iter().any(|member| member.path.value.starts_with(&one)) {
+        if !given.has_elements(&leaf.path) {
             missing.push(leaf);
             continue;
         }
         for index in 0..*len {
+            let value = given.element(&leaf.path, index);
             let path = format!("{}[{index}]", leaf.path);
             let leaf = Leaf { path, offset: leaf.offset + index * stride, ty: element, place: leaf.place };
-            match given.members.iter().find(|member| member.path.value == leaf.path) {
-                Some(member) => {
-                    used.insert(&member.path.value);
-                    Slot { context, what, leaf: &leaf }.whole(member, &mut fills, found);
+            match value {
+                Some((member, shared)) => {
+                    put(&leaf, (&member, shared), found);
+                    used.insert(leaf.path);
                 }
-                None if context.pass.sound => found.push(absent(context, what, &leaf, given)),
+                None if context.pass.sound => once(absent(context, what, &leaf, given), found),
                 None => {}
             }
         }
     }
     // A member that the shader does not have and one that has no value are often one that is misspelt.
-    for member in given.members.iter().filter(|member| !used.contains(member.path.value.as_str())) {
+    for member in given.own().filter(|member| !used.contains(&member.path.value)) {
         let meant = closest(&member.path.value, missing.iter().map(|leaf| leaf.path.as_str()));
         let meant = missing.iter().position(|leaf| Some(leaf.path.as_str()) == meant);
         let meant = meant.map(|index| missing.remove(index));
         found.push(extra(context, what, block, member, meant));
     }
     if context.pass.sound {
-        found.extend(missing.into_iter().map(|leaf| absent(context, what, leaf, given)));
+        for leaf in missing {
+            once(absent(context, what, leaf, given), found);
+        }
     }
     fills.sort_by_key(|fill| fill.offset);
     fills
 }
 
-fn absent(context: &Context<'_>, what: &str, leaf: &Leaf<'_>, given: &Fills) -> Diagnostic {
+/// What a shared block lacks is missing in every pass whose shader declares the block in the same file.
+fn once(diagnostic: Diagnostic, found: &mut Vec<Diagnostic>) {
+    if !found.contains(&diagnostic) {
+        found.push(diagnostic);
+    }
+}
+
+fn absent(context: &Context<'_>, what: &str, leaf: &Leaf<'_>, given: &Given<'_>) -> Diagnostic {
     let name = leaf.path.as_str();
-    let diagnostic = Diagnostic::error(
-        codes::graph::MEMBER_MISSING,
-        format!("{what} `{name}` of the shader has no value in pass `{}`", context.pass.name.value),
-    )
-    .label(given.name.span.clone(), format!("`{name}` is missing here"));
+    let whose = if given.is_shared() {
+        format!("`[blocks.{}]`", given.name().value)
+    } else {
+        format!("pass `{}`", context.pass.name.value)
+    };
+    let message = format!("{what} `{name}` of the shader has no value in {whose}");
+    let diagnostic = Diagnostic::error(codes::graph::MEMBER_MISSING, message)
+        .label(given.name().span.clone(), format!("`{name}` is missing here"));
     let text = format!("`{}` at offset {}", glsl(leaf.ty), leaf.offset);
     let diagnostic = context.in_shader(diagnostic, leaf.place, text);
+    if let Some(near) = given.nearest_shared(name) {
+        let diagnostic = diagnostic.label(near.path.span.clone(), "the nearest name");
+        return diagnostic.help(format!("is `{}` meant to be `{name}`?", near.path.value));
+    }
     let example = match leaf.ty {
         Type::Array { element, len: Some(len), .. } => {
             ValueType::of_member(element).map(|ty| format!("{}[{len}]", ty.word()))

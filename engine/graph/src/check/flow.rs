@@ -2,6 +2,7 @@
 
 use raxel_diagnostics::{Diagnostic, codes};
 
+use super::given;
 use crate::checked::{BoundAccess, BufferSize, Extent, Fact, Graph, ResourceId, ResourceKind, Source};
 use crate::resolve::Resolved;
 
@@ -14,6 +15,7 @@ pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
         resource(graph, resolved, ResourceId(index as u32), &mut flow);
     }
     unused_params(graph, &mut flow);
+    given::unused(graph, resolved, &mut flow);
     found.extend(flow.into_iter().filter(|diagnostic| diagnostic.is_error() || !wrong));
 }
 

@@ -4,7 +4,7 @@ use raxel_diagnostics::table::{Node, Table};
 
 use super::{at, literal, remove, text};
 use crate::checked::Every;
-use crate::model::{At, Bind, Dispatch, Fills, Literal, Member, Pass};
+use crate::model::{At, Bind, Dispatch, Fills, Literal, Member, Pass, SharedBlock};
 
 /// Structs in structs that `push` and `uniforms` may nest at most.
 const DEEPEST_NESTING: usize = 16;
@@ -148,7 +148,16 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
     table.entries().into_iter().filter_map(read).collect()
 }
 
-fn fills(name: String, node: &Node<'_, '_>) -> Option<Fills> {
+/// One of `[blocks.*]`. A member that is called `remove` would be a boolean, which no block of this name needs.
+pub fn shared_block(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Option<SharedBlock> {
+    if table.get("remove").is_some_and(|node| node.is_boolean()) && remove(table, &["remove"]) {
+        let fills = Fills { name: At::new(name, node.key_span.clone()), members: Vec::new() };
+        return Some(SharedBlock { fills, remove: true });
+    }
+    Some(SharedBlock { fills: fills(name, node)?, remove: false })
+}
+
+fn fills(name: String, node: &Node<'_, '_>) -> Option<Fills<Member>> {
     let mut members = Vec::new();
     collect(&node.table()?, "", 0, &mut members);
     Some(Fills { name: At::new(name, node.key_span.clone()), members })

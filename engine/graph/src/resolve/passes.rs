@@ -7,9 +7,9 @@ use raxel_shader::Request;
 
 use super::params::unknown_type;
 use super::resources::extent_from_outside;
-use super::{Bind, Declared, Feed, Fills, Member, Pass, Scope, age, missing};
+use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing};
 use crate::checked::{self, Builtin, Condition, Extent, Fact, ResourceId, ResourceKind, Source, Value};
-use crate::model::{self, At};
+use crate::model::{self, At, Fills};
 use crate::value::ValueType;
 
 /// The facts of `when` that are no param.
@@ -202,7 +202,8 @@ fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec<Dia
     None
 }
 
-fn fills(block: &model::Fills, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Fills {
+/// The values of a block of a pass, or of one of `[blocks.*]`.
+pub fn fills(block: &Fills<model::Member>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Fills<Member> {
     Fills { name: block.name.clone(), members: block.members.iter().map(|m| member(m, scope, found)).collect() }
 }
 

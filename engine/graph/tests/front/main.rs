@@ -7,4 +7,5 @@ mod happy;
 mod modules;
 mod mutations;
 mod schema;
+mod shared_blocks;
 mod supplied;

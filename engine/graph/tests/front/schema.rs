@@ -157,7 +157,8 @@ fn graphs_without_a_mistake_are_valid() {
     let schema = schema();
     let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../graphs");
     let mut texts = vec![("base".to_owned(), GRAPH.to_owned())];
-    for entry in std::fs::read_dir(shipped).unwrap() {
+    let folders = [shipped.clone(), shipped.join("examples"), shipped.join("bench")];
+    for entry in folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap()) {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
             texts.push((path.display().to_string(), std::fs::read_to_string(&path).unwrap()));

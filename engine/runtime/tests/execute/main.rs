@@ -5,6 +5,7 @@
 
 mod allocation;
 mod bindings;
+mod blocks;
 mod frames;
 mod hang;
 mod lab;

@@ -1,0 +1,187 @@
+//! `[blocks.*]`: values that are written once and fill every block of their name.
+
+use std::fmt::Write as _;
+
+use raxel_graph::checked::{Builtin, Graph, Source, Value};
+
+use crate::files::Project;
+
+const PATH: &str = "graphs/held.toml";
+const FIRST: &str = "shaders/first.comp";
+const SECOND: &str = "shaders/second.comp";
+
+const GRAPH: &str = r#"name = "held"
+present = "color"
+
+[params.sun]
+type = "f32"
+default = 1.0
+
+[blocks.frame]
+view = "camera.view_to_world"
+index = "frame.index"
+sun = { type = "f32", from = "param.sun" }
+weights = [1.0, 2.0]
+
+[targets.depth]
+format = "r32f"
+
+[targets.color]
+format = "rgba8"
+
+[[passes]]
+name = "first"
+shader = "first.comp"
+dispatch = { threads = "depth" }
+bind = { outDepth = "depth" }
+
+[[passes]]
+name = "second"
+shader = "second.comp"
+dispatch = { threads = "color" }
+bind = { depth = "depth", outColor = "color" }
+push.index = 7
+"#;
+
+/// The push constants by the name of their instance, with all four members in an order of their own.
+const FIRST_TEXT: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(r32f) uniform writeonly image2D outDepth;
+layout(push_constant) uniform Push {
+    float sun;
+    float weights[2];
+    uint index;
+    mat4 view;
+} frame;
+void main() {
+    imageStore(outDepth, ivec2(gl_GlobalInvocationID.xy), vec4(frame.sun * frame.weights[1] + frame.view[0].x));
+}
+";
+
+/// A uniform block and the push constants, each by its own name, with some of the members.
+const SECOND_TEXT: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+uniform sampler2D depth;
+layout(rgba8) uniform writeonly image2D outColor;
+layout(push_constant) uniform frame { uint index; } pushed;
+layout(std140) uniform Held { vec4 unused; } other;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(outColor, pixel, texelFetch(depth, pixel, 0) + float(pushed.index));
+}
+";
+
+fn project() -> Project {
+    let mut project = Project::new();
+    project.put(PATH, GRAPH);
+    project.put(FIRST, FIRST_TEXT);
+    project.put(SECOND, SECOND_TEXT);
+    project
+}
+
+fn compiled(project: &Project) -> Graph {
+    match project.compile(PATH).0 {
+        Ok((graph, warnings)) => {
+            assert_eq!(warnings, []);
+            graph
+        }
+        Err(found) => panic!("{found:#?}"),
+    }
+}
+
+fn pushed(graph: &Graph, pass: usize) -> Vec<(&str, u32, Source)> {
+    graph.passes[pass].push.iter().map(|fill| (&fill.member[..], fill.offset, fill.from.clone())).collect()
+}
+
+#[test]
+fn a_shared_block_fills_every_block_of_its_name() {
+    let graph = compiled(&project());
+    let sun = Source::Param(graph.find_param("sun").unwrap());
+    let weight = |value| Source::Value(Value::F32(value));
+    assert_eq!(
+        pushed(&graph, 0),
+        [
+            ("sun", 0, sun.clone()),
+            ("weights[0]", 4, weight(1.0)),
+            ("weights[1]", 8, weight(2.0)),
+            ("index", 12, Source::Builtin(Builtin::FrameIndex)),
+            ("view", 16, Source::Builtin(Builtin::CameraViewToWorld)),
+        ]
+    );
+    // The pass's own value lies over it.
+    assert_eq!(pushed(&graph, 1), [("index", 0, Source::Value(Value::U32(7)))]);
+    let shared = compiled(&project().edit(PATH, "push.index = 7\n", ""));
+    assert_eq!(pushed(&shared, 1), [("index", 0, Source::Builtin(Builtin::FrameIndex))]);
+
+    // The same as a uniform block, whose members are far apart.
+    let uniform = project()
+        .edit(FIRST, "layout(push_constant) uniform Push", "layout(std140) uniform frame")
+        .edit(FIRST, "} frame;", "} held;\n#define frame held")
+        .edit(PATH, "push.index = 7\n", "");
+    let graph = compiled(&uniform);
+    let fills = &graph.passes[0].uniforms[0].fills;
+    let offsets: Vec<_> = fills.iter().map(|fill| (&fill.member[..], fill.offset)).collect();
+    assert_eq!(offsets, [("sun", 0), ("weights[0]", 16), ("weights[1]", 32), ("index", 48), ("view", 64)]);
+    assert_eq!(fills[0].from, sun);
+    // One element over the shared list.
+    let element = uniform.edit(PATH, "bind = { outDepth", "uniforms.held.\"weights[1]\" = 9.0\nbind = { outDepth");
+    let fills = &compiled(&element).passes[0].uniforms[0].fills;
+    assert_eq!([&fills[1].from, &fills[2].from], [&weight(1.0), &weight(9.0)]);
+}
+
+#[test]
+fn blocks_are_laid_over_those_of_a_base() {
+    let mut project = project();
+    let over =
+        "extends = \"held.toml\"\n[blocks.frame]\nindex = 3\nweights = [4.0, 5.0]\n[params.sun]\ndefault = 2.0\n";
+    project.put("graphs/over.toml", over);
+    let (graph, warnings) = project.compile("graphs/over.toml").0.unwrap_or_else(|_| panic!());
+    assert_eq!(warnings, []);
+    let values: Vec<_> = pushed(&graph, 0).into_iter().map(|(_, _, from)| from).collect();
+    assert_eq!(
+        values[1..4],
+        [4.0, 5.0]
+            .map(|value| Source::Value(Value::F32(value)))
+            .into_iter()
+            .chain([Source::Value(Value::U32(3))])
+            .collect::<Vec<_>>()
+    );
+    // Taken away as a whole, and one member of it.
+    project.put("graphs/over.toml", "extends = \"held.toml\"\nblocks.frame.remove = true\n");
+    assert!(project.talk("graphs/over.toml").contains("the shader has push constants, but pass `first` declares none"));
+    project.put("graphs/over.toml", "extends = \"held.toml\"\nblocks.frame.sun = { remove = true }\n");
+    assert!(project.talk("graphs/over.toml").contains("`sun` of the shader has no value in `[blocks.frame]`"));
+    project.put("graphs/over.toml", "extends = \"held.toml\"\nblocks.frame.moon = { remove = true }\n");
+    assert!(project.talk("graphs/over.toml").contains("the base has no member `moon`"));
+}
+
+/// A mistake in a shared block is one mistake, however many passes it fills.
+#[test]
+fn mistakes() {
+    let cases: &[(&str, &str, &str, &str)] = &[
+        ("RX0161", PATH, "index = \"frame.index\"", "index = \"frame.index\"\nmoon = 1.0"),
+        ("RX0161", PATH, "[targets.depth]", "[blocks.Helt]\nunused = [0, 0, 0, 0]\n[targets.depth]"),
+        ("RX0110", PATH, "index = \"frame.index\"\n", "indx = \"frame.index\"\n"),
+        ("RX0110", PATH, "weights = [1.0, 2.0]\n", "\"weights[0]\" = 1.0\n"),
+        ("RX0110", FIRST, "uint index;", "uint index;\n    float moon;"),
+        ("RX0113", PATH, "type = \"f32\", from", "type = \"i32\", from"),
+        ("RX0114", PATH, "view = \"camera.view_to_world\"", "view = \"camera.fov\""),
+        ("RX0117", PATH, "weights = [1.0, 2.0]", "weights = [1.0, 2.0, 3.0]"),
+        ("RX0104", PATH, "\"frame.index\"", "\"frame.indes\""),
+        ("RX0111", PATH, "push.index = 7", "push.indx = 7"),
+        ("RX0154", PATH, "[blocks.frame]", "[blocks.other]\nremove = true\n[blocks.frame]"),
+        ("RX0108", PATH, "[blocks.frame]", "[blocks.\"the frame\"]"),
+    ];
+    let mut said = String::new();
+    for (code, file, old, new) in cases {
+        // A second pass over the same shader, in which everything is wrong in the same way.
+        let twice = GRAPH.replace("[[passes]]\nname = \"second\"", "[[passes]]\nname = \"again\"\nshader = \"first.comp\"\ndispatch = { threads = \"depth\" }\nbind = { outDepth = \"depth\" }\n\n[[passes]]\nname = \"second\"");
+        let mut project = project();
+        project.put(PATH, &twice);
+        let talk = project.edit(file, old, new).talk(PATH);
+        assert!(talk.contains(&format!("[{code}]")), "{code} is not in\n{talk}\nafter {old:?} → {new:?}");
+        let file = file.rsplit('/').next().unwrap();
+        writeln!(said, "──── {file}: {old:?} → {new:?}\n{talk}").unwrap();
+    }
+    insta::assert_snapshot!(said);
+}
