@@ -12,7 +12,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_gpu::{Device, DeviceOptions};
 use raxel_graph::checked::Fact;
-use raxel_graph::plan::{Plan, PlanInput, Present};
+use raxel_graph::plan::{Plan, PlanInput, Present, WorldInput};
 use raxel_runtime::execute::{
     Builtins, DeviceMemory, Executor, ExecutorOptions, FrameInputs, Recorder, Replay, Sources, limits,
 };
@@ -69,6 +69,7 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
         pinned: &[],
         facts: &facts,
         sources: &BTreeMap::new(),
+        world: WorldInput::ON_PAPER,
         memory: &DeviceMemory(device.clone()),
         alias: true,
         limits: limits(device),

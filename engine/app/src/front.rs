@@ -7,7 +7,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
 use raxel_graph::checked::Graph;
 use raxel_graph::memory::EstimatedMemory;
-use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize};
+use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize, WorldInput};
 use raxel_graph::print::Phase;
 use raxel_runtime::build::{Loader, Part, source_names};
 use raxel_runtime::project::Project;
@@ -197,6 +197,7 @@ fn on_paper<T>(graph: &Graph, output: [u32; 2], present: Present, make: impl FnO
         pinned: &[],
         facts: &|_| true,
         sources: &source_names(graph).into_iter().map(|name| (name, SourceSize::default())).collect::<BTreeMap<_, _>>(),
+        world: WorldInput::ON_PAPER,
         memory: &EstimatedMemory,
         alias: true,
         limits: LARGEST,

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap};
 use raxel_graph::checked::Graph;
-use raxel_graph::plan::{Limits, Plan, PlanInput, Present};
+use raxel_graph::plan::{Limits, Plan, PlanInput, Present, WorldInput};
 use raxel_graph::{EstimatedMemory, compile};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{
@@ -145,6 +145,7 @@ fn planned(graph: &Arc<Graph>) -> Plan {
         pinned: &[],
         facts: &|_| true,
         sources: &BTreeMap::new(),
+        world: WorldInput::ON_PAPER,
         memory: &EstimatedMemory,
         alias: true,
         limits: Limits::PORTABLE,

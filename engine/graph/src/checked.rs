@@ -198,6 +198,11 @@ pub enum Extent {
         /// Scale on every axis.
         scale: f64,
     },
+    /// Three dimensions: a part of the world's bounds in voxels. Each axis is max(1, ⌈extent × scale⌉).
+    World {
+        /// Texels per voxel, on every axis.
+        scale: f64,
+    },
 }
 
 /// A clear value: four channels in the format's kind (float, signed or unsigned).
@@ -256,19 +261,58 @@ pub struct Buffer {
 }
 
 /// Size of a buffer.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum BufferSize {
-    /// Bytes.
+    /// Bytes. Nothing is known of elements.
     Bytes(u64),
-    /// One element per pixel of a target's mip 0 (depth and layers count too).
-    PerPixel {
-        /// The target.
+    /// So many elements.
+    Elements {
+        /// Number of elements.
+        count: u64,
+        /// Bytes of an element.
+        stride: u32,
+    },
+    /// Elements for each texel of a target's mip 0 (depth and layers count too), or for each element of another buffer.
+    Of {
+        /// The target, or a buffer that has elements.
         of: ResourceId,
+        /// Elements for each of them.
+        per: u32,
+        /// Bytes of an element.
+        stride: u32,
+    },
+    /// Elements for each texel of a part of the world's bounds, measured as [`Extent::World`].
+    World {
+        /// Texels per voxel, on every axis.
+        scale: f64,
+        /// Elements for each texel.
+        per: u32,
         /// Bytes of an element.
         stride: u32,
     },
     /// Supplied from outside under this name, e.g. `world.tree64`; its bytes are the supplier's.
     Source(String),
+}
+
+impl BufferSize {
+    /// Bytes, where they depend on the file alone.
+    pub fn fixed_bytes(&self) -> Option<u64> {
+        match self {
+            BufferSize::Bytes(bytes) => Some(*bytes),
+            BufferSize::Elements { count, stride } => Some(count * u64::from(*stride)),
+            BufferSize::Of { .. } | BufferSize::World { .. } | BufferSize::Source(_) => None,
+        }
+    }
+
+    /// Bytes of an element, where the file says how many elements there are.
+    pub fn stride(&self) -> Option<u32> {
+        match self {
+            BufferSize::Elements { stride, .. } | BufferSize::Of { stride, .. } | BufferSize::World { stride, .. } => {
+                Some(*stride)
+            }
+            BufferSize::Bytes(_) | BufferSize::Source(_) => None,
+        }
+    }
 }
 
 /// One dispatch of one shader.
@@ -287,8 +331,8 @@ pub struct Pass {
     pub push: Vec<Fill>,
     /// Uniform blocks that raxel fills.
     pub uniforms: Vec<UniformBlock>,
-    /// Specialization constants that the graph sets.
-    pub specialization: Vec<(u32, Value)>,
+    /// Specialization constants that the graph sets, by id. Their values are fixed in a plan: [`crate::plan::PassPlan`] has them.
+    pub specialization: Vec<(u32, Source)>,
     /// Runs only while this holds.
     pub when: Option<Condition>,
     /// Runs only on these frames.
@@ -306,6 +350,11 @@ pub enum Dispatch {
         target: ResourceId,
         /// The mip.
         mip: u32,
+    },
+    /// At least one thread per element of a buffer. What the device does not take along x goes on along y.
+    ElementsOf {
+        /// The buffer, which has elements.
+        buffer: ResourceId,
     },
     /// At least so many threads.
     Threads([u32; 3]),
@@ -400,6 +449,8 @@ pub enum Source {
     Builtin(Builtin),
     /// Extent of a target's mip 0 in texels; the third axis is its depth or number of layers.
     ExtentOf(ResourceId),
+    /// Number of elements of a buffer.
+    CountOf(ResourceId),
 }
 
 macro_rules! builtins {

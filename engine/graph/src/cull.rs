@@ -155,7 +155,7 @@ fn made_anew(
 pub(crate) fn presented(present: Present, sizes: &[Size]) -> Region {
     match sizes[present.resource.0 as usize] {
         Size::Image { volume, .. } => Region::one(present.mip, if volume { 0 } else { present.layer }),
-        size @ Size::Buffer(_) => Region::whole(&size),
+        size @ Size::Buffer { .. } => Region::whole(&size),
     }
 }
 

@@ -36,7 +36,7 @@ pub(crate) fn describe(
                     (desc, target.clear, target.init)
                 }
                 (ResourceKind::Buffer(buffer), size) => {
-                    let size = if let Size::Buffer(Some(bytes)) = size { bytes } else { 0 };
+                    let size = size.bytes().unwrap_or(0);
                     let desc = match graph.resource(id).kind.source() {
                         Some(name) => ResourceDesc::Source(name.to_owned()),
                         None => {
@@ -54,7 +54,7 @@ pub(crate) fn describe(
                 ResourceDesc::Image(image) | ResourceDesc::SourceImage(_, image) => memory.image(image),
                 ResourceDesc::Buffer(buffer) => memory.buffer(buffer),
                 ResourceDesc::Source(_) => {
-                    let size = if let Size::Buffer(Some(bytes)) = sizes[id.0 as usize] { bytes } else { 0 };
+                    let size = sizes[id.0 as usize].bytes().unwrap_or(0);
                     Requirements { size, alignment: 1, type_bits: 0 }
                 }
             };
@@ -81,7 +81,7 @@ struct Uses {
 fn image(target: &Target, size: Size, uses: Uses) -> ImageDesc {
     let (extent, volume, mips, layers) = match size {
         Size::Image { extent, volume, mips, layers } => (extent, volume, mips, layers),
-        Size::Buffer(_) => ([1; 3], false, 1, 1),
+        Size::Buffer { .. } => ([1; 3], false, 1, 1),
     };
     let usage = ImageUsage { storage: uses.storage, sampled: true };
     ImageDesc { format: target.format, volume, extent, mips, layers, usage }

@@ -7,7 +7,7 @@ use crate::checked::{
 };
 use crate::cull::Cull;
 use crate::plan::{Limits, PlanInput};
-use crate::sizes::{Size, full_chain, groups, local_size};
+use crate::sizes::{Size, full_chain, groups, local_size, specialization};
 
 /// Checks that the present point exists.
 pub(crate) fn check_present(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Result<(), Vec<Diagnostic>> {
@@ -48,7 +48,7 @@ pub(crate) fn check(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
             Size::Image { extent, volume, mips, layers } => {
                 image(graph, resource, (extent, volume, mips, layers), input, &mut found);
             }
-            Size::Buffer(bytes) => buffer(graph, resource, bytes, &input.limits, &mut found),
+            Size::Buffer { bytes, elements } => buffer(graph, resource, (bytes, elements), input, &mut found),
         }
     }
     for &id in &cull.live {
@@ -86,25 +86,25 @@ fn image(
 ) {
     let [w, h, d] = extent;
     let shown = if volume { format!("{w}×{h}×{d}") } else { format!("{w}×{h}") };
-    let follows = follows_output(graph, resource);
-    let here = if follows { format!("{shown} at this output size") } else { format!("{shown} texels") };
+    let base = base(graph, resource);
+    let here = match base {
+        Some(Base::Output) => format!("{shown} at this output size"),
+        Some(Base::World) => format!("{shown} for this world"),
+        None => format!("{shown} texels"),
+    };
     let (limit, name) = if volume {
         (input.limits.image_3d, "maxImageDimension3D")
     } else {
         (input.limits.image_2d, "maxImageDimension2D")
     };
     if extent.into_iter().max().unwrap_or(1) > limit {
-        let mut diagnostic = Diagnostic::error(
+        let diagnostic = Diagnostic::error(
             codes::graph::TARGET_TOO_LARGE,
             format!("`{}` would be {shown} texels, but the device allows {limit} on an axis", resource.name),
         )
         .label(resource.place.clone(), here.clone())
         .note(format!("the limit is `{name}` = {limit}"));
-        if follows {
-            let [x, y] = input.output;
-            diagnostic = diagnostic.note(format!("the output is {x}×{y} pixels"));
-        }
-        found.push(diagnostic);
+        found.push(note_base(diagnostic, base, input));
     }
     if layers > input.limits.image_layers {
         let limit = input.limits.image_layers;
@@ -128,24 +128,59 @@ fn image(
     }
 }
 
-fn follows_output(graph: &Graph, resource: &Resource) -> bool {
-    let mut kind = &resource.kind;
-    for _ in 0..=graph.resources.len() {
-        match kind {
-            ResourceKind::Target(target) => match target.extent {
-                Extent::Output { .. } => return true,
-                Extent::Of { target, .. } => kind = &graph.resource(target).kind,
-                Extent::Fixed2(_) | Extent::Fixed3(_) | Extent::Source => return false,
-            },
-            ResourceKind::Buffer(_) => return false,
-        }
-    }
-    false
+/// What a size follows, at the end of the chain of `of`.
+#[derive(Clone, Copy)]
+enum Base {
+    Output,
+    World,
 }
 
-fn buffer(graph: &Graph, resource: &Resource, bytes: Option<u64>, limits: &Limits, found: &mut Vec<Diagnostic>) {
+fn base(graph: &Graph, resource: &Resource) -> Option<Base> {
+    let mut kind = &resource.kind;
+    for _ in 0..=graph.resources.len() {
+        let next = match kind {
+            ResourceKind::Target(target) => match target.extent {
+                Extent::Output { .. } => return Some(Base::Output),
+                Extent::World { .. } => return Some(Base::World),
+                Extent::Of { target, .. } => target,
+                Extent::Fixed2(_) | Extent::Fixed3(_) | Extent::Source => return None,
+            },
+            ResourceKind::Buffer(buffer) => match buffer.size {
+                BufferSize::World { .. } => return Some(Base::World),
+                BufferSize::Of { of, .. } => of,
+                BufferSize::Bytes(_) | BufferSize::Elements { .. } | BufferSize::Source(_) => return None,
+            },
+        };
+        kind = &graph.resource(next).kind;
+    }
+    None
+}
+
+fn note_base(diagnostic: Diagnostic, base: Option<Base>, input: &PlanInput) -> Diagnostic {
+    match base {
+        Some(Base::Output) => {
+            let [x, y] = input.output;
+            diagnostic.note(format!("the output is {x}×{y} pixels"))
+        }
+        Some(Base::World) => {
+            let [x, y, z] = input.world.extent;
+            diagnostic
+                .note(format!("the world is {x}×{y}×{z} voxels"))
+                .help("a smaller `scale` follows a world of this extent too")
+        }
+        None => diagnostic,
+    }
+}
+
+fn buffer(
+    graph: &Graph,
+    resource: &Resource,
+    (bytes, elements): (Option<u64>, u64),
+    input: &PlanInput,
+    found: &mut Vec<Diagnostic>,
+) {
     let Some(bytes) = bytes else { return };
-    let limit = limits.storage_buffer;
+    let limit = input.limits.storage_buffer;
     if bytes > limit {
         let mut diagnostic = over(
             codes::graph::BUFFER_TOO_LARGE,
@@ -155,17 +190,22 @@ fn buffer(graph: &Graph, resource: &Resource, bytes: Option<u64>, limits: &Limit
         );
         if let ResourceKind::Buffer(buffer) = &resource.kind {
             match &buffer.size {
-                BufferSize::PerPixel { of, stride } => {
+                BufferSize::Of { of, per, stride } => {
                     let of = graph.resource(*of);
-                    diagnostic = diagnostic.label(of.place.clone(), format!("{stride} bytes for each texel of this"));
+                    let each = if matches!(of.kind, ResourceKind::Target(_)) { "texel" } else { "element" };
+                    let bytes = u64::from(*per) * u64::from(*stride);
+                    diagnostic = diagnostic.label(of.place.clone(), format!("{bytes} bytes for each {each} of this"));
+                }
+                BufferSize::World { stride, .. } => {
+                    diagnostic = diagnostic.note(format!("it has {elements} elements of {stride} bytes"));
                 }
                 BufferSize::Source(name) => {
                     diagnostic = diagnostic.note(format!("`{name}` supplies it; a smaller world has fewer bytes"));
                 }
-                BufferSize::Bytes(_) => {}
+                BufferSize::Bytes(_) | BufferSize::Elements { .. } => {}
             }
         }
-        found.push(diagnostic);
+        found.push(note_base(diagnostic, base(graph, resource), input));
     }
 }
 
@@ -176,8 +216,19 @@ fn over(code: Code, resource: &Resource, message: String, (name, limit): (&str, 
 }
 
 fn dispatch(pass: &Pass, sizes: &[Size], limits: &Limits, found: &mut Vec<Diagnostic>) {
-    let local = local_size(pass);
-    if let Some(groups) = groups(pass, sizes) {
+    let local = local_size(pass, &specialization(pass, sizes));
+    if local.contains(&0) {
+        let [x, y, z] = local;
+        found.push(
+            Diagnostic::error(
+                codes::graph::WORKGROUP,
+                format!("the workgroup of pass `{}` is {x} × {y} × {z}: it has no threads", pass.name),
+            )
+            .label(pass.place.clone(), "with the constants of the graph"),
+        );
+        return;
+    }
+    if let Some(groups) = groups(pass, sizes, limits) {
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             let (count, limit) = (groups[axis], limits.workgroup_count[axis]);
             if count > limit {
@@ -284,7 +335,7 @@ fn arguments(
     sizes: &[Size],
     found: &mut Vec<Diagnostic>,
 ) {
-    let Size::Buffer(Some(bytes)) = sizes[buffer.0 as usize] else { return };
+    let Some(bytes) = sizes[buffer.0 as usize].bytes() else { return };
     if offset.saturating_add(12) > bytes {
         let resource = graph.resource(buffer);
         found.push(

@@ -107,14 +107,17 @@ pub enum Size {
     Fixed2([u32; 2]),
     /// `[w, h, d]` in texels.
     Fixed3([u32; 3]),
-    /// `{ of = "hit", scale = 0.5 }`.
+    /// `{ of = "hit", scale = 0.5 }`, `{ of = "world", scale = 0.25 }`.
     Of {
-        /// The other target.
+        /// The other target, or [`WORLD`].
         target: At<String>,
         /// 1 when the file gives none.
         scale: f64,
     },
 }
+
+/// What `of` says when a size follows the bounds of the world.
+pub const WORLD: &str = "world";
 
 /// `display` of a target.
 #[derive(Clone, Debug, PartialEq)]
@@ -160,10 +163,14 @@ pub enum BufferSize {
         /// Bytes of an element.
         stride: u32,
     },
-    /// `{ of = "hit", stride = 8 }`: one element a pixel.
-    PerPixel {
-        /// The target.
+    /// `{ of = "hit", per = 2, stride = 8 }`, `{ of = "world", scale = 0.25, stride = 4 }`.
+    Of {
+        /// The target or buffer, or [`WORLD`].
         of: At<String>,
+        /// The part of the world; only there.
+        scale: Option<At<f64>>,
+        /// Elements for each texel or element of it; 1 when the file gives none.
+        per: u32,
         /// Bytes of an element.
         stride: u32,
     },
@@ -189,7 +196,7 @@ pub struct Pass {
     /// `defines`: name and text.
     pub defines: Vec<(At<String>, String)>,
     /// `specialization`.
-    pub specialization: Vec<(At<String>, Literal)>,
+    pub specialization: Vec<(At<String>, Constant)>,
     /// `dispatch`.
     pub dispatch: Option<At<Dispatch>>,
     /// `bind`.
@@ -207,9 +214,9 @@ pub struct Pass {
 /// `dispatch`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Dispatch {
-    /// `{ threads = "hit", mip = 1 }`.
+    /// `{ threads = "hit", mip = 1 }`, `{ threads = "rays" }`.
     ThreadsOf {
-        /// The target.
+        /// The target or buffer.
         target: At<String>,
         /// 0 when the file gives none.
         mip: u32,
@@ -301,4 +308,13 @@ pub enum Data {
     Float(f64),
     /// An array.
     Array(Vec<Literal>),
+}
+
+/// The value of a specialization constant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Constant {
+    /// Written in the file.
+    Value(Literal),
+    /// The word of `from`, or the whole value when it is a string.
+    From(At<String>),
 }

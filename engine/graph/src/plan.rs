@@ -14,7 +14,8 @@ use std::sync::Arc;
 use raxel_shader::format::Format;
 use serde::Serialize;
 
-use crate::checked::{Clear, Fact, Graph, PassId, ResourceId};
+use crate::checked::{Clear, Fact, Graph, PassId, ResourceId, Source, Value};
+use crate::sizes::Size;
 
 /// What a plan is made for, besides the graph.
 #[derive(Clone)]
@@ -29,12 +30,28 @@ pub struct PlanInput<'a> {
     pub facts: &'a dyn Fn(&Fact) -> bool,
     /// Sizes of each source, e.g. `world.tree64`.
     pub sources: &'a BTreeMap<String, SourceSize>,
+    /// The world that sizes follow.
+    pub world: WorldInput<'a>,
     /// Memory requirements of images and buffers on the device.
     pub memory: &'a dyn MemoryModel,
     /// Whether transient resources may share memory.
     pub alias: bool,
     /// Limits of the device.
     pub limits: Limits,
+}
+
+/// What the sizes and values of a plan depend on of the world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WorldInput<'a> {
+    /// Voxels along each axis of its bounds; zero for an empty world.
+    pub extent: [u32; 3],
+    /// Names of its materials by index. `None` on paper, where any name will do.
+    pub materials: Option<&'a [String]>,
+}
+
+impl WorldInput<'_> {
+    /// What stands for the world where none is at hand (`check`, `graph`).
+    pub const ON_PAPER: WorldInput<'static> = WorldInput { extent: [256; 3], materials: None };
 }
 
 /// Sizes of what is supplied from outside under one name.
@@ -180,12 +197,22 @@ pub struct Plan {
     pub resources: Vec<ResourcePlan>,
     /// Memory blocks that transient resources share.
     pub blocks: Vec<BlockPlan>,
+    /// Sizes of all resources of the graph, created or not, in order of [`Graph::resources`].
+    #[serde(skip)]
+    pub sizes: Vec<Size>,
     /// Live passes in program order.
     pub passes: Vec<PassPlan>,
     /// Passes that are left out, with the reason.
     pub culled: Vec<Culled>,
     /// The frame.
     pub steps: Vec<Step>,
+}
+
+impl Plan {
+    /// The value of a source that stays the same while the plan runs; `None` for what changes from frame to frame.
+    pub fn constant(&self, source: &Source) -> Option<Value> {
+        crate::sizes::constant(source, &self.sizes)
+    }
 }
 
 /// One resource that exists while the plan runs.
@@ -263,6 +290,8 @@ pub struct PassPlan {
     pub pass: PassId,
     /// Workgroups, or `None` for an indirect dispatch.
     pub groups: Option<[u32; 3]>,
+    /// Specialization constants that the graph sets, by id.
+    pub specialization: Vec<(u32, Value)>,
 }
 
 /// A pass that is left out.

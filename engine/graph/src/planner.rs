@@ -14,7 +14,7 @@ use crate::limits;
 use crate::order::{Action, Order, order};
 use crate::plan::{Barrier, Lifetime, PassPlan, Plan, PlanInput, ResourcePlan, Step};
 use crate::print::{After, Phase};
-use crate::sizes::{groups, sizes};
+use crate::sizes::{groups, sizes, specialization};
 
 /// Compiles a checked graph for one output size, present point and state of the conditions. The errors are those that only a size or
 /// a device can show, all at once.
@@ -36,8 +36,8 @@ pub fn dump(graph: Arc<Graph>, input: &PlanInput, phase: Phase) -> Result<String
 }
 
 fn bake(graph: Arc<Graph>, input: &PlanInput, watch: &mut dyn FnMut(&After)) -> Result<Plan, Vec<Diagnostic>> {
-    // Everything relative to the output gets its size.
-    let sizes = sizes(&graph, input.output, input.sources);
+    // Everything relative to the output or to the world gets its size.
+    let sizes = sizes(&graph, input);
     watch(&After::Sizes(&sizes));
     limits::check_present(&graph, &sizes, input)?;
 
@@ -68,12 +68,19 @@ fn bake(graph: Arc<Graph>, input: &PlanInput, watch: &mut dyn FnMut(&After)) -> 
 
     // The frame becomes one flat list.
     let steps = flatten(&order, barriers, &lives, &alias, &mut resources);
-    let passes = cull.live.iter().map(|&pass| PassPlan { pass, groups: groups(graph.pass(pass), &sizes) }).collect();
+    let passes = (cull.live.iter())
+        .map(|&id| {
+            let pass = graph.pass(id);
+            let groups = groups(pass, &sizes, &input.limits);
+            PassPlan { pass: id, groups, specialization: specialization(pass, &sizes) }
+        })
+        .collect();
     Ok(Plan {
         output: input.output,
         present: input.present,
         resources,
         blocks: alias.blocks,
+        sizes,
         passes,
         culled: cull.culled,
         steps,

@@ -51,8 +51,6 @@ pub struct Declared<T> {
     pub sound: bool,
     /// Where its main property is written (a target's format, a buffer's size or source, a param's type), else where its name is.
     pub detail: Span,
-    /// Bytes of an element, for a buffer whose size is a number of elements.
-    pub stride: Option<u32>,
 }
 
 /// A pass whose names are resolved.
@@ -70,8 +68,8 @@ pub struct Pass {
     pub push: Option<Fills<Member>>,
     /// The uniform blocks.
     pub uniforms: Vec<Fills<Member>>,
-    /// Constants by name.
-    pub specialization: Vec<(At<String>, Literal)>,
+    /// Constants by name; `None` where the value is unknown.
+    pub specialization: Vec<(At<String>, Option<At<Feed>>)>,
     /// `when`.
     pub when: Option<Condition>,
     /// `every`.

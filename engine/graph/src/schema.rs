@@ -152,13 +152,13 @@ fn size() -> Value {
     let scale = json!({ "type": "number", "minimum": 0.0001, "maximum": 64 });
     let both = json!({ "anyOf": [scale, { "type": "array", "items": scale, "minItems": 2, "maxItems": 2 }] });
     json!({
-        "description": "A part of the output (0.5), texels ([w, h] or [w, h, d]), or a part of another target. The output when left out.",
+        "description": "A part of the output (0.5), texels ([w, h] or [w, h, d]), or a part of another target or of the world. The output when left out.",
         "anyOf": [
             scale,
             { "type": "array", "items": texels, "minItems": 2, "maxItems": 3 },
-            table("A part of another target, or of the output.", &json!({
-                "of": text("The other target; the output when left out."),
-                "scale": { "description": "The part; two numbers for width and height of the output.", "allOf": [both] },
+            table("A part of another target, of the world, or of the output.", &json!({
+                "of": text("The other target, or `world`: three dimensions, one texel per voxel of the world's bounds, rounded up. The output when left out."),
+                "scale": { "description": "The part: one number for every axis, or two for width and height of the output.", "allOf": [both] },
             })),
         ],
     })
@@ -184,12 +184,14 @@ fn buffer() -> Value {
         "A storage buffer.",
         &json!({
             "size": {
-                "description": "Bytes, a number of elements, or one element per pixel of a target.",
+                "description": "Bytes, a number of elements, or elements for each texel of a target or of a part of the world, or for each element of another buffer.",
                 "anyOf": [
                     { "type": "integer", "minimum": 4 },
                     table("Elements.", &json!({
                         "count": { "description": "Number of elements.", "type": "integer", "minimum": 1 },
-                        "of": text("One element per pixel of this target."),
+                        "of": text("Elements for each texel of this target, each element of this buffer, or each voxel of the bounds of the `world`."),
+                        "scale": { "description": "With `of = \"world\"`: texels per voxel on every axis, rounded up.", "type": "number", "minimum": 0.0001, "maximum": 64 },
+                        "per": integer("Elements for each of them; 1 when left out.", 1, 1 << 16),
                         "stride": integer("Bytes of an element, a multiple of 4.", 4, 1 << 20),
                     })),
                 ],
@@ -216,9 +218,9 @@ fn pass() -> Value {
                 "additionalProperties": { "type": ["string", "number", "boolean"] },
             },
             "specialization": {
-                "description": "Specialization constants by name.",
+                "description": "Specialization constants by name: written values, or what is fixed while a plan runs, such as `buffer.NAME.count`.",
                 "type": "object",
-                "additionalProperties": { "type": ["number", "boolean"] },
+                "additionalProperties": { "anyOf": [{ "type": ["number", "boolean"] }, reference("from")] },
             },
             "dispatch": dispatch(),
             "bind": {
@@ -254,7 +256,7 @@ fn dispatch() -> Value {
             reference("counts"),
             table("Threads.", &json!({
                 "threads": {
-                    "description": "One thread per texel of a target, or [x, y, z] threads.",
+                    "description": "One thread per texel of a target, one per element of a buffer (`rx_thread()` of `raxel/thread.glsl` is its index), or [x, y, z] threads.",
                     "anyOf": [{ "type": "string" }, reference("counts")],
                 },
                 "mip": integer("The mip whose texels are meant.", 0, 16),
@@ -313,6 +315,7 @@ fn from() -> Value {
     let mut any = vec![
         json!({ "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "A param." }),
         json!({ "type": "string", "pattern": "^target\\.[A-Za-z0-9_-]+\\.size$", "description": "Extent of a target in texels." }),
+        json!({ "type": "string", "pattern": "^buffer\\.[A-Za-z0-9_-]+\\.count$", "description": "Number of elements of a buffer." }),
     ];
     any.extend(builtins);
     json!({ "description": "Where the value comes from.", "anyOf": any })

@@ -1,11 +1,13 @@
-//! Sizes: extents of targets, bytes of buffers and workgroup counts for one output size.
+//! Sizes: extents of targets, elements and bytes of buffers, and workgroup counts for one output size and one world.
 
 use std::collections::BTreeMap;
 
-use crate::checked::{Buffer, BufferSize, Dispatch, Extent, Graph, Pass, ResourceId, ResourceKind, Target, Value};
-use crate::plan::SourceSize;
+use crate::checked::{
+    Buffer, BufferSize, Dispatch, Extent, Graph, Pass, ResourceId, ResourceKind, Source, Target, Value,
+};
+use crate::plan::{Limits, PlanInput, SourceSize};
 
-/// Size of a resource for one output size.
+/// Size of a resource for one output size and one world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Size {
     /// Of one copy of a target.
@@ -19,8 +21,13 @@ pub enum Size {
         /// Array layers.
         layers: u32,
     },
-    /// Bytes of one copy of a buffer; `None` for a source that nobody supplies yet.
-    Buffer(Option<u64>),
+    /// Of one copy of a buffer.
+    Buffer {
+        /// Bytes; `None` for a source that nobody supplies yet.
+        bytes: Option<u64>,
+        /// Elements; 0 where the file gives bytes alone, and for a source.
+        elements: u64,
+    },
 }
 
 impl Size {
@@ -28,7 +35,7 @@ impl Size {
     pub fn subresources(&self) -> (u32, u32) {
         match *self {
             Size::Image { mips, layers, .. } => (mips, layers),
-            Size::Buffer(_) => (1, 1),
+            Size::Buffer { .. } => (1, 1),
         }
     }
 
@@ -39,49 +46,104 @@ impl Size {
                 let [w, h, d] = extent.map(|axis| axis.checked_shr(mip).unwrap_or(0).max(1));
                 Some([w, h, if volume { d } else { layers }])
             }
-            Size::Buffer(_) => None,
+            Size::Buffer { .. } => None,
+        }
+    }
+
+    /// Elements of a buffer, texels of a target's mip 0.
+    fn elements(&self) -> u64 {
+        match self {
+            Size::Image { .. } => product(self.texels(0).unwrap_or([1; 3])),
+            Size::Buffer { elements, .. } => *elements,
+        }
+    }
+
+    /// Bytes of a buffer, as far as they are known.
+    pub fn bytes(&self) -> Option<u64> {
+        match *self {
+            Size::Image { .. } => None,
+            Size::Buffer { bytes, .. } => bytes,
         }
     }
 }
 
 /// The sizes of all resources, in order of [`Graph::resources`].
-pub fn sizes(graph: &Graph, output: [u32; 2], sources: &BTreeMap<String, SourceSize>) -> Vec<Size> {
-    let mut sizes: Vec<Size> = graph
-        .resources
-        .iter()
-        .map(|resource| match &resource.kind {
-            ResourceKind::Target(target) => image(graph, target, output, sources),
-            ResourceKind::Buffer(_) => Size::Buffer(None),
-        })
-        .collect();
-    for (index, resource) in graph.resources.iter().enumerate() {
-        if let ResourceKind::Buffer(buffer) = &resource.kind {
-            sizes[index] = Size::Buffer(bytes(buffer, &sizes, sources));
+pub fn sizes(graph: &Graph, input: &PlanInput<'_>) -> Vec<Size> {
+    let from = From { graph, output: input.output, world: input.world.extent, sources: input.sources };
+    (0..graph.resources.len()).map(|index| from.size(ResourceId(index as u32), graph.resources.len())).collect()
+}
+
+/// What sizes are made from.
+struct From<'a> {
+    graph: &'a Graph,
+    output: [u32; 2],
+    world: [u32; 3],
+    sources: &'a BTreeMap<String, SourceSize>,
+}
+
+impl From<'_> {
+    /// `links` bounds the walk along `of`; a checked graph has no cycle.
+    fn size(&self, id: ResourceId, links: usize) -> Size {
+        match &self.graph.resource(id).kind {
+            ResourceKind::Target(target) => self.image(target, links),
+            ResourceKind::Buffer(buffer) => self.buffer(buffer, links),
         }
     }
-    sizes
-}
 
-/// Extent of a target's mip 0 in texels, whether or not a plan creates it: what push values with `from = "target.NAME.size"`
-/// show. The third axis is the depth of a 3-D target and the number of layers of any other; a buffer gives `[1, 1, 1]`.
-pub fn extent(graph: &Graph, output: [u32; 2], target: ResourceId) -> [u32; 3] {
-    match &graph.resource(target).kind {
-        ResourceKind::Target(target) => match resolve(graph, target, output, graph.resources.len()) {
-            (extent, true) => extent,
-            ([width, height, _], false) => [width, height, target.layers.max(1)],
-        },
-        ResourceKind::Buffer(_) => [1; 3],
+    fn image(&self, target: &Target, links: usize) -> Size {
+        if let Some(source) = &target.source {
+            let extent = self.sources.get(source).and_then(|source| source.image).unwrap_or([1; 3]);
+            return Size::Image { extent, volume: true, mips: full_chain(extent), layers: 1 };
+        }
+        let (extent, volume) = self.extent(target, links);
+        let mips = if target.mips == 0 { full_chain(extent) } else { target.mips };
+        Size::Image { extent, volume, mips, layers: target.layers.max(1) }
+    }
+
+    /// Extent of mip 0, and whether it is 3-D.
+    fn extent(&self, target: &Target, links: usize) -> ([u32; 3], bool) {
+        match target.extent {
+            Extent::Output { scale: [x, y] } => ([scaled(self.output[0], x), scaled(self.output[1], y), 1], false),
+            Extent::Fixed2([w, h]) => ([w.max(1), h.max(1), 1], false),
+            Extent::Fixed3(extent) => (extent.map(|axis| axis.max(1)), true),
+            // No extent is a part of a supplier's.
+            Extent::Source => ([1; 3], true),
+            Extent::World { scale } => (self.of_world(scale), true),
+            Extent::Of { target, scale } => match &self.graph.resource(target).kind {
+                ResourceKind::Target(other) if links > 0 => {
+                    let ([w, h, d], volume) = self.extent(other, links - 1);
+                    ([scaled(w, scale), scaled(h, scale), if volume { scaled(d, scale) } else { 1 }], volume)
+                }
+                _ => ([1; 3], false),
+            },
+        }
+    }
+
+    /// A part of the world's bounds: rounded up, so that its texels cover every voxel.
+    fn of_world(&self, scale: f64) -> [u32; 3] {
+        self.world.map(|axis| ((f64::from(axis) * scale).ceil() as u32).max(1))
+    }
+
+    fn buffer(&self, buffer: &Buffer, links: usize) -> Size {
+        let elements = match &buffer.size {
+            BufferSize::Bytes(bytes) => return Size::Buffer { bytes: Some(*bytes), elements: 0 },
+            BufferSize::Source(name) => {
+                return Size::Buffer { bytes: self.sources.get(name).map(|source| source.bytes), elements: 0 };
+            }
+            BufferSize::Elements { count, .. } => *count,
+            BufferSize::World { scale, per, .. } => product(self.of_world(*scale)).saturating_mul((*per).into()),
+            BufferSize::Of { of, per, .. } if links > 0 => {
+                self.size(*of, links - 1).elements().saturating_mul((*per).into())
+            }
+            BufferSize::Of { .. } => 1,
+        };
+        let stride = buffer.size.stride().unwrap_or(4);
+        Size::Buffer { bytes: Some(elements.saturating_mul(stride.into())), elements }
     }
 }
 
-fn image(graph: &Graph, target: &Target, output: [u32; 2], sources: &BTreeMap<String, SourceSize>) -> Size {
-    if let Some(source) = &target.source {
-        let extent = sources.get(source).and_then(|source| source.image).unwrap_or([1; 3]);
-        return Size::Image { extent, volume: true, mips: full_chain(extent), layers: 1 };
-    }
-    let (extent, volume) = resolve(graph, target, output, graph.resources.len());
-    let mips = if target.mips == 0 { full_chain(extent) } else { target.mips };
-    Size::Image { extent, volume, mips, layers: target.layers.max(1) }
+fn product(axes: [u32; 3]) -> u64 {
+    axes.into_iter().fold(1, |product: u64, axis| product.saturating_mul(axis.into()))
 }
 
 /// Number of mips down to one texel: ⌊log₂(longest axis)⌋ + 1.
@@ -90,61 +152,62 @@ pub(crate) fn full_chain(extent: [u32; 3]) -> u32 {
     u32::BITS - longest.leading_zeros()
 }
 
-/// Extent of mip 0, and whether it is 3-D. `links` bounds the walk along `of`; a checked graph has no cycle.
-fn resolve(graph: &Graph, target: &Target, output: [u32; 2], links: usize) -> ([u32; 3], bool) {
-    match target.extent {
-        Extent::Output { scale: [x, y] } => ([scaled(output[0], x), scaled(output[1], y), 1], false),
-        Extent::Fixed2([w, h]) => ([w.max(1), h.max(1), 1], false),
-        Extent::Fixed3(extent) => (extent.map(|axis| axis.max(1)), true),
-        // No extent is a part of a supplier's.
-        Extent::Source => ([1; 3], true),
-        Extent::Of { target, scale } => match &graph.resource(target).kind {
-            ResourceKind::Target(other) if links > 0 => {
-                let ([w, h, d], volume) = resolve(graph, other, output, links - 1);
-                ([scaled(w, scale), scaled(h, scale), if volume { scaled(d, scale) } else { 1 }], volume)
-            }
-            _ => ([1; 3], false),
-        },
-    }
-}
-
 fn scaled(axis: u32, scale: f64) -> u32 {
     // A cast from f64 saturates, and takes NaN to 0.
     ((f64::from(axis) * scale).round() as u32).max(1)
 }
 
-fn bytes(buffer: &Buffer, sizes: &[Size], sources: &BTreeMap<String, SourceSize>) -> Option<u64> {
-    match &buffer.size {
-        BufferSize::Bytes(bytes) => Some(*bytes),
-        BufferSize::PerPixel { of, stride } => {
-            let texels = sizes[of.0 as usize].texels(0).unwrap_or([1; 3]);
-            Some(texels.iter().fold(u64::from(*stride), |bytes, &axis| bytes.saturating_mul(axis.into())))
+/// The value of a source that sizes decide, or the file; `None` for what changes from frame to frame.
+pub(crate) fn constant(source: &Source, sizes: &[Size]) -> Option<Value> {
+    Some(match source {
+        Source::Value(value) => *value,
+        Source::ExtentOf(target) => {
+            let [x, y, z] = sizes[target.0 as usize].texels(0).unwrap_or([1; 3]).map(|axis| axis as i32);
+            Value::IVec4([x, y, z, 1])
         }
-        BufferSize::Source(name) => sources.get(name).map(|source| source.bytes),
-    }
+        Source::CountOf(buffer) => Value::U32(u32::try_from(sizes[buffer.0 as usize].elements()).unwrap_or(u32::MAX)),
+        Source::Param(_) | Source::Builtin(_) => return None,
+    })
 }
 
-/// Threads of one workgroup per axis, specialization constants applied.
-pub fn local_size(pass: &Pass) -> [u32; 3] {
+/// The specialization constants of a pass. The front end refuses those that change from frame to frame.
+pub(crate) fn specialization(pass: &Pass, sizes: &[Size]) -> Vec<(u32, Value)> {
+    pass.specialization.iter().filter_map(|(id, source)| Some((*id, constant(source, sizes)?))).collect()
+}
+
+/// Threads of one workgroup per axis, specialization constants applied; 0 where a constant makes it so.
+pub fn local_size(pass: &Pass, specialization: &[(u32, Value)]) -> [u32; 3] {
     pass.shader.interface.local_size.map(|axis| {
-        let set = axis.spec_id.and_then(|id| pass.specialization.iter().find(|(other, _)| *other == id));
+        let set = axis.spec_id.and_then(|id| specialization.iter().find(|(other, _)| *other == id));
         match set {
             Some((_, Value::U32(value))) => *value,
             Some((_, Value::I32(value))) => u32::try_from(*value).unwrap_or(0),
             _ => axis.value,
         }
-        .max(1)
     })
 }
 
 /// Workgroups of a pass, or `None` for an indirect dispatch.
-pub fn groups(pass: &Pass, sizes: &[Size]) -> Option<[u32; 3]> {
+pub fn groups(pass: &Pass, sizes: &[Size], limits: &Limits) -> Option<[u32; 3]> {
+    let local = local_size(pass, &specialization(pass, sizes)).map(|axis| axis.max(1));
     let threads = match pass.dispatch {
         Dispatch::ThreadsOf { target, mip } => sizes[target.0 as usize].texels(mip).unwrap_or([1; 3]),
+        Dispatch::ElementsOf { buffer } => {
+            let threads = sizes[buffer.0 as usize].elements();
+            return Some(in_rows(threads.div_ceil(product(local)), limits.workgroup_count[0]));
+        }
         Dispatch::Threads(threads) => threads,
         Dispatch::Groups(groups) => return Some(groups),
         Dispatch::Indirect { .. } => return None,
     };
-    let local = local_size(pass);
     Some([0, 1, 2].map(|axis| threads[axis].div_ceil(local[axis])))
+}
+
+/// So many workgroups in as few rows as there can be, all of one length: what is too many rows the limits of the device say.
+/// `shaders/include/raxel/thread.glsl` counts the threads of such rows.
+fn in_rows(groups: u64, longest: u32) -> [u32; 3] {
+    let groups = groups.max(1);
+    let rows = groups.div_ceil(u64::from(longest.max(1)));
+    let saturated = |count: u64| u32::try_from(count).unwrap_or(u32::MAX);
+    [saturated(groups.div_ceil(rows)), saturated(rows), 1]
 }

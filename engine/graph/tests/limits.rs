@@ -7,7 +7,9 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use hand::Hand;
-use raxel_graph::checked::{BufferSize, Dispatch, Extent, UniformBlock, Value};
+use raxel_graph::checked::{
+    Buffer, BufferSize, Dispatch, Extent, ResourceId, ResourceKind, Source, UniformBlock, Value,
+};
 use raxel_graph::plan::Limits;
 use raxel_shader::format::Format;
 use raxel_shader::interface::Block;
@@ -40,7 +42,7 @@ fn everything_is_said_at_once() {
         .target("deep", Format::R32f, |target, _| target.extent = Extent::Fixed3([8, 8, 1000]))
         .target("layered", Format::R32f, |target, _| target.layers = 300)
         .target("pyramid", Format::R32f, |target, _| target.mips = 12)
-        .buffer("large", BufferSize::PerPixel { of: raxel_graph::checked::ResourceId(0), stride: 4096 }, None)
+        .buffer("large", BufferSize::Of { of: raxel_graph::checked::ResourceId(0), per: 1, stride: 4096 }, None)
         .buffer("huge", BufferSize::Bytes(1 << 40), None)
         .buffer("short", BufferSize::Bytes(8), None);
     let all = ["w of_wide", "w deep", "w layered", "w pyramid", "w large", "x huge", "i short", "w wide"];
@@ -60,7 +62,7 @@ fn passes_have_limits_too() {
     shader.interface.local_size[0].spec_id = Some(3);
     shader.interface.push = Some(Block { name: "Push".into(), size: 192, members: Vec::new() });
     pass.shader = Arc::new(shader);
-    pass.specialization = vec![(3, Value::U32(32))];
+    pass.specialization = vec![(3, Source::Value(Value::U32(32)))];
     pass.uniforms = vec![UniformBlock { binding: 0, size: 1 << 20, fills: Vec::new() }];
     insta::assert_snapshot!(said(&hand, "color"));
 }
@@ -74,7 +76,7 @@ fn specialization_sizes_the_dispatch() {
     shader.interface.local_size[0].spec_id = Some(7);
     pass.shader = Arc::new(shader);
     assert_eq!(hand.plan("color").unwrap().passes[0].groups, Some([40, 23, 1]));
-    hand.graph.passes[0].specialization = vec![(7, Value::U32(16))];
+    hand.graph.passes[0].specialization = vec![(7, Source::Value(Value::U32(16)))];
     assert_eq!(hand.plan("color").unwrap().passes[0].groups, Some([20, 23, 1]));
 }
 
@@ -112,18 +114,86 @@ fn sizes_follow_the_output() {
             target.extent = Extent::Of { target: raxel_graph::checked::ResourceId(1), scale: 0.5 };
             target.layers = 3;
         })
-        .buffer("texels", BufferSize::PerPixel { of: raxel_graph::checked::ResourceId(2), stride: 8 }, None);
+        .buffer("texels", BufferSize::Of { of: raxel_graph::checked::ResourceId(2), per: 1, stride: 8 }, None);
     hand.pass("fill", &["w full", "w half", "w quarter", "w texels"]);
     let text =
         hand.with_input("full", |graph, input| raxel_graph::dump(graph, input, raxel_graph::print::Phase::Sizes));
-    let told = hand.with_input("full", |graph, input| {
-        [0, 1, 2, 3].map(|id| raxel_graph::sizes::extent(&graph, input.output, raxel_graph::checked::ResourceId(id)))
-    });
-    assert_eq!(told, [[333, 7, 1], [167, 1, 1], [84, 1, 3], [1, 1, 1]]);
+    let plan = hand.plan("full").unwrap();
+    let told = [0, 1, 2].map(|id| plan.constant(&Source::ExtentOf(ResourceId(id))));
+    let expected = [[333, 7, 1, 1], [167, 1, 1, 1], [84, 1, 3, 1]];
+    assert_eq!(told, expected.map(|extent| Some(Value::IVec4(extent))));
     insta::assert_snapshot!(text.unwrap(), @r"
     full: 333×7×1 texels, 9 mips, 1 layers
     half: 167×1×1 texels, 1 mips, 1 layers
     quarter: 84×1×1 texels, 1 mips, 3 layers
     texels: 2016 bytes
     ");
+}
+
+/// The world in its graph: three dimensions, rounded up, at least one texel, whatever follows it.
+#[test]
+fn sizes_follow_the_world() {
+    let mut hand = Hand::new("world");
+    hand.target("probes", Format::R32f, |target, _| {
+        target.extent = Extent::World { scale: 0.0625 };
+        target.mips = 0;
+    })
+    .target("half", Format::R32f, |target, _| {
+        target.extent = Extent::Of { target: ResourceId(0), scale: 0.5 };
+    })
+    .buffer("faces", BufferSize::World { scale: 0.25, per: 6, stride: 4 }, None)
+    .buffer("pairs", BufferSize::Of { of: ResourceId(2), per: 2, stride: 8 }, None);
+    hand.pass("fill", &["w probes", "w half", "w faces", "w pairs"]).dispatch =
+        Dispatch::ElementsOf { buffer: ResourceId(3) };
+    let told = |hand: &Hand| {
+        hand.with_input("probes", |graph, input| {
+            raxel_graph::dump(graph, input, raxel_graph::print::Phase::Sizes).unwrap()
+        })
+    };
+    let mut text = told(&hand);
+    let plan = hand.plan("probes").unwrap();
+    assert_eq!(plan.constant(&Source::ExtentOf(ResourceId(0))), Some(Value::IVec4([7, 4, 3, 1])));
+    assert_eq!(plan.constant(&Source::CountOf(ResourceId(3))), Some(Value::U32(25 * 15 * 10 * 6 * 2)));
+    // 45,000 threads in groups of 64.
+    assert_eq!(plan.passes[0].groups, Some([704, 1, 1]));
+    hand.world = [0; 3];
+    text += &format!("\nwithout a voxel\n{}", told(&hand));
+    assert!(hand.plan("probes").is_ok());
+    hand.world = [1 << 20, 1, u32::MAX];
+    hand.limits.image_3d = 2048;
+    text += &format!("\nwithout end\n{}", said(&hand, "probes"));
+    insta::assert_snapshot!(text);
+}
+
+/// What does not fit in one row of workgroups goes on in the next, and the rows are of one length.
+#[test]
+fn long_lists_take_rows() {
+    let mut hand = Hand::new("rows");
+    hand.target("color", Format::R32f, |_, _| {}).buffer(
+        "list",
+        BufferSize::Elements { count: 64 * 65_535, stride: 4 },
+        None,
+    );
+    hand.pass("walk", &["x list", "w color"]).dispatch = Dispatch::ElementsOf { buffer: ResourceId(1) };
+    assert_eq!(hand.plan("color").unwrap().passes[0].groups, Some([65_535, 1, 1]));
+    let mut with = |count: u64| {
+        hand.graph.resources[1].kind =
+            ResourceKind::Buffer(Buffer { size: BufferSize::Elements { count, stride: 4 }, clear: None, init: None });
+        hand.plan("color").unwrap().passes[0].groups
+    };
+    assert_eq!(with(64 * 65_535 + 1), Some([32_768, 2, 1]));
+    assert_eq!(with(1), Some([1, 1, 1]));
+    assert_eq!(with(5_000_000), Some([39_063, 2, 1]));
+    // A constant can follow the size of a list, and then the dispatch follows the constant.
+    hand.buffer("groups", BufferSize::Elements { count: 16, stride: 4 }, None);
+    let pass = &mut hand.graph.passes[0];
+    let mut shader = (*pass.shader).clone();
+    shader.interface.local_size[0].spec_id = Some(3);
+    pass.shader = Arc::new(shader);
+    pass.specialization = vec![(3, Source::CountOf(ResourceId(2)))];
+    let planned = hand.plan("color").unwrap();
+    assert_eq!(
+        (&planned.passes[0].specialization[..], planned.passes[0].groups),
+        (&[(3, Value::U32(16))][..], Some([39_063, 1, 1]))
+    );
 }

@@ -226,12 +226,12 @@ pub fn assemble(
     context: &DeviceContext,
 ) -> Result<Assembly, BuildError> {
     let sizes = context.sources.sizes(world);
-    let plan = make_plan(graph, &sizes, selection, context)?;
+    let plan = make_plan(graph, world, &sizes, selection, context)?;
     // Only the plan knows which layouts a live pass binds; a world's other layouts are never made.
     let sources = sources(&plan, world, context)?;
     // The first plan did not know the sizes of the layouts made just now.
     let now = context.sources.sizes(world);
-    let plan = if now == sizes { plan } else { make_plan(graph, &now, selection, context)? };
+    let plan = if now == sizes { plan } else { make_plan(graph, world, &now, selection, context)? };
     Ok(Assembly { plan: Arc::new(plan), sources })
 }
 
@@ -253,6 +253,7 @@ pub fn sources(plan: &Plan, world: &SessionWorld, context: &DeviceContext) -> Re
 
 fn make_plan(
     graph: &Arc<Graph>,
+    world: &SessionWorld,
     sizes: &BTreeMap<String, SourceSize>,
     selection: &Selection,
     context: &DeviceContext,
@@ -267,6 +268,7 @@ fn make_plan(
         pinned: &selection.pinned,
         facts: &|fact| selection.facts.iter().any(|(known, holds)| known == fact && *holds),
         sources: &sources,
+        world: world.input(),
         memory: &*context.memory,
         alias: selection.alias,
         limits: context.limits,

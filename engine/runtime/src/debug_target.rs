@@ -135,7 +135,7 @@ fn slices(target: &raxel_graph::checked::Target) -> Option<u32> {
     match target.extent {
         Extent::Output { .. } | Extent::Fixed2(_) => Some(target.layers.max(1)),
         Extent::Fixed3([_, _, depth]) => Some(depth),
-        Extent::Of { .. } | Extent::Source => None,
+        Extent::Of { .. } | Extent::World { .. } | Extent::Source => None,
     }
 }
 

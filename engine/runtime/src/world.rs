@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap};
 use raxel_graph::checked::Fact;
+use raxel_graph::plan::WorldInput;
 use raxel_world::file::{Aim, CameraHint, Loaded};
 use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits};
 
@@ -84,6 +85,12 @@ impl SessionWorld {
     pub fn bounds(&self) -> [[i32; 3]; 2] {
         let bounds = self.loaded.world.bounds();
         bounds.map_or([[0; 3]; 2], |bounds| [bounds.min, bounds.max].map(|corner| corner.map(saturated)))
+    }
+
+    /// What plans follow of it.
+    pub fn input(&self) -> WorldInput<'_> {
+        let [min, max] = self.bounds();
+        WorldInput { extent: std::array::from_fn(|axis| max[axis].abs_diff(min[axis])), materials: None }
     }
 
     /// From where to look at it first: where its file says, else from a corner above, at a distance from which it is seen whole.

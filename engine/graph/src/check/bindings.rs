@@ -242,7 +242,8 @@ fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind,
         BufferSize::Source(source) if context.first_use => {
             sources::check(context, binding, block, source, declared, found);
         }
-        BufferSize::Bytes(bytes) if *bytes < u64::from(block.size) => {
+        size if size.fixed_bytes().is_some_and(|bytes| bytes < u64::from(block.size)) => {
+            let bytes = size.fixed_bytes().unwrap_or(0);
             let diagnostic = Diagnostic::error(
                 codes::graph::BUFFER_SIZE,
                 format!(
@@ -259,7 +260,7 @@ fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind,
     // Only a block that is one runtime array has elements that the file's `stride` can mean.
     let [member] = block.members.as_slice() else { return };
     let Type::Array { element, len: None, stride } = &member.ty else { return };
-    if let Some(declared_stride) = declared.stride.filter(|declared| declared != stride) {
+    if let Some(declared_stride) = buffer.size.stride().filter(|of_file| declared.sound && of_file != stride) {
         let diagnostic = Diagnostic::error(
             codes::graph::BUFFER_STRIDE,
             format!(

@@ -1,18 +1,20 @@
 //! Specialization constants: each that the graph sets is one of the shader's, with a value of its type.
 
 use raxel_diagnostics::table::{closest, list};
-use raxel_diagnostics::{Diagnostic, codes};
+use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_shader::interface::Type;
 
 use super::Context;
-use crate::checked::Value;
+use crate::checked::Source;
+use crate::model::At;
+use crate::resolve::Feed;
 use crate::value::{ValueType, describe, glsl, typed};
 
 /// Checks `specialization`; gives values by constant id, in order of the ids.
-pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, Value)> {
+pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, Source)> {
     let constants = &context.interface().specialization;
-    let mut values: Vec<(u32, Value)> = Vec::new();
-    for (name, literal) in &context.pass.specialization {
+    let mut values: Vec<(u32, Source)> = Vec::new();
+    for (name, feed) in &context.pass.specialization {
         let Some(constant) = constants.iter().find(|constant| constant.name == name.value && !name.value.is_empty())
         else {
             let names = || constants.iter().map(|constant| constant.name.as_str()).filter(|name| !name.is_empty());
@@ -30,22 +32,52 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, Va
             });
             continue;
         };
-        if let Some(value) = typed(literal, ValueType::new(constant.scalar, (1, 1))) {
-            values.push((constant.id, value));
-            continue;
-        }
+        // A value that nobody knows is reported already.
+        let Some(feed) = feed else { continue };
+        let ty = ValueType::new(constant.scalar, (1, 1));
+        let is = match &feed.value {
+            Feed::From(source @ (Source::Param(_) | Source::Builtin(_)), _) => {
+                found.push(not_fixed(context, name, source, &feed.span));
+                continue;
+            }
+            Feed::From(source, from) if *from == ty => {
+                values.push((constant.id, source.clone()));
+                continue;
+            }
+            Feed::From(_, from) => format!("`{}`", from.word()),
+            Feed::Literal(literal) => match typed(literal, ty) {
+                Some(value) => {
+                    values.push((constant.id, Source::Value(value)));
+                    continue;
+                }
+                None => describe(literal),
+            },
+        };
         let diagnostic = Diagnostic::error(
             codes::graph::CONSTANT_TYPE,
             format!(
-                "constant `{}` is `{}` in the shader, but its value is {}",
+                "constant `{}` is `{}` in the shader, but its value is {is}",
                 name.value,
                 glsl(&Type::Scalar(constant.scalar)),
-                describe(literal)
             ),
         )
-        .label(literal.span.clone(), "");
+        .label(feed.span.clone(), "");
         found.push(context.in_shader(diagnostic, constant.place.as_ref(), "the shader says"));
     }
     values.sort_by_key(|(id, _)| *id);
     values
+}
+
+/// A constant is built into the pipeline; what changes from frame to frame cannot be one.
+fn not_fixed(context: &Context<'_>, name: &At<String>, source: &Source, place: &Span) -> Diagnostic {
+    let what = match source {
+        Source::Param(_) => "a param",
+        _ => "a value of the frame",
+    };
+    Diagnostic::error(
+        codes::graph::CONSTANT_TYPE,
+        format!("constant `{}` of pass `{}` is fed by {what}", name.value, context.pass.name.value),
+    )
+    .label(place.clone(), "this may change in every frame, and a constant is built into the pipeline")
+    .help("take it as a push constant or in a uniform block")
 }

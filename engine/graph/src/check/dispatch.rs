@@ -26,7 +26,7 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<Bound
             None
         }
         // How many are too many only the device can say.
-        Dispatch::Groups(_) | Dispatch::Threads(_) => None,
+        Dispatch::Groups(_) | Dispatch::Threads(_) | Dispatch::ElementsOf { .. } => None,
         Dispatch::ThreadsOf { target, mip } => {
             let count = mip_count(context.graph, *target);
             if let Some(count) = count.filter(|count| mip >= count) {
@@ -56,12 +56,9 @@ fn indirect(
         found.push(error(codes::graph::INDIRECT, message).help(format!("use {}", offset / 4 * 4)));
         return None;
     }
-    let bytes = match kind.size {
-        BufferSize::Bytes(bytes) => Some(bytes),
-        // At least one pixel.
-        BufferSize::PerPixel { .. } | BufferSize::Source(_) => None,
-    };
-    if let Some(bytes) = bytes.filter(|bytes| declared.sound && offset.saturating_add(ARGUMENTS) > *bytes) {
+    if let Some(bytes) =
+        kind.size.fixed_bytes().filter(|bytes| declared.sound && offset.saturating_add(ARGUMENTS) > *bytes)
+    {
         let message = format!("`{name}` has {bytes} bytes, too few for the {ARGUMENTS} bytes of arguments at {offset}");
         found.push(error(codes::graph::INDIRECT, message).label(declared.detail.clone(), "the size"));
         return None;

@@ -1,11 +1,11 @@
-//! Extents of targets: none in terms of itself, mips that its texels allow, dispatches over what exists.
+//! Sizes: none in terms of itself, mips that its texels allow, dispatches over what exists.
 
 use raxel_diagnostics::{Diagnostic, codes};
 
-use crate::checked::{Extent, ResourceId, ResourceKind, Target};
+use crate::checked::{BufferSize, Extent, ResourceId, ResourceKind, Target};
 use crate::resolve::Resolved;
 
-/// Checks every target.
+/// Checks every target and buffer.
 pub fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
     let mut reported = vec![false; graph.resources.len()];
     for index in 0..graph.resources.len() {
@@ -23,11 +23,17 @@ fn target(graph: &Resolved, id: ResourceId) -> Option<&Target> {
     }
 }
 
-/// The target that this one's extent is a part of.
+/// What this one's size is measured by.
 fn parent(graph: &Resolved, id: ResourceId) -> Option<ResourceId> {
-    match target(graph, id)?.extent {
-        Extent::Of { target, .. } => Some(target),
-        _ => None,
+    match &graph.resources[id.0 as usize].item.kind {
+        ResourceKind::Target(target) => match target.extent {
+            Extent::Of { target, .. } => Some(target),
+            _ => None,
+        },
+        ResourceKind::Buffer(buffer) => match buffer.size {
+            BufferSize::Of { of, .. } => Some(of),
+            _ => None,
+        },
     }
 }
 
@@ -40,7 +46,7 @@ fn cycle(graph: &Resolved, id: ResourceId, reported: &mut [bool], found: &mut Ve
             let names: Vec<&str> = chain.iter().chain([&id]).map(|id| name(*id)).collect();
             let mut diagnostic = Diagnostic::error(
                 codes::graph::SIZE_CYCLE,
-                format!("the size of target `{}` is a part of itself: {}", name(id), names.join(" → ")),
+                format!("the size of `{}` is measured by itself: {}", name(id), names.join(" → ")),
             );
             for link in &chain {
                 reported[link.0 as usize] = true;
@@ -73,12 +79,12 @@ fn mips(graph: &Resolved, id: ResourceId, found: &mut Vec<Diagnostic>) {
     }
 }
 
-/// The extent, where it does not depend on the output.
+/// The extent, where the file alone says it.
 fn fixed(graph: &Resolved, id: ResourceId) -> Option<[u32; 3]> {
     match target(graph, id)?.extent {
         Extent::Fixed2([w, h]) => Some([w, h, 1]),
         Extent::Fixed3(extent) => Some(extent),
-        Extent::Output { .. } | Extent::Of { .. } | Extent::Source => None,
+        Extent::Output { .. } | Extent::Of { .. } | Extent::World { .. } | Extent::Source => None,
     }
 }
 
@@ -86,7 +92,7 @@ fn full_chain(extent: [u32; 3]) -> u32 {
     u32::BITS - extent.into_iter().max().unwrap_or(1).max(1).leading_zeros()
 }
 
-/// Number of mips, where it does not depend on the output.
+/// Number of mips, where the file alone says it.
 pub fn mip_count(graph: &Resolved, id: ResourceId) -> Option<u32> {
     match target(graph, id)?.mips {
         0 => fixed(graph, id).map(full_chain),
@@ -99,7 +105,10 @@ pub fn is_volume(graph: &Resolved, id: ResourceId) -> bool {
     let mut next = Some(id);
     for _ in 0..=graph.resources.len() {
         let Some(id) = next else { return false };
-        if matches!(target(graph, id).map(|target| target.extent), Some(Extent::Fixed3(_) | Extent::Source)) {
+        if matches!(
+            target(graph, id).map(|target| target.extent),
+            Some(Extent::Fixed3(_) | Extent::World { .. } | Extent::Source)
+        ) {
             return true;
         }
         next = parent(graph, id);

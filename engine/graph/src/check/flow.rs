@@ -3,7 +3,7 @@
 use raxel_diagnostics::{Diagnostic, codes};
 
 use super::given;
-use crate::checked::{BoundAccess, BufferSize, Extent, Fact, Graph, ResourceId, ResourceKind, Source};
+use crate::checked::{BoundAccess, BufferSize, Dispatch, Extent, Fact, Graph, ResourceId, ResourceKind, Source};
 use crate::resolve::Resolved;
 
 /// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, what seems unused may be
@@ -73,12 +73,17 @@ fn has_content(kind: &ResourceKind) -> bool {
 fn mentioned(graph: &Graph, id: ResourceId) -> bool {
     let by_size = graph.resources.iter().any(|other| match &other.kind {
         ResourceKind::Target(target) => matches!(target.extent, Extent::Of { target, .. } if target == id),
-        ResourceKind::Buffer(buffer) => matches!(buffer.size, BufferSize::PerPixel { of, .. } if of == id),
+        ResourceKind::Buffer(buffer) => matches!(buffer.size, BufferSize::Of { of, .. } if of == id),
     });
     let by_pass = graph.passes.iter().any(|pass| {
+        let dispatched = match pass.dispatch {
+            Dispatch::ThreadsOf { target, .. } => target == id,
+            Dispatch::ElementsOf { buffer } => buffer == id,
+            Dispatch::Threads(_) | Dispatch::Groups(_) | Dispatch::Indirect { .. } => false,
+        };
         let fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
-        matches!(pass.dispatch, crate::checked::Dispatch::ThreadsOf { target, .. } if target == id)
-            || fills.into_iter().any(|fill| fill.from == Source::ExtentOf(id))
+        let sources = fills.map(|fill| &fill.from).chain(pass.specialization.iter().map(|(_, source)| source));
+        dispatched || sources.into_iter().any(|from| *from == Source::ExtentOf(id) || *from == Source::CountOf(id))
     });
     by_size || by_pass
 }

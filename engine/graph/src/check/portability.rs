@@ -3,7 +3,7 @@
 use raxel_diagnostics::{Diagnostic, codes};
 
 use super::Context;
-use crate::checked::Value;
+use crate::checked::{Source, Value};
 
 /// Capabilities that need no feature, or one that every Vulkan 1.3 desktop driver has.
 const COMMON: [&str; 22] = [
@@ -49,13 +49,15 @@ const SOMETIMES: [&str; 13] = [
 ];
 
 /// Checks the workgroup size, with the constants that the graph sets, and the capabilities.
-pub fn check(context: &Context<'_>, constants: &[(u32, Value)], found: &mut Vec<Diagnostic>) {
+pub fn check(context: &Context<'_>, constants: &[(u32, Source)], found: &mut Vec<Diagnostic>) {
     let size = context.interface().local_size.map(|axis| {
         let set = constants.iter().find(|(id, _)| Some(*id) == axis.spec_id);
         match set {
-            Some((_, Value::U32(value))) => *value,
-            Some((_, Value::I32(value))) => u32::try_from(*value).unwrap_or(0),
-            _ => axis.value,
+            Some((_, Source::Value(Value::U32(value)))) => *value,
+            Some((_, Source::Value(Value::I32(value)))) => u32::try_from(*value).unwrap_or(0),
+            // What only a plan knows is judged there.
+            Some(_) => 1,
+            None => axis.value,
         }
     });
     let pass = &context.pass;

@@ -4,7 +4,7 @@ use raxel_diagnostics::table::{Node, Table};
 
 use super::{at, literal, remove, text};
 use crate::checked::Every;
-use crate::model::{At, Bind, Dispatch, Fills, Literal, Member, Pass, SharedBlock};
+use crate::model::{At, Bind, Constant, Dispatch, Fills, Member, Pass, SharedBlock};
 
 /// Structs in structs that `push` and `uniforms` may nest at most.
 const DEEPEST_NESTING: usize = 16;
@@ -56,9 +56,13 @@ fn defines(table: &Table<'_, '_>) -> Vec<(At<String>, String)> {
     table.entries().into_iter().filter_map(read).collect()
 }
 
-fn specialization(table: &Table<'_, '_>) -> Vec<(At<String>, Literal)> {
+fn specialization(table: &Table<'_, '_>) -> Vec<(At<String>, Constant)> {
     let Some(table) = table.get("specialization").and_then(|node| node.table()) else { return Vec::new() };
-    let read = |(name, node): (String, Node<'_, '_>)| Some((At::new(name, node.key_span.clone()), literal(&node)?));
+    let read = |(name, node): (String, Node<'_, '_>)| {
+        let constant =
+            if node.is_string() { Constant::From(at(&node, node.string())?) } else { Constant::Value(literal(&node)?) };
+        Some((At::new(name, node.key_span.clone()), constant))
+    };
     table.entries().into_iter().filter_map(read).collect()
 }
 
@@ -92,7 +96,7 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
             return counts(&node).map(Dispatch::Threads);
         }
         if !node.is_string() {
-            return node.wrong_type("the name of a target or `[x, y, z]`");
+            return node.wrong_type("the name of a target or buffer, or `[x, y, z]`");
         }
         let mip = mip.map_or(Some(0), |mip| mip.integer(0..=16))? as u32;
         return Some(Dispatch::ThreadsOf { target: At::new(node.string()?, node.span.clone()), mip });

@@ -16,6 +16,8 @@ const LONGEST_HISTORY: i64 = 16;
 const LARGEST_BUFFER: i64 = 1 << 36;
 /// Bytes that an element of a buffer may have at most.
 const LARGEST_STRIDE: i64 = 1 << 20;
+/// Elements that a buffer may have at most for each texel or element of something else.
+const MOST_PER: i64 = 1 << 16;
 /// Scales of a target's size: below, every target is one texel; above, every one is too large.
 const SCALES: std::ops::RangeInclusive<f64> = 0.0001..=64.0;
 
@@ -164,7 +166,7 @@ fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {
         return Some(BufferSize::Bytes(bytes));
     }
     if !node.is_table() {
-        return node.wrong_type("a number of bytes, `{ count, stride }` or `{ of, stride }`");
+        return node.wrong_type("a number of bytes, `{ count, stride }` or `{ of, per, stride }`");
     }
     let table = node.table()?;
     let stride = table.need("stride").and_then(|node| {
@@ -176,11 +178,21 @@ fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {
     });
     let of = text(&table, "of");
     let count = table.get("count").map(|node| node.integer(1..=LARGEST_BUFFER).map(|n| n as u64));
-    let both = table.conflict("of", "count", "the pixels of a target are counted already");
+    let both = table.conflict("of", "count", "texels and elements of something else are counted already");
+    let (per, scale) = (table.get("per"), table.get("scale"));
     table.finish();
+    if let (Some(alone), None) = (per.as_ref().or(scale.as_ref()), &of) {
+        return alone.bad_value(format!("`{}` needs `of`", alone.name));
+    }
+    let per = per.map_or(Some(1), |node| node.integer(1..=MOST_PER).map(|n| n as u32));
+    let scale = scale.map(|node| at(&node, node.number(SCALES)));
     match (of, count) {
         (None, None) => node.bad_value(format!("`{}` needs `count` or `of`", node.name)),
-        (Some(of), _) if !both => Some(BufferSize::PerPixel { of, stride: stride? }),
+        (Some(of), _) if !both => {
+            // A scale that is there and wrong is reported already.
+            let scale = if let Some(scale) = scale { Some(scale?) } else { None };
+            Some(BufferSize::Of { of, scale, per: per?, stride: stride? })
+        }
         (_, Some(count)) if !both => {
             let (count, stride) = (count?, stride?);
             if count.saturating_mul(u64::from(stride)) > LARGEST_BUFFER as u64 {

@@ -173,7 +173,7 @@ fn size_text(size: &Size) -> String {
         Size::Image { extent: [w, h, d], mips, layers, .. } => {
             format!("{w}×{h}×{d} texels, {mips} mips, {layers} layers")
         }
-        Size::Buffer(Some(bytes)) => format!("{bytes} bytes"),
-        Size::Buffer(None) => "not supplied".to_owned(),
+        Size::Buffer { bytes: Some(bytes), .. } => format!("{bytes} bytes"),
+        Size::Buffer { bytes: None, .. } => "not supplied".to_owned(),
     }
 }

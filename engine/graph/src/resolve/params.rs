@@ -34,7 +34,7 @@ pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Pa
         label: param.label.as_ref().map_or_else(|| name.value.clone(), |label| label.value.clone()),
         place: name.span.clone(),
     };
-    Declared { item, sound: default.is_some() && !param.flawed && found.len() == before, detail, stride: None }
+    Declared { item, sound: default.is_some() && !param.flawed && found.len() == before, detail }
 }
 
 /// The type of that word; a param can be all but a matrix.

@@ -6,7 +6,7 @@ use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_shader::Request;
 
 use super::params::unknown_type;
-use super::resources::extent_from_outside;
+use super::resources::{extent_from_outside, no_elements};
 use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing};
 use crate::checked::{self, Builtin, Condition, Extent, Fact, ResourceId, ResourceKind, Source, Value};
 use crate::model::{self, At, Fills};
@@ -37,7 +37,9 @@ pub fn pass(pass: &model::Pass, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) 
         bind,
         push: pass.push.as_ref().map(|block| fills(block, scope, found)),
         uniforms: pass.uniforms.iter().map(|block| fills(block, scope, found)).collect(),
-        specialization: pass.specialization.clone(),
+        specialization: (pass.specialization.iter())
+            .map(|(name, value)| (name.clone(), constant(value, scope, found)))
+            .collect(),
         when: pass.when.as_ref().and_then(|when| condition(when, scope, found)),
         every: pass.every.as_ref().map(|every| every.value),
         sound: !pass.flawed,
@@ -166,16 +168,45 @@ fn dispatch(
     let dispatch = match &given.value {
         model::Dispatch::Threads(threads) => checked::Dispatch::Threads(*threads),
         model::Dispatch::Groups(groups) => checked::Dispatch::Groups(*groups),
-        model::Dispatch::ThreadsOf { target, mip } => {
-            let id = of_kind(target, scope, "target", found)?;
-            checked::Dispatch::ThreadsOf { target: id, mip: *mip }
-        }
+        model::Dispatch::ThreadsOf { target, mip } => match counted(target, *mip, scope, found)? {
+            (id, true) => checked::Dispatch::ThreadsOf { target: id, mip: *mip },
+            (id, false) => checked::Dispatch::ElementsOf { buffer: id },
+        },
         model::Dispatch::Indirect { buffer, offset } => {
             let id = of_kind(buffer, scope, "buffer", found)?;
             checked::Dispatch::Indirect { buffer: id, offset: offset.value }
         }
     };
     Some(At::new(dispatch, given.span.clone()))
+}
+
+/// What threads are counted by: a target (true), or a buffer that has elements (false).
+fn counted(name: &At<String>, mip: u32, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<(ResourceId, bool)> {
+    let id = scope.resource(&name.value, &name.span, found)?;
+    let declared = &scope.resources[id.0 as usize];
+    let ResourceKind::Buffer(_) = &declared.item.kind else {
+        return of_kind(name, scope, "target", found).map(|id| (id, true));
+    };
+    if mip > 0 {
+        let message = format!("`{}` is a buffer, which has no mip {mip}", name.value);
+        found.push(
+            Diagnostic::error(codes::graph::WRONG_KIND, message)
+                .label(name.span.clone(), "only a target has mips")
+                .label(declared.item.place.clone(), "declared here"),
+        );
+        return None;
+    }
+    elements(id, name, scope, found).then_some((id, false))
+}
+
+/// Whether the elements of a buffer can be counted. What is wrong with its declaration is reported there.
+fn elements(id: ResourceId, name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> bool {
+    let declared = &scope.resources[id.0 as usize];
+    let counted = matches!(&declared.item.kind, ResourceKind::Buffer(buffer) if buffer.size.stride().is_some());
+    if !counted && declared.sound {
+        found.push(no_elements(name, &declared.detail));
+    }
+    counted
 }
 
 /// A resource that must be a target or must be a buffer.
@@ -230,7 +261,14 @@ fn member_type(word: &str) -> Option<(ValueType, Option<u32>)> {
     ValueType::from_word(element).map(|ty| (ty, Some(len)))
 }
 
-/// The word of `from`: `param.NAME`, `target.NAME.size`, or a builtin.
+fn constant(value: &model::Constant, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<At<Feed>> {
+    match value {
+        model::Constant::Value(literal) => Some(At::new(Feed::Literal(literal.clone()), literal.span.clone())),
+        model::Constant::From(from) => source(from, scope, found).map(|feed| At::new(feed, from.span.clone())),
+    }
+}
+
+/// The word of `from`: `param.NAME`, `target.NAME.size`, `buffer.NAME.count`, or a builtin.
 fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Feed> {
     let word = from.value.as_str();
     if let Some(name) = word.strip_prefix("param.") {
@@ -244,6 +282,12 @@ fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
         let rows = if has_third_axis(id, scope) { 3 } else { 2 };
         let ty = ValueType::new(raxel_shader::interface::Scalar::I32, (rows, 1));
         return Some(Feed::From(Source::ExtentOf(id), ty));
+    }
+    if let Some(name) = word.strip_prefix("buffer.").and_then(|rest| rest.strip_suffix(".count")) {
+        let name = At::new(name.to_owned(), from.span.clone());
+        let id = of_kind(&name, scope, "buffer", found)?;
+        let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
+        return elements(id, &name, scope, found).then_some(Feed::From(Source::CountOf(id), ty));
     }
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == word) {
         let (scalar, shape) = builtin.ty();
@@ -262,7 +306,8 @@ fn unknown_source(word: &str, place: &Span, scope: &Scope<'_>) -> Diagnostic {
     let meant = params.iter().find(|param| param["param.".len()..] == *word).map(String::as_str);
     match meant.or_else(|| closest(word, builtins().chain(params.iter().map(String::as_str)))) {
         Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
-        None => diagnostic.help(format!("`param.NAME`, `target.NAME.size` or one of: {}", list(builtins()))),
+        None => diagnostic
+            .help(format!("`param.NAME`, `target.NAME.size`, `buffer.NAME.count` or one of: {}", list(builtins()))),
     }
 }
 
@@ -275,7 +320,7 @@ fn has_third_axis(id: ResourceId, scope: &Scope<'_>) -> bool {
             return true;
         }
         match target.extent {
-            Extent::Fixed3(_) | Extent::Source => return true,
+            Extent::Fixed3(_) | Extent::World { .. } | Extent::Source => return true,
             Extent::Of { target, .. } => next = target,
             Extent::Output { .. } | Extent::Fixed2(_) => return false,
         }

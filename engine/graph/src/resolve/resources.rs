@@ -8,7 +8,7 @@ use raxel_shader::interface::ScalarKind;
 use super::{Declared, Names, missing, resource, unknown};
 use crate::SourceLayout;
 use crate::checked::{self, Clear, DisplayMap, Extent, Resource, ResourceId, ResourceKind};
-use crate::model::{At, Buffer, BufferSize, Data, Display, File, Literal, Size, Target};
+use crate::model::{At, Buffer, BufferSize, Data, Display, File, Literal, Size, Target, WORLD};
 use crate::value::{describe, float, integer};
 
 /// Resolves targets, then buffers.
@@ -18,7 +18,8 @@ pub fn resources(
     sources: &[SourceLayout],
     found: &mut Vec<Diagnostic>,
 ) -> Vec<Declared<Resource>> {
-    let scope = Scope { names, targets: &model.targets, sources };
+    let scope = Scope { names, targets: &model.targets, buffers: &model.buffers, sources };
+    world_is_the_world(model, found);
     let mut resources = Vec::with_capacity(model.targets.len() + model.buffers.len());
     for target in &model.targets {
         resources.push(scope.target(target, found));
@@ -32,6 +33,7 @@ pub fn resources(
 struct Scope<'a> {
     names: &'a Names,
     targets: &'a [Target],
+    buffers: &'a [Buffer],
     sources: &'a [SourceLayout],
 }
 
@@ -48,6 +50,7 @@ impl Scope<'_> {
             Some(Size::Output(scale)) => Extent::Output { scale: *scale },
             Some(Size::Fixed2(extent)) => Extent::Fixed2(*extent),
             Some(Size::Fixed3(extent)) => Extent::Fixed3(*extent),
+            Some(Size::Of { target, scale }) if target.value == WORLD => Extent::World { scale: *scale },
             Some(Size::Of { target, scale }) => match self.target_id(target, found) {
                 Some(target) => Extent::Of { target, scale: *scale },
                 None => Extent::Output { scale: [1.0; 2] },
@@ -143,19 +146,31 @@ impl Scope<'_> {
         let kind = ResourceKind::Buffer(checked::Buffer { size, clear, init });
         let places = buffer.source.as_ref().map(|source| &source.span);
         let detail = places.or(buffer.size.as_ref().map(|size| &size.span)).unwrap_or(&name.span).clone();
-        let stride = match buffer.size.as_ref().map(|size| &size.value) {
-            Some(BufferSize::Elements { stride, .. } | BufferSize::PerPixel { stride, .. }) => Some(*stride),
-            _ => None,
-        };
-        Declared { stride, ..declared(name, kind, buffer.history.as_ref(), sound, detail) }
+        declared(name, kind, buffer.history.as_ref(), sound, detail)
     }
 
     fn buffer_size(&self, size: &BufferSize, found: &mut Vec<Diagnostic>) -> Option<checked::BufferSize> {
         Some(match size {
             BufferSize::Bytes(bytes) => checked::BufferSize::Bytes(*bytes),
-            BufferSize::Elements { count, stride } => checked::BufferSize::Bytes(count * u64::from(*stride)),
-            BufferSize::PerPixel { of, stride } => {
-                checked::BufferSize::PerPixel { of: self.target_id(of, found)?, stride: *stride }
+            BufferSize::Elements { count, stride } => checked::BufferSize::Elements { count: *count, stride: *stride },
+            BufferSize::Of { of, scale, per, stride } if of.value == WORLD => {
+                let scale = scale.as_ref().map_or(1.0, |scale| scale.value);
+                checked::BufferSize::World { scale, per: *per, stride: *stride }
+            }
+            BufferSize::Of { of, scale, per, stride } => {
+                if let Some(scale) = scale {
+                    found.push(
+                        Diagnostic::error(
+                            codes::files::CONFLICTING_KEYS,
+                            format!("a buffer with elements for each of `{}` has no `scale`", of.value),
+                        )
+                        .label(scale.span.clone(), "only a part of the world can be meant here")
+                        .label(of.span.clone(), "not the world")
+                        .help("declare a target of the scaled size and name it in `of`"),
+                    );
+                    return None;
+                }
+                checked::BufferSize::Of { of: self.counted_id(of, found)?, per: *per, stride: *stride }
             }
         })
     }
@@ -178,6 +193,23 @@ impl Scope<'_> {
             )
             .label(name.span.clone(), "a target is needed here"),
         );
+        None
+    }
+
+    /// The target or buffer of that name, whose texels or elements can be counted.
+    fn counted_id(&self, name: &At<String>, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
+        let id = resource(self.names, &name.value, &name.span, found)?;
+        let Some(buffer) = (id.0 as usize).checked_sub(self.targets.len()).and_then(|index| self.buffers.get(index))
+        else {
+            return self.target_id(name, found);
+        };
+        match (&buffer.source, &buffer.size) {
+            (None, Some(At { value: BufferSize::Elements { .. } | BufferSize::Of { .. }, .. })) => return Some(id),
+            // A size that is missing or wrong is reported where it is.
+            (None, None) => {}
+            (Some(source), _) => found.push(no_elements(name, &source.span)),
+            (None, Some(size)) => found.push(no_elements(name, &size.span)),
+        }
         None
     }
 
@@ -210,7 +242,31 @@ pub fn supplied_image(
         display,
     };
     let item = Resource { name, kind: ResourceKind::Target(target), history: 0, place: place.clone() };
-    Declared { item, sound: true, detail: place, stride: None }
+    Declared { item, sound: true, detail: place }
+}
+
+/// In sizes `world` is the world. A resource of that name that is something else would be mistaken for it.
+fn world_is_the_world(model: &File, found: &mut Vec<Diagnostic>) {
+    let of_target = model.targets.iter().map(|target| (&target.name, &target.source));
+    let of_buffer = model.buffers.iter().map(|buffer| (&buffer.name, &buffer.source));
+    for (name, source) in of_target.chain(of_buffer).filter(|(name, _)| name.value == WORLD) {
+        if source.as_ref().is_none_or(|source| !source.value.starts_with("world.")) {
+            found.push(
+                Diagnostic::error(codes::graph::BAD_NAME, "`world` is not the world".to_owned())
+                    .label(name.span.clone(), "this has the name of the world, and something else in it")
+                    .help("give it another name, or `source = \"world.tree64\"`: in sizes, `of = \"world\"` means the bounds of the world"),
+            );
+        }
+    }
+}
+
+/// Nobody can say how many elements the buffer of that name has.
+pub(super) fn no_elements(name: &At<String>, size: &Span) -> Diagnostic {
+    let message = format!("nobody knows how many elements buffer `{}` has", name.value);
+    Diagnostic::error(codes::graph::WRONG_KIND, message)
+        .label(name.span.clone(), "a number of elements is needed here")
+        .label(size.clone(), "this says bytes alone")
+        .help("give its size as `{ count = …, stride = … }` or `{ of = \"…\", stride = … }`")
 }
 
 /// Nothing can be as large as what comes from outside: its extent is not known until it is there.
@@ -231,7 +287,7 @@ fn declared(
 ) -> Declared<Resource> {
     let history = history.map_or(0, |history| history.value);
     let item = Resource { name: name.value.clone(), kind, history, place: name.span.clone() };
-    Declared { item, sound, detail, stride: None }
+    Declared { item, sound, detail }
 }
 
 fn format(target: &Target, found: &mut Vec<Diagnostic>) -> Option<Format> {
@@ -257,7 +313,12 @@ fn format(target: &Target, found: &mut Vec<Diagnostic>) -> Option<Format> {
 
 fn volume_has_no_layers(target: &Target, found: &mut Vec<Diagnostic>) {
     let (Some(size), Some(layers)) = (&target.size, &target.layers) else { return };
-    if matches!(size.value, Size::Fixed3(_)) && layers.value > 1 {
+    let volume = match &size.value {
+        Size::Fixed3(_) => true,
+        Size::Of { target, .. } => target.value == WORLD,
+        Size::Output(_) | Size::Fixed2(_) => false,
+    };
+    if volume && layers.value > 1 {
         found.push(
             Diagnostic::error(
                 codes::files::CONFLICTING_KEYS,

@@ -7,6 +7,7 @@ use raxel_graph::checked::*;
 use raxel_graph::plan::{CullReason, Plan, Step};
 
 use super::graphs::{Case, OUTPUT, SOURCE_IMAGE};
+use super::sizes::of_world;
 
 /// Mips and layers of every resource.
 pub fn subresources(graph: &Graph) -> Vec<(u32, u32)> {
@@ -22,6 +23,7 @@ pub fn subresources(graph: &Graph) -> Vec<(u32, u32)> {
                     Extent::Fixed2(axes) => axes.into_iter().max(),
                     Extent::Fixed3(axes) => axes.into_iter().max(),
                     Extent::Source => SOURCE_IMAGE.into_iter().max(),
+                    Extent::World { scale } => of_world(scale).into_iter().max(),
                     Extent::Of { .. } => None,
                 };
                 let mut chain = 1;
@@ -81,7 +83,7 @@ fn needed(case: &Case, live: u64) -> u64 {
         let present = |contents: &BTreeMap<_, u64>| {
             let volume = matches!(
                 graph.resource(shown.resource).kind,
-                ResourceKind::Target(Target { extent: Extent::Fixed3(_) | Extent::Source, .. })
+                ResourceKind::Target(Target { extent: Extent::Fixed3(_) | Extent::World { .. } | Extent::Source, .. })
             );
             read(contents, shown.resource, shown.age, &[(shown.mip, if volume { 0 } else { shown.layer })])
         };

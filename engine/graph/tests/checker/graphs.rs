@@ -7,7 +7,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Span};
 use raxel_graph::checked::*;
 use raxel_graph::plan::{
-    BufferDesc, ImageDesc, Limits, MemoryModel, Plan, PlanInput, Present, Requirements, SourceSize,
+    BufferDesc, ImageDesc, Limits, MemoryModel, Plan, PlanInput, Present, Requirements, SourceSize, WorldInput,
 };
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Interface, LocalSize};
@@ -76,6 +76,7 @@ impl Case {
             pinned: &self.pinned,
             facts: &|fact| self.holds(fact),
             sources: &self.sources,
+            world: WorldInput { extent: WORLD, materials: None },
             memory: &self.memory,
             alias: self.alias,
             limits: Limits::PORTABLE,
@@ -85,8 +86,13 @@ impl Case {
 }
 
 pub const OUTPUT: [u32; 2] = [64, 32];
+/// Voxels of the world's bounds, no multiples of anything.
+pub const WORLD: [u32; 3] = [37, 21, 9];
 /// Texels of the image that is supplied.
 pub const SOURCE_IMAGE: [u32; 3] = [16, 4, 8];
+
+/// Texels per voxel.
+const SCALES: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
 
 /// Requirements that are a random function of what is asked for.
 pub struct RandomMemory {
@@ -179,56 +185,80 @@ pub fn case(seed: u64) -> Case {
 fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
     let count = if tame { 5 + r.below(9) } else { 1 + r.below(9) };
     let rarely = |percent: u32| if tame { percent / 4 } else { percent };
-    (0..count)
-        .map(|number| {
-            let history = if r.percent(rarely(20)) { 1 + r.below(2) } else { 0 };
-            let cleared = r.percent(20);
-            let filled = r.percent(rarely(10));
-            let kind = if r.percent(30) {
-                let size = if number > 0 && r.percent(10) {
-                    BufferSize::Source("world.tree64".to_owned())
-                } else {
-                    BufferSize::Bytes(u64::from(4 + r.below(60)) * 16)
-                };
-                let source = matches!(size, BufferSize::Source(_));
-                ResourceKind::Buffer(Buffer {
-                    size,
-                    clear: (cleared && !source).then_some(7),
-                    init: (filled && !source).then_some(1),
-                })
+    let mut made: Vec<Resource> = Vec::new();
+    for number in 0..count {
+        let history = if r.percent(rarely(20)) { 1 + r.below(2) } else { 0 };
+        let cleared = r.percent(20);
+        let filled = r.percent(rarely(10));
+        let kind = if r.percent(30) {
+            let stride = 4 * (1 + r.below(4));
+            let size = if number > 0 && r.percent(10) {
+                BufferSize::Source("world.tree64".to_owned())
             } else {
-                let volume = r.percent(10);
-                let supplied = volume && r.percent(50);
-                let extent = if supplied {
-                    Extent::Source
-                } else if volume {
-                    Extent::Fixed3([8 + r.below(8), 8, 8])
-                } else if number > 0 && r.percent(50) {
-                    Extent::Output { scale: [0.5, 0.5] }
-                } else {
-                    Extent::Fixed2([32 + r.below(32), 32])
-                };
-                ResourceKind::Target(Target {
-                    format: r.pick(&[Format::R32f, Format::Rgba8, Format::Rgba16f]),
-                    extent,
-                    source: supplied.then(|| "world.texture3d".to_owned()),
-                    mips: if supplied {
-                        0
-                    } else if r.percent(30) {
-                        r.below(4)
-                    } else {
-                        1
+                match r.below(8) {
+                    0 => BufferSize::Elements { count: u64::from(3 + r.below(2000)), stride },
+                    1 => BufferSize::World { scale: r.pick(&SCALES), per: 1 + r.below(3), stride },
+                    2 if number > 0 => match counted(r, &made) {
+                        Some(of) => BufferSize::Of { of, per: 1 + r.below(3), stride },
+                        None => BufferSize::Bytes(64),
                     },
-                    layers: if !volume && r.percent(20) { 1 + r.below(3) } else { 1 },
-                    clear: (cleared && !supplied).then_some(Clear::Float([0.5; 4])),
-                    init: (filled && !supplied).then_some(Clear::Float([1.0; 4])),
-                    display: None,
-                })
+                    _ => BufferSize::Bytes(u64::from(4 + r.below(60)) * 16),
+                }
             };
-            let source = kind.source().is_some();
-            Resource { name: format!("r{number}"), kind, history: if source { 0 } else { history }, place: place() }
-        })
-        .collect()
+            let source = matches!(size, BufferSize::Source(_));
+            ResourceKind::Buffer(Buffer {
+                size,
+                clear: (cleared && !source).then_some(7),
+                init: (filled && !source).then_some(1),
+            })
+        } else {
+            let volume = r.percent(10);
+            let supplied = volume && r.percent(50);
+            let extent = if supplied {
+                Extent::Source
+            } else if volume && r.percent(50) {
+                Extent::World { scale: r.pick(&SCALES) }
+            } else if volume {
+                Extent::Fixed3([8 + r.below(8), 8, 8])
+            } else if number > 0 && r.percent(50) {
+                Extent::Output { scale: [0.5, 0.5] }
+            } else {
+                Extent::Fixed2([32 + r.below(32), 32])
+            };
+            ResourceKind::Target(Target {
+                format: r.pick(&[Format::R32f, Format::Rgba8, Format::Rgba16f]),
+                extent,
+                source: supplied.then(|| "world.texture3d".to_owned()),
+                mips: if supplied {
+                    0
+                } else if r.percent(30) {
+                    r.below(4)
+                } else {
+                    1
+                },
+                layers: if !volume && r.percent(20) { 1 + r.below(3) } else { 1 },
+                clear: (cleared && !supplied).then_some(Clear::Float([0.5; 4])),
+                init: (filled && !supplied).then_some(Clear::Float([1.0; 4])),
+                display: None,
+            })
+        };
+        let source = kind.source().is_some();
+        let history = if source { 0 } else { history };
+        made.push(Resource { name: format!("r{number}"), kind, history, place: place() });
+    }
+    made
+}
+
+/// A resource whose texels or elements can be counted. The judge of sizes knows no chains of `of`.
+fn counted(r: &mut Random, resources: &[Resource]) -> Option<ResourceId> {
+    let counted = |resource: &Resource| match &resource.kind {
+        ResourceKind::Target(target) => target.source.is_none(),
+        ResourceKind::Buffer(buffer) => {
+            matches!(buffer.size, BufferSize::Elements { .. } | BufferSize::World { .. })
+        }
+    };
+    let all: Vec<u32> = (0..resources.len() as u32).filter(|index| counted(&resources[*index as usize])).collect();
+    (!all.is_empty()).then(|| ResourceId(r.pick(&all)))
 }
 
 fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<ResourceId>, tame: bool) -> Pass {
@@ -283,7 +313,12 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         })
         .collect();
     let mut dispatch = Dispatch::Threads([32, 8, 1]);
-    if !arguments.is_empty() && r.percent(30) {
+    let listed =
+        |resource: &Resource| matches!(&resource.kind, ResourceKind::Buffer(buffer) if buffer.size.stride().is_some());
+    let lists: Vec<u32> = (0..resources.len() as u32).filter(|index| listed(&resources[*index as usize])).collect();
+    if !lists.is_empty() && r.percent(20) {
+        dispatch = Dispatch::ElementsOf { buffer: ResourceId(r.pick(&lists)) };
+    } else if !arguments.is_empty() && r.percent(30) {
         let buffer = r.pick(&arguments);
         dispatch = Dispatch::Indirect { buffer, offset: 0 };
         accesses.push(bound(r, resources, buffer, 0, Access::Read, Usage::IndirectArguments));

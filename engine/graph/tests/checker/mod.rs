@@ -4,6 +4,7 @@
 pub mod flow;
 pub mod graphs;
 pub mod memory;
+pub mod sizes;
 pub mod sync;
 
 use raxel_graph::plan::Plan;
@@ -12,6 +13,7 @@ use raxel_graph::plan::Plan;
 pub fn faults(case: &graphs::Case, plan: &Plan) -> Vec<String> {
     let mut faults = flow::faults(case, plan);
     if faults.is_empty() {
+        faults.extend(sizes::faults(case, plan));
         faults.extend(memory::faults(case, plan));
         faults.extend(sync::faults(plan, &sync::Run::full(plan, case.memory.granularity)));
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::SourceMap;
 use raxel_graph::checked::{Extent, Graph, ResourceKind, Usage};
-use raxel_graph::plan::{Lifetime, Limits, PlanInput, Present, ResourceDesc, SourceSize, Step};
+use raxel_graph::plan::{Lifetime, Limits, PlanInput, Present, ResourceDesc, SourceSize, Step, WorldInput};
 use raxel_graph::{EstimatedMemory, compile_with, plan, print};
 use raxel_shader::Compiler;
 use raxel_shader::format::Format;
@@ -164,6 +164,7 @@ fn plans_take_it_as_it_is() {
             pinned: &[],
             facts: &|_| true,
             sources: &BTreeMap::from([("world.texture3d".to_owned(), SourceSize { bytes: 96, image })]),
+            world: WorldInput::ON_PAPER,
             memory: &EstimatedMemory,
             alias: true,
             limits: Limits { image_3d, ..Limits::PORTABLE },

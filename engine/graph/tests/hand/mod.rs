@@ -7,7 +7,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Span};
 use raxel_graph::EstimatedMemory;
 use raxel_graph::checked::*;
-use raxel_graph::plan::{Limits, Plan, PlanInput, Present};
+use raxel_graph::plan::{Limits, Plan, PlanInput, Present, WorldInput};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Interface, LocalSize};
 use raxel_shader::{Request, Shader};
@@ -19,6 +19,7 @@ pub struct Hand {
     pub after: Option<&'static str>,
     pub alias: bool,
     pub output: [u32; 2],
+    pub world: [u32; 3],
     pub limits: Limits,
     pub pinned: Vec<&'static str>,
 }
@@ -43,6 +44,7 @@ impl Hand {
             after: None,
             alias: true,
             output: [320, 180],
+            world: [100, 60, 40],
             limits: Limits::PORTABLE,
             pinned: Vec::new(),
         }
@@ -140,6 +142,7 @@ impl Hand {
             pinned: &pinned,
             facts: &|_| self.facts,
             sources: &sources,
+            world: WorldInput { extent: self.world, materials: None },
             memory: &EstimatedMemory,
             alias: self.alias,
             limits: self.limits,

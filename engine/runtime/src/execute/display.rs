@@ -6,7 +6,6 @@ use std::sync::Arc;
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_graph::checked::{BufferSize, Display, DisplayMap, ResourceKind};
 use raxel_graph::plan::{Plan, ResourceDesc};
-use raxel_graph::sizes;
 use raxel_shader::format::Format;
 use raxel_shader::interface::{BindingKind, Block, Scalar, ScalarKind, Type};
 use raxel_shader::{Compiler, Request, Shader, ShaderSource};
@@ -116,8 +115,9 @@ fn buffer_grid(plan: &Plan) -> (u32, Option<u32>, ScalarKind) {
     let scalar = declared_scalar(plan).unwrap_or(ScalarKind::Uint);
     match &plan.graph.resource(resource).kind {
         ResourceKind::Buffer(buffer) => match buffer.size {
-            BufferSize::PerPixel { of, stride } if stride >= 4 => {
-                (stride / 4, Some(sizes::extent(&plan.graph, plan.output, of)[0]), scalar)
+            // One element per texel is shown where the texel is.
+            BufferSize::Of { of, per: 1, stride } if stride >= 4 => {
+                (stride / 4, plan.sizes[of.0 as usize].texels(0).map(|[width, ..]| width), scalar)
             }
             _ => (1, None, scalar),
         },

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use raxel_gpu::{ComputePipeline, Device, PipelineInfo, Sampler, Slot, vk};
-use raxel_graph::checked::Pass;
+use raxel_graph::checked::{Pass, Value};
 use raxel_shader::Shader;
 use raxel_shader::interface::BindingKind;
 
@@ -45,9 +45,14 @@ impl Pipelines {
     }
 
     /// The pipeline of a pass.
-    pub(super) fn of_pass(&self, device: &Arc<Device>, pass: &Pass) -> Result<Arc<ComputePipeline>, ExecuteError> {
+    pub(super) fn of_pass(
+        &self,
+        device: &Arc<Device>,
+        pass: &Pass,
+        specialization: &[(u32, Value)],
+    ) -> Result<Arc<ComputePipeline>, ExecuteError> {
         let specialization: Vec<_> =
-            pass.specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect();
+            specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect();
         let key = (pass.shader.key, specialization);
         if let Some(pipeline) = lock(&self.passes).get(&key) {
             return Ok(pipeline.clone());

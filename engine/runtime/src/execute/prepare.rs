@@ -271,7 +271,7 @@ impl Builder {
         let physical = |access: &BoundAccess| {
             plan.resources.iter().position(|r| r.resource == access.resource).map(|i| &resources[i])
         };
-        let pipeline = self.shared.pipelines.of_pass(&self.shared.device, pass)?;
+        let pipeline = self.shared.pipelines.of_pass(&self.shared.device, pass, &planned.specialization)?;
         // Descriptors name physical copies, so there is a set for every way the copies it touches can stand.
         let counts = pass.accesses.iter().filter_map(physical).map(|p| u64::from(p.count().max(1)));
         let rotations = counts.fold(1, lcm);

@@ -3,9 +3,8 @@
 
 use std::sync::Arc;
 
-use raxel_graph::checked::{Every, Fill, ResourceId, Source, Value};
+use raxel_graph::checked::{Every, Fill, Source, Value};
 use raxel_graph::plan::{Plan, Step};
-use raxel_graph::sizes;
 use raxel_shader::interface::ByteRanges;
 
 use super::inputs::FrameInputs;
@@ -69,8 +68,6 @@ struct Pass {
 pub struct Replay {
     plan: Arc<Plan>,
     passes: Vec<Pass>,
-    /// Extents of all resources of the graph, for `extent of` values.
-    extents: Vec<[u32; 3]>,
     uniforms: Vec<u8>,
     keys: Vec<Option<u64>>,
     run: Vec<bool>,
@@ -104,7 +101,7 @@ impl Replay {
                 let bytes = pass.shader.interface.push.as_ref().map_or(0, |block| block.size);
                 let key = hash_bytes(0, &pass.shader.key);
                 let base =
-                    format!("{:?}{:?}{:?}{:?}", planned.groups, pass.dispatch, pass.accesses, pass.specialization);
+                    format!("{:?}{:?}{:?}{:?}", planned.groups, pass.dispatch, pass.accesses, planned.specialization);
                 Pass {
                     push: vec![0; bytes as usize],
                     places,
@@ -121,9 +118,6 @@ impl Replay {
             memo_on: true,
             uniforms: vec![0; end as usize],
             any: true,
-            extents: (0..plan.graph.resources.len())
-                .map(|id| sizes::extent(&plan.graph, plan.output, ResourceId(id as u32)))
-                .collect(),
             plan: plan.clone(),
             passes,
             display,
@@ -278,16 +272,16 @@ impl Replay {
 
     /// Writes push constants and uniform blocks.
     fn fill(&mut self, inputs: &FrameInputs<'_>) {
-        let Replay { plan, passes, uniforms, extents, .. } = self;
+        let Replay { plan, passes, uniforms, .. } = self;
         for (state, planned) in passes.iter_mut().zip(&plan.passes) {
             let pass = plan.graph.pass(planned.pass);
             for fill in &pass.push {
-                values::write(&mut state.push, fill, &value(plan, extents, fill, inputs));
+                values::write(&mut state.push, fill, &value(plan, fill, inputs));
             }
             for (block, place) in pass.uniforms.iter().zip(&state.places) {
                 let bytes = &mut uniforms[place.offset as usize..(place.offset + place.size) as usize];
                 for fill in &block.fills {
-                    values::write(bytes, fill, &value(plan, extents, fill, inputs));
+                    values::write(bytes, fill, &value(plan, fill, inputs));
                 }
             }
             for over in inputs.overrides.iter().filter(|over| over.pass == planned.pass) {
@@ -318,9 +312,8 @@ fn hash_parts(seed: u64, block: &[u8], parts: &ByteRanges) -> u64 {
     })
 }
 
-fn value(plan: &Plan, extents: &[[u32; 3]], fill: &Fill, inputs: &FrameInputs<'_>) -> Value {
+fn value(plan: &Plan, fill: &Fill, inputs: &FrameInputs<'_>) -> Value {
     match fill.from {
-        Source::Value(value) => value,
         Source::Param(param) => inputs
             .params
             .get(param.0 as usize)
@@ -328,9 +321,8 @@ fn value(plan: &Plan, extents: &[[u32; 3]], fill: &Fill, inputs: &FrameInputs<'_
             .copied()
             .unwrap_or(Value::U32(0)),
         Source::Builtin(builtin) => inputs.builtins.value(builtin),
-        Source::ExtentOf(resource) => {
-            let [x, y, z] = extents[resource.0 as usize];
-            Value::IVec4([x as i32, y as i32, z as i32, 1])
+        Source::Value(_) | Source::ExtentOf(_) | Source::CountOf(_) => {
+            plan.constant(&fill.from).unwrap_or(Value::U32(0))
         }
     }
 }

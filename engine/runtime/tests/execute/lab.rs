@@ -5,7 +5,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_graph::checked::{Builtin, Fact, Graph, ResourceId};
-use raxel_graph::plan::{Plan, PlanInput, Present};
+use raxel_graph::plan::{Plan, PlanInput, Present, WorldInput};
 use raxel_graph::{SourceLayout, compile, plan};
 use raxel_runtime::execute::{
     Builtins, DeviceMemory, DeviceSource, ExecuteError, Executor, ExecutorOptions, FrameInputs, FrameReport, Prepared,
@@ -26,6 +26,8 @@ pub struct Lab {
 /// How a graph is planned.
 pub struct Planned<'a> {
     pub output: [u32; 2],
+    /// Voxels of the world along each axis.
+    pub world: [u32; 3],
     pub present: &'a str,
     pub pinned: &'a [&'a str],
     pub alias: bool,
@@ -33,7 +35,7 @@ pub struct Planned<'a> {
 
 impl Default for Planned<'_> {
     fn default() -> Self {
-        Planned { output: [8, 4], present: "color", pinned: &[], alias: true }
+        Planned { output: [8, 4], world: [16; 3], present: "color", pinned: &[], alias: true }
     }
 }
 
@@ -61,6 +63,7 @@ impl Lab {
             pinned: &pinned,
             facts: &facts,
             sources: &sizes,
+            world: WorldInput { extent: how.world, materials: None },
             memory: &DeviceMemory(self.device.clone()),
             alias: how.alias,
             limits: limits(&self.device),

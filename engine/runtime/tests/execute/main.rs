@@ -9,6 +9,7 @@ mod blocks;
 mod frames;
 mod hang;
 mod lab;
+mod lists;
 mod random;
 mod shown;
 mod sources;

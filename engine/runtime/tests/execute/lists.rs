@@ -1,0 +1,131 @@
+//! Dispatches over lists: each element gets one thread, however many there are.
+
+use crate::lab::{Lab, Planned};
+
+/// Five million threads of 64 are 78,125 workgroups: more than a device need take along x.
+const LONG: u32 = 5_000_000;
+
+const GRAPH: &str = r#"
+name = "lists"
+present = "color"
+[targets.color]
+format = "r32f"
+[buffers.list]
+size = { count = 5000000, stride = 4 }
+clear = 0
+[buffers.pairs]
+size = { of = "short", per = 3, stride = 8 }
+clear = 0
+[buffers.short]
+size = { count = 70, stride = 4 }
+init = 5
+[[passes]]
+name = "long"
+shader = "long.comp"
+dispatch = { threads = "list" }
+bind = { List = "list", outColor = "color" }
+push = { count = "buffer.list.count" }
+[[passes]]
+name = "pairs"
+shader = "pairs.comp"
+dispatch = { threads = "pairs" }
+specialization = { COUNT = "buffer.pairs.count", WIDTH = "buffer.short.count" }
+bind = { Pairs = "pairs", Short = "short", color = "color" }
+"#;
+
+/// A workgroup with all three axes: its threads are neighbours all the same.
+const LONG_SHADER: &str = "#version 460
+#include <raxel/thread.glsl>
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+layout(std430) buffer List { uint list[]; };
+layout(r32f) uniform writeonly image2D outColor;
+layout(push_constant) uniform Push { uint count; };
+void main() {
+    uint i = rx_thread();
+    if (i == 0u) imageStore(outColor, ivec2(0), vec4(1));
+    if (i < count) atomicAdd(list[i], i + 1u);
+}";
+
+/// A workgroup as wide as another list is long.
+const PAIRS_SHADER: &str = "#version 460
+#include <raxel/thread.glsl>
+layout(local_size_x_id = 1) in;
+layout(constant_id = 0) const uint COUNT = 1;
+layout(constant_id = 1) const uint WIDTH = 1;
+layout(std430) buffer Pairs { uvec2 pairs[]; };
+layout(std430) readonly buffer Short { uint five[]; };
+layout(r32f) uniform image2D color;
+void main() {
+    uint i = rx_thread();
+    if (i == 0u) imageStore(color, ivec2(1, 0), imageLoad(color, ivec2(0)) + float(five[WIDTH - 1u]));
+    if (i < COUNT) pairs[i] += uvec2(WIDTH, COUNT);
+}";
+
+const FILES: [(&str, &str); 3] =
+    [("graphs/test.toml", GRAPH), ("shaders/long.comp", LONG_SHADER), ("shaders/pairs.comp", PAIRS_SHADER)];
+
+#[test]
+fn each_element_gets_one_thread() {
+    let mut lab = Lab::new();
+    let plan = lab.load(&FILES, &Planned { pinned: &["list", "pairs"], ..Planned::default() });
+    assert!(plan.passes[0].groups.is_some_and(|[x, y, z]| x > 1 && y == 2 && z == 1), "{:?}", plan.passes[0].groups);
+    assert_eq!(plan.passes[1].groups, Some([3, 1, 1]));
+    lab.frame();
+    let list = lab.words("list");
+    assert_eq!(list.len(), LONG as usize);
+    let wrong = (0_u32..).zip(&list).find(|(i, word)| **word != i + 1);
+    assert_eq!(wrong, None, "element and what its threads added up to");
+    let pairs = lab.words("pairs");
+    assert_eq!(pairs.len(), 2 * 210);
+    assert!(pairs.chunks(2).all(|pair| pair == [70, 210]), "{pairs:?}");
+    assert_eq!(lab.floats("color", 0, 0, 0)[1][0], 6.0);
+}
+
+const WORLD_GRAPH: &str = r#"
+name = "world"
+present = "probes"
+[targets.probes]
+format = "r32ui"
+size = { of = "world", scale = 0.25 }
+mips = "full"
+[buffers.faces]
+size = { of = "world", scale = 0.25, per = 6, stride = 4 }
+[[passes]]
+name = "fill"
+shader = "fill.comp"
+dispatch = { threads = "probes" }
+bind = { probes = "probes", Faces = "faces" }
+push = { extent = { type = "ivec3", from = "target.probes.size" }, count = "buffer.faces.count" }
+"#;
+
+const FILL: &str = "#version 460
+layout(local_size_x = 4, local_size_y = 4) in;
+layout(r32ui) uniform writeonly uimage3D probes;
+layout(std430) writeonly buffer Faces { uint faces[]; };
+layout(push_constant) uniform Push { ivec3 extent; uint count; };
+void main() {
+    ivec3 at = ivec3(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(at, imageSize(probes)))) return;
+    uint index = uint((at.z * extent.y + at.y) * extent.x + at.x);
+    imageStore(probes, at, uvec4(index + count));
+    for (uint face = 0u; face < 6u; face++) faces[index * 6u + face] = index;
+}";
+
+/// A target over the world has its extent; a world of another extent resizes it, and nothing is left of the old one.
+#[test]
+fn targets_follow_the_world() {
+    let mut lab = Lab::new();
+    for (world, extent) in [([16, 9, 5], [4_u32, 3, 2]), ([0; 3], [1; 3]), ([17, 1, 40], [5, 1, 10])] {
+        let how = Planned { world, present: "probes", pinned: &["faces"], ..Planned::default() };
+        lab.load(&[("graphs/test.toml", WORLD_GRAPH), ("shaders/fill.comp", FILL)], &how);
+        lab.frame();
+        let count: u32 = extent.iter().product();
+        let slice = count / extent[2];
+        for z in 0..extent[2] {
+            let texels: Vec<u32> = lab.integers("probes", 0, z).iter().map(|texel| texel[0]).collect();
+            assert_eq!(texels, (z * slice..(z + 1) * slice).map(|i| i + 6 * count).collect::<Vec<_>>(), "{world:?}");
+        }
+        let faces: Vec<u32> = (0..count).flat_map(|i| [i; 6]).collect();
+        assert_eq!(lab.words("faces"), faces);
+    }
+}
