@@ -150,7 +150,7 @@ fn recorded_time(c: &mut Criterion, device: &Arc<Device>) {
             let mut nanoseconds = 0;
             for _ in 0..frames {
                 builtins.frame_time += 1.0;
-                nanoseconds += executor.frame(&inputs(&builtins), None).expect("it runs").cpu_nanoseconds;
+                nanoseconds += executor.frame(&inputs(&builtins)).expect("it runs").cpu_nanoseconds;
                 executor.wait().expect("the device finishes");
             }
             Duration::from_nanos(nanoseconds)

@@ -4,7 +4,7 @@ pub use raxel_diagnostics::{Diagnostic, SourceMap, render};
 pub use raxel_graph::checked::Value;
 pub use raxel_runtime::camera::Camera;
 pub use raxel_runtime::debug_target::DebugTarget;
-pub use raxel_runtime::execute::{FrameReport, PassTime, Picture, Shown, SwapReport, Texels};
+pub use raxel_runtime::execute::{FrameReport, PassTime, Picture, SwapReport, Texels};
 pub use raxel_runtime::project::Project;
 pub use raxel_runtime::reload::ReloadEvent;
 pub use raxel_runtime::session::Validation;

@@ -1,5 +1,7 @@
 //! The command line as types: what every verb shares, and the list of verbs.
 
+use raxel_runtime::present::Viewport;
+
 use crate::talk::{Color, Format};
 use crate::verbs;
 
@@ -49,6 +51,15 @@ pub(crate) struct Messages {
 /// An extent in pixels, both sides at least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub [u32; 2]);
+
+/// Reads a scale of the output, such as `0.5`.
+pub(crate) fn scale(text: &str) -> Result<f64, String> {
+    let scales = Viewport::SCALES;
+    text.parse()
+        .ok()
+        .filter(|scale| scales.contains(scale))
+        .ok_or_else(|| format!("write a number from {} to {}, e.g. 0.5", scales.start(), scales.end()))
+}
 
 /// Reads `640x360`.
 pub(crate) fn size(text: &str) -> Result<Size, String> {

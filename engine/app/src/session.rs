@@ -182,7 +182,6 @@ pub(crate) fn open_failure(error: OpenError, talk: &Talk) -> Failure {
 pub(crate) fn frame_failure(error: FrameError, talk: &Talk) -> Failure {
     match error {
         FrameError::Plan { diagnostics, texts } => talk.stop_in(&diagnostics, &texts),
-        FrameError::SurfaceLost => Failure::new(Exit::DeviceLost, error.to_string()),
         FrameError::Device(error) => error.into(),
     }
 }

@@ -115,14 +115,36 @@ impl Buffer {
         }
     }
 
-    /// What the device wrote before the last wait; `None` when the buffer is not [`Location::Download`].
-    pub fn bytes(&self) -> Option<&[u8]> {
-        match &self.held {
-            Held::Own(memory) if self.location == Location::Download => {
-                memory.allocation().mapped_slice().and_then(|bytes| bytes.get(..self.size as usize))
+    /// Copies bytes out, as the device left them. Nothing is lent: the device may write again at any time. `false`, with nothing copied,
+    /// when the buffer is not [`Location::Download`] or too small.
+    #[allow(clippy::cast_ptr_alignment, reason = "the middle starts at an aligned address")]
+    pub fn read(&self, offset: u64, into: &mut [u8]) -> bool {
+        let Held::Own(memory) = &self.held else { return false };
+        let fits = offset.checked_add(into.len() as u64).is_some_and(|end| end <= self.size);
+        let Some(host) = memory.allocation().mapped_ptr().filter(|_| fits && self.location == Location::Download)
+        else {
+            return false;
+        };
+        let start = host.as_ptr().cast::<u8>().wrapping_add(offset as usize);
+        let head = start.align_offset(align_of::<u64>()).min(into.len());
+        let (before, rest) = into.split_at_mut(head);
+        let (words, after) = rest.split_at_mut(rest.len() & !7);
+        // SAFETY: the mapping has `size` bytes, and `offset` and the length lie within. The middle starts at an aligned address. The reads
+        // are volatile and no reference is made, since the device may write meanwhile.
+        unsafe {
+            for (i, byte) in before.iter_mut().enumerate() {
+                *byte = start.add(i).read_volatile();
             }
-            _ => None,
+            let middle = start.add(head);
+            for (i, word) in words.chunks_exact_mut(8).enumerate() {
+                word.copy_from_slice(&middle.add(8 * i).cast::<u64>().read_volatile().to_ne_bytes());
+            }
+            let end = middle.add(words.len());
+            for (i, byte) in after.iter_mut().enumerate() {
+                *byte = end.add(i).read_volatile();
+            }
         }
+        true
     }
 
     /// One word at a multiple of 4, as it is right now, even while the device writes it. `None` when out of range or not

@@ -10,7 +10,8 @@ use crate::device::Device;
 use crate::image::Image;
 use crate::pipeline::ComputePipeline;
 use crate::query::Timestamps;
-use crate::result::{Named, Result};
+use crate::queue::{TimelineValue, WindowSemaphores};
+use crate::result::{Error, Named, Result};
 use crate::retire::Dead;
 
 /// A dependency that was put together beforehand, so that recording it allocates nothing.
@@ -74,7 +75,7 @@ pub(crate) fn transition(
         .subresource_range(whole())
 }
 
-fn whole() -> vk::ImageSubresourceRange {
+pub(crate) fn whole() -> vk::ImageSubresourceRange {
     vk::ImageSubresourceRange {
         aspect_mask: vk::ImageAspectFlags::COLOR,
         base_mip_level: 0,
@@ -95,12 +96,15 @@ pub enum ClearColor {
     Uint([u32; 4]),
 }
 
-/// A command buffer with its pool. Recorded, submitted, and recorded again once the device has finished it.
+/// A command buffer with its pool. [`Self::begin`] opens a [`Recording`], which is submitted or given up; the buffer can be recorded again
+/// once the device has finished that submission.
 pub struct CommandBuffer {
-    pub(crate) raw: vk::CommandBuffer,
+    raw: vk::CommandBuffer,
     pool: vk::CommandPool,
     device: Arc<Device>,
-    open: bool,
+    name: String,
+    /// The last submission: until the device reaches it, the buffer must not be touched.
+    submitted: TimelineValue,
 }
 
 impl CommandBuffer {
@@ -111,7 +115,13 @@ impl CommandBuffer {
             .queue_family_index(device.queue.family);
         // SAFETY: plain data.
         let pool = unsafe { device.raw.create_command_pool(&create, None) }.named("vkCreateCommandPool")?;
-        let mut commands = CommandBuffer { raw: vk::CommandBuffer::null(), pool, device: device.clone(), open: false };
+        let mut commands = CommandBuffer {
+            raw: vk::CommandBuffer::null(),
+            pool,
+            device: device.clone(),
+            name: name.to_owned(),
+            submitted: TimelineValue::default(),
+        };
         let allocate = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
         // SAFETY: the pool was just made.
         commands.raw = unsafe { device.raw.allocate_command_buffers(&allocate) }.named("vkAllocateCommandBuffers")?[0];
@@ -119,40 +129,56 @@ impl CommandBuffer {
         Ok(commands)
     }
 
-    /// Forgets what was recorded and starts anew. The device must have finished what was submitted before.
-    pub fn begin(&mut self) -> Result<()> {
-        self.close();
+    /// The last submission of this buffer; zero, which is always reached, before the first.
+    pub fn submitted(&self) -> TimelineValue {
+        self.submitted
+    }
+
+    /// Forgets what was recorded and starts anew.
+    ///
+    /// # Errors
+    /// [`Error::InFlight`] while the device has not finished the last submission; wait for [`Self::submitted`] first.
+    pub fn begin(&mut self) -> Result<Recording<'_>> {
+        if !self.device.has_reached(self.submitted)? {
+            return Err(Error::InFlight { name: self.name.clone() });
+        }
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: `&mut self` is the pool's external synchronisation; the caller says that the device has finished.
+        // SAFETY: `&mut self` is the pool's external synchronisation, and the last submission has finished.
         unsafe {
             let reset = self.device.raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty());
             self.device.watch(reset.named("vkResetCommandPool"))?;
             self.device.watch(self.device.raw.begin_command_buffer(self.raw, &begin).named("vkBeginCommandBuffer"))?;
         }
-        self.open = true;
         self.device.recording_began();
-        Ok(())
+        Ok(Recording { commands: self })
+    }
+}
+
+/// A command buffer while it is recorded. Dropped without [`Self::submit`], what was recorded is given up.
+pub struct Recording<'a> {
+    commands: &'a mut CommandBuffer,
+}
+
+impl Recording<'_> {
+    /// Ends the recording and submits it. The value is reached when the device has finished it.
+    pub fn submit(self) -> Result<TimelineValue> {
+        self.submit_with(None)
     }
 
-    /// Ends the recording and submits it.
-    pub fn submit(&mut self) -> Result<crate::queue::TimelineValue> {
-        self.end()?;
-        let device = self.device.clone();
-        let value = device.submit(self);
-        self.close();
-        value
-    }
-
-    pub(crate) fn end(&mut self) -> Result<()> {
+    pub(crate) fn submit_with(self, window: Option<&WindowSemaphores>) -> Result<TimelineValue> {
+        let CommandBuffer { raw, device, submitted, .. } = &mut *self.commands;
         // SAFETY: the buffer is being recorded.
-        self.device.watch(unsafe { self.device.raw.end_command_buffer(self.raw) }.named("vkEndCommandBuffer"))
+        device.watch(unsafe { device.raw.end_command_buffer(*raw) }.named("vkEndCommandBuffer"))?;
+        *submitted = device.submit(*raw, window)?;
+        Ok(*submitted)
     }
 
-    /// What was recorded is submitted or given up.
-    pub(crate) fn close(&mut self) {
-        if std::mem::take(&mut self.open) {
-            self.device.recording_ended();
-        }
+    pub(crate) fn raw(&self) -> vk::CommandBuffer {
+        self.commands.raw
+    }
+
+    pub(crate) fn device(&self) -> &Arc<Device> {
+        &self.commands.device
     }
 
     /// Records a dependency.
@@ -162,13 +188,13 @@ impl CommandBuffer {
             info = info.memory_barriers(std::slice::from_ref(memory));
         }
         // SAFETY: recording; the images are held by the barrier.
-        unsafe { self.device.raw.cmd_pipeline_barrier2(self.raw, &info) };
+        unsafe { self.device().raw.cmd_pipeline_barrier2(self.raw(), &info) };
     }
 
     pub(crate) fn image_barrier(&mut self, barrier: vk::ImageMemoryBarrier2<'_>) {
         let info = vk::DependencyInfo::default().image_memory_barriers(std::slice::from_ref(&barrier));
         // SAFETY: recording; the caller keeps the image.
-        unsafe { self.device.raw.cmd_pipeline_barrier2(self.raw, &info) };
+        unsafe { self.device().raw.cmd_pipeline_barrier2(self.raw(), &info) };
     }
 
     /// Clears all mips and layers of an image in `GENERAL`.
@@ -180,14 +206,20 @@ impl CommandBuffer {
         };
         // SAFETY: recording; a dropped image lives on until the submission has finished.
         unsafe {
-            self.device.raw.cmd_clear_color_image(self.raw, image.raw, vk::ImageLayout::GENERAL, &value, &[whole()]);
+            self.device().raw.cmd_clear_color_image(
+                self.raw(),
+                image.raw,
+                vk::ImageLayout::GENERAL,
+                &value,
+                &[whole()],
+            );
         }
     }
 
     /// Fills a part of a buffer with a 32-bit pattern. Offset and size are multiples of 4.
     pub fn fill_buffer(&mut self, buffer: &Buffer, offset: u64, size: u64, pattern: u32) {
         // SAFETY: as in `clear_image`.
-        unsafe { self.device.raw.cmd_fill_buffer(self.raw, buffer.raw, offset, size, pattern) };
+        unsafe { self.device().raw.cmd_fill_buffer(self.raw(), buffer.raw, offset, size, pattern) };
     }
 
     /// Binds a pipeline and its descriptor sets.
@@ -195,10 +227,10 @@ impl CommandBuffer {
         let point = vk::PipelineBindPoint::COMPUTE;
         // SAFETY: as in `clear_image`; the sets were made for this pipeline's layout.
         unsafe {
-            self.device.raw.cmd_bind_pipeline(self.raw, point, pipeline.raw);
+            self.device().raw.cmd_bind_pipeline(self.raw(), point, pipeline.raw);
             if !descriptors.sets.is_empty() {
-                let (layout, sets) = (pipeline.layout, &descriptors.sets);
-                self.device.raw.cmd_bind_descriptor_sets(self.raw, point, layout, 0, sets, &[]);
+                let (layout, sets) = (pipeline.layout.raw, &descriptors.sets);
+                self.device().raw.cmd_bind_descriptor_sets(self.raw(), point, layout, 0, sets, &[]);
             }
         }
     }
@@ -208,27 +240,27 @@ impl CommandBuffer {
         // SAFETY: as in `clear_image`; the layout has a range of at least so many bytes.
         unsafe {
             let stages = vk::ShaderStageFlags::COMPUTE;
-            self.device.raw.cmd_push_constants(self.raw, pipeline.layout, stages, 0, bytes);
+            self.device().raw.cmd_push_constants(self.raw(), pipeline.layout.raw, stages, 0, bytes);
         }
     }
 
     /// Dispatches so many workgroups.
     pub fn dispatch(&mut self, groups: [u32; 3]) {
         // SAFETY: recording; a pipeline is bound.
-        unsafe { self.device.raw.cmd_dispatch(self.raw, groups[0], groups[1], groups[2]) };
+        unsafe { self.device().raw.cmd_dispatch(self.raw(), groups[0], groups[1], groups[2]) };
     }
 
     /// Dispatches as many workgroups as three `uint`s at an offset say.
     pub fn dispatch_indirect(&mut self, buffer: &Buffer, offset: u64) {
         // SAFETY: as in `clear_image`; a pipeline is bound.
-        unsafe { self.device.raw.cmd_dispatch_indirect(self.raw, buffer.raw, offset) };
+        unsafe { self.device().raw.cmd_dispatch_indirect(self.raw(), buffer.raw, offset) };
     }
 
     /// Copies bytes from one buffer to another; each has its own offset.
     pub fn copy_buffer(&mut self, (from, src_offset): (&Buffer, u64), (to, dst_offset): (&Buffer, u64), size: u64) {
         let region = vk::BufferCopy { src_offset, dst_offset, size };
         // SAFETY: as in `clear_image`.
-        unsafe { self.device.raw.cmd_copy_buffer(self.raw, from.raw, to.raw, &[region]) };
+        unsafe { self.device().raw.cmd_copy_buffer(self.raw(), from.raw, to.raw, &[region]) };
     }
 
     /// Copies one layer, or one slice of a 3-D image, of one mip to the start of a buffer, without padding. The image is in `GENERAL`.
@@ -243,7 +275,7 @@ impl CommandBuffer {
         };
         let layout = vk::ImageLayout::GENERAL;
         // SAFETY: as in `clear_image`.
-        unsafe { self.device.raw.cmd_copy_image_to_buffer(self.raw, image.raw, layout, to.raw, &[region]) };
+        unsafe { self.device().raw.cmd_copy_image_to_buffer(self.raw(), image.raw, layout, to.raw, &[region]) };
     }
 
     /// Copies texels without padding from an offset of a buffer, a multiple of 4 and of the texel's bytes, into a box of one mip of an
@@ -265,29 +297,29 @@ impl CommandBuffer {
         };
         let layout = vk::ImageLayout::GENERAL;
         // SAFETY: as in `clear_image`.
-        unsafe { self.device.raw.cmd_copy_buffer_to_image(self.raw, from.raw, image.raw, layout, &[region]) };
+        unsafe { self.device().raw.cmd_copy_buffer_to_image(self.raw(), from.raw, image.raw, layout, &[region]) };
     }
 
     /// Makes timestamps ready to be written.
     pub fn reset_timestamps(&mut self, timestamps: &Timestamps) {
         // SAFETY: as in `clear_image`.
-        unsafe { self.device.raw.cmd_reset_query_pool(self.raw, timestamps.raw, 0, timestamps.count()) };
+        unsafe { self.device().raw.cmd_reset_query_pool(self.raw(), timestamps.raw, 0, timestamps.count()) };
     }
 
     /// Takes the time when all compute work before has finished (`after`), or when work from here on may start.
     pub fn timestamp(&mut self, timestamps: &Timestamps, index: u32, after: bool) {
         let stage = if after { vk::PipelineStageFlags2::COMPUTE_SHADER } else { vk::PipelineStageFlags2::TOP_OF_PIPE };
         // SAFETY: as in `clear_image`.
-        unsafe { self.device.raw.cmd_write_timestamp2(self.raw, stage, timestamps.raw, index) };
+        unsafe { self.device().raw.cmd_write_timestamp2(self.raw(), stage, timestamps.raw, index) };
     }
 
-    /// Writes a word once all compute work before has finished, for [`crate::Buffer::bytes`] after a device loss.
+    /// Writes a word once all compute work before has finished, for [`crate::Buffer::word`] after a device loss.
     pub fn mark(&mut self, buffer: &Buffer, offset: u64, word: u32) {
-        if let Some(marker) = &self.device.marker {
+        if let Some(marker) = &self.device().marker {
             // SAFETY: as in `clear_image`; the extension is on.
             unsafe {
                 let stage = vk::PipelineStageFlags::COMPUTE_SHADER;
-                (marker.fp().cmd_write_buffer_marker_amd)(self.raw, stage, buffer.raw, offset, word);
+                (marker.fp().cmd_write_buffer_marker_amd)(self.raw(), stage, buffer.raw, offset, word);
             }
             return;
         }
@@ -297,25 +329,25 @@ impl CommandBuffer {
         let info = vk::DependencyInfo::default().memory_barriers(std::slice::from_ref(&memory));
         // SAFETY: as in `clear_image`.
         unsafe {
-            self.device.raw.cmd_pipeline_barrier2(self.raw, &info);
-            self.device.raw.cmd_fill_buffer(self.raw, buffer.raw, offset, 4, word);
+            self.device().raw.cmd_pipeline_barrier2(self.raw(), &info);
+            self.device().raw.cmd_fill_buffer(self.raw(), buffer.raw, offset, 4, word);
         }
     }
 
     /// Opens a named region for captures; does nothing without the validation layer.
     pub fn label(&mut self, name: &std::ffi::CStr) {
-        if let Some(debug) = &self.device.debug {
+        if let Some(debug) = &self.device().debug {
             let label = vk::DebugUtilsLabelEXT::default().label_name(name);
             // SAFETY: recording.
-            unsafe { debug.cmd_begin_debug_utils_label(self.raw, &label) };
+            unsafe { debug.cmd_begin_debug_utils_label(self.raw(), &label) };
         }
     }
 
     /// Closes the region.
     pub fn end_label(&mut self) {
-        if let Some(debug) = &self.device.debug {
+        if let Some(debug) = &self.device().debug {
             // SAFETY: recording; a region is open.
-            unsafe { debug.cmd_end_debug_utils_label(self.raw) };
+            unsafe { debug.cmd_end_debug_utils_label(self.raw()) };
         }
     }
 
@@ -335,7 +367,7 @@ impl CommandBuffer {
             .regions(std::slice::from_ref(&region))
             .filter(vk::Filter::NEAREST);
         // SAFETY: as in `clear_image`.
-        unsafe { self.device.raw.cmd_blit_image2(self.raw, &info) };
+        unsafe { self.device().raw.cmd_blit_image2(self.raw(), &info) };
     }
 
     /// Copies the texels of one image to another of the same extent and texel size, bit by bit; both in `GENERAL`.
@@ -349,13 +381,19 @@ impl CommandBuffer {
         };
         let general = vk::ImageLayout::GENERAL;
         // SAFETY: as in `clear_image`.
-        unsafe { self.device.raw.cmd_copy_image(self.raw, from.raw, general, to.raw, general, &[region]) };
+        unsafe { self.device().raw.cmd_copy_image(self.raw(), from.raw, general, to.raw, general, &[region]) };
+    }
+}
+
+impl Drop for Recording<'_> {
+    fn drop(&mut self) {
+        self.commands.device.recording_ended();
     }
 }
 
 impl Drop for CommandBuffer {
     fn drop(&mut self) {
-        self.close();
+        // Destroyed once the timeline has passed every submission made so far, its own included.
         self.device.retire(Dead::CommandPool(self.pool));
     }
 }

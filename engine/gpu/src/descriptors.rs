@@ -7,7 +7,7 @@ use ash::vk;
 use crate::buffer::Buffer;
 use crate::device::Device;
 use crate::image::ImageView;
-use crate::pipeline::{ComputePipeline, Sampler};
+use crate::pipeline::{ComputePipeline, PipelineLayout, Sampler};
 use crate::result::{Named, Result};
 use crate::retire::Dead;
 
@@ -39,8 +39,17 @@ impl Descriptors {
         pipeline: &ComputePipeline,
         resources: &[Vec<Resource>],
     ) -> Result<Descriptors> {
-        let count = pipeline.set_layouts.len() as u32;
-        let sizes: Vec<_> = pipeline
+        Descriptors::with_layout(device, name, &pipeline.layout, resources)
+    }
+
+    pub(crate) fn with_layout(
+        device: &Arc<Device>,
+        name: &str,
+        layout: &PipelineLayout,
+        resources: &[Vec<Resource>],
+    ) -> Result<Descriptors> {
+        let count = layout.sets.len() as u32;
+        let sizes: Vec<_> = layout
             .slots
             .iter()
             .map(|slot| vk::DescriptorPoolSize { ty: slot.ty, descriptor_count: slot.count })
@@ -58,15 +67,14 @@ impl Descriptors {
             device: device.clone(),
             _held: resources.iter().flatten().cloned().collect(),
         };
-        let allocate =
-            vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&pipeline.set_layouts);
+        let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layout.sets);
         // SAFETY: the pool was sized for exactly these sets.
         descriptors.sets =
             unsafe { device.raw.allocate_descriptor_sets(&allocate) }.named("vkAllocateDescriptorSets")?;
         for (set, raw) in descriptors.sets.iter().enumerate() {
             device.name(*raw, &format!("{name}, set {set}"));
         }
-        for (slot, elements) in pipeline.slots.iter().zip(resources) {
+        for (slot, elements) in layout.slots.iter().zip(resources) {
             let Some(last) = elements.last() else { continue };
             for element in 0..slot.count {
                 let resource = elements.get(element as usize).unwrap_or(last);

@@ -1,8 +1,9 @@
 //! The logical device: one queue, its timeline, its memory, and what it can do.
 
 use std::fmt;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use ash::{amd, ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -58,6 +59,8 @@ pub struct Capabilities {
     pub timestamp_period: f32,
     /// Windows can be presented to.
     pub present: bool,
+    /// The queue can draw triangles, not only compute.
+    pub graphics: bool,
     /// The validation layer is on.
     pub validated: bool,
 }
@@ -80,6 +83,7 @@ pub struct Device {
     pub(crate) hung: AtomicBool,
     capabilities: Capabilities,
     verdicts: Vec<Verdict>,
+    id: u64,
     pub(crate) instance: Arc<Instance>,
 }
 
@@ -120,6 +124,11 @@ impl Device {
         &self.capabilities
     }
 
+    /// A number that no other device of this process has: what is kept for a device is kept under it.
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+
     /// What the validation layer said.
     pub fn log(&self) -> &ValidationLog {
         &self.instance.log
@@ -134,6 +143,11 @@ impl Device {
     pub fn abandon(&self) {
         self.hung.store(true, Ordering::Relaxed);
         self.lost.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether its work may never end.
+    pub(crate) fn is_hung(&self) -> bool {
+        self.hung.load(Ordering::Relaxed)
     }
 
     /// Gives a handle a name in messages and captures.
@@ -193,8 +207,14 @@ impl Device {
     }
 }
 
+/// How long a device that is closed may still work before it counts as hung.
+const CLOSING: Duration = Duration::from_secs(60);
+
 impl Drop for Device {
     fn drop(&mut self) {
+        if matches!(self.wait_idle(CLOSING), Err(Error::TimedOut { .. })) {
+            self.abandon();
+        }
         if self.hung.load(Ordering::Relaxed) {
             // Its work may never end: freeing anything could be a use after free, and waiting could take for ever.
             if let Ok(allocator) = self.allocator.get_mut() {
@@ -218,6 +238,8 @@ impl Drop for Device {
         }
     }
 }
+
+static NEXT_ID: AtomicU64 = AtomicU64::new(1);
 
 fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<Arc<Device>> {
     let physical = seen.physical;
@@ -266,6 +288,7 @@ fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<
         subgroup_size_control: can13.subgroup_size_control,
         compute_full_subgroups: can13.compute_full_subgroups,
         shader_integer_dot_product: can13.shader_integer_dot_product,
+        dynamic_rendering: can13.dynamic_rendering,
         ..Default::default()
     };
     let present = instance.surface.is_some() && seen.has(khr::swapchain::NAME);
@@ -341,6 +364,8 @@ fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<
             _ => properties.limits.timestamp_period,
         },
         present,
+        graphics: families[seen.family as usize].queue_flags.contains(vk::QueueFlags::GRAPHICS)
+            && on13.dynamic_rendering == vk::TRUE,
         validated: instance.validated,
     };
     Ok(Arc::new(Device {
@@ -354,6 +379,7 @@ fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<
         hung: AtomicBool::new(false),
         capabilities,
         verdicts,
+        id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
         raw,
         physical,
         queue,

@@ -1,5 +1,5 @@
 //! Vulkan for raxel, with the `unsafe` that takes: a device with one queue, memory, images, buffers, compute pipelines, command
-//! buffers, timestamps, windows, and bytes to the device and back.
+//! buffers, timestamps, windows, triangles over a picture, and bytes to the device and back.
 //!
 //! Objects hold their device and what they are made of. An object that is dropped while the device may still use it is destroyed
 //! when the device's timeline has passed it (`retire`), so a handle that the device sees is alive. What the functions leave to
@@ -18,9 +18,11 @@ mod image;
 mod instance;
 mod log;
 mod memory;
+mod overlay;
 mod pipeline;
 mod query;
 mod queue;
+mod readback;
 mod result;
 mod retire;
 mod surface;
@@ -30,16 +32,18 @@ pub use ash::vk;
 
 pub use buffer::{Buffer, BufferInfo};
 pub use choice::{Candidate, DeviceKind, Verdict, choose};
-pub use command::{Barrier, ClearColor, CommandBuffer, Scope};
+pub use command::{Barrier, ClearColor, CommandBuffer, Recording, Scope};
 pub use descriptors::{Descriptors, Resource};
 pub use device::{Capabilities, Device, DeviceOptions};
 pub use image::{Image, ImageInfo, ImageView, ViewInfo};
 pub use instance::Validation;
 pub use log::{Message, Severity, ValidationLog};
 pub use memory::{Backing, Block, Location};
+pub use overlay::{Overlay, OverlayFrame, OverlayMesh, OverlayShaders, OverlayVertex, TexturePatch};
 pub use pipeline::{ComputePipeline, PipelineInfo, Sampler, Slot};
 pub use query::Timestamps;
 pub use queue::TimelineValue;
+pub use readback::{Readback, ReadbackRing};
 pub use result::{Error, Result};
-pub use surface::{Acquired, Presented, Surface};
+pub use surface::{Acquire, AcquiredImage, Presented, Surface};
 pub use transfer::{download_buffer, download_image, upload, upload_volume};

@@ -1,4 +1,4 @@
-//! Compute pipelines with their layouts, and samplers.
+//! Pipelines with their layouts, and samplers.
 
 use std::sync::Arc;
 
@@ -36,12 +36,69 @@ pub struct PipelineInfo<'a> {
     pub specialization: &'a [(u32, u32)],
 }
 
+/// Which descriptors and push constants the shaders of a pipeline take.
+pub(crate) struct PipelineLayout {
+    pub(crate) raw: vk::PipelineLayout,
+    pub(crate) sets: Vec<vk::DescriptorSetLayout>,
+    pub(crate) slots: Vec<Slot>,
+    pub(crate) stages: vk::ShaderStageFlags,
+    device: Arc<Device>,
+}
+
+impl PipelineLayout {
+    pub(crate) fn new(
+        device: &Arc<Device>,
+        slots: &[Slot],
+        push_bytes: u32,
+        stages: vk::ShaderStageFlags,
+    ) -> Result<PipelineLayout> {
+        // From here on, `Drop` frees what was made so far.
+        let mut layout = PipelineLayout {
+            raw: vk::PipelineLayout::null(),
+            sets: Vec::new(),
+            slots: slots.to_vec(),
+            stages,
+            device: device.clone(),
+        };
+        let sets = slots.iter().map(|slot| slot.set + 1).max().unwrap_or(0);
+        for set in 0..sets {
+            let bindings: Vec<_> = slots
+                .iter()
+                .filter(|slot| slot.set == set)
+                .map(|slot| {
+                    vk::DescriptorSetLayoutBinding::default()
+                        .binding(slot.binding)
+                        .descriptor_type(slot.ty)
+                        .descriptor_count(slot.count)
+                        .stage_flags(stages)
+                })
+                .collect();
+            let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+            // SAFETY: plain data.
+            let set = unsafe { device.raw.create_descriptor_set_layout(&create, None) };
+            layout.sets.push(set.named("vkCreateDescriptorSetLayout")?);
+        }
+        let range = vk::PushConstantRange { stage_flags: stages, offset: 0, size: push_bytes.next_multiple_of(4) };
+        let ranges = [range];
+        let create = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(&layout.sets)
+            .push_constant_ranges(if push_bytes == 0 { &[] } else { &ranges });
+        // SAFETY: the set layouts are alive.
+        layout.raw = unsafe { device.raw.create_pipeline_layout(&create, None) }.named("vkCreatePipelineLayout")?;
+        Ok(layout)
+    }
+}
+
+impl Drop for PipelineLayout {
+    fn drop(&mut self) {
+        self.device.retire(Dead::PipelineLayout(self.raw, std::mem::take(&mut self.sets)));
+    }
+}
+
 /// A compute pipeline with its layout.
 pub struct ComputePipeline {
     pub(crate) raw: vk::Pipeline,
-    pub(crate) layout: vk::PipelineLayout,
-    pub(crate) set_layouts: Vec<vk::DescriptorSetLayout>,
-    pub(crate) slots: Vec<Slot>,
+    pub(crate) layout: PipelineLayout,
     device: Arc<Device>,
 }
 
@@ -52,48 +109,8 @@ impl ComputePipeline {
             call: "vkCreateShaderModule",
             result: vk::Result::ERROR_INITIALIZATION_FAILED,
         })?;
-        // From here on, `Drop` frees what was made so far.
-        let mut pipeline = ComputePipeline {
-            raw: vk::Pipeline::null(),
-            layout: vk::PipelineLayout::null(),
-            set_layouts: Vec::new(),
-            slots: info.slots.to_vec(),
-            device: device.clone(),
-        };
-        let sets = info.slots.iter().map(|slot| slot.set + 1).max().unwrap_or(0);
-        for set in 0..sets {
-            let bindings: Vec<_> = info
-                .slots
-                .iter()
-                .filter(|slot| slot.set == set)
-                .map(|slot| {
-                    vk::DescriptorSetLayoutBinding::default()
-                        .binding(slot.binding)
-                        .descriptor_type(slot.ty)
-                        .descriptor_count(slot.count)
-                        .stage_flags(vk::ShaderStageFlags::COMPUTE)
-                })
-                .collect();
-            let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-            // SAFETY: plain data.
-            let layout = unsafe { device.raw.create_descriptor_set_layout(&create, None) };
-            pipeline.set_layouts.push(layout.named("vkCreateDescriptorSetLayout")?);
-        }
-        let ranges = [vk::PushConstantRange {
-            stage_flags: vk::ShaderStageFlags::COMPUTE,
-            offset: 0,
-            size: info.push_bytes.next_multiple_of(4),
-        }];
-        let create = vk::PipelineLayoutCreateInfo::default()
-            .set_layouts(&pipeline.set_layouts)
-            .push_constant_ranges(if info.push_bytes == 0 { &[] } else { &ranges });
-        // SAFETY: the set layouts are alive.
-        pipeline.layout =
-            unsafe { device.raw.create_pipeline_layout(&create, None) }.named("vkCreatePipelineLayout")?;
-
-        let create = vk::ShaderModuleCreateInfo::default().code(info.spirv);
-        // SAFETY: the shader compiler has parsed the module; the driver is given nothing it has not seen whole.
-        let module = unsafe { device.raw.create_shader_module(&create, None) }.named("vkCreateShaderModule")?;
+        let layout = PipelineLayout::new(device, info.slots, info.push_bytes, vk::ShaderStageFlags::COMPUTE)?;
+        let module = ShaderModule::new(device, info.spirv)?;
         let entries: Vec<_> = info
             .specialization
             .iter()
@@ -104,23 +121,43 @@ impl ComputePipeline {
         let specialization = vk::SpecializationInfo::default().map_entries(&entries).data(&data);
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(module)
+            .module(module.raw)
             .name(&entry)
             .specialization_info(&specialization);
-        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
+        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw)];
         // SAFETY: module and layout are alive; the cache is internally synchronised.
         let made = unsafe { device.raw.create_compute_pipelines(device.pipeline_cache, &create, None) };
-        // SAFETY: a module is not needed once the pipeline is made.
-        unsafe { device.raw.destroy_shader_module(module, None) };
-        pipeline.raw = device.watch(made.map_err(|(_, result)| result).named("vkCreateComputePipelines"))?[0];
-        device.name(pipeline.raw, name);
-        Ok(pipeline)
+        let raw = device.watch(made.map_err(|(_, result)| result).named("vkCreateComputePipelines"))?[0];
+        device.name(raw, name);
+        Ok(ComputePipeline { raw, layout, device: device.clone() })
     }
 }
 
 impl Drop for ComputePipeline {
     fn drop(&mut self) {
-        self.device.retire(Dead::Pipeline(self.raw, self.layout, std::mem::take(&mut self.set_layouts)));
+        self.device.retire(Dead::Pipeline(self.raw));
+    }
+}
+
+/// A module; it is not needed any more once its pipeline is made.
+pub(crate) struct ShaderModule {
+    pub(crate) raw: vk::ShaderModule,
+    device: Arc<Device>,
+}
+
+impl ShaderModule {
+    pub(crate) fn new(device: &Arc<Device>, spirv: &[u32]) -> Result<ShaderModule> {
+        let create = vk::ShaderModuleCreateInfo::default().code(spirv);
+        // SAFETY: the shader compiler has parsed the module; the driver is given nothing it has not seen whole.
+        let raw = unsafe { device.raw.create_shader_module(&create, None) }.named("vkCreateShaderModule")?;
+        Ok(ShaderModule { raw, device: device.clone() })
+    }
+}
+
+impl Drop for ShaderModule {
+    fn drop(&mut self) {
+        // SAFETY: only the call that made a pipeline of it used it, and that call has returned.
+        unsafe { self.device.raw.destroy_shader_module(self.raw, None) };
     }
 }
 

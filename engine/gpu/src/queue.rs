@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use ash::vk;
 
-use crate::command::CommandBuffer;
 use crate::device::Device;
 use crate::result::{Error, Named, Result};
 
@@ -20,6 +19,8 @@ pub(crate) struct Queue {
     semaphore: vk::Semaphore,
     submitted: AtomicU64,
     waits: AtomicU64,
+    /// At least this value is reached: saves a call of the driver.
+    reached: AtomicU64,
 }
 
 impl Queue {
@@ -30,7 +31,8 @@ impl Queue {
         unsafe {
             let semaphore = device.create_semaphore(&info, None).named("vkCreateSemaphore")?;
             let raw = Mutex::new(device.get_device_queue(family, 0));
-            Ok(Queue { family, raw, semaphore, submitted: AtomicU64::new(0), waits: AtomicU64::new(0) })
+            let (submitted, reached, waits) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
+            Ok(Queue { family, raw, semaphore, submitted, waits, reached })
         }
     }
 
@@ -54,13 +56,9 @@ pub(crate) struct WindowSemaphores {
 
 impl Device {
     /// Submits a recorded command buffer. Submissions run in order; what one must see of another is said by barriers.
-    pub fn submit(&self, commands: &CommandBuffer) -> Result<TimelineValue> {
-        self.submit_for_window(commands, None)
-    }
-
-    pub(crate) fn submit_for_window(
+    pub(crate) fn submit(
         &self,
-        commands: &CommandBuffer,
+        commands: vk::CommandBuffer,
         window: Option<&WindowSemaphores>,
     ) -> Result<TimelineValue> {
         if self.is_lost() {
@@ -70,7 +68,7 @@ impl Device {
         let queue = self.queue.lock();
         let value = self.queue.submitted.load(Ordering::Relaxed) + 1;
         let all = vk::PipelineStageFlags2::ALL_COMMANDS;
-        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands.raw)];
+        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
         // The picture of the window is first touched by a transfer.
         let acquired = window
             .map_or(vk::SemaphoreSubmitInfo::default(), |w| info(w.acquired, vk::PipelineStageFlags2::ALL_TRANSFER));
@@ -104,21 +102,27 @@ impl Device {
         }
         // SAFETY: the semaphore is a live timeline semaphore.
         let value = unsafe { self.raw.get_semaphore_counter_value(self.queue.semaphore) };
-        self.watch(value.named("vkGetSemaphoreCounterValue")).map(TimelineValue)
+        let value = self.watch(value.named("vkGetSemaphoreCounterValue"))?;
+        self.queue.reached.fetch_max(value, Ordering::AcqRel);
+        Ok(TimelineValue(value))
     }
 
-    /// Waits until the device has reached a value. `None` waits as long as it takes.
-    pub fn wait(&self, value: TimelineValue, timeout: Option<Duration>) -> Result<()> {
+    /// Whether the device has reached a value, without waiting.
+    pub fn has_reached(&self, value: TimelineValue) -> Result<bool> {
+        if self.is_lost() {
+            return Err(Error::DeviceLost);
+        }
+        Ok(self.queue.reached.load(Ordering::Acquire) >= value.0 || self.reached()? >= value)
+    }
+
+    /// Waits until the device has reached a value, but no longer than `timeout`.
+    pub fn wait(&self, value: TimelineValue, timeout: Duration) -> Result<()> {
         if self.is_lost() {
             return Err(Error::DeviceLost);
         }
         self.queue.waits.fetch_add(1, Ordering::Relaxed);
-        let (semaphores, values) = ([self.queue.semaphore], [value.0]);
-        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
-        let nanoseconds = timeout.map_or(u64::MAX, |t| u64::try_from(t.as_nanos()).unwrap_or(u64::MAX));
-        // SAFETY: the semaphore is a live timeline semaphore.
-        match unsafe { self.raw.wait_semaphores(&info, nanoseconds) } {
-            Err(vk::Result::TIMEOUT) => Err(Error::TimedOut { seconds: timeout.unwrap_or_default().as_secs_f64() }),
+        match self.wait_timeline(value, timeout) {
+            Err(vk::Result::TIMEOUT) => Err(Error::TimedOut { seconds: timeout.as_secs_f64() }),
             result => self.watch(result.named("vkWaitSemaphores")),
         }
     }
@@ -128,8 +132,24 @@ impl Device {
         self.queue.waits.load(Ordering::Relaxed)
     }
 
-    /// Waits for everything that was submitted.
-    pub fn wait_idle(&self, timeout: Option<Duration>) -> Result<()> {
+    /// Waits for everything that was submitted, but no longer than `timeout`.
+    pub fn wait_idle(&self, timeout: Duration) -> Result<()> {
         self.wait(self.submitted(), timeout)
+    }
+
+    /// Waits until a device that was given up has finished after all. False when it has not within `timeout`, or is really lost.
+    pub fn wait_abandoned(&self, timeout: Duration) -> bool {
+        self.wait_timeline(self.submitted(), timeout).is_ok()
+    }
+
+    fn wait_timeline(&self, value: TimelineValue, timeout: Duration) -> std::result::Result<(), vk::Result> {
+        let (semaphores, values) = ([self.queue.semaphore], [value.0]);
+        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
+        // The largest number means "for ever" to some drivers.
+        let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX).min(u64::MAX - 1);
+        // SAFETY: the semaphore is a live timeline semaphore.
+        unsafe { self.raw.wait_semaphores(&info, nanoseconds) }?;
+        self.queue.reached.fetch_max(value.0, Ordering::AcqRel);
+        Ok(())
     }
 }

@@ -43,6 +43,21 @@ pub enum Error {
         /// How long was waited.
         seconds: f64,
     },
+    /// A command buffer was to be recorded while the device still runs it.
+    #[error("the command buffer `{name}` is still running")]
+    InFlight {
+        /// Name of the command buffer.
+        name: String,
+    },
+    /// Too many tickets for bytes are held.
+    #[error("{most} read-backs are in flight: take or drop one first")]
+    ReadbacksInFlight {
+        /// How many there may be.
+        most: usize,
+    },
+    /// The window system took the surface away, and a new one cannot be made for the window.
+    #[error("the surface of the window was lost")]
+    SurfaceLost,
     /// No memory left for this.
     #[error("out of memory for `{name}` ({size} bytes)")]
     OutOfMemory {
@@ -113,6 +128,7 @@ impl<T> Named<T> for std::result::Result<T, vk::Result> {
     fn named(self, call: &'static str) -> Result<T> {
         self.map_err(|result| match result {
             vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost,
+            vk::Result::ERROR_SURFACE_LOST_KHR => Error::SurfaceLost,
             result => Error::Vulkan { call, result },
         })
     }

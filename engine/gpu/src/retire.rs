@@ -16,7 +16,8 @@ pub(crate) enum Dead {
     View(vk::ImageView),
     Memory(Allocation),
     Sampler(vk::Sampler),
-    Pipeline(vk::Pipeline, vk::PipelineLayout, Vec<vk::DescriptorSetLayout>),
+    Pipeline(vk::Pipeline),
+    PipelineLayout(vk::PipelineLayout, Vec<vk::DescriptorSetLayout>),
     DescriptorPool(vk::DescriptorPool),
     CommandPool(vk::CommandPool),
     QueryPool(vk::QueryPool),
@@ -98,8 +99,8 @@ impl Device {
                         }
                     }
                     Dead::Sampler(sampler) => self.raw.destroy_sampler(sampler, None),
-                    Dead::Pipeline(pipeline, layout, sets) => {
-                        self.raw.destroy_pipeline(pipeline, None);
+                    Dead::Pipeline(pipeline) => self.raw.destroy_pipeline(pipeline, None),
+                    Dead::PipelineLayout(layout, sets) => {
                         self.raw.destroy_pipeline_layout(layout, None);
                         for set in sets {
                             self.raw.destroy_descriptor_set_layout(set, None);

@@ -1,20 +1,20 @@
-//! A window that pictures are presented in.
+//! A window that pictures are presented in: its surface, its swapchain, and the image that the next picture goes to.
 
-use std::any::Any;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use ash::vk;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 
-use crate::command::{CommandBuffer, transition};
+use crate::command::{Recording, transition};
 use crate::device::Device;
 use crate::image::{Image, ImageInfo};
 use crate::memory::Backing;
 use crate::queue::{TimelineValue, WindowSemaphores};
 use crate::result::{Error, Named, Result};
 
-/// Formats a picture can be shown in, best first. With an sRGB format the picture, which is encoded already, takes a detour.
+/// Formats a picture can be shown in, best first. With an sRGB format the picture, which is encoded already, is copied to an image of
+/// that encoding first.
 const FORMATS: [(vk::Format, bool); 4] = [
     (vk::Format::B8G8R8A8_UNORM, false),
     (vk::Format::R8G8B8A8_UNORM, false),
@@ -32,13 +32,43 @@ pub enum Presented {
     Shown,
     /// The window changed meanwhile; the picture may not have been shown.
     OutOfDate,
+    /// The window has no area: it is minimised.
+    NoArea,
+    /// No image of the window was free in time.
+    NotReady,
 }
 
-/// The image of the window that the next picture goes to.
-pub struct Acquired {
-    index: u32,
-    semaphores: WindowSemaphores,
+/// What there is to draw to.
+pub enum Acquire<'s> {
+    /// An image of the window.
+    Image(AcquiredImage<'s>),
+    /// The window has no area: it is minimised.
+    NoArea,
+    /// No image was free in time.
+    NotReady,
 }
+
+/// An image of the window, until it is presented. Dropped before, it goes back to its surface, which gives it out again.
+pub struct AcquiredImage<'s> {
+    surface: &'s mut Surface,
+    picture: Picture,
+}
+
+/// How far the image has come.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Picture {
+    /// Its contents are undefined.
+    None,
+    /// A transfer has written it; it is in `TRANSFER_DST_OPTIMAL`.
+    Copied,
+    /// It is in `COLOR_ATTACHMENT_OPTIMAL`, with the picture in it.
+    Attached,
+}
+
+/// A window, as the surface needs it.
+trait WindowHandles: HasDisplayHandle + HasWindowHandle + Send + Sync {}
+
+impl<W: HasDisplayHandle + HasWindowHandle + Send + Sync> WindowHandles for W {}
 
 /// A window's surface and its swapchain. Keeps the window alive.
 pub struct Surface {
@@ -46,82 +76,74 @@ pub struct Surface {
     raw: vk::SurfaceKHR,
     format: vk::SurfaceFormatKHR,
     encode: bool,
+    vsync: bool,
     mode: vk::PresentModeKHR,
     size: [u32; 2],
     chain: Option<Chain>,
-    acquired: [vk::Semaphore; ACQUIRES],
+    acquires: Vec<AcquireSemaphore>,
     turn: usize,
+    /// Acquired and not presented: the image of the chain, and the semaphore that says when it may be drawn to.
+    held: Option<(u32, usize)>,
+    /// Longest wait for the device when the swapchain is made anew.
+    patience: Duration,
     /// Holds the picture's bytes as sRGB texels, so that a blit to an sRGB window leaves them as they are.
-    detour: Option<Arc<Image>>,
-    _window: Arc<dyn Any + Send + Sync>,
+    encoded: Option<Arc<Image>>,
+    window: Arc<dyn WindowHandles>,
+}
+
+struct AcquireSemaphore {
+    raw: vk::Semaphore,
+    /// The submission that waited for it last.
+    waited: TimelineValue,
 }
 
 struct Chain {
     raw: vk::SwapchainKHR,
-    images: Vec<vk::Image>,
-    rendered: Vec<vk::Semaphore>,
+    images: Vec<ChainImage>,
     extent: [u32; 2],
     stale: bool,
 }
 
+struct ChainImage {
+    raw: vk::Image,
+    /// Null where the window's images cannot be drawn to.
+    view: vk::ImageView,
+    rendered: vk::Semaphore,
+}
+
 impl Surface {
     /// Makes the surface of a window. `size` is the window's area in pixels; `vsync` waits for the screen, else the newest picture is
-    /// shown as soon as may be.
-    pub fn new<W>(device: &Arc<Device>, window: Arc<W>, size: [u32; 2], vsync: bool) -> Result<Surface>
+    /// shown as soon as may be. `patience` is the longest that the surface waits for work of the device when the window changes.
+    pub fn new<W>(
+        device: &Arc<Device>,
+        window: Arc<W>,
+        size: [u32; 2],
+        vsync: bool,
+        patience: Duration,
+    ) -> Result<Surface>
     where
         W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
     {
-        let cannot = |reason: String| Error::CannotPresent { device: device.capabilities().name.clone(), reason };
-        let functions = match &device.instance.surface {
-            Some(functions) if device.capabilities().present => functions,
-            _ => return Err(cannot("the driver has no VK_KHR_swapchain".to_owned())),
-        };
-        let display = window.display_handle().map_err(|error| cannot(error.to_string()))?.as_raw();
-        let handle = window.window_handle().map_err(|error| cannot(error.to_string()))?.as_raw();
-        // SAFETY: the handles are alive: the window is kept by the surface, which destroys the `VkSurfaceKHR` before it.
-        let raw =
-            unsafe { ash_window::create_surface(&device.instance.entry, &device.instance.raw, display, handle, None) }
-                .named("vkCreateSurfaceKHR")?;
         let mut surface = Surface {
             device: device.clone(),
-            raw,
+            raw: vk::SurfaceKHR::null(),
             format: vk::SurfaceFormatKHR::default(),
             encode: false,
+            vsync,
             mode: vk::PresentModeKHR::FIFO,
             size,
             chain: None,
-            acquired: [vk::Semaphore::null(); ACQUIRES],
+            acquires: Vec::new(),
             turn: 0,
-            detour: None,
-            _window: window,
+            held: None,
+            patience,
+            encoded: None,
+            window,
         };
-        let physical = device.physical;
-        // SAFETY: queries with live handles of one instance.
-        let (supported, formats, modes) = unsafe {
-            (
-                functions
-                    .get_physical_device_surface_support(physical, device.queue.family, raw)
-                    .named("vkGetPhysicalDeviceSurfaceSupportKHR")?,
-                functions
-                    .get_physical_device_surface_formats(physical, raw)
-                    .named("vkGetPhysicalDeviceSurfaceFormatsKHR")?,
-                functions
-                    .get_physical_device_surface_present_modes(physical, raw)
-                    .named("vkGetPhysicalDeviceSurfacePresentModesKHR")?,
-            )
-        };
-        if !supported {
-            return Err(cannot("its queue cannot present there".to_owned()));
-        }
-        let (format, encode) = choose_format(&formats, |format| {
-            device.format_features(format).contains(vk::FormatFeatureFlags::BLIT_DST)
-        })?;
-        (surface.format, surface.encode) = (format, encode);
-        surface.mode = choose_mode(&modes, vsync);
-        for semaphore in &mut surface.acquired {
-            // SAFETY: plain data.
-            *semaphore = unsafe { device.raw.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
-                .named("vkCreateSemaphore")?;
+        surface.connect()?;
+        for _ in 0..ACQUIRES {
+            let raw = semaphore(device)?;
+            surface.acquires.push(AcquireSemaphore { raw, waited: TimelineValue::default() });
         }
         surface.rebuild()?;
         Ok(surface)
@@ -142,119 +164,118 @@ impl Surface {
         self.chain.as_ref().map(|chain| chain.extent)
     }
 
-    /// Waits for an image of the window. `None` while the window has no area.
-    pub fn acquire(&mut self) -> Result<Option<Acquired>> {
-        // The window may change again and again while it is dragged; after a few tries the frame goes on without it.
-        for _ in 0..4 {
-            if self.chain.as_ref().is_none_or(|chain| chain.stale) {
-                self.rebuild()?;
-            }
-            let (Some(chain), Some(functions)) = (&mut self.chain, &self.device.swapchain) else { return Ok(None) };
-            let semaphore = self.acquired[self.turn % ACQUIRES];
-            // SAFETY: the semaphore is unsignalled with no wait pending: the frame that used it last has finished.
-            let next = unsafe { functions.acquire_next_image(chain.raw, u64::MAX, semaphore, vk::Fence::null()) };
-            match next {
-                Ok((index, suboptimal)) => {
-                    self.turn += 1;
-                    chain.stale = suboptimal;
-                    let rendered = chain.rendered[index as usize];
-                    return Ok(Some(Acquired {
-                        index,
-                        semaphores: WindowSemaphores { acquired: semaphore, rendered },
-                    }));
-                }
-                Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => chain.stale = true,
-                Err(result) => return self.device.watch(Err(result).named("vkAcquireNextImageKHR")),
-            }
-        }
-        Ok(None)
+    /// Format of the window's images, which an [`crate::Overlay`] for this window must be made for.
+    pub fn format(&self) -> vk::Format {
+        self.format.format
     }
 
-    /// Records the copy of a picture (RGBA, 8 bits, sRGB-encoded bytes, in `GENERAL`, last touched by a transfer or made visible to
-    /// one) to the acquired image, scaled to the window.
-    pub fn draw(&mut self, commands: &mut CommandBuffer, acquired: &Acquired, picture: &Arc<Image>) -> Result<()> {
-        let source = if self.encode { self.detour(commands, picture)? } else { picture.clone() };
-        let Some(chain) = &self.chain else { return Ok(()) };
-        let image = chain.images[acquired.index as usize];
-        let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
-        let ready = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-        commands.image_barrier(
-            transition(image, vk::ImageLayout::UNDEFINED, ready)
-                .src_stage_mask(transfer)
-                .dst_stage_mask(transfer)
-                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
-        );
-        commands.blit(&source, image, ready, chain.extent);
-        commands.image_barrier(
-            transition(image, ready, vk::ImageLayout::PRESENT_SRC_KHR)
-                .src_stage_mask(transfer)
-                .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
-        );
+    /// Waits for an image of the window, at most `timeout` for each of a few tries: the window may change again and again while it is
+    /// dragged. A surface that the window system took away is made anew.
+    pub fn acquire(&mut self, timeout: Duration) -> Result<Acquire<'_>> {
+        for _ in 0..4 {
+            match self.try_acquire(timeout) {
+                Ok(Some(true)) => return Ok(Acquire::Image(AcquiredImage { surface: self, picture: Picture::None })),
+                Ok(Some(false)) => return Ok(if self.chain.is_none() { Acquire::NoArea } else { Acquire::NotReady }),
+                Ok(None) => {}
+                Err(Error::SurfaceLost) => self.reconnect()?,
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(Acquire::NotReady)
+    }
+
+    /// Whether an image is held now; `None` when the swapchain was found to be out of date.
+    fn try_acquire(&mut self, timeout: Duration) -> Result<Option<bool>> {
+        if self.chain.as_ref().is_none_or(|chain| chain.stale) {
+            self.rebuild()?;
+        }
+        let (Some(chain), Some(functions)) = (&mut self.chain, &self.device.swapchain) else { return Ok(Some(false)) };
+        if self.held.is_some() {
+            return Ok(Some(true));
+        }
+        let turn = self.turn % ACQUIRES;
+        let semaphore = &self.acquires[turn];
+        self.device.wait(semaphore.waited, self.patience)?;
+        // The largest number means "for ever".
+        let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX).min(u64::MAX - 1);
+        // SAFETY: the semaphore is unsignalled with no wait pending: the submission that waited for it has finished.
+        match unsafe { functions.acquire_next_image(chain.raw, nanoseconds, semaphore.raw, vk::Fence::null()) } {
+            Ok((index, suboptimal)) => {
+                self.turn += 1;
+                self.held = Some((index, turn));
+                // A suboptimal image can still be presented; the chain is made anew after it.
+                chain.stale = suboptimal;
+                Ok(Some(true))
+            }
+            Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Some(false)),
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => {
+                chain.stale = true;
+                Ok(None)
+            }
+            Err(result) => self.device.watch(Err(result).named("vkAcquireNextImageKHR")),
+        }
+    }
+
+    /// Makes the `VkSurfaceKHR` of the window, and learns what it can do.
+    fn connect(&mut self) -> Result<()> {
+        let device = self.device.clone();
+        let cannot = |reason: String| Error::CannotPresent { device: device.capabilities().name.clone(), reason };
+        let functions = match &device.instance.surface {
+            Some(functions) if device.capabilities().present => functions,
+            _ => return Err(cannot("the driver has no VK_KHR_swapchain".to_owned())),
+        };
+        let display = self.window.display_handle().map_err(|error| cannot(error.to_string()))?.as_raw();
+        let handle = self.window.window_handle().map_err(|error| cannot(error.to_string()))?.as_raw();
+        // SAFETY: the handles are alive: the window is kept by the surface, which destroys the `VkSurfaceKHR` before it.
+        self.raw =
+            unsafe { ash_window::create_surface(&device.instance.entry, &device.instance.raw, display, handle, None) }
+                .named("vkCreateSurfaceKHR")?;
+        let (physical, raw) = (device.physical, self.raw);
+        // SAFETY: queries with live handles of one instance.
+        let (supported, formats, modes) = unsafe {
+            (
+                functions
+                    .get_physical_device_surface_support(physical, device.queue.family, raw)
+                    .named("vkGetPhysicalDeviceSurfaceSupportKHR")?,
+                functions
+                    .get_physical_device_surface_formats(physical, raw)
+                    .named("vkGetPhysicalDeviceSurfaceFormatsKHR")?,
+                functions
+                    .get_physical_device_surface_present_modes(physical, raw)
+                    .named("vkGetPhysicalDeviceSurfacePresentModesKHR")?,
+            )
+        };
+        if !supported {
+            return Err(cannot("its queue cannot present there".to_owned()));
+        }
+        (self.format, self.encode) = choose_format(&formats, |format| {
+            device.format_features(format).contains(vk::FormatFeatureFlags::BLIT_DST)
+        })?;
+        self.mode = choose_mode(&modes, self.vsync);
         Ok(())
     }
 
-    /// Submits the commands that drew to the acquired image and presents it.
-    pub fn present(&mut self, commands: &mut CommandBuffer, acquired: &Acquired) -> Result<(TimelineValue, Presented)> {
-        commands.end()?;
-        let value = self.device.submit_for_window(commands, Some(&acquired.semaphores));
-        commands.close();
-        let value = value?;
-        let (Some(chain), Some(functions)) = (&mut self.chain, &self.device.swapchain) else {
-            return Ok((value, Presented::OutOfDate));
-        };
-        let (waits, chains, indices) = ([acquired.semaphores.rendered], [chain.raw], [acquired.index]);
-        let info = vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&indices);
-        let queue = self.device.queue.lock();
-        // SAFETY: the image was acquired and its commands are submitted; the queue is locked.
-        match unsafe { functions.queue_present(*queue, &info) } {
-            Ok(suboptimal) => {
-                chain.stale |= suboptimal;
-                Ok((value, Presented::Shown))
-            }
-            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => {
-                chain.stale = true;
-                Ok((value, Presented::OutOfDate))
-            }
-            Err(result) => self.device.watch(Err(result).named("vkQueuePresentKHR")),
+    /// Makes a lost surface anew for the same window.
+    fn reconnect(&mut self) -> Result<()> {
+        let chain = self.chain.take();
+        self.destroy(chain)?;
+        if let Some(functions) = &self.device.instance.surface {
+            // SAFETY: its swapchain is gone.
+            unsafe { functions.destroy_surface(self.raw, None) };
         }
-    }
-
-    fn detour(&mut self, commands: &mut CommandBuffer, picture: &Arc<Image>) -> Result<Arc<Image>> {
-        let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
-        let wanted = ImageInfo {
-            format: vk::Format::R8G8B8A8_SRGB,
-            usage: vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST,
-            ..*picture.info()
-        };
-        let image = match &self.detour {
-            Some(image) if *image.info() == wanted => image.clone(),
-            _ => Arc::new(Image::new(&self.device, "picture, sRGB", &wanted, Backing::Own)?),
-        };
-        self.detour = Some(image.clone());
-        commands.image_barrier(
-            transition(image.raw, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL)
-                .src_stage_mask(transfer)
-                .dst_stage_mask(transfer)
-                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
-        );
-        commands.copy_image(picture, &image);
-        commands.image_barrier(
-            transition(image.raw, vk::ImageLayout::GENERAL, vk::ImageLayout::GENERAL)
-                .src_stage_mask(transfer)
-                .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-                .dst_stage_mask(transfer)
-                .dst_access_mask(vk::AccessFlags2::TRANSFER_READ),
-        );
-        Ok(image)
+        self.raw = vk::SurfaceKHR::null();
+        self.connect()
     }
 
     /// Makes the swapchain anew for the window's area.
     fn rebuild(&mut self) -> Result<()> {
-        let (Some(surface), Some(functions)) = (&self.device.instance.surface, &self.device.swapchain) else {
-            return Ok(());
-        };
+        let device = self.device.clone();
+        let (Some(surface), Some(functions)) = (&device.instance.surface, &device.swapchain) else { return Ok(()) };
+        if self.raw == vk::SurfaceKHR::null() {
+            self.connect()?;
+        }
         // SAFETY: a query with live handles.
-        let can = unsafe { surface.get_physical_device_surface_capabilities(self.device.physical, self.raw) }
+        let can = unsafe { surface.get_physical_device_surface_capabilities(device.physical, self.raw) }
             .named("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?;
         let extent = match can.current_extent {
             vk::Extent2D { width: u32::MAX, .. } => vk::Extent2D {
@@ -267,13 +288,16 @@ impl Surface {
         if extent.width == 0 || extent.height == 0 || self.size.contains(&0) {
             return self.destroy(old);
         }
-        if !can.supported_usage_flags.contains(vk::ImageUsageFlags::TRANSFER_DST) {
+        let transfer = vk::ImageUsageFlags::TRANSFER_DST;
+        if !can.supported_usage_flags.contains(transfer) {
             self.destroy(old)?;
             return Err(Error::CannotPresent {
-                device: self.device.capabilities().name.clone(),
+                device: device.capabilities().name.clone(),
                 reason: "its images cannot be copied to".to_owned(),
             });
         }
+        let attachment = vk::ImageUsageFlags::COLOR_ATTACHMENT;
+        let draws = device.capabilities().graphics && can.supported_usage_flags.contains(attachment);
         let alpha = [vk::CompositeAlphaFlagsKHR::OPAQUE, vk::CompositeAlphaFlagsKHR::INHERIT]
             .into_iter()
             .find(|alpha| can.supported_composite_alpha.contains(*alpha))
@@ -286,7 +310,7 @@ impl Surface {
             .image_color_space(self.format.color_space)
             .image_extent(extent)
             .image_array_layers(1)
-            .image_usage(vk::ImageUsageFlags::TRANSFER_DST)
+            .image_usage(if draws { transfer | attachment } else { transfer })
             .image_sharing_mode(vk::SharingMode::EXCLUSIVE)
             .pre_transform(can.current_transform)
             .composite_alpha(alpha)
@@ -297,70 +321,230 @@ impl Surface {
         let made = unsafe { functions.create_swapchain(&create, None) }.named("vkCreateSwapchainKHR");
         self.destroy(old)?;
         let raw = made?;
-        let mut chain = Chain {
-            raw,
-            images: Vec::new(),
-            rendered: Vec::new(),
-            extent: [extent.width, extent.height],
-            stale: false,
-        };
-        // SAFETY: the chain was just made.
-        let images = unsafe { functions.get_swapchain_images(raw) }.named("vkGetSwapchainImagesKHR");
-        if let Ok(images) = &images {
-            for image in images {
-                chain.images.push(*image);
-                // SAFETY: plain data.
-                match unsafe { self.device.raw.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) } {
-                    Ok(semaphore) => chain.rendered.push(semaphore),
-                    Err(result) => {
-                        self.destroy(Some(chain))?;
-                        return Err(result).named("vkCreateSemaphore");
-                    }
-                }
-            }
+        let mut chain = Chain { raw, images: Vec::new(), extent: [extent.width, extent.height], stale: false };
+        let filled = self.fill(&mut chain, draws);
+        if let Err(error) = filled {
+            self.destroy(Some(chain))?;
+            return Err(error);
         }
         self.chain = Some(chain);
-        images.map(drop)
+        Ok(())
     }
 
-    fn destroy(&self, chain: Option<Chain>) -> Result<()> {
-        let (Some(chain), Some(functions)) = (chain, &self.device.swapchain) else { return Ok(()) };
-        if self.device.hung.load(Ordering::Relaxed) {
-            return Err(Error::DeviceLost);
+    fn fill(&self, chain: &mut Chain, draws: bool) -> Result<()> {
+        let Some(functions) = &self.device.swapchain else { return Ok(()) };
+        // SAFETY: the chain was just made.
+        let images = unsafe { functions.get_swapchain_images(chain.raw) }.named("vkGetSwapchainImagesKHR")?;
+        for raw in images {
+            chain.images.push(ChainImage { raw, view: vk::ImageView::null(), rendered: semaphore(&self.device)? });
+            let Some(image) = chain.images.last_mut().filter(|_| draws) else { continue };
+            let create = vk::ImageViewCreateInfo::default()
+                .image(raw)
+                .view_type(vk::ImageViewType::TYPE_2D)
+                .format(self.format.format)
+                .subresource_range(crate::command::whole());
+            // SAFETY: the image belongs to the chain, which is destroyed after its views.
+            image.view = unsafe { self.device.raw.create_image_view(&create, None) }.named("vkCreateImageView")?;
         }
+        Ok(())
+    }
+
+    /// Waits for the device, and destroys a chain that was taken out of the surface.
+    fn destroy(&mut self, chain: Option<Chain>) -> Result<()> {
+        let (Some(chain), Some(functions)) = (chain, &self.device.swapchain) else { return Ok(()) };
+        // A lost device waits for nothing, and its objects may be destroyed; one that hangs keeps them for ever.
+        match self.device.wait_idle(self.patience) {
+            Ok(()) => {}
+            Err(Error::DeviceLost) if !self.device.is_hung() => {}
+            Err(error) => return Err(error),
+        }
+        let held = self.held.take().map(|(_, turn)| turn);
         let queue = self.device.queue.lock();
-        // SAFETY: the queue is idle, presents included, so nothing uses the chain or its semaphores.
+        // SAFETY: the device has finished all work; what is left on the queue are presents, which wait for nothing that is not
+        // signalled. After that nothing uses the chain, its views or its semaphores.
         unsafe {
-            // A lost device waits for nothing, and its objects may be destroyed.
             let _ = self.device.watch(self.device.raw.queue_wait_idle(*queue).named("vkQueueWaitIdle"));
-            for semaphore in chain.rendered {
-                self.device.raw.destroy_semaphore(semaphore, None);
+            for image in chain.images {
+                self.device.raw.destroy_image_view(image.view, None);
+                self.device.raw.destroy_semaphore(image.rendered, None);
             }
             functions.destroy_swapchain(chain.raw, None);
         }
+        drop(queue);
+        if let Some(turn) = held {
+            // The semaphore of an image that was never drawn to is signalled, and nothing can wait for it any more.
+            let new = semaphore(&self.device)?;
+            let old = std::mem::replace(&mut self.acquires[turn].raw, new);
+            // SAFETY: its chain is gone and no submission refers to it.
+            unsafe { self.device.raw.destroy_semaphore(old, None) };
+        }
         Ok(())
+    }
+}
+
+impl AcquiredImage<'_> {
+    /// Pixels.
+    pub fn extent(&self) -> [u32; 2] {
+        self.surface.extent().unwrap_or([1; 2])
+    }
+
+    /// Whether triangles can be drawn over the picture.
+    pub fn can_draw(&self) -> bool {
+        self.chain_image().is_some_and(|image| image.view != vk::ImageView::null())
+    }
+
+    /// Records the copy of a picture (RGBA, 8 bits, sRGB-encoded bytes, in `GENERAL`, last touched by a transfer or made visible to
+    /// one), scaled to the window: the nearest texel.
+    pub fn copy_picture(&mut self, recording: &mut Recording<'_>, picture: &Arc<Image>) -> Result<()> {
+        let source = if self.surface.encode { self.surface.encode(recording, picture)? } else { picture.clone() };
+        let (Some(image), extent) = (self.chain_image().map(|image| image.raw), self.extent()) else { return Ok(()) };
+        let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
+        recording.image_barrier(
+            transition(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
+                .src_stage_mask(transfer)
+                .dst_stage_mask(transfer)
+                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
+        );
+        recording.blit(&source, image, vk::ImageLayout::TRANSFER_DST_OPTIMAL, extent);
+        self.picture = Picture::Copied;
+        Ok(())
+    }
+
+    /// Makes the image, with the picture in it, ready to be drawn to; gives its view. `None` where nothing can be drawn.
+    pub(crate) fn attach(&mut self, recording: &mut Recording<'_>) -> Option<vk::ImageView> {
+        let (raw, view) = self.chain_image().map(|image| (image.raw, image.view))?;
+        if view == vk::ImageView::null() || self.picture == Picture::None {
+            return None;
+        }
+        if self.picture == Picture::Copied {
+            recording.image_barrier(
+                transition(raw, vk::ImageLayout::TRANSFER_DST_OPTIMAL, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
+                    .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                    .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                    .dst_stage_mask(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT)
+                    .dst_access_mask(
+                        vk::AccessFlags2::COLOR_ATTACHMENT_READ | vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
+                    ),
+            );
+            self.picture = Picture::Attached;
+        }
+        Some(view)
+    }
+
+    /// Submits the commands that drew to the image, and presents it. When the submission fails the image goes back to the surface.
+    pub fn present(self, mut recording: Recording<'_>) -> Result<(TimelineValue, Presented)> {
+        let surface = self.surface;
+        let (Some((index, turn)), Some(chain)) = (surface.held, &mut surface.chain) else {
+            return Ok((recording.submit()?, Presented::OutOfDate));
+        };
+        let image = &chain.images[index as usize];
+        let (layout, stage, access) = match self.picture {
+            Picture::None => {
+                (vk::ImageLayout::UNDEFINED, vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::NONE)
+            }
+            Picture::Copied => (
+                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                vk::PipelineStageFlags2::ALL_TRANSFER,
+                vk::AccessFlags2::TRANSFER_WRITE,
+            ),
+            Picture::Attached => (
+                vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+                vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+                vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
+            ),
+        };
+        recording.image_barrier(
+            transition(image.raw, layout, vk::ImageLayout::PRESENT_SRC_KHR)
+                .src_stage_mask(stage)
+                .src_access_mask(access),
+        );
+        let semaphores = WindowSemaphores { acquired: surface.acquires[turn].raw, rendered: image.rendered };
+        let value = recording.submit_with(Some(&semaphores))?;
+        surface.acquires[turn].waited = value;
+        surface.held = None;
+        let Some(functions) = &surface.device.swapchain else { return Ok((value, Presented::OutOfDate)) };
+        let (waits, chains, indices) = ([image.rendered], [chain.raw], [index]);
+        let info = vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&indices);
+        let queue = surface.device.queue.lock();
+        // SAFETY: the image was acquired and its commands are submitted; the queue is locked.
+        match unsafe { functions.queue_present(*queue, &info) } {
+            Ok(suboptimal) => {
+                chain.stale |= suboptimal;
+                Ok((value, Presented::Shown))
+            }
+            // A lost surface is made anew by the next acquire.
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => {
+                chain.stale = true;
+                Ok((value, Presented::OutOfDate))
+            }
+            Err(result) => {
+                // Nobody knows whether the image went back: the chain is made anew.
+                chain.stale = true;
+                surface.device.watch(Err(result).named("vkQueuePresentKHR"))
+            }
+        }
+    }
+
+    fn chain_image(&self) -> Option<&ChainImage> {
+        let (index, _) = self.surface.held?;
+        self.surface.chain.as_ref()?.images.get(index as usize)
+    }
+}
+
+impl Surface {
+    /// A copy of the picture whose format says that its bytes are sRGB-encoded.
+    fn encode(&mut self, recording: &mut Recording<'_>, picture: &Arc<Image>) -> Result<Arc<Image>> {
+        let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
+        let wanted = ImageInfo {
+            format: vk::Format::R8G8B8A8_SRGB,
+            usage: vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST,
+            ..*picture.info()
+        };
+        let image = match &self.encoded {
+            Some(image) if *image.info() == wanted => image.clone(),
+            _ => Arc::new(Image::new(&self.device, "picture, sRGB", &wanted, Backing::Own)?),
+        };
+        self.encoded = Some(image.clone());
+        recording.image_barrier(
+            transition(image.raw, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL)
+                .src_stage_mask(transfer)
+                .dst_stage_mask(transfer)
+                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
+        );
+        recording.copy_image(picture, &image);
+        recording.image_barrier(
+            transition(image.raw, vk::ImageLayout::GENERAL, vk::ImageLayout::GENERAL)
+                .src_stage_mask(transfer)
+                .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                .dst_stage_mask(transfer)
+                .dst_access_mask(vk::AccessFlags2::TRANSFER_READ),
+        );
+        Ok(image)
     }
 }
 
 impl Drop for Surface {
     fn drop(&mut self) {
         let chain = self.chain.take();
-        if self.destroy(chain).is_err() || self.device.hung.load(Ordering::Relaxed) {
+        if self.destroy(chain).is_err() || self.device.is_hung() {
             // The device may still use it for ever; see `Device::drop`.
             return;
         }
-        let queue = self.device.queue.lock();
-        // SAFETY: the chain is gone; an acquire semaphore is waited for by a submission that has finished. The queue is locked.
+        // SAFETY: the chain is gone, and with it all work that waits for an acquire semaphore.
         unsafe {
-            let _ = self.device.raw.queue_wait_idle(*queue);
-            for semaphore in self.acquired {
-                self.device.raw.destroy_semaphore(semaphore, None);
+            for semaphore in &self.acquires {
+                self.device.raw.destroy_semaphore(semaphore.raw, None);
             }
             if let Some(functions) = &self.device.instance.surface {
                 functions.destroy_surface(self.raw, None);
             }
         }
     }
+}
+
+fn semaphore(device: &Device) -> Result<vk::Semaphore> {
+    // SAFETY: plain data.
+    unsafe { device.raw.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }.named("vkCreateSemaphore")
 }
 
 fn choose_format(

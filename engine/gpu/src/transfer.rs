@@ -10,11 +10,12 @@ use crate::command::{Barrier, CommandBuffer};
 use crate::device::Device;
 use crate::image::{Image, ImageInfo};
 use crate::memory::{Backing, Location};
+use crate::readback::ReadbackRing;
 use crate::result::{Error, Result};
 
 /// Makes a storage buffer on the device that holds `bytes` (padded with zeros to a multiple of 4). Waits for the copy; may be called
 /// from any thread.
-pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Option<Duration>) -> Result<Buffer> {
+pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Duration) -> Result<Buffer> {
     let size = (bytes.len() as u64).max(4).next_multiple_of(4);
     let limit = u64::from(device.capabilities().limits.max_storage_buffer_range);
     if size > limit {
@@ -31,10 +32,10 @@ pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Option<Du
         return Err(unmapped(name, size));
     }
     let mut commands = CommandBuffer::new(device, "upload")?;
-    commands.begin()?;
-    commands.copy_buffer((&staging, 0), (&buffer, 0), size);
-    commands.barrier(&Barrier::full());
-    let value = commands.submit()?;
+    let mut recording = commands.begin()?;
+    recording.copy_buffer((&staging, 0), (&buffer, 0), size);
+    recording.barrier(&Barrier::full());
+    let value = recording.submit()?;
     device.wait(value, timeout)?;
     Ok(buffer)
 }
@@ -50,7 +51,7 @@ pub fn upload_volume(
     info: &ImageInfo,
     texel_bytes: u32,
     mips: &[&[u8]],
-    timeout: Option<Duration>,
+    timeout: Duration,
 ) -> Result<Arc<Image>> {
     let image = Arc::new(Image::new(device, name, info, Backing::Own)?);
     let mut commands = CommandBuffer::new(device, "upload")?;
@@ -70,66 +71,39 @@ pub fn upload_volume(
             if !part.is_some_and(|part| staging.write(0, part)) {
                 return Err(unmapped(name, size));
             }
-            commands.begin()?;
-            commands.barrier(&std::mem::replace(&mut before, Barrier::full()));
-            commands.copy_buffer_to_texels((&staging, 0), &image, mip, [0, 0, first], [width, height, count]);
-            commands.barrier(&Barrier::full());
-            let value = commands.submit()?;
+            let mut recording = commands.begin()?;
+            recording.barrier(&std::mem::replace(&mut before, Barrier::full()));
+            recording.copy_buffer_to_texels((&staging, 0), &image, mip, [0, 0, first], [width, height, count]);
+            recording.barrier(&Barrier::full());
+            let value = recording.submit()?;
             device.wait(value, timeout)?;
         }
     }
     Ok(image)
 }
 
-/// Reads a part of a buffer back, after everything submitted so far.
+/// Reads a part of a buffer back, after everything submitted so far. Waits for the copy.
 pub fn download_buffer(
     device: &Arc<Device>,
     buffer: &Buffer,
     offset: u64,
     size: u64,
-    timeout: Option<Duration>,
+    timeout: Duration,
 ) -> Result<Vec<u8>> {
-    download(device, buffer.name(), size, timeout, |commands, staging| {
-        commands.copy_buffer((buffer, offset), (staging, 0), size);
-    })
+    ReadbackRing::new(device).buffer(buffer, offset, size)?.wait(timeout)
 }
 
-/// Reads one layer (or slice of a 3-D image) of one mip back, after everything submitted so far. The image is in `GENERAL`.
+/// Reads one layer (or slice of a 3-D image) of one mip back, after everything submitted so far. The image is in `GENERAL`. Waits for the
+/// copy.
 pub fn download_image(
     device: &Arc<Device>,
     image: &Image,
     texel_bytes: u32,
     mip: u32,
     layer: u32,
-    timeout: Option<Duration>,
+    timeout: Duration,
 ) -> Result<Vec<u8>> {
-    let [width, height, _] = image.mip_extent(mip);
-    let size = u64::from(width) * u64::from(height) * u64::from(texel_bytes);
-    download(device, image.name(), size, timeout, |commands, staging| {
-        commands.copy_image_to_buffer(image, mip, layer, staging);
-    })
-}
-
-fn download(
-    device: &Arc<Device>,
-    name: &str,
-    size: u64,
-    timeout: Option<Duration>,
-    copy: impl FnOnce(&mut CommandBuffer, &Buffer),
-) -> Result<Vec<u8>> {
-    if size == 0 {
-        return Ok(Vec::new());
-    }
-    let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_DST, location: Location::Download };
-    let staging = Buffer::new(device, &format!("{name}, read-back"), &info, Backing::Own)?;
-    let mut commands = CommandBuffer::new(device, "read-back")?;
-    commands.begin()?;
-    commands.barrier(&Barrier::full());
-    copy(&mut commands, &staging);
-    commands.barrier(&Barrier::full());
-    let value = commands.submit()?;
-    device.wait(value, timeout)?;
-    staging.bytes().map(<[u8]>::to_vec).ok_or_else(|| unmapped(name, size))
+    ReadbackRing::new(device).image(image, texel_bytes, mip, layer)?.wait(timeout)
 }
 
 fn unmapped(name: &str, size: u64) -> Error {

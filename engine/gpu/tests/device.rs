@@ -5,6 +5,8 @@ use raxel_gpu::{
     upload_volume, vk,
 };
 
+const PATIENCE: std::time::Duration = std::time::Duration::from_secs(60);
+
 fn options(device: Option<&str>) -> DeviceOptions {
     DeviceOptions { device: device.map(str::to_owned), validation: Validation::Required }
 }
@@ -48,9 +50,9 @@ fn bytes_go_there_and_come_back_and_dropped_buffers_are_freed() {
     let device = Device::new(&options(None)).expect("a driver and the validation layer");
     let bytes: Vec<u8> = (0..1021u32).map(|i| (i * 7) as u8).collect();
     for _ in 0..8 {
-        let buffer = upload(&device, "bytes", &bytes, None).expect("it fits");
+        let buffer = upload(&device, "bytes", &bytes, PATIENCE).expect("it fits");
         assert_eq!(buffer.size(), 1024, "padded to whole words");
-        let back = download_buffer(&device, &buffer, 0, 1024, None).expect("it was written");
+        let back = download_buffer(&device, &buffer, 0, 1024, PATIENCE).expect("it was written");
         assert_eq!(back[..1021], bytes);
         assert_eq!(back[1021..], [0; 3]);
         drop(buffer);
@@ -59,7 +61,7 @@ fn bytes_go_there_and_come_back_and_dropped_buffers_are_freed() {
     let limit = u64::from(device.capabilities().limits.max_storage_buffer_range);
     if limit < 1 << 31 {
         let large = vec![0; limit as usize + 4];
-        let error = upload(&device, "large", &large, None).expect_err("it cannot be bound");
+        let error = upload(&device, "large", &large, PATIENCE).expect_err("it cannot be bound");
         assert!(matches!(error, Error::TooLarge { .. }), "{error}");
     }
     if device.capabilities().kind == DeviceKind::Cpu {
@@ -83,12 +85,12 @@ fn volumes_are_uploaded_mip_by_mip_in_pieces() {
             })
             .collect();
         let parts: Vec<&[u8]> = texels.iter().map(Vec::as_slice).collect();
-        let image = upload_volume(&device, "volume", &info, 1, &parts, None).expect("it fits");
+        let image = upload_volume(&device, "volume", &info, 1, &parts, PATIENCE).expect("it fits");
         for (mip, texels) in (0..mips).zip(&texels) {
             let [width, height, depth] = image.mip_extent(mip);
             let slice = (width * height) as usize;
             for z in [0, depth / 2, depth - 1] {
-                let back = download_image(&device, &image, 1, mip, z, None).expect("it was written");
+                let back = download_image(&device, &image, 1, mip, z, PATIENCE).expect("it was written");
                 assert!(back == texels[z as usize * slice..][..slice], "mip {mip}, slice {z} of {extent:?}");
             }
         }

@@ -153,7 +153,7 @@ fn save_and_wait(session: &mut Session, copy: &Copy, path: &str, text: &str) -> 
 /// Runs a frame and waits until the device has finished it.
 fn finish_frame(session: &mut Session) -> Result<(), FrameError> {
     session.frame()?;
-    session.executor().wait().map_err(FrameError::Device)
+    session.wait()
 }
 
 /// The shader of the last live pass that can be edited.

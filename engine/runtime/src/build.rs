@@ -218,6 +218,16 @@ pub enum BuildError {
     Device(ExecuteError),
 }
 
+impl BuildError {
+    /// As something that can be told to the author, whatever it is.
+    pub fn into_diagnostics(self) -> Vec<Diagnostic> {
+        match self {
+            Self::Diagnosed(diagnostics) => diagnostics,
+            Self::Device(error) => vec![Diagnostic::error(codes::session::DEVICE_REFUSES, error.to_string())],
+        }
+    }
+}
+
 /// Plans a graph, and encodes and uploads the layouts that its live passes bind.
 pub fn assemble(
     graph: &Arc<Graph>,

@@ -24,6 +24,7 @@ pub mod clock;
 pub mod debug_target;
 pub mod execute;
 pub mod params;
+pub mod present;
 pub mod project;
 pub mod reload;
 pub mod session;

@@ -245,20 +245,23 @@ pub fn components(value: &Value) -> Vec<f64> {
 /// A value of the type of `like` from as many numbers as it has components. `None` when the count differs, a number is not finite,
 /// or an integer type is given a fraction or too large a number.
 pub fn from_components(numbers: &[f64], like: &Value) -> Option<Value> {
+    fn array<const N: usize, T: Copy + Default>(numbers: &[f64], convert: impl Fn(f64) -> Option<T>) -> Option<[T; N]> {
+        let numbers: &[f64; N] = numbers.try_into().ok()?;
+        let mut parts = [T::default(); N];
+        for (part, number) in parts.iter_mut().zip(numbers) {
+            *part = convert(*number)?;
+        }
+        Some(parts)
+    }
     fn signed<const N: usize>(numbers: &[f64]) -> Option<[i32; N]> {
-        let whole =
-            |n: f64| (n.fract() == 0.0 && n >= f64::from(i32::MIN) && n <= f64::from(i32::MAX)).then_some(n as i32);
-        let parts: Option<Vec<i32>> = numbers.iter().map(|&n| whole(n)).collect();
-        parts?.try_into().ok()
+        let fits = |n: f64| n.fract() == 0.0 && n >= f64::from(i32::MIN) && n <= f64::from(i32::MAX);
+        array(numbers, |n| fits(n).then_some(n as i32))
     }
     fn unsigned<const N: usize>(numbers: &[f64]) -> Option<[u32; N]> {
-        let whole = |n: f64| (n.fract() == 0.0 && n >= 0.0 && n <= f64::from(u32::MAX)).then_some(n as u32);
-        let parts: Option<Vec<u32>> = numbers.iter().map(|&n| whole(n)).collect();
-        parts?.try_into().ok()
+        array(numbers, |n| (n.fract() == 0.0 && n >= 0.0 && n <= f64::from(u32::MAX)).then_some(n as u32))
     }
     fn float<const N: usize>(numbers: &[f64]) -> Option<[f32; N]> {
-        let parts: Vec<f32> = numbers.iter().map(|&n| n as f32).filter(|n| n.is_finite()).collect();
-        parts.try_into().ok()
+        array(numbers, |n| Some(n as f32).filter(|n| n.is_finite()))
     }
     Some(match like {
         Value::Bool(_) => match numbers {

@@ -27,12 +27,9 @@ void main() {
 #[test]
 fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
     let project = TestProject::new();
-    // Software devices are given thirty times as much.
-    let mut session = TestProject::open_with(Options {
-        watchdog: Some(Duration::from_millis(25)),
-        size: [192, 192],
-        ..project.options()
-    });
+    // Software devices are given six times as much. A loaded machine slows the quick frames as much as the slow one.
+    let mut session =
+        TestProject::open_with(Options { watchdog: Duration::from_millis(250), size: [192, 192], ..project.options() });
     session.frame().unwrap();
     let opened = std::sync::Arc::as_ptr(session.device());
 

@@ -4,6 +4,7 @@ mod compile;
 mod compiler;
 mod fatal;
 pub mod format;
+mod graphics;
 mod hlsl;
 pub mod interface;
 mod lexer;
@@ -17,6 +18,7 @@ mod request;
 mod sources;
 
 pub use compiler::Compiler;
+pub use graphics::{GraphicsStage, compile_graphics};
 pub use raxel_spirv::bytes_of;
 pub use rehearsal::{Rehearse, rehearse_hlsl, rehearse_hlsl_with};
 pub use request::{Request, Shader, ShaderSource};

@@ -181,7 +181,7 @@ fn render(device: &Arc<Device>) -> Result<f64> {
     executor.swap(prepared);
     let builtins = Builtins::default();
     let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: 0.0, disabled: &[] };
-    executor.frame(&inputs, None)?;
+    executor.frame(&inputs)?;
     let picture = executor.read_presented()?;
     if picture != expected(SIZE) {
         return Err(Failure::new(Exit::Check, "the picture is not the one that the shader describes"));

@@ -113,7 +113,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     for frame in 0..range.end {
         session.frame().map_err(|error| frame_failure(error, talk))?;
         if args.time {
-            times.add(&mut session)?;
+            times.add(&mut session, talk)?;
         }
         let wanted = if matches!(sink, Sink::Single(..)) { frame + 1 == range.end } else { range.contains(&frame) };
         if wanted {
@@ -217,10 +217,10 @@ struct Times {
 
 impl Times {
     /// Takes the times of the frame just made; it is waited for.
-    fn add(&mut self, session: &mut Session) -> Result {
-        session.executor().wait()?;
+    fn add(&mut self, session: &mut Session, talk: &Talk) -> Result {
+        session.wait().map_err(|error| frame_failure(error, talk))?;
         let graph = session.graph().clone();
-        for time in session.executor().timings() {
+        for time in session.timings() {
             let name = &graph.pass(time.pass).name;
             let Some(nanoseconds) = time.nanoseconds else { continue };
             match self.passes.iter_mut().find(|(known, _)| known == name) {

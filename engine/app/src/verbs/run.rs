@@ -2,7 +2,7 @@
 
 use raxel_gpu::DeviceOptions;
 
-use crate::args::{Messages, Size, size};
+use crate::args::{Messages, Size, scale, size};
 use crate::failure::Result;
 use crate::session::What;
 use crate::talk::Talk;
@@ -18,6 +18,10 @@ pub(crate) struct Args {
     /// The window's first size in pixels.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
     pub size: Size,
+
+    /// Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels.
+    #[arg(long, value_name = "N", value_parser = scale, default_value = "1")]
+    pub scale: f64,
 
     /// Leave after so many frames.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]

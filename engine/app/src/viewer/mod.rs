@@ -1,18 +1,19 @@
 //! The window: winit's events drive a session, and its frames are presented. What is said goes to stderr.
 
 mod controls;
-mod news;
+mod reload_log;
 mod title;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use raxel_gpu::{DeviceOptions, Surface};
+use raxel_gpu::{DeviceKind, DeviceOptions};
 use raxel_graph::checked::{BufferSize, ResourceKind};
 use raxel_runtime::camera::FlyInput;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::execute::Shown;
+use raxel_runtime::execute::Progress;
+use raxel_runtime::present::{PresentError, Presented, Presenter};
 use raxel_runtime::{FrameError, Session};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -24,7 +25,7 @@ use winit::window::{Window, WindowId};
 
 pub(crate) use self::controls::KEYS;
 use self::controls::{Command, Controls};
-use self::news::News;
+use self::reload_log::ReloadLog;
 use self::title::Title;
 use crate::failure::{Exit, Failure, Result};
 use crate::output::{self, Pending, shown};
@@ -42,12 +43,19 @@ const TITLE_EVERY: Duration = Duration::from_millis(250);
 /// Time between two looks at a picture that does not change.
 const STILL: Duration = Duration::from_millis(15);
 
+/// Longest wait for the device between two looks at the window's events.
+const SLICE: Duration = Duration::from_millis(8);
+
+/// The device may work so long before it is said what on.
+const PATIENCE: Duration = Duration::from_secs(2);
+
 /// Runs a window until it is closed.
 pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| no_window(&error))?;
     let proxy = event_loop.create_proxy();
     let mut options = args.what.options(device)?;
     options.size = args.size.0;
+    options.scale = args.scale;
     options.step = None;
     options.watch = true;
     options.poll = args.poll;
@@ -65,7 +73,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     let mut viewer = Viewer {
         args,
         talk,
-        news: News::new(talk),
+        reloads: ReloadLog::new(talk),
         session,
         window: None,
         controls: Controls::default(),
@@ -73,12 +81,18 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
         titled: None,
         last: Instant::now(),
         frame_time: None,
+        unshown: false,
+        busy: None,
         presented: 0,
         complained: false,
         failure: None,
     };
     event_loop.run_app(&mut viewer).map_err(|error| no_window(&error))?;
     viewer.complained |= say_validation(&viewer.session, talk);
+    // A dispatch that does not end must not keep the program.
+    if !matches!(viewer.session.wait_picture(SLICE), Ok(Progress::Done)) {
+        viewer.session.abandon_device();
+    }
     match viewer.failure.take() {
         Some(failure) => Err(failure),
         None => validated(viewer.complained),
@@ -102,13 +116,13 @@ fn no_window(error: &EventLoopError) -> Failure {
 /// An open window with what it is drawn on.
 struct Open {
     window: Arc<Window>,
-    surface: Surface,
+    presenter: Presenter,
 }
 
 struct Viewer<'a> {
     args: &'a Args,
     talk: &'a Talk,
-    news: News<'a>,
+    reloads: ReloadLog<'a>,
     session: Session,
     window: Option<Open>,
     controls: Controls,
@@ -117,6 +131,10 @@ struct Viewer<'a> {
     last: Instant,
     /// Seconds of a frame, smoothed.
     frame_time: Option<f64>,
+    /// The picture of the last frame was not shown yet.
+    unshown: bool,
+    /// The device has worked for long: on which pass, and since how many seconds.
+    busy: Option<(Option<String>, u64)>,
     presented: u64,
     complained: bool,
     failure: Option<Failure>,
@@ -149,7 +167,7 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
                 let command =
                     self.controls.key(event.physical_key, &event.logical_key, self.modifiers, pressed, event.repeat);
                 if let Some(command) = command {
-                    self.obey(command, event_loop);
+                    self.run_command(command, event_loop);
                 }
                 self.redraw();
             }
@@ -173,7 +191,7 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         // Minimised, nothing is drawn until something happens.
-        let drawn = self.window.as_ref().is_some_and(|open| open.surface.extent().is_some());
+        let drawn = self.window.as_ref().is_some_and(|open| open.presenter.extent().is_some());
         if !drawn {
             event_loop.set_control_flow(ControlFlow::Wait);
         }
@@ -200,23 +218,24 @@ impl Viewer<'_> {
                 .help("`raxel render -o p.png` needs no window")
         })?;
         let window = Arc::new(window);
-        let surface = self.surface(&window)?;
+        let presenter = self.presenter(&window)?;
         let size = window.inner_size();
         self.session.resize(size.width, size.height);
-        self.window = Some(Open { window, surface });
+        self.window = Some(Open { window, presenter });
         self.last = Instant::now();
         self.redraw();
         Ok(())
     }
 
-    fn surface(&self, window: &Arc<Window>) -> Result<Surface> {
+    fn presenter(&self, window: &Arc<Window>) -> Result<Presenter> {
         let size = window.inner_size();
-        Ok(Surface::new(self.session.device(), window.clone(), [size.width, size.height], !self.args.no_vsync)?)
+        let vsync = !self.args.no_vsync;
+        Ok(Presenter::new(self.session.device(), window.clone(), [size.width, size.height], vsync)?)
     }
 
     fn resize(&mut self, size: PhysicalSize<u32>) {
         if let Some(open) = &mut self.window {
-            open.surface.resize([size.width, size.height]);
+            open.presenter.resize([size.width, size.height]);
         }
         self.session.resize(size.width, size.height);
         self.redraw();
@@ -233,47 +252,101 @@ impl Viewer<'_> {
         event_loop.exit();
     }
 
-    /// One frame: edits, motion, the picture, the title.
+    /// One frame: edits, motion, the picture, the title. Never waits for the device for longer than a [`SLICE`]: events are looked at in
+    /// between, so that the window can be left and an edit taken in whatever the device does.
     fn draw(&mut self, event_loop: &ActiveEventLoop) -> Result {
         for event in self.session.poll_reload() {
-            self.news.tell(&event);
+            self.reloads.tell(&event);
             self.titled = None;
         }
+        event_loop.set_control_flow(ControlFlow::Poll);
+        if self.window.is_none() {
+            return Ok(());
+        }
+        if self.unshown && !self.show(event_loop)? {
+            return Ok(());
+        }
+        let progress = self.session.wait_next(SLICE);
+        if !self.is_done(progress)? {
+            return Ok(());
+        }
         self.fly();
-        let Some(open) = &mut self.window else { return Ok(()) };
-        let report = match self.session.frame_on(&mut open.surface) {
+        let report = match self.session.frame() {
             Ok(report) => report,
-            Err(FrameError::SurfaceLost) => {
-                let window = open.window.clone();
-                // The old surface belongs to the lost device; it goes before a new one is made for the same window.
-                self.window = None;
-                let surface = self.surface(&window)?;
-                self.window = Some(Open { window, surface });
-                return Ok(());
-            }
-            // What was chosen cannot be shown; what ran before runs on.
+            // Said once; what ran before runs on.
             Err(error @ FrameError::Plan { .. }) => {
-                self.news.refused(&error);
-                self.select(DebugTarget::default());
+                self.reloads.refused(&error);
+                self.titled = None;
                 return Ok(());
             }
             Err(error) => return Err(frame_failure(error, self.talk)),
         };
         self.complained |= say_validation(&self.session, self.talk);
-        let still = !report.displayed && report.dispatched == 0;
-        event_loop.set_control_flow(if still {
-            ControlFlow::WaitUntil(Instant::now() + STILL)
-        } else {
-            ControlFlow::Poll
-        });
-        if report.shown == Shown::Presented {
-            self.presented += 1;
-            if self.args.frames.is_some_and(|frames| self.presented >= frames) {
-                event_loop.exit();
+        self.unshown = true;
+        if self.show(event_loop)? && !report.displayed && report.dispatched == 0 {
+            event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STILL));
+        }
+        Ok(())
+    }
+
+    /// Shows the picture of the last frame. False when it could not be shown yet.
+    fn show(&mut self, event_loop: &ActiveEventLoop) -> Result<bool> {
+        // A driver that computes on the processor waits for the picture when it presents it, without a limit.
+        if self.session.device().capabilities().kind == DeviceKind::Cpu {
+            let progress = self.session.wait_picture(SLICE);
+            if !self.is_done(progress)? {
+                return Ok(false);
             }
         }
+        let (Some(open), Some(picture)) = (&mut self.window, self.session.picture()) else { return Ok(true) };
+        if open.presenter.device().id() != self.session.device().id() {
+            let window = open.window.clone();
+            // The old surface belongs to the lost device; it goes before a new one is made for the same window.
+            self.window = None;
+            let presenter = self.presenter(&window)?;
+            self.window = Some(Open { window, presenter });
+            return Ok(false);
+        }
+        match open.presenter.present(&picture, None) {
+            Ok(Presented::Shown) => {
+                self.presented += 1;
+                if self.args.frames.is_some_and(|frames| self.presented >= frames) {
+                    event_loop.exit();
+                }
+            }
+            Ok(Presented::NoArea) => {}
+            Ok(Presented::OutOfDate | Presented::NotReady) => return Ok(false),
+            // The next frame finds the loss, and opens the device anew.
+            Err(error) if error.is_device_lost() => {}
+            Err(error) => return Err(error.into()),
+        }
+        self.unshown = false;
         self.update_title();
-        Ok(())
+        Ok(true)
+    }
+
+    /// Whether the device has finished what was waited for. Says once what it works on when that takes long.
+    fn is_done(&mut self, progress: std::result::Result<Progress, FrameError>) -> Result<bool> {
+        match progress.map_err(|error| frame_failure(error, self.talk))? {
+            Progress::Done => {
+                self.titled = self.titled.filter(|_| self.busy.is_none());
+                self.busy = None;
+                Ok(true)
+            }
+            Progress::Working { pass, elapsed } => {
+                if elapsed >= PATIENCE {
+                    if self.busy.is_none() {
+                        let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on pass `{pass}`"));
+                        let seconds = elapsed.as_secs();
+                        self.talk
+                            .say(&format!("the device has worked{on} for {seconds} s; Escape quits, an edit is taken"));
+                    }
+                    self.busy = Some((pass, elapsed.as_secs()));
+                    self.update_title();
+                }
+                Ok(false)
+            }
+        }
     }
 
     /// Moves the camera as keys and mouse ask. The first gesture takes over from a demo.
@@ -294,7 +367,7 @@ impl Viewer<'_> {
         self.session.set_camera(camera);
     }
 
-    fn obey(&mut self, command: Command, event_loop: &ActiveEventLoop) {
+    fn run_command(&mut self, command: Command, event_loop: &ActiveEventLoop) {
         self.titled = None;
         match command {
             Command::NextTarget => self.cycle(1),
@@ -374,8 +447,10 @@ impl Viewer<'_> {
             },
             milliseconds: self.frame_time.map(|seconds| seconds * 1e3),
             paused: self.session.clock().paused(),
-            generation: self.news.shown,
-            failed: self.news.failed,
+            generation: self.reloads.shown,
+            failed: self.reloads.failed,
+            refused: self.session.is_refused(),
+            busy: self.busy.clone(),
         }
     }
 
@@ -386,6 +461,15 @@ impl Viewer<'_> {
         self.titled = Some(Instant::now());
         if let Some(open) = &self.window {
             open.window.set_title(&self.title().text());
+        }
+    }
+}
+
+impl From<PresentError> for Failure {
+    fn from(error: PresentError) -> Self {
+        match error {
+            PresentError::Gpu(error) => error.into(),
+            error @ PresentError::Shader(_) => Failure::new(Exit::NoDevice, error.to_string()),
         }
     }
 }

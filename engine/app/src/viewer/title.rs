@@ -15,6 +15,10 @@ pub(crate) struct Title {
     pub generation: u64,
     /// A newer generation that could not be built.
     pub failed: Option<u64>,
+    /// No plan could be made for the size or debug target that is wanted.
+    pub refused: bool,
+    /// The device has worked for long: on which pass, and since how many seconds.
+    pub busy: Option<(Option<String>, u64)>,
 }
 
 impl Title {
@@ -26,6 +30,13 @@ impl Title {
             parts.push("paused".to_owned());
         }
         parts.extend(self.failed.map(|failed| format!("gen {failed} failed: showing gen {}", self.generation)));
+        if self.refused {
+            parts.push("refused: showing the plan before".to_owned());
+        }
+        parts.extend(self.busy.as_ref().map(|(pass, seconds)| {
+            let pass = pass.as_ref().map_or_else(String::new, |pass| format!(" on `{pass}`"));
+            format!("working{pass} for {seconds} s")
+        }));
         format!("{} — raxel", parts.join(" · "))
     }
 }
@@ -44,6 +55,11 @@ mod tests {
             ..Title::default()
         };
         assert_eq!(title.text(), "primary · depth · 4.3 ms — raxel");
+        let busy = Title { refused: true, busy: Some((Some("spin".into()), 3)), milliseconds: None, ..title.clone() };
+        assert_eq!(
+            busy.text(),
+            "primary · depth · refused: showing the plan before · working on `spin` for 3 s — raxel"
+        );
         let title = Title { paused: true, failed: Some(17), ..title };
         assert_eq!(title.text(), "primary · depth · 4.3 ms · paused · gen 17 failed: showing gen 16 — raxel");
     }

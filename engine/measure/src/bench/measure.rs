@@ -208,7 +208,7 @@ impl Frames<'_> {
             disabled: &self.disabled,
         };
         self.index += 1;
-        self.executor.frame(&inputs, None)?;
+        self.executor.frame(&inputs)?;
         self.executor.wait()?;
         // The times of this frame replace those of the one before.
         self.executor.timings();

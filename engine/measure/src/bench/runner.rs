@@ -256,12 +256,7 @@ fn open(options: &DeviceOptions) -> Result<(Arc<Device>, Executor, DeviceContext
     let patience = if device.capabilities().kind == DeviceKind::Cpu { 12 } else { 2 };
     let executor = Executor::with_options(
         device.clone(),
-        ExecutorOptions {
-            memo: false,
-            timings: true,
-            markers: false,
-            watchdog: Some(Duration::from_secs(10) * patience),
-        },
+        ExecutorOptions { memo: false, timings: true, markers: false, watchdog: Duration::from_secs(10) * patience },
     )?;
     let context = DeviceContext::of(&executor);
     Ok((device, executor, context))

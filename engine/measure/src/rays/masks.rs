@@ -7,6 +7,7 @@ use raxel_gpu::{Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Descriptors
 use raxel_shader::Request;
 
 use super::error::RayError;
+use super::stream::PATIENCE;
 use super::tracer::compile;
 
 /// GLSL name of the table.
@@ -29,11 +30,11 @@ pub(super) fn bake(device: &Arc<Device>, files: &Arc<dyn Files>) -> Result<Resou
     let resources = vec![vec![table.clone()]; shader.interface.bindings.len()];
     let descriptors = Descriptors::new(device, BINDING, &pipeline, &resources)?;
     let mut commands = CommandBuffer::new(device, BINDING)?;
-    commands.begin()?;
-    commands.bind(&pipeline, &descriptors);
-    commands.dispatch([ENTRIES.div_ceil(shader.interface.local_size[0].value), 1, 1]);
-    commands.barrier(&Barrier::full());
-    let finished_at = commands.submit()?;
-    device.wait(finished_at, None)?;
+    let mut recording = commands.begin()?;
+    recording.bind(&pipeline, &descriptors);
+    recording.dispatch([ENTRIES.div_ceil(shader.interface.local_size[0].value), 1, 1]);
+    recording.barrier(&Barrier::full());
+    let finished_at = recording.submit()?;
+    device.wait(finished_at, PATIENCE)?;
     Ok(table)
 }

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
+use bytemuck::Zeroable;
 use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Descriptors, Device, DeviceKind, Location, Resource,
     TimelineValue, Timestamps, vk,
@@ -20,7 +21,7 @@ const GROUP: usize = 64;
 /// How long one submission should keep the device: long beside what it costs to submit, short beside any watchdog.
 const BUSY: Range<f64> = 0.004..0.1;
 /// Longer than any submission of rays takes that ends at all.
-const PATIENCE: Duration = Duration::from_secs(60);
+pub(super) const PATIENCE: Duration = Duration::from_secs(60);
 
 /// How many rays of a tracer are submitted at once: as many as keep the device busy for a while, found by trying.
 #[derive(Clone, Copy, Debug)]
@@ -76,6 +77,8 @@ struct SlotBuffers {
     rays: Arc<Buffer>,
     hits: Arc<Buffer>,
     back: Buffer,
+    /// The hits on the host.
+    host: Vec<HitWords>,
     commands: CommandBuffer,
     timestamps: Option<Timestamps>,
 }
@@ -116,6 +119,7 @@ impl Stream {
             rays: Arc::new(buffer("rays", ray, storage | to, Location::Device)?),
             hits: Arc::new(buffer("hits", hit, storage | from | to, Location::Device)?),
             back: buffer("hits, read-back", hit, to, Location::Download)?,
+            host: vec![HitWords::zeroed(); capacity],
             commands: CommandBuffer::new(device, "rays")?,
             timestamps: Timestamps::new(device, "rays", 2)?,
         })
@@ -152,7 +156,7 @@ impl Stream {
             if looked.is_err() {
                 // The part after it may not outlive what it reads.
                 if let Some(flight) = &flight {
-                    self.device.wait(flight.finished_at, Some(PATIENCE)).map_err(RayError::from)?;
+                    self.device.wait(flight.finished_at, PATIENCE).map_err(RayError::from)?;
                 }
                 return looked;
             }
@@ -189,7 +193,7 @@ impl Stream {
         rays: &[Ray],
         range: Range<usize>,
     ) -> Result<Flight, RayError> {
-        let SlotBuffers { staging, rays: on_device, hits, back, commands, timestamps } = &mut self.slots[slot];
+        let SlotBuffers { staging, rays: on_device, hits, back, commands, timestamps, .. } = &mut self.slots[slot];
         let words: Vec<RayWords> = rays[range.clone()].par_iter().with_min_len(4096).map(RayWords::from).collect();
         let count = words.len() as u32;
         if !staging.write(0, bytemuck::cast_slice(&words)) {
@@ -200,29 +204,29 @@ impl Stream {
             (vk::PipelineStageFlags2::COPY, vk::PipelineStageFlags2::CLEAR, vk::PipelineStageFlags2::COMPUTE_SHADER);
         let (read, write) = (vk::AccessFlags2::SHADER_STORAGE_READ, vk::AccessFlags2::SHADER_STORAGE_WRITE);
         let bytes = u64::from(count) * size_of::<HitWords>() as u64;
-        commands.begin()?;
-        commands.copy_buffer((staging, 0), (on_device, 0), u64::from(count) * size_of::<RayWords>() as u64);
-        commands.fill_buffer(hits, 0, bytes, HitWords::POISON);
-        commands.barrier(
+        let mut recording = commands.begin()?;
+        recording.copy_buffer((staging, 0), (on_device, 0), u64::from(count) * size_of::<RayWords>() as u64);
+        recording.fill_buffer(hits, 0, bytes, HitWords::POISON);
+        recording.barrier(
             &Barrier::default().memory((copy | clear, vk::AccessFlags2::TRANSFER_WRITE), (compute, read | write)),
         );
         if let Some(timestamps) = timestamps {
-            commands.reset_timestamps(timestamps);
-            commands.timestamp(timestamps, 0, false);
+            recording.reset_timestamps(timestamps);
+            recording.timestamp(timestamps, 0, false);
         }
-        commands.bind(&tracer.pipeline, descriptors);
-        commands.push(&tracer.pipeline, bytemuck::bytes_of(&count));
-        commands.dispatch([count.div_ceil(GROUP as u32), 1, 1]);
+        recording.bind(&tracer.pipeline, descriptors);
+        recording.push(&tracer.pipeline, bytemuck::bytes_of(&count));
+        recording.dispatch([count.div_ceil(GROUP as u32), 1, 1]);
         if let Some(timestamps) = timestamps {
-            commands.timestamp(timestamps, 1, true);
+            recording.timestamp(timestamps, 1, true);
         }
-        commands.barrier(&Barrier::default().memory((compute, write), (copy, vk::AccessFlags2::TRANSFER_READ)));
-        commands.copy_buffer((hits, 0), (back, 0), bytes);
-        commands.barrier(&Barrier::default().memory(
+        recording.barrier(&Barrier::default().memory((compute, write), (copy, vk::AccessFlags2::TRANSFER_READ)));
+        recording.copy_buffer((hits, 0), (back, 0), bytes);
+        recording.barrier(&Barrier::default().memory(
             (copy, vk::AccessFlags2::TRANSFER_WRITE),
             (vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ),
         ));
-        let finished_at = commands.submit()?;
+        let finished_at = recording.submit()?;
         Ok(Flight { range, finished_at, slot })
     }
 
@@ -232,13 +236,13 @@ impl Stream {
         flight: Flight,
         look: &mut impl FnMut(Traced<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        if let Err(error) = self.device.wait(flight.finished_at, Some(PATIENCE)) {
+        if let Err(error) = self.device.wait(flight.finished_at, PATIENCE) {
             if matches!(error, raxel_gpu::Error::TimedOut { .. }) {
                 self.device.abandon();
             }
             return Err(RayError::from(error).into());
         }
-        let slot = &self.slots[flight.slot];
+        let slot = &mut self.slots[flight.slot];
         let mut ticks = [[0; 2]; 2];
         let mut seconds = None;
         if let Some(timestamps) = &slot.timestamps {
@@ -250,13 +254,12 @@ impl Stream {
         let count = flight.range.len();
         seconds = seconds.filter(|_| tracer.pace.warm);
         tracer.pace.learn(count, seconds.unwrap_or(BUSY.start), self.capacity);
-        let bytes = slot.back.bytes().and_then(|bytes| bytes.get(..count * size_of::<HitWords>()));
-        let bytes = bytes.ok_or_else(|| {
-            RayError::from(raxel_gpu::Error::OutOfMemory {
-                name: "hits, host-visible".to_owned(),
-                size: slot.back.size(),
-            })
-        })?;
-        look(Traced { range: flight.range, hits: bytemuck::cast_slice(bytes), seconds })
+        let hits = &mut slot.host[..count];
+        if !slot.back.read(0, bytemuck::cast_slice_mut(hits)) {
+            let size = slot.back.size();
+            let name = "hits, host-visible".to_owned();
+            return Err(RayError::from(raxel_gpu::Error::OutOfMemory { name, size }).into());
+        }
+        look(Traced { range: flight.range, hits, seconds })
     }
 }

@@ -12,6 +12,7 @@ use raxel_world::layout::{EncodedImage, Layout};
 
 use super::error::RayError;
 use super::masks;
+use super::stream::PATIENCE;
 use super::stream::Pace;
 use raxel_runtime::execute::upload_image;
 use raxel_runtime::sources::{VOXEL_FORMAT, layout_limits};
@@ -112,7 +113,7 @@ impl Tracer {
         let encoded = layout.encode(world, limits)?;
         let voxels = layout.encode_image(world, limits)?;
         let words = bytemuck::cast_slice(&encoded.words);
-        let buffer = Arc::new(upload(&self.device, "world", words, None)?);
+        let buffer = Arc::new(upload(&self.device, "world", words, PATIENCE)?);
         let bytes = buffer.size();
         let image_bytes = voxels.as_ref().map_or(0, EncodedImage::bytes);
         let image = voxels.map(|voxels| self.image(&voxels)).transpose()?;
@@ -121,7 +122,7 @@ impl Tracer {
 
     fn image(&self, voxels: &EncodedImage) -> Result<Resource, RayError> {
         let mips: Vec<&[u8]> = voxels.mips.iter().map(|mip| bytemuck::cast_slice(mip)).collect();
-        let image = upload_image(&self.device, "world voxels", VOXEL_FORMAT, voxels.size, &mips, None)?;
+        let image = upload_image(&self.device, "world voxels", VOXEL_FORMAT, voxels.size, &mips, PATIENCE)?;
         let info = ViewInfo { ty: vk::ImageViewType::TYPE_3D, mips: (0, mips.len() as u32), layers: (0, 1) };
         let view = Arc::new(ImageView::new(&self.device, &image, &info)?);
         Ok(Resource::SampledImage(view, Arc::new(Sampler::new(&self.device, false, false)?)))

@@ -72,7 +72,7 @@ pub fn upload_image(
     format: Format,
     extent: [u32; 3],
     mips: &[&[u8]],
-    timeout: Option<Duration>,
+    timeout: Duration,
 ) -> raxel_gpu::Result<Arc<Image>> {
     let info = volume_info(device, format, extent, mips.len() as u32);
     raxel_gpu::upload_volume(device, name, &info, format.bytes(), mips, timeout)

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use raxel_gpu::{Barrier, CommandBuffer, Device, Presented, Surface, TimelineValue};
+use raxel_gpu::{Barrier, CommandBuffer, Device, Image, ReadbackRing, TimelineValue};
 use raxel_graph::plan::Plan;
 
 use super::FRAMES;
@@ -13,7 +13,7 @@ use super::inputs::FrameInputs;
 use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, lock, pass_name};
 use super::record::{DeviceRecorder, initialize_resources, marker_word};
 use super::replay::Counts;
-use super::report::{FrameReport, PassTime, Shown, SwapReport};
+use super::report::{FrameReport, PassTime, SwapReport};
 use super::upload::Uploads;
 
 /// What an executor does besides running passes.
@@ -25,13 +25,13 @@ pub struct ExecutorOptions {
     pub timings: bool,
     /// Each pass leaves a mark when it has finished, so that a device loss can be blamed.
     pub markers: bool,
-    /// How long a frame may take before the device counts as lost. `None`: for ever.
-    pub watchdog: Option<Duration>,
+    /// How long a frame may take before the device counts as lost.
+    pub watchdog: Duration,
 }
 
 impl Default for ExecutorOptions {
     fn default() -> Self {
-        Self { memo: true, timings: true, markers: true, watchdog: Some(Duration::from_secs(10)) }
+        Self { memo: true, timings: true, markers: true, watchdog: Duration::from_secs(10) }
     }
 }
 
@@ -53,12 +53,43 @@ pub struct Executor {
     /// Nanoseconds from the begin of the first pass to the end of the last.
     span: Option<f64>,
     ticks: Vec<[u64; 2]>,
+    pub(super) readbacks: ReadbackRing,
+    progress: Observed,
+}
+
+/// The picture that the last frame ended at: RGBA with 8 bits a channel, sRGB-encoded, in `GENERAL`. The next frame writes it again, behind
+/// every copy of it that was submitted before.
+#[derive(Clone, Debug)]
+pub struct FramePicture {
+    /// The picture, on the device.
+    pub image: Arc<Image>,
+    /// Reached when the picture is whole.
+    pub finished: TimelineValue,
+}
+
+/// How far the device has come with what was waited for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// It has finished.
+    Done,
+    /// It works.
+    Working {
+        /// The pass it works on, as far as the crash markers can tell.
+        pass: Option<String>,
+        /// Time since the device last finished something.
+        elapsed: Duration,
+    },
+}
+
+/// The last value that the device was seen to have reached, and when it was first seen so.
+struct Observed {
+    reached: TimelineValue,
+    since: Instant,
 }
 
 /// One of the frames in flight.
 struct FrameSlot {
     commands: CommandBuffer,
-    finished_at: TimelineValue,
     frame: u64,
     instrumentation: Option<Arc<Instrumentation>>,
     ran: Vec<u32>,
@@ -76,7 +107,6 @@ impl Executor {
         let slot = |name| -> Result<FrameSlot, ExecuteError> {
             Ok(FrameSlot {
                 commands: CommandBuffer::new(&device, name)?,
-                finished_at: TimelineValue::default(),
                 frame: 0,
                 instrumentation: None,
                 ran: Vec::new(),
@@ -89,6 +119,8 @@ impl Executor {
             slots,
             uploads: Uploads::new(shared.writes.clone()),
             versions: Vec::new(),
+            readbacks: ReadbackRing::new(&shared.device),
+            progress: Observed { reached: TimelineValue::default(), since: Instant::now() },
             shared,
             running: None,
             frame: 0,
@@ -114,6 +146,12 @@ impl Executor {
     /// The running plan.
     pub fn plan(&self) -> Option<&Arc<Plan>> {
         self.running.as_ref().map(Prepared::plan)
+    }
+
+    /// Whether a prepared plan shares its resources with the plan that runs now. One that was prepared before the last swap may hold
+    /// contents of earlier frames; it is to be prepared again.
+    pub fn is_current(&self, prepared: &Prepared) -> bool {
+        lock(&self.shared.running).serial == prepared.swaps_before
     }
 
     /// Runs another plan from the next frame on. What both describe alike keeps its contents; what only the old one used is destroyed
@@ -144,8 +182,10 @@ impl Executor {
         for slot in &mut self.slots {
             slot.ran.reserve(plan.passes.len());
         }
-        *lock(&self.shared.running) =
-            Running { resources: next.resources.clone(), picture: Some(next.display.picture.clone()) };
+        let mut running = lock(&self.shared.running);
+        let (resources, picture) = (next.resources.clone(), Some(next.display.picture.clone()));
+        *running = Running { serial: running.serial + 1, resources, picture };
+        drop(running);
         self.running = Some(next);
         self.needs_full_barrier = true;
         self.supply_sources();
@@ -172,13 +212,9 @@ impl Executor {
         }
     }
 
-    /// Runs one frame, and shows its picture in the window if there is one.
-    pub fn frame(
-        &mut self,
-        inputs: &FrameInputs<'_>,
-        window: Option<&mut Surface>,
-    ) -> Result<FrameReport, ExecuteError> {
-        let result = self.run_frame(inputs, window);
+    /// Runs one frame, up to its picture. Waits for the device only when it still works on the frame before the last.
+    pub fn frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
+        let result = self.run_frame(inputs);
         result.map_err(|error| {
             // Nobody knows which of the frame's results came to be.
             self.needs_full_barrier = true;
@@ -190,22 +226,14 @@ impl Executor {
         })
     }
 
-    fn run_frame(
-        &mut self,
-        inputs: &FrameInputs<'_>,
-        mut window: Option<&mut Surface>,
-    ) -> Result<FrameReport, ExecuteError> {
+    fn run_frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
         let slot_index = (self.frame % FRAMES as u64) as usize;
         let device = self.shared.device.clone();
-        device.wait(self.slots[slot_index].finished_at, self.shared.watchdog())?;
+        device.wait(self.slots[slot_index].commands.submitted(), self.shared.watchdog())?;
         device.collect();
         self.read_timings(slot_index)?;
         // The frame that used this slot's staging buffer last has finished.
         let uploads = self.uploads.stage(&device, slot_index)?;
-        let acquired = match &mut window {
-            Some(window) => window.acquire()?,
-            None => None,
-        };
 
         let start = Instant::now();
         let running = self.running.as_mut().ok_or(ExecuteError::NoPlan)?;
@@ -222,52 +250,38 @@ impl Executor {
         let slot = &mut self.slots[slot_index];
         let mut report = FrameReport { frame: number, ..FrameReport::default() };
         self.frame += 1;
-        if !decided && !uninitialized && !uploads && acquired.is_none() {
+        if !decided && !uninitialized && !uploads {
             // The barriers of the plan reach from one recorded frame to the next only if none is left out.
             self.needs_full_barrier = true;
             count(&mut report, running.replay.walk(&mut NullRecorder));
-            report.shown = if window.is_some() { Shown::Minimised } else { Shown::Headless };
             report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
             return Ok(report);
         }
 
-        slot.commands.begin()?;
+        let mut recording = slot.commands.begin()?;
         slot.ran.clear();
         slot.frame = number;
         slot.instrumentation = Some(running.instrumentation.clone());
         slot.timings_read = false;
         if uninitialized {
-            initialize_resources(&mut slot.commands, running);
+            initialize_resources(&mut recording, running);
         } else if self.needs_full_barrier || uploads {
-            slot.commands.barrier(&self.full);
+            recording.barrier(&self.full);
         }
-        self.uploads.record(&mut slot.commands, slot_index, &self.full);
+        self.uploads.record(&mut recording, slot_index, &self.full);
         if let Some(timestamps) = &running.instrumentation.timestamps[slot_index] {
-            slot.commands.reset_timestamps(timestamps);
+            recording.reset_timestamps(timestamps);
         }
         let mut recorder = DeviceRecorder {
-            commands: &mut slot.commands,
+            recording: &mut recording,
             prepared: running,
             frame: number,
             slot: slot_index,
             ran: &mut slot.ran,
         };
         count(&mut report, running.replay.walk(&mut recorder));
-        slot.finished_at = match (window, acquired) {
-            (Some(window), Some(acquired)) => {
-                window.draw(&mut slot.commands, &acquired, &running.display.picture.image)?;
-                let (finished_at, presented) = window.present(&mut slot.commands, &acquired)?;
-                report.shown = match presented {
-                    Presented::Shown => Shown::Presented,
-                    Presented::OutOfDate => Shown::OutOfDate,
-                };
-                finished_at
-            }
-            (window, _) => {
-                report.shown = if window.is_some() { Shown::Minimised } else { Shown::Headless };
-                slot.commands.submit()?
-            }
-        };
+        recording.submit()?;
+        self.progress.since = start;
         self.uploads.submitted();
         if uninitialized {
             running.resources.iter().for_each(|physical| physical.initialized.store(true, Ordering::Relaxed));
@@ -276,6 +290,58 @@ impl Executor {
         self.needs_full_barrier = !decided;
         report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
         Ok(report)
+    }
+
+    /// The picture of the last frame; `None` before the first.
+    pub fn picture(&self) -> Option<FramePicture> {
+        let picture = &self.running.as_ref()?.display.picture;
+        let drawn = picture.initialized.load(Ordering::Relaxed);
+        let finished = self.slots.iter().map(|slot| slot.commands.submitted()).max().unwrap_or_default();
+        drawn.then(|| FramePicture { image: picture.image.clone(), finished })
+    }
+
+    /// Waits at most so long for the picture of the last frame to be whole.
+    ///
+    /// # Errors
+    /// [`ExecuteError::DeviceLost`] when the device has finished nothing for as long as the watchdog allows.
+    pub fn wait_picture(&mut self, at_most: Duration) -> Result<Progress, ExecuteError> {
+        let finished = self.slots.iter().map(|slot| slot.commands.submitted()).max().unwrap_or_default();
+        self.observe(finished, at_most)
+    }
+
+    /// Waits at most so long until the next frame can begin without waiting. Errors as for [`Self::wait_picture`].
+    pub fn wait_next(&mut self, at_most: Duration) -> Result<Progress, ExecuteError> {
+        let slot = (self.frame % FRAMES as u64) as usize;
+        self.observe(self.slots[slot].commands.submitted(), at_most)
+    }
+
+    fn observe(&mut self, until: TimelineValue, at_most: Duration) -> Result<Progress, ExecuteError> {
+        let device = self.shared.device.clone();
+        match device.wait(until, at_most) {
+            Ok(()) => return Ok(Progress::Done),
+            Err(raxel_gpu::Error::TimedOut { .. }) => {}
+            Err(error) => return Err(self.attribute_loss(error.into())),
+        }
+        let reached = device.reached().map_err(|error| self.attribute_loss(error.into()))?;
+        // Nothing new was finished, or nothing was asked for since all was finished.
+        if reached > self.progress.reached {
+            self.progress = Observed { reached, since: Instant::now() };
+        }
+        let elapsed = self.progress.since.elapsed();
+        if elapsed >= self.shared.watchdog() {
+            return Err(self.attribute_loss(ExecuteError::DeviceLost { suspect: None, timed_out: true }));
+        }
+        Ok(Progress::Working { pass: self.suspect(), elapsed })
+    }
+
+    /// Changes how long a frame may take before the device counts as lost.
+    pub fn set_watchdog(&mut self, limit: Duration) {
+        self.shared.set_watchdog(limit);
+    }
+
+    /// Gives the device up without waiting for what it works on. Nothing more can be run.
+    pub fn abandon(&mut self) {
+        self.shared.device.abandon();
     }
 
     /// Waits until the device has finished all frames.
@@ -288,7 +354,8 @@ impl Executor {
     pub fn timings(&mut self) -> &[PassTime] {
         let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
         for slot in order {
-            let finished = self.shared.device.reached().is_ok_and(|reached| self.slots[slot].finished_at <= reached);
+            let finished =
+                self.shared.device.reached().is_ok_and(|reached| self.slots[slot].commands.submitted() <= reached);
             if finished && self.read_timings(slot).is_err() {
                 break;
             }

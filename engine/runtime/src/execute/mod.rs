@@ -1,5 +1,5 @@
-//! Runs a plan on the device: prepares it off to the side, swaps it in at a frame boundary, walks it frame by frame, shows the debug
-//! target, reads anything back.
+//! Runs a plan on the device: prepares it off to the side, swaps it in at a frame boundary, walks it frame by frame up to the
+//! picture of the debug target, reads anything back.
 
 mod device;
 mod display;
@@ -22,11 +22,12 @@ mod values;
 pub use device::{DeviceMemory, largest_image, limits, upload_image};
 
 pub use error::ExecuteError;
-pub use executor::{Executor, ExecutorOptions};
+pub use executor::{Executor, ExecutorOptions, FramePicture, Progress};
 pub use inputs::{Builtins, FrameInputs, Override};
 pub use prepare::{Builder, Prepared};
+pub use readback::ReadTicket;
 pub use replay::{Counts, Recorder, Replay};
-pub use report::{FrameReport, PassTime, Picture, Shown, SwapReport, Texels};
+pub use report::{FrameReport, PassTime, Picture, SwapReport, Texels};
 pub use source::{DeviceSource, Sources, WriteError};
 
 /// Frames that are recorded while the device still works on earlier ones.

@@ -1,7 +1,7 @@
 //! Makes a plan ready to run: images, buffers, pipelines, descriptor sets. On any thread, while another plan runs.
 
 use std::ffi::CString;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -35,6 +35,8 @@ pub struct Builder {
 pub(super) struct Shared {
     pub(super) device: Arc<Device>,
     pub(super) options: ExecutorOptions,
+    /// Nanoseconds.
+    watchdog: AtomicU64,
     /// What the running plan uses.
     pub(super) running: Mutex<Running>,
     /// Writes of sources that wait for the next frame.
@@ -44,6 +46,8 @@ pub(super) struct Shared {
 
 #[derive(Default)]
 pub(super) struct Running {
+    /// Counts the swaps.
+    pub(super) serial: u64,
     pub(super) resources: Vec<Arc<Physical>>,
     pub(super) picture: Option<Arc<PictureImage>>,
 }
@@ -57,6 +61,8 @@ pub(super) struct PictureImage {
 
 /// A plan with everything it needs on the device.
 pub struct Prepared {
+    /// Number of the swap after which it was prepared: it shares resources with what ran then.
+    pub(super) swaps_before: u64,
     pub(super) replay: Replay,
     pub(super) resources: Vec<Arc<Physical>>,
     pub(super) passes: Vec<PreparedPass>,
@@ -119,11 +125,24 @@ impl Prepared {
 
 impl Shared {
     pub(super) fn new(device: Arc<Device>, options: ExecutorOptions) -> Shared {
-        Shared { device, options, running: Mutex::default(), writes: Arc::default(), pipelines: Pipelines::default() }
+        let shared = Shared {
+            device,
+            watchdog: AtomicU64::new(0),
+            options,
+            running: Mutex::default(),
+            writes: Arc::default(),
+            pipelines: Pipelines::default(),
+        };
+        shared.set_watchdog(options.watchdog);
+        shared
     }
 
-    pub(super) fn watchdog(&self) -> Option<Duration> {
-        self.options.watchdog
+    pub(super) fn watchdog(&self) -> Duration {
+        Duration::from_nanos(self.watchdog.load(Ordering::Relaxed))
+    }
+
+    pub(super) fn set_watchdog(&self, limit: Duration) {
+        self.watchdog.store(u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
     }
 
     /// Turns an error into ours; a device that hangs is given up.
@@ -181,9 +200,9 @@ impl Builder {
     #[allow(clippy::needless_pass_by_value, reason = "the result keeps it")]
     pub fn prepare(&self, plan: Arc<Plan>, sources: &Sources) -> Result<Prepared, ExecuteError> {
         let device = &self.shared.device;
-        let (running, picture) = {
+        let (running, picture, swaps_before) = {
             let running = lock(&self.shared.running);
-            (running.resources.clone(), running.picture.clone())
+            (running.resources.clone(), running.picture.clone(), running.serial)
         };
         let resources = physical::make(device, &plan, &running, sources)?;
         let picture = self.picture(&plan, picture)?;
@@ -211,6 +230,7 @@ impl Builder {
             .collect::<Result<_, _>>()?;
         let display = self.display(&plan, &resources, variant, push, picture)?;
         Ok(Prepared {
+            swaps_before,
             barriers: plan.steps.iter().map(|step| barrier(step, &resources)).collect(),
             instrumentation: Arc::new(self.instrumentation(&plan)?),
             replay,

@@ -1,8 +1,9 @@
-//! Reads the picture, targets and buffers back, as the last frame left them.
+//! Reads the picture, targets and buffers back, as the last frame left them: by tickets that never wait, or at once.
 
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 
+use raxel_gpu::Readback;
 use raxel_graph::checked::ResourceId;
 use raxel_graph::plan::{ResourceDesc, ResourcePlan};
 
@@ -12,28 +13,48 @@ use super::physical::Physical;
 use super::prepare::copy_of;
 use super::report::{Picture, Texels};
 
+/// Something that is on its way from the device, as it was when it was asked for. The frames after it neither change it nor wait for it.
+pub struct ReadTicket<T> {
+    readback: Readback,
+    assemble: Box<dyn Fn(Vec<u8>) -> T + Send>,
+}
+
+impl<T> ReadTicket<T> {
+    fn new(readback: Readback, assemble: impl Fn(Vec<u8>) -> T + Send + 'static) -> Self {
+        Self { readback, assemble: Box::new(assemble) }
+    }
+
+    /// What was asked for, once it is there; `None` until then. Does not wait.
+    ///
+    /// # Errors
+    /// [`ExecuteError::DeviceLost`] when the device was lost meanwhile: it will never be there.
+    pub fn poll(&self) -> Result<Option<T>, ExecuteError> {
+        Ok(self.readback.poll()?.map(&self.assemble))
+    }
+}
+
 impl Executor {
-    /// The picture that the last frame showed. Waits for the device.
-    pub fn read_presented(&mut self) -> Result<Picture, ExecuteError> {
+    /// Asks for the picture of the last frame.
+    pub fn request_picture(&mut self) -> Result<ReadTicket<Picture>, ExecuteError> {
         let running = self.running.as_ref().ok_or(ExecuteError::NoPlan)?;
         let picture = &running.display.picture;
         if !picture.initialized.load(Ordering::Relaxed) {
             return Err(ExecuteError::NoPlan);
         }
         let image = picture.image.clone();
-        let rgba = self.download_image(&image, 4, 0, 0)?;
+        let readback = self.readbacks.image(&image, 4, 0, 0);
         let [width, height, _] = image.info().extent;
-        Ok(Picture { width, height, rgba })
+        self.ticket(readback, move |rgba| Picture { width, height, rgba })
     }
 
-    /// One layer, or slice of a 3-D target, of one mip of a target as it was `age` frames before the last. Waits for the device.
-    pub fn read_target(
+    /// Asks for one layer, or slice of a 3-D target, of one mip of a target as it was `age` frames before the last.
+    pub fn request_target(
         &mut self,
         resource: ResourceId,
         age: u32,
         mip: u32,
         layer: u32,
-    ) -> Result<Texels, ExecuteError> {
+    ) -> Result<ReadTicket<Texels>, ExecuteError> {
         let (planned, physical) = self.live(resource, age)?;
         let (ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc), Some(image)) =
             (&planned.desc, physical.image(copy_of(self.last_frame(), age, physical.count())))
@@ -49,13 +70,18 @@ impl Executor {
             return Err(out_of_range(physical, format!("{what} {layer}: it has {slices}")));
         }
         let (format, image) = (desc.format, image.clone());
-        let bytes = self.download_image(&image, format.bytes(), mip, layer)?;
+        let readback = self.readbacks.image(&image, format.bytes(), mip, layer);
         let [width, height, _] = image.mip_extent(mip);
-        Ok(Texels { format, width, height, bytes })
+        self.ticket(readback, move |bytes| Texels { format, width, height, bytes })
     }
 
-    /// Bytes of a buffer as it was `age` frames before the last. Waits for the device.
-    pub fn read_buffer(&mut self, resource: ResourceId, age: u32, bytes: Range<u64>) -> Result<Vec<u8>, ExecuteError> {
+    /// Asks for bytes of a buffer as it was `age` frames before the last.
+    pub fn request_buffer(
+        &mut self,
+        resource: ResourceId,
+        age: u32,
+        bytes: Range<u64>,
+    ) -> Result<ReadTicket<Vec<u8>>, ExecuteError> {
         let (planned, physical) = self.live(resource, age)?;
         let Some(buffer) = physical.buffer(copy_of(self.last_frame(), age, physical.count())) else {
             return Err(out_of_range(physical, "bytes: it is a target".to_owned()));
@@ -70,10 +96,47 @@ impl Executor {
         let buffer = buffer.clone();
         // Copies of buffers need whole words on some devices.
         let (start, end) = (bytes.start & !3, bytes.end.next_multiple_of(4).min(buffer.size()));
-        let device = &self.shared.device;
-        let words = raxel_gpu::download_buffer(device, &buffer, start, end - start, self.shared.watchdog());
-        let words = words.map_err(|error| self.attribute_loss(self.shared.error(error)))?;
-        Ok(words[(bytes.start - start) as usize..(bytes.end - start) as usize].to_vec())
+        let readback = self.readbacks.buffer(&buffer, start, end - start);
+        let (skip, length) = ((bytes.start - start) as usize, (bytes.end - bytes.start) as usize);
+        self.ticket(readback, move |words| words[skip..skip + length].to_vec())
+    }
+
+    /// The picture of the last frame. Waits for the device.
+    pub fn read_presented(&mut self) -> Result<Picture, ExecuteError> {
+        let ticket = self.request_picture()?;
+        self.redeem(&ticket)
+    }
+
+    /// As [`Self::request_target`], at once. Waits for the device.
+    pub fn read_target(
+        &mut self,
+        resource: ResourceId,
+        age: u32,
+        mip: u32,
+        layer: u32,
+    ) -> Result<Texels, ExecuteError> {
+        let ticket = self.request_target(resource, age, mip, layer)?;
+        self.redeem(&ticket)
+    }
+
+    /// As [`Self::request_buffer`], at once. Waits for the device.
+    pub fn read_buffer(&mut self, resource: ResourceId, age: u32, bytes: Range<u64>) -> Result<Vec<u8>, ExecuteError> {
+        let ticket = self.request_buffer(resource, age, bytes)?;
+        self.redeem(&ticket)
+    }
+
+    fn ticket<T>(
+        &self,
+        readback: raxel_gpu::Result<Readback>,
+        assemble: impl Fn(Vec<u8>) -> T + Send + 'static,
+    ) -> Result<ReadTicket<T>, ExecuteError> {
+        let readback = readback.map_err(|error| self.attribute_loss(error.into()))?;
+        Ok(ReadTicket::new(readback, assemble))
+    }
+
+    fn redeem<T>(&self, ticket: &ReadTicket<T>) -> Result<T, ExecuteError> {
+        let bytes = ticket.readback.wait(self.shared.watchdog());
+        bytes.map(&ticket.assemble).map_err(|error| self.attribute_loss(error.into()))
     }
 
     /// The number of the last frame, which rotates histories.
@@ -101,18 +164,6 @@ impl Executor {
             return Err(out_of_range(physical, format!("`@{age}`: its history is {}", physical.count() - 1)));
         }
         Ok((&plan.resources[index], physical))
-    }
-
-    fn download_image(
-        &self,
-        image: &raxel_gpu::Image,
-        texel_bytes: u32,
-        mip: u32,
-        layer: u32,
-    ) -> Result<Vec<u8>, ExecuteError> {
-        let device = &self.shared.device;
-        raxel_gpu::download_image(device, image, texel_bytes, mip, layer, self.shared.watchdog())
-            .map_err(|error| self.attribute_loss(self.shared.error(error)))
     }
 }
 

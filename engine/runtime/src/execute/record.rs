@@ -1,6 +1,6 @@
 //! Records a frame into a command buffer of the device.
 
-use raxel_gpu::{Barrier, CommandBuffer, vk};
+use raxel_gpu::{Barrier, Recording, vk};
 
 use super::device::{color, pattern};
 use super::physical::{Copies, Physical};
@@ -8,8 +8,8 @@ use super::prepare::{Groups, Prepared, copy_of};
 use super::replay::Recorder;
 
 /// Records the steps of one frame.
-pub(super) struct DeviceRecorder<'a> {
-    pub(super) commands: &'a mut CommandBuffer,
+pub(super) struct DeviceRecorder<'a, 'r> {
+    pub(super) recording: &'a mut Recording<'r>,
     pub(super) prepared: &'a Prepared,
     /// The number that rotates histories.
     pub(super) frame: u64,
@@ -19,7 +19,7 @@ pub(super) struct DeviceRecorder<'a> {
     pub(super) ran: &'a mut Vec<u32>,
 }
 
-impl Recorder for DeviceRecorder<'_> {
+impl Recorder for DeviceRecorder<'_, '_> {
     fn uniforms(&mut self, bytes: &[u8]) {
         if let Some(buffer) = &self.prepared.uniforms {
             // The frame that used this part last has finished.
@@ -29,7 +29,7 @@ impl Recorder for DeviceRecorder<'_> {
 
     fn barrier(&mut self, step: usize) {
         if let Some(barrier) = &self.prepared.barriers[step] {
-            self.commands.barrier(barrier);
+            self.recording.barrier(barrier);
         }
     }
 
@@ -37,53 +37,53 @@ impl Recorder for DeviceRecorder<'_> {
         let physical = &self.prepared.resources[resource];
         let copy = copy_of(self.frame, 0, physical.count());
         if let Some(clear) = self.prepared.replay.plan().resources[resource].clear {
-            fill(self.commands, physical, copy, clear);
+            fill(self.recording, physical, copy, clear);
         }
     }
 
     fn bind(&mut self, pass: usize) {
         let prepared = &self.prepared.passes[pass];
-        self.commands.label(&prepared.label);
+        self.recording.label(&prepared.label);
         if let Some(timestamps) = &self.prepared.instrumentation.timestamps[self.slot] {
-            self.commands.timestamp(timestamps, 2 * pass as u32, false);
+            self.recording.timestamp(timestamps, 2 * pass as u32, false);
         }
         let per_rotation = prepared.sets.len() as u64 / prepared.rotations;
         let set = (self.frame % prepared.rotations) * per_rotation + self.slot as u64 % per_rotation;
-        self.commands.bind(&prepared.pipeline, &prepared.sets[set as usize]);
+        self.recording.bind(&prepared.pipeline, &prepared.sets[set as usize]);
     }
 
     fn push(&mut self, pass: usize, bytes: &[u8]) {
-        self.commands.push(&self.prepared.passes[pass].pipeline, bytes);
+        self.recording.push(&self.prepared.passes[pass].pipeline, bytes);
     }
 
     fn dispatch(&mut self, pass: usize) {
         match &self.prepared.passes[pass].groups {
-            Groups::Direct(groups) => self.commands.dispatch(*groups),
+            Groups::Direct(groups) => self.recording.dispatch(*groups),
             Groups::Indirect(copies, age, offset) => {
                 if let Some(buffer) = copies.get(copy_of(self.frame, *age, copies.len() as u32)) {
-                    self.commands.dispatch_indirect(buffer, *offset);
+                    self.recording.dispatch_indirect(buffer, *offset);
                 }
             }
         }
         let instrumentation = &self.prepared.instrumentation;
         if let Some(timestamps) = &instrumentation.timestamps[self.slot] {
-            self.commands.timestamp(timestamps, 2 * pass as u32 + 1, true);
+            self.recording.timestamp(timestamps, 2 * pass as u32 + 1, true);
         }
         if let Some(markers) = &instrumentation.markers {
-            self.commands.mark(markers, instrumentation.marker(self.slot, pass), marker_word(self.frame));
+            self.recording.mark(markers, instrumentation.marker(self.slot, pass), marker_word(self.frame));
         }
         self.ran.push(pass as u32);
-        self.commands.end_label();
+        self.recording.end_label();
     }
 
     fn present(&mut self) {
         let display = &self.prepared.display;
-        self.commands.barrier(&display.before);
+        self.recording.barrier(&display.before);
         let set = copy_of(self.frame, display.age, display.sets.len() as u32);
-        self.commands.bind(&display.pipeline, &display.sets[set]);
-        self.commands.push(&display.pipeline, bytemuck::bytes_of(&display.push));
-        self.commands.dispatch(display.groups);
-        self.commands.barrier(&display.after);
+        self.recording.bind(&display.pipeline, &display.sets[set]);
+        self.recording.push(&display.pipeline, bytemuck::bytes_of(&display.push));
+        self.recording.dispatch(display.groups);
+        self.recording.barrier(&display.after);
     }
 }
 
@@ -93,7 +93,7 @@ pub(super) fn marker_word(frame: u64) -> u32 {
 }
 
 /// Brings new images into `GENERAL` and fills new resources with `init`. Ends with everything visible to everything.
-pub(super) fn initialize_resources(commands: &mut CommandBuffer, prepared: &Prepared) {
+pub(super) fn initialize_resources(recording: &mut Recording<'_>, prepared: &Prepared) {
     let all = vk::PipelineStageFlags2::ALL_COMMANDS;
     let before = (all, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
     let clears = (vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
@@ -109,28 +109,28 @@ pub(super) fn initialize_resources(commands: &mut CommandBuffer, prepared: &Prep
     if new_picture {
         barrier = barrier.activate(&picture.image, before, clears);
     }
-    commands.barrier(&barrier);
+    recording.barrier(&barrier);
     for physical in uninitialized() {
         for copy in 0..physical.count() as usize {
-            fill(commands, physical, copy, physical.init());
+            fill(recording, physical, copy, physical.init());
         }
     }
     if new_picture {
-        commands.clear_image(&picture.image, raxel_gpu::ClearColor::Float([0.0, 0.0, 0.0, 1.0]));
+        recording.clear_image(&picture.image, raxel_gpu::ClearColor::Float([0.0, 0.0, 0.0, 1.0]));
     }
-    commands.barrier(&Barrier::full());
+    recording.barrier(&Barrier::full());
 }
 
-fn fill(commands: &mut CommandBuffer, physical: &Physical, copy: usize, clear: raxel_graph::checked::Clear) {
+fn fill(recording: &mut Recording<'_>, physical: &Physical, copy: usize, clear: raxel_graph::checked::Clear) {
     match &physical.copies {
         Copies::Images(images) => {
             if let Some(image) = images.get(copy) {
-                commands.clear_image(image, color(clear));
+                recording.clear_image(image, color(clear));
             }
         }
         Copies::Buffers(buffers) => {
             if let Some(buffer) = buffers.get(copy) {
-                commands.fill_buffer(buffer, 0, buffer.size(), pattern(clear));
+                recording.fill_buffer(buffer, 0, buffer.size(), pattern(clear));
             }
         }
         Copies::Source(..) => {}

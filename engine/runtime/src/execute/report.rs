@@ -21,24 +21,8 @@ pub struct FrameReport {
     pub clears: u32,
     /// Whether the debug target was mapped to a picture again.
     pub displayed: bool,
-    /// What happened at the window.
-    pub shown: Shown,
     /// Nanoseconds of CPU time between the start of the frame and its submission, waiting for the device not counted.
     pub cpu_nanoseconds: u64,
-}
-
-/// What happened at the window.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Shown {
-    /// There is no window.
-    #[default]
-    Headless,
-    /// The picture was presented.
-    Presented,
-    /// The window has no area (minimised): the frame ran, nothing was presented.
-    Minimised,
-    /// The window changed while the frame ran; the next frame presents again.
-    OutOfDate,
 }
 
 /// What a swap did with the resources, by name.

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use raxel_gpu::{Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Device, Location, vk};
+use raxel_gpu::{Backing, Barrier, Buffer, BufferInfo, Device, Location, Recording, vk};
 
 use super::FRAMES;
 use super::error::ExecuteError;
@@ -59,26 +59,26 @@ impl Uploads {
     }
 
     /// Records the copies of what was staged, behind everything before and in front of everything after.
-    pub(super) fn record(&self, commands: &mut CommandBuffer, slot: usize, full: &Barrier) {
+    pub(super) fn record(&self, recording: &mut Recording<'_>, slot: usize, full: &Barrier) {
         let Some(staging) = self.staging[slot].as_ref().filter(|_| !self.writes.is_empty()) else { return };
         let mut stored = Stored::default();
         for (place, write) in self.places() {
             if !stored.add(write) {
-                commands.barrier(full);
+                recording.barrier(full);
                 stored = Stored::default();
                 stored.add(write);
             }
             match (write.part, write.source.buffer(), write.source.image()) {
                 (Part::Bytes { offset }, Some(buffer), _) => {
-                    commands.copy_buffer((staging, place), (buffer, offset), write.bytes.len() as u64);
+                    recording.copy_buffer((staging, place), (buffer, offset), write.bytes.len() as u64);
                 }
                 (Part::Texels { mip, first, extent }, _, Some(image)) => {
-                    commands.copy_buffer_to_texels((staging, place), image, mip, first, extent);
+                    recording.copy_buffer_to_texels((staging, place), image, mip, first, extent);
                 }
                 _ => {}
             }
         }
-        commands.barrier(full);
+        recording.barrier(full);
     }
 
     /// The frame that has the copies was submitted.

@@ -312,15 +312,11 @@ impl Builder {
             .and_then(|assembly| build::prepare(&assembly, &settings.context));
         let prepared = match built {
             Ok(prepared) => prepared,
-            Err(BuildError::Diagnosed(found)) => return failed(found, texts),
             Err(BuildError::Device(ExecuteError::DeviceLost { .. })) => {
                 self.changed = changed;
                 return None;
             }
-            Err(BuildError::Device(error)) => {
-                let code = raxel_diagnostics::codes::session::DEVICE_REFUSES;
-                return failed(vec![Diagnostic::error(code, error.to_string())], texts);
-            }
+            Err(error) => return failed(error.into_diagnostics(), texts),
         };
         let mut rebuilt = std::mem::take(&mut self.rebuilt);
         rebuilt.shaders =

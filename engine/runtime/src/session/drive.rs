@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use raxel_graph::checked::{Fill, Graph, Param, PassId, Value};
 
-use super::{FrameError, Session};
+use super::{Session, open};
 use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::{DebugTarget, DebugTargetError};
 use crate::execute::{DeviceSource, Override, WriteError};
 use crate::params::{self, Params, SetError};
+use crate::present::Viewport;
 use crate::reload::project_state::BuildSettings;
 
 impl Session {
@@ -47,8 +48,9 @@ impl Session {
     }
 
     fn params_changed(&mut self) {
-        self.values = self.params.values().to_vec();
-        self.tell_reloader();
+        self.values.clear();
+        self.values.extend_from_slice(self.params.values());
+        self.settings_changed();
     }
 
     /// Replaces the value of a member of a pass's push-constant or uniform block, whatever the graph says. It stays, also over
@@ -86,9 +88,9 @@ impl Session {
         self.camera = camera;
     }
 
-    /// The pixel under the cursor, from the top left.
+    /// The pixel of the window under the cursor, from the top left. Shaders are told the pixel of the output.
     pub fn set_cursor(&mut self, pixel: Option<[i32; 2]>) {
-        self.cursor = pixel;
+        self.cursor = pixel.map(|pixel| self.viewport.to_output(pixel));
     }
 
     /// The debug target.
@@ -105,7 +107,7 @@ impl Session {
     pub fn set_debug_target(&mut self, target: DebugTarget) -> Result<(), DebugTargetError> {
         target.resolve(&self.graph)?;
         self.debug_target = target;
-        self.tell_reloader();
+        self.settings_changed();
         Ok(())
     }
 
@@ -114,7 +116,7 @@ impl Session {
         DebugTarget::resource(name).resolve(&self.graph)?;
         if !self.pinned.iter().any(|known| known == name) {
             self.pinned.push(name.to_owned());
-            self.tell_reloader();
+            self.settings_changed();
         }
         Ok(())
     }
@@ -132,17 +134,45 @@ impl Session {
         source.write(offset, bytes)
     }
 
-    /// Extent of the output in pixels.
+    /// Extent of the output in pixels: that of the window, scaled.
     pub fn size(&self) -> [u32; 2] {
-        self.output
+        self.viewport.output()
     }
 
-    /// Changes the extent of the output from the next frame on. A window without area keeps the last extent.
+    /// The window's extent and the scale of the output.
+    pub fn viewport(&self) -> &Viewport {
+        &self.viewport
+    }
+
+    /// Changes the extent of the window in pixels from the next frame on. A window without area keeps the last extent.
     pub fn resize(&mut self, width: u32, height: u32) {
-        if width > 0 && height > 0 && self.output != [width, height] {
-            self.output = [width, height];
-            self.tell_reloader();
+        if width > 0 && height > 0 {
+            self.set_viewport(Viewport::new([width, height], self.viewport.scale()));
         }
+    }
+
+    /// Changes how many pixels the output has for each pixel of the window, along each axis, from the next frame on:
+    /// [`Viewport::SCALES`] bounds it.
+    pub fn set_scale(&mut self, scale: f64) {
+        self.set_viewport(Viewport::new(self.viewport.window(), scale));
+    }
+
+    fn set_viewport(&mut self, viewport: Viewport) {
+        if viewport != self.viewport {
+            self.viewport = viewport;
+            self.settings_changed();
+        }
+    }
+
+    /// Changes how long a frame may take before the device counts as lost; on a software device six times as long.
+    pub fn set_watchdog(&mut self, limit: std::time::Duration) {
+        self.options.watchdog = limit;
+        self.executor.set_watchdog(limit * open::patience(&self.device));
+    }
+
+    /// Gives the device up without waiting for what it works on, so that a session can be dropped at once.
+    pub fn abandon_device(&mut self) {
+        self.executor.abandon();
     }
 
     /// The clock.
@@ -188,6 +218,7 @@ impl Session {
     /// Lets the demo drive again.
     pub fn hand_back(&mut self) {
         self.taken_over = false;
+        self.needs_replan = true;
     }
 
     /// Whether a demo drives.
@@ -198,7 +229,7 @@ impl Session {
     /// What builds are to be made for.
     pub(super) fn build_settings(&self) -> BuildSettings {
         BuildSettings {
-            output: self.output,
+            output: self.viewport.output(),
             debug_target: self.debug_target.clone(),
             pinned: self.pinned.clone(),
             params: self.frame_params(),
@@ -219,19 +250,12 @@ impl Session {
         params
     }
 
-    pub(super) fn tell_reloader(&self) {
+    /// Something was changed that plans depend on: builds must know, and the next frame looks whether another plan is needed.
+    pub(super) fn settings_changed(&mut self) {
+        self.needs_replan = true;
         if let Some(reloader) = &self.reloader {
             reloader.set_settings(self.build_settings());
         }
-    }
-
-    /// Makes the plan for what is wanted now, if the running one is for something else.
-    pub(super) fn replan(&mut self) -> Result<(), FrameError> {
-        let selection = self.build_settings().selection(&self.graph, &self.world);
-        if selection == self.selection {
-            return Ok(());
-        }
-        self.plan_for(selection)
     }
 }
 

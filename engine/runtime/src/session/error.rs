@@ -56,7 +56,7 @@ impl From<ExecuteError> for OpenError {
 /// Why there is no frame.
 #[derive(Debug, thiserror::Error)]
 pub enum FrameError {
-    /// The plan for a new size, debug target or condition cannot be made. The old one stays.
+    /// The plan for a new size, debug target or condition cannot be made. It is said once, and the plan before runs on.
     #[error("{}", first(.diagnostics))]
     Plan {
         /// What is in the way.
@@ -64,9 +64,6 @@ pub enum FrameError {
         /// The texts that they point into.
         texts: Box<SourceMap>,
     },
-    /// The device was lost and opened anew: make a new surface for the window, then go on.
-    #[error("the device was lost; it is open again, and needs a new surface")]
-    SurfaceLost,
     /// The device fails, or was lost too often.
     #[error(transparent)]
     Device(ExecuteError),

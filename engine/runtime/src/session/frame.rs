@@ -2,42 +2,70 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use raxel_gpu::Surface;
-use raxel_graph::checked::ResourceId;
+use raxel_graph::checked::{Fact, ParamId, ResourceId, Value};
 
 use super::{FrameError, ReadError, Session};
 use crate::build::{self, Assembly, BuildError, Selection};
 use crate::clock::FrameTime;
-use crate::execute::{Builtins, ExecuteError, FrameInputs, FrameReport, Picture, Texels};
+use crate::execute::{
+    Builtins, ExecuteError, FrameInputs, FramePicture, FrameReport, PassTime, Picture, Progress, ReadTicket, Texels,
+};
 use crate::params::SetError;
 
 /// Most plans that are kept for the time when they are wanted again: debug targets that are looked at in turn.
 const KEPT_PLANS: usize = 16;
 
 impl Session {
-    /// Runs the next frame without a window.
+    /// Runs the next frame, up to its picture. A device that was lost is opened anew first.
+    ///
+    /// # Errors
+    /// [`FrameError::Plan`] once, when no plan can be made for a new size, debug target or condition; the frames after it run the plan
+    /// before.
     pub fn frame(&mut self) -> Result<FrameReport, FrameError> {
         let time = self.begin()?;
         loop {
-            match self.run(&time, None) {
+            match self.run(&time) {
                 Err(error @ ExecuteError::DeviceLost { .. }) => self.recover(error)?,
                 result => return result.map_err(FrameError::Device),
             }
         }
     }
 
-    /// Runs the next frame and presents it. After [`FrameError::SurfaceLost`] the window needs a new surface.
-    pub fn frame_on(&mut self, surface: &mut Surface) -> Result<FrameReport, FrameError> {
-        let time = self.begin()?;
-        match self.run(&time, Some(surface)) {
-            Err(error @ ExecuteError::DeviceLost { .. }) => {
-                self.recover(error)?;
-                Err(FrameError::SurfaceLost)
-            }
-            result => result.map_err(FrameError::Device),
+    /// The picture of the last frame, on the device; `None` before the first. [`crate::present::Presenter`] shows it in a window.
+    pub fn picture(&self) -> Option<FramePicture> {
+        self.executor.picture()
+    }
+
+    /// Waits at most so long for the picture of the last frame to be whole. A device that has finished nothing for as long as the
+    /// watchdog allows is opened anew.
+    pub fn wait_picture(&mut self, at_most: Duration) -> Result<Progress, FrameError> {
+        let progress = self.executor.wait_picture(at_most);
+        self.recovered(progress)
+    }
+
+    /// Waits at most so long until [`Self::frame`] can begin without waiting for the device. Errors as for [`Self::wait_picture`].
+    pub fn wait_next(&mut self, at_most: Duration) -> Result<Progress, FrameError> {
+        let progress = self.executor.wait_next(at_most);
+        self.recovered(progress)
+    }
+
+    fn recovered(&mut self, progress: Result<Progress, ExecuteError>) -> Result<Progress, FrameError> {
+        match progress {
+            Err(error @ ExecuteError::DeviceLost { .. }) => self.recover(error).map(|()| Progress::Done),
+            progress => progress.map_err(FrameError::Device),
         }
+    }
+
+    /// Waits for all frames.
+    pub fn wait(&mut self) -> Result<(), FrameError> {
+        self.executor.wait().map_err(FrameError::Device)
+    }
+
+    /// GPU times of the passes in the last frame that the device has finished; order of the plan's passes.
+    pub fn timings(&mut self) -> &[PassTime] {
+        self.executor.timings()
     }
 
     /// Brings everything to the time of the next frame.
@@ -46,31 +74,31 @@ impl Session {
         self.values.clear();
         self.values.extend_from_slice(self.params.values());
         if let Some(demo) = self.demo.as_ref().filter(|_| !self.taken_over) {
-            let at = demo.at(time.time, &self.graph);
-            if let Some(camera) = at.camera {
+            if let Some(camera) = demo.camera(time.time) {
                 self.camera = camera;
             }
-            for (name, value) in at.params {
-                if let Some(id) = self.graph.find_param(&name) {
-                    self.values[id.0 as usize] = value;
-                }
+            for (id, value) in demo.params(time.time, &self.graph) {
+                self.values[id.0 as usize] = value;
             }
             // A demo changes what is shown at its keys, not in between: a choice of the user's stays until the next key.
-            if self.demo_target.as_ref() != Some(&at.debug_target) {
-                if self.demo_target.is_some() || !at.debug_target.resource.is_empty() {
-                    self.debug_target = at.debug_target.clone();
-                }
-                self.demo_target = Some(at.debug_target);
+            let target = demo.debug_target(time.time);
+            if self.demo_target.as_ref() != target {
+                self.debug_target = target.cloned().unwrap_or_default();
+                self.demo_target = target.cloned();
+                self.needs_replan = true;
             }
         }
         if time.index == 0 && time.advanced {
             self.previous_camera = self.camera;
         }
-        self.replan()?;
+        let decided = |(id, value): &(ParamId, Value)| self.values[id.0 as usize] == *value;
+        if self.needs_replan || !self.condition_params.iter().all(decided) {
+            self.replan()?;
+        }
         Ok(time)
     }
 
-    fn run(&mut self, time: &FrameTime, window: Option<&mut Surface>) -> Result<FrameReport, ExecuteError> {
+    fn run(&mut self, time: &FrameTime) -> Result<FrameReport, ExecuteError> {
         let builtins = self.builtins(time);
         let inputs = FrameInputs {
             builtins: &builtins,
@@ -79,7 +107,7 @@ impl Session {
             clock: time.time,
             disabled: &self.disabled,
         };
-        let report = self.executor.frame(&inputs, window)?;
+        let report = self.executor.frame(&inputs)?;
         self.previous_camera = self.camera;
         Ok(report)
     }
@@ -90,23 +118,59 @@ impl Session {
             frame_time: time.time as f32,
             frame_delta: time.delta as f32,
             cursor_position: self.cursor.unwrap_or([-1; 2]),
-            ..Builtins::of(&self.camera, &self.previous_camera, self.output, &self.world)
+            ..Builtins::of(&self.camera, &self.previous_camera, self.selection.output, &self.world)
+        }
+    }
+
+    /// Makes the plan for what is wanted now, if the running one is for something else. What was refused is not tried again.
+    fn replan(&mut self) -> Result<(), FrameError> {
+        let selection = self.build_settings().selection(&self.graph, &self.world);
+        self.needs_replan = false;
+        self.note_conditions();
+        if selection == self.selection {
+            self.refused = None;
+            return Ok(());
+        }
+        if self.refused.as_ref() == Some(&selection) {
+            return Ok(());
+        }
+        match self.plan_for(&selection) {
+            Ok(()) => {
+                self.refused = None;
+                Ok(())
+            }
+            Err(BuildError::Device(error @ ExecuteError::DeviceLost { .. })) => {
+                self.needs_replan = true;
+                self.recover(error)
+            }
+            Err(error) => {
+                self.refused = Some(selection);
+                let texts = Box::new(self.state.diagnostics().1);
+                Err(FrameError::Plan { diagnostics: error.into_diagnostics(), texts })
+            }
+        }
+    }
+
+    /// Notes the values of the params that conditions ask for: when one changes, another plan may be needed.
+    pub(super) fn note_conditions(&mut self) {
+        self.condition_params.clear();
+        for pass in &self.graph.passes {
+            if let Some(Fact::Param(id)) = pass.when.as_ref().map(|condition| &condition.fact) {
+                self.condition_params.push((*id, self.values[id.0 as usize]));
+            }
         }
     }
 
     /// Swaps in a plan for another selection of the same graph and world.
-    pub(super) fn plan_for(&mut self, selection: Selection) -> Result<(), FrameError> {
-        let known = self.plans.iter().find(|(known, _)| *known == selection).map(|(_, plan)| plan.clone());
-        let built = match known {
+    fn plan_for(&mut self, selection: &Selection) -> Result<(), BuildError> {
+        let known = self.plans.iter().find(|(known, _)| known == selection).map(|(_, plan)| plan.clone());
+        let assembly = match known {
             Some(plan) => build::sources(&plan, &self.world, &self.context).map(|sources| Assembly { plan, sources }),
-            None => build::assemble(&self.graph, &self.world, &selection, &self.context),
-        };
-        let prepared = built.and_then(|assembly| {
-            build::prepare(&assembly, &self.context).map(|prepared| (assembly.plan.clone(), prepared))
-        });
-        let (plan, prepared) = prepared.map_err(|error| self.plan_error(error))?;
+            None => build::assemble(&self.graph, &self.world, selection, &self.context),
+        }?;
+        let prepared = build::prepare(&assembly, &self.context)?;
         self.executor.swap(prepared);
-        self.remember(selection, plan);
+        self.remember(selection.clone(), assembly.plan);
         Ok(())
     }
 
@@ -120,35 +184,49 @@ impl Session {
         self.selection = selection;
     }
 
-    pub(super) fn plan_error(&self, error: BuildError) -> FrameError {
-        match error {
-            BuildError::Diagnosed(diagnostics) => {
-                FrameError::Plan { diagnostics, texts: Box::new(self.state.diagnostics().1) }
-            }
-            BuildError::Device(error) => FrameError::Device(error),
-        }
-    }
-
-    /// The picture of the last frame: what is shown, through its display map.
+    /// The picture of the last frame: what is shown, through its display map. Waits for the device.
     pub fn read_presented(&mut self) -> Result<Picture, ReadError> {
         Ok(self.executor.read_presented()?)
     }
 
-    /// Texels of mip 0, layer 0 of a target, as the last frame left them. What is not shown must be pinned.
+    /// Texels of mip 0, layer 0 of a target, as the last frame left them. What is not shown must be pinned. Waits for the device.
     pub fn read_target(&mut self, name: &str) -> Result<Texels, ReadError> {
         self.read_texels(name, 0, 0, 0)
     }
 
-    /// Texels of a target: of so many frames ago, of a mip, of a layer or slice.
+    /// Texels of a target: of so many frames ago, of a mip, of a layer or slice. Waits for the device.
     pub fn read_texels(&mut self, name: &str, age: u32, mip: u32, layer: u32) -> Result<Texels, ReadError> {
         let resource = self.resource(name)?;
         Ok(self.executor.read_target(resource, age, mip, layer)?)
     }
 
-    /// Bytes of a buffer, as the last frame left them.
+    /// Bytes of a buffer, as the last frame left them. Waits for the device.
     pub fn read_buffer(&mut self, name: &str, bytes: Range<u64>) -> Result<Vec<u8>, ReadError> {
         let resource = self.resource(name)?;
         Ok(self.executor.read_buffer(resource, 0, bytes)?)
+    }
+
+    /// Asks for the picture of the last frame without waiting for it; the ticket says when it is there. At most eight tickets can be out.
+    pub fn request_picture(&mut self) -> Result<ReadTicket<Picture>, ReadError> {
+        Ok(self.executor.request_picture()?)
+    }
+
+    /// As [`Self::read_texels`], without waiting.
+    pub fn request_texels(
+        &mut self,
+        name: &str,
+        age: u32,
+        mip: u32,
+        layer: u32,
+    ) -> Result<ReadTicket<Texels>, ReadError> {
+        let resource = self.resource(name)?;
+        Ok(self.executor.request_target(resource, age, mip, layer)?)
+    }
+
+    /// As [`Self::read_buffer`], without waiting.
+    pub fn request_buffer(&mut self, name: &str, bytes: Range<u64>) -> Result<ReadTicket<Vec<u8>>, ReadError> {
+        let resource = self.resource(name)?;
+        Ok(self.executor.request_buffer(resource, 0, bytes)?)
     }
 
     fn resource(&self, name: &str) -> Result<ResourceId, SetError> {

@@ -16,7 +16,7 @@ pub use error::{FrameError, OpenError, ReadError};
 pub use raxel_gpu::Validation;
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
-use raxel_graph::checked::{Graph, PassId, Value};
+use raxel_graph::checked::{Graph, ParamId, PassId, Value};
 use raxel_graph::plan::Plan;
 use raxel_world::layout::Layout;
 
@@ -26,6 +26,7 @@ use crate::clock::Clock;
 use crate::debug_target::DebugTarget;
 use crate::execute::{Executor, ExecutorOptions, Override};
 use crate::params::Params;
+use crate::present::Viewport;
 use crate::project::Project;
 use crate::reload::ReloadEvent;
 use crate::reload::builder::{Reloader, Waker};
@@ -45,8 +46,10 @@ pub struct Options {
     pub world: Option<PathBuf>,
     /// A demo to run.
     pub demo: Option<PathBuf>,
-    /// Extent of the output in pixels.
+    /// Extent of the window in pixels.
     pub size: [u32; 2],
+    /// Pixels of the output for each pixel of the window, along each axis.
+    pub scale: f64,
     /// Seconds of a frame; `None` follows the wall clock.
     pub step: Option<f64>,
     /// The debug target: the graph's own when empty.
@@ -64,7 +67,7 @@ pub struct Options {
     /// Transient resources may share memory.
     pub alias: bool,
     /// A frame that takes longer means that the device hangs; on a software device six times as long.
-    pub watchdog: Option<Duration>,
+    pub watchdog: Duration,
     /// Files are watched, and edits swapped in by [`Session::poll_reload`].
     pub watch: bool,
     /// Files are looked at now and then, even where the system can tell of changes (network folders).
@@ -82,6 +85,7 @@ impl Default for Options {
             world: None,
             demo: None,
             size: [1280, 720],
+            scale: 1.0,
             step: Some(1.0 / 60.0),
             debug_target: DebugTarget::default(),
             pinned: Vec::new(),
@@ -117,9 +121,16 @@ pub struct Session {
     device: Arc<raxel_gpu::Device>,
     recovery: recover::Budget,
 
+    /// What the running plan was made for.
     selection: Selection,
+    /// What no plan could be made for; said once, and not tried again.
+    refused: Option<Selection>,
+    /// Something was changed that a plan depends on.
+    needs_replan: bool,
+    /// Params that conditions of passes ask for, with the values for which the plan was made.
+    condition_params: Vec<(ParamId, Value)>,
     plans: Vec<(Selection, Arc<Plan>)>,
-    output: [u32; 2],
+    viewport: Viewport,
     /// What the user wants shown.
     debug_target: DebugTarget,
     pinned: Vec<String>,
@@ -174,9 +185,9 @@ impl Session {
         self.executor.plan()
     }
 
-    /// What runs it: timings, and everything that needs no names.
-    pub fn executor(&mut self) -> &mut Executor {
-        &mut self.executor
+    /// Whether no plan could be made for the size, debug target or conditions that are wanted, and the plan before runs on.
+    pub fn is_refused(&self) -> bool {
+        self.refused.is_some()
     }
 
     /// The device. It is another one after [`ReloadEvent::DeviceRebuilt`].

@@ -12,6 +12,7 @@ use crate::build::{self, DeviceContext, Loader, Part};
 use crate::clock::{Clock, Pace};
 use crate::execute::{self, Executor, ExecutorOptions};
 use crate::params::Params;
+use crate::present::Viewport;
 use crate::project::Project;
 use crate::reload::builder::Reloader;
 use crate::reload::project_state::{BuildSettings, ProjectState};
@@ -43,8 +44,9 @@ impl Session {
         let (executor, context) = start(&device, &options)?;
         let mut params = Params::default();
         params.adopt(&graph);
+        let viewport = Viewport::new(options.size, options.scale);
         let settings = BuildSettings {
-            output: options.size.map(|pixels| pixels.max(1)),
+            output: viewport.output(),
             debug_target: options.debug_target.clone(),
             pinned: options.pinned.clone(),
             params: params.clone(),
@@ -74,11 +76,14 @@ impl Session {
             demo_target: None,
             taken_over: false,
             events: Vec::new(),
-            output: settings.output,
+            viewport,
             debug_target: options.debug_target.clone(),
             pinned: options.pinned.clone(),
             plans: vec![(selection.clone(), assembly.plan.clone())],
             selection,
+            refused: None,
+            needs_replan: false,
+            condition_params: Vec::new(),
             recovery: Budget::default(),
             executor,
             context,
@@ -95,6 +100,7 @@ impl Session {
             options,
         };
         session.executor.swap(prepared);
+        session.note_conditions();
         if session.options.watch {
             session.reloader = Some(session.start_reloader(settings)?);
         }
@@ -111,14 +117,17 @@ impl Session {
     }
 }
 
+/// How many times the watchdog's limit a device is given. A software device honestly takes as long for what would be a hang of a GPU.
+pub(super) fn patience(device: &raxel_gpu::Device) -> u32 {
+    if device.capabilities().kind == raxel_gpu::DeviceKind::Cpu { 6 } else { 1 }
+}
+
 /// Opens an executor on a device.
 pub(super) fn start(
     device: &Arc<raxel_gpu::Device>,
     options: &Options,
 ) -> Result<(Executor, DeviceContext), execute::ExecuteError> {
-    // A software device honestly takes as long for what would be a hang of a GPU.
-    let patience = if device.capabilities().kind == raxel_gpu::DeviceKind::Cpu { 6 } else { 1 };
-    let watchdog = options.watchdog.map(|limit| limit * patience);
+    let watchdog = options.watchdog * patience(device);
     let executor_options = ExecutorOptions { memo: options.memo, watchdog, ..ExecutorOptions::default() };
     let executor = Executor::with_options(device.clone(), executor_options)?;
     let context = DeviceContext::of(&executor);

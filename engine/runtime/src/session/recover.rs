@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::{FrameError, Session, open};
-use crate::build;
+use crate::build::{self, BuildError};
 use crate::execute::ExecuteError;
 use crate::reload::ReloadEvent;
 
@@ -50,21 +50,25 @@ impl Session {
             self.switched_off.push((pass.name.clone(), pass.shader.key));
         }
         self.find_disabled();
+        // Everything is made before anything is replaced: when a step fails, the session still knows that its device is lost, and the
+        // next frame tries again.
         let device = open::open_device(&self.options).map_err(|error| FrameError::Device(error.into()))?;
-        let (executor, context) = open::start(&device, &self.options).map_err(FrameError::Device)?;
-        // The old executor goes before its device.
-        self.executor = executor;
-        self.device = device;
-        self.context = context;
+        let (mut executor, context) = open::start(&device, &self.options).map_err(FrameError::Device)?;
+        let assembly = build::assemble(&self.graph, &self.world, &self.selection, &context);
+        let made = assembly
+            .and_then(|assembly| build::prepare(&assembly, &context).map(|prepared| (assembly.plan.clone(), prepared)));
+        let (plan, prepared) = made.map_err(|error| match error {
+            BuildError::Device(error) => FrameError::Device(error),
+            BuildError::Diagnosed(diagnostics) => {
+                FrameError::Plan { diagnostics, texts: Box::new(self.state.diagnostics().1) }
+            }
+        })?;
+        executor.swap(prepared);
+        (self.executor, self.device, self.context) = (executor, device, context);
         self.plans.clear();
-        let assembly = build::assemble(&self.graph, &self.world, &self.selection, &self.context);
-        let prepared = assembly.and_then(|assembly| {
-            build::prepare(&assembly, &self.context).map(|prepared| (assembly.plan.clone(), prepared))
-        });
-        let (plan, prepared) = prepared.map_err(|error| self.plan_error(error))?;
-        self.executor.swap(prepared);
+        self.refused = None;
         self.remember(self.selection.clone(), plan);
-        self.tell_reloader();
+        self.settings_changed();
         self.recovery.opened(Instant::now());
         let milliseconds = began.elapsed().as_secs_f64() * 1e3;
         self.events.push(ReloadEvent::DeviceRebuilt { suspect, milliseconds });

@@ -6,7 +6,7 @@ use std::time::Duration;
 use raxel_diagnostics::{Diagnostic, codes};
 
 use super::Session;
-use crate::build::{self, BuildError};
+use crate::build;
 use crate::debug_target::DebugTarget;
 use crate::reload::builder::{Outcome, Ready, Reloader};
 use crate::reload::{Failed, ReloadEvent, Reloaded};
@@ -56,7 +56,9 @@ impl Session {
         // Something may have been chosen since the build began.
         let settings = self.build_settings();
         let wanted = settings.selection(&graph, &world);
-        let stale = wanted != selection || !Arc::ptr_eq(&context.memory, &self.context.memory);
+        let stale = wanted != selection
+            || !Arc::ptr_eq(&context.memory, &self.context.memory)
+            || !self.executor.is_current(&prepared);
         let built = if stale {
             build::assemble(&graph, &world, &wanted, &self.context)
                 .and_then(|assembly| build::prepare(&assembly, &self.context))
@@ -66,12 +68,7 @@ impl Session {
         let prepared = match built {
             Ok(prepared) => prepared,
             Err(error) => {
-                let diagnostics = match error {
-                    BuildError::Diagnosed(found) => found,
-                    BuildError::Device(error) => {
-                        vec![Diagnostic::error(codes::session::DEVICE_REFUSES, error.to_string())]
-                    }
-                };
+                let diagnostics = error.into_diagnostics();
                 return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
             }
         };
@@ -90,10 +87,13 @@ impl Session {
         self.world = world;
         self.state = state;
         self.params.adopt(&self.graph);
-        self.values = self.params.values().to_vec();
+        self.values.clear();
+        self.values.extend_from_slice(self.params.values());
+        self.refused = None;
+        self.note_conditions();
         self.find_overrides();
         self.find_disabled();
-        self.tell_reloader();
+        self.settings_changed();
         let milliseconds = since.elapsed().as_secs_f64() * 1e3;
         ReloadEvent::Reloaded(Reloaded { generation, changed, rebuilt, resources, milliseconds, diagnostics, texts })
     }

@@ -169,17 +169,20 @@ keys = [[1.0, true], [2.0, false]]
         );
         assert_eq!(demo.frames(), 240);
         assert!(matches!(demo.camera[0].direction, Direction::LookAt(_)));
-        let at = demo.at(2.5, &graph);
-        let value = |name: &str| at.params.iter().find(|(param, _)| param == name).unwrap().1;
+        let at = |time| (demo.params(time, &graph).collect::<Vec<_>>(), demo.camera(time), demo.debug_target(time));
+        let value = |name: &str| {
+            let id = graph.find_param(name).unwrap();
+            at(2.5).0.iter().find(|(param, _)| *param == id).unwrap().1
+        };
         assert_eq!(value("exposure"), Value::F32(1.5));
         assert_eq!(value("bounces"), Value::I32(3));
         assert_eq!(value("fog"), Value::Bool(false));
         // It loops, and is the same each time.
-        assert_eq!(demo.at(10.5, &graph), at);
+        assert_eq!(at(10.5), at(2.5));
         // From straight ahead to 350° is ten degrees to the right, not 350 to the left.
-        let camera = demo.at(2.0, &graph).camera.unwrap();
+        let camera = demo.camera(2.0).unwrap();
         assert!(camera.yaw.to_degrees() < 0.0 && camera.yaw.to_degrees() > -10.0, "{}", camera.yaw.to_degrees());
-        let last = demo.at(7.0, &graph).camera.unwrap();
+        let last = demo.camera(7.0).unwrap();
         assert_eq!((last.cell.x, last.frac.x), (40, 0.0));
         assert!((last.fov.to_degrees() - 90.0).abs() < 1e-9);
     }

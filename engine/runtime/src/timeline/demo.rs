@@ -1,8 +1,8 @@
-//! A demo as data, and what it shows at a time.
+//! A demo as data, and what it drives at a time.
 
 use glam::DVec3;
 use raxel_diagnostics::Span;
-use raxel_graph::checked::{Graph, Value};
+use raxel_graph::checked::{Graph, ParamId, Value};
 
 use super::curve::{Interpolation, sample, segment};
 use crate::camera::Camera;
@@ -26,7 +26,7 @@ pub struct Demo {
     pub duration: f64,
     /// Frames a second, headless.
     pub fps: f64,
-    /// Starts over at its end; else its last moment stays.
+    /// Starts over at its end; else its last picture stays.
     pub looped: bool,
     /// Camera keys in order of time. Empty: the camera is not the demo's.
     pub camera: Vec<CameraKey>,
@@ -91,17 +91,6 @@ pub struct DebugTargetKey {
     pub target: Place<DebugTarget>,
 }
 
-/// What a demo shows at a time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DemoState {
-    /// The camera, if the demo moves it.
-    pub camera: Option<Camera>,
-    /// Params that the demo moves, with their values.
-    pub params: Vec<(String, Value)>,
-    /// The debug target: empty (the graph's own) until the first change.
-    pub debug_target: DebugTarget,
-}
-
 impl Demo {
     /// Frames of a headless run from start to end.
     pub fn frames(&self) -> u64 {
@@ -113,24 +102,25 @@ impl Demo {
         if self.looped { time.rem_euclid(self.duration) } else { time.clamp(0.0, self.duration) }
     }
 
-    /// What is shown at `time` seconds on the clock. `graph` gives the types of the params; a track whose param it lacks is left
-    /// out.
-    pub fn at(&self, time: f64, graph: &Graph) -> DemoState {
+    /// The values of params at `time` seconds on the clock. A track whose param the graph lacks is left out. Allocates nothing, like all
+    /// that is asked once a frame.
+    pub fn params<'d>(&'d self, time: f64, graph: &'d Graph) -> impl Iterator<Item = (ParamId, Value)> + 'd {
         let time = self.local_time(time);
-        let params = self.tracks.iter().filter_map(|track| {
-            let param = &graph.params[graph.find_param(&track.param.value)?.0 as usize];
-            Some((param.name.clone(), track.at(time, &param.default)?))
-        });
-        let key = self.shows.iter().rev().find(|key| key.time <= time);
-        DemoState {
-            camera: self.camera_at(time),
-            params: params.collect(),
-            debug_target: key.map(|key| key.target.value.clone()).unwrap_or_default(),
-        }
+        self.tracks.iter().filter_map(move |track| {
+            let id = graph.find_param(&track.param.value)?;
+            Some((id, track.at(time, &graph.params[id.0 as usize].default)?))
+        })
     }
 
-    /// The camera at `time` seconds into the timeline.
-    fn camera_at(&self, time: f64) -> Option<Camera> {
+    /// The debug target at `time` seconds on the clock: `None`, the graph's own, until the first change.
+    pub fn debug_target(&self, time: f64) -> Option<&DebugTarget> {
+        let time = self.local_time(time);
+        self.shows.iter().rev().find(|key| key.time <= time).map(|key| &key.target.value)
+    }
+
+    /// The camera at `time` seconds on the clock; `None` when it is not the demo's.
+    pub fn camera(&self, time: f64) -> Option<Camera> {
+        let time = self.local_time(time);
         let keys = &self.camera;
         if keys.is_empty() {
             return None;
@@ -148,8 +138,7 @@ impl Demo {
             let target = std::array::from_fn(|axis| curve(&|key| key.looks_at()[axis]));
             camera.look_at(target);
         } else {
-            let yaws = unwrapped(keys.iter().map(|key| key.angles()[0]));
-            camera.yaw = sample(keys.len(), |i| (keys[i].time, yaws[i]), time, how);
+            camera.yaw = sample(keys.len(), |i| (keys[i].time, yaw_of_key(keys, i)), time, how);
             camera.pitch = curve(&|key| key.angles()[1]).clamp(-Camera::MAX_PITCH, Camera::MAX_PITCH);
         }
         Some(camera)
@@ -181,34 +170,28 @@ impl CameraKey {
     }
 }
 
-/// Angles such that each turn from one to the next is the short way round.
-fn unwrapped(angles: impl Iterator<Item = f64>) -> Vec<f64> {
+/// The yaw of a key such that each turn from one key to the next is the short way round.
+fn yaw_of_key(keys: &[CameraKey], key: usize) -> f64 {
     use std::f64::consts::{PI, TAU};
-    let mut last: Option<f64> = None;
-    angles
-        .map(|angle| {
-            let angle = last.map_or(angle, |last| last + (angle - last + PI).rem_euclid(TAU) - PI);
-            last = Some(angle);
-            angle
-        })
-        .collect()
+    let mut yaws = keys[..=key].iter().map(|key| key.angles()[0]);
+    let first = yaws.next().unwrap_or_default();
+    yaws.fold(first, |last, yaw| last + (yaw - last + PI).rem_euclid(TAU) - PI)
 }
 
 impl Track {
     /// The value at `time` seconds into the timeline, as the type of `like`. `None` when they do not fit.
     fn at(&self, time: f64, like: &Value) -> Option<Value> {
         let width = self.keys.first()?.value.1.len();
-        let mut numbers: Vec<f64> = (0..width)
-            .map(|part| {
-                let key = |i: usize| (self.keys[i].value.0, self.keys[i].value.1[part]);
-                sample(self.keys.len(), key, time, self.interpolation)
-            })
-            .collect();
-        if params::is_integer(like) {
-            for number in &mut numbers {
+        // The widest value is a matrix.
+        let mut numbers = [0.0; 16];
+        let numbers = numbers.get_mut(..width)?;
+        for (part, number) in numbers.iter_mut().enumerate() {
+            let key = |i: usize| (self.keys[i].value.0, self.keys[i].value.1[part]);
+            *number = sample(self.keys.len(), key, time, self.interpolation);
+            if params::is_integer(like) {
                 *number = number.round();
             }
         }
-        params::from_components(&numbers, like)
+        params::from_components(numbers, like)
     }
 }

@@ -9,6 +9,6 @@ mod read;
 mod schema;
 
 pub use curve::Interpolation;
-pub use demo::{CameraKey, DebugTargetKey, Demo, DemoState, Direction, Place, Track};
+pub use demo::{CameraKey, DebugTargetKey, Demo, Direction, Place, Track};
 pub use read::read;
 pub use schema::schema;

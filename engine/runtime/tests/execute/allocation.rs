@@ -54,7 +54,7 @@ fn thirty_passes_allocate_nothing() {
         assert_eq!(walk.count_total, 0, "frame {frame}");
         assert_eq!(calls.0 > 90, frame <= 8, "frame {frame}: {} calls", calls.0);
         let run = allocation_counter::measure(|| {
-            lab.executor.frame(&inputs, None).expect("it runs");
+            lab.executor.frame(&inputs).expect("it runs");
         });
         assert!(run.count_total == 0 || frame < 3, "frame {frame}: {run:?}");
     }

@@ -222,7 +222,7 @@ fn disabled_passes_and_overrides() {
     let builtins = Builtins::default();
     let over = [Override { pass: PassId(0), uniform: None, fill: 0, value: Value::F32(64.0) }];
     let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &over, clock: 0.0, disabled: &[last] };
-    let report = lab.executor.frame(&inputs, None).expect("it runs");
+    let report = lab.executor.frame(&inputs).expect("it runs");
     assert_eq!((report.dispatched, report.idle), (2, 1));
     // t0 = 64, t1 = 32 + 1, color stays at init.
     assert_eq!(lab.floats("t1", 0, 0, 0)[0][0], 33.0);
@@ -253,7 +253,7 @@ push.color = { type = "vec4", value = [0.5, 0.25, 0.0, 1.0] }
         .into_iter()
         .map(|clock| {
             let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock, disabled: &[] };
-            lab.executor.frame(&inputs, None).expect("it runs").dispatched
+            lab.executor.frame(&inputs).expect("it runs").dispatched
         })
         .collect();
     assert_eq!(ran, [1, 0, 1, 0, 0, 1, 0]);
@@ -287,7 +287,7 @@ fn what_cannot_be_had_is_an_error() {
     assert!(matches!(lab.executor.read_presented(), Err(ExecuteError::NoPlan)));
     let builtins = Builtins::default();
     let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: 0.0, disabled: &[] };
-    assert!(matches!(lab.executor.frame(&inputs, None), Err(ExecuteError::NoPlan)));
+    assert!(matches!(lab.executor.frame(&inputs), Err(ExecuteError::NoPlan)));
     lab.load(&[("graphs/test.toml", ACCUMULATE), ADD], &Planned::default());
     lab.frame();
     let color = lab.find("color");

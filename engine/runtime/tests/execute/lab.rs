@@ -98,7 +98,7 @@ impl Lab {
 
     pub fn frame_with(&mut self, builtins: &Builtins, params: &[raxel_graph::checked::Value]) -> FrameReport {
         let inputs = FrameInputs { builtins, params, overrides: &[], clock: 0.0, disabled: &[] };
-        self.executor.frame(&inputs, None).unwrap_or_else(|error| panic!("{error}"))
+        self.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"))
     }
 
     pub fn floats(&mut self, name: &str, age: u32, mip: u32, layer: u32) -> Vec<[f32; 4]> {

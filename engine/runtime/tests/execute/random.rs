@@ -315,7 +315,7 @@ fn run(lab: &mut Lab, graph: &Arc<Graph>, alias: bool, memo: bool) -> (Vec<Vec<[
             clock: f64::from(moment),
             disabled: &[],
         };
-        lab.executor.frame(&inputs, None).unwrap_or_else(|error| panic!("{error}"));
+        lab.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"));
         frames.push(lab.floats(&shown, 0, 0, 0));
     }
     (frames, shared)

@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::talk::{self, Format, Talk, To};
 
 /// Says what happened and keeps what the title shows of it.
-pub(crate) struct News<'a> {
+pub(crate) struct ReloadLog<'a> {
     talk: &'a Talk,
     /// Generation that runs.
     pub shown: u64,
@@ -15,7 +15,7 @@ pub(crate) struct News<'a> {
     pub failed: Option<u64>,
 }
 
-impl<'a> News<'a> {
+impl<'a> ReloadLog<'a> {
     /// Nothing has happened yet.
     pub fn new(talk: &'a Talk) -> Self {
         Self { talk, shown: 0, failed: None }

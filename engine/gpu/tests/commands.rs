@@ -1,0 +1,129 @@
+//! What the types of this crate promise whatever the caller does. These tests need a Vulkan driver and fail without one.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use raxel_gpu::{
+    Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Device, DeviceOptions, Error, Location, ReadbackRing,
+    Validation, upload, vk,
+};
+
+const PATIENCE: Duration = Duration::from_secs(120);
+
+fn device() -> Arc<Device> {
+    Device::new(&DeviceOptions { device: None, validation: Validation::Required })
+        .expect("a driver and the validation layer")
+}
+
+fn silent(device: &Device) {
+    let messages = device.log().take();
+    assert!(messages.is_empty(), "{messages:#?}");
+}
+
+fn large(device: &Arc<Device>) -> Buffer {
+    let usage = vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC;
+    let info = BufferInfo { size: 64 << 20, usage, location: Location::Device };
+    Buffer::new(device, "large", &info, Backing::Own).expect("it fits")
+}
+
+#[test]
+fn a_command_buffer_refuses_to_be_recorded_while_it_runs() {
+    let device = device();
+    let buffer = large(&device);
+    let mut commands = CommandBuffer::new(&device, "busy").expect("a pool");
+    let mut refused = 0;
+    for round in 0..20 {
+        if let Err(error) = commands.begin() {
+            assert!(matches!(&error, Error::InFlight { name } if name == "busy"), "{error}");
+            refused += 1;
+        }
+        device.wait(commands.submitted(), PATIENCE).expect("it ends");
+        let mut recording = commands.begin().expect("it has ended");
+        for _ in 0..8 {
+            recording.fill_buffer(&buffer, 0, buffer.size(), round);
+            recording.barrier(&Barrier::full());
+        }
+        recording.submit().expect("it runs");
+    }
+    assert!(refused > 0, "the device never worked while the next recording began");
+    // Dropped while it may still run: it is destroyed when the device has passed it.
+    drop(commands);
+    device.wait_idle(PATIENCE).expect("it ends");
+    device.collect();
+    silent(&device);
+}
+
+#[test]
+fn a_recording_that_is_given_up_runs_nothing() {
+    let device = device();
+    let buffer = upload(&device, "bytes", &[7; 64], PATIENCE).expect("it fits");
+    let mut commands = CommandBuffer::new(&device, "given up").expect("a pool");
+    let mut recording = commands.begin().expect("nothing runs");
+    recording.fill_buffer(&buffer, 0, 64, 0);
+    drop(recording);
+    commands.begin().expect("nothing was submitted").submit().expect("it runs");
+    let mut ring = ReadbackRing::new(&device);
+    let bytes = ring.buffer(&buffer, 0, 64).and_then(|ticket| ticket.wait(PATIENCE)).expect("it is read");
+    assert_eq!(bytes, [7; 64]);
+    silent(&device);
+}
+
+#[test]
+fn tickets_give_what_was_there_when_they_were_asked_for() {
+    let device = device();
+    let buffer = upload(&device, "bytes", &1_u32.to_le_bytes(), PATIENCE).expect("it fits");
+    let mut ring = ReadbackRing::new(&device);
+    let mut commands = CommandBuffer::new(&device, "change").expect("a pool");
+    let mut tickets = Vec::new();
+    for value in 1..=8_u32 {
+        device.wait(commands.submitted(), PATIENCE).expect("it ends");
+        let mut recording = commands.begin().expect("it has ended");
+        recording.fill_buffer(&buffer, 0, 4, value);
+        recording.barrier(&Barrier::full());
+        recording.submit().expect("it runs");
+        tickets.push((value, ring.buffer(&buffer, 0, 4).expect("there is room for eight")));
+    }
+    assert!(matches!(ring.buffer(&buffer, 0, 4), Err(Error::ReadbacksInFlight { most: 8 })));
+    for (value, ticket) in &tickets {
+        assert_eq!(ticket.wait(PATIENCE).expect("it is read"), value.to_le_bytes());
+        // Asked again, it says the same.
+        assert_eq!(ticket.poll().expect("it is read"), Some(value.to_le_bytes().to_vec()));
+    }
+    // A ticket that is dropped makes room, also while the device still copies.
+    tickets.clear();
+    for _ in 0..20 {
+        drop(ring.buffer(&buffer, 0, 4));
+        device.wait_idle(PATIENCE).expect("it ends");
+    }
+    silent(&device);
+}
+
+#[test]
+fn any_part_of_what_the_device_wrote_can_be_copied_out() {
+    let device = device();
+    let bytes: Vec<u8> = (0..64).collect();
+    let buffer = upload(&device, "bytes", &bytes, PATIENCE).expect("it fits");
+    let usage = vk::BufferUsageFlags::TRANSFER_DST;
+    let info = BufferInfo { size: 64, usage, location: Location::Download };
+    let host = Buffer::new(&device, "host", &info, Backing::Own).expect("it fits");
+    let mut commands = CommandBuffer::new(&device, "copy").expect("a pool");
+    let mut recording = commands.begin().expect("nothing runs");
+    recording.copy_buffer((&buffer, 0), (&host, 0), 64);
+    let (copy, stage) = (vk::PipelineStageFlags2::COPY, vk::PipelineStageFlags2::HOST);
+    let barrier =
+        Barrier::default().memory((copy, vk::AccessFlags2::TRANSFER_WRITE), (stage, vk::AccessFlags2::HOST_READ));
+    recording.barrier(&barrier);
+    let value = recording.submit().expect("it runs");
+    device.wait(value, PATIENCE).expect("it ends");
+    for start in 0..24 {
+        for length in 0..40 {
+            let mut part = vec![0xff; length];
+            assert!(host.read(start as u64, &mut part));
+            assert_eq!(part, bytes[start..start + length]);
+        }
+    }
+    assert!(!host.read(60, &mut [0; 5]) && !host.read(u64::MAX, &mut [0; 5]));
+    // What the device alone sees cannot be read.
+    assert!(!buffer.read(0, &mut [0; 4]));
+    silent(&device);
+}

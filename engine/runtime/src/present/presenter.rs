@@ -1,0 +1,119 @@
+//! Shows pictures in a window.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+use raxel_gpu::{
+    Acquire, CommandBuffer, Device, Overlay, OverlayFrame, OverlayShaders, Presented, Surface, TexturePatch,
+};
+use raxel_shader::{GraphicsStage, compile_graphics};
+
+use super::error::PresentError;
+use crate::execute::FramePicture;
+
+/// Pictures whose copies to the window are in flight at once.
+const FRAMES: usize = 2;
+
+/// How long an image of the window is waited for. When none comes, the next call tries again: the window stays responsive.
+const ACQUIRE: Duration = Duration::from_millis(100);
+
+/// Longest wait for the device: copies and triangles are short, and what they follow was waited for by the session's watchdog.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A window, and what is drawn over its pictures. Belongs to one device: after a loss of the device it is made anew.
+pub struct Presenter {
+    device: Arc<Device>,
+    surface: Surface,
+    commands: [CommandBuffer; FRAMES],
+    turn: usize,
+    overlay: Option<Overlay>,
+}
+
+impl Presenter {
+    /// For a window. `size` is the window's area in pixels; `vsync` waits for the screen, else the newest picture is shown as soon as may be.
+    pub fn new<W>(device: &Arc<Device>, window: Arc<W>, size: [u32; 2], vsync: bool) -> Result<Self, PresentError>
+    where
+        W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
+    {
+        Ok(Self {
+            surface: Surface::new(device, window, size, vsync, PATIENCE)?,
+            commands: [CommandBuffer::new(device, "even presents")?, CommandBuffer::new(device, "odd presents")?],
+            turn: 0,
+            overlay: None,
+            device: device.clone(),
+        })
+    }
+
+    /// The device that it shows pictures of.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// The window has another area now, in pixels; zero when it is minimised.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        self.surface.resize(size);
+    }
+
+    /// Area of the window in pixels; `None` while it has none.
+    pub fn extent(&self) -> Option<[u32; 2]> {
+        self.surface.extent()
+    }
+
+    /// Makes a texture for the overlay, or changes a rectangle of one.
+    pub fn set_texture(&mut self, id: u64, patch: &TexturePatch<'_>) -> Result<(), PresentError> {
+        Ok(self.overlay()?.set_texture(id, patch)?)
+    }
+
+    /// Forgets a texture of the overlay.
+    pub fn free_texture(&mut self, id: u64) {
+        if let Some(overlay) = &mut self.overlay {
+            overlay.free_texture(id);
+        }
+    }
+
+    /// Shows a picture, scaled to the window, under an overlay. Does not wait for the picture: the device does. Where the driver computes on
+    /// the processor, its presenting waits itself, without a limit: wait for the picture first ([`crate::Session::wait_picture`]).
+    pub fn present(
+        &mut self,
+        picture: &FramePicture,
+        overlay: Option<&OverlayFrame<'_>>,
+    ) -> Result<Presented, PresentError> {
+        let frame = self.turn % FRAMES;
+        self.device.wait(self.commands[frame].submitted(), PATIENCE)?;
+        if overlay.is_some() {
+            self.overlay()?;
+        }
+        let mut acquired = match self.surface.acquire(ACQUIRE)? {
+            Acquire::Image(acquired) => acquired,
+            Acquire::NoArea => return Ok(Presented::NoArea),
+            Acquire::NotReady => return Ok(Presented::NotReady),
+        };
+        // From here on an error gives the image back to the surface, which gives it out again.
+        let mut recording = self.commands[frame].begin()?;
+        acquired.copy_picture(&mut recording, &picture.image)?;
+        if let (Some(content), Some(overlay)) = (overlay, &mut self.overlay) {
+            overlay.draw_on(&mut recording, &mut acquired, frame, content)?;
+        }
+        let (_, presented) = acquired.present(recording)?;
+        self.turn += 1;
+        Ok(presented)
+    }
+
+    /// The overlay, made when it is first needed.
+    fn overlay(&mut self) -> Result<&mut Overlay, PresentError> {
+        let overlay = match self.overlay.take() {
+            Some(overlay) => overlay,
+            None => new_overlay(&self.device, self.surface.format())?,
+        };
+        Ok(self.overlay.insert(overlay))
+    }
+}
+
+/// An overlay for targets of a format.
+pub fn new_overlay(device: &Arc<Device>, format: raxel_gpu::vk::Format) -> Result<Overlay, PresentError> {
+    let compile = |stage, name, text| compile_graphics(stage, name, text).map_err(PresentError::Shader);
+    let vertex = compile(GraphicsStage::Vertex, "overlay.vert", include_str!("overlay.vert"))?;
+    let fragment = compile(GraphicsStage::Fragment, "overlay.frag", include_str!("overlay.frag"))?;
+    Ok(Overlay::new(device, &OverlayShaders { vertex: &vertex, fragment: &fragment }, format)?)
+}

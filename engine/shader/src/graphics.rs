@@ -1,0 +1,30 @@
+//! Shaders of the runtime's own triangles. Graphs have none: nothing is reflected, cached or told to a user.
+
+use shaderc::{CompileOptions, EnvVersion, OptimizationLevel, ShaderKind, SpirvVersion, TargetEnv};
+
+/// A stage of a graphics pipeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GraphicsStage {
+    /// Corners.
+    Vertex,
+    /// Pixels.
+    Fragment,
+}
+
+/// Compiles GLSL that ships with the program. `name` stands for the file in messages.
+///
+/// # Errors
+/// What the compiler says.
+pub fn compile_graphics(stage: GraphicsStage, name: &str, text: &str) -> Result<Vec<u32>, String> {
+    let compiler = shaderc::Compiler::new().map_err(|error| error.to_string())?;
+    let mut options = CompileOptions::new().map_err(|error| error.to_string())?;
+    options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
+    options.set_target_spirv(SpirvVersion::V1_5);
+    options.set_optimization_level(OptimizationLevel::Performance);
+    let kind = match stage {
+        GraphicsStage::Vertex => ShaderKind::Vertex,
+        GraphicsStage::Fragment => ShaderKind::Fragment,
+    };
+    let module = compiler.compile_into_spirv(text, kind, name, "main", Some(&options));
+    module.map(|module| module.as_binary().to_vec()).map_err(|error| error.to_string())
+}
