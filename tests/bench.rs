@@ -175,13 +175,14 @@ fn any_graph_can_be_timed_and_says_why_it_is_not_judged() {
 fn what_is_not_there_is_said_before_anything_is_measured() {
     let project = project();
     project.write("graphs/bench/broken.toml", "present = 3");
+    std::fs::create_dir_all(project.path("taken/results.csv")).unwrap();
     project.write("worlds/wide.toml", "[materials]\na = { albedo = \"#fff000\" }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nsize = [1, 1, 1]\nmaterial = \"a\"\n[[build]]\nop = \"box\"\nmin = [70000, 0, 0]\nsize = [1, 1, 1]\nmaterial = \"a\"\n");
     for (arguments, code, said) in [
-        (&["first_hut"][..], 2, "did you mean `first_hit`?"),
+        (&["first_hut"][..], 3, "did you mean `first_hit`?"),
         (&["--layouts", "tree46"], 2, "did you mean `tree64`?"),
         (&["--layouts", "own,svo"], 2, "stands alone"),
         (&["--cameras", "wthin"], 2, "did you mean `within`?"),
-        (&["--worlds", "smal"], 2, "did you mean `small`?"),
+        (&["--worlds", "smal"], 3, "did you mean `small`?"),
         (&["--worlds", "small,menger", "--cameras", "within"], 2, "`worlds/menger.toml` has none of the cameras"),
         (&["--size", "0x1"], 2, "640x360"),
         (&["--size", "16384x16384"], 2, "33177600 that can be judged"),
@@ -189,6 +190,8 @@ fn what_is_not_there_is_said_before_anything_is_measured() {
         (&["--export", "out", "-o", "out"], 2, "cannot be used with"),
         (&["--seconds=-1"], 2, "above 0"),
         (&["--export", "out", "--worlds", "wide"], 3, "70001 voxels wide"),
+        (&["-o", "/proc/out"], 2, "cannot be made"),
+        (&["-o", "taken"], 2, "taken/results.csv` cannot be written: it is a folder"),
         (&["broken"], 3, "nothing could be measured"),
     ] {
         // Worlds that are named twice are added up.
@@ -228,6 +231,69 @@ fn what_is_wrong_with_a_graph_is_said_with_its_place_and_the_others_are_measured
         assert!(run.stderr.contains(said), "{}", run.stderr);
         assert!(run.stdout.contains("RX0210"), "{}", run.stdout);
     }
+}
+
+/// A graph that compiles and cannot be planned: the place in its file is said, once for all views.
+#[test]
+fn what_the_planner_refuses_is_said_with_its_place() {
+    let project = project();
+    let wide = "\n[targets.wide]\nformat = \"r32f\"\nsize = [40000, 1]\n[[passes]]\nname = \"wide\"\nshader = \"wide.comp\"\n\
+                dispatch = { threads = \"wide\" }\nbind = { wide = \"wide\" }\n";
+    let shader = "#version 460\nlayout(local_size_x = 64) in;\nlayout(r32f) writeonly uniform image2D wide;\n\
+                  void main() { imageStore(wide, ivec2(gl_GlobalInvocationID.xy), vec4(1.0)); }\n";
+    let graph = format!("name = \"wide\"\npresent = \"wide\"\n{wide}");
+    project.write("graphs/bench/wide.toml", graph).write("shaders/wide.comp", shader);
+    let run = bench(&project, &["wide", "first_hit", "--layouts=own"], 0);
+    assert_eq!(run.stderr.matches("--> graphs/bench/wide.toml:").count(), 1, "{}", run.stderr);
+    assert!(run.stdout.contains("wide over its world: RX"), "{}", run.stdout);
+}
+
+#[test]
+fn what_is_named_twice_is_measured_once() {
+    let project = project();
+    let twice = ["first_hit", "graphs/bench/first_hit.toml", "--layouts=svo,svo", "--cameras=camera,camera"];
+    let run = project.raxel(
+        &[&["bench", "--worlds=small,worlds/small.toml", "--size=8x8,8x8", "--frames=3", "--warmup=1"][..], &twice]
+            .concat(),
+    );
+    let run = run.exits(0);
+    assert_eq!(run.stdout.matches("first_hit").count(), 1, "{}", run.stdout);
+    let check = project.raxel(&["check", "graphs/primary.toml", "graphs/primary.toml", "--format=json"]).exits(0);
+    assert_eq!(check.json().len(), 1);
+}
+
+/// A chart of another run is not shown beside the numbers of this one; files of others stay.
+#[test]
+fn old_charts_do_not_stay() {
+    let project = project();
+    let of = |camera: &str| {
+        bench(&project, &["first_hit", "--layouts=svo", &format!("--cameras={camera}"), "-o", "out"], 0);
+    };
+    of("outside");
+    project.write("out/mine.svg", "<svg/>");
+    of("within");
+    let names: Vec<String> = project.files().into_iter().filter(|file| file.starts_with("out/")).collect();
+    assert_eq!(names, ["out/mine.svg", "out/results.csv", "out/results.json", "out/small-within-64x36.svg"]);
+}
+
+/// One camera that is too far away is left out; the others are exported, and no graph is needed for it.
+#[test]
+fn a_camera_that_is_too_far_away_does_not_end_an_export() {
+    let project = project();
+    std::fs::remove_dir_all(project.path("graphs/bench")).unwrap();
+    let far = "\n[cameras.far]\nposition = [30, 30, 2147483600.5]\nlook_at = [0, 0, 0]\n\n[materials]";
+    project.edit("worlds/small.toml", "\n[materials]", far);
+    let run = bench(&project, &["--export", "out"], 0);
+    assert!(run.stderr.contains("left out: camera `far` of `worlds/small.toml` is too far away"), "{}", run.stderr);
+    let index: Value = serde_json::from_slice(&std::fs::read(project.path("out/export.json")).unwrap()).unwrap();
+    let cameras = |list: &str| -> Vec<String> {
+        index[list].as_array().unwrap().iter().map(|entry| entry["camera"].as_str().unwrap().to_owned()).collect()
+    };
+    assert_eq!(
+        (cameras("exports"), cameras("refused")),
+        (vec!["outside".into(), "within".into()], vec!["far".to_owned()])
+    );
+    bench(&project, &["--export", "out", "--cameras=far"], 3);
 }
 
 #[test]

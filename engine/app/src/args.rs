@@ -70,6 +70,17 @@ pub(crate) fn size(text: &str) -> Result<Size, String> {
         .ok_or_else(|| format!("write WIDTHxHEIGHT with sides of 1 to {LARGEST} pixels, e.g. 640x360"))
 }
 
+/// What is named twice is meant once. The first place counts.
+pub(crate) fn each_once<T: PartialEq>(named: Vec<T>) -> Vec<T> {
+    let mut once = Vec::with_capacity(named.len());
+    for name in named {
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
+    once
+}
+
 /// What to do.
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Verb {

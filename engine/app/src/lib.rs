@@ -23,6 +23,7 @@ pub fn main() -> ExitCode {
     }
     panic::install();
     rehearsal::install();
+    output::watch_signals();
     let cli = args::Cli::parse();
     let talk = talk::Talk::new(&cli);
     match verbs::run(cli, &talk) {

@@ -1,6 +1,7 @@
 //! Opening a session as the command line asks, and what its errors mean there.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use raxel_diagnostics::table;
 use raxel_gpu::{DeviceOptions, Severity};
@@ -43,6 +44,15 @@ pub(crate) struct What {
     /// What the camera looks at, in voxels.
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub look_at: Option<Triple>,
+
+    /// Give a frame up after so many seconds (six times as many on a software device): the device hangs.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    pub watchdog: Duration,
+}
+
+fn seconds(text: &str) -> std::result::Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| (0.001..=86400.0).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "a number of seconds from 0.001 to 86400".to_owned())
 }
 
 /// Three numbers.
@@ -110,6 +120,7 @@ impl What {
             debug_target: self.debug_target()?,
             device: device.device.clone(),
             validation: device.validation,
+            watchdog: Some(self.watchdog),
             ..Options::default()
         })
     }

@@ -102,6 +102,27 @@ pub struct ExactHit {
     pub time: Time,
 }
 
+impl ExactHit {
+    /// The place on the face along the other two axes in the order x, y, z, 0…1; with face 6 the place in the voxel along x and y.
+    pub fn uv(&self, ray: &Ray, lattice: &Lattice) -> [f64; 2] {
+        let Time { numerator, denominator } = self.time;
+        let place = [0, 1, 2].map(|axis| {
+            if self.face == FACE_INSIDE || lattice.dir[axis] == 0 {
+                // It does not move, so it stays where the caller has put it, whether that is on the lattice or not.
+                return f64::from(ray.frac[axis].clamp(0.0, 1.0));
+            }
+            let from_voxel = (lattice.cell[axis] - i64::from(self.voxel[axis])) * ONE + lattice.frac[axis];
+            let there = i128::from(from_voxel) * denominator + i128::from(lattice.dir[axis]) * numerator;
+            there as f64 / denominator as f64 / ONE as f64
+        });
+        match self.face / 2 {
+            0 => [place[1], place[2]],
+            1 => [place[0], place[2]],
+            _ => [place[0], place[1]],
+        }
+    }
+}
+
 /// What the exact tracer says about a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Answer {

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::exact::{Answer, ExactHit, Passage};
 use crate::lattice::Lattice;
-use crate::ray::{Hit, Ray};
+use crate::ray::{FAR, Hit, Ray};
 
 /// What a tracer made of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +47,19 @@ pub enum Wrong {
     Face,
     /// The right voxel and face, another material.
     Material,
+    /// The right hit, but beyond the ray's `t_max`.
+    Beyond,
+    /// The right hit, at a t that is off by more than [`ULPS`].
+    Time,
+    /// The right hit, at a place on the face that is off by more than [`ULPS`].
+    Place,
+    /// The right hit, after fewer looks than one, or more than there are cells on the way.
+    Steps,
 }
+
+/// What t and uv of a right hit may be off by, in 2⁻²³ of their value: two operands rounded to ½ and a division to 2½, as
+/// docs/exactness.md derives it.
+pub const ULPS: f64 = 3.5;
 
 /// Counts over a set of rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -76,6 +88,14 @@ pub struct Errors {
     pub face: u64,
     /// The right voxel and face, another material.
     pub material: u64,
+    /// The right hit, though it lies beyond the ray's end.
+    pub beyond: u64,
+    /// Right hits whose t is off by more than [`ULPS`].
+    pub time: u64,
+    /// Right hits whose uv is off by more than [`ULPS`].
+    pub place: u64,
+    /// Right hits with a number of steps that cannot be.
+    pub steps: u64,
     /// Wrong in any of these ways, though the ray meets no tie.
     pub wrong_without_tie: u64,
     /// Of the wrong hits those in a voxel that the ray does touch, and not later than the right one: another rule for ties would make
@@ -94,7 +114,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Wrong in any way.
+    /// Hits that are wrong: another voxel, face or material, or whether anything is hit.
     pub fn wrong(&self) -> u64 {
         self.missed
             + self.invented
@@ -105,6 +125,12 @@ impl Errors {
             + self.unwritten
             + self.face
             + self.material
+            + self.beyond
+    }
+
+    /// Right hits of which a number is wrong: t, uv or steps. Only counted by [`Errors::add_with_numbers`].
+    pub fn inexact(&self) -> u64 {
+        self.time + self.place + self.steps
     }
 
     /// Wrong rays in a million.
@@ -128,6 +154,10 @@ impl Errors {
             unwritten: self.unwritten + other.unwritten,
             face: self.face + other.face,
             material: self.material + other.material,
+            beyond: self.beyond + other.beyond,
+            time: self.time + other.time,
+            place: self.place + other.place,
+            steps: self.steps + other.steps,
             wrong_without_tie: self.wrong_without_tie + other.wrong_without_tie,
             tied: self.tied + other.tied,
             missed_chord: self.missed_chord.max(other.missed_chord),
@@ -138,21 +168,25 @@ impl Errors {
         }
     }
 
-    /// Adds one ray, and says whether it is wrong.
+    /// Adds one ray, and says whether its hit is wrong.
     pub fn add<'h>(&mut self, ray: &Ray, exact: &Answer, found: impl Into<Outcome<'h>>) -> Option<Wrong> {
-        self.rays += 1;
-        self.hits += u64::from(exact.hit.is_some());
-        self.ties += u64::from(exact.tie);
         let lattice = Lattice::of(ray);
-        let wrong = match (found.into(), &exact.hit, &lattice) {
-            (Outcome::Hang, ..) => Some(Wrong::Hang),
-            (Outcome::Unwritten, ..) => Some(Wrong::Unwritten),
-            (Outcome::Miss, None, _) => None,
-            (Outcome::Miss, Some(_), _) => Some(Wrong::Miss),
-            (Outcome::Hit(found), ..) if !(found.t.is_finite() && found.uv.iter().all(|uv| uv.is_finite())) => {
+        let (found, end) = (found.into(), End::of(ray, exact, lattice.as_ref()));
+        let expected = exact.hit.as_ref().filter(|_| end != End::Before);
+        self.rays += 1;
+        self.hits += u64::from(expected.is_some());
+        self.ties += u64::from(exact.tie);
+        let wrong = match found {
+            Outcome::Hang => Some(Wrong::Hang),
+            Outcome::Unwritten => Some(Wrong::Unwritten),
+            Outcome::Miss => expected.filter(|_| end != End::At).map(|_| Wrong::Miss),
+            Outcome::Hit(found) if !(found.t.is_finite() && found.uv.iter().all(|uv| uv.is_finite())) => {
                 Some(Wrong::NotFinite)
             }
-            (Outcome::Hit(found), exact, lattice) => self.compare(exact.as_ref(), lattice.as_ref(), found),
+            Outcome::Hit(found) => match self.compare(exact.hit.as_ref(), lattice.as_ref(), found) {
+                None if end == End::Before => Some(Wrong::Beyond),
+                wrong => wrong,
+            },
         };
         let count = match wrong? {
             Wrong::Miss => &mut self.missed,
@@ -164,16 +198,54 @@ impl Errors {
             Wrong::Unwritten => &mut self.unwritten,
             Wrong::Face => &mut self.face,
             Wrong::Material => &mut self.material,
+            Wrong::Beyond => &mut self.beyond,
+            Wrong::Time => &mut self.time,
+            Wrong::Place => &mut self.place,
+            Wrong::Steps => &mut self.steps,
         };
         *count += 1;
         self.wrong_without_tie += u64::from(!exact.tie);
-        if let (Some(lattice), Some(exact)) = (&lattice, &exact.hit)
+        if let (Some(lattice), Some(exact)) = (&lattice, expected)
             && !matches!(wrong, Some(Wrong::Face | Wrong::Material | Wrong::NotFinite))
         {
             let chord = Passage::of(lattice, exact.voxel).map_or(0.0, |passage| passage.length(lattice));
             self.missed_chord = self.missed_chord.max(chord);
         }
         wrong
+    }
+
+    /// Adds one ray like [`Errors::add`]; of a right hit t, uv and the number of steps are judged, too. `most_steps` is a bound for
+    /// tracers whose steps are cells on the ray, see [`most_steps`].
+    pub fn add_with_numbers<'h>(
+        &mut self,
+        ray: &Ray,
+        exact: &Answer,
+        found: impl Into<Outcome<'h>>,
+        most_steps: Option<u64>,
+    ) -> Option<Wrong> {
+        let found = found.into();
+        let wrong = self.add(ray, exact, found);
+        let (None, Outcome::Hit(found), Some(lattice), Some(exact)) = (wrong, found, Lattice::of(ray), &exact.hit)
+        else {
+            return wrong;
+        };
+        let near = |found: f32, exact: f64| {
+            // Below the least normal number devices may write zero.
+            (f64::from(found) - exact).abs() <= (ULPS * exact * 2f64.powi(-23)).max(f64::from(f32::MIN_POSITIVE))
+        };
+        let exact_uv = exact.uv(ray, &lattice);
+        let steps = u64::from(found.steps);
+        let (wrong, count) = if !near(found.t, exact.time.in_lengths(&lattice)) {
+            (Wrong::Time, &mut self.time)
+        } else if !found.uv.into_iter().zip(exact_uv).all(|(found, exact)| near(found, exact)) {
+            (Wrong::Place, &mut self.place)
+        } else if steps == 0 || most_steps.is_some_and(|most| steps > most) {
+            (Wrong::Steps, &mut self.steps)
+        } else {
+            return None;
+        };
+        *count += 1;
+        Some(wrong)
     }
 
     /// Compares a hit with finite numbers with the exact one.
@@ -213,6 +285,39 @@ impl Errors {
         }
         None
     }
+}
+
+/// Where a ray ends, by its `t_max`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    /// Before its hit: there is nothing to hit.
+    Before,
+    /// As near to its hit as t may be off: either is right.
+    At,
+    /// Behind its hit, or nowhere.
+    Behind,
+}
+
+impl End {
+    fn of(ray: &Ray, exact: &Answer, lattice: Option<&Lattice>) -> Self {
+        let (Some(hit), Some(lattice)) = (&exact.hit, lattice) else { return End::Behind };
+        if ray.t_max >= FAR {
+            return End::Behind;
+        }
+        let (t, end) = (hit.time.in_lengths(lattice), f64::from(ray.t_max));
+        if (t - end).abs() <= ULPS * 2f64.powi(-23) * t {
+            End::At
+        } else if t > end {
+            End::Before
+        } else {
+            End::Behind
+        }
+    }
+}
+
+/// Cells on the way from a ray's origin to a hit, both included: a tracer that leaves a block with each step looks at no more.
+pub fn most_steps(ray: &Ray, found: &Hit) -> u64 {
+    1 + (0..3).map(|axis| u64::from(found.voxel[axis].abs_diff(ray.cell[axis]))).sum::<u64>()
 }
 
 /// Least distance between a ray and a voxel's cube, in voxels.
@@ -282,6 +387,53 @@ mod tests {
         let away = Ray { dir: [-1.0, 0.0, 0.0], ..ray };
         assert_eq!(judged(&away, &world, Outcome::Hit(&hit)).0, Some(Wrong::False));
         assert_eq!(judged(&away, &world, Outcome::Miss).0, None);
+    }
+
+    #[test]
+    fn wrong_numbers_of_a_right_hit_have_a_name() {
+        let (world, ray, hit) = one();
+        let judge = |ray: &Ray, hit: &Hit| {
+            let mut errors = Errors::default();
+            let wrong = errors.add_with_numbers(ray, &first_hit(&world, ray), Some(hit), Some(most_steps(ray, hit)));
+            assert_eq!((errors.wrong(), errors.inexact()), (0, u64::from(wrong.is_some())));
+            wrong
+        };
+        let ulps = |value: f32, n: i32| f32::from_bits(value.to_bits().wrapping_add_signed(n));
+        for (found, wrong) in [
+            (hit, None),
+            (Hit { t: ulps(4.75, 4), ..hit }, None),
+            (Hit { t: ulps(4.75, 5), ..hit }, Some(Wrong::Time)),
+            (Hit { t: 0.0, ..hit }, Some(Wrong::Time)),
+            (Hit { t: 9.5, ..hit }, Some(Wrong::Time)),
+            (Hit { uv: [0.5, ulps(0.5, -3)], ..hit }, None),
+            (Hit { uv: [0.5, ulps(0.5, 4)], ..hit }, Some(Wrong::Place)),
+            (Hit { steps: 0, ..hit }, Some(Wrong::Steps)),
+            (Hit { steps: 11, ..hit }, None),
+            (Hit { steps: 12, ..hit }, Some(Wrong::Steps)),
+        ] {
+            assert_eq!(judge(&ray, &found), wrong, "{found:?}");
+        }
+        // Along y the ray goes up by a quarter a voxel: 0.25 + 2.375 from where it begins.
+        let slanted = Ray { frac: [0.5, 0.25, 0.125], dir: [2.0, 0.125, 0.0], ..ray };
+        let there = Hit { uv: [0.25 + 4.75 * 0.125, 0.125], ..hit };
+        assert_eq!(judge(&slanted, &there), None);
+        assert_eq!(judge(&slanted, &Hit { uv: [0.125, 0.25 + 4.75 * 0.125], ..hit }), Some(Wrong::Place));
+        let back = Ray::new([20, 0, 0], [0.5, 0.75, 0.25], [-1.0, -0.015_625, 0.0]);
+        let there = Hit { face: 1, t: 9.5, uv: [0.75 - 9.5 * 0.015_625, 0.25], ..hit };
+        assert_eq!(judge(&back, &there), None);
+        let inside = Ray::new([10, 0, 0], [0.5, 0.75, 0.25], [1.0, 0.0, 0.0]);
+        assert_eq!(judge(&inside, &Hit { face: 6, t: 0.0, uv: [0.5, 0.75], steps: 1, ..hit }), None);
+    }
+
+    #[test]
+    fn a_ray_ends_at_its_t_max() {
+        let (world, ray, hit) = one();
+        let judge = |t_max: f32, found: Outcome<'_>| judged(&Ray { t_max, ..ray }, &world, found).0;
+        assert_eq!(judge(4.0, Outcome::Hit(&hit)), Some(Wrong::Beyond));
+        assert_eq!((judge(4.0, Outcome::Miss), judge(5.0, Outcome::Miss)), (None, Some(Wrong::Miss)));
+        assert_eq!((judge(5.0, Outcome::Hit(&hit)), judge(f32::INFINITY, Outcome::Hit(&hit))), (None, None));
+        // At the very end both are right: t itself may be off by a few units in the last place.
+        assert_eq!((judge(4.75, Outcome::Miss), judge(4.75, Outcome::Hit(&hit))), (None, None));
     }
 
     #[test]

@@ -3,6 +3,9 @@
 /// Face id of a ray that starts in a solid voxel.
 pub const FACE_INSIDE: u32 = 6;
 
+/// A ray whose `t_max` is not less has no end.
+pub const FAR: f32 = 3.0e38;
+
 /// A ray: origin `cell + frac`, any direction length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
@@ -19,7 +22,7 @@ pub struct Ray {
 impl Ray {
     /// A ray without an end.
     pub const fn new(cell: [i32; 3], frac: [f32; 3], dir: [f32; 3]) -> Self {
-        Self { cell, frac, dir, t_max: 3.0e38 }
+        Self { cell, frac, dir, t_max: FAR }
     }
 
     /// The same ray, moved by whole voxels. `None` when it leaves the range of coordinates.

@@ -124,6 +124,7 @@ pub const ALL: &[RaySet] = &[
     RaySet { name: "far", about: "origins 1e4 to 2^31 voxels away, aimed at the scene", make: far },
     RaySet { name: "far-pinhole", about: "cameras 1e4 to 2^31 voxels away, a narrow view", make: far_pinhole },
     RaySet { name: "lengths", about: "directions 2^-60 to 2^60 long", make: lengths },
+    RaySet { name: "ends", about: "aimed at solids, ending (t_max) before, at or behind them", make: ends },
     RaySet { name: "invalid", about: "NaN, infinities, and no direction at all", make: invalid },
 ];
 
@@ -351,6 +352,22 @@ fn lengths(place: &Place, random: &mut Random) -> Ray {
     let length = (random.below(121) as f32 - 60.0).exp2();
     ray.dir = ray.dir.map(|d| d * length);
     ray
+}
+
+/// Aimed at the middle of a solid voxel, which is one length of the direction away. Something may stand before it.
+fn ends(place: &Place, random: &mut Random) -> Ray {
+    let target = place.solid(random);
+    let from = (random.cell(around(&place.bounds)), fraction(random));
+    let ray = Ray::new(clamped(from.0), from.1, towards(from, (target, [0.5; 3])));
+    // Half a voxel before the middle the ray is on the face, or nearly.
+    let face = 1.0 - 0.5 / ray.dir.iter().fold(1.0f32, |most, d| most.max(d.abs()));
+    let near = [1.0 - 1e-3, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.0 + 1e-3][random.below(5) as usize];
+    let t_max = match random.below(4) {
+        0 => 2.0 * random.unit(),
+        1 => near,
+        _ => face * near,
+    };
+    Ray { t_max, ..ray }
 }
 
 fn invalid(place: &Place, random: &mut Random) -> Ray {

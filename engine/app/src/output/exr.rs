@@ -1,5 +1,6 @@
-//! OpenEXR: the texels of a target as they are. Half stays half, unsigned integers stay integers, everything else becomes 32-bit float
-//! (signed integers are exact up to 2²⁴). One channel is called `Y`, more are `R`, `G`, `B`, `A`.
+//! OpenEXR: the texels of a target as they are. Half stays half, unsigned integers stay integers, everything else becomes 32-bit float. The
+//! format has no signed integers: those of 8 and 16 bits are exact as floats, those of 32 bits are written as unsigned ones, in two's
+//! complement. One channel is called `Y`, more are `R`, `G`, `B`, `A`.
 
 use std::io::Cursor;
 
@@ -20,7 +21,11 @@ pub(crate) fn encode(texels: &Texels, name: &str) -> exr::error::Result<Vec<u8>>
         _ => &["R", "G", "B", "A"],
     };
     let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
-    let integers = if texels.scalar() == ScalarKind::Uint { texels.integers() } else { None };
+    let integers = match texels.scalar() {
+        ScalarKind::Uint => texels.integers(),
+        ScalarKind::Int if wraps(texels.format) => texels.integers(),
+        ScalarKind::Int | ScalarKind::Float => None,
+    };
     let floats = if integers.is_none() { texels.floats() } else { Vec::new() };
     let half = matches!(texels.format, Format::R16f | Format::Rg16f | Format::Rgba16f);
     for (i, channel) in names.iter().enumerate() {
@@ -34,6 +39,7 @@ pub(crate) fn encode(texels: &Texels, name: &str) -> exr::error::Result<Vec<u8>>
     let attributes = LayerAttributes {
         layer_name: Text::new_or_none(name),
         software_name: Text::new_or_none("raxel"),
+        comments: Text::new_or_none(if wraps(texels.format) { "signed integers in two's complement" } else { "" }),
         ..LayerAttributes::default()
     };
     let size = (texels.width as usize, texels.height as usize);
@@ -43,11 +49,34 @@ pub(crate) fn encode(texels: &Texels, name: &str) -> exr::error::Result<Vec<u8>>
     Ok(bytes.into_inner())
 }
 
+/// Whether negative numbers are written as 2³² more: 32-bit floats do not hold all integers of this format.
+pub(crate) fn wraps(format: Format) -> bool {
+    matches!(format, Format::R32i | Format::Rg32i | Format::Rgba32i)
+}
+
 #[cfg(test)]
 mod tests {
     use exr::prelude::{ReadChannels, ReadLayers, read};
 
     use super::*;
+
+    #[test]
+    fn signed_integers_keep_every_bit() {
+        let far = [16_777_217, -16_777_217, i32::MIN, i32::MAX, -1, 0];
+        let bytes = far.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let encoded = encode(&Texels { format: Format::R32i, width: 6, height: 1, bytes }, "hit").unwrap();
+        let image = read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(encoded))
+            .unwrap();
+        let FlatSamples::U32(found) = &image.layer_data.channel_data.list[0].sample_data else { panic!("no integers") };
+        assert_eq!(found.iter().map(|v| v.cast_signed()).collect::<Vec<_>>(), far);
+        assert_eq!(image.layer_data.attributes.comments.unwrap().to_string(), "signed integers in two's complement");
+    }
 
     #[test]
     fn texels_come_back_bit_by_bit() {

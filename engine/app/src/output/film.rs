@@ -1,12 +1,14 @@
 //! A film: frames piped as they are into ffmpeg, which is found on the path and started with nothing that a file says.
 
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use raxel_runtime::execute::Picture;
 
 use super::Pending;
+use super::leftovers::{Listed, on_stop};
 use crate::failure::{Exit, Failure, Result};
 
 /// Extensions that make `-o` a film.
@@ -15,9 +17,11 @@ pub(crate) const EXTENSIONS: &[&str] = &["mp4", "mkv", "mov", "webm", "gif"];
 /// A running ffmpeg.
 #[derive(Debug)]
 pub(crate) struct Film {
-    ffmpeg: Child,
+    ffmpeg: Arc<Mutex<Child>>,
+    frames: Option<ChildStdin>,
     /// `None` once the film is in place.
     pending: Option<Pending>,
+    _listed: Listed,
 }
 
 /// Whether ffmpeg can be started, and its version.
@@ -35,7 +39,8 @@ impl Film {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         let mut command = Command::new("ffmpeg");
         command
-            .args(["-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
+            // Without -xerror a disk that is full is no error for some containers.
+            .args(["-hide_banner", "-loglevel", "error", "-xerror", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
             .args(["-s", &format!("{}x{}", size[0], size[1]), "-r", &rate.to_string(), "-i", "-"])
             // No dates or versions in the file: equal frames give equal bytes.
             .args(["-fflags", "+bitexact", "-flags:v", "+bitexact"]);
@@ -60,17 +65,26 @@ impl Film {
         };
         let spawned =
             command.arg(pending.temporary()).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
-        let ffmpeg = spawned.map_err(|error| match error.kind() {
+        let mut ffmpeg = spawned.map_err(|error| match error.kind() {
             ErrorKind::NotFound => Failure::usage(format!("`{}` needs ffmpeg, which is not installed", path.display()))
                 .help("apt-get install ffmpeg, or write numbered frames: -o frames/%04d.png"),
             _ => Failure::usage(format!("ffmpeg cannot be started: {error}")),
         })?;
-        Ok(Self { ffmpeg, pending: Some(pending) })
+        let frames = ffmpeg.stdin.take();
+        let ffmpeg = Arc::new(Mutex::new(ffmpeg));
+        let other = ffmpeg.clone();
+        // Told to stop, it would finish half a film. While it is waited for it is at its end anyway.
+        let listed = on_stop(move || {
+            if let Ok(mut ffmpeg) = other.try_lock() {
+                let _ = ffmpeg.kill();
+            }
+        });
+        Ok(Self { ffmpeg, frames, pending: Some(pending), _listed: listed })
     }
 
     /// Adds a frame.
     pub fn frame(&mut self, picture: &Picture) -> Result {
-        let Some(pipe) = self.ffmpeg.stdin.as_mut() else { return Ok(()) };
+        let Some(pipe) = &mut self.frames else { return Ok(()) };
         if pipe.write_all(&picture.rgba).is_err() {
             // It has stopped reading: it says why on its stderr.
             return Err(self.failure());
@@ -80,20 +94,26 @@ impl Film {
 
     /// Waits for ffmpeg and puts the film in place.
     pub fn finish(mut self) -> Result {
-        drop(self.ffmpeg.stdin.take());
-        match self.ffmpeg.wait() {
+        drop(self.frames.take());
+        let ended = self.child().wait();
+        match ended {
             Ok(status) if status.success() => self.pending.take().map_or(Ok(()), Pending::rename),
             _ => Err(self.failure()),
         }
     }
 
+    fn child(&self) -> MutexGuard<'_, Child> {
+        self.ffmpeg.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn failure(&mut self) -> Failure {
-        drop(self.ffmpeg.stdin.take());
+        drop(self.frames.take());
         let mut said = String::new();
-        if let Some(stderr) = self.ffmpeg.stderr.as_mut() {
-            let _ = std::io::Read::read_to_string(stderr, &mut said);
+        let mut ffmpeg = self.child();
+        if let Some(stderr) = ffmpeg.stderr.as_mut() {
+            let _ = stderr.read_to_string(&mut said);
         }
-        let _ = self.ffmpeg.wait();
+        let _ = ffmpeg.wait();
         Failure::new(Exit::Usage, format!("ffmpeg gave up: {}", said.trim().replace('\n', "; ")))
     }
 }
@@ -102,8 +122,9 @@ impl Drop for Film {
     fn drop(&mut self) {
         // Given up before its end: ffmpeg must not finish half a film.
         if self.pending.is_some() {
-            let _ = self.ffmpeg.kill();
-            let _ = self.ffmpeg.wait();
+            let mut ffmpeg = self.child();
+            let _ = ffmpeg.kill();
+            let _ = ffmpeg.wait();
         }
     }
 }

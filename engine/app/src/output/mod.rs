@@ -1,8 +1,11 @@
 //! Where pictures go: one PNG or EXR, numbered frames, or a film. Whether a place can be written is found out before anything is
 //! rendered; what is written appears under its name only when it is whole.
 
+mod csv;
 mod exr;
 mod film;
+mod folders;
+mod leftovers;
 mod pending;
 mod png;
 
@@ -10,7 +13,10 @@ use std::path::{Path, PathBuf};
 
 use raxel_runtime::execute::{Picture, Texels};
 
+pub(crate) use self::csv::Table;
 pub(crate) use self::film::{Film, version as ffmpeg_version};
+pub(crate) use self::folders::Folders;
+pub(crate) use self::leftovers::{Listed, on_stop, watch_signals};
 pub(crate) use self::pending::Pending;
 use crate::failure::{Failure, Result};
 
@@ -45,18 +51,23 @@ pub(crate) struct Pattern {
 impl Output {
     /// Reads the argument of `-o`.
     pub fn parse(argument: &str) -> Result<Self> {
+        let folder = argument.trim_end_matches(['/', '\\']);
         let path = PathBuf::from(argument);
         if argument.ends_with(['/', '\\']) || path.is_dir() {
-            let folder = argument.trim_end_matches(['/', '\\']);
+            // Somebody who writes the name of a picture or a film means no folder of that name.
+            if let Some(extension) = written(Path::new(folder)) {
+                return Err(Failure::usage(format!("`{argument}` is a folder, and its name is that of a file"))
+                    .help(format!("a name that is free, or a number for each frame: {folder}/%04d.png"))
+                    .help(format!("`.{extension}` says what to write")));
+            }
             let before = if folder.is_empty() { "/".to_owned() } else { format!("{folder}/") };
             return Ok(Output::Frames(Kind::Png, Pattern { before, digits: 4, after: ".png".to_owned() }));
         }
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let kind = match extension.as_str() {
-            "png" => Kind::Png,
-            "exr" => Kind::Exr,
-            _ if film::EXTENSIONS.contains(&extension.as_str()) => return Ok(Output::Film(path)),
-            _ => {
+        let kind = match written(&path).as_deref() {
+            Some("png") => Kind::Png,
+            Some("exr") => Kind::Exr,
+            Some(_) => return Ok(Output::Film(path)),
+            None => {
                 return Err(Failure::usage(format!("`{argument}` does not say what to write")).help(format!(
                     "a name that ends in .png or .exr, one with a number such as frames/%04d.png, a folder (frames/), or a film: .{}",
                     film::EXTENSIONS.join(", .")
@@ -81,6 +92,13 @@ impl Output {
             Output::Frames(_, pattern) => pattern.describe(),
         }
     }
+}
+
+/// The extension of a name, in lower case, if it says what to write.
+fn written(path: &Path) -> Option<String> {
+    let extension = path.extension()?.to_string_lossy().to_lowercase();
+    (["png", "exr"].contains(&extension.as_str()) || film::EXTENSIONS.contains(&extension.as_str()))
+        .then_some(extension)
 }
 
 impl Pattern {
@@ -114,14 +132,11 @@ impl Pattern {
     }
 
     /// Makes the folder that the frames go to and finds out whether files can be made there.
-    pub fn prepare(&self, first: u64) -> Result {
+    pub fn prepare(&self, first: u64) -> Result<Folders> {
         let file = self.file(first);
-        if let Some(folder) = file.parent().filter(|f| !f.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder).map_err(|error| {
-                Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display()))
-            })?;
-        }
-        Pending::new(&file).map(drop)
+        let folders = Folders::make(file.parent().unwrap_or(Path::new("")))?;
+        Pending::new(&file)?;
+        Ok(folders)
     }
 }
 
@@ -158,6 +173,9 @@ mod tests {
         let Output::Frames(Kind::Png, pattern) = Output::parse("frames/").unwrap() else { panic!() };
         assert_eq!(pattern.file(3), Path::new("frames/0003.png"));
         assert_eq!(pattern.describe(), "frames/%04d.png");
+        for wrong in ["o.png/", "o.mkv/", "a/b.EXR/"] {
+            assert!(Output::parse(wrong).unwrap_err().message.unwrap().contains("is a folder"), "{wrong}");
+        }
         for wrong in ["", "a", "a.jpg", "%d%d.png", "%4d.png", "%x.png", "%0d.png", "%099d.png"] {
             assert!(Output::parse(wrong).is_err(), "{wrong}");
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use crate::args::Messages;
+use crate::args::{Messages, each_once};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::{FileKind, Front};
 use crate::talk::{self, Format, Talk, To};
@@ -36,9 +36,10 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
             bad += u32::from(!check(&front, path, talk));
         }
     } else {
-        total = args.files.len();
+        let files = each_once(args.files.clone());
+        total = files.len();
         let mut front: Option<Front> = None;
-        for named in &args.files {
+        for named in &files {
             bad += u32::from(!check_named(&mut front, named, talk));
         }
     }

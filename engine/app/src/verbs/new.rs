@@ -1,12 +1,12 @@
 //! `raxel new DIR`: a project that runs with this binary alone. Its files are those that raxel ships, compiled in.
 
 use std::fs;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use crate::args::Messages;
 use crate::failure::{Failure, Result};
-use crate::output::shown;
+use crate::output::{Folders, Listed, on_stop, shown};
 use crate::talk::Talk;
 use crate::verbs::schema;
 
@@ -77,25 +77,66 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
         Template::Voxel => VOXEL.iter().chain(VOXEL_OWN).chain(EVERY).collect(),
         Template::Minimal => MINIMAL.iter().chain(EVERY).collect(),
     };
+    let mut made = Made::default();
     for (path, bytes) in files {
-        write(&folder.join(path), bytes)?;
+        made.write(&folder.join(path), bytes)?;
+    }
+    for (path, text) in schema::files() {
+        made.write(&folder.join(path), text.as_bytes())?;
     }
     for sub in ["worlds", "shaders"] {
-        make_folder(&folder.join(sub))?;
+        made.folder(&folder.join(sub))?;
     }
-    schema::write_all(folder)?;
+    made.keep();
     talk.say(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), folder.display()));
     Ok(())
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result {
-    if let Some(folder) = path.parent() {
-        make_folder(folder)?;
-    }
-    fs::write(path, bytes).map_err(|error| Failure::usage(format!("`{}` cannot be written: {error}", path.display())))
+/// Files and folders that were made, in order. If they are not kept, or the process is told to stop, they are removed again: half a
+/// project is of no use, and in the way of the next try.
+#[derive(Default)]
+struct Made(Vec<Entry>);
+
+enum Entry {
+    File { path: PathBuf, _listed: Listed },
+    Folders(Folders),
 }
 
-fn make_folder(folder: &Path) -> Result {
-    fs::create_dir_all(folder)
-        .map_err(|error| Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display())))
+impl Made {
+    fn write(&mut self, path: &Path, bytes: &[u8]) -> Result {
+        if let Some(folder) = path.parent() {
+            self.folder(folder)?;
+        }
+        let fail = |error: std::io::Error| Failure::usage(format!("`{}` cannot be written: {error}", path.display()));
+        let mut file = fs::File::create_new(path).map_err(fail)?;
+        let leftover = path.to_owned();
+        let listed = on_stop(move || drop(fs::remove_file(leftover)));
+        self.0.push(Entry::File { path: path.to_owned(), _listed: listed });
+        file.write_all(bytes).map_err(fail)
+    }
+
+    fn folder(&mut self, folder: &Path) -> Result {
+        self.0.push(Entry::Folders(Folders::make(folder)?));
+        Ok(())
+    }
+
+    /// All is well.
+    fn keep(mut self) {
+        for entry in self.0.drain(..) {
+            if let Entry::Folders(folders) = entry {
+                folders.keep();
+            }
+        }
+    }
+}
+
+impl Drop for Made {
+    fn drop(&mut self) {
+        // The last first, so that folders are empty when it is their turn.
+        while let Some(entry) = self.0.pop() {
+            if let Entry::File { path, .. } = &entry {
+                let _ = fs::remove_file(path);
+            }
+        }
+    }
 }

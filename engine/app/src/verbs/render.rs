@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::args::{Messages, Size, size};
 use crate::failure::{Failure, Result};
-use crate::output::{self, Film, Kind, Output, Pending, shown};
+use crate::output::{self, Film, Folders, Kind, Output, Pending, shown};
 use crate::session::{What, frame_failure, say_validation, validated};
 use crate::talk::{self, Format, Talk};
 
@@ -27,7 +27,8 @@ pub(crate) struct Args {
     #[command(flatten)]
     what: What,
 
-    /// What to write: FILE.png, FILE.exr, frames/%04d.png, a folder, FILE.mp4 (also mkv, mov, webm, gif; needs ffmpeg).
+    /// What to write: FILE.png, FILE.exr, frames/%04d.png, a folder, FILE.mp4 (also mkv, mov, webm, gif; needs ffmpeg). EXR has no
+    /// signed integers: those of 32 bits are written as unsigned ones, in two's complement.
     #[arg(short, long, value_name = "FILE")]
     output: String,
 
@@ -115,7 +116,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
         if args.time {
             times.add(&mut session, talk)?;
         }
-        let wanted = if matches!(sink, Sink::Single(..)) { frame + 1 == range.end } else { range.contains(&frame) };
+        let wanted = if sink.is_single() { frame + 1 == range.end } else { range.contains(&frame) };
         if wanted {
             sink.frame(&mut session, target.as_ref(), frame)?;
         }
@@ -123,10 +124,10 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     }
     bar.finish_and_clear();
     let complaints = say_validation(&session, talk);
-    sink.finish()?;
+    let size = sink.finish()?.unwrap_or(args.size.0);
 
     let seconds = start.elapsed().as_secs_f64();
-    report(args, &output, &session, &range, seconds, &times, talk);
+    report(&output, size, &session, &range, seconds, &times, talk);
     validated(complaints)
 }
 
@@ -158,40 +159,56 @@ impl Raw {
 }
 
 /// Where frames go while they are made.
-enum Sink<'o> {
+struct Sink<'o> {
+    to: To<'o>,
+    /// The extent of the last picture in pixels.
+    size: Option<[u32; 2]>,
+}
+
+enum To<'o> {
     Single(Kind, Option<Pending>),
-    Frames(Kind, &'o output::Pattern),
+    Frames { kind: Kind, pattern: &'o output::Pattern, _folders: Folders },
     Film(Film),
 }
 
 impl<'o> Sink<'o> {
     fn prepare(output: &'o Output, size: [u32; 2], fps: f64, first: u64) -> Result<Self> {
-        Ok(match output {
-            Output::Single(kind, path) => Sink::Single(*kind, Some(Pending::new(path)?)),
-            Output::Frames(kind, pattern) => {
-                pattern.prepare(first)?;
-                Sink::Frames(*kind, pattern)
-            }
-            Output::Film(path) => Sink::Film(Film::start(path, size, fps)?),
-        })
+        let to = match output {
+            Output::Single(kind, path) => To::Single(*kind, Some(Pending::new(path)?)),
+            Output::Frames(kind, pattern) => To::Frames { kind: *kind, pattern, _folders: pattern.prepare(first)? },
+            Output::Film(path) => To::Film(Film::start(path, size, fps)?),
+        };
+        Ok(Self { to, size: None })
+    }
+
+    /// Whether one picture is made, of the last frame.
+    fn is_single(&self) -> bool {
+        matches!(self.to, To::Single(..))
     }
 
     fn frame(&mut self, session: &mut Session, raw: Option<&Raw>, frame: u64) -> Result {
-        match self {
-            Sink::Single(kind, pending) => match pending.take() {
-                Some(pending) => write(*kind, pending, session, raw),
-                None => Ok(()),
+        let size = match &mut self.to {
+            To::Single(kind, pending) => match pending.take() {
+                Some(pending) => write(*kind, pending, session, raw)?,
+                None => return Ok(()),
             },
-            Sink::Frames(kind, pattern) => write(*kind, Pending::new(&pattern.file(frame))?, session, raw),
-            Sink::Film(film) => film.frame(&picture(session)?),
-        }
+            To::Frames { kind, pattern, .. } => write(*kind, Pending::new(&pattern.file(frame))?, session, raw)?,
+            To::Film(film) => {
+                let picture = picture(session)?;
+                film.frame(&picture)?;
+                [picture.width, picture.height]
+            }
+        };
+        self.size = Some(size);
+        Ok(())
     }
 
-    fn finish(self) -> Result {
-        match self {
-            Sink::Film(film) => film.finish(),
-            Sink::Single(..) | Sink::Frames(..) => Ok(()),
+    /// The extent of what was written; `None` if no frame was.
+    fn finish(self) -> Result<Option<[u32; 2]>> {
+        if let To::Film(film) = self.to {
+            film.finish()?;
         }
+        Ok(self.size)
     }
 }
 
@@ -199,14 +216,16 @@ fn picture(session: &mut Session) -> Result<Picture> {
     Ok(session.read_presented()?)
 }
 
-fn write(kind: Kind, pending: Pending, session: &mut Session, raw: Option<&Raw>) -> Result {
-    match (kind, raw) {
-        (Kind::Exr, Some(raw)) => {
-            let texels = session.read_texels(&raw.resource, raw.age, raw.mip, raw.layer)?;
-            output::write_texels(pending, &texels, &raw.resource)
-        }
-        _ => output::write_picture(pending, &picture(session)?),
+/// Writes a frame, and gives its extent.
+fn write(kind: Kind, pending: Pending, session: &mut Session, raw: Option<&Raw>) -> Result<[u32; 2]> {
+    if let (Kind::Exr, Some(raw)) = (kind, raw) {
+        let texels = session.read_texels(&raw.resource, raw.age, raw.mip, raw.layer)?;
+        output::write_texels(pending, &texels, &raw.resource)?;
+        return Ok([texels.width, texels.height]);
     }
+    let picture = picture(session)?;
+    output::write_picture(pending, &picture)?;
+    Ok([picture.width, picture.height])
 }
 
 /// GPU times of the passes over the frames.
@@ -253,8 +272,8 @@ fn progress(frames: u64, talk: &Talk) -> ProgressBar {
 }
 
 fn report(
-    args: &Args,
     output: &Output,
+    [width, height]: [u32; 2],
     session: &Session,
     range: &std::ops::Range<u64>,
     seconds: f64,
@@ -265,7 +284,6 @@ fn report(
         Output::Single(_, path) | Output::Film(path) => shown(path),
         Output::Frames(..) => output.describe(),
     };
-    let [width, height] = args.size.0;
     let medians = times.medians();
     if talk.format() == Format::Json {
         let passes: Vec<_> = medians

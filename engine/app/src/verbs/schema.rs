@@ -1,14 +1,13 @@
 //! `raxel schema`: the JSON schemas that editors complete and check TOML files with (`#:schema` on a file's first line).
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use raxel_runtime::project::Project;
 use raxel_runtime::timeline;
 use serde_json::Value;
 
-use crate::failure::{Failure, Result};
-use crate::output::{Pending, shown};
+use crate::failure::Result;
+use crate::output::{Folders, Pending, shown};
 use crate::talk::{self, Talk};
 
 /// Writes the JSON schemas of graphs, worlds and demos to .raxel/, or prints one.
@@ -53,19 +52,15 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
     }
     let place = args.project.as_deref().unwrap_or(Path::new("."));
     let project = Project::around(place).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
-    write_all(project.root())?;
+    let _folder = Folders::make(&project.on_disk(".raxel"))?;
+    for (path, text) in files() {
+        Pending::new(&project.on_disk(&path))?.finish(text.as_bytes())?;
+    }
     talk.say(&format!("wrote the schemas to {}", shown(&project.root().join(".raxel"))));
     Ok(())
 }
 
-/// Writes every schema into a project.
-pub(crate) fn write_all(root: &Path) -> Result {
-    let folder = root.join(".raxel");
-    fs::create_dir_all(&folder)
-        .map_err(|error| Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display())))?;
-    for (kind, name) in Kind::ALL {
-        let path = folder.join(format!("{name}.schema.json"));
-        Pending::new(&path)?.finish(format!("{:#}\n", kind.schema()).as_bytes())?;
-    }
-    Ok(())
+/// Every schema: its path in a project, and its text.
+pub(crate) fn files() -> impl Iterator<Item = (String, String)> {
+    Kind::ALL.into_iter().map(|(kind, name)| (format!(".raxel/{name}.schema.json"), format!("{:#}\n", kind.schema())))
 }

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use raxel_shader::bytes_of;
 use serde_json::json;
 
-use crate::args::Messages;
+use crate::args::{Messages, each_once};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
-use crate::output::Pending;
+use crate::output::{Folders, Pending};
 use crate::talk::{self, Format, Talk, To};
 
 /// Compiles the shaders of all passes of graphs to SPIR-V files, one for each pass: GRAPH.PASS.spv.
@@ -35,9 +35,7 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
     for named in &args.graphs {
         paths.push(front.project.path_of(named).map_err(|diagnostic| talk.stop(&[*diagnostic]))?);
     }
-    if paths.is_empty() {
-        paths = front.project.graphs();
-    }
+    paths = if paths.is_empty() { front.project.graphs() } else { each_once(paths) };
     let folder = args.output.clone().unwrap_or_else(|| front.project.on_disk(".raxel/shaders"));
 
     // Every graph is compiled before anything is written.
@@ -59,8 +57,7 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
     if failed {
         return Err(Failure::said(Exit::Project));
     }
-    std::fs::create_dir_all(&folder)
-        .map_err(|error| Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display())))?;
+    let _made = Folders::make(&folder)?;
     for (name, (bytes, shader)) in modules {
         let file = folder.join(name);
         Pending::new(&file)?.finish(&bytes)?;

@@ -10,7 +10,7 @@ use raxel_graph::plan::Present;
 use raxel_shader::format::Format;
 
 use super::judge::HitTexel;
-use super::{Effort, PassSpread, Spread};
+use super::{Effort, PassSpread, Refusal, Spread};
 use raxel_runtime::build::{self, BuildError, DeviceContext, Selection};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::{Builtins, ExecuteError, Executor, FrameInputs};
@@ -21,7 +21,7 @@ use raxel_runtime::world::SessionWorld;
 #[derive(Debug)]
 pub(super) enum CaseError {
     /// It cannot run here; the next one may.
-    Refused(String),
+    Refused(Refusal),
     /// The device is gone.
     Lost(ExecuteError),
 }
@@ -30,7 +30,7 @@ impl From<ExecuteError> for CaseError {
     fn from(error: ExecuteError) -> Self {
         match error {
             ExecuteError::DeviceLost { .. } => Self::Lost(error),
-            error => Self::Refused(error.to_string()),
+            error => Self::Refused(Refusal::new(error.to_string())),
         }
     }
 }
@@ -38,7 +38,7 @@ impl From<ExecuteError> for CaseError {
 impl From<BuildError> for CaseError {
     fn from(error: BuildError) -> Self {
         match error {
-            BuildError::Diagnosed(found) => Self::Refused(first(&found)),
+            BuildError::Diagnosed(found) => Self::Refused(Refusal::of(found)),
             BuildError::Device(error) => error.into(),
         }
     }
@@ -153,7 +153,7 @@ pub(super) fn measure(
     while spans.len() < effort.frames as usize && !enough(spans.len(), began.elapsed().as_secs_f64()) {
         frames.run(camera)?;
         let Some(span) = frames.executor.span() else {
-            return Err(CaseError::Refused("the device has no timestamps".to_owned()));
+            return Err(CaseError::Refused(Refusal::new("the device has no timestamps".to_owned())));
         };
         spans.push(span / 1e6);
         for (name, milliseconds) in frames.times() {
@@ -166,7 +166,8 @@ pub(super) fn measure(
     let spread = |(pass, samples): (String, Vec<f64>)| Some(PassSpread { pass, time: Spread::of(&samples)? });
     Ok(Run {
         frames: spans.len() as u32,
-        frame: Spread::of(&spans).ok_or_else(|| CaseError::Refused("no frame was asked for".to_owned()))?,
+        frame: Spread::of(&spans)
+            .ok_or_else(|| CaseError::Refused(Refusal::new("no frame was asked for".to_owned())))?,
         passes: samples.into_iter().filter_map(spread).collect(),
         once,
         hits: read(executor, judged.hit)?,

@@ -10,6 +10,9 @@ mod judge;
 mod measure;
 mod runner;
 
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, SourceMap};
 use serde::Serialize;
 
 use raxel_oracle::metrics::Errors;
@@ -76,7 +79,29 @@ pub struct Row {
     /// The combination.
     pub case: Case,
     /// What was measured, or why nothing could be.
-    pub outcome: Result<Measured, String>,
+    pub outcome: Result<Measured, Refusal>,
+}
+
+/// Why nothing could be measured.
+#[derive(Clone, Debug, Default)]
+pub struct Refusal {
+    /// In a line.
+    pub reason: String,
+    /// What the planner says about it, with places in the graph's files.
+    pub found: Vec<Diagnostic>,
+    /// The texts that these point into.
+    pub texts: Arc<SourceMap>,
+}
+
+impl Refusal {
+    pub(self) fn new(reason: String) -> Self {
+        Self { reason, ..Self::default() }
+    }
+
+    /// Of diagnostics; `texts` are to be added.
+    pub(self) fn of(found: Vec<Diagnostic>) -> Self {
+        Self { reason: measure::first(&found), found, ..Self::default() }
+    }
 }
 
 /// Measurements of one combination.

@@ -14,7 +14,7 @@ use raxel_world::layout::Layout;
 
 use super::judge::{Truth, bounces, judge};
 use super::measure::{CaseError, Run, first, measure};
-use super::{Case, Effort, Matrix, Measured, PassSpread, Row};
+use super::{Case, Effort, Matrix, Measured, PassSpread, Refusal, Row};
 use raxel_runtime::build::{DeviceContext, Loader, source_names};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::{self, ExecuteError, Executor, ExecutorOptions};
@@ -35,8 +35,17 @@ impl From<raxel_gpu::Error> for BenchError {
     }
 }
 
-/// A graph with the layout of its world; or why it cannot run.
-type Compiled = Result<(Arc<Graph>, Option<Layout>), Arc<Uncompiled>>;
+/// A graph that can run.
+#[derive(Clone)]
+pub struct Ready {
+    graph: Arc<Graph>,
+    /// The layout of its world.
+    layout: Option<Layout>,
+    texts: Arc<SourceMap>,
+}
+
+/// A graph, or why it cannot run.
+type Compiled = Result<Ready, Arc<Uncompiled>>;
 
 /// What is wrong with a graph, and the texts that this points into.
 #[derive(Debug)]
@@ -87,9 +96,13 @@ impl Runner {
         self.graphs.entry(key).or_insert_with(|| {
             let part = self.loader.graph_over(path, layout);
             let texts = part.texts;
-            let graph = part.result.map_err(|found| Arc::new(Uncompiled { found, texts }))?;
-            let layout = source_names(&graph).iter().find_map(|source| SourceName::world_layout(source));
-            Ok((graph, layout))
+            match part.result {
+                Err(found) => Err(Arc::new(Uncompiled { found, texts })),
+                Ok(graph) => {
+                    let layout = source_names(&graph).iter().find_map(|source| SourceName::world_layout(source));
+                    Ok(Ready { graph, layout, texts: Arc::new(texts) })
+                }
+            }
         })
     }
 
@@ -141,7 +154,7 @@ impl Runner {
 
     /// The layouts that a graph is run over. One that has no world is run once.
     fn layouts(&mut self, graph: &str, wanted: &[Layout]) -> Vec<Option<Layout>> {
-        let has_world = !matches!(self.graph(graph, None), Ok((_, None)));
+        let has_world = !matches!(self.graph(graph, None), Ok(Ready { layout: None, .. }));
         if wanted.is_empty() || !has_world { vec![None] } else { wanted.iter().copied().map(Some).collect() }
     }
 
@@ -154,7 +167,7 @@ impl Runner {
         effort: &Effort,
     ) -> Result<Row, BenchError> {
         let compiled = self.graph(path, layout).clone();
-        let bound = compiled.as_ref().map_or(layout, |(_, bound)| *bound);
+        let bound = compiled.as_ref().map_or(layout, |ready| ready.layout);
         let case = Case {
             graph: path.to_owned(),
             layout: bound.map(Layout::name),
@@ -163,15 +176,16 @@ impl Runner {
             size: place.size,
         };
         let outcome = match compiled {
-            Err(wrong) => Err(first(&wrong.found)),
-            Ok((graph, _)) => {
+            // What is wrong was said before.
+            Err(wrong) => Err(Refusal::new(first(&wrong.found))),
+            Ok(Ready { graph, texts, .. }) => {
                 let (executor, context) = (&mut self.executor, &self.context);
                 match measure(executor, context, &graph, place.world, place.camera, place.size, effort) {
                     Ok(run) => Ok(self.judged(run, bound, place)),
-                    Err(CaseError::Refused(reason)) => Err(reason),
+                    Err(CaseError::Refused(refusal)) => Err(Refusal { texts, ..refusal }),
                     Err(CaseError::Lost(error)) => {
                         (self.device, self.executor, self.context) = open(&self.options)?;
-                        Err(error.to_string())
+                        Err(Refusal::new(error.to_string()))
                     }
                 }
             }

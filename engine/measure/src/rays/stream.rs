@@ -9,7 +9,6 @@ use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Descriptors, Device, DeviceKind, Location, Resource,
     TimelineValue, Timestamps, vk,
 };
-use raxel_oracle::Ray;
 use rayon::prelude::*;
 
 use super::error::RayError;
@@ -132,13 +131,16 @@ impl Stream {
 
     /// Traces a list of rays, and gives each part to `look` in order, while the device traces the part after it. The device's
     /// results are poisoned before each dispatch, so [`super::State::Unwritten`] is a hit that the tracer did not write.
-    pub fn trace<E: From<RayError>>(
+    pub fn trace<'r, R: Sync, E: From<RayError>>(
         &mut self,
         tracer: &mut Tracer,
         world: &DeviceWorld,
-        rays: &[Ray],
+        rays: &'r [R],
         mut look: impl FnMut(Traced<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
+    ) -> Result<(), E>
+    where
+        RayWords: From<&'r R>,
+    {
         let bound = [self.bind(tracer, world, 0)?, self.bind(tracer, world, 1)?];
         let mut flight: Option<Flight> = None;
         let (mut next, mut slot) = (0, 0);
@@ -164,12 +166,15 @@ impl Stream {
     }
 
     /// Traces a list of rays, and keeps all hits.
-    pub fn trace_all(
+    pub fn trace_all<'r, R: Sync>(
         &mut self,
         tracer: &mut Tracer,
         world: &DeviceWorld,
-        rays: &[Ray],
-    ) -> Result<Vec<HitWords>, RayError> {
+        rays: &'r [R],
+    ) -> Result<Vec<HitWords>, RayError>
+    where
+        RayWords: From<&'r R>,
+    {
         let mut all = Vec::with_capacity(rays.len());
         self.trace(tracer, world, rays, |part| {
             all.extend_from_slice(part.hits);
@@ -185,14 +190,17 @@ impl Stream {
         Ok(Descriptors::new(&self.device, "rays", &tracer.pipeline, &resources)?)
     }
 
-    fn submit(
+    fn submit<'r, R: Sync>(
         &mut self,
         tracer: &Tracer,
         descriptors: &Descriptors,
         slot: usize,
-        rays: &[Ray],
+        rays: &'r [R],
         range: Range<usize>,
-    ) -> Result<Flight, RayError> {
+    ) -> Result<Flight, RayError>
+    where
+        RayWords: From<&'r R>,
+    {
         let SlotBuffers { staging, rays: on_device, hits, back, commands, timestamps, .. } = &mut self.slots[slot];
         let words: Vec<RayWords> = rays[range.clone()].par_iter().with_min_len(4096).map(RayWords::from).collect();
         let count = words.len() as u32;

@@ -9,7 +9,8 @@ layout(local_size_x = 64) in;
 struct RayWords {
     ivec3 cell;
     uint t_max;
-    uvec4 frac;
+    uvec3 frac;
+    uint t_free;
     uvec4 dir;
 };
 
@@ -47,10 +48,14 @@ uint rx_most_rounds() {
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= count) return;
-    RxRay ray = rx_ray(rays[i].cell, uintBitsToFloat(rays[i].frac.xyz), uintBitsToFloat(rays[i].dir.xyz));
+    RxRay ray = rx_ray(rays[i].cell, uintBitsToFloat(rays[i].frac), uintBitsToFloat(rays[i].dir.xyz));
     ray.t_max = uintBitsToFloat(rays[i].t_max);
     RxHit hit;
+#ifdef RX_MARCH_AHEAD
+    bool found = rx_trace_from(ray, uintBitsToFloat(rays[i].t_free), hit);
+#else
     bool found = rx_march(ray, hit);
+#endif
     uint state = found ? RX_HIT : hit.steps >= rx_most_rounds() ? RX_HANG : RX_MISS;
     hits[i] = HitWords(hit.voxel, state, hit.face, hit.material, found ? rx_material(hit.voxel) : 0u, floatBitsToUint(hit.t),
                        floatBitsToUint(hit.uv), hit.steps, 0u);

@@ -10,15 +10,28 @@ use raxel_oracle::{Hit, Ray};
 pub struct RayWords {
     cell: [i32; 3],
     t_max: f32,
-    frac: [f32; 4],
+    frac: [f32; 3],
+    t_free: f32,
     dir: [f32; 4],
 }
 
 impl From<&Ray> for RayWords {
     fn from(ray: &Ray) -> Self {
-        let [fx, fy, fz] = ray.frac;
-        let [dx, dy, dz] = ray.dir;
-        Self { cell: ray.cell, t_max: ray.t_max, frac: [fx, fy, fz, 0.0], dir: [dx, dy, dz, 0.0] }
+        let [x, y, z] = ray.dir;
+        Self { cell: ray.cell, t_max: ray.t_max, frac: ray.frac, t_free: 0.0, dir: [x, y, z, 0.0] }
+    }
+}
+
+impl RayWords {
+    /// The ray, known to pass nothing but air up to a time, in lengths of its direction. The marcher `ahead` begins there.
+    pub fn ahead(ray: &Ray, t_free: f32) -> Self {
+        Self { t_free, ..Self::from(ray) }
+    }
+}
+
+impl From<&RayWords> for RayWords {
+    fn from(words: &RayWords) -> Self {
+        *words
     }
 }
 

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use raxel_oracle::exact::Answer;
-use raxel_oracle::metrics::{Errors, Outcome, Wrong};
-use raxel_oracle::{Hit, Oracle, Ray};
+use raxel_oracle::metrics::{Errors, Outcome, Wrong, most_steps};
+use raxel_oracle::{Hit, Lattice, Oracle, Ray};
 use rayon::prelude::*;
 
-use crate::rays::HitWords;
+use super::plan::Row;
+use crate::rays::{HitWords, RayWords};
 
 /// Wrong rays that are kept of each row, to be looked at.
 pub const WRONG_KEPT: usize = 8;
@@ -38,15 +39,11 @@ pub struct Tally {
     pub sets: Vec<Errors>,
     /// The first few.
     pub wrong: Vec<Sample>,
-    /// Rays whose voxel, face or material differ from those that another tracer found.
-    pub other_hits: u64,
-    /// Rays with the same hit whose t or uv differ in a bit.
-    pub other_bits: u64,
 }
 
 impl Tally {
     pub(super) fn of(sets: usize) -> Self {
-        Self { sets: vec![Errors::default(); sets], ..Self::default() }
+        Self { sets: vec![Errors::default(); sets], wrong: Vec::new() }
     }
 
     /// All sets together.
@@ -60,8 +57,6 @@ impl Tally {
         }
         let room = WRONG_KEPT.saturating_sub(self.wrong.len());
         self.wrong.extend(other.wrong.into_iter().take(room));
-        self.other_hits += other.other_hits;
-        self.other_bits += other.other_bits;
         self
     }
 }
@@ -87,9 +82,16 @@ impl Batch {
         end.saturating_sub(begin)
     }
 
-    /// Judges the rays from `first` on by their answers.
+    /// The rays with times up to which they are free: anywhere up to the exact hit, and often just before it.
+    pub fn ahead(&self) -> Vec<RayWords> {
+        let words = |(i, (ray, answer)): (usize, (&Ray, &Answer))| RayWords::ahead(ray, t_free(ray, answer, i as u32));
+        self.rays.par_iter().zip(&self.answers).enumerate().with_min_len(GRAIN).map(words).collect()
+    }
+
+    /// Judges what a row found of the rays from `first` on, by their answers.
     pub fn judge<'h, T: Sync>(
         &self,
+        row: &Row,
         first: usize,
         found: &'h [T],
         outcome: impl Fn(&'h T) -> (Option<Hit>, Outcome<'static>) + Sync,
@@ -100,7 +102,8 @@ impl Batch {
                 let (ray, answer, set) = (&self.rays[i], &self.answers[i], usize::from(self.sets[i]));
                 let (hit, other) = outcome(found);
                 let outcome = hit.as_ref().map_or(other, Outcome::Hit);
-                if let Some(wrong) = tally.sets[set].add(ray, answer, outcome)
+                let most = hit.as_ref().filter(|_| row.steps_are_cells()).map(|hit| most_steps(ray, hit));
+                if let Some(wrong) = tally.sets[set].add_with_numbers(ray, answer, outcome, most)
                     && tally.wrong.len() < WRONG_KEPT
                 {
                     tally.wrong.push(Sample { site: self.site, set, wrong, ray: *ray, exact: *answer, found: hit });
@@ -113,8 +116,8 @@ impl Batch {
     }
 
     /// Judges what the device wrote.
-    pub fn judge_words(&self, first: usize, words: &[HitWords]) -> Tally {
-        self.judge(first, words, |words| {
+    pub fn judge_words(&self, row: &Row, first: usize, words: &[HitWords]) -> Tally {
+        self.judge(row, first, words, |words| {
             // A tracer that finds a voxel of one material and looks up another is wrong about the material.
             let hit = words
                 .hit()
@@ -124,16 +127,51 @@ impl Batch {
     }
 }
 
-/// How the hits of one tracer differ from those of another: rays with another voxel, face or material; and rays with the same, of which a
-/// bit of t or uv differs.
-pub(super) fn compare(one: &[Option<Hit>], other: &[HitWords]) -> (u64, u64) {
+/// A time up to which a ray is free: of one that misses anything, of one that hits some share of the way, or all of it.
+fn t_free(ray: &Ray, answer: &Answer, number: u32) -> f32 {
+    let Some(lattice) = Lattice::of(ray) else { return 0.0 };
+    let bits = number.wrapping_mul(0x9e37_79b9);
+    let share = f64::from(bits >> 8) / f64::from(1 << 24);
+    let Some(hit) = answer.hit else {
+        let voxel = 1.0 / (lattice.length() * f64::from(lattice.exponent).exp2());
+        return (voxel * (share * 20.0).exp2()) as f32;
+    };
+    let t = hit.time.in_lengths(&lattice);
+    let rounded = (if number & 1 == 0 { t } else { t * share }) as f32;
+    if f64::from(rounded) > t { rounded.next_down() } else { rounded }
+}
+
+/// The latest time that a ray is said to be free up to.
+pub(super) fn latest_start(ray: &Ray, answer: &Answer) -> f32 {
+    t_free(ray, answer, 0)
+}
+
+/// How the hits of one tracer differ from those of another.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Differences {
+    /// Rays with another voxel, face or material.
+    pub hits: u64,
+    /// Rays with the same hit, of which a bit of t or uv differs.
+    pub bits: u64,
+    /// Rays with the same hit, found after another number of steps.
+    pub steps: u64,
+}
+
+impl Differences {
+    pub(super) fn and(self, other: Self) -> Self {
+        Self { hits: self.hits + other.hits, bits: self.bits + other.bits, steps: self.steps + other.steps }
+    }
+}
+
+/// Compares two tracers ray by ray.
+pub(super) fn compare(one: &[Option<Hit>], other: &[HitWords]) -> Differences {
     let differ = |(one, other): (&Option<Hit>, &HitWords)| match (one, other.hit()) {
-        (None, None) => (0, 0),
+        (None, None) => Differences::default(),
         (Some(a), Some(b)) if (a.voxel, a.face, a.material) == (b.voxel, b.face, b.material) => {
             let bits = |hit: &Hit| [hit.t, hit.uv[0], hit.uv[1]].map(f32::to_bits);
-            (0, u64::from(bits(a) != bits(&b)))
+            Differences { hits: 0, bits: u64::from(bits(a) != bits(&b)), steps: u64::from(a.steps != b.steps) }
         }
-        _ => (1, 0),
+        _ => Differences { hits: 1, ..Differences::default() },
     };
-    one.par_iter().zip(other).with_min_len(GRAIN).map(differ).reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1))
+    one.par_iter().zip(other).with_min_len(GRAIN).map(differ).reduce(Differences::default, Differences::and)
 }

@@ -8,6 +8,6 @@ mod plan;
 mod run;
 
 pub use invariants::{Invariants, invariants};
-pub use judge::{Sample, Tally, WRONG_KEPT};
+pub use judge::{Differences, Sample, Tally, WRONG_KEPT};
 pub use plan::{Plan, Row, Site, Sites};
 pub use run::{Progress, Report, RowReport, Said, Single, run, single};

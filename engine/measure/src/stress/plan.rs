@@ -26,12 +26,28 @@ impl Row {
         Row::Device(Method::of(Layout::Tree64))
     }
 
-    /// Whether it claims to be exact: a layout's own tracer, its CPU port, or the conservative table of masks.
+    /// Whether it claims to be exact: a layout's own tracer, from the ray's origin or from ahead of it; its CPU port; or the
+    /// conservative table of masks.
     pub fn exact(&self) -> bool {
         match self {
             Row::Port => true,
-            Row::Device(method) => method.marcher.as_deref().is_none_or(|marcher| marcher == "raymask"),
+            Row::Device(method) => {
+                method.marcher.as_deref().is_none_or(|marcher| ["raymask", Self::AHEAD].contains(&marcher))
+            }
         }
+    }
+
+    /// The marcher that begins rays ahead of their origin, where the exact tracer says that they are still free.
+    pub const AHEAD: &str = "ahead";
+
+    /// Whether it begins rays ahead of their origin.
+    pub(super) fn begins_ahead(&self) -> bool {
+        matches!(self, Row::Device(method) if method.marcher.as_deref() == Some(Self::AHEAD))
+    }
+
+    /// Whether its steps are cells on the ray. Those of `bvh` are nodes beside it, too.
+    pub fn steps_are_cells(&self) -> bool {
+        self.exact() && !matches!(self, Row::Device(method) if method.layout == Layout::Bvh)
     }
 }
 

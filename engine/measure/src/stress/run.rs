@@ -14,9 +14,9 @@ use raxel_world::World;
 use raxel_world::layout::Layout;
 use rayon::prelude::*;
 
-use super::judge::{Batch, Sample, Tally, WRONG_KEPT, compare};
+use super::judge::{Batch, Differences, Sample, Tally, WRONG_KEPT, compare, latest_start};
 use super::plan::{Plan, Row, Site};
-use crate::rays::{DeviceWorld, HitWords, RayError, State, Stream, Tracer};
+use crate::rays::{DeviceWorld, HitWords, RayError, RayWords, State, Stream, Traced, Tracer};
 
 /// What one row did.
 #[derive(Clone, Debug)]
@@ -35,8 +35,8 @@ pub struct RowReport {
     pub timed: u64,
     /// The first wrong rays.
     pub wrong: Vec<Sample>,
-    /// Of the port: rays with another voxel, face or material than on the device; and rays with the same of which a bit of t or uv differs.
-    pub differs: Option<(u64, u64)>,
+    /// Of the port: how it differs from the device.
+    pub differs: Option<Differences>,
 }
 
 impl RowReport {
@@ -252,9 +252,10 @@ impl Runner<'_> {
                 let rays = batch.rays.clone();
                 let mut total = Tally::of(batch.set_count);
                 let (mut seconds, mut timed) = (0.0, 0);
-                self.stream.trace(tracer, world, &rays, |part| {
+                let by = &self.plan.rows[row];
+                let mut look = |batch: &mut Batch, part: Traced<'_>| {
                     clock.answer(batch, oracle, part.range.end);
-                    let tally = batch.judge_words(part.range.start, part.hits);
+                    let tally = batch.judge_words(by, part.range.start, part.hits);
                     total = std::mem::take(&mut total).and(tally);
                     if let Some(kept) = &mut kept {
                         kept.extend_from_slice(part.hits);
@@ -264,7 +265,14 @@ impl Runner<'_> {
                         timed += part.hits.len() as u64;
                     }
                     Ok::<_, RayError>(())
-                })?;
+                };
+                if by.begins_ahead() {
+                    batch.answer(oracle, rays.len());
+                    let words: Vec<RayWords> = batch.ahead();
+                    self.stream.trace(tracer, world, &words, |part| look(batch, part))?;
+                } else {
+                    self.stream.trace(tracer, world, &rays, |part| look(batch, part))?;
+                }
                 let report = &mut self.report.rows[row];
                 report.seconds += seconds;
                 report.timed += timed;
@@ -282,11 +290,9 @@ impl Runner<'_> {
                 let report = &mut self.report.rows[row];
                 report.seconds += start.elapsed().as_secs_f64();
                 report.timed += hits.len() as u64;
-                report.add(batch.site, batch.judge(0, &hits, |hit| (*hit, Outcome::Miss)));
+                report.add(batch.site, batch.judge(&Row::Port, 0, &hits, |hit| (*hit, Outcome::Miss)));
                 if let Some(device) = reference {
-                    let (hits, bits) = compare(&hits, device);
-                    let so_far = report.differs.unwrap_or_default();
-                    report.differs = Some((so_far.0 + hits, so_far.1 + bits));
+                    report.differs = Some(report.differs.unwrap_or_default().and(compare(&hits, device)));
                 }
             }
             _ => {}
@@ -336,6 +342,7 @@ pub fn single(
     files: &Arc<dyn Files>,
 ) -> Result<Single, RayError> {
     let world = plan.sites[site].build(plan.seed);
+    let exact = Oracle::new(&world).first_hit(ray);
     let mut stream = Stream::with_capacity(device, 64)?;
     let mut rows = Vec::new();
     for row in &plan.rows {
@@ -350,7 +357,8 @@ pub fn single(
             Row::Device(method) => {
                 let traced = Tracer::new(device, files.clone(), method).and_then(|mut tracer| {
                     let world = tracer.upload(&world)?;
-                    stream.trace_all(&mut tracer, &world, &[*ray])
+                    let t_free = if row.begins_ahead() { latest_start(ray, &exact) } else { 0.0 };
+                    stream.trace_all(&mut tracer, &world, &[RayWords::ahead(ray, t_free)])
                 });
                 match traced {
                     Ok(words) => Ok((words[0].state(), words[0].hit())),
@@ -361,5 +369,5 @@ pub fn single(
         };
         rows.push((row.clone(), found));
     }
-    Ok(Single { exact: Oracle::new(&world).first_hit(ray), rows })
+    Ok(Single { exact, rows })
 }

@@ -15,13 +15,20 @@ use crate::failure::{Exit, Failure, Result};
 use crate::output::{Pending, shown};
 use crate::talk::{self, Format, Talk};
 
-/// Writes the voxels of each world, and the rays and hits of each camera.
+/// Writes the voxels of each world, and the rays and hits of each camera. What cannot be exported is left out and said, like what
+/// `raxel bench` cannot measure; if nothing is left, it is an error.
 pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], talk: &Talk) -> Result {
-    // All of them are looked at before anything is written.
-    let corners: Vec<[i32; 3]> = worlds.iter().map(|world| corner(world)).collect::<Result<_>>()?;
-    let mut index = Vec::new();
-    for (world, corner) in worlds.iter().zip(corners) {
+    let mut exports = Vec::new();
+    let mut refused = Vec::new();
+    for world in worlds {
         let path = world.path.as_deref().unwrap_or_default();
+        let corner = match export::corner(world.voxels()) {
+            Ok(corner) => corner,
+            Err(error) => {
+                refused.push(json!({ "world": path, "reason": format!("`{path}` cannot be exported: {error}") }));
+                continue;
+            }
+        };
         let voxels = format!("{}.voxels", stem(path));
         write(folder, [voxels.as_str()], |[to]| export::voxels(world.voxels(), corner, to), talk)?;
         let oracle = Oracle::new(world.voxels());
@@ -29,15 +36,17 @@ pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], 
             for &size in &matrix.sizes {
                 let rays: Vec<_> = pinhole(&pose, size).rays(size);
                 let rays: Option<Vec<_>> = rays.iter().map(|ray| export::representable(ray, corner)).collect();
-                let rays = rays.ok_or_else(|| {
-                    Failure::new(Exit::Project, format!("camera `{camera}` of `{path}` is too far away to be exported"))
-                })?;
+                let Some(rays) = rays else {
+                    let reason = format!("camera `{camera}` of `{path}` is too far away to be exported");
+                    refused.push(json!({ "world": path, "camera": camera, "size": size, "reason": reason }));
+                    continue;
+                };
                 let [width, height] = size;
                 let base = format!("{}-{camera}-{width}x{height}", stem(path));
                 let names = ["rays", "hits", "ties"].map(|ending| format!("{base}.{ending}"));
                 let put = |to: [&mut dyn Write; 3]| export::rays_and_hits(&oracle, corner, &rays, to);
                 write(folder, names.each_ref().map(String::as_str), put, talk)?;
-                index.push(json!({
+                exports.push(json!({
                     "world": path,
                     "camera": camera,
                     "size": size,
@@ -50,21 +59,26 @@ pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], 
             }
         }
     }
-    let index = json!({ "version": export::VERSION, "raxel": env!("CARGO_PKG_VERSION"), "exports": index });
+    for refusal in &refused {
+        talk.say(&format!("left out: {}", refusal["reason"].as_str().unwrap_or_default()));
+    }
+    let nothing = exports.is_empty();
+    let index = json!({
+        "version": export::VERSION,
+        "raxel": env!("CARGO_PKG_VERSION"),
+        "exports": exports,
+        "refused": refused,
+    });
     let path = folder.join("export.json");
     Pending::new(&path)?.finish(format!("{index:#}\n").as_bytes())?;
     match talk.format() {
         Format::Json => talk::json(&json!({ "reason": "exported", "index": path })),
         _ => talk.say(&format!("wrote {}", shown(&path))),
     }
+    if nothing {
+        return Err(Failure::new(Exit::Project, "nothing could be exported; see the reasons above"));
+    }
     Ok(())
-}
-
-fn corner(world: &SessionWorld) -> Result<[i32; 3]> {
-    export::corner(world.voxels()).map_err(|error| {
-        let path = world.path.as_deref().unwrap_or("the empty world");
-        Failure::new(Exit::Project, format!("`{path}` cannot be exported: {error}"))
-    })
 }
 
 /// Writes files that appear when all of them are whole.

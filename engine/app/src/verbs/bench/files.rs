@@ -1,6 +1,6 @@
 //! results.csv, results.json and the charts.
 
-use std::fmt::Write;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -14,7 +14,7 @@ use super::labels::stem;
 use super::matrix::same_view;
 use super::table::{Mean, means};
 use crate::failure::Result;
-use crate::output::{Pending, shown};
+use crate::output::{Pending, Table, shown};
 
 /// What was measured where, with what.
 pub(super) struct About {
@@ -79,27 +79,50 @@ fn date(seconds: u64) -> String {
     format!("{year:04}-{month:02}-{day:02}")
 }
 
-/// Writes everything into a folder.
-pub(super) fn write(folder: &Path, about: &About, rows: &[Row]) -> Result<Vec<String>> {
+/// Charts that an earlier run has left in a folder, by the views of its results.json.
+pub(super) fn old_charts(folder: &Path) -> BTreeSet<String> {
+    let results = std::fs::read(folder.join("results.json")).unwrap_or_default();
+    let results: Value = serde_json::from_slice(&results).unwrap_or_default();
+    let rows = results["rows"].as_array().filter(|_| results["reason"] == "bench");
+    let view = |row: &Value| {
+        let case = &row["case"];
+        let side = |i: usize| case["size"][i].as_u64()?.try_into().ok();
+        Some(chart_name(case["world"].as_str()?, case["camera"].as_str()?, [side(0)?, side(1)?]))
+    };
+    // A name that leads elsewhere was not made here.
+    rows.into_iter().flatten().filter_map(view).filter(|name| !name.contains(['/', '\\'])).collect()
+}
+
+fn chart_name(world: &str, camera: &str, [width, height]: [u32; 2]) -> String {
+    format!("{}-{camera}-{width}x{height}.svg", stem(world))
+}
+
+/// Writes everything into a folder, and removes those of `old` charts that there is no new one of.
+pub(super) fn write(folder: &Path, about: &About, rows: &[Row], old: &BTreeSet<String>) -> Result<Vec<String>> {
     let mut written = Vec::new();
+    let mut charts = BTreeSet::new();
     let mut put = |name: String, bytes: &[u8]| -> Result {
         let path = folder.join(name);
         Pending::new(&path)?.finish(bytes)?;
         written.push(shown(&path));
         Ok(())
     };
-    put("results.csv".to_owned(), csv(rows).as_bytes())?;
+    put("results.csv".to_owned(), &csv(rows)?)?;
     let mut all = about.json();
     all["rows"] = rows.iter().map(row_json).collect();
     all["means"] = means(rows).iter().map(mean_json).collect();
     put("results.json".to_owned(), format!("{all:#}\n").as_bytes())?;
     for view in rows.chunk_by(same_view) {
         let case = &view[0].case;
-        let [width, height] = case.size;
-        let name = format!("{}-{}-{width}x{height}.svg", stem(&case.world), case.camera);
+        let name = chart_name(&case.world, &case.camera, case.size);
         if let Some(svg) = chart::draw(view, about) {
+            charts.insert(name.clone());
             put(name, svg.as_bytes())?;
         }
+    }
+    for name in old.difference(&charts) {
+        // One that somebody has removed already is what is wanted.
+        let _ = std::fs::remove_file(folder.join(name));
     }
     Ok(written)
 }
@@ -160,7 +183,7 @@ fn numbers(measured: &Measured) -> Vec<(&'static str, Option<f64>)> {
 pub(super) fn row_json(row: &Row) -> Value {
     let mut value = json!({ "reason": "measured", "case": row.case });
     match &row.outcome {
-        Err(reason) => value["refused"] = json!(reason),
+        Err(refusal) => value["refused"] = json!(refusal.reason),
         Ok(measured) => {
             for (name, number) in numbers(measured) {
                 // Counts stay whole.
@@ -193,34 +216,23 @@ pub(super) fn mean_json(mean: &Mean<'_>) -> Value {
 }
 
 /// All rows, a line each, under their names.
-fn csv(rows: &[Row]) -> String {
+fn csv(rows: &[Row]) -> Result<Vec<u8>> {
     let names: Vec<&str> = numbers(&EMPTY).into_iter().map(|(name, _)| name).collect();
-    let mut text = format!("world,camera,width,height,graph,layout,{},reason\n", names.join(","));
+    let mut table =
+        Table::new(["world", "camera", "width", "height", "graph", "layout"].iter().chain(&names).chain(&["reason"]))?;
     for row in rows {
         let case = &row.case;
         let (values, reason) = match &row.outcome {
             Ok(measured) => (numbers(measured), measured.judgement.as_ref().err()),
-            Err(reason) => (names.iter().map(|name| (*name, None)).collect(), Some(reason)),
+            Err(refusal) => (names.iter().map(|name| (*name, None)).collect(), Some(&refusal.reason)),
         };
-        let values: Vec<String> =
-            values.into_iter().map(|(_, value)| value.map_or_else(String::new, |value| value.to_string())).collect();
-        let [width, height] = case.size;
-        let place =
-            [&case.world, &case.camera, &width.to_string(), &height.to_string(), &case.graph].map(|s| quoted(s));
-        let layout = case.layout.unwrap_or_default();
-        let reason = quoted(reason.map_or("", String::as_str));
-        let _ = writeln!(text, "{},{layout},{},{reason}", place.join(","), values.join(","));
+        let [width, height] = case.size.map(|side| side.to_string());
+        let place = [&case.world, &case.camera, &width, &height, &case.graph].map(String::as_str);
+        let values = values.into_iter().map(|(_, value)| value.map_or_else(String::new, |value| value.to_string()));
+        let place = place.into_iter().chain([case.layout.unwrap_or_default()]).map(str::to_owned);
+        table.row(place.chain(values).chain([reason.cloned().unwrap_or_default()]))?;
     }
-    text
-}
-
-/// A field of a CSV file (RFC 4180).
-fn quoted(field: &str) -> String {
-    if field.contains(['"', ',', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
-    }
+    table.finish()
 }
 
 /// For the names of the columns.
@@ -249,8 +261,7 @@ mod tests {
         assert_eq!(date(0), "1970-01-01");
         assert_eq!(date(951_782_400), "2000-02-29");
         assert_eq!(date(1_795_212_000), "2026-11-20");
-        assert_eq!(quoted("a \"b\", c"), "\"a \"\"b\"\", c\"");
-        let columns = numbers(&EMPTY).len() + 7;
-        assert!(csv(&[]).split(',').count() == columns, "{}", csv(&[]));
+        let head = String::from_utf8(csv(&[]).unwrap()).unwrap();
+        assert_eq!(head.trim_end().split(',').count(), numbers(&EMPTY).len() + 7, "{head}");
     }
 }

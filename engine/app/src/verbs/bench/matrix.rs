@@ -1,19 +1,21 @@
 //! `raxel bench [GRAPHS…]`: what is asked for, found in the project and run.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use raxel_diagnostics::table;
+use raxel_diagnostics::{Diagnostic, table};
 use raxel_gpu::{DeviceKind, DeviceOptions};
-use raxel_measure::bench::{BenchError, Effort, Matrix, Row, Runner, cameras};
+use raxel_measure::bench::{BenchError, Effort, Matrix, Refusal, Row, Runner, cameras};
 use raxel_runtime::world::SessionWorld;
 use raxel_world::layout::Layout;
 
 use super::{export, files, table as printed};
-use crate::args::{Messages, Size, size};
+use crate::args::{Messages, Size, each_once, size};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
+use crate::output::{Folders, Pending};
 use crate::talk::{self, Format, Talk, To};
 
 /// What is measured, and where it is written.
@@ -71,10 +73,13 @@ struct Found {
 }
 
 pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
-    // Folders are made before anything is measured.
-    for folder in args.output.iter().chain(&args.export) {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display())))?;
+    // Whether files can be made there is found out before anything is measured, which takes minutes.
+    let folder = args.output.as_ref().or(args.export.as_ref());
+    let _made = folder.map(|folder| Folders::make(folder)).transpose()?;
+    for (folder, file) in [(&args.output, "results.csv"), (&args.export, "export.json")] {
+        if let Some(folder) = folder {
+            Pending::new(&folder.join(file))?;
+        }
     }
     let front = Front::around(Path::new(".")).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
     let mut found = find(args, &front, talk)?;
@@ -100,7 +105,11 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     let broken = runner.broken(&found.matrix.graphs);
     talk.diagnostics(&broken.found, &broken.texts, To::Stderr);
     // A run that is broken off leaves what it has measured.
-    let keep = |rows: &[Row]| args.output.as_ref().map_or(Ok(Vec::new()), |folder| files::write(folder, &about, rows));
+    let old_charts = args.output.as_deref().map(files::old_charts).unwrap_or_default();
+    let keep = |rows: &[Row]| match &args.output {
+        Some(folder) => files::write(folder, &about, rows, &old_charts),
+        None => Ok(Vec::new()),
+    };
     let rows = measure(&mut runner, &found, talk, &keep)?;
     printed::print_means(&rows, talk);
     let complaints = runner.device().log().take();
@@ -135,6 +144,7 @@ fn measure(
     let mut rows: Vec<Row> = Vec::new();
     let mut printed = 0;
     let mut kept: Result<Vec<String>> = Ok(Vec::new());
+    let mut said: HashSet<Diagnostic> = HashSet::new();
     let ran = runner.run(&found.matrix, &found.worlds, &mut |row| {
         let new_view = rows.last().is_some_and(|last| !same_view(last, &row));
         if new_view {
@@ -143,6 +153,12 @@ fn measure(
             if kept.is_ok() {
                 kept = keep(&rows);
             }
+        }
+        // What the planner refuses is said once, not for each view; what only this layout or device refuses is in the table.
+        if let Err(Refusal { found, texts, .. }) = &row.outcome {
+            let new = |found: &&Diagnostic| !found.labels.is_empty() && said.insert((*found).clone());
+            let new: Vec<Diagnostic> = found.iter().filter(new).cloned().collect();
+            bar.suspend(|| talk.diagnostics(&new, texts, To::Stderr));
         }
         let case = &row.case;
         bar.set_message(format!("{} {} {} {}", case.world, case.camera, case.graph, case.layout.unwrap_or("")));
@@ -176,9 +192,10 @@ fn bench_failure(error: BenchError) -> Failure {
 }
 
 fn find(args: &Args, front: &Front, talk: &Talk) -> Result<Found> {
-    let graphs = find_graphs(args, front)?;
-    let layouts = find_layouts(&args.layouts)?;
-    let worlds = find_worlds(&args.worlds, front)?;
+    // An export has no use for graphs.
+    let graphs = if args.export.is_some() { Vec::new() } else { each_once(find_graphs(args, front)?) };
+    let layouts = each_once(find_layouts(&args.layouts)?);
+    let worlds = each_once(find_worlds(&args.worlds, front)?);
     if !args.seconds.is_finite() || args.seconds <= 0.0 {
         return Err(Failure::usage("`--seconds` is a number above 0"));
     }
@@ -202,8 +219,8 @@ fn find(args: &Args, front: &Front, talk: &Talk) -> Result<Found> {
         layouts,
         own,
         worlds,
-        cameras: args.cameras.clone(),
-        sizes: args.size.iter().map(|size| size.0).collect(),
+        cameras: each_once(args.cameras.clone()),
+        sizes: each_once(args.size.iter().map(|size| size.0).collect()),
         effort,
     };
     Ok(Found { matrix, worlds: loaded })
@@ -258,7 +275,8 @@ fn find_file(what: &str, named: &str, folder: &str, known: &[String], front: &Fr
         return Ok(path);
     }
     let names: Vec<String> = known.iter().map(|path| stem(path)).collect();
-    let failure = Failure::usage(format!("there is no {what} `{named}`"));
+    // As for a file that another verb is given.
+    let failure = Failure::new(Exit::Project, format!("there is no {what} `{named}`"));
     Err(match table::closest(&stem(named), names.iter().map(String::as_str)) {
         Some(close) => failure.help(format!("did you mean `{close}`?")),
         None => failure.help(format!("{folder}/ has {}", table::list(names.iter().map(String::as_str)))),

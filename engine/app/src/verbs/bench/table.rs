@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use raxel_measure::bench::{Measured, Row};
+use raxel_measure::bench::{Measured, Refusal, Row};
 use raxel_oracle::metrics::Errors;
 
 use super::files;
@@ -135,7 +135,7 @@ fn human(rows: &[Row]) -> String {
     for row in sorted {
         let pair = (stem(&row.case.graph), row.case.layout.unwrap_or("its world"));
         let reason = match &row.outcome {
-            Err(reason) | Ok(Measured { judgement: Err(reason), .. }) => reason.as_str(),
+            Err(Refusal { reason, .. }) | Ok(Measured { judgement: Err(reason), .. }) => reason.as_str(),
             Ok(_) => continue,
         };
         match reasons.iter_mut().find(|(known, _)| *known == reason) {
@@ -174,7 +174,7 @@ fn short(rows: &[Row]) -> String {
         let place = format!("{}\t{}\t{width}x{height}", stem(&row.case.world), row.case.camera);
         let _ = match &row.outcome {
             Ok(measured) => writeln!(text, "{place}\t{}", cells(row, measured).join("\t")),
-            Err(reason) => {
+            Err(Refusal { reason, .. }) => {
                 let layout = row.case.layout.unwrap_or("-");
                 writeln!(text, "{place}\t{}\t{layout}\t{reason}", stem(&row.case.graph))
             }

@@ -1,6 +1,5 @@
 //! The counts of a run as CSV and JSON.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use raxel_measure::stress::{Invariants, Plan, Report, RowReport};
@@ -10,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::About;
 use crate::failure::{Failure, Result};
-use crate::output::{Pending, shown};
+use crate::output::{Folders, Pending, Table, shown};
 use crate::talk::{Format, Talk};
 
 /// The files that are asked for; whether they can be written is found out before anything is traced.
@@ -18,20 +17,25 @@ use crate::talk::{Format, Talk};
 pub(super) struct Outputs {
     csv: Option<(Pending, String)>,
     json: Option<(Pending, String)>,
+    _folder: Option<Folders>,
 }
 
 impl Outputs {
     pub fn prepare(path: &Path) -> Result<Self> {
         let file = |path: &Path| Ok::<_, Failure>(Some((Pending::new(path)?, shown(path))));
-        match path.extension().and_then(|extension| extension.to_str()) {
-            Some("csv") if !path.is_dir() => Ok(Self { csv: file(path)?, json: None }),
-            Some("json") if !path.is_dir() => Ok(Self { csv: None, json: file(path)? }),
+        let named_folder = path.is_dir() || path.as_os_str().to_string_lossy().ends_with(['/', '\\']);
+        match path.extension().map(|extension| extension.to_string_lossy().into_owned()).as_deref() {
+            Some("csv") if !named_folder => Ok(Self { csv: file(path)?, ..Self::default() }),
+            Some("json") if !named_folder => Ok(Self { json: file(path)?, ..Self::default() }),
+            Some(_) if !named_folder => Err(Failure::usage(format!("`{}` does not say what to write", path.display()))
+                .help("FILE.csv, FILE.json, or a folder for both: a name without ending, or with a / behind it")),
             _ => {
-                std::fs::create_dir_all(path).map_err(|error| {
-                    Failure::usage(format!("the folder `{}` cannot be made: {error}", path.display()))
-                        .help("write FILE.csv, FILE.json or a folder")
-                })?;
-                Ok(Self { csv: file(&path.join("stress.csv"))?, json: file(&path.join("stress.json"))? })
+                let folder = Folders::make(path)?;
+                Ok(Self {
+                    csv: file(&path.join("stress.csv"))?,
+                    json: file(&path.join("stress.json"))?,
+                    _folder: Some(folder),
+                })
             }
         }
     }
@@ -46,7 +50,7 @@ impl Outputs {
     ) -> Result {
         let mut written = Vec::new();
         if let Some((pending, name)) = self.csv.take() {
-            pending.finish(csv(plan, report).as_bytes())?;
+            pending.finish(&csv(plan, report)?)?;
             written.push(name);
         }
         if let Some((pending, name)) = self.json.take() {
@@ -76,6 +80,10 @@ fn numbers(errors: &Errors) -> Vec<(&'static str, f64)> {
         ("unwritten", errors.unwritten),
         ("face", errors.face),
         ("material", errors.material),
+        ("beyond_t_max", errors.beyond),
+        ("wrong_t", errors.time),
+        ("wrong_uv", errors.place),
+        ("wrong_steps", errors.steps),
         ("wrong_without_tie", errors.wrong_without_tie),
         ("wrong_but_tied", errors.tied),
     ];
@@ -89,24 +97,18 @@ fn numbers(errors: &Errors) -> Vec<(&'static str, f64)> {
     counts.into_iter().map(|(name, count)| (name, count as f64)).chain(measures).collect()
 }
 
-fn csv(plan: &Plan, report: &Report) -> String {
-    let mut text = "row,site,set".to_owned();
-    for (name, _) in numbers(&Errors::default()) {
-        let _ = write!(text, ",{name}");
-    }
-    text.push('\n');
+fn csv(plan: &Plan, report: &Report) -> Result<Vec<u8>> {
+    let names: Vec<&str> = numbers(&Errors::default()).into_iter().map(|(name, _)| name).collect();
+    let mut table = Table::new(["row", "site", "set"].iter().chain(&names))?;
     for row in &report.rows {
         for (site, sets) in plan.sites.iter().zip(&row.errors) {
             for (set, errors) in plan.sets.iter().zip(sets).filter(|(_, errors)| errors.rays > 0) {
-                let _ = write!(text, "{},{},{}", row.row, site.name, set.name);
-                for (_, number) in numbers(errors) {
-                    let _ = write!(text, ",{number}");
-                }
-                text.push('\n');
+                let place = [row.row.to_string(), site.name.clone(), set.name.to_owned()];
+                table.row(place.into_iter().chain(numbers(errors).iter().map(|(_, number)| number.to_string())))?;
             }
         }
     }
-    text
+    table.finish()
 }
 
 fn errors_json(errors: &Errors) -> Value {
@@ -131,7 +133,7 @@ pub(super) fn row_json(plan: &Plan, row: &RowReport) -> Value {
         "exact": row.row.exact(),
         "total": errors_json(&row.total()),
         "mrays_per_s": row.mrays(),
-        "differs_from_device": row.differs.map(|(hits, bits)| json!({ "hits": hits, "bits": bits })),
+        "differs_from_device": row.differs.map(|d| json!({ "hits": d.hits, "bits": d.bits, "steps": d.steps })),
         "unusable": row.unusable,
         "refused": refused,
         "sets": sets,

@@ -1,5 +1,6 @@
 //! What is asked for, found by its name.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use raxel_diagnostics::table;
@@ -10,6 +11,7 @@ use raxel_oracle::sets::{self, RaySet};
 use raxel_runtime::project::Project;
 use raxel_world::layout::Layout;
 
+use crate::args::each_once;
 use crate::failure::{Failure, Result};
 use crate::front::Front;
 use crate::talk::Talk;
@@ -48,7 +50,8 @@ pub(super) fn sets(wanted: &[String]) -> Result<Vec<&'static RaySet>> {
         return Ok(sets::ALL.iter().collect());
     }
     let names = sets::ALL.iter().map(|set| set.name);
-    wanted.iter().map(|name| RaySet::find(name).ok_or_else(|| unknown("set", name, names.clone()))).collect()
+    let find = |name: &String| RaySet::find(name).ok_or_else(|| unknown("set", name, names.clone()));
+    each_once(wanted.to_vec()).iter().map(find).collect()
 }
 
 pub(super) fn sites(wanted: &[String]) -> Result<Vec<Site>> {
@@ -68,6 +71,9 @@ pub(super) fn sites(wanted: &[String]) -> Result<Vec<Site>> {
             at => return Err(unknown("site", at, ["near", "far"].into_iter())),
         }
     }
+    // `menger` and `menger@far` name the far one twice.
+    let mut named = HashSet::new();
+    found.retain(|site| named.insert(site.name.clone()));
     Ok(found)
 }
 
@@ -88,10 +94,11 @@ pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
         // The default tracer first, its port behind it.
         let mut rows: Vec<Row> = [Row::default_tracer(), Row::Port].into();
         rows.extend(layouts.filter(|row| *row != Row::default_tracer()));
+        rows.extend(Layout::ALL.iter().map(|&layout| marched(layout, Row::AHEAD)));
         rows.extend(marchers);
         return Ok(rows);
     }
-    let mut rows = wanted.iter().map(|name| row(name)).collect::<Result<Vec<_>>>()?;
+    let mut rows = each_once(wanted.iter().map(|name| row(name)).collect::<Result<Vec<_>>>()?);
     // The port is compared with what the device found before.
     rows.sort_by_key(|row| *row == Row::Port);
     Ok(rows)
@@ -109,8 +116,8 @@ fn row(name: &str) -> Result<Row> {
         "" => Ok(Row::Device(Method::of(layout))),
         "cpu" if layout == Layout::Tree64 => Ok(Row::Port),
         "cpu" => Err(Failure::usage("only `tree64` has a port to the CPU").help("--layouts tree64,tree64:cpu")),
-        marcher if MARCHERS.contains(&marcher) => Ok(marched(layout, marcher)),
-        marcher => Err(unknown("marcher", marcher, MARCHERS.iter().copied())),
+        marcher if MARCHERS.contains(&marcher) || marcher == Row::AHEAD => Ok(marched(layout, marcher)),
+        marcher => Err(unknown("marcher", marcher, MARCHERS.iter().copied().chain([Row::AHEAD]))),
     }
 }
 

@@ -165,14 +165,23 @@ fn symmetric(
 fn verdict(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], talk: &Talk) -> Result {
     let mut wrong = Vec::new();
     for row in report.rows.iter().filter(|row| row.row.exact()) {
-        let count = row.total().wrong();
-        if count > 0 {
+        let total = row.total();
+        if total.wrong() + total.inexact() > 0 {
             one::show_wrong(plan, row, talk);
+        }
+        let count = total.wrong();
+        if count > 0 {
             wrong.push(format!("{} is wrong about {count} rays", row.row));
         }
-        match row.differs {
-            Some((hits, _)) if hits > 0 => wrong.push(format!("{} and the device differ in {hits} hits", row.row)),
-            _ => {}
+        let inexact = [("t", total.time), ("uv", total.place), ("number of steps", total.steps)];
+        for (what, count) in inexact.into_iter().filter(|(_, count)| *count > 0) {
+            wrong.push(format!("{} has a wrong {what} for {count} rays", row.row));
+        }
+        let differs = row.differs.unwrap_or_default();
+        for (what, count) in [("hits", differs.hits), ("steps", differs.steps)] {
+            if count > 0 {
+                wrong.push(format!("{} and the device differ in {count} {what}", row.row));
+            }
         }
     }
     for (layout, found) in symmetry {

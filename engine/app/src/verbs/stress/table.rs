@@ -70,6 +70,10 @@ fn human(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], about:
         "NaN",
         "face",
         "material",
+        "t max",
+        "t",
+        "uv",
+        "steps",
         "tied",
         "missed chord",
         "false gap",
@@ -99,6 +103,10 @@ fn totals(row: &RowReport) -> Vec<String> {
         grouped(all.not_finite),
         grouped(all.face),
         grouped(all.material),
+        grouped(all.beyond),
+        grouped(all.time),
+        grouped(all.place),
+        grouped(all.steps),
         grouped(all.tied),
         longest(all.missed_chord),
         longest(all.false_gap),
@@ -117,14 +125,15 @@ fn notes(text: &mut String, plan: &Plan, report: &Report, symmetry: &[(Layout, I
         if leaks > 0 {
             let _ = writeln!(text, "{} slips {} times through planes one voxel thick", row.row, grouped(leaks));
         }
-        if let Some((hits, bits)) = row.differs {
+        if let Some(differs) = row.differs {
             let all = grouped(row.total().rays);
             let _ = writeln!(
                 text,
-                "{}: {} of {all} hits differ from the device's in voxel, face or material; {} more in a bit of t or uv",
+                "{}: {} of {all} hits differ from the device's in voxel, face or material; of the others {} in a bit of t or uv, {} in steps",
                 row.row,
-                grouped(hits),
-                grouped(bits)
+                grouped(differs.hits),
+                grouped(differs.bits),
+                grouped(differs.steps)
             );
         }
         if let Some(why) = &row.unusable {

@@ -1,6 +1,5 @@
 //! `raxel world import`: a .vox scene becomes a model of the project and a world that places it.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use raxel_diagnostics::DiskFiles;
@@ -10,7 +9,7 @@ use serde_json::json;
 
 use crate::args::Messages;
 use crate::failure::{Failure, Result};
-use crate::output::{Pending, shown};
+use crate::output::{Folders, Pending, shown};
 use crate::talk::{self, Format, Talk};
 
 /// Copies a `MagicaVoxel` scene into the project and writes a world around it.
@@ -55,12 +54,9 @@ pub(super) fn run(args: &Args, talk: &Talk) -> Result {
         if file.exists() && !args.force && !same_file(file, &args.model) {
             return Err(Failure::usage(format!("`{}` exists", file.display())).help("--force replaces it"));
         }
-        if let Some(folder) = file.parent() {
-            fs::create_dir_all(folder).map_err(|error| {
-                Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display()))
-            })?;
-        }
     }
+    let folder = |file: &Path| Folders::make(file.parent().unwrap_or(Path::new("")));
+    let _made = [folder(&toml)?, folder(&model)?];
     let (pending_model, pending_toml) = (Pending::new(&model)?, Pending::new(&toml)?);
     pending_model.finish(&bytes)?;
     pending_toml.finish(description(&stem, &args.model).as_bytes())?;

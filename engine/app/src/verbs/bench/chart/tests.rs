@@ -111,7 +111,10 @@ fn names_keep_apart_and_inside() {
 
 #[test]
 fn there_is_no_chart_of_nothing() {
-    let refused = Row { outcome: Err("no".to_owned()), ..row("exact", "tree64", 1.0, 0) };
+    let refused = Row {
+        outcome: Err(Refusal { reason: "no".to_owned(), ..Refusal::default() }),
+        ..row("exact", "tree64", 1.0, 0)
+    };
     assert!(draw(&[refused], &about()).is_none());
     // One dot alone has an axis, too.
     let svg = draw(&[row("exact", "tree64", 1.0, 0)], &about()).unwrap();

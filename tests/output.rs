@@ -1,0 +1,193 @@
+//! What `-o` leaves behind when something goes wrong: nothing that is half made, and no exit code 0.
+
+#![cfg(unix)]
+
+mod common;
+
+use std::fs;
+use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use common::{Project, Run, Running, command, output, raxel};
+
+/// A picture of the shipped graph that needs no big world.
+const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
+
+/// Names in a folder, in order.
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// The same command where no file may become larger than 32 KiB: for who writes, a disk that is full.
+fn with_small_files(arguments: &[&str]) -> Run {
+    let mut shell = Command::new("sh");
+    let limited = "ulimit -f 64; trap '' XFSZ; exec \"$0\" \"$@\"";
+    shell.args(["-c", limited, env!("CARGO_BIN_EXE_raxel")]).args(arguments).current_dir(common::repository());
+    output(shell.stdin(Stdio::null()).env("NO_COLOR", "1")).into()
+}
+
+#[test]
+fn a_film_that_does_not_fit_is_no_film() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.mkv", "a.webm", "a.mp4", "a.mov", "a.gif"] {
+        let path = folder.path().join(name);
+        let demo = ["render", "worlds/valley.demo.toml", "--size", "320x180", "--frames", "60", "-o"];
+        let run = with_small_files(&[&demo[..], &[path.to_str().unwrap()]].concat()).exits(2);
+        assert!(
+            run.stderr.contains("error: ffmpeg gave up: ") && run.stderr.contains("File too large"),
+            "{}",
+            run.stderr
+        );
+        assert_eq!(names(folder.path()), [""; 0], "{name}");
+    }
+}
+
+#[test]
+fn a_picture_that_does_not_fit_is_no_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let picture = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "640x360", "-o"];
+    let run = with_small_files(&[&picture[..], &[path.to_str().unwrap()]].concat()).exits(2);
+    assert!(run.stderr.contains("a.exr` cannot be written: File too large"), "{}", run.stderr);
+    assert_eq!(names(folder.path()), [""; 0]);
+}
+
+/// Ends a render that would take hours while its outputs are being made, and gives the signal that it died of.
+fn stopped_by(signal: &str, project: &Project, to: &str) -> Option<i32> {
+    let folder = project.path("out");
+    fs::create_dir(&folder).unwrap();
+    let arguments = [&MENGER[..], &["--frames", "10000000", "-o", to]].concat();
+    let mut child = Running::start(command(project.root(), &arguments).stderr(Stdio::null()));
+    let start = Instant::now();
+    while names(&folder).is_empty() {
+        assert!(!child.ended() && start.elapsed() < Duration::from_secs(60), "nothing is being made");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    // Long enough for ffmpeg to have opened its file.
+    std::thread::sleep(Duration::from_millis(300));
+    let id = child.0.id().to_string();
+    assert!(output(Command::new("kill").args(["-s", signal, &id])).status.success());
+    let status = child.finish();
+    assert_eq!(names(&folder), [""; 0], "{signal} leaves something of {to}");
+    fs::remove_dir(&folder).unwrap();
+    status.signal()
+}
+
+#[test]
+fn signals_leave_nothing_half_made() {
+    let project = Project::shipped();
+    for (signal, number) in [("INT", 2), ("TERM", 15), ("HUP", 1)] {
+        assert_eq!(stopped_by(signal, &project, "out/a.png"), Some(number));
+    }
+    for to in ["out/a.mp4", "out/a.webm"] {
+        assert_eq!(stopped_by("TERM", &project, to), Some(15));
+    }
+}
+
+/// `nohup` means it.
+#[test]
+fn a_signal_that_is_ignored_stays_ignored() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let mut shell = Command::new("sh");
+    let script = "trap '' HUP; \"$0\" \"$@\" & child=$!; sleep 1; kill -s HUP $child; wait $child";
+    let arguments = [&MENGER[..], &["--frames", "300", "-o", path.to_str().unwrap()]].concat();
+    shell.args(["-c", script, env!("CARGO_BIN_EXE_raxel")]).args(arguments).current_dir(common::repository());
+    Run::from(output(&mut shell)).exits(0);
+    assert!(path.is_file());
+}
+
+#[test]
+fn a_pipe_that_nobody_reads_is_not_waited_for_and_one_that_is_read_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("a.png");
+    assert!(output(Command::new("mkfifo").arg(&pipe)).status.success());
+    let arguments = [&MENGER[..], &["-o", pipe.to_str().unwrap()]].concat();
+    let run = raxel(&arguments).exits(2);
+    assert!(run.stderr.contains("it is a pipe that nobody reads"), "{}", run.stderr);
+
+    // The reader opens its end first, for it waits for a writer.
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || output(Command::new("timeout").args(["300", "cat"]).arg(pipe)).stdout
+    });
+    std::thread::sleep(Duration::from_millis(300));
+    raxel(&arguments).exits(0);
+    let picture = image::load_from_memory(&reader.join().unwrap()).unwrap();
+    assert_eq!((picture.width(), picture.height()), (96, 54));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn the_reason_is_the_right_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    fs::create_dir(inside("d.png")).unwrap();
+    std::os::unix::fs::symlink("/dev/full", inside("full.png")).unwrap();
+    for (to, reason) in [
+        ("/proc/a.png".to_owned(), "no file can be made in `/proc`"),
+        (inside("o.png/"), "is a folder, and its name is that of a file"),
+        (inside("d.png"), "is a folder, and its name is that of a file"),
+        (inside("full.png"), "No space left on device"),
+    ] {
+        let run = raxel(&[&MENGER[..], &["-o", &to]].concat()).exits(2);
+        assert!(run.stderr.contains(reason), "{to}: {}", run.stderr);
+    }
+    assert_eq!(names(folder.path()), ["d.png", "full.png"]);
+    assert_eq!(names(&folder.path().join("d.png")), [""; 0]);
+}
+
+#[test]
+fn refusals_leave_no_folder() {
+    let project = Project::shipped();
+    let before = project.files();
+    for (arguments, code) in [
+        (&["render", "graphs/none.toml", "-o", "new/frames/%04d.png"][..], 3),
+        (&["bench", "no_such_graph", "-o", "new/bench"], 3),
+        (&["bench", "--worlds", "no_such_world", "--export", "new/export"], 3),
+        (&["stress", "--world", "worlds/none.toml", "-o", "new/stress"], 3),
+    ] {
+        project.raxel(arguments).exits(code);
+        assert!(!project.path("new").exists(), "{arguments:?}");
+    }
+    assert_eq!(project.files(), before);
+}
+
+/// A new project that cannot be written whole is not written at all.
+#[test]
+fn half_a_project_does_not_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut shell = Command::new("sh");
+    let limited = "ulimit -f 16; trap '' XFSZ; exec \"$0\" \"$@\"";
+    shell.args(["-c", limited, env!("CARGO_BIN_EXE_raxel"), "new", "a/b/voxels"]).current_dir(folder.path());
+    let run = Run::from(output(&mut shell)).exits(2);
+    assert!(run.stderr.contains("cannot be written: File too large"), "{}", run.stderr);
+    assert_eq!(names(folder.path()), [""; 0]);
+}
+
+/// An EXR has the extent of the target, and so has what is told about it; signed integers keep all their bits.
+#[test]
+fn an_exr_of_signed_integers_far_from_the_origin() {
+    let project = Project::empty();
+    let graph = "name = 'i'\npresent = 'cells'\n[targets.cells]\nformat = 'r32i'\nsize = [5, 3]\n[[passes]]\nname = 'p'\n\
+                 shader = 'p.comp'\ndispatch = { threads = 'cells' }\nbind = { cells = 'cells' }\n";
+    let shader = "#version 460\nlayout(local_size_x = 8) in;\nlayout(r32i) writeonly uniform iimage2D cells;\n\
+                  void main() {\n    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n\
+                      if (p.x < 5) imageStore(cells, p, ivec4(-16777217 - 1000000007 * p.x + p.y));\n}\n";
+    project.write("graphs/i.toml", graph).write("shaders/p.comp", shader);
+    let run = project.raxel(&["render", "-o", "i.exr", "--size", "64x36", "--format", "json"]).exits(0);
+    assert_eq!(run.json()[0]["size"], serde_json::json!([5, 3]));
+    let run = project.raxel(&["render", "-o", "i.exr", "--size", "64x36"]).exits(0);
+    assert!(run.stderr.contains("(5×3, "), "{}", run.stderr);
+    let image = exr::prelude::read_first_flat_layer_from_file(project.path("i.exr")).unwrap();
+    let exr::prelude::FlatSamples::U32(found) = &image.layer_data.channel_data.list[0].sample_data else {
+        panic!("no integers")
+    };
+    let expected = |i: i32| (-16_777_217i32).wrapping_sub(1_000_000_007i32.wrapping_mul(i % 5)) + i / 5;
+    assert!(found.iter().map(|v| v.cast_signed()).eq((0..15).map(expected)), "{found:?}");
+}
