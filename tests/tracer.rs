@@ -121,7 +121,7 @@ fn long_lists_go_in_parts() {
         })
         .expect("the device traces");
     assert_eq!((next, parts), (1000, 4));
-    assert_eq!(lab.stream.trace_all(&mut tracer, &on_device, &[]).expect("nothing to do"), []);
+    assert_eq!(lab.stream.trace_all(&mut tracer, &on_device, &[] as &[Ray]).expect("nothing to do"), []);
     drop(tracer);
     lab.close();
 }

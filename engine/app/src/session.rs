@@ -120,7 +120,7 @@ impl What {
             debug_target: self.debug_target()?,
             device: device.device.clone(),
             validation: device.validation,
-            watchdog: Some(self.watchdog),
+            watchdog: self.watchdog,
             ..Options::default()
         })
     }

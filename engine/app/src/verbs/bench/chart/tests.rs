@@ -1,6 +1,6 @@
 //! What the chart shows, read back from its SVG.
 
-use raxel_measure::bench::{Case, Effort, Measured, Spread};
+use raxel_measure::bench::{Case, Effort, Measured, Refusal, Spread};
 use raxel_oracle::metrics::Errors;
 
 use super::*;
