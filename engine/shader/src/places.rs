@@ -15,6 +15,9 @@ pub(crate) fn fill(interface: &mut Interface, sources: &Sources<'_>) {
     let finder = Finder { texts };
     for binding in &mut interface.bindings {
         finder.binding(binding);
+        if binding.place.is_none() {
+            binding.place = sources.world_include(&binding.name).cloned();
+        }
     }
     if let Some(push) = &mut interface.push {
         finder.block(push);

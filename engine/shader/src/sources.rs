@@ -38,8 +38,8 @@ pub(crate) struct Source {
     pub name: String,
     /// The text.
     pub text: Arc<str>,
-    /// The file that included it first, and where.
-    included_at: Option<Span>,
+    /// Where it is included: the first place, and every other one that adds its text again.
+    included_at: Vec<Span>,
 }
 
 /// Reads and remembers the texts of one compilation.
@@ -86,7 +86,7 @@ impl<'f> Sources<'f> {
         let text = self.read(path, None)?.ok_or_else(|| Box::new(FileError::NotFound.diagnostic(path, None)))?;
         self.count(path, &text, &Span::new(path, 0..0))?;
         self.stack = vec![path.to_owned()];
-        self.found.push(Source { name: path.to_owned(), text: text.clone(), included_at: None });
+        self.found.push(Source { name: path.to_owned(), text: text.clone(), included_at: Vec::new() });
         Ok(text)
     }
 
@@ -145,6 +145,9 @@ impl<'f> Sources<'f> {
                 (source.name.clone(), source.text.clone())
             } else if let Some(text) = self.read(&path, Some(&place))? {
                 (path, text)
+            } else if let Some(binding) = in_library.and_then(library::world_binding) {
+                let Some(text) = self.world_of(binding, &path, &place)? else { continue };
+                text
             } else if let (Some(text), Some(name)) = (in_library.and_then(library::text), library_name) {
                 let text: Arc<str> = text.into();
                 self.texts.insert(name.as_str(), text.clone());
@@ -155,6 +158,28 @@ impl<'f> Sources<'f> {
             return self.enter(name, text, place).map(Some);
         }
         Ok(None)
+    }
+
+    /// The name and text of `raxel/world/BINDING.glsl`, which is made of a template: the project's, or else the library's.
+    fn world_of(
+        &mut self,
+        binding: &str,
+        path: &str,
+        place: &Span,
+    ) -> Result<Option<(String, Arc<str>)>, Box<Diagnostic>> {
+        let own = join(INCLUDE, library::WORLD_TEMPLATE).map(|template| self.read(&template, Some(place)));
+        let (name, template) = match own.transpose()?.flatten() {
+            Some(template) => (path.to_owned(), template),
+            None => match library::text(library::WORLD_TEMPLATE) {
+                Some(template) => {
+                    (format!("<{}>", path.trim_start_matches(INCLUDE).trim_start_matches('/')), template.into())
+                }
+                None => return Ok(None),
+            },
+        };
+        let text: Arc<str> = library::for_binding(&template, binding).into();
+        self.texts.insert(name.as_str(), text.clone());
+        Ok(Some((name, text)))
     }
 
     /// Opens a file that was found: checks the chain of includes, and makes a protected file empty the second time.
@@ -183,8 +208,12 @@ impl<'f> Sources<'f> {
             ));
         }
         self.count(&name, &text, &place)?;
-        if !again {
-            self.found.push(Source { name: name.clone(), text: text.clone(), included_at: Some(place) });
+        match self.found.iter_mut().find(|source| source.name == name) {
+            None => self.found.push(Source { name: name.clone(), text: text.clone(), included_at: vec![place] }),
+            Some(source) if protection == Protection::None && !source.included_at.contains(&place) => {
+                source.included_at.push(place);
+            }
+            Some(_) => {}
         }
         self.stack.push(name.clone());
         let text = match protection {
@@ -267,15 +296,41 @@ impl<'f> Sources<'f> {
     }
 
     /// Says by which files `name` came in.
-    pub fn with_chain(&self, mut diagnostic: Diagnostic, name: &str) -> Diagnostic {
-        let mut name = name;
-        for _ in 0..MAX_DEPTH {
-            let Some(span) = self.source(name).and_then(|source| source.included_at.as_ref()) else { break };
+    ///
+    /// A file of a layout is included once for each world that has it, and the compiler does not say which time it means: then
+    /// every way to it is given.
+    pub fn with_chain(&self, diagnostic: Diagnostic, name: &str) -> Diagnostic {
+        let mut notes = Vec::new();
+        let mut left: Vec<&Span> = self.included_at(name).rev().collect();
+        while let Some(span) = left.pop()
+            && notes.len() < MAX_DEPTH
+        {
             let line = self.text(&span.file).map_or(0, |text| lexer::line_of(text, span.range.start));
-            diagnostic = diagnostic.note(format!("included from {}:{line}", span.file));
-            name = &span.file;
+            let note = format!("included from {}:{line}", span.file);
+            if !notes.contains(&note) {
+                notes.push(note);
+                left.extend(self.included_at(&span.file).rev());
+            }
         }
-        diagnostic
+        notes.into_iter().fold(diagnostic, Diagnostic::note)
+    }
+
+    fn included_at(&self, name: &str) -> impl DoubleEndedIterator<Item = &Span> {
+        self.source(name).into_iter().flat_map(|source| &source.included_at)
+    }
+
+    /// Where the shader includes the world of this binding by `raxel/world/BINDING.glsl`, whose text names what a layout declares.
+    pub fn world_include(&self, binding: &str) -> Option<&Span> {
+        let of = |name: &str| {
+            let name = name.strip_prefix(INCLUDE).map_or(name, |rest| rest.trim_start_matches('/'));
+            library::world_binding(name.trim_start_matches('<').trim_end_matches('>')).map(str::to_owned)
+        };
+        let own = binding.strip_suffix("_voxels");
+        let source = self
+            .found
+            .iter()
+            .find(|source| of(&source.name).is_some_and(|known| known == binding || Some(known.as_str()) == own))?;
+        source.included_at.first()
     }
 
     pub fn source(&self, name: &str) -> Option<&Source> {

@@ -282,3 +282,39 @@ proptest! {
         check(&voxels, 6);
     }
 }
+
+/// A writable copy shares no chunk: it is as large as a world whose chunks all differ, and its bounds hold every voxel of its chunks.
+#[test]
+fn writable_copies_have_every_chunk_for_themselves() {
+    let voxels = |x: i32| (0..3).map(move |i| (IVec3::new(x + 5, 7 + i, 9), 1));
+    let world = World::from_voxels(palette(1), (0..4).flat_map(|chunk| voxels(64 * chunk)));
+    for layout in [Layout::Chunks, Layout::ChunkTable, Layout::Octree] {
+        assert!(layout.has_set());
+        let shared = layout.encode(&world, u64::MAX).unwrap().words;
+        let copy = layout.encode_writable(&world, u64::MAX).unwrap().words;
+        let chunk = if layout == Layout::Octree { 37_449 } else { 16_384 };
+        assert!(
+            copy.len() >= shared.len() + 3 * chunk,
+            "{}: {} words, {} shared",
+            layout.name(),
+            copy.len(),
+            shared.len()
+        );
+        // bounds_min and bounds_last of the header.
+        let box_of = |words: &[u32]| [4, 5, 6, 8, 9, 10].map(|word| words[word] as i32);
+        assert_eq!(box_of(&shared), [5, 7, 9, 197, 9, 9], "{}", layout.name());
+        assert_eq!(box_of(&copy), [0, 0, 0, 223, 31, 31], "{}", layout.name());
+        // The limit is held against what the copy takes.
+        let limit = 4 * shared.len() as u64;
+        assert!(layout.encode(&world, limit).is_ok() && layout.encode_writable(&world, limit).is_err());
+    }
+    let copy = Layout::Texture3d.encode_writable(&world, u64::MAX).unwrap().words;
+    assert_eq!([4, 5, 6, 8, 9, 10].map(|word| copy[word]), [0, 0, 0, 255, 63, 63]);
+    for layout in [Layout::Tree64, Layout::Bvh, Layout::Brickmap, Layout::Svo, Layout::Svdag] {
+        assert!(!layout.has_set());
+        assert_eq!(layout.encode_writable(&world, u64::MAX), layout.encode(&world, u64::MAX));
+    }
+    for layout in Layout::ALL {
+        assert!(layout.encode_writable(&World::empty(), u64::MAX).is_ok(), "{}", layout.name());
+    }
+}

@@ -11,8 +11,9 @@
 //
 // After van Wingerden, "Real-time ray tracing and editing of large voxel scenes" (2015), whose brickmap this is, and the XBrickMap
 // of dubiousconst282/VoxelRT, where bricks are allocated by masks and tiles are 64-bit words.
-#ifndef RAXEL_BRICKMAP_GLSL
-#define RAXEL_BRICKMAP_GLSL
+#ifdef RX_WRITE
+#error "the layout `brickmap` has no rx_set: bricks and materials are packed, without room for one more; use chunks, chunk_table, octree or texture3d"
+#endif
 
 layout(std430) readonly buffer RxWorld {
     ivec3 origin;         // smallest corner of a cube around the world
@@ -87,7 +88,6 @@ uint rx_brick_material(uint brick, uint tile, uvec2 mask, uint bit) {
 }
 
 // The mask of the tile that rx_look found last, for march/raymask.glsl.
-#define RX_HAS_MASK4
 uvec2 rx_looked_mask = uvec2(0u);
 
 uint rx_look(ivec3 cell, out uint log2_free) {
@@ -120,5 +120,3 @@ uint rx_look(ivec3 cell, out uint log2_free) {
 }
 
 #include "trace.glsl"
-
-#endif

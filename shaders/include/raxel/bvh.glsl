@@ -10,10 +10,11 @@
 // edition, 4.3.4). What makes it exact: a ray never turns, so of two voxels on it the one with the smaller mirrored coordinates is
 // the earlier one, and "is this box behind the hit?" is a comparison of integers. Floating point only skips boxes that the ray
 // misses by more than its error; blocks are walked by walk.glsl.
-#ifndef RAXEL_BVH_GLSL
-#define RAXEL_BVH_GLSL
-
 #include "walk.glsl"
+
+#ifdef RX_WRITE
+#error "the layout `bvh` has no rx_set: its blocks are packed, without room for one more; use chunks, chunk_table, octree or texture3d"
+#endif
 
 layout(std430) readonly buffer RxWorld {
     ivec3 origin;         // smallest corner of a cube around the world
@@ -244,5 +245,3 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
 bool rx_trace(RxRay ray, out RxHit hit) {
     return rx_trace_from(ray, 0.0, hit);
 }
-
-#endif

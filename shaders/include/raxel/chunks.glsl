@@ -1,9 +1,6 @@
 // Layout `chunks`: a list of 32^3 chunks, each a flat array of voxels, searched from its start for every voxel that is asked for.
 // The simplest way to hold a sparse world, and a slow one: kept as the baseline that the trees are measured against.
-#ifndef RAXEL_CHUNKS_GLSL
-#define RAXEL_CHUNKS_GLSL
-
-layout(std430) readonly buffer RxWorld {
+layout(std430) RX_WORLD_ACCESS buffer RxWorld {
     ivec3 origin;         // smallest corner of a cube around the world
     uint log2_size;       // the cube has 2^log2_size voxels a side
     ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
@@ -61,9 +58,14 @@ uint rx_find_chunk(ivec3 chunk) {
     return RX_NO_CHUNK;
 }
 
-uint rx_chunk_voxel(uint voxels, ivec3 cell) {
+// Number of a voxel in its chunk.
+uint rx_chunk_index(ivec3 cell) {
     uvec3 c = uvec3(cell) & 31u;
-    uint index = c.x + 32u * c.y + 1024u * c.z;
+    return c.x + 32u * c.y + 1024u * c.z;
+}
+
+uint rx_chunk_voxel(uint voxels, ivec3 cell) {
+    uint index = rx_chunk_index(cell);
     return (world.words[voxels + (index >> 1)] >> ((index & 1u) * 16u)) & 0xffffu;
 }
 
@@ -76,4 +78,14 @@ uint rx_look(ivec3 cell, out uint log2_free) {
 
 #include "trace.glsl"
 
+#ifdef RX_WRITE
+#include "store.glsl"
+
+// A voxel of a chunk that the copy has: nothing but the voxels says what is solid.
+bool rx_set(ivec3 cell, uint material) {
+    uint voxels = rx_find_chunk(cell >> 5);
+    if (voxels == RX_NO_CHUNK) return false;
+    uint index = rx_chunk_index(cell);
+    return rx_store_voxel(voxels + (index >> 1), index & 1u, material);
+}
 #endif

@@ -1,9 +1,6 @@
 // What the layouts `chunk_table` and `octree` have in common: 32^3 chunks, all of the same number of words, found by the hash table
 // of table.glsl. The value of a chunk's entry is the word where it begins. engine/world/src/layout/hashed_chunks.rs writes it.
-#ifndef RAXEL_HASHED_CHUNKS_GLSL
-#define RAXEL_HASHED_CHUNKS_GLSL
-
-layout(std430) readonly buffer RxWorld {
+layout(std430) RX_WORLD_ACCESS buffer RxWorld {
     ivec3 origin;         // smallest corner of a cube around the world
     uint log2_size;       // the cube has 2^log2_size voxels a side
     ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
@@ -35,5 +32,3 @@ uint rx_find_chunk(uvec3 c) {
     }
     return rx_last_chunk;
 }
-
-#endif

@@ -1,16 +1,6 @@
-// Materials of the bound world. Included by the layouts, after the block that holds them.
-#ifndef RAXEL_MATERIAL_GLSL
-#define RAXEL_MATERIAL_GLSL
+// Materials of a bound world. Included by the layouts, after the block that holds them.
 
-struct RxMaterial {
-    vec3 albedo;         // linear reflectance
-    float roughness;     // 0 mirror, 1 matt
-    float metallic;      // 0 dielectric, 1 metal
-    float emission;      // in multiples of albedo
-    float transparency;  // 0 opaque, 1 clear
-};
-
-// A word of the world, from the first one behind the header. Layouts that read four at a time define RX_QUADS.
+// A word of the world, from the first one behind the header. The layout that reads four at a time defines RX_QUADS.
 uint rx_word(uint at) {
 #ifdef RX_QUADS
     return world.quads[at >> 2][at & 3u];
@@ -27,5 +17,3 @@ RxMaterial rx_material_properties(uint material) {
     for (uint i = 0u; i < 7u; ++i) word[i] = uintBitsToFloat(rx_word(at + i));
     return RxMaterial(vec3(word[0], word[1], word[2]), word[3], word[4], word[5], word[6]);
 }
-
-#endif

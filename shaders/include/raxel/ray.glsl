@@ -1,4 +1,4 @@
-// Rays, hits and faces: the vocabulary of the tracing contract. Nothing here knows how a world is stored.
+// Rays, hits, faces and materials: the vocabulary of the tracing contract. Nothing here knows how a world is stored.
 #ifndef RAXEL_RAY_GLSL
 #define RAXEL_RAY_GLSL
 
@@ -20,6 +20,14 @@ struct RxHit {
     float t;        // in lengths of ray.dir
     vec2 uv;        // place on the face, 0 to 1, along the two other axes in the order x, y, z
     uint steps;     // cells that were looked at
+};
+
+struct RxMaterial {
+    vec3 albedo;         // linear reflectance
+    float roughness;     // 0 mirror, 1 matt
+    float metallic;      // 0 dielectric, 1 metal
+    float emission;      // in multiples of albedo
+    float transparency;  // 0 opaque, 1 clear
 };
 
 const uint RX_FACE_NEG_X = 0u;

@@ -15,8 +15,9 @@
 // Kämpe, Sintorn and Assarsson, "High resolution sparse voxel DAGs" (2013); materials as in Dado, Kol, Bauszat, Thiery and Eisemann,
 // "Geometry and attribute compression for voxel scenes" (2016), and voxel counts in nodes as in Dolonius, Sintorn, Kämpe and
 // Assarsson, "Compressing color data for voxelized surface geometry" (2017).
-#ifndef RAXEL_SVDAG_GLSL
-#define RAXEL_SVDAG_GLSL
+#ifdef RX_WRITE
+#error "the layout `svdag` has no rx_set: equal subtrees are stored once, without room for one more; use chunks, chunk_table, octree or texture3d"
+#endif
 
 layout(std430) readonly buffer RxWorld {
     ivec3 origin;         // smallest corner of the root's cube
@@ -118,5 +119,3 @@ uint rx_look(ivec3 cell, out uint log2_free) {
 }
 
 #include "trace.glsl"
-
-#endif

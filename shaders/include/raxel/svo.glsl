@@ -10,8 +10,9 @@
 //
 // After Laine and Karras, "Efficient sparse voxel octrees" (2010): one mask and one pointer for all children of a node. As pointers
 // are counted from the chunk, 23 bits reach everything in it, and none is a far one.
-#ifndef RAXEL_SVO_GLSL
-#define RAXEL_SVO_GLSL
+#ifdef RX_WRITE
+#error "the layout `svo` has no rx_set: nodes are packed, without room for one more; use chunks, chunk_table, octree or texture3d"
+#endif
 
 layout(std430) readonly buffer RxWorld {
     ivec3 origin;         // smallest corner of the root's cube
@@ -86,5 +87,3 @@ uint rx_look(ivec3 cell, out uint log2_free) {
 }
 
 #include "trace.glsl"
-
-#endif

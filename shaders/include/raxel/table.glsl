@@ -6,9 +6,6 @@
 // one that is not (Knuth, "The Art of Computer Programming" 3, 6.4). Coordinates count chunks from world.origin. The table also has
 // each cube of 8, 64, 512, ... chunks a side with a chunk in it: the level of a key, the binary logarithm of its cube's size in
 // voxels, is in the top five bits of x.
-#ifndef RAXEL_TABLE_GLSL
-#define RAXEL_TABLE_GLSL
-
 const uint RX_NO_ENTRY = 0xffffffffu;
 
 // The primes are from Teschner et al., "Optimized spatial hashing for collision detection of deformable objects" (2003).
@@ -41,5 +38,3 @@ uint rx_table_free(uvec3 c, uint level) {
     }
     return free;
 }
-
-#endif

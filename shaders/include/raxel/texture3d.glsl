@@ -3,10 +3,8 @@
 //
 //     bind = { world = "world", world_voxels = "voxels" }
 //
-// where the target `voxels` and the buffer `world` have the source "world.texture3d". Dense: for small worlds.
-#ifndef RAXEL_TEXTURE3D_GLSL
-#define RAXEL_TEXTURE3D_GLSL
-
+// where the target `voxels` and the buffer `world` have the source "world.texture3d". Dense: for small worlds. rx_set writes the image
+// as `world_texels = { target = "voxels", mip = 0 }`.
 layout(std430) readonly buffer RxWorld {
     ivec3 origin;         // smallest corner of a cube around the world: texel (0, 0, 0)
     uint log2_size;       // the cube has 2^log2_size voxels a side
@@ -55,7 +53,6 @@ uint rx_look(ivec3 cell, out uint log2_free) {
 }
 
 // Whether the cube of 2^level voxels around a cell may have a solid voxel, for march/pyramid.glsl: one texel of its mip says so.
-#define RX_HAS_OCCUPIED
 bool rx_occupied(ivec3 cell, uint level) {
     uvec3 c = uvec3(cell) - uvec3(world.origin);
     if (any(greaterThanEqual(c, uvec3(world.size)))) {
@@ -68,4 +65,14 @@ bool rx_occupied(ivec3 cell, uint level) {
 
 #include "trace.glsl"
 
+#ifdef RX_WRITE
+layout(r16ui) uniform uimage3D world_texels;
+
+// A voxel of mip 0. The mips are to be made anew, by shaders/voxel_mip.comp, before rays are traced.
+bool rx_set(ivec3 cell, uint material) {
+    uvec3 c = uvec3(cell) - uvec3(world.origin);
+    if (any(greaterThanEqual(c, uvec3(world.size)))) return false;
+    imageStore(world_texels, ivec3(c), uvec4(material & 0xffffu));
+    return true;
+}
 #endif

@@ -5,11 +5,9 @@
 // the material of the voxel at `cell`; or 0, and then the cube of 2^log2_free voxels a side that holds the cell, aligned from
 // world.origin, has no solid voxel. `cell` lies in the world's cube. The larger that cube, the fewer the steps; exactness does not
 // depend on it.
-#ifndef RAXEL_TRACE_GLSL
-#define RAXEL_TRACE_GLSL
-
 #include "walk.glsl"
-#ifdef RX_MARCH_RAYMASK
+#if defined(RX_MARCH_RAYMASK) && !defined(RX_NAMED_WORLD)
+#define RX_ASK_RAYMASK
 #include "march/raymask.glsl"
 #endif
 
@@ -28,7 +26,7 @@ bool rx_trace_on(RxWalk walk, RxRay ray, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
     uvec3 flip = rx_walk_flip(walk, (1u << world.log2_size) - 1u);
     uvec3 limit = rx_walk_limit(walk, world.log2_size, world.bounds_min - world.origin, world.bounds_last - world.origin);
-#ifdef RX_MARCH_RAYMASK
+#ifdef RX_ASK_RAYMASK
     uvec3 asked = rx_raymask_block(walk);
 #endif
 
@@ -41,7 +39,7 @@ bool rx_trace_on(RxWalk walk, RxRay ray, out RxHit hit) {
             if (any(greaterThan(walk.q, limit)) || walk.t > walk.t_end) break;
             material = rx_look(world.origin + ivec3(walk.q ^ flip), log2_free);
             if (material != 0u) break;
-#ifdef RX_MARCH_RAYMASK
+#ifdef RX_ASK_RAYMASK
             if (log2_free < 2u && rx_raymask_misses(walk, asked)) log2_free = 2u;
 #endif
             unsure = !rx_walk_step(walk, log2_free);
@@ -69,4 +67,4 @@ bool rx_trace(RxRay ray, out RxHit hit) {
     return rx_trace_from(ray, 0.0, hit);
 }
 
-#endif
+#undef RX_ASK_RAYMASK

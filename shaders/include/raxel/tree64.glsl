@@ -11,8 +11,9 @@
 //
 // The idea and the 2^3 skips are from "A guide to fast voxel ray tracing using sparse 64-trees" (dubiousconst282, 2024); the
 // stepping is walk.glsl's, so no hit depends on rounding.
-#ifndef RAXEL_TREE64_GLSL
-#define RAXEL_TREE64_GLSL
+#ifdef RX_WRITE
+#error "the layout `tree64` has no rx_set: nodes and leaves are packed, without room for one more; use chunks, chunk_table, octree or texture3d"
+#endif
 
 layout(std430) readonly buffer RxWorld {
     ivec3 origin;         // smallest corner of the root's cube
@@ -30,6 +31,7 @@ layout(std430) readonly buffer RxWorld {
 
 #define RX_QUADS
 #include "material.glsl"
+#undef RX_QUADS
 
 const uint RX_FILLED = 0x80000000u;
 const uint RX_UNIFORM = 0x40000000u;
@@ -218,5 +220,3 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
 bool rx_trace(RxRay ray, out RxHit hit) {
     return rx_trace_from(ray, 0.0, hit);
 }
-
-#endif

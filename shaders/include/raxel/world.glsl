@@ -5,11 +5,28 @@
 //     bool rx_trace_from(RxRay ray, float t_free, out RxHit hit);  the same, for a ray that passes only air until t_free
 //     uint rx_material(ivec3 cell);                        material of a voxel, 0 for air
 //     RxMaterial rx_material_properties(uint material);
+//
+// A shader that defines RX_WRITE_world before this include, and binds a writable copy of a world (`copy = "world.<layout>"`), also has
+//
+//     bool rx_set(ivec3 cell, uint material);              makes a voxel of a material, or air; false if the copy has no room there
+//
+// in the layouts chunks, chunk_table, octree and texture3d. Many threads may set voxels at once, also the same one, and then one of
+// them wins. What was set is seen by the passes that follow, not by rx_trace and rx_material of the same dispatch. docs/layouts.md
+// says what each layout does.
+//
+// Other worlds and models are bound beside this one under their own names: see world/NAME.glsl.
 #ifndef RAXEL_WORLD_GLSL
 #define RAXEL_WORLD_GLSL
 
 #include "ray.glsl"
 #include "walk.glsl"
+
+#ifdef RX_WRITE_world
+#define RX_WRITE
+#define RX_WORLD_ACCESS coherent
+#else
+#define RX_WORLD_ACCESS readonly
+#endif
 
 #if defined(RX_LAYOUT_TREE64)
 #include "tree64.glsl"
@@ -32,5 +49,8 @@
 #else
 #error "<raxel/world.glsl> needs a world: bind `world` to a buffer with a source such as \"world.tree64\""
 #endif
+
+#undef RX_WRITE
+#undef RX_WORLD_ACCESS
 
 #endif

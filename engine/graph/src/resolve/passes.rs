@@ -100,13 +100,24 @@ fn request(
         let Some(target) = &entry.target else { continue };
         let source = scope.resources[target.value.0.0 as usize].item.kind.source();
         if let Some(layout) = source.and_then(|source| source.strip_prefix("world.")) {
-            defines.push((format!("RX_LAYOUT_{}", layout.to_uppercase()), "1".to_owned()));
+            let define = layout_define(layout, &entry.name.value);
+            // What is no macro name is no name of a binding either, and that is reported when it is held against the shader.
+            if is_macro_name(&define) {
+                defines.push((define, "1".to_owned()));
+            }
         }
     }
     defines.sort();
     defines.dedup();
     let entry = pass.entry.as_ref().map_or("main", |entry| &entry.value).to_owned();
     Some(At::new(Request { path, entry, defines }, shader.span.clone()))
+}
+
+/// The define by which an include knows the layout of a binding: that of `world` for `<raxel/world.glsl>`, of any other one for
+/// `<raxel/world/BINDING.glsl>`.
+fn layout_define(layout: &str, binding: &str) -> String {
+    let layout = layout.to_uppercase();
+    if binding == "world" { format!("RX_LAYOUT_{layout}") } else { format!("RX_LAYOUT_{layout}_{binding}") }
 }
 
 fn is_macro_name(name: &str) -> bool {

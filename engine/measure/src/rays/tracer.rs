@@ -8,7 +8,7 @@ use raxel_gpu::{ComputePipeline, Device, ImageView, PipelineInfo, Resource, Samp
 use raxel_shader::interface::BindingKind;
 use raxel_shader::{Compiler, Request, Shader, ShaderSource};
 use raxel_world::World;
-use raxel_world::layout::{EncodedImage, Layout};
+use raxel_world::layout::{Encoded, EncodedImage, Layout};
 
 use super::error::RayError;
 use super::masks;
@@ -65,6 +65,26 @@ pub struct DeviceWorld {
     pub(super) image: Option<Resource>,
     /// Bytes on the device.
     pub bytes: u64,
+    /// Worlds for other bindings of the shader, by their names.
+    others: Vec<(String, DeviceWorld)>,
+}
+
+impl DeviceWorld {
+    /// With another world for a shader that has `<raxel/world/BINDING.glsl>`.
+    #[must_use]
+    pub fn with(mut self, binding: &str, other: DeviceWorld) -> Self {
+        self.others.push((binding.to_owned(), other));
+        self
+    }
+
+    /// What is bound under this name, if this world is bound as `binding`.
+    fn resource(&self, binding: &str, name: &str) -> Option<&Resource> {
+        match name.strip_prefix(binding)? {
+            "" => Some(&self.buffer),
+            "_voxels" => self.image.as_ref(),
+            _ => None,
+        }
+    }
 }
 
 /// What a shader may bind.
@@ -90,13 +110,28 @@ impl Tracer {
     /// Compiles a method. `files` are those of a project, whose `shaders/include` may override the library; a
     /// [`raxel_diagnostics::MemoryFiles`] without files takes the library as it is.
     pub fn new(device: &Arc<Device>, files: Arc<dyn Files>, method: &Method) -> Result<Self, RayError> {
+        let tracer = Self::with_defines(device, files, method, &[])?;
+        let mut names = tracer.shader.interface.bindings.iter().map(|binding| binding.name.as_str());
+        match names.find(|name| !BINDINGS.contains(name)) {
+            Some(name) => Err(RayError::Binding { name: name.to_owned(), why: "no list of rays comes with" }),
+            None => Ok(tracer),
+        }
+    }
+
+    /// The same with more defines, such as `RX_LAYOUT_TREE64_pine` for a project whose marcher has `<raxel/world/pine.glsl>`. What
+    /// the shader binds beside the world comes with [`DeviceWorld::with`].
+    pub fn with_defines(
+        device: &Arc<Device>,
+        files: Arc<dyn Files>,
+        method: &Method,
+        defines: &[&str],
+    ) -> Result<Self, RayError> {
         let files: Arc<dyn Files> = Arc::new(WithShader(files));
-        let request = Request { path: PATH.into(), entry: "main".into(), defines: method.defines() };
+        let more = defines.iter().map(|name| ((*name).to_owned(), "1".to_owned()));
+        let defines = method.defines().into_iter().chain(more).collect();
+        let request = Request { path: PATH.into(), entry: "main".into(), defines };
         let (shader, pipeline) = compile(device, &files, &request, &method.to_string())?;
         let names = || shader.interface.bindings.iter().map(|binding| binding.name.as_str());
-        if let Some(name) = names().find(|name| !BINDINGS.contains(name)) {
-            return Err(RayError::Binding { name: name.to_owned(), why: "no list of rays comes with" });
-        }
         let wants_masks = names().any(|name| name == masks::BINDING);
         let masks = if wants_masks { Some(masks::bake(device, &files)?) } else { None };
         Ok(Self { device: device.clone(), shader, pipeline, pace: Pace::default(), masks, method: method.clone() })
@@ -109,15 +144,36 @@ impl Tracer {
 
     /// Encodes a world and brings it to the device. An error says the size and the limit, before anything big is allocated.
     pub fn upload(&self, world: &World) -> Result<DeviceWorld, RayError> {
-        let (layout, limits) = (self.method.layout, layout_limits(&self.device));
-        let encoded = layout.encode(world, limits)?;
+        self.upload_as(self.method.layout, world)
+    }
+
+    /// The same in any layout, for another binding of the shader.
+    pub fn upload_as(&self, layout: Layout, world: &World) -> Result<DeviceWorld, RayError> {
+        let encoded = layout.encode(world, layout_limits(&self.device))?;
+        self.bring(layout, world, &encoded)
+    }
+
+    /// The same as a copy that shaders may write.
+    pub fn upload_writable(&self, world: &World) -> Result<DeviceWorld, RayError> {
+        let layout = self.method.layout;
+        let encoded = layout.encode_writable(world, layout_limits(&self.device))?;
+        self.bring(layout, world, &encoded)
+    }
+
+    fn bring(&self, layout: Layout, world: &World, encoded: &Encoded) -> Result<DeviceWorld, RayError> {
+        let limits = layout_limits(&self.device);
         let voxels = layout.encode_image(world, limits)?;
         let words = bytemuck::cast_slice(&encoded.words);
         let buffer = Arc::new(upload(&self.device, "world", words, PATIENCE)?);
         let bytes = buffer.size();
         let image_bytes = voxels.as_ref().map_or(0, EncodedImage::bytes);
         let image = voxels.map(|voxels| self.image(&voxels)).transpose()?;
-        Ok(DeviceWorld { buffer: Resource::Buffer(buffer, 0, bytes), image, bytes: bytes + image_bytes })
+        Ok(DeviceWorld {
+            buffer: Resource::Buffer(buffer, 0, bytes),
+            image,
+            bytes: bytes + image_bytes,
+            others: Vec::new(),
+        })
     }
 
     fn image(&self, voxels: &EncodedImage) -> Result<Resource, RayError> {
@@ -136,12 +192,12 @@ impl Tracer {
         hits: &Resource,
     ) -> Result<Vec<Vec<Resource>>, RayError> {
         let of = |name: &str| match name {
-            "world" => Some(&world.buffer),
-            "world_voxels" => world.image.as_ref(),
             "Rays" => Some(rays),
             "Hits" => Some(hits),
             masks::BINDING => self.masks.as_ref(),
-            _ => None,
+            name => world
+                .resource("world", name)
+                .or_else(|| world.others.iter().find_map(|(binding, other)| other.resource(binding, name))),
         };
         self.shader
             .interface

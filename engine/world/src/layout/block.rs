@@ -31,26 +31,64 @@ impl GlslType for [i32; 3] {
     const NAME: &'static str = "ivec3";
 }
 
-/// Declares a header: a `Pod` struct whose fields are the members of the block, and its description.
+/// Declares a header: a `Pod` struct whose fields are the members of the block, and its description. All headers begin alike; what is
+/// declared comes after that.
 macro_rules! header {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $ty:ty,)* }) => {
         $(#[$doc])*
         #[repr(C)]
         #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
-        pub struct $name { $($(#[$field_doc])* pub $field: $ty,)* }
+        pub struct $name {
+            /// Smallest corner of a cube around the world, in voxels: the root's, where there is a tree.
+            pub origin: [i32; 3],
+            /// The cube has 2^`log2_size` voxels a side, at least 64.
+            pub log2_size: u32,
+            /// Smallest coordinates of solid voxels.
+            pub bounds_min: [i32; 3],
+            /// Materials, air included.
+            pub material_count: u32,
+            /// Largest coordinates of solid voxels.
+            pub bounds_last: [i32; 3],
+            /// Address of the first material, in words behind the header.
+            pub materials_at: u32,
+            $($(#[$field_doc])* pub $field: $ty,)*
+        }
 
         impl $name {
+            /// The part that all headers have, for materials right behind the header; the rest is 0.
+            pub(super) fn of(extent: &super::header::Extent, materials: &[crate::material::Material]) -> Self {
+                Self {
+                    origin: extent.origin,
+                    log2_size: extent.log2_size,
+                    bounds_min: extent.bounds_min,
+                    material_count: materials.len() as u32,
+                    bounds_last: extent.bounds_last,
+                    ..bytemuck::Zeroable::zeroed()
+                }
+            }
+
             /// Words of the header: the index of the word behind it in a buffer.
             pub const WORDS: u32 = size_of::<Self>() as u32 / 4;
 
             pub(super) fn block() -> Vec<BlockMember> {
+                macro_rules! member {
+                    ($member:ident: $of:ty) => {
+                        BlockMember {
+                            name: stringify!($member),
+                            offset: std::mem::offset_of!($name, $member) as u32,
+                            ty: <$of as super::block::GlslType>::NAME,
+                            stride: None,
+                        }
+                    };
+                }
                 let mut members = vec![
-                    $(BlockMember {
-                        name: stringify!($field),
-                        offset: std::mem::offset_of!($name, $field) as u32,
-                        ty: <$ty as super::block::GlslType>::NAME,
-                        stride: None,
-                    }),*
+                    member!(origin: [i32; 3]),
+                    member!(log2_size: u32),
+                    member!(bounds_min: [i32; 3]),
+                    member!(material_count: u32),
+                    member!(bounds_last: [i32; 3]),
+                    member!(materials_at: u32),
+                    $(member!($field: $ty)),*
                 ];
                 members.push(BlockMember {
                     name: "words",

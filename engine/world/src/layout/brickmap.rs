@@ -29,18 +29,6 @@ const GRID_CELLS_A_SECTOR: u64 = 32;
 header! {
     /// Header of the layout `brickmap`. Addresses (`…_at`) count words from the first word behind the header.
     BrickmapHeader {
-        /// Smallest corner of a cube around the world, in voxels.
-        origin: [i32; 3],
-        /// The cube has 2^`log2_size` voxels a side.
-        log2_size: u32,
-        /// Smallest coordinates of solid voxels.
-        bounds_min: [i32; 3],
-        /// Materials, air included.
-        material_count: u32,
-        /// Largest coordinates of solid voxels.
-        bounds_last: [i32; 3],
-        /// Address of the first material.
-        materials_at: u32,
         /// Address of the grid, or of the hash table.
         table_at: u32,
         /// The hash table has 2^`log2_slots` slots; 0 if there is a grid.
@@ -75,7 +63,6 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let directory = Directory::of(&parts, &extent);
     let sizes: Vec<SectorSize> = parts.distinct.par_iter().map(|chunk| SectorSize::of(chunk)).collect();
 
-    let materials_at = 0;
     let table_at = MATERIAL_WORDS as usize * world.materials().len();
     let sectors_at = table_at + directory.words();
     let bricks_at = sectors_at + SECTOR_WORDS * parts.distinct.len();
@@ -87,16 +74,11 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let bytes = check_size(layout, 4 * words as u64, limit.min(addressable))?;
 
     let header = BrickmapHeader {
-        origin: extent.origin,
-        log2_size: extent.log2_size,
-        bounds_min: extent.bounds_min,
-        material_count: world.materials().len() as u32,
-        bounds_last: extent.bounds_last,
-        materials_at,
         table_at: table_at as u32,
         log2_slots: directory.log2_slots(),
         sectors_at: sectors_at as u32,
         sector_count: parts.distinct.len() as u32,
+        ..BrickmapHeader::of(&extent, world.materials())
     };
     let mut buffer = buffer(&header, world.materials(), words);
     let body = &mut buffer[BrickmapHeader::WORDS as usize..];

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
-use super::header::{Extent, MATERIAL_WORDS, material_words};
+use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::parts::{Parts, uniform_block};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, block_cell};
@@ -25,18 +25,6 @@ const TASK_BLOCKS: usize = 4096;
 header! {
     /// Header of the layout `bvh`. Addresses (`…_at`) count words from the first word behind the header.
     BvhHeader {
-        /// Smallest corner of a cube around the world, in voxels.
-        origin: [i32; 3],
-        /// The cube has 2^`log2_size` voxels a side.
-        log2_size: u32,
-        /// Smallest coordinates of solid voxels.
-        bounds_min: [i32; 3],
-        /// Materials, air included.
-        material_count: u32,
-        /// Largest coordinates of solid voxels.
-        bounds_last: [i32; 3],
-        /// Address of the first material.
-        materials_at: u32,
         /// Address of the root node.
         nodes_at: u32,
         /// Nodes.
@@ -86,21 +74,13 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let bytes = check_size(layout, 4 * words, limit.min(4 * (1 << 30)))?;
 
     let header = BvhHeader {
-        origin: extent.origin,
-        log2_size: extent.log2_size,
-        bounds_min: extent.bounds_min,
-        material_count: world.materials().len() as u32,
-        bounds_last: extent.bounds_last,
-        materials_at: 0,
         nodes_at: nodes_at as u32,
         node_count: nodes as u32,
         blocks_at: blocks_at as u32,
         block_count: blocks as u32,
+        ..BvhHeader::of(&extent, world.materials())
     };
-    let mut buffer = Vec::with_capacity(words as usize);
-    buffer.extend_from_slice(bytemuck::cast_slice(&[header]));
-    buffer.extend(material_words(world.materials()));
-    buffer.resize(words as usize, 0);
+    let mut buffer = buffer(&header, world.materials(), words as usize);
 
     let body = &mut buffer[BvhHeader::WORDS as usize + nodes_at as usize..];
     let (node_words, rest) = body.split_at_mut(NODE_WORDS * nodes as usize);

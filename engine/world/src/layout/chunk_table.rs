@@ -1,7 +1,7 @@
 //! Layout `chunk_table`: see `shaders/include/raxel/chunk_table.glsl` for the format.
 
 use super::parts::Octant;
-use super::{Encoded, Layout, LayoutError, hashed_chunks};
+use super::{Access, Encoded, Layout, LayoutError, hashed_chunks};
 use crate::world::World;
 
 /// Words of the masks in front of a chunk: 64 bits for each of its eight 16³ nodes.
@@ -9,8 +9,8 @@ const MASK_WORDS: usize = 16;
 /// Words of a chunk: its masks, then 32³ voxels, two a word.
 const CHUNK_WORDS: usize = MASK_WORDS + 32 * 32 * 32 / 2;
 
-pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
-    hashed_chunks::encode(world, Layout::ChunkTable, limit, CHUNK_WORDS, fill)
+pub(super) fn encode(world: &World, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
+    hashed_chunks::encode(world, Layout::ChunkTable, limit, access, CHUNK_WORDS, fill)
 }
 
 /// Writes the masks and voxels of a chunk.

@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::header::{ChunksHeader, Extent, MATERIAL_WORDS, buffer};
+use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
+use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::parts::{Octant, Parts};
-use super::{Encoded, Layout, LayoutError, check_size};
+use super::{Access, Encoded, Layout, LayoutError, check_size};
 use crate::world::World;
 
 /// Voxels along an edge of one of this layout's chunks.
@@ -14,14 +15,30 @@ const VOXEL_WORDS: usize = 32 * 32 * 32 / 2;
 /// Words of a chunk in the list: its key in front, and its entry.
 const LIST_WORDS: usize = 5;
 
-pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
+header! {
+    /// Header of the layout `chunks`. Addresses (`…_at`) count words from the first word behind the header.
+    ChunksHeader {
+        /// Address of the list: a key of each chunk, then for each x, y, z in chunks, and the address of its voxels.
+        chunks_at: u32,
+        /// Chunks.
+        chunk_count: u32,
+        /// Address of the first voxel.
+        voxels_at: u32,
+        /// Chunks of voxels: equal chunks share them.
+        voxel_chunks: u32,
+    }
+}
+
+pub(super) fn encode(world: &World, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
     let layout = Layout::Chunks;
-    let extent = Extent::of(world, layout)?;
-    let Parts { distinct, uses } = Parts::octants(world, &extent);
+    let mut extent = Extent::of(world, layout)?;
+    let Parts { distinct, uses } = Parts::octants(world, &extent).for_access(access);
+    if access == Access::Write {
+        extent.round_out(EDGE);
+    }
     let corner = extent.origin.map(|origin| origin / EDGE);
     let list = uses.iter().map(|(cell, part)| ([0, 1, 2].map(|i| corner[i] + cell[i] as i32), part));
 
-    let materials_at = 0;
     let chunks_at = MATERIAL_WORDS as usize * world.materials().len();
     let voxels_at = chunks_at + LIST_WORDS * uses.len();
     let words = ChunksHeader::WORDS as usize + voxels_at + VOXEL_WORDS * distinct.len();
@@ -29,16 +46,11 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let bytes = check_size(layout, 4 * words as u64, limit.min(4 << 32))?;
 
     let header = ChunksHeader {
-        origin: extent.origin,
-        log2_size: extent.log2_size,
-        bounds_min: extent.bounds_min,
-        material_count: world.materials().len() as u32,
-        bounds_last: extent.bounds_last,
-        materials_at,
         chunks_at: chunks_at as u32,
         chunk_count: uses.len() as u32,
         voxels_at: voxels_at as u32,
         voxel_chunks: distinct.len() as u32,
+        ..ChunksHeader::of(&extent, world.materials())
     };
     let mut buffer = buffer(&header, world.materials(), words);
     let (front, voxels) = buffer.split_at_mut(ChunksHeader::WORDS as usize + voxels_at);

@@ -7,7 +7,7 @@ use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::parts::{Octant, Parts};
 use super::table::Table;
-use super::{Encoded, Layout, LayoutError, check_size};
+use super::{Access, Encoded, Layout, LayoutError, check_size};
 use crate::world::World;
 
 /// Chunks have 2^5 voxels a side.
@@ -16,18 +16,6 @@ const LOG2_EDGE: u32 = 5;
 header! {
     /// Header of the layouts `chunk_table` and `octree`. Addresses (`…_at`) count words from the first word behind the header.
     HashedChunksHeader {
-        /// Smallest corner of a cube around the world, in voxels.
-        origin: [i32; 3],
-        /// The cube has 2^`log2_size` voxels a side.
-        log2_size: u32,
-        /// Smallest coordinates of solid voxels.
-        bounds_min: [i32; 3],
-        /// Materials, air included.
-        material_count: u32,
-        /// Largest coordinates of solid voxels.
-        bounds_last: [i32; 3],
-        /// Address of the first material.
-        materials_at: u32,
         /// Address of the hash table of chunks.
         table_at: u32,
         /// The table has 2^`log2_slots` slots.
@@ -45,15 +33,18 @@ pub(super) fn encode(
     world: &World,
     layout: Layout,
     limit: u64,
+    access: Access,
     chunk_words: usize,
     fill: impl Fn(&Octant, &mut [u32]) + Sync,
 ) -> Result<Encoded, LayoutError> {
-    let extent = Extent::of(world, layout)?;
-    let parts = Parts::octants(world, &extent);
+    let mut extent = Extent::of(world, layout)?;
+    let parts = Parts::octants(world, &extent).for_access(access);
+    if access == Access::Write {
+        extent.round_out(1 << LOG2_EDGE);
+    }
     let cells = parts.uses.iter().map(|&(cell, index)| (cell, index as u32));
     let table = Table::new(cells, LOG2_EDGE, extent.log2_size);
 
-    let materials_at = 0;
     let table_at = MATERIAL_WORDS as usize * world.materials().len();
     let chunks_at = table_at + table.words();
     let words = HashedChunksHeader::WORDS as usize + chunks_at + chunk_words * parts.distinct.len();
@@ -61,16 +52,11 @@ pub(super) fn encode(
     let bytes = check_size(layout, 4 * words as u64, limit.min(4 << 32))?;
 
     let header = HashedChunksHeader {
-        origin: extent.origin,
-        log2_size: extent.log2_size,
-        bounds_min: extent.bounds_min,
-        material_count: world.materials().len() as u32,
-        bounds_last: extent.bounds_last,
-        materials_at,
         table_at: table_at as u32,
         log2_slots: table.log2_slots(),
         chunks_at: chunks_at as u32,
         chunk_count: parts.distinct.len() as u32,
+        ..HashedChunksHeader::of(&extent, world.materials())
     };
     let mut buffer = buffer(&header, world.materials(), words);
     let (front, chunks) = buffer.split_at_mut(HashedChunksHeader::WORDS as usize + chunks_at);

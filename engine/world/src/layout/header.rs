@@ -1,6 +1,5 @@
-//! Headers of the layouts, the materials behind them, and the cube that a world is put in.
+//! The cube that a world is put in, and the materials behind the header.
 
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::{Layout, LayoutError};
 use crate::material::Material;
 use crate::world::World;
@@ -10,59 +9,6 @@ pub const MATERIAL_WORDS: u32 = 8;
 
 /// Largest cube: 2³⁰ voxels a side.
 const MAX_LOG2_SIZE: u32 = 30;
-
-header! {
-    /// Header of the layout `tree64`. Addresses count from the first word behind the header, in units of what they point to: words,
-    /// nodes of four words, leaves of two.
-    Tree64Header {
-        /// Smallest corner of the root's cube, in voxels.
-        origin: [i32; 3],
-        /// The cube has 2^`log2_size` voxels a side; even, at least 6.
-        log2_size: u32,
-        /// Smallest coordinates of solid voxels.
-        bounds_min: [i32; 3],
-        /// Materials, air included.
-        material_count: u32,
-        /// Largest coordinates of solid voxels.
-        bounds_last: [i32; 3],
-        /// Word of the first material.
-        materials_at: u32,
-        /// Address of the root node.
-        root: u32,
-        /// Nodes in the buffer.
-        node_count: u32,
-        /// Leaves in the buffer.
-        leaf_count: u32,
-        /// Always 0: the nodes behind begin at a multiple of their size.
-        unused: u32,
-    }
-}
-
-header! {
-    /// Header of the layout `chunks`. Addresses (`…_at`) count words from the first word behind the header.
-    ChunksHeader {
-        /// Smallest corner of a cube around the world, in voxels.
-        origin: [i32; 3],
-        /// The cube has 2^`log2_size` voxels a side.
-        log2_size: u32,
-        /// Smallest coordinates of solid voxels.
-        bounds_min: [i32; 3],
-        /// Materials, air included.
-        material_count: u32,
-        /// Largest coordinates of solid voxels.
-        bounds_last: [i32; 3],
-        /// Address of the first material.
-        materials_at: u32,
-        /// Address of the list: a key of each chunk, then for each x, y, z in chunks, and the address of its voxels.
-        chunks_at: u32,
-        /// Chunks.
-        chunk_count: u32,
-        /// Address of the first voxel.
-        voxels_at: u32,
-        /// Chunks of voxels: equal chunks share them.
-        voxel_chunks: u32,
-    }
-}
 
 /// The cube that a layout puts a world in, and the box of its solid voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +42,16 @@ impl Extent {
             bounds_min: bounds.min.map(|min| min as i32),
             bounds_last: bounds.max.map(|max| (max - 1) as i32),
         })
+    }
+}
+
+impl Extent {
+    /// Widens the box of the solid voxels to whole chunks of `edge` voxels, a power of two of at most 64.
+    pub(super) fn round_out(&mut self, edge: i32) {
+        if self.bounds_last[0] >= self.bounds_min[0] {
+            self.bounds_min = self.bounds_min.map(|min| min & -edge);
+            self.bounds_last = self.bounds_last.map(|last| last | (edge - 1));
+        }
     }
 }
 

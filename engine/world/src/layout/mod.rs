@@ -21,11 +21,13 @@ use thiserror::Error;
 pub use block::{BlockMember, QUADS_STRIDE, WORDS_STRIDE};
 pub use brickmap::BrickmapHeader;
 pub use bvh::BvhHeader;
+pub use chunks::ChunksHeader;
 pub use hashed_chunks::HashedChunksHeader;
-pub use header::{ChunksHeader, Extent, MATERIAL_WORDS, Tree64Header};
+pub use header::{Extent, MATERIAL_WORDS};
 pub use svdag::SvdagHeader;
 pub use svo::SvoHeader;
 pub use texture3d::{EncodedImage, Texture3dHeader};
+pub use tree64::Tree64Header;
 
 use crate::world::World;
 
@@ -50,6 +52,15 @@ pub enum Layout {
     Svdag,
     /// A dense 3-D image with mips.
     Texture3d,
+}
+
+/// What shaders do with an encoding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Access {
+    /// Read it.
+    Read,
+    /// Set voxels of it, too.
+    Write,
 }
 
 /// The content of a world buffer.
@@ -166,18 +177,32 @@ impl Layout {
 
     /// Encodes a world for a buffer of at most so many bytes, or for a device of these limits.
     pub fn encode(self, world: &World, limits: impl Into<Limits>) -> Result<Encoded, LayoutError> {
-        let limits = limits.into();
+        self.encode_for(world, limits.into(), Access::Read)
+    }
+
+    /// Whether its shaders can set single voxels of a writable copy: `rx_set` in its GLSL.
+    pub const fn has_set(self) -> bool {
+        matches!(self, Self::Chunks | Self::ChunkTable | Self::Octree | Self::Texture3d)
+    }
+
+    /// Encodes a world for a copy that shaders write. Where [`Layout::has_set`], equal chunks are stored as often as they stand in
+    /// the world, and the bounds of the solid voxels are those of all voxels that can be set. Otherwise it is [`Layout::encode`].
+    pub fn encode_writable(self, world: &World, limits: impl Into<Limits>) -> Result<Encoded, LayoutError> {
+        self.encode_for(world, limits.into(), Access::Write)
+    }
+
+    fn encode_for(self, world: &World, limits: Limits, access: Access) -> Result<Encoded, LayoutError> {
         let limit = limits.buffer_bytes;
         match self {
-            Self::Chunks => chunks::encode(world, limit),
+            Self::Chunks => chunks::encode(world, limit, access),
             Self::Tree64 => tree64::encode(world, limit),
             Self::Bvh => bvh::encode(world, limit),
-            Self::ChunkTable => chunk_table::encode(world, limit),
+            Self::ChunkTable => chunk_table::encode(world, limit, access),
             Self::Brickmap => brickmap::encode(world, limit),
-            Self::Octree => octree::encode(world, limit),
+            Self::Octree => octree::encode(world, limit, access),
             Self::Svo => svo::encode(world, limit),
             Self::Svdag => svdag::encode(world, limit),
-            Self::Texture3d => texture3d::encode(world, limits),
+            Self::Texture3d => texture3d::encode(world, limits, access),
         }
     }
 

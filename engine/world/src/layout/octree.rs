@@ -1,7 +1,7 @@
 //! Layout `octree`: see `shaders/include/raxel/octree.glsl` for the format.
 
 use super::parts::Octant;
-use super::{Encoded, Layout, LayoutError, hashed_chunks};
+use super::{Access, Encoded, Layout, LayoutError, hashed_chunks};
 use crate::world::World;
 
 /// Chunks have 2^5 voxels a side: depths 0 (the chunk) to 5 (voxels).
@@ -16,8 +16,8 @@ const fn first_node(depth: u32) -> usize {
     ((1usize << (3 * depth)) - 1) / 7
 }
 
-pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
-    hashed_chunks::encode(world, Layout::Octree, limit, CHUNK_WORDS, fill)
+pub(super) fn encode(world: &World, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
+    hashed_chunks::encode(world, Layout::Octree, limit, access, CHUNK_WORDS, fill)
 }
 
 /// Writes the nodes of a chunk: its voxels, then each depth from the one below.

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::Access;
 use super::header::Extent;
 use crate::chunk::{Bits, Chunk, block_index, child_cell, child_index};
 use crate::material::MaterialIndex;
@@ -14,6 +15,19 @@ pub(super) struct Parts<T> {
     pub distinct: Vec<T>,
     /// Cell and index in `distinct` of every part with solids.
     pub uses: Vec<([u32; 3], usize)>,
+}
+
+impl<T: Copy> Parts<T> {
+    /// What an encoder stores: where voxels are to be written, no part is stored for another one as well.
+    pub fn for_access(self, access: Access) -> Self {
+        match access {
+            Access::Read => self,
+            Access::Write => Self {
+                distinct: self.uses.iter().map(|&(_, index)| self.distinct[index]).collect(),
+                uses: self.uses.iter().zip(0..).map(|(&(cell, _), index)| (cell, index)).collect(),
+            },
+        }
+    }
 }
 
 impl<'a> Parts<&'a Chunk> {

@@ -22,18 +22,6 @@ const LOG2_CHUNK: u32 = 6;
 header! {
     /// Header of the layout `svo`. Addresses (`…_at`, `root`) count words from the first word behind the header.
     SvoHeader {
-        /// Smallest corner of the root's cube, in voxels.
-        origin: [i32; 3],
-        /// The cube has 2^`log2_size` voxels a side.
-        log2_size: u32,
-        /// Smallest coordinates of solid voxels.
-        bounds_min: [i32; 3],
-        /// Materials, air included.
-        material_count: u32,
-        /// Largest coordinates of solid voxels.
-        bounds_last: [i32; 3],
-        /// Address of the first material.
-        materials_at: u32,
         /// Address of the root node.
         root: u32,
         /// Nodes from the root down to the chunks, both included.
@@ -74,7 +62,6 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     uses.sort_unstable();
     let sizes: Vec<ChunkSize> = parts.distinct.par_iter().map(|chunk| ChunkSize::of(chunk)).collect();
 
-    let materials_at = 0;
     let root = MATERIAL_WORDS as usize * world.materials().len();
     let upper = upper_nodes(&uses, extent.log2_size);
     let chunks_at = root + UPPER_WORDS * upper;
@@ -83,16 +70,11 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let bytes = check_size(layout, 4 * words as u64, limit.min(4 << 31))?;
 
     let header = SvoHeader {
-        origin: extent.origin,
-        log2_size: extent.log2_size,
-        bounds_min: extent.bounds_min,
-        material_count: world.materials().len() as u32,
-        bounds_last: extent.bounds_last,
-        materials_at,
         root: root as u32,
         upper_count: upper as u32,
         chunks_at: chunks_at as u32,
         chunk_count: parts.distinct.len() as u32,
+        ..SvoHeader::of(&extent, world.materials())
     };
     let mut buffer = buffer(&header, world.materials(), words);
     let (front, chunks) = buffer.split_at_mut(SvoHeader::WORDS as usize + chunks_at);

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
-use super::header::{Extent, MATERIAL_WORDS, material_words};
-use super::{Encoded, Layout, LayoutError, Limits, check_size};
+use super::header::{Extent, MATERIAL_WORDS, buffer};
+use super::{Access, Encoded, Layout, LayoutError, Limits, check_size};
 use crate::chunk::CHUNK_EDGE;
 use crate::material::MaterialIndex;
 use crate::world::World;
@@ -13,18 +13,6 @@ header! {
     /// Header of the layout `texture3d`; the voxels are in its image. Addresses (`…_at`) count words from the first word behind the
     /// header.
     Texture3dHeader {
-        /// Smallest corner of a cube around the world, in voxels: texel (0, 0, 0) of mip 0.
-        origin: [i32; 3],
-        /// The cube has 2^`log2_size` voxels a side.
-        log2_size: u32,
-        /// Smallest coordinates of solid voxels.
-        bounds_min: [i32; 3],
-        /// Materials, air included.
-        material_count: u32,
-        /// Largest coordinates of solid voxels.
-        bounds_last: [i32; 3],
-        /// Address of the first material.
-        materials_at: u32,
         /// Texels of mip 0, multiples of 64.
         size: [i32; 3],
         /// Mips, down to one texel.
@@ -51,23 +39,20 @@ impl EncodedImage {
 }
 
 /// The buffer: header and materials. The bytes of the image count as geometry.
-pub(super) fn encode(world: &World, limits: Limits) -> Result<Encoded, LayoutError> {
-    let Shape { extent, size, mip_count, image_bytes } = shape(world, limits)?;
+pub(super) fn encode(world: &World, limits: Limits, access: Access) -> Result<Encoded, LayoutError> {
+    let Shape { mut extent, size, mip_count, image_bytes } = shape(world, limits)?;
+    if access == Access::Write {
+        extent.bounds_min = extent.origin;
+        extent.bounds_last = std::array::from_fn(|i| extent.origin[i] + (size[i] - 1) as i32);
+    }
     let words = Texture3dHeader::WORDS as usize + MATERIAL_WORDS as usize * world.materials().len();
     check_size(Layout::Texture3d, 4 * words as u64, limits.buffer_bytes)?;
     let header = Texture3dHeader {
-        origin: extent.origin,
-        log2_size: extent.log2_size,
-        bounds_min: extent.bounds_min,
-        material_count: world.materials().len() as u32,
-        bounds_last: extent.bounds_last,
-        materials_at: 0,
         size: size.map(|axis| axis as i32),
         mip_count,
+        ..Texture3dHeader::of(&extent, world.materials())
     };
-    let mut buffer = Vec::with_capacity(words);
-    buffer.extend_from_slice(bytemuck::cast_slice(&[header]));
-    buffer.extend(material_words(world.materials()));
+    let buffer = buffer(&header, world.materials(), words);
     let header_bytes = 4 * u64::from(Texture3dHeader::WORDS);
     let attribute_bytes = 4 * buffer.len() as u64 - header_bytes;
     Ok(Encoded { words: buffer, geometry_bytes: header_bytes + image_bytes, attribute_bytes })

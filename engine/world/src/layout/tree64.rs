@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::header::{Extent, MATERIAL_WORDS, Tree64Header, material_words};
+use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
+use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_index};
 use crate::material::MaterialIndex;
@@ -58,6 +59,21 @@ struct Sections {
     end: usize,
 }
 
+header! {
+    /// Header of the layout `tree64`. Addresses count from the first word behind the header, in units of what they point to: words,
+    /// nodes of four words, leaves of two.
+    Tree64Header {
+        /// Address of the root node.
+        root: u32,
+        /// Nodes in the buffer.
+        node_count: u32,
+        /// Leaves in the buffer.
+        leaf_count: u32,
+        /// Always 0: the nodes behind begin at a multiple of their size.
+        unused: u32,
+    }
+}
+
 pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
     let layout = Layout::Tree64;
     let extent = Extent::of(world, layout)?;
@@ -86,21 +102,13 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let bytes = check_size(layout, 4 * (Tree64Header::WORDS as usize + at.end) as u64, limit.min(addressable))?;
 
     let header = Tree64Header {
-        origin: extent.origin,
-        log2_size: extent.log2_size,
-        bounds_min: extent.bounds_min,
-        material_count: world.materials().len() as u32,
-        bounds_last: extent.bounds_last,
-        materials_at: 0,
         root: (at.nodes / QUAD) as u32,
         node_count: nodes as u32,
         leaf_count: leaves as u32,
         unused: 0,
+        ..Tree64Header::of(&extent, world.materials())
     };
-    let mut buffer = Vec::with_capacity(Tree64Header::WORDS as usize + at.end);
-    buffer.extend_from_slice(bytemuck::cast_slice(&[header]));
-    buffer.extend(material_words(world.materials()));
-    buffer.resize(Tree64Header::WORDS as usize + at.end, 0);
+    let mut buffer = buffer(&header, world.materials(), Tree64Header::WORDS as usize + at.end);
 
     let body = &mut buffer[Tree64Header::WORDS as usize..];
     let roots = fill_chunks(&distinct, &sizes, body, &at, upper);

@@ -2,7 +2,7 @@
 #ifndef RAXEL_MARCH_LOOK_GLSL
 #define RAXEL_MARCH_LOOK_GLSL
 
-#if !defined(RAXEL_TRACE_GLSL) && !defined(RX_LAYOUT_TREE64)
+#ifdef RX_LAYOUT_BVH
 
 // Knows of nothing but the voxel.
 uint rx_look(ivec3 cell, out uint log2_free) {

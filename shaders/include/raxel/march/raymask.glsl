@@ -7,7 +7,7 @@
 #include "raymask_table.glsl"
 
 // Such a layout's rx_look keeps the mask of the block that it has looked into, unless that is empty, in `rx_looked_mask`.
-#ifndef RX_HAS_MASK4
+#ifndef RX_LAYOUT_BRICKMAP
 #error "RX_MARCH_RAYMASK needs a layout with masks of 4 x 4 x 4 voxels: bind `world` to world.brickmap"
 #endif
 

@@ -19,18 +19,6 @@ const LOG2_CHUNK: u32 = 6;
 header! {
     /// Header of the layout `svdag`. Addresses (`…_at`, `root`) count words from the first word behind the header.
     SvdagHeader {
-        /// Smallest corner of the root's cube, in voxels.
-        origin: [i32; 3],
-        /// The cube has 2^`log2_size` voxels a side.
-        log2_size: u32,
-        /// Smallest coordinates of solid voxels.
-        bounds_min: [i32; 3],
-        /// Materials, air included.
-        material_count: u32,
-        /// Largest coordinates of solid voxels.
-        bounds_last: [i32; 3],
-        /// Address of the first material.
-        materials_at: u32,
         /// Address of the root: a node, or an instance if the cube is one chunk.
         root: u32,
         /// Different nodes and leaves inside chunks.
@@ -51,7 +39,6 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let uses = parts.uses.iter().map(|&(cell, chunk)| (cell, (geometry.root(chunk), materials.link(chunk))));
     let upper = Upper::of(uses, extent.log2_size - LOG2_CHUNK);
 
-    let materials_at = 0;
     let upper_at = MATERIAL_WORDS as usize * world.materials().len();
     let geometry_at = upper_at + upper.words();
     let attributes_at = geometry_at + geometry.words();
@@ -61,16 +48,11 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let bytes = check_size(layout, 4 * words as u64, limit.min(addressable))?;
 
     let header = SvdagHeader {
-        origin: extent.origin,
-        log2_size: extent.log2_size,
-        bounds_min: extent.bounds_min,
-        material_count: world.materials().len() as u32,
-        bounds_last: extent.bounds_last,
-        materials_at,
         root: upper_at as u32,
         node_count: geometry.node_count() as u32,
         leaf_count: geometry.leaf_count() as u32,
         attributes_at: attributes_at as u32,
+        ..SvdagHeader::of(&extent, world.materials())
     };
     let mut buffer = buffer(&header, world.materials(), words);
     let body = &mut buffer[SvdagHeader::WORDS as usize..];
