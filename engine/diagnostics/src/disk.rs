@@ -11,24 +11,31 @@ use crate::{FileError, Files};
 
 /// Largest file that is read unless a caller allows more: 64 MiB.
 pub const DEFAULT_LIMIT: u64 = 64 << 20;
+/// Largest .vox file: as many voxels of four bytes as are imported, 2²⁶, and 1 MiB for all else in it.
+const VOX_LIMIT: u64 = (4 << 26) + (1 << 20);
 
 /// A project folder. Reads nothing outside it, wherever symbolic links lead.
 #[derive(Clone, Debug)]
 pub struct DiskFiles {
     root: PathBuf,
-    limit: u64,
+    limit: Option<u64>,
 }
 
 impl DiskFiles {
     /// The project at `root`, which must exist.
     pub fn new(root: &Path) -> io::Result<Self> {
-        Ok(Self { root: root.canonicalize()?, limit: DEFAULT_LIMIT })
+        Ok(Self { root: root.canonicalize()?, limit: None })
     }
 
     /// The same project with another cap on the size of a file, in bytes.
     #[must_use]
     pub fn with_limit(self, limit: u64) -> Self {
-        Self { limit, ..self }
+        Self { limit: Some(limit), ..self }
+    }
+
+    fn limit_of(&self, path: &str) -> u64 {
+        let vox = Path::new(path).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vox"));
+        self.limit.unwrap_or(if vox { VOX_LIMIT } else { DEFAULT_LIMIT })
     }
 
     /// The real path of the root.
@@ -50,16 +57,17 @@ impl Files for DiskFiles {
         if !real.metadata().map_err(|error| from_io(&error))?.is_file() {
             return Err(FileError::Io("it is not a file".to_owned()));
         }
+        let limit = self.limit_of(path);
         let file = File::open(&real).map_err(|error| from_io(&error))?;
         let size = file.metadata().map_err(|error| from_io(&error))?.len();
-        if size > self.limit {
-            return Err(FileError::TooLarge { size, limit: self.limit });
+        if size > limit {
+            return Err(FileError::TooLarge { size, limit: limit });
         }
         let mut bytes = Vec::with_capacity(size as usize);
         // The file may grow while it is read.
-        file.take(self.limit + 1).read_to_end(&mut bytes).map_err(|error| from_io(&error))?;
-        if bytes.len() as u64 > self.limit {
-            return Err(FileError::TooLarge { size: bytes.len() as u64, limit: self.limit });
+        file.take(limit + 1).read_to_end(&mut bytes).map_err(|error| from_io(&error))?;
+        if bytes.len() as u64 > limit {
+            return Err(FileError::TooLarge { size: bytes.len() as u64, limit: limit });
         }
         Ok(bytes.into())
     }

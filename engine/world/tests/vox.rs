@@ -8,7 +8,7 @@ use glam::IVec3;
 use project::Project;
 use proptest::prelude::*;
 use raxel_diagnostics::SourceMap;
-use raxel_world::vox::{VoxErrorKind, export, import};
+use raxel_world::vox::{VoxErrorKind, export, import, import_frame};
 use raxel_world::{Material, World};
 
 fn voxels(world: &World) -> HashMap<[i32; 3], String> {
@@ -189,6 +189,96 @@ fn transforms_nest() {
         .cells();
     // (5, 0, 0) turns to (0, 5, 0), (0, 7, 0) to (−7, 0, 0); a mirrored cell lies one lower.
     assert_eq!(cells, [[92, 0, -1], [99, 0, -6]]);
+}
+
+fn cells_of(world: &World) -> Vec<[i32; 3]> {
+    world.voxels().map(|(cell, _)| cell.to_array()).collect()
+}
+
+#[test]
+fn models_without_a_scene_are_frames() {
+    let file = Vox::default()
+        .chunk("PACK", &[3])
+        .model([1, 1, 1], &[[0, 0, 0]])
+        .model([1, 1, 2], &[[0, 0, 1]])
+        .model([1, 1, 3], &[[0, 0, 2]])
+        .finish();
+    assert_eq!(cells_of(&import(&file).expect("the first frame")), [[0, 0, -1]]);
+    for (frame, cell) in (0..).zip([[0, 0, -1], [0, 1, -1], [0, 2, -1]]) {
+        assert_eq!(cells_of(&import_frame(&file, frame).expect("a frame")), [cell], "{frame}");
+    }
+    let error = import_frame(&file, 3).expect_err("the fourth of three");
+    assert_eq!(error.kind, VoxErrorKind::Frame);
+    assert!(error.to_string().starts_with("there is no frame 3: the file has 3 frames, 0 to 2"), "{error}");
+    let error = import_frame(&Vox::default().model([1, 1, 1], &[[0, 0, 0]]).finish(), 1).expect_err("one model");
+    assert!(error.to_string().contains("one frame, 0"), "{error}");
+}
+
+#[test]
+fn a_key_counts_until_the_next() {
+    // A transform with keys at 2 and 5, and a shape that shows model 1 from frame 4 on.
+    let mut transform = [0u32.to_le_bytes(), 0u32.to_le_bytes()].concat();
+    transform.extend([1, u32::MAX, 0, 2].iter().flat_map(|word| word.to_le_bytes()));
+    transform.extend(dictionary(&[("_t", "10 0 0"), ("_f", "2")]));
+    transform.extend(dictionary(&[("_t", "20 0 0"), ("_f", "5")]));
+    let mut shape = [1u32, 0, 2, 0].iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
+    shape.extend(dictionary(&[("_f", "0")]));
+    shape.extend(1u32.to_le_bytes());
+    shape.extend(dictionary(&[("_f", "4")]));
+    let file = Vox::default()
+        .model([1, 1, 1], &[[0, 0, 0]])
+        .model([1, 1, 2], &[[0, 0, 1]])
+        .bytes("nTRN", &transform)
+        .bytes("nSHP", &shape)
+        .finish();
+    for (frame, x, y) in [(0, 10, 0), (2, 10, 0), (3, 10, 0), (4, 10, 0), (5, 20, 0)] {
+        let found = cells_of(&import_frame(&file, frame).expect("a frame"));
+        assert_eq!(found, [[x, y, -1]], "frame {frame}");
+    }
+    assert_eq!(import_frame(&file, 6).expect_err("after the last key").kind, VoxErrorKind::Frame);
+}
+
+#[test]
+fn a_world_chooses_frames_of_its_models() {
+    let file = Vox::default().model([1, 1, 1], &[[0, 0, 0]]).model([1, 2, 1], &[[0, 0, 0], [0, 1, 0]]).finish();
+    let mut project = Project::default();
+    project.0.insert("worlds/a.vox".to_owned(), file);
+    let mut load = |frame: &str| {
+        let text = format!(
+            "[models.first]\nfile = \"a.vox\"\n[models.other]\nfile = \"a.vox\"\n{frame}\n\
+             [[build]]\nop = \"model\"\nmodel = \"first\"\n\
+             [[build]]\nop = \"model\"\nmodel = \"other\"\norigin = [9, 0, 0]\n"
+        );
+        project.0.insert("worlds/w.toml".to_owned(), text.into_bytes());
+        raxel_world::load("worlds/w.toml", &project, &mut SourceMap::default())
+    };
+    assert_eq!(load("").expect("the first frame").0.world.solids(), 2);
+    let (loaded, _) = load("frame = 1").expect("the second frame");
+    assert_eq!(loaded.world.solids(), 3);
+    assert_eq!(loaded.files, ["worlds/w.toml", "worlds/a.vox"]);
+    let found = load("frame = 2").expect_err("the third of two");
+    assert_eq!(found[0].code.as_str(), "RX0324");
+    assert_eq!(found.len(), 1);
+    assert!(load("frame = -1").is_err());
+}
+
+/// The largest model that MagicaVoxel writes: 64 MiB of voxels, and a few bytes around them.
+#[test]
+fn a_full_model_is_not_too_large() {
+    let mut voxels = Vec::with_capacity(4 + (4 << 24));
+    voxels.extend((1u32 << 24).to_le_bytes());
+    for z in 0..=255u8 {
+        for y in 0..=255u8 {
+            voxels.extend((0..=255u8).flat_map(|x| [x, y, z, 7]));
+        }
+    }
+    let file = Vox::default().chunk("SIZE", &[256; 3]).bytes("XYZI", &voxels).finish();
+    assert!(file.len() > 64 << 20);
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("full.vox"), &file).expect("room");
+    let files = raxel_diagnostics::DiskFiles::new(folder.path()).expect("a folder");
+    let (loaded, _) = raxel_world::load("full.vox", &files, &mut SourceMap::default()).expect("it is not too large");
+    assert_eq!(loaded.world.solids(), 1 << 24);
 }
 
 #[test]

@@ -31,6 +31,8 @@ declare! {
     VOX_CYCLE = "RX0322";
     /// A .vox file larger than what is imported.
     VOX_TOO_LARGE = "RX0323";
+    /// A frame that a .vox file does not have.
+    VOX_FRAME = "RX0324";
     /// A world with more materials than a .vox file has.
     EXPORT_MATERIALS = "RX0330";
     /// A world with more voxels than a .vox file holds.

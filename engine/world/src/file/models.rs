@@ -7,7 +7,7 @@ use raxel_diagnostics::table::{Node, Table, closest, list};
 use raxel_diagnostics::{Diagnostic, Files, codes, files};
 
 use crate::material::{AIR, MaterialIndex};
-use crate::vox;
+use crate::vox::{self, VoxErrorKind};
 use crate::world::World;
 
 use super::materials::{Palette, too_many};
@@ -35,17 +35,24 @@ impl Models {
     /// Reads every model's file.
     pub(super) fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Self {
         let mut models = Self { by_name: BTreeMap::new(), files: Vec::new() };
-        let mut read: BTreeMap<String, Option<Arc<World>>> = BTreeMap::new();
+        let mut read: BTreeMap<(String, u32), Option<Arc<World>>> = BTreeMap::new();
         for (name, _, table) in root.tables("models") {
             let node = table.need("file");
             let file = node.as_ref().and_then(|node| project_path(node, path));
+            let frame_node = table.get("frame");
+            let frame = match &frame_node {
+                Some(node) => node.integer(0..=i64::from(u32::MAX)).map(|frame| frame as u32),
+                None => Some(0),
+            };
             table.finish();
-            let model = file.zip(node).and_then(|(file, node)| {
-                read.entry(file.clone()).or_insert_with(|| load(&file, &node, files).map(Arc::new)).clone()
+            let model = file.zip(node).zip(frame).and_then(|((file, node), frame)| {
+                let load = || load(&file, frame, &node, frame_node.as_ref(), files).map(Arc::new);
+                read.entry((file.clone(), frame)).or_insert_with(load).clone()
             });
             models.by_name.insert(name, Entry { model, materials: None });
         }
-        models.files = read.into_keys().collect();
+        models.files = read.into_keys().map(|(file, _)| file).collect();
+        models.files.dedup();
         models
     }
 
@@ -100,11 +107,21 @@ fn project_path(node: &Node<'_, '_>, world: &str) -> Option<String> {
     path
 }
 
-fn load(file: &str, node: &Node<'_, '_>, files: &dyn Files) -> Option<World> {
-    let named_at = Some((node.span.clone(), "named here"));
+/// Imports a frame of a file that is named at `node`; the frame is named at `frame_node`, if it is.
+fn load(
+    file: &str,
+    frame: u32,
+    node: &Node<'_, '_>,
+    frame_node: Option<&Node<'_, '_>>,
+    files: &dyn Files,
+) -> Option<World> {
+    let named_at = |node: &Node<'_, '_>| Some((node.span.clone(), "named here"));
     let result = match files.read(file) {
-        Ok(bytes) => vox::import(&bytes).map_err(|error| error.diagnostic(file, named_at)),
-        Err(error) => Err(error.diagnostic(file, named_at)),
+        Ok(bytes) => vox::import_frame(&bytes, frame).map_err(|error| {
+            let wrong = frame_node.filter(|_| error.kind == VoxErrorKind::Frame).unwrap_or(node);
+            error.diagnostic(file, named_at(wrong))
+        }),
+        Err(error) => Err(error.diagnostic(file, named_at(node))),
     };
     result.map_err(|diagnostic| node.reporter().report(diagnostic)).ok()
 }

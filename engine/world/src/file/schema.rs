@@ -49,6 +49,7 @@ pub fn schema() -> Value {
             "material": material(),
             "model": object(&["file"], vec![
                 ("file", "A .vox file, relative to worlds/.", json!({ "type": "string" })),
+                ("frame", "Which frame of an animation, from 0.", json!({ "type": "integer", "minimum": 0, "maximum": u32::MAX, "default": 0 })),
             ]),
             "layer": object(&["material"], vec![
                 ("material", "What it is made of.", name()),

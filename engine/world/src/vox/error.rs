@@ -25,6 +25,8 @@ pub enum VoxErrorKind {
     Cycle,
     /// More than raxel imports.
     TooLarge,
+    /// A frame that the file does not have.
+    Frame,
 }
 
 impl VoxError {
@@ -39,6 +41,7 @@ impl VoxError {
             VoxErrorKind::Value => codes::world::VOX_VALUE,
             VoxErrorKind::Cycle => codes::world::VOX_CYCLE,
             VoxErrorKind::TooLarge => codes::world::VOX_TOO_LARGE,
+            VoxErrorKind::Frame => codes::world::VOX_FRAME,
         };
         let diagnostic = Diagnostic::error(code, format!("`{path}`: {self}"));
         match named_at {

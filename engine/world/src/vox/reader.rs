@@ -96,7 +96,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<VoxFile, VoxError> {
                     return Err(VoxError::new(VoxErrorKind::Value, start, format!("there are two nodes {node_id}")));
                 }
             }
-            // PACK counts models that are there anyway; IMAP only orders the palette's window; cameras, notes and render settings
+            // PACK counts the models of an animation, which are there anyway; IMAP only orders the palette's window; cameras, notes and render settings
             // show no voxel.
             _ => {}
         }

@@ -13,15 +13,28 @@ const MAX_VISITS: usize = 1 << 20;
 /// Voxels placed, counting those of a shared model at each place.
 const MAX_VOXELS: usize = 1 << 26;
 
-/// Every voxel that is seen, with its palette index. Of two at one place the later stays.
-pub(super) fn voxels(file: &VoxFile) -> Result<Vec<(IVec3, u8)>, VoxError> {
-    let mut scene = Scene { file, path: Vec::new(), visits: 0, found: Vec::new() };
+/// Number of frames, at least 1.
+pub(super) fn frames(file: &VoxFile) -> u32 {
+    if file.root.is_none() {
+        return file.models.len().max(1) as u32;
+    }
+    let keys = file.nodes.values().flat_map(|(_, node)| match node {
+        Node::Transform { frames, .. } => frames.iter().map(key).max(),
+        Node::Shape { models, .. } => models.iter().map(|(_, attributes)| key(attributes)).max(),
+        Node::Group { .. } => None,
+    });
+    keys.max().unwrap_or(0).saturating_add(1)
+}
+
+/// Every voxel that is seen in a frame, with its palette index. Of two at one place the later stays.
+pub(super) fn voxels(file: &VoxFile, frame: u32) -> Result<Vec<(IVec3, u8)>, VoxError> {
+    let mut scene = Scene { file, frame, path: Vec::new(), visits: 0, found: Vec::new() };
     let up = Placement { turn: Orientation::Y_UP_FROM_Z_UP, to: [0; 3] };
     match file.root {
         Some(root) => scene.visit(root, &up, 0)?,
         None => {
-            // Files from before the scene graph: every model stands on the ground, about the middle.
-            for model in &file.models {
+            // Files from before the scene graph: a model stands on the ground, about the middle; several are frames.
+            if let Some(model) = file.models.get(frame as usize) {
                 let lift = Placement { turn: Orientation::IDENTITY, to: [0, 0, i64::from(model.size[2] / 2)] };
                 scene.place(model, &up.after(&lift), 0)?;
             }
@@ -32,6 +45,7 @@ pub(super) fn voxels(file: &VoxFile) -> Result<Vec<(IVec3, u8)>, VoxError> {
 
 struct Scene<'f> {
     file: &'f VoxFile,
+    frame: u32,
     /// Ids of the nodes above the one being visited.
     path: Vec<u32>,
     visits: usize,
@@ -58,7 +72,7 @@ impl Scene<'_> {
             Node::Transform { attributes, child, layer, frames } => {
                 let layer_hidden = u32::try_from(*layer).is_ok_and(|id| self.file.layers.get(&id).is_some_and(hidden));
                 if !hidden(attributes) && !layer_hidden {
-                    let own = first_frame(frames.iter().map(|frame| (frame, frame)))
+                    let own = at_frame(self.frame, frames.iter().map(|frame| (frame, frame)))
                         .map_or(Ok(Placement::IDENTITY), |frame| transform(frame, offset))?;
                     self.visit(*child, &placement.after(&own), offset)?;
                 }
@@ -72,7 +86,7 @@ impl Scene<'_> {
             }
             Node::Shape { attributes, models } => {
                 if !hidden(attributes)
-                    && let Some(id) = first_frame(models.iter().map(|(id, attributes)| (attributes, *id)))
+                    && let Some(id) = at_frame(self.frame, models.iter().map(|(id, attributes)| (attributes, *id)))
                 {
                     let Some(model) = self.file.models.get(id as usize) else {
                         let message = format!("there is no model {id} among {}", self.file.models.len());
@@ -110,10 +124,18 @@ fn hidden(attributes: &Attributes) -> bool {
     attributes.get("_hidden").is_some_and(|value| value == "1")
 }
 
-/// What stands in the frame with the smallest `_f`; the first of several.
-fn first_frame<'a, T>(frames: impl Iterator<Item = (&'a Attributes, T)>) -> Option<T> {
-    let number = |attributes: &Attributes| attributes.get("_f").and_then(|f| f.trim().parse::<i64>().ok()).unwrap_or(0);
-    frames.min_by_key(|(attributes, _)| number(attributes)).map(|(_, value)| value)
+/// The frame from which on the attributes count.
+fn key(attributes: &Attributes) -> u32 {
+    attributes.get("_f").and_then(|f| f.trim().parse().ok()).unwrap_or(0)
+}
+
+/// What stands in a frame: that of the last key up to it, or of the first key if all come later; the first of several.
+fn at_frame<'a, T>(frame: u32, keys: impl Iterator<Item = (&'a Attributes, T)>) -> Option<T> {
+    let order = |attributes| match key(attributes) {
+        key if key <= frame => (false, frame - key),
+        key => (true, key),
+    };
+    keys.min_by_key(|(attributes, _)| order(attributes)).map(|(_, value)| value)
 }
 
 fn transform(frame: &Attributes, offset: usize) -> Result<Placement, VoxError> {

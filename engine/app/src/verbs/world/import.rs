@@ -25,6 +25,10 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "FILE.toml")]
     output: Option<PathBuf>,
 
+    /// Which frame of an animation, from 0.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    frame: u32,
+
     /// Replace files that exist.
     #[arg(long)]
     force: bool,
@@ -41,7 +45,7 @@ pub(super) fn run(args: &Args, talk: &Talk) -> Result {
 
     // The scene is read whole before anything is written: a broken one changes nothing.
     let bytes = read(&args.model, talk)?;
-    let world = raxel_world::vox::import(&bytes).map_err(|error| {
+    let world = raxel_world::vox::import_frame(&bytes, args.frame).map_err(|error| {
         let path = args.model.display().to_string();
         talk.stop(&[error.diagnostic(&path, None)])
     })?;
@@ -59,7 +63,7 @@ pub(super) fn run(args: &Args, talk: &Talk) -> Result {
     let _made = [folder(&toml)?, folder(&model)?];
     let (pending_model, pending_toml) = (Pending::new(&model)?, Pending::new(&toml)?);
     pending_model.finish(&bytes)?;
-    pending_toml.finish(description(&stem, &args.model).as_bytes())?;
+    pending_toml.finish(description(&stem, &args.model, args.frame).as_bytes())?;
 
     let voxels = world.info().solids;
     match talk.format() {
@@ -94,14 +98,16 @@ fn clean(stem: &str) -> String {
     cleaned.trim_matches('_').to_owned()
 }
 
-fn description(stem: &str, model: &Path) -> String {
+fn description(stem: &str, model: &Path, frame: u32) -> String {
+    let frame = if frame == 0 { String::new() } else { format!("frame = {frame}\n") };
     let from = model.file_name().unwrap_or_default().to_string_lossy().replace(['"', '\\', '\n', '\r'], "_");
     format!(
         "#:schema ../.raxel/world.schema.json\n\
          name  = \"{stem}\"\n\
          about = \"imported from {from}\"\n\n\
          [models.{stem}]\n\
-         file = \"models/{stem}.vox\"\n\n\
+         file = \"models/{stem}.vox\"\n\
+         {frame}\n\
          [[build]]\n\
          op     = \"model\"\n\
          model  = \"{stem}\"\n\
