@@ -54,3 +54,29 @@ fn shared_memory_out_of_bounds_harms_nobody() {
         assert_eq!(pixel.0, [x as u8, 0, 0], "at {x}, {y}");
     }
 }
+
+/// Structs of structs double the compiler's work with each line. What the text shows is refused at once; what macros hide ends by a limit.
+#[test]
+fn a_shader_that_never_ends_compiling_is_given_up() {
+    let project = Project::empty();
+    let shader = |structs: &str| {
+        format!(
+            "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(rgba8) uniform writeonly image2D outColor;\n\
+             {structs}\nvoid main() {{ A40 v, w; v = w; imageStore(outColor, ivec2(0), vec4(1)); }}\n"
+        )
+    };
+    let double = |i| format!("struct A{i} {{ A{0} a; A{0} b; }};\n", i - 1);
+    let plain: String = (1..=40).map(double).collect();
+    project
+        .write(
+            "graphs/g.toml",
+            "name = \"g\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba8\"\n[[passes]]\nname = \"a\"\nshader = \"a.comp\"\n\
+             dispatch = { threads = \"color\" }\nbind = { outColor = \"color\" }\n",
+        )
+        .write("shaders/a.comp", shader(&format!("struct A0 {{ int x; }};\n{plain}")));
+    let run = project.raxel(&["check", "graphs/g.toml"]).exits(3);
+    assert!(run.stdout.contains("RX0204") && run.stdout.contains("65536 members"), "{}", run.stdout);
+
+    project.write("shaders/a.comp", shader("struct A40 { int x; };"));
+    project.raxel(&["check", "graphs/g.toml"]).exits(0);
+}

@@ -6,7 +6,6 @@ mod failure;
 mod front;
 mod output;
 mod panic;
-mod rehearsal;
 mod session;
 mod talk;
 mod verbs;
@@ -18,11 +17,10 @@ use clap::Parser;
 
 /// Runs the command line of this process and gives its exit code (see [`failure::Exit`]).
 pub fn main() -> ExitCode {
-    if let Some(code) = rehearsal::of_this_process() {
+    if let Some(code) = raxel_shader::worker::isolate() {
         return code;
     }
     panic::install();
-    rehearsal::install();
     output::watch_signals();
     let cli = args::Cli::parse();
     let talk = talk::Talk::new(&cli);

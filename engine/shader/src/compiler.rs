@@ -1,12 +1,13 @@
 //! The compiler with its cache: a request in, a module and its interface out.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
 use raxel_spirv::{Module, ModuleError};
 
 use crate::compile;
+use crate::front_end;
 use crate::interface::Interface;
 use crate::places;
 use crate::reflect;
@@ -17,7 +18,8 @@ use crate::sources::{Dependency, Sources};
 const MAX_ENTRIES: usize = 512;
 const MAX_WORDS: usize = 16 << 20;
 
-/// Compiles the shaders of one project. Shaders may be compiled on several threads at once.
+/// Compiles the shaders of one project. Shaders may be compiled on several threads at once. Texts that stop or end the compiler stop or end
+/// the process, unless it has called [`crate::worker::isolate`].
 pub struct Compiler {
     files: Arc<dyn Files>,
     cache: Mutex<Cache>,
@@ -46,14 +48,8 @@ impl Compiler {
     }
 
     fn of_text(request: &Request, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
-        let Some(shaderc) = shaderc() else {
-            sources
-                .diagnostics
-                .push(Diagnostic::error(codes::shader::COMPILE, "the shader compiler does not start: out of memory"));
-            return None;
-        };
         match sources.root(&request.path) {
-            Ok(text) => compile::compile(shaderc, request, &text, sources),
+            Ok(text) => compile::compile(request, &text, sources),
             Err(diagnostic) => {
                 sources.diagnostics.push(*diagnostic);
                 None
@@ -142,13 +138,6 @@ fn finish(
     Ok((module.without_debug_text(), interface))
 }
 
-/// The compiler itself, one for the process: it builds its tables of built-in names at first use, which takes longer than a shader,
-/// and would tear them down with the last of its kind.
-fn shaderc() -> Option<&'static shaderc::Compiler> {
-    static SHADERC: OnceLock<Option<shaderc::Compiler>> = OnceLock::new();
-    SHADERC.get_or_init(|| shaderc::Compiler::new().ok()).as_ref()
-}
-
 /// A compiled shader, and what it depends on.
 struct Entry {
     shader: Arc<Shader>,
@@ -164,7 +153,7 @@ impl Entry {
             key.update(&(bytes.len() as u64).to_le_bytes());
             key.update(bytes);
         };
-        field(compile::VERSION.as_bytes());
+        field(front_end::VERSION.as_bytes());
         field(request.path.as_bytes());
         field(request.entry.as_bytes());
         for (name, value) in &request.defines {

@@ -1,9 +1,13 @@
 //! Shaders: GLSL, HLSL and SPIR-V in; a module and its interface out.
+//!
+//! A [`Compiler`] compiles in its own process, with limits on the size of texts, macros and types, unless the program has called
+//! [`worker::isolate`]: then child processes do, with limits on time and memory, and no text ends or stops the program.
 
 mod compile;
 mod compiler;
 mod fatal;
 pub mod format;
+mod front_end;
 mod graphics;
 mod hlsl;
 pub mod interface;
@@ -13,12 +17,11 @@ mod limits;
 mod messages;
 mod places;
 mod reflect;
-mod rehearsal;
 mod request;
 mod sources;
+pub mod worker;
 
 pub use compiler::Compiler;
 pub use graphics::{GraphicsStage, compile_graphics};
 pub use raxel_spirv::bytes_of;
-pub use rehearsal::{Rehearse, rehearse_hlsl, rehearse_hlsl_with};
 pub use request::{Request, Shader, ShaderSource};

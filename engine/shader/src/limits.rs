@@ -1,5 +1,6 @@
-//! What is refused before the compiler sees it, because it would take its stack, its memory or an hour: glslang walks an expression
-//! by recursion, and expands macros without a limit. No shader that a person wrote comes near these numbers.
+//! What is refused before the compiler sees it, because it would take its stack, its memory or an hour: glslang walks an expression by
+//! recursion, expands macros without a limit, and visits the members of a struct one by one, however often a type stands in it. No
+//! shader that a person wrote comes near these numbers. What gets past them is caught by [`crate::worker`], where there is one.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -11,14 +12,21 @@ const MAX_OPERATORS: u64 = 100_000;
 /// Most tokens that one macro may expand to.
 const MAX_EXPANSION: u64 = 1 << 20;
 
+/// Most members that a struct may have with the structs in it written out: glslang takes half a second and 150 MB for so many, and twice as
+/// much for each doubling.
+const MAX_MEMBERS: u64 = 1 << 16;
+
 /// Stack of the thread that compiles, in bytes: enough for an expression of `MAX_OPERATORS` levels at 2.6 KiB each. Only what is
 /// used is ever backed by memory.
 pub(crate) const STACK: usize = 256 << 20;
 
-/// Sizes of the macros seen so far, in tokens when written out.
+/// What the texts seen so far declare.
 #[derive(Default)]
 pub(crate) struct Limits {
+    /// Sizes of macros, in tokens when written out.
     macros: HashMap<String, u64>,
+    /// Sizes of structs, in members when written out.
+    structs: HashMap<String, u64>,
 }
 
 impl Limits {
@@ -38,7 +46,8 @@ impl Limits {
                 *known = size.max(*known);
             }
         }
-        self.statements(text)
+        self.statements(text)?;
+        self.members(text)
     }
 
     fn size_of(&self, token: &Token<'_>) -> u64 {
@@ -63,6 +72,92 @@ impl Limits {
                 *operators = operators.saturating_add(weight);
                 if *operators > MAX_OPERATORS {
                     return Err((token.range(), format!("a statement has more than {MAX_OPERATORS} operators")));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A body between braces that is being read.
+struct Body<'t> {
+    /// The struct or block whose body it is; `None` for code.
+    name: Option<Token<'t>>,
+    members: u64,
+    /// Members of the type of the declaration being read, and how many names it declares.
+    ty: u64,
+    names: u64,
+}
+
+impl<'t> Body<'t> {
+    fn new(name: Option<Token<'t>>, members: u64) -> Self {
+        Self { name, members, ty: 1, names: 1 }
+    }
+
+    /// The declaration ends.
+    fn declare(&mut self) {
+        self.members = self.members.saturating_add(self.ty.saturating_mul(self.names));
+        (self.ty, self.names) = (1, 1);
+    }
+}
+
+impl Limits {
+    /// Counts the members of each struct. An array counts once: its elements share their type.
+    fn members(&mut self, text: &str) -> Result<(), (Range<usize>, String)> {
+        let mut open: Vec<Body<'_>> = Vec::new();
+        // The name after the last `struct`, and the members that it inherits (HLSL).
+        let mut head: Option<(Option<Token<'_>>, u64)> = None;
+        // Depth of `(` and `[`: a comma in them declares no name.
+        let mut nested = 0usize;
+        for token in lexer::tokens(text) {
+            match token.text {
+                "struct" => head = Some((None, 0)),
+                "{" => {
+                    let (name, inherited) = head.take().unwrap_or((None, 0));
+                    open.push(Body::new(name, inherited));
+                    nested = 0;
+                }
+                "}" => {
+                    nested = 0;
+                    let Some(body) = open.pop() else { continue };
+                    let Some(name) = body.name else { continue };
+                    if body.members > MAX_MEMBERS {
+                        let message = format!(
+                            "struct `{}` has more than {MAX_MEMBERS} members with the structs in it written out",
+                            name.text
+                        );
+                        return Err((name.range(), message));
+                    }
+                    // Of several declarations the largest counts: which one holds depends on conditions.
+                    let known = self.structs.entry(name.text.to_owned()).or_default();
+                    *known = body.members.max(*known);
+                    // `struct A { … } a, b;` inside another.
+                    if let Some(outer) = open.last_mut() {
+                        outer.ty = outer.ty.max(body.members);
+                    }
+                }
+                "(" | "[" => nested += 1,
+                ")" | "]" => nested = nested.saturating_sub(1),
+                ";" => {
+                    head = None;
+                    nested = 0;
+                    if let Some(body) = open.last_mut() {
+                        body.declare();
+                    }
+                }
+                "," if nested == 0 => {
+                    if let Some(body) = open.last_mut() {
+                        body.names += 1;
+                    }
+                }
+                name => {
+                    let size = self.structs.get(name).copied();
+                    match (&mut head, open.last_mut()) {
+                        (Some((first @ None, _)), _) if token.is_identifier() => *first = Some(token),
+                        (Some((_, inherited)), _) => *inherited = inherited.saturating_add(size.unwrap_or(0)),
+                        (None, Some(body)) => body.ty = body.ty.max(size.unwrap_or(1)),
+                        (None, None) => {}
+                    }
                 }
             }
         }
@@ -114,6 +209,32 @@ mod tests {
     fn what_takes_the_stack_is_refused() {
         assert!(refused(&format!("a = a{};", "+a".repeat(110_000))).unwrap().contains("operators"));
         assert!(refused(&format!("#if {}1{}\n#endif", "(".repeat(60_000), ")".repeat(60_000))).is_some());
+    }
+
+    #[test]
+    fn structs_that_double_are_refused() {
+        let doubling = |levels: usize, body: &dyn Fn(usize) -> String| -> String {
+            let of = |i: usize| format!("struct A{i} {{ {} }};\n", body(i - 1));
+            format!("struct A0 {{ int x; }};\n{}", (1..=levels).map(of).collect::<String>())
+        };
+        let bodies: [&dyn Fn(usize) -> String; 4] = [
+            &|i| format!("A{i} a; A{i} b;"),
+            &|i| format!("A{i} a, b;"),
+            &|i| format!("layout(offset = 0, align = 16) A{i} a[2], b[f(1, 2)];"),
+            &|i| format!("struct B {{ A{i} a; }} a, b; /* A{i} c; */"),
+        ];
+        for body in bodies {
+            assert_eq!(refused(&doubling(16, body)), None);
+            let reason = refused(&doubling(17, body)).unwrap();
+            assert!(reason.starts_with("struct `A17` has more than 65536"), "{reason}");
+        }
+        let inheriting = |i| format!("struct A{i} : A{0} {{ A{0} a; }};\n", i - 1);
+        assert!(
+            refused(&format!("struct A0 {{ int x; }};\n{}", (1..40).map(inheriting).collect::<String>())).is_some()
+        );
+        // An array has one type, however long; code and names declare nothing.
+        let array = "struct A { int x[100000]; }; struct B { A a[100000]; };";
+        assert_eq!(refused(&format!("{array}\nvoid f() {{ {} }}", "A a, b, c;".repeat(40_000))), None);
     }
 
     #[test]

@@ -1,5 +1,7 @@
-//! Finds where the sources declare what reflection reports, so that a diagnostic can point at it.
+//! Finds where the sources declare what reflection reports, so that a diagnostic can point at it. Names are looked up in an index of all
+//! tokens: a shader may have as many members as it has lines.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use raxel_diagnostics::Span;
@@ -10,33 +12,111 @@ use crate::sources::Sources;
 
 /// Fills every `place` that can be found.
 pub(crate) fn fill(interface: &mut Interface, sources: &Sources<'_>) {
-    let texts: Vec<_> =
-        sources.found.iter().map(|source| (Arc::from(source.name.as_str()), lexer::tokens(&source.text))).collect();
-    let finder = Finder { texts };
+    let texts = Index { texts: sources.found.iter().map(|source| Text::new(&source.name, &source.text)).collect() };
     for binding in &mut interface.bindings {
-        finder.binding(binding);
+        texts.binding(binding);
         if binding.place.is_none() {
             binding.place = sources.world_include(&binding.name).cloned();
         }
     }
     if let Some(push) = &mut interface.push {
-        finder.block(push);
+        texts.block(push);
     }
     for constant in &mut interface.specialization {
-        constant.place = finder.constant(constant.id, &constant.name);
+        constant.place = texts.constant(constant.id, &constant.name);
     }
 }
 
-struct Finder<'t> {
-    /// Name and tokens of each file; the shader itself is the first.
-    texts: Vec<(Arc<str>, Vec<Token<'t>>)>,
+/// The files of a shader; the shader itself is the first.
+struct Index<'t> {
+    texts: Vec<Text<'t>>,
 }
 
-impl Finder<'_> {
-    fn first(&self, find: impl Fn(&[Token<'_>]) -> Option<usize>) -> Option<Span> {
-        self.texts.iter().find_map(|(file, tokens)| {
-            let at = find(tokens)?;
-            Some(Span { file: file.clone(), range: tokens[at].range() })
+/// One file.
+struct Text<'t> {
+    name: Arc<str>,
+    tokens: Vec<Token<'t>>,
+    /// Where each token text stands, in order.
+    positions: HashMap<&'t str, Vec<usize>>,
+    /// How many braces are open at each token.
+    depths: Vec<usize>,
+    /// The `}` of each `{`.
+    closing: HashMap<usize, usize>,
+}
+
+impl<'t> Text<'t> {
+    fn new(name: &str, text: &'t str) -> Self {
+        let tokens = lexer::tokens(text);
+        let mut positions: HashMap<&str, Vec<usize>> = HashMap::new();
+        let (mut depths, mut closing) = (Vec::with_capacity(tokens.len()), HashMap::new());
+        let mut open = Vec::new();
+        for (at, token) in tokens.iter().enumerate() {
+            positions.entry(token.text).or_default().push(at);
+            depths.push(open.len());
+            match token.text {
+                "{" => open.push(at),
+                "}" => closing.extend(open.pop().map(|open| (open, at))),
+                _ => {}
+            }
+        }
+        Self { name: name.into(), tokens, positions, depths, closing }
+    }
+
+    fn positions(&self, text: &str) -> &[usize] {
+        self.positions.get(text).map_or(&[], Vec::as_slice)
+    }
+
+    /// The text of a token; empty past the end.
+    fn at(&self, at: usize) -> &str {
+        self.tokens.get(at).map_or("", |token| token.text)
+    }
+
+    /// The `{` of `name { … }` or `name : register(…) { … }`.
+    fn body(&self, name: &str) -> Option<usize> {
+        self.positions(name).iter().find_map(|at| match self.at(at + 1) {
+            "{" => Some(at + 1),
+            ":" => (at + 2..at + 12).take_while(|next| self.at(*next) != ";").find(|next| self.at(*next) == "{"),
+            _ => None,
+        })
+    }
+
+    /// `Type name`, followed by `;`, `[`, `,`, `:`, `=` or `)`.
+    fn declaration(&self, name: &str, global: bool) -> Option<usize> {
+        self.positions(name).iter().copied().filter(|at| *at > 0 && (self.depths[*at] == 0 || !global)).find(|at| {
+            let before = &self.tokens[at - 1];
+            let typed = before.is_identifier() || matches!(before.text, ">" | ",");
+            typed && matches!(self.at(at + 1), "" | ";" | "[" | "," | ":" | "=" | ")")
+        })
+    }
+
+    /// The member `name` of the body that starts at `open`: after a type or a comma, before `;`, `[`, `,` or `:`.
+    fn member(&self, open: usize, name: &str) -> Option<usize> {
+        let end = *self.closing.get(&open)?;
+        let positions = self.positions(name);
+        let first = positions.partition_point(|at| *at < open + 2);
+        positions[first..].iter().copied().take_while(|at| *at < end).find(|at| {
+            let before = &self.tokens[at - 1];
+            matches!(self.at(at + 1), ";" | "[" | "," | ":")
+                && (before.is_identifier() || matches!(before.text, "," | ">" | "]"))
+        })
+    }
+
+    /// The number in `layout(constant_id = N) const T name`, or in `local_size_x_id = N`; rather its name, if it has one.
+    fn constant(&self, id: &str, name: &str) -> Option<usize> {
+        let at = self.positions(id).iter().copied().filter(|at| *at >= 2).find(|at| {
+            let word = self.at(at - 2);
+            let sized = word.starts_with("local_size_") && word.ends_with("_id");
+            self.at(at - 1) == "=" && (word == "constant_id" || sized)
+        })?;
+        (at..at + 8).find(|next| !name.is_empty() && self.at(*next) == name).or(Some(at))
+    }
+}
+
+impl Index<'_> {
+    fn first(&self, find: impl Fn(&Text<'_>) -> Option<usize>) -> Option<Span> {
+        self.texts.iter().find_map(|text| {
+            let at = find(text)?;
+            Some(Span { file: text.name.clone(), range: text.tokens[at].range() })
         })
     }
 
@@ -47,12 +127,11 @@ impl Finder<'_> {
                 // `buffer Block { … } name;`, or the block itself when it has no instance name, or `StructuredBuffer<T> name`.
                 let block_name = block.name.clone();
                 binding.place = self
-                    .first(|tokens| {
-                        let open = body(tokens, &block_name)?;
-                        let after = close(tokens, open)? + 1;
-                        tokens.get(after).filter(|token| token.text == name).map(|_| after)
+                    .first(|text| {
+                        let after = *text.closing.get(&text.body(&block_name)?)? + 1;
+                        (text.at(after) == name).then_some(after)
                     })
-                    .or_else(|| self.first(|tokens| body(tokens, name).map(|open| open - 1)))
+                    .or_else(|| self.first(|text| text.body(name).map(|open| open - 1)))
                     .or_else(|| self.declaration(name));
                 self.block(block);
             }
@@ -60,42 +139,17 @@ impl Finder<'_> {
         }
     }
 
-    /// `Type name`, followed by `;`, `[`, `,`, `:`, `=` or `)`; a global one if there is any.
+    /// A global declaration if there is any.
     fn declaration(&self, name: &str) -> Option<Span> {
-        let declares = |tokens: &[Token<'_>], global: bool| {
-            let mut depth = 0usize;
-            for (at, token) in tokens.iter().enumerate() {
-                match token.text {
-                    "{" => depth += 1,
-                    "}" => depth = depth.saturating_sub(1),
-                    text if text == name && (depth == 0 || !global) && at > 0 => {
-                        let before = &tokens[at - 1];
-                        let after = tokens.get(at + 1).map_or(";", |token| token.text);
-                        let typed = before.is_identifier() || matches!(before.text, ">" | ",");
-                        if typed && matches!(after, ";" | "[" | "," | ":" | "=" | ")") {
-                            return Some(at);
-                        }
-                    }
-                    _ => {}
-                }
-            }
-            None
-        };
-        self.first(|tokens| declares(tokens, true)).or_else(|| self.first(|tokens| declares(tokens, false)))
+        self.first(|text| text.declaration(name, true)).or_else(|| self.first(|text| text.declaration(name, false)))
     }
 
     fn block(&self, block: &mut Block) {
         if block.name.is_empty() {
             return;
         }
-        for index in 0..block.members.len() {
-            let name = block.members[index].name.clone();
-            let place = self.first(|tokens| {
-                let open = body(tokens, &block.name)?;
-                member(tokens, open, &name)
-            });
-            let member = &mut block.members[index];
-            member.place = place;
+        for member in &mut block.members {
+            member.place = self.first(|text| text.member(text.body(&block.name)?, &member.name));
             self.nested(&mut member.ty);
         }
     }
@@ -108,55 +162,8 @@ impl Finder<'_> {
         }
     }
 
-    /// `layout(constant_id = N) const T name`, or `local_size_x_id = N`.
     fn constant(&self, id: u32, name: &str) -> Option<Span> {
         let id = id.to_string();
-        self.first(|tokens| {
-            let at = (2..tokens.len()).find(|at| {
-                let word = tokens[at - 2].text;
-                let sized = word.starts_with("local_size_") && word.ends_with("_id");
-                tokens[*at].text == id && tokens[at - 1].text == "=" && (word == "constant_id" || sized)
-            })?;
-            (at..tokens.len().min(at + 8)).find(|next| !name.is_empty() && tokens[*next].text == name).or(Some(at))
-        })
+        self.first(|text| text.constant(&id, name))
     }
-}
-
-/// The `{` of `name { … }` or `name : register(…) { … }`, at token 1 or later.
-fn body(tokens: &[Token<'_>], name: &str) -> Option<usize> {
-    (0..tokens.len().saturating_sub(1)).find_map(|at| {
-        if tokens[at].text != name {
-            return None;
-        }
-        match tokens[at + 1].text {
-            "{" => Some(at + 1),
-            ":" => (at + 2..tokens.len().min(at + 12))
-                .take_while(|next| tokens[*next].text != ";")
-                .find(|next| tokens[*next].text == "{"),
-            _ => None,
-        }
-    })
-}
-
-/// The `}` that closes the `{` at `open`.
-fn close(tokens: &[Token<'_>], open: usize) -> Option<usize> {
-    let mut depth = 0usize;
-    tokens.iter().enumerate().skip(open).find_map(|(at, token)| {
-        match token.text {
-            "{" => depth += 1,
-            "}" => depth = depth.saturating_sub(1),
-            _ => return None,
-        }
-        (depth == 0).then_some(at)
-    })
-}
-
-/// The member `name` of the body that starts at `open`: after a type or a comma, before `;`, `[`, `,` or `:`.
-fn member(tokens: &[Token<'_>], open: usize, name: &str) -> Option<usize> {
-    let end = close(tokens, open)?;
-    (open + 2..end).find(|at| {
-        tokens[*at].text == name
-            && matches!(tokens[at + 1].text, ";" | "[" | "," | ":")
-            && (tokens[at - 1].is_identifier() || matches!(tokens[at - 1].text, "," | ">" | "]"))
-    })
 }

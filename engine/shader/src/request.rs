@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
+use serde::{Deserialize, Serialize};
 
 use crate::interface::Interface;
 
 /// One shader to be compiled.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Request {
     /// Path relative to the project root, e.g. `shaders/primary.comp`. `.spv` is taken as it is, `.hlsl` is HLSL, all else GLSL.
     pub path: String,
@@ -15,6 +16,18 @@ pub struct Request {
     pub entry: String,
     /// Preprocessor definitions in order of name.
     pub defines: Vec<(String, String)>,
+}
+
+impl Request {
+    /// Whether the shader is HLSL, by the name of its file.
+    pub(crate) fn is_hlsl(&self) -> bool {
+        is_hlsl(&self.path)
+    }
+}
+
+/// Whether a file is HLSL, by its name.
+pub(crate) fn is_hlsl(path: &str) -> bool {
+    path.to_ascii_lowercase().ends_with(".hlsl")
 }
 
 /// A compiled shader.

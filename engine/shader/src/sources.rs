@@ -5,8 +5,9 @@ use std::sync::Arc;
 use raxel_diagnostics::files::{self, join};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap, Span, codes};
 
-use crate::compile::is_hlsl;
+use crate::front_end::{Form, Include, Included};
 use crate::limits::Limits;
+use crate::request::is_hlsl;
 use crate::{fatal, lexer, library};
 
 /// Where shaders live in a project, and where `<…>` includes are looked for.
@@ -17,15 +18,6 @@ const INCLUDE: &str = "shaders/include";
 const MAX_DEPTH: usize = 32;
 /// Most bytes that all texts of one shader may have together, counted as often as they are included.
 const MAX_BYTES: usize = 4 << 20;
-
-/// How an include is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Form {
-    /// `#include "x"`.
-    Quoted,
-    /// `#include <x>`.
-    Angled,
-}
 
 /// A path that was asked for, and the hash of what was there (`None`: nothing). A shader stays valid as long as all of its
 /// questions have the same answers.
@@ -76,11 +68,6 @@ impl<'f> Sources<'f> {
         }
     }
 
-    /// The same files, of which nothing has been read yet.
-    pub fn fresh(&self) -> Self {
-        Self::new(self.files)
-    }
-
     /// Reads the shader itself.
     pub fn root(&mut self, path: &str) -> Result<Arc<str>, Box<Diagnostic>> {
         let text = self.read(path, None)?.ok_or_else(|| Box::new(FileError::NotFound.diagnostic(path, None)))?;
@@ -90,10 +77,11 @@ impl<'f> Sources<'f> {
         Ok(text)
     }
 
-    /// Answers an `#include` at `depth` (1 in the shader itself): the name and the text to put there. On `None` the reason is in
-    /// `diagnostics`.
-    pub fn include(&mut self, requested: &str, form: Form, includer: &str, depth: usize) -> Option<(String, Arc<str>)> {
-        let question = (includer.to_owned(), requested.to_owned());
+    /// Answers an `#include`: the name and the text to put there. On `None` the reason is in `diagnostics`.
+    pub fn include(&mut self, include: &Include) -> Included {
+        let Include { requested, form, includer, depth } = include;
+        let (form, depth) = (*form, *depth);
+        let question = (includer.clone(), requested.clone());
         if self.refused.contains(&question) {
             return None;
         }
