@@ -61,13 +61,13 @@ impl Files for DiskFiles {
         let file = File::open(&real).map_err(|error| from_io(&error))?;
         let size = file.metadata().map_err(|error| from_io(&error))?.len();
         if size > limit {
-            return Err(FileError::TooLarge { size, limit: limit });
+            return Err(FileError::TooLarge { size, limit });
         }
         let mut bytes = Vec::with_capacity(size as usize);
         // The file may grow while it is read.
         file.take(limit + 1).read_to_end(&mut bytes).map_err(|error| from_io(&error))?;
         if bytes.len() as u64 > limit {
-            return Err(FileError::TooLarge { size: bytes.len() as u64, limit: limit });
+            return Err(FileError::TooLarge { size: bytes.len() as u64, limit });
         }
         Ok(bytes.into())
     }
