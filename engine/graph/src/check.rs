@@ -22,6 +22,7 @@ use raxel_shader::interface::Interface;
 
 use crate::SourceLayout;
 use crate::checked::{self, Graph};
+use crate::queues;
 use crate::reflect::Reflected;
 use crate::resolve::{Pass, Resolved};
 
@@ -72,6 +73,8 @@ pub fn check(
     if !complete {
         return None;
     }
+    // A pass that dispatches a queue gets one in front that makes its arguments.
+    let passes = with_arguments(resolved, passes, found)?;
     let graph = assemble(resolved, passes)?;
     flow::check(&graph, resolved, found);
     Some(graph)
@@ -105,13 +108,35 @@ fn check_pass(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<chec
         specialization,
         when: pass.when.clone(),
         every: pass.every,
+        made: false,
         place: pass.name.span.clone(),
     })
 }
 
+fn with_arguments(
+    resolved: &Resolved,
+    passes: Vec<checked::Pass>,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Vec<checked::Pass>> {
+    let mut all = Vec::with_capacity(passes.len());
+    for (pass, declared) in passes.into_iter().zip(&resolved.passes) {
+        if let Some(queue) = declared.queue {
+            match queues::maker(&pass, queue) {
+                Ok(maker) => all.push(maker),
+                Err(diagnostic) => {
+                    found.push(diagnostic);
+                    return None;
+                }
+            }
+        }
+        all.push(pass);
+    }
+    Some(all)
+}
+
 fn assemble(resolved: &Resolved, passes: Vec<checked::Pass>) -> Option<Graph> {
     let mut files = resolved.files.clone();
-    for file in passes.iter().flat_map(|pass| &pass.shader.files) {
+    for file in passes.iter().filter(|pass| !pass.made).flat_map(|pass| &pass.shader.files) {
         if !files.contains(file) {
             files.push(file.clone());
         }

@@ -116,7 +116,9 @@ pub struct Resource {
     pub kind: ResourceKind,
     /// How many earlier frames can be read as `name@1` … `name@history`.
     pub history: u32,
-    /// Where it is declared.
+    /// Made by raxel for a pass of the file; no file declares it.
+    pub made: bool,
+    /// Where it is declared, or the pass it is made for.
     pub place: Span,
 }
 
@@ -337,7 +339,9 @@ pub struct Pass {
     pub when: Option<Condition>,
     /// Runs only on these frames.
     pub every: Option<Every>,
-    /// Where it is declared.
+    /// Made by raxel for the pass behind it; no file declares it.
+    pub made: bool,
+    /// Where it is declared, or the pass it is made for.
     pub place: Span,
 }
 

@@ -18,6 +18,7 @@ mod parse;
 pub mod plan;
 mod planner;
 pub mod print;
+mod queues;
 mod reflect;
 mod region;
 mod resolve;

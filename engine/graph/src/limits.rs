@@ -7,6 +7,7 @@ use crate::checked::{
 };
 use crate::cull::Cull;
 use crate::plan::{Limits, PlanInput};
+use crate::queues::counted_by;
 use crate::sizes::{Size, full_chain, groups, local_size, specialization};
 
 /// Checks that the present point exists.
@@ -61,7 +62,11 @@ pub(crate) fn check(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
             }
         }
         if let Dispatch::Indirect { buffer, offset } = pass.dispatch {
-            arguments(graph, pass, (buffer, offset), sizes, &mut found);
+            let (buffer, offset, counts) = match counted_by(graph, buffer) {
+                Some((queue, offset)) => (queue, u64::from(offset), (4, "the number of its threads")),
+                None => (buffer, offset, (12, "12 bytes of workgroup counts")),
+            };
+            arguments(graph, pass, (buffer, offset), counts, sizes, &mut found);
         }
     }
     if found.is_empty() { Ok(()) } else { Err(found) }
@@ -332,17 +337,18 @@ fn arguments(
     graph: &Graph,
     pass: &Pass,
     (buffer, offset): (ResourceId, u64),
+    (needed, what): (u64, &str),
     sizes: &[Size],
     found: &mut Vec<Diagnostic>,
 ) {
     let Some(bytes) = sizes[buffer.0 as usize].bytes() else { return };
-    if offset.saturating_add(12) > bytes {
+    if offset.saturating_add(needed) > bytes {
         let resource = graph.resource(buffer);
         found.push(
             Diagnostic::error(
                 codes::graph::ARGUMENTS_OUT_OF_RANGE,
                 format!(
-                    "pass `{}` reads 12 bytes of workgroup counts at offset {offset}, but `{}` has {bytes} bytes",
+                    "pass `{}` reads {what} at offset {offset}, but `{}` has {bytes} bytes",
                     pass.name, resource.name
                 ),
             )

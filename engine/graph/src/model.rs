@@ -232,6 +232,13 @@ pub enum Dispatch {
         /// Bytes.
         offset: At<u64>,
     },
+    /// `{ count = "queue", offset = 0 }`.
+    Queue {
+        /// The buffer.
+        buffer: At<String>,
+        /// Bytes.
+        offset: At<u64>,
+    },
 }
 
 /// One entry of `bind`.

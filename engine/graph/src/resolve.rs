@@ -19,6 +19,7 @@ use crate::SourceLayout;
 use crate::checked::{self, Condition, Every, ParamId, ResourceId};
 use crate::extends::Loaded;
 use crate::model::{self, At, File, Fills, Literal};
+use crate::queues::Queue;
 use crate::value::ValueType;
 
 /// A graph whose names are resolved.
@@ -60,8 +61,10 @@ pub struct Pass {
     pub name: At<String>,
     /// What to compile, at the place of `shader`; `None` when that is missing or wrong.
     pub request: Option<At<Request>>,
-    /// `None` when it is missing or wrong.
+    /// `None` when it is missing or wrong. That of a queue is indirect, from a buffer that is made for it.
     pub dispatch: Option<At<checked::Dispatch>>,
+    /// The queue that is dispatched.
+    pub queue: Option<Queue>,
     /// The entries of `bind`.
     pub bind: Vec<Bind>,
     /// The push-constant values.
@@ -135,11 +138,15 @@ pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnos
     let name = required(model.name.as_ref(), "name", &start, found);
     let about = model.about.as_ref().map(|about| about.value.clone()).unwrap_or_default();
     let params = model.params.iter().map(|param| params::param(param, found)).collect::<Vec<_>>();
-    let resources = resources::resources(&model, &resource_names, sources, found);
+    let mut resources = resources::resources(&model, &resource_names, sources, found);
+    let declared = resources.len();
+    resources.extend(model.passes.iter().filter_map(resources::arguments));
     let scope = Scope { params: &params, param_names: &param_names, resources: &resources, names: &resource_names };
     check_names("block", model.blocks.iter().map(|block| &block.fills.name), found);
     let blocks = model.blocks.iter().map(|block| passes::fills(&block.fills, &scope, found)).collect();
-    let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, found)).collect();
+    // The buffers of arguments are in the order of the passes that they are made for.
+    let mut arguments = (declared as u32..resources.len() as u32).map(ResourceId);
+    let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, &mut arguments, found)).collect();
     let present = present(&model, &scope, &start, found);
     Resolved { name, about, present, params, resources, blocks, passes, files }
 }

@@ -262,6 +262,10 @@ fn dispatch() -> Value {
                 "mip": integer("The mip whose texels are meant.", 0, 16),
             })),
             table("Workgroups.", &json!({ "groups": reference("counts") })),
+            table("Threads of a queue.", &json!({
+                "count": text("The buffer that holds the number of threads, one `uint`. raxel makes the workgroups of it; `rx_thread()` of `raxel/thread.glsl` is the index."),
+                "offset": { "description": "Bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4 },
+            })),
             table("Workgroups read from a buffer.", &json!({
                 "indirect": text("The buffer: three `uint`s."),
                 "offset": { "description": "Bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4 },

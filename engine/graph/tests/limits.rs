@@ -157,11 +157,11 @@ fn sizes_follow_the_world() {
     // 45,000 threads in groups of 64.
     assert_eq!(plan.passes[0].groups, Some([704, 1, 1]));
     hand.world = [0; 3];
-    text += &format!("\nwithout a voxel\n{}", told(&hand));
+    let _ = writeln!(text, "\nwithout a voxel\n{}", told(&hand));
     assert!(hand.plan("probes").is_ok());
     hand.world = [1 << 20, 1, u32::MAX];
     hand.limits.image_3d = 2048;
-    text += &format!("\nwithout end\n{}", said(&hand, "probes"));
+    let _ = writeln!(text, "without end\n{}", said(&hand, "probes"));
     insta::assert_snapshot!(text);
 }
 

@@ -95,7 +95,11 @@ impl DebugTarget {
             graph.present
         } else {
             graph.find_resource(&self.resource).ok_or_else(|| {
-                SetError::unknown("target", &self.resource, graph.resources.iter().map(|r| r.name.as_str()))
+                SetError::unknown(
+                    "target",
+                    &self.resource,
+                    graph.resources.iter().filter(|r| !r.made).map(|r| r.name.as_str()),
+                )
             })?
         };
         let after =

@@ -1,4 +1,4 @@
-// The index of a thread in a dispatch over the elements of a list: `threads = "BUFFER"`. What a device does not take along x goes on in
+// The index of a thread in a dispatch over the elements of a list: `threads = "BUFFER"`, `count = "QUEUE"`. What a device does not take along x goes on in
 // rows along y, so `gl_GlobalInvocationID.x` alone is not the index. The last workgroups may reach past the end of the list: compare the
 // index with its length.
 #ifndef RAXEL_THREAD

@@ -49,7 +49,7 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
             continue;
         };
         let stem = Path::new(path).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        for pass in &graph.passes {
+        for pass in graph.passes.iter().filter(|pass| !pass.made) {
             let file = format!("{stem}.{}.spv", pass.name);
             modules.insert(file, (bytes_of(&pass.shader.spirv), pass.shader.request.path.clone()));
         }

@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::table::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, codes};
-use raxel_shader::interface::Type;
+use raxel_shader::interface::{Interface, SpecConstant, Type};
 
 use super::Context;
 use crate::checked::Source;
@@ -10,14 +10,19 @@ use crate::model::At;
 use crate::resolve::Feed;
 use crate::value::{ValueType, describe, glsl, typed};
 
+/// What the axes of a workgroup are called where the shader has no other name: `layout(local_size_x_id = 0) in;`.
+const WORKGROUP: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
+
 /// Checks `specialization`; gives values by constant id, in order of the ids.
 pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, Source)> {
     let constants = &context.interface().specialization;
     let mut values: Vec<(u32, Source)> = Vec::new();
     for (name, feed) in &context.pass.specialization {
-        let Some(constant) = constants.iter().find(|constant| constant.name == name.value && !name.value.is_empty())
-        else {
-            let names = || constants.iter().map(|constant| constant.name.as_str()).filter(|name| !name.is_empty());
+        let named = constants.iter().find(|constant| constant.name == name.value && !name.value.is_empty());
+        let Some(constant) = named.or_else(|| of_workgroup(context.interface(), &name.value)) else {
+            let sized = || WORKGROUP.into_iter().filter(|axis| of_workgroup(context.interface(), axis).is_some());
+            let named = || constants.iter().map(|constant| constant.name.as_str()).filter(|name| !name.is_empty());
+            let names = || named().chain(sized());
             let diagnostic = Diagnostic::error(
                 codes::graph::UNKNOWN_CONSTANT,
                 format!("`{}` has no specialization constant `{}`", context.shader.request.path, name.value),
@@ -66,6 +71,13 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, So
     }
     values.sort_by_key(|(id, _)| *id);
     values
+}
+
+/// The constant of an axis of the workgroup (`local_size_x`) that the shader sizes by id alone and gives no name.
+fn of_workgroup<'i>(interface: &'i Interface, name: &str) -> Option<&'i SpecConstant> {
+    let axis = WORKGROUP.iter().position(|axis| *axis == name)?;
+    let id = interface.local_size[axis].spec_id?;
+    interface.specialization.iter().find(|constant| constant.id == id)
 }
 
 /// A constant is built into the pipeline; what changes from frame to frame cannot be one.

@@ -1,6 +1,6 @@
 //! Dispatch: some workgroups, over mips that exist; indirect arguments inside their buffer.
 
-use raxel_diagnostics::{Diagnostic, codes};
+use raxel_diagnostics::{Code, Diagnostic, codes};
 use raxel_shader::interface::Access;
 
 use super::Context;
@@ -9,6 +9,8 @@ use crate::checked::{BoundAccess, BufferSize, Dispatch, ResourceId, ResourceKind
 
 /// Bytes of the arguments of an indirect dispatch: three `uint`s.
 const ARGUMENTS: u64 = 12;
+/// Bytes of the number of threads of a queue: a `uint`.
+const COUNT: u64 = 4;
 
 /// Checks the dispatch; gives the access of its indirect arguments.
 pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<BoundAccess> {
@@ -37,7 +39,12 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<Bound
             }
             None
         }
-        Dispatch::Indirect { buffer, offset } => indirect(context, *buffer, *offset, &error, found),
+        Dispatch::Indirect { buffer, offset } => {
+            if let Some(queue) = context.pass.queue {
+                counts(context, (queue.buffer, queue.offset), ("the count", COUNT), &error, found)?;
+            }
+            indirect(context, *buffer, *offset, &error, found)
+        }
     }
 }
 
@@ -45,29 +52,10 @@ fn indirect(
     context: &Context<'_>,
     buffer: ResourceId,
     offset: u64,
-    error: &dyn Fn(raxel_diagnostics::Code, String) -> Diagnostic,
+    error: &dyn Fn(Code, String) -> Diagnostic,
     found: &mut Vec<Diagnostic>,
 ) -> Option<BoundAccess> {
-    let declared = &context.graph.resources[buffer.0 as usize];
-    let ResourceKind::Buffer(kind) = &declared.item.kind else { return None };
-    let name = &declared.item.name;
-    if !offset.is_multiple_of(4) {
-        let message = format!("the arguments in `{name}` are at offset {offset}, which is no multiple of 4");
-        found.push(error(codes::graph::INDIRECT, message).help(format!("use {}", offset / 4 * 4)));
-        return None;
-    }
-    if let Some(bytes) =
-        kind.size.fixed_bytes().filter(|bytes| declared.sound && offset.saturating_add(ARGUMENTS) > *bytes)
-    {
-        let message = format!("`{name}` has {bytes} bytes, too few for the {ARGUMENTS} bytes of arguments at {offset}");
-        found.push(error(codes::graph::INDIRECT, message).label(declared.detail.clone(), "the size"));
-        return None;
-    }
-    if matches!(kind.size, BufferSize::Source(_)) {
-        let message = format!("`{name}` comes from outside and holds no dispatch arguments");
-        found.push(error(codes::graph::INDIRECT, message).label(declared.detail.clone(), "the source"));
-        return None;
-    }
+    counts(context, (buffer, offset), ("the arguments", ARGUMENTS), error, found)?;
     Some(BoundAccess {
         resource: buffer,
         age: 0,
@@ -78,4 +66,35 @@ fn indirect(
         binding: None,
         sampler: None,
     })
+}
+
+/// Whether what counts threads or workgroups lies in its buffer.
+fn counts(
+    context: &Context<'_>,
+    (buffer, offset): (ResourceId, u64),
+    (what, needed): (&str, u64),
+    error: &dyn Fn(Code, String) -> Diagnostic,
+    found: &mut Vec<Diagnostic>,
+) -> Option<()> {
+    let declared = &context.graph.resources[buffer.0 as usize];
+    let ResourceKind::Buffer(kind) = &declared.item.kind else { return None };
+    let name = &declared.item.name;
+    if !offset.is_multiple_of(4) {
+        let message = format!("{what} in `{name}`: offset {offset} is no multiple of 4");
+        found.push(error(codes::graph::INDIRECT, message).help(format!("use {}", offset / 4 * 4)));
+        return None;
+    }
+    if let Some(bytes) =
+        kind.size.fixed_bytes().filter(|bytes| declared.sound && offset.saturating_add(needed) > *bytes)
+    {
+        let message = format!("`{name}` has {bytes} bytes, too few for {what} of {needed} bytes at {offset}");
+        found.push(error(codes::graph::INDIRECT, message).label(declared.detail.clone(), "the size"));
+        return None;
+    }
+    if matches!(kind.size, BufferSize::Source(_)) {
+        let message = format!("`{name}` comes from outside, and {what} cannot be in it");
+        found.push(error(codes::graph::INDIRECT, message).label(declared.detail.clone(), "the source"));
+        return None;
+    }
+    Some(())
 }

@@ -3,7 +3,7 @@
 use raxel_diagnostics::{Diagnostic, codes};
 
 use super::given;
-use crate::checked::{BoundAccess, BufferSize, Dispatch, Extent, Fact, Graph, ResourceId, ResourceKind, Source};
+use crate::checked::{BoundAccess, BufferSize, Dispatch, Extent, Fact, Graph, Pass, ResourceId, ResourceKind, Source};
 use crate::resolve::Resolved;
 
 /// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, what seems unused may be
@@ -38,9 +38,7 @@ fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<
                 .label(resource.place.clone(), "declared here")
                 .help("present a target that a pass writes, or give it `init` or `clear`"),
         );
-    } else if let Some(reader) =
-        graph.passes.iter().find(|pass| pass.accesses.iter().any(|access| access.resource == id))
-    {
+    } else if let Some(reader) = reader(graph, id) {
         found.push(
             Diagnostic::warning(
                 codes::graph::NEVER_WRITTEN,
@@ -57,6 +55,12 @@ fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<
                 .label(resource.place.clone(), "no pass binds it"),
         );
     }
+}
+
+/// The first pass that touches a resource; the one behind it for a pass that raxel made.
+fn reader(graph: &Graph, id: ResourceId) -> Option<&Pass> {
+    let at = graph.passes.iter().position(|pass| pass.accesses.iter().any(|access| access.resource == id))?;
+    graph.passes[at..].iter().find(|pass| !pass.made)
 }
 
 /// Whether something is in it though no pass writes it.

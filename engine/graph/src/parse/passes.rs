@@ -71,25 +71,28 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
         return counts(node).map(Dispatch::Groups);
     }
     if !node.is_table() {
-        return node.wrong_type("`[x, y, z]` workgroups, or a table with `threads`, `groups` or `indirect`");
+        return node.wrong_type("`[x, y, z]` workgroups, or a table with `threads`, `groups`, `count` or `indirect`");
     }
     let table = node.table()?;
     let (threads, mip) = (table.get("threads"), table.get("mip"));
     let groups = table.get("groups");
-    let (indirect, offset) = (table.get("indirect"), table.get("offset"));
+    let (indirect, count, offset) = (table.get("indirect"), table.get("count"), table.get("offset"));
     table.finish();
-    let given = [("threads", &threads), ("groups", &groups), ("indirect", &indirect)];
+    let given = [("threads", &threads), ("groups", &groups), ("indirect", &indirect), ("count", &count)];
     let given: Vec<&str> = given.iter().filter(|(_, node)| node.is_some()).map(|(key, _)| *key).collect();
     if given.len() != 1 {
         let which = if given.is_empty() { "none".to_owned() } else { given.join(", ") };
-        return node.bad_value(format!("`{}` needs one of `threads`, `groups`, `indirect`; it has {which}", node.name));
+        return node.bad_value(format!(
+            "`{}` needs one of `threads`, `groups`, `count`, `indirect`; it has {which}",
+            node.name
+        ));
     }
     let whole = threads.as_ref().is_some_and(Node::is_string);
     if let (Some(mip), false) = (&mip, whole) {
         return mip.bad_value(format!("`{}` needs `threads` to name a target", mip.name));
     }
-    if let (Some(offset), None) = (&offset, &indirect) {
-        return offset.bad_value(format!("`{}` needs `indirect`", offset.name));
+    if let (Some(offset), None) = (&offset, indirect.as_ref().or(count.as_ref())) {
+        return offset.bad_value(format!("`{}` needs `indirect` or `count`", offset.name));
     }
     if let Some(node) = threads {
         if node.is_array() {
@@ -101,12 +104,14 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
         let mip = mip.map_or(Some(0), |mip| mip.integer(0..=16))? as u32;
         return Some(Dispatch::ThreadsOf { target: At::new(node.string()?, node.span.clone()), mip });
     }
-    if let Some(node) = indirect {
+    let queue = count.is_some();
+    if let Some(node) = indirect.or(count) {
         let offset = match offset {
             Some(offset) => At::new(offset.integer(0..=i64::MAX)? as u64, offset.span),
             None => At::new(0, node.span.clone()),
         };
-        return Some(Dispatch::Indirect { buffer: At::new(node.string()?, node.span.clone()), offset });
+        let buffer = At::new(node.string()?, node.span.clone());
+        return Some(if queue { Dispatch::Queue { buffer, offset } } else { Dispatch::Indirect { buffer, offset } });
     }
     counts(&groups?).map(Dispatch::Groups)
 }

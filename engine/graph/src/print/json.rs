@@ -49,6 +49,7 @@ fn resource(plan: &Plan, resource: &ResourcePlan) -> Value {
     json!({
         "name": words::name_of(&plan.graph, resource.resource),
         "kind": kind,
+        "made": plan.graph.resource(resource.resource).made,
         "desc": desc,
         "copies": resource.copies,
         "bytes": words::all_copies(resource),
@@ -67,6 +68,7 @@ fn pass(plan: &Plan, id: PassId, groups: Option<[u32; 3]>) -> Value {
         "shader": pass.shader.request.path,
         "groups": groups,
         "every": pass.every,
+        "made": pass.made,
         "when": pass.when.as_ref().map(|when| words::condition(graph, when)),
         "reads": reads,
         "writes": writes,

@@ -20,15 +20,16 @@ pub fn text(plan: &Plan) -> String {
 fn head(plan: &Plan, out: &mut String) {
     let graph = &plan.graph;
     let [w, h] = plan.output;
-    let all = graph.passes.len();
+    // What raxel adds is no pass that the author could count.
+    let all = graph.passes.iter().filter(|pass| !pass.made).count();
+    let live = plan.passes.iter().filter(|live| !graph.pass(live.pass).made).count();
     let _ = writeln!(out, "{} at {w}×{h}, shows {}", graph.name, words::present(graph, plan.present));
     if !graph.about.is_empty() {
         let _ = writeln!(out, "{}", graph.about);
     }
     let _ = writeln!(
         out,
-        "{} of {}, {} in {}",
-        plan.passes.len(),
+        "{live} of {}, {} in {}",
         words::counted(all, "pass", "passes"),
         words::counted(words::barriers(plan), "barrier", "barriers"),
         words::counted(plan.steps.len(), "step", "steps"),
@@ -52,6 +53,9 @@ fn steps(plan: &Plan, out: &mut String) {
                 let _ = write!(out, "{number:>4}  {}  {}", graph.pass(id).name, words::work(plan, *pass));
                 if let Some(every) = graph.pass(id).every {
                     let _ = write!(out, ", {}", words::every(every));
+                }
+                if graph.pass(id).made {
+                    out.push_str(", made by raxel");
                 }
                 out.push('\n');
                 let (loads, stores) = words::loads_and_stores(graph, id);

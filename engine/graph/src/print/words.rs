@@ -6,6 +6,7 @@ use crate::checked::{Condition, Dispatch, Every, Fact, Graph, PassId, ResourceId
 use crate::plan::{
     CullReason, Culled, Dependency, Hazard, HazardKind, Plan, Present, ResourceDesc, ResourcePlan, Scope, Step,
 };
+use crate::queues::counted_by;
 
 /// Bytes for people, e.g. `3.5 MiB`.
 pub(super) fn bytes(bytes: u64) -> String {
@@ -160,6 +161,11 @@ pub(super) fn work(plan: &Plan, pass: u32) -> String {
     let pass = &plan.passes[pass as usize];
     match (pass.groups, &plan.graph.pass(pass.pass).dispatch) {
         (Some([x, y, z]), _) => format!("{x}×{y}×{z} groups"),
+        (None, Dispatch::Indirect { buffer, .. }) if plan.graph.resource(*buffer).made => {
+            let queue = counted_by(&plan.graph, *buffer);
+            let (name, offset) = queue.map_or(("a queue", 0), |(queue, at)| (name_of(&plan.graph, queue), at));
+            if offset == 0 { format!("threads from {name}") } else { format!("threads from {name} + {offset}") }
+        }
         (None, Dispatch::Indirect { buffer, offset }) => {
             let name = name_of(&plan.graph, *buffer);
             if *offset == 0 { format!("groups from {name}") } else { format!("groups from {name} + {offset}") }

@@ -10,6 +10,7 @@ use super::resources::{extent_from_outside, no_elements};
 use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing};
 use crate::checked::{self, Builtin, Condition, Extent, Fact, ResourceId, ResourceKind, Source, Value};
 use crate::model::{self, At, Fills};
+use crate::queues::Queue;
 use crate::value::ValueType;
 
 /// The facts of `when` that are no param.
@@ -22,18 +23,26 @@ pub const FACTS: [(&str, Fact); 3] = [
 /// Elements that an array member may be declared with.
 const LONGEST_MEMBER: u32 = 4096;
 
-pub fn pass(pass: &model::Pass, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Pass {
+/// A pass. `arguments` gives the buffers that are made for passes that dispatch queues.
+pub fn pass(
+    pass: &model::Pass,
+    scope: &Scope<'_>,
+    arguments: &mut impl Iterator<Item = ResourceId>,
+    found: &mut Vec<Diagnostic>,
+) -> Pass {
     let whose = format!("pass `{}`", pass.name.value);
     let bind: Vec<Bind> = pass.bind.iter().map(|entry| bind(entry, scope, found)).collect();
     let request = request(pass, &whose, &bind, scope, found);
     if pass.dispatch.is_none() && !pass.flawed {
         found.push(missing_dispatch(pass, &whose, &bind, scope));
     }
-    let dispatch = pass.dispatch.as_ref().and_then(|given| dispatch(given, scope, found));
+    let dispatched = pass.dispatch.as_ref().and_then(|given| dispatch(given, scope, arguments, found));
+    let (dispatch, queue) = dispatched.map_or((None, None), |(dispatch, queue)| (Some(dispatch), queue));
     Pass {
         name: pass.name.clone(),
         request,
         dispatch,
+        queue,
         bind,
         push: pass.push.as_ref().map(|block| fills(block, scope, found)),
         uniforms: pass.uniforms.iter().map(|block| fills(block, scope, found)).collect(),
@@ -174,8 +183,10 @@ fn reference(name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) 
 fn dispatch(
     given: &At<model::Dispatch>,
     scope: &Scope<'_>,
+    arguments: &mut impl Iterator<Item = ResourceId>,
     found: &mut Vec<Diagnostic>,
-) -> Option<At<checked::Dispatch>> {
+) -> Option<(At<checked::Dispatch>, Option<Queue>)> {
+    let mut queue = None;
     let dispatch = match &given.value {
         model::Dispatch::Threads(threads) => checked::Dispatch::Threads(*threads),
         model::Dispatch::Groups(groups) => checked::Dispatch::Groups(*groups),
@@ -187,8 +198,14 @@ fn dispatch(
             let id = of_kind(buffer, scope, "buffer", found)?;
             checked::Dispatch::Indirect { buffer: id, offset: offset.value }
         }
+        model::Dispatch::Queue { buffer, offset } => {
+            let arguments = arguments.next();
+            let id = of_kind(buffer, scope, "buffer", found)?;
+            queue = Some(Queue { buffer: id, offset: offset.value });
+            checked::Dispatch::Indirect { buffer: arguments?, offset: 0 }
+        }
     };
-    Some(At::new(dispatch, given.span.clone()))
+    Some((At::new(dispatch, given.span.clone()), queue))
 }
 
 /// What threads are counted by: a target (true), or a buffer that has elements (false).

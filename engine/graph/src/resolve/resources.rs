@@ -8,7 +8,8 @@ use raxel_shader::interface::ScalarKind;
 use super::{Declared, Names, missing, resource, unknown};
 use crate::SourceLayout;
 use crate::checked::{self, Clear, DisplayMap, Extent, Resource, ResourceId, ResourceKind};
-use crate::model::{At, Buffer, BufferSize, Data, Display, File, Literal, Size, Target, WORLD};
+use crate::model::{At, Buffer, BufferSize, Data, Dispatch, Display, File, Literal, Pass, Size, Target, WORLD};
+use crate::queues;
 use crate::value::{describe, float, integer};
 
 /// Resolves targets, then buffers.
@@ -241,8 +242,15 @@ pub fn supplied_image(
         init: None,
         display,
     };
-    let item = Resource { name, kind: ResourceKind::Target(target), history: 0, place: place.clone() };
+    let item = Resource { name, kind: ResourceKind::Target(target), history: 0, made: false, place: place.clone() };
     Declared { item, sound: true, detail: place }
+}
+
+/// The buffer for the indirect arguments of a pass that dispatches a queue.
+pub fn arguments(pass: &Pass) -> Option<Declared<Resource>> {
+    let dispatch = pass.dispatch.as_ref().filter(|dispatch| matches!(dispatch.value, Dispatch::Queue { .. }))?;
+    let item = queues::arguments(&pass.name.value, pass.name.span.clone());
+    Some(Declared { item, sound: true, detail: dispatch.span.clone() })
 }
 
 /// In sizes `world` is the world. A resource of that name that is something else would be mistaken for it.
@@ -286,7 +294,7 @@ fn declared(
     detail: Span,
 ) -> Declared<Resource> {
     let history = history.map_or(0, |history| history.value);
-    let item = Resource { name: name.value.clone(), kind, history, place: name.span.clone() };
+    let item = Resource { name: name.value.clone(), kind, history, made: false, place: name.span.clone() };
     Declared { item, sound, detail }
 }
 

@@ -137,14 +137,18 @@ pub fn case(seed: u64) -> Case {
     let r = &mut random;
     // Half of the graphs are chains of whole resources, which share memory; the others are as wild as can be.
     let tame = r.percent(50);
-    let resources = resources(r, tame);
+    let mut resources = resources(r, tame);
     let count = 1 + if r.percent(8) { r.below(24) } else { r.below(9) } + if tame { 2 } else { 0 };
     let mut passes = Vec::new();
     let mut stored: Vec<ResourceId> = Vec::new();
     for number in 0..count {
-        passes.push(pass(r, number, &resources, &mut stored, tame));
+        let mut made = pass(r, number, &resources, &mut stored, tame);
+        if !stored.is_empty() && r.percent(15) {
+            passes.extend(queue(r, &mut made, &mut resources, &stored));
+        }
+        passes.push(made);
     }
-    let any = |r: &mut Random| ResourceId(r.below(resources.len() as u32));
+    let any = |r: &mut Random| ResourceId(r.below(resources.iter().filter(|of| !of.made).count() as u32));
     let present = stored.last().copied().filter(|_| r.percent(80)).unwrap_or_else(|| any(r));
     let of = &resources[present.0 as usize];
     let (mips, layers) = match &of.kind {
@@ -156,7 +160,7 @@ pub fn case(seed: u64) -> Case {
         age: if r.percent(20) { r.below(of.history + 1) } else { 0 },
         mip: r.below(mips),
         layer: r.below(layers),
-        after: r.percent(25).then(|| PassId(r.below(count))),
+        after: r.percent(25).then(|| PassId(r.below(passes.len() as u32))),
     };
     let pinned = if r.percent(15) { vec![any(r)] } else { Vec::new() };
     let graph = Graph {
@@ -244,7 +248,7 @@ fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
         };
         let source = kind.source().is_some();
         let history = if source { 0 } else { history };
-        made.push(Resource { name: format!("r{number}"), kind, history, place: place() });
+        made.push(Resource { name: format!("r{number}"), kind, history, made: false, place: place() });
     }
     made
 }
@@ -263,7 +267,8 @@ fn counted(r: &mut Random, resources: &[Resource]) -> Option<ResourceId> {
 
 fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<ResourceId>, tame: bool) -> Pass {
     let mut accesses = Vec::new();
-    let any = |r: &mut Random| ResourceId(r.below(resources.len() as u32));
+    let declared = resources.iter().filter(|of| !of.made).count() as u32;
+    let any = |r: &mut Random| ResourceId(r.below(declared));
     for _ in 0..r.below(3) + u32::from(tame && !stored.is_empty()) {
         let resource = if stored.is_empty() || !tame && r.percent(10) {
             any(r)
@@ -332,6 +337,7 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         push: Vec::new(),
         uniforms: Vec::new(),
         specialization: Vec::new(),
+        made: false,
         when: r.percent(if tame { 3 } else { 10 }).then(|| Condition {
             fact: if r.percent(50) { Fact::WorldHasEmission } else { Fact::WorldHasVoxels },
             negated: r.percent(50),
@@ -339,6 +345,37 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         every: r.percent(if tame { 3 } else { 8 }).then_some(Every::Frames(3)),
         place: place(),
     }
+}
+
+/// Makes a pass dispatch a queue that an earlier pass has stored: its arguments come from a pass in front, through a buffer of their
+/// own. `None` where no such buffer is there, or where the pass is dispatched indirectly already.
+fn queue(r: &mut Random, pass: &mut Pass, resources: &mut Vec<Resource>, stored: &[ResourceId]) -> Option<Pass> {
+    let buffer = |id: &&ResourceId| {
+        let kind = &resources[id.0 as usize].kind;
+        matches!(kind, ResourceKind::Buffer(_)) && kind.source().is_none()
+    };
+    let queues: Vec<ResourceId> = stored.iter().filter(buffer).copied().collect();
+    if queues.is_empty() || matches!(pass.dispatch, Dispatch::Indirect { .. }) {
+        return None;
+    }
+    let queue = r.pick(&queues);
+    let arguments = ResourceId(resources.len() as u32);
+    let name = format!("{}.arguments", pass.name);
+    let kind = ResourceKind::Buffer(Buffer { size: BufferSize::Bytes(16), clear: None, init: None });
+    resources.push(Resource { name: name.clone(), kind, history: 0, made: true, place: place() });
+    let maker = Pass {
+        name,
+        dispatch: Dispatch::Groups([1; 3]),
+        accesses: vec![
+            bound(r, resources, queue, 0, Access::Read, Usage::StorageBuffer),
+            bound(r, resources, arguments, 0, Access::Write, Usage::StorageBuffer),
+        ],
+        made: true,
+        ..pass.clone()
+    };
+    pass.dispatch = Dispatch::Indirect { buffer: arguments, offset: 0 };
+    pass.accesses.push(bound(r, resources, arguments, 0, Access::Read, Usage::IndirectArguments));
+    Some(maker)
 }
 
 fn bound(

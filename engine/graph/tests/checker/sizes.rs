@@ -66,10 +66,10 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
                     faults.push(format!("{}: {} bytes for {count} × {stride}", declared.name, desc.size));
                 }
             }
-            (ResourceDesc::Image(desc), ResourceKind::Target(Target { extent: Extent::World { scale }, .. })) => {
-                if desc.extent != of_world(*scale) || !desc.volume {
-                    faults.push(format!("{}: {:?} is not the world's extent", declared.name, desc.extent));
-                }
+            (ResourceDesc::Image(desc), ResourceKind::Target(Target { extent: Extent::World { scale }, .. }))
+                if desc.extent != of_world(*scale) || !desc.volume =>
+            {
+                faults.push(format!("{}: {:?} is not the world's extent", declared.name, desc.extent));
             }
             _ => {}
         }

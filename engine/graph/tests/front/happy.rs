@@ -84,3 +84,48 @@ fn every_construct_arrives_in_the_checked_graph() {
         ]
     );
 }
+
+/// A pass that dispatches a queue reads its arguments from a buffer that a pass in front makes, for the shader's own workgroup.
+#[test]
+fn a_queue_becomes_two_passes() {
+    let project = Project::new()
+        .edit("graphs/base.toml", "dispatch = { threads = \"hit\" }", "dispatch = { count = \"counters\", offset = 8 }")
+        .edit("graphs/base.toml", "WIDTH = 8", "WIDTH = \"buffer.args.count\"");
+    let (graph, _) = project.compile("graphs/base.toml").0.unwrap_or_else(|found| panic!("{found:#?}"));
+    let names: Vec<_> = graph.passes.iter().map(|pass| (&pass.name[..], pass.made)).collect();
+    assert_eq!(names[..3], [("primary.arguments", true), ("primary", false), ("pyramid", false)]);
+    let (maker, primary) = (&graph.passes[0], &graph.passes[1]);
+    let arguments = graph.find_resource("primary.arguments").unwrap();
+    assert!(graph.resource(arguments).made);
+    assert_eq!(primary.dispatch, Dispatch::Indirect { buffer: arguments, offset: 0 });
+    let args = graph.find_resource("args").unwrap();
+    let local = [Source::CountOf(args), Source::Value(Value::U32(8)), Source::Value(Value::U32(1))];
+    assert_eq!(maker.specialization, [0, 1, 2].map(|id| (id, local[id as usize].clone())));
+    assert_eq!(maker.push[0].from, Source::Value(Value::U32(2)));
+    let counters = graph.find_resource("counters").unwrap();
+    let touched: Vec<_> = maker.accesses.iter().map(|access| (access.resource, access.access)).collect();
+    assert!(
+        touched.contains(&(counters, Access::Read)) && touched.contains(&(arguments, Access::Write)),
+        "{touched:?}"
+    );
+    assert!(graph.files.iter().all(|file| !file.contains("arguments")), "{:?}", graph.files);
+
+    let present = raxel_graph::plan::Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None };
+    let input = raxel_graph::plan::PlanInput {
+        output: [64, 32],
+        present,
+        pinned: &[],
+        facts: &|_| true,
+        sources: &std::collections::BTreeMap::new(),
+        world: raxel_graph::plan::WorldInput::ON_PAPER,
+        memory: &raxel_graph::EstimatedMemory,
+        alias: true,
+        limits: raxel_graph::plan::Limits::PORTABLE,
+    };
+    let plan = raxel_graph::plan(std::sync::Arc::new(graph), &input).unwrap_or_else(|found| panic!("{found:#?}"));
+    let text = raxel_graph::print::text(&plan);
+    assert!(text.contains("primary.arguments  1×1×1 groups, made by raxel"), "{text}");
+    assert!(text.contains("primary  threads from counters + 8"), "{text}");
+    let counted = plan.passes.iter().filter(|live| !plan.graph.pass(live.pass).made).count();
+    assert!(text.contains(&format!("{counted} of 4 passes")), "{text}");
+}

@@ -24,6 +24,7 @@ const TABLES: [(&str, &[&str]); 12] = [
             "/definitions/pass/properties/dispatch/anyOf/1",
             "/definitions/pass/properties/dispatch/anyOf/2",
             "/definitions/pass/properties/dispatch/anyOf/3",
+            "/definitions/pass/properties/dispatch/anyOf/4",
         ],
     ),
     ("[[passes]]\nname = \"p\"\nbind = { x = { zzzzzzzz = 1 } }", &["/definitions/bind/anyOf/1"]),

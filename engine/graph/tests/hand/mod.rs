@@ -72,7 +72,7 @@ impl Hand {
 
     fn resource(&mut self, name: &str, kind: ResourceKind, history: u32) -> &mut Hand {
         let place = Span::new("graphs/hand.toml", 0..0);
-        self.graph.resources.push(Resource { name: name.to_owned(), kind, history, place });
+        self.graph.resources.push(Resource { name: name.to_owned(), kind, history, made: false, place });
         self
     }
 
@@ -93,6 +93,7 @@ impl Hand {
             push: Vec::new(),
             uniforms: Vec::new(),
             specialization: Vec::new(),
+            made: false,
             when: None,
             every: None,
             place: Span::new("graphs/hand.toml", 0..0),

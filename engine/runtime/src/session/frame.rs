@@ -230,7 +230,7 @@ impl Session {
     }
 
     fn resource(&self, name: &str) -> Result<ResourceId, SetError> {
-        let names = self.graph.resources.iter().map(|resource| resource.name.as_str());
+        let names = self.graph.resources.iter().filter(|r| !r.made).map(|resource| resource.name.as_str());
         self.graph.find_resource(name).ok_or_else(|| SetError::unknown("resource", name, names))
     }
 }

@@ -1,5 +1,8 @@
 //! Dispatches over lists: each element gets one thread, however many there are.
 
+use raxel_graph::checked::Value;
+use raxel_runtime::execute::Builtins;
+
 use crate::lab::{Lab, Planned};
 
 /// Five million threads of 64 are 78,125 workgroups: more than a device need take along x.
@@ -127,5 +130,76 @@ fn targets_follow_the_world() {
         }
         let faces: Vec<u32> = (0..count).flat_map(|i| [i; 6]).collect();
         assert_eq!(lab.words("faces"), faces);
+    }
+}
+
+/// What is queued is counted by a pass; the pass behind it runs with as many threads, whatever the shape of its workgroup.
+const QUEUE_GRAPH: &str = r#"
+name = "queue"
+present = "hits"
+[params.count]
+type = "u32"
+default = 0
+[buffers.queue]
+size = { count = 4, stride = 4 }
+[buffers.hits]
+size = { count = 5000100, stride = 4 }
+clear = 0
+[[passes]]
+name = "enqueue"
+shader = "enqueue.comp"
+dispatch = [1]
+bind = { Queue = "queue" }
+push = { count = "param.count" }
+[[passes]]
+name = "run"
+shader = "run.comp"
+specialization = { local_size_x = WIDE }
+dispatch = { count = "queue", offset = 8 }
+bind = { Queue = "queue", Hits = "hits" }
+"#;
+
+const ENQUEUE: &str = "#version 460
+layout(local_size_x = 1) in;
+layout(std430) writeonly buffer Queue { uint queue[]; };
+layout(push_constant) uniform Push { uint count; };
+void main() {
+    for (int i = 0; i < 4; i++) queue[i] = i == 2 ? count : 1000000000u;
+}";
+
+/// The constant that sizes the workgroup has no name of its own.
+const RUN: &str = "#version 460
+#include <raxel/thread.glsl>
+layout(local_size_x_id = 5, local_size_y = 2) in;
+layout(std430) readonly buffer Queue { uint queue[]; };
+layout(std430) buffer Hits { uint hits[]; };
+void main() {
+    uint i = rx_thread();
+    // Those past the end are counted too, in one place each.
+    if (i < queue[2]) atomicAdd(hits[i], 1u); else atomicAdd(hits[5000001u + min(i - queue[2], 98u)], 1u);
+}";
+
+#[test]
+fn a_queue_gets_a_thread_for_each_element() {
+    for wide in [1_u32, 32] {
+        let graph = QUEUE_GRAPH.replace("WIDE", &wide.to_string());
+        let files = [("graphs/test.toml", &graph[..]), ("shaders/enqueue.comp", ENQUEUE), ("shaders/run.comp", RUN)];
+        let mut lab = Lab::new();
+        let plan = lab.load(&files, &Planned { present: "hits", ..Planned::default() });
+        let names: Vec<_> = plan.passes.iter().map(|live| plan.graph.pass(live.pass).name.as_str()).collect();
+        assert_eq!(names, ["enqueue", "run.arguments", "run"]);
+        for count in [0_u32, 1, 64, 65, 5_000_000] {
+            lab.frame_with(&Builtins::default(), &[Value::U32(count)]);
+            let hits = lab.words("hits");
+            let wrong = (0_u32..5_000_001).zip(&hits).find(|(i, hit)| **hit != u32::from(i < &count));
+            assert_eq!(wrong, None, "thread and how often it ran, of {count} in groups of {wide}×2");
+            // Less than a workgroup is to spare in each row.
+            let group = wide * 2;
+            let spare: u32 = hits[5_000_001..].iter().sum();
+            let rows = count.div_ceil(group).div_ceil(65_535);
+            assert!(spare < (rows * group).max(1), "{spare} threads too many for {count}");
+        }
+        let report = lab.frame_with(&Builtins::default(), &[Value::U32(5_000_000)]);
+        assert_eq!((report.dispatched, report.skipped), (0, 3), "a queue that did not change is not run again");
     }
 }
