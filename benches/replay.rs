@@ -79,6 +79,37 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
     Arc::new(plan)
 }
 
+/// An executor with the plan swapped in.
+fn executor(device: &Arc<Device>, timings: bool, markers: bool) -> Executor {
+    let options = ExecutorOptions { timings, markers, ..ExecutorOptions::default() };
+    let mut executor = Executor::with_options(device.clone(), options).expect("a command pool");
+    let prepared = executor.builder().prepare(plan(device), &Sources::new()).expect("it suits the device");
+    executor.swap(prepared);
+    executor
+}
+
+/// Wall time of a frame until the device has finished it: what times and crash markers cost the device.
+fn finished_time(c: &mut Criterion, device: &Arc<Device>) {
+    let mut group = c.benchmark_group("30 passes, finished by the device");
+    for (name, timings, markers) in [
+        ("plain", false, false),
+        ("timings", true, false),
+        ("markers", false, true),
+        ("timings and markers", true, true),
+    ] {
+        let mut executor = executor(device, timings, markers);
+        let mut builtins = Builtins::default();
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                builtins.frame_time += 1.0;
+                executor.frame(&inputs(&builtins)).expect("it runs");
+                executor.wait().expect("the device finishes");
+            });
+        });
+    }
+    group.finish();
+}
+
 /// A recorder with nothing behind it: what is left is our own work.
 #[derive(Default)]
 struct Null {
@@ -139,10 +170,7 @@ fn own_time(c: &mut Criterion, device: &Arc<Device>) {
 }
 
 fn recorded_time(c: &mut Criterion, device: &Arc<Device>) {
-    let options = ExecutorOptions { timings: false, markers: false, ..ExecutorOptions::default() };
-    let mut executor = Executor::with_options(device.clone(), options).expect("a command pool");
-    let prepared = executor.builder().prepare(plan(device), &Sources::new()).expect("it suits the device");
-    executor.swap(prepared);
+    let mut executor = executor(device, false, false);
     let mut builtins = Builtins::default();
     let mut group = c.benchmark_group("30 passes, recorded and submitted");
     group.bench_function("raxel", |b| {
@@ -208,6 +236,7 @@ fn recorded_time(c: &mut Criterion, device: &Arc<Device>) {
 fn replay(c: &mut Criterion) {
     let device = Device::new(&DeviceOptions::default()).unwrap_or_else(|error| panic!("{error}"));
     own_time(c, &device);
+    finished_time(c, &device);
     recorded_time(c, &device);
 }
 

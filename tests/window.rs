@@ -167,6 +167,77 @@ fn frames_of_a_demo_are_counted() {
     Run::from(output(command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY"))).exits(0);
 }
 
+/// Works for minutes on the software driver: it leaves a loop after 65535 rounds, so a round is long and the groups are many.
+const SPIN: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform writeonly image2D outColor;
+#define STEP x = fract(x * 1.37 + 0.11);
+#define STEPS STEP STEP STEP STEP STEP STEP STEP STEP
+void main() {
+    float x = float(gl_GlobalInvocationID.x);
+    for (int i = 0; i < 60000; ++i) { STEPS STEPS STEPS STEPS }
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(x));
+}
+";
+
+#[test]
+fn a_dispatch_that_does_not_end_is_named_and_keeps_neither_edits_nor_escape() {
+    let display = Display::start();
+    let project = Project::empty();
+    project.write(
+        "graphs/spin.toml",
+        "name = \"spin\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nsize = [4096, 4096]\n\
+         [[passes]]\nname = \"spin\"\nshader = \"spin.comp\"\ndispatch = { threads = \"color\" }\n\
+         bind = { outColor = \"color\" }\n",
+    );
+    project.write("shaders/spin.comp", SPIN);
+    let log_path = project.path("log");
+    let mut child = Running::start(
+        command(project.root(), &["run", "graphs/spin.toml", "--size", "320x180"])
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(fs::File::create(&log_path).unwrap()),
+    );
+    eventually("the pass is named", || log(&log_path).contains("the device has worked on pass `spin`"));
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    eventually("the title names it", || display.xdotool(&["getwindowname", &window]).contains("working on `spin`"));
+    project.edit("shaders/spin.comp", "vec4(x)", "vec4(colour)");
+    eventually("a mistake is told", || log(&log_path).contains("gen 1 failed"));
+    project.edit("shaders/spin.comp", "vec4(colour)", "vec4(0.5)");
+    eventually("an edit is taken", || log(&log_path).contains("reloaded shaders/spin.comp"));
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+}
+
+#[test]
+fn a_scale_computes_fewer_pixels_for_the_same_window() {
+    let display = Display::start();
+    let project = Project::shipped();
+    let arguments = ["--world", "worlds/menger.toml"];
+    let mut child = Running::start(
+        command(project.root(), &["run", "graphs/inspect.toml", "--size", "320x180", "--scale", "0.5", "--validate"])
+            .args(arguments)
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(Stdio::null()),
+    );
+    project
+        .raxel(&["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "160x90", "-o", "r.png"])
+        .exits(0);
+    let half = image::open(project.path("r.png")).unwrap().into_rgb8();
+    let pixels = (0..180).flat_map(|y| (0..320).map(move |x| (x, y)));
+    let expected: Vec<[u8; 3]> = pixels.map(|(x, y)| half.get_pixel(x / 2, y / 2).0).collect();
+    eventually("the smaller picture, enlarged", || display.pixels(320, 180) == expected);
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0));
+
+    let refused = project.raxel(&["run", "--scale", "0"]).exits(2);
+    assert!(refused.stderr.contains("from 0.0625 to 4"), "{}", refused.stderr);
+}
+
 #[test]
 fn without_a_display_the_way_out_is_said() {
     let mut command = command(common::repository(), &["run"]);

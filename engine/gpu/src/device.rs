@@ -59,6 +59,8 @@ pub struct Capabilities {
     pub timestamp_period: f32,
     /// Windows can be presented to.
     pub present: bool,
+    /// Markers cost a word in the command stream (`VK_AMD_buffer_marker`); elsewhere a dependency and a fill.
+    pub buffer_markers: bool,
     /// The queue can draw triangles, not only compute.
     pub graphics: bool,
     /// The validation layer is on.
@@ -364,6 +366,7 @@ fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<
             _ => properties.limits.timestamp_period,
         },
         present,
+        buffer_markers: marker,
         graphics: families[seen.family as usize].queue_flags.contains(vk::QueueFlags::GRAPHICS)
             && on13.dynamic_rendering == vk::TRUE,
         validated: instance.validated,

@@ -45,6 +45,22 @@ impl Timestamps {
     }
 }
 
+impl Timestamps {
+    /// Whether the device has taken a time since the pool was made ready. Does not wait; `None` when the device does not answer.
+    pub fn is_taken(&self, index: u32) -> Option<bool> {
+        let mut answer = [[0_u64; 2]];
+        let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WITH_AVAILABILITY;
+        if index >= self.count {
+            return None;
+        }
+        // SAFETY: the index is within the pool; the element holds a tick and its availability.
+        match unsafe { self.device.raw.get_query_pool_results(self.raw, index, &mut answer, flags) } {
+            Ok(()) | Err(ash::vk::Result::NOT_READY) => Some(answer[0][1] != 0),
+            Err(_) => None,
+        }
+    }
+}
+
 impl Drop for Timestamps {
     fn drop(&mut self) {
         self.device.retire(Dead::QueryPool(self.raw));

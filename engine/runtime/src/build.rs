@@ -13,8 +13,7 @@ use raxel_world::layout::Layout;
 use crate::execute::{self, ExecuteError, Executor};
 use crate::params::Params;
 use crate::project::Project;
-use crate::reload::debounce::Content;
-use crate::reload::recording_files::RecordingFiles;
+use crate::recording_files::{Content, RecordingFiles};
 use crate::sources::{OnDevice, SourceName, catalog};
 use crate::timeline::{self, Demo};
 use crate::world::SessionWorld;
@@ -39,7 +38,7 @@ pub struct Part<T> {
     /// The texts that diagnostics point into.
     pub texts: SourceMap,
     /// Every file that was asked for, with what was found: a change of any of them changes the thing.
-    pub files: BTreeMap<String, Content>,
+    pub(crate) files: BTreeMap<String, Content>,
 }
 
 impl<T> Clone for Part<T> {

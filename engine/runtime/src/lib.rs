@@ -26,6 +26,7 @@ pub mod execute;
 pub mod params;
 pub mod present;
 pub mod project;
+mod recording_files;
 pub mod reload;
 pub mod session;
 pub mod sources;

@@ -11,7 +11,7 @@ use super::FRAMES;
 use super::error::ExecuteError;
 use super::inputs::FrameInputs;
 use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, lock, pass_name};
-use super::record::{DeviceRecorder, initialize_resources, marker_word};
+use super::record::{DeviceRecorder, initialize_resources};
 use super::replay::Counts;
 use super::report::{FrameReport, PassTime, SwapReport};
 use super::upload::Uploads;
@@ -187,6 +187,7 @@ impl Executor {
         *running = Running { serial: running.serial + 1, resources, picture };
         drop(running);
         self.running = Some(next);
+        self.shared.pipelines.swapped();
         self.needs_full_barrier = true;
         self.supply_sources();
         report
@@ -423,10 +424,7 @@ impl Executor {
         order.into_iter().find_map(|index| {
             let slot = &self.slots[index];
             let instrumentation = slot.instrumentation.as_ref()?;
-            let markers = instrumentation.markers.as_ref()?;
-            let unfinished = |pass: &&u32| {
-                markers.word(instrumentation.marker(index, **pass as usize)) != Some(marker_word(slot.frame))
-            };
+            let unfinished = |pass: &&u32| instrumentation.finished(index, **pass as usize, slot.frame) == Some(false);
             pass_name(&instrumentation.plan, *slot.ran.iter().find(unfinished)? as usize)
         })
     }

@@ -14,6 +14,7 @@ mod readback;
 mod record;
 mod replay;
 mod report;
+mod retained;
 mod source;
 mod texel;
 mod upload;

@@ -11,23 +11,35 @@ use raxel_shader::interface::BindingKind;
 use super::display::{self, Variant};
 use super::error::ExecuteError;
 use super::prepare::lock;
+use super::retained::Retained;
 use super::values;
 
 /// Shader key and specialization.
 type PipelineKey = ([u8; 32], Vec<(u32, u32)>);
 
-/// Pipelines are kept for edits that are taken back, until there are so many.
-const KEPT_PIPELINES: usize = 512;
+/// Bytes of pipelines that no plan uses: some forty edits of a shader that holds a whole tracer.
+const BUDGET: u64 = 48 << 20;
+
+/// What a driver makes of a byte of SPIR-V, its own structures included. Measured on lavapipe, whose compiled tracers take the most.
+const BYTES_PER_SPIRV_BYTE: u64 = 8;
 
 /// Everything of a device that depends on neither sizes nor resources.
-#[derive(Default)]
 pub(super) struct Pipelines {
-    passes: Mutex<HashMap<PipelineKey, Arc<ComputePipeline>>>,
+    passes: Mutex<Retained<PipelineKey, ComputePipeline>>,
     displays: Mutex<HashMap<Variant, Arc<ComputePipeline>>>,
     samplers: Mutex<HashMap<(bool, bool), Arc<Sampler>>>,
 }
 
 impl Pipelines {
+    pub(super) fn new() -> Self {
+        Self { passes: Mutex::new(Retained::new(BUDGET)), displays: Mutex::default(), samplers: Mutex::default() }
+    }
+
+    /// A plan was swapped in: pipelines that no plan uses any more are kept to the budget.
+    pub(super) fn swapped(&self) {
+        lock(&self.passes).swapped();
+    }
+
     /// A sampler.
     pub(super) fn sampler(
         &self,
@@ -55,17 +67,14 @@ impl Pipelines {
             specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect();
         let key = (pass.shader.key, specialization);
         if let Some(pipeline) = lock(&self.passes).get(&key) {
-            return Ok(pipeline.clone());
+            return Ok(pipeline);
         }
         if let Some(lacks) = lacking(device, &pass.shader) {
             return Err(ExecuteError::Capability { pass: pass.name.clone(), lacks });
         }
         let pipeline = Arc::new(make_pipeline(device, &pass.name, &pass.shader, &key.1)?);
-        let mut pipelines = lock(&self.passes);
-        if pipelines.len() >= KEPT_PIPELINES {
-            pipelines.retain(|_, pipeline| Arc::strong_count(pipeline) > 1);
-        }
-        pipelines.insert(key, pipeline.clone());
+        let bytes = 4 * pass.shader.spirv.len() as u64 * BYTES_PER_SPIRV_BYTE;
+        lock(&self.passes).insert(key, pipeline.clone(), bytes);
         Ok(pipeline)
     }
 

@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use raxel_gpu::{
-    Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Image, ImageInfo, Location, Resource,
-    Timestamps, vk,
+    Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, DeviceKind, Image, ImageInfo, Location,
+    Resource, Timestamps, vk,
 };
 use raxel_graph::checked::{BoundAccess, Dispatch, PassId};
 use raxel_graph::plan::{Plan, Step};
@@ -22,6 +22,7 @@ use super::executor::ExecutorOptions;
 use super::memo::{hash_bytes, mix};
 use super::physical::{self, Physical};
 use super::pipelines::Pipelines;
+use super::record::marker_word;
 use super::replay::Replay;
 use super::source::{DeviceSource, Sources, WriteQueue};
 
@@ -41,7 +42,7 @@ pub(super) struct Shared {
     pub(super) running: Mutex<Running>,
     /// Writes of sources that wait for the next frame.
     pub(super) writes: Arc<WriteQueue>,
-    pipelines: Pipelines,
+    pub(super) pipelines: Pipelines,
 }
 
 #[derive(Default)]
@@ -114,6 +115,15 @@ impl Instrumentation {
     pub(super) fn marker(&self, slot: usize, pass: usize) -> u64 {
         ((slot * self.plan.passes.len() + pass) * 4) as u64
     }
+
+    /// Whether a pass that was recorded in a frame has finished. `None` when nothing is known of it.
+    pub(super) fn finished(&self, slot: usize, pass: usize, frame: u64) -> Option<bool> {
+        match (&self.markers, &self.timestamps[slot]) {
+            (Some(markers), _) => Some(markers.word(self.marker(slot, pass)) == Some(marker_word(frame))),
+            (None, Some(timestamps)) => timestamps.is_taken(2 * pass as u32 + 1),
+            (None, None) => None,
+        }
+    }
 }
 
 impl Prepared {
@@ -131,7 +141,7 @@ impl Shared {
             options,
             running: Mutex::default(),
             writes: Arc::default(),
-            pipelines: Pipelines::default(),
+            pipelines: Pipelines::new(),
         };
         shared.set_watchdog(options.watchdog);
         shared
@@ -262,18 +272,24 @@ impl Builder {
     fn instrumentation(&self, plan: &Arc<Plan>) -> Result<Instrumentation, ExecuteError> {
         let (device, options) = (&self.shared.device, &self.shared.options);
         let passes = plan.passes.len() as u64;
+        // Where a marker would be a dependency and a fill after every pass, the times that are taken anyway say which passes have
+        // finished. A driver that computes on the processor runs one pass after the other, so that markers cost it little, and waits for
+        // everything when it is asked for times.
+        let capabilities = device.capabilities();
+        let timeless = capabilities.timestamp_period == 0.0;
+        let by_words = capabilities.buffer_markers || capabilities.kind == DeviceKind::Cpu || timeless;
+        let mut timestamps = [const { None }; FRAMES];
+        if options.timings || (options.markers && !by_words) {
+            for pool in &mut timestamps {
+                *pool = Timestamps::new(device, "pass times", 2 * passes as u32)?;
+            }
+        }
         let info = BufferInfo {
             size: passes * 4 * FRAMES as u64,
             usage: vk::BufferUsageFlags::TRANSFER_DST,
             location: Location::Download,
         };
-        let wanted = options.markers && passes > 0;
-        let mut timestamps = [const { None }; FRAMES];
-        if options.timings {
-            for pool in &mut timestamps {
-                *pool = Timestamps::new(device, "pass times", 2 * passes as u32)?;
-            }
-        }
+        let wanted = options.markers && by_words && passes > 0;
         let markers = wanted.then(|| Buffer::new(device, "crash markers", &info, Backing::Own)).transpose()?;
         Ok(Instrumentation { plan: plan.clone(), markers, timestamps })
     }

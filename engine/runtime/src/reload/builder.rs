@@ -11,10 +11,10 @@ use raxel_diagnostics::Diagnostic;
 use super::debounce::{Debounce, FileActivity};
 use super::event::{Failed, Rebuilt};
 use super::project_state::{BuildSettings, ProjectState};
-use super::recording_files::content;
-use super::watch::{Means, Notice, Tell, Watcher};
+use super::watch::{Notice, Tell, Watcher};
 use crate::build::{self, BuildError, DeviceContext, Loader, Selection};
 use crate::execute::{ExecuteError, Prepared};
+use crate::recording_files::content;
 
 /// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
 const HOLD: Duration = Duration::from_millis(120);
@@ -59,7 +59,6 @@ pub struct Reloader {
     outcomes: Receiver<Outcome>,
     messages: Sender<Message>,
     settings: Arc<Mutex<BuildSettings>>,
-    means: Means,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -111,14 +110,8 @@ impl Reloader {
         };
         builder.running = builder.shader_keys();
         builder.watch();
-        let means = builder.watcher.means();
         let thread = std::thread::Builder::new().name("raxel-reload".to_owned()).spawn(move || builder.run())?;
-        Ok(Self { outcomes, messages, settings, means, thread: Some(thread) })
-    }
-
-    /// How changes are learnt of.
-    pub fn means(&self) -> Means {
-        self.means
+        Ok(Self { outcomes, messages, settings, thread: Some(thread) })
     }
 
     /// Changes what builds are made for.

@@ -7,6 +7,8 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use crate::recording_files::Content;
+
 /// Quiet time after a file was closed or renamed into place. Short: the file is whole, and only the other files of a "save all" are
 /// still to come.
 pub const QUIET_AFTER_CLOSE: Duration = Duration::from_millis(15);
@@ -44,24 +46,6 @@ impl FileActivity {
     }
 }
 
-/// Contents of a file, as far as they matter here.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Content {
-    /// No file, or none that can be read.
-    Missing,
-    /// A file without bytes.
-    Empty,
-    /// BLAKE3 of the bytes.
-    Bytes(blake3::Hash),
-}
-
-impl Content {
-    /// Of these bytes.
-    pub fn of(bytes: &[u8]) -> Self {
-        if bytes.is_empty() { Content::Empty } else { Content::Bytes(blake3::hash(bytes)) }
-    }
-}
-
 /// Files that were touched and are waited for, and the contents of all files as last used.
 #[derive(Debug, Default)]
 pub struct Debounce {
@@ -85,11 +69,6 @@ impl Debounce {
     /// Whether a file matters.
     pub fn matters(&self, path: &str) -> bool {
         self.known.contains_key(path)
-    }
-
-    /// Files that matter.
-    pub fn files(&self) -> impl Iterator<Item = &str> {
-        self.known.keys().map(String::as_str)
     }
 
     /// Something happened to a file.

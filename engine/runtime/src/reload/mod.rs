@@ -1,10 +1,10 @@
 //! Hot reload: watch the files that went in, wait until a save is finished, rebuild off-thread what depends on it.
 
-pub mod builder;
-pub mod debounce;
+pub(crate) mod builder;
+mod debounce;
 mod event;
-pub mod project_state;
-pub mod recording_files;
-pub mod watch;
+pub(crate) mod project_state;
+mod watch;
 
+pub use builder::Waker;
 pub use event::{Failed, Rebuilt, ReloadEvent, Reloaded};

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_graph::checked::Graph;
 
-use super::debounce::Content;
 use crate::build::{self, DeviceContext, Part, Selection};
 use crate::debug_target::DebugTarget;
 use crate::params::Params;
+use crate::recording_files::Content;
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
 

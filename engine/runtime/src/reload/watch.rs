@@ -73,11 +73,6 @@ impl Watcher {
         Self { root: root.to_owned(), means, inner: watcher, watched: BTreeSet::new(), names, tell }
     }
 
-    /// How changes are learnt of.
-    pub fn means(&self) -> Means {
-        self.means
-    }
-
     /// Watches these project paths, whether they exist or not, and nothing else.
     pub fn watch<'p>(&mut self, files: impl Iterator<Item = &'p str>) {
         let mut names = Names::default();
@@ -220,7 +215,7 @@ mod tests {
         fs::create_dir(root.join("shaders")).unwrap();
         fs::write(root.join("shaders/a.comp"), "1").unwrap();
         let (mut watcher, receiver) = watch(&root, false, &["shaders/a.comp", "shaders/include/new.glsl"]);
-        assert_eq!(watcher.means(), Means::System);
+        assert_eq!(watcher.means, Means::System);
         let finished = |what: &str, name: &str| assert!(wait(&receiver, name, FileActivity::Finished), "{what}");
 
         fs::write(root.join("shaders/a.comp"), "2").unwrap();
@@ -249,7 +244,7 @@ mod tests {
         let root = folder.path().canonicalize().unwrap();
         fs::write(root.join("a"), "1").unwrap();
         let (watcher, receiver) = watch(&root, true, &["a"]);
-        assert_eq!(watcher.means(), Means::Polling);
+        assert_eq!(watcher.means, Means::Polling);
         fs::write(root.join("a"), "22").unwrap();
         assert!(wait(&receiver, "a", FileActivity::Unknown));
     }

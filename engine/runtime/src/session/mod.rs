@@ -28,9 +28,9 @@ use crate::execute::{Executor, ExecutorOptions, Override};
 use crate::params::Params;
 use crate::present::Viewport;
 use crate::project::Project;
-use crate::reload::ReloadEvent;
-use crate::reload::builder::{Reloader, Waker};
+use crate::reload::builder::Reloader;
 use crate::reload::project_state::ProjectState;
+use crate::reload::{ReloadEvent, Waker};
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
 

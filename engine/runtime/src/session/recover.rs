@@ -111,4 +111,39 @@ mod tests {
         forgiven.opened(at(60));
         assert!(forgiven.spend(at(61)));
     }
+
+    #[test]
+    fn a_recovery_that_fails_half_way_is_tried_again() {
+        let folder = tempfile::tempdir().unwrap();
+        for (path, text) in [
+            (
+                "graphs/fill.toml",
+                "name = \"fill\"\npresent = \"color\"\n[targets.color]\nformat = \"r32f\"\n[[passes]]\nname = \"fill\"\n\
+                 shader = \"fill.comp\"\ndispatch = { threads = \"color\" }\nbind = { c = \"color\" }\n",
+            ),
+            (
+                "shaders/fill.comp",
+                "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) writeonly uniform image2D c;\n\
+                 void main() { imageStore(c, ivec2(gl_GlobalInvocationID.xy), vec4(0.5)); }\n",
+            ),
+        ] {
+            let path = folder.path().join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        let project = Some(folder.path().to_owned());
+        let options = crate::Options { project, size: [8, 8], ..crate::Options::default() };
+        let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
+        session.frame().unwrap();
+        let (first, possible) = (session.device().id(), session.selection.clone());
+        session.abandon_device();
+        // A new device is opened, and then nothing can be planned for it.
+        session.selection.output = [1_000_000; 2];
+        assert!(session.frame().is_err());
+        assert_eq!(session.device().id(), first, "nothing was replaced");
+        session.selection = possible;
+        session.frame().expect("the next frame tries again");
+        assert_ne!(session.device().id(), first);
+        assert_eq!(session.read_target("color").unwrap().floats()[0][0].to_bits(), 0.5_f32.to_bits());
+    }
 }

@@ -223,7 +223,7 @@ fn graph_file(r: &mut Random) -> String {
         bound.sort_by_key(|(kind, _)| *kind);
         let mut stores: Vec<(Kind, String)> = Vec::new();
         let mut stored = Vec::new();
-        for _ in 0..1 + r.below(2) {
+        for _ in 0..=r.below(2) {
             let mut at = r.below(things.len());
             for _ in 0..if chain { 8 } else { 1 } {
                 if written.contains(&at) && r.percent(if chain { 100 } else { 60 }) {

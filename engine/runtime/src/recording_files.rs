@@ -5,7 +5,23 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use raxel_diagnostics::{FileError, Files};
 
-use super::debounce::Content;
+/// Contents of a file, as far as they matter here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// No file, or none that can be read.
+    Missing,
+    /// A file without bytes.
+    Empty,
+    /// BLAKE3 of the bytes.
+    Bytes(blake3::Hash),
+}
+
+impl Content {
+    /// Of these bytes.
+    pub fn of(bytes: &[u8]) -> Self {
+        if bytes.is_empty() { Content::Empty } else { Content::Bytes(blake3::hash(bytes)) }
+    }
+}
 
 /// Reads through, and keeps account.
 pub struct RecordingFiles {
