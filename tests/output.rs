@@ -89,6 +89,27 @@ fn signals_leave_nothing_half_made() {
     }
 }
 
+/// `raxel bench reload` edits a copy of the project among the system's temporary files.
+#[test]
+fn a_signal_removes_the_copy_that_a_bench_edits() {
+    let project = Project::shipped();
+    let temporary = tempfile::tempdir().unwrap();
+    let arguments = ["bench", "reload", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--edits", "10000"];
+    let mut child = Running::start(
+        command(project.root(), &arguments).env("TMPDIR", temporary.path()).stdout(Stdio::null()).stderr(Stdio::null()),
+    );
+    let start = Instant::now();
+    while names(temporary.path()).is_empty() {
+        assert!(!child.ended() && start.elapsed() < Duration::from_secs(60), "there is no copy");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(output(Command::new("kill").args(["-s", "TERM", &child.0.id().to_string()])).status.success());
+    assert_eq!(child.finish().signal(), Some(15));
+    let copies: Vec<String> = names(temporary.path()).into_iter().filter(|name| name.starts_with("raxel-")).collect();
+    assert_eq!(copies, [""; 0]);
+}
+
 /// `nohup` means it.
 #[test]
 fn a_signal_that_is_ignored_stays_ignored() {

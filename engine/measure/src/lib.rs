@@ -1,6 +1,11 @@
 //! Run time against error: the only crate above the runtime that needs the oracle. Nothing that draws a frame depends on it.
+//!
+//! * [`bench`]: graphs × layouts × worlds × cameras, each timed on the device and judged ray by ray: `raxel bench`
+//! * [`stress`]: tracers held to the exact one, in as many rays as one likes: `raxel stress`
+//! * [`rays`]: lists of rays through a world on the device, without a graph: what `stress` and tests trace with
+//! * [`save_latency`]: the time from a save to the picture that shows it: `raxel bench reload`
 
 pub mod bench;
 pub mod rays;
-pub mod reload;
+pub mod save_latency;
 pub mod stress;

@@ -315,6 +315,11 @@ impl End {
     }
 }
 
+/// Whether a ray ends so near to its hit that a tracer may find it or not: t may be off by [`ULPS`].
+pub fn ends_at_hit(ray: &Ray, exact: &Answer) -> bool {
+    ray.t_max < FAR && End::of(ray, exact, Lattice::of(ray).as_ref()) == End::At
+}
+
 /// Cells on the way from a ray's origin to a hit, both included: a tracer that leaves a block with each step looks at no more.
 pub fn most_steps(ray: &Ray, found: &Hit) -> u64 {
     1 + (0..3).map(|axis| u64::from(found.voxel[axis].abs_diff(ray.cell[axis]))).sum::<u64>()
@@ -434,6 +439,8 @@ mod tests {
         assert_eq!((judge(5.0, Outcome::Hit(&hit)), judge(f32::INFINITY, Outcome::Hit(&hit))), (None, None));
         // At the very end both are right: t itself may be off by a few units in the last place.
         assert_eq!((judge(4.75, Outcome::Miss), judge(4.75, Outcome::Hit(&hit))), (None, None));
+        let at_hit = |t_max: f32| ends_at_hit(&Ray { t_max, ..ray }, &first_hit(&world, &ray));
+        assert_eq!([4.0, 4.75, 5.0].map(at_hit), [false, true, false]);
     }
 
     #[test]

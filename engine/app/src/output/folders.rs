@@ -32,6 +32,27 @@ impl Folders {
     }
 }
 
+/// A folder for temporary files. It is removed with all that is in it.
+#[derive(Debug)]
+pub(crate) struct Scratch {
+    folder: tempfile::TempDir,
+    _listed: Listed,
+}
+
+impl Scratch {
+    /// An empty folder among the system's temporary files.
+    pub fn new() -> Result<Self> {
+        let folder = tempfile::Builder::new().prefix("raxel-").tempdir();
+        let folder = folder.map_err(|error| Failure::usage(format!("no temporary folder can be made: {error}")))?;
+        let leftover = folder.path().to_owned();
+        Ok(Self { folder, _listed: on_stop(move || drop(std::fs::remove_dir_all(leftover))) })
+    }
+
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
 impl Drop for Folders {
     fn drop(&mut self) {
         remove_empty(&self.made);

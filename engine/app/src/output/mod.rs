@@ -15,7 +15,7 @@ use raxel_runtime::execute::{Picture, Texels};
 
 pub(crate) use self::csv::Table;
 pub(crate) use self::film::{Film, version as ffmpeg_version};
-pub(crate) use self::folders::Folders;
+pub(crate) use self::folders::{Folders, Scratch};
 pub(crate) use self::leftovers::{Listed, on_stop, watch_signals};
 pub(crate) use self::pending::Pending;
 use crate::failure::{Failure, Result};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_oracle::exact::Answer;
-use raxel_oracle::metrics::{Errors, Outcome, Wrong, most_steps};
+use raxel_oracle::metrics::{Errors, Outcome, Wrong, ends_at_hit, most_steps};
 use raxel_oracle::{Hit, Lattice, Oracle, Ray};
 use rayon::prelude::*;
 
@@ -164,14 +164,18 @@ impl Differences {
 }
 
 /// Compares two tracers ray by ray.
-pub(super) fn compare(one: &[Option<Hit>], other: &[HitWords]) -> Differences {
-    let differ = |(one, other): (&Option<Hit>, &HitWords)| match (one, other.hit()) {
+pub(super) fn compare(batch: &Batch, one: &[Option<Hit>], other: &[HitWords]) -> Differences {
+    let differ = |(i, (one, other)): (usize, (&Option<Hit>, &HitWords))| match (one, other.hit()) {
         (None, None) => Differences::default(),
+        // Of a ray that ends at its hit a bit of t decides whether that is found.
+        (None, Some(_)) | (Some(_), None) if ends_at_hit(&batch.rays[i], &batch.answers[i]) => {
+            Differences { bits: 1, ..Differences::default() }
+        }
         (Some(a), Some(b)) if (a.voxel, a.face, a.material) == (b.voxel, b.face, b.material) => {
             let bits = |hit: &Hit| [hit.t, hit.uv[0], hit.uv[1]].map(f32::to_bits);
             Differences { hits: 0, bits: u64::from(bits(a) != bits(&b)), steps: u64::from(a.steps != b.steps) }
         }
         _ => Differences { hits: 1, ..Differences::default() },
     };
-    one.par_iter().zip(other).with_min_len(GRAIN).map(differ).reduce(Differences::default, Differences::and)
+    one.par_iter().zip(other).enumerate().with_min_len(GRAIN).map(differ).reduce(Differences::default, Differences::and)
 }

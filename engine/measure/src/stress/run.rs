@@ -292,7 +292,7 @@ impl Runner<'_> {
                 report.timed += hits.len() as u64;
                 report.add(batch.site, batch.judge(&Row::Port, 0, &hits, |hit| (*hit, Outcome::Miss)));
                 if let Some(device) = reference {
-                    report.differs = Some(report.differs.unwrap_or_default().and(compare(&hits, device)));
+                    report.differs = Some(report.differs.unwrap_or_default().and(compare(batch, &hits, device)));
                 }
             }
             _ => {}

@@ -1,11 +1,12 @@
 //! `raxel bench reload`: from a save to the picture.
 
 use raxel_gpu::DeviceOptions;
-use raxel_measure::reload::{BenchError, BenchOptions, Times, bench_reload};
+use raxel_measure::save_latency::{LatencyError, LatencyOptions, Times, save_latency};
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};
 use crate::failure::{Exit, Failure, Result};
+use crate::output::Scratch;
 use crate::session::{What, frame_failure, open_failure};
 use crate::talk::{self, Format, Talk};
 
@@ -40,8 +41,10 @@ const GRAPH_BUDGET: f64 = 50.0;
 pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     let mut session = args.what.options(device)?;
     session.size = args.size.0;
+    let scratch = Scratch::new()?;
     let times =
-        bench_reload(&BenchOptions { session, edits: args.edits as usize }).map_err(|error| failure(error, talk))?;
+        save_latency(&LatencyOptions { session, scratch: scratch.path().to_owned(), edits: args.edits as usize })
+            .map_err(|error| failure(error, talk))?;
     let [width, height] = times.size;
     if talk.format() == Format::Json {
         let part = |times: &Times| json!({ "p50": times.percentile(0.5), "p95": times.percentile(0.95), "max": times.percentile(1.0), "milliseconds": times.milliseconds });
@@ -71,13 +74,13 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     Ok(())
 }
 
-fn failure(error: BenchError, talk: &Talk) -> Failure {
+fn failure(error: LatencyError, talk: &Talk) -> Failure {
     match error {
-        BenchError::Open(error) => open_failure(error, talk),
-        BenchError::Frame(error) => frame_failure(error, talk),
-        BenchError::Edit(failed) => talk.stop_in(&failed.diagnostics, &failed.texts),
-        BenchError::Io(_) => Failure::usage(error.to_string()),
-        BenchError::NoShader(_) => Failure::new(Exit::Project, error.to_string()),
-        BenchError::Unnoticed(_) => Failure::new(Exit::Check, error.to_string()),
+        LatencyError::Open(error) => open_failure(error, talk),
+        LatencyError::Frame(error) => frame_failure(error, talk),
+        LatencyError::Edit(failed) => talk.stop_in(&failed.diagnostics, &failed.texts),
+        LatencyError::Io(_) => Failure::usage(error.to_string()),
+        LatencyError::NoShader(_) => Failure::new(Exit::Project, error.to_string()),
+        LatencyError::Unnoticed(_) => Failure::new(Exit::Check, error.to_string()),
     }
 }

@@ -27,7 +27,7 @@ use crate::talk::{Format, Talk};
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  raxel stress                                            every layout, scene and set, a few seconds\n  \
-                  raxel stress --rays 1e9 --layouts tree64 -o out/        a thousand million rays of the default tracer\n  \
+                  raxel stress --rays 1e9 --layouts tree64 -o out/        a billion rays of the default tracer\n  \
                   raxel stress --sets edges,near-ties --scenes gravel --layouts tree64,svo,tree64:dda\n  \
                   raxel stress --world worlds/valley.toml --rays 1e6\n  \
                   raxel stress --scenes hills@near --ray \"0 20 0  0.5 0.5 0.5  0x3f800000 0 0\"   one ray, traced by all"

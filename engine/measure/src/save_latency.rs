@@ -13,9 +13,11 @@ use raxel_runtime::session::{FrameError, OpenError, Options, Session};
 
 /// What is measured.
 #[derive(Clone)]
-pub struct BenchOptions {
+pub struct LatencyOptions {
     /// How the session is opened. The project is copied first; nothing in it is written to.
     pub session: Options,
+    /// An empty folder for the copy. Whoever has made it removes it.
+    pub scratch: PathBuf,
     /// Edits of each kind.
     pub edits: usize,
 }
@@ -29,7 +31,7 @@ pub struct Times {
 
 /// The result.
 #[derive(Clone, Debug, Serialize)]
-pub struct ReloadTimes {
+pub struct SaveLatency {
     /// Name of the device.
     pub device: String,
     /// Extent of the output in pixels.
@@ -44,7 +46,7 @@ pub struct ReloadTimes {
 
 /// Why there is no result.
 #[derive(Debug, thiserror::Error)]
-pub enum BenchError {
+pub enum LatencyError {
     /// The project does not open.
     #[error(transparent)]
     Open(#[from] OpenError),
@@ -76,7 +78,7 @@ impl Times {
 }
 
 /// Edits a copy of a project while a session runs it, and measures.
-pub fn bench_reload(options: &BenchOptions) -> Result<ReloadTimes, BenchError> {
+pub fn save_latency(options: &LatencyOptions) -> Result<SaveLatency, LatencyError> {
     let original = match &options.session.project {
         Some(path) => Project::around(path).or_else(|_| Project::at(path)),
         None => match options.session.demo.as_ref().or(options.session.graph.as_ref()) {
@@ -89,12 +91,18 @@ pub fn bench_reload(options: &BenchOptions) -> Result<ReloadTimes, BenchError> {
         Some(path) => original.path_of(path).map(|path| Some(PathBuf::from(path))),
         None => Ok(None),
     };
-    let copy = Copy::of(&original)?;
+    let copy = options.scratch.canonicalize()?;
+    for folder in ["graphs", "shaders", "worlds"] {
+        let from = original.root().join(folder);
+        if from.is_dir() {
+            copy_folder(&from, &copy.join(folder))?;
+        }
+    }
     let session_options = Options {
-        project: Some(copy.root.clone()),
-        graph: relative(&options.session.graph).map_err(OpenError::from)?.map(|path| copy.root.join(path)),
-        world: relative(&options.session.world).map_err(OpenError::from)?.map(|path| copy.root.join(path)),
-        demo: relative(&options.session.demo).map_err(OpenError::from)?.map(|path| copy.root.join(path)),
+        project: Some(copy.clone()),
+        graph: relative(&options.session.graph).map_err(OpenError::from)?.map(|path| copy.join(path)),
+        world: relative(&options.session.world).map_err(OpenError::from)?.map(|path| copy.join(path)),
+        demo: relative(&options.session.demo).map_err(OpenError::from)?.map(|path| copy.join(path)),
         watch: true,
         ..options.session.clone()
     };
@@ -103,8 +111,8 @@ pub fn bench_reload(options: &BenchOptions) -> Result<ReloadTimes, BenchError> {
 
     let shader_path = editable_shader(&session, &copy)?;
     let graph_path = session.graph_path().to_owned();
-    let shader = fs::read_to_string(copy.root.join(&shader_path))?;
-    let graph = fs::read_to_string(copy.root.join(&graph_path))?;
+    let shader = fs::read_to_string(copy.join(&shader_path))?;
+    let graph = fs::read_to_string(copy.join(&graph_path))?;
     // The first edit of each kind also warms caches of the system; people edit more than once.
     let mut shader_times = Vec::new();
     let mut graph_times = Vec::new();
@@ -119,7 +127,7 @@ pub fn bench_reload(options: &BenchOptions) -> Result<ReloadTimes, BenchError> {
     }
     shader_times.remove(0);
     graph_times.remove(0);
-    Ok(ReloadTimes {
+    Ok(SaveLatency {
         device: session.device().capabilities().name.clone(),
         size: session.size(),
         shader_path,
@@ -129,13 +137,13 @@ pub fn bench_reload(options: &BenchOptions) -> Result<ReloadTimes, BenchError> {
 }
 
 /// Saves a file in place; milliseconds from the end of the write until the frame with the edit is finished.
-fn save_and_wait(session: &mut Session, copy: &Copy, path: &str, text: &str) -> Result<f64, BenchError> {
-    fs::write(copy.root.join(path), text)?;
+fn save_and_wait(session: &mut Session, copy: &Path, path: &str, text: &str) -> Result<f64, LatencyError> {
+    fs::write(copy.join(path), text)?;
     let saved = Instant::now();
     loop {
         let events = session.wait_reload(Duration::from_secs(10));
         if events.is_empty() {
-            return Err(BenchError::Unnoticed(path.to_owned()));
+            return Err(LatencyError::Unnoticed(path.to_owned()));
         }
         for event in events {
             match event {
@@ -143,7 +151,7 @@ fn save_and_wait(session: &mut Session, copy: &Copy, path: &str, text: &str) -> 
                     finish_frame(session)?;
                     return Ok(saved.elapsed().as_secs_f64() * 1e3);
                 }
-                ReloadEvent::Failed(failed) => return Err(BenchError::Edit(Box::new(failed))),
+                ReloadEvent::Failed(failed) => return Err(LatencyError::Edit(Box::new(failed))),
                 ReloadEvent::DeviceRebuilt { .. } => {}
             }
         }
@@ -157,15 +165,15 @@ fn finish_frame(session: &mut Session) -> Result<(), FrameError> {
 }
 
 /// The shader of the last live pass that can be edited.
-fn editable_shader(session: &Session, copy: &Copy) -> Result<String, BenchError> {
+fn editable_shader(session: &Session, copy: &Path) -> Result<String, LatencyError> {
     let plan = session.plan();
     let paths =
         plan.iter().flat_map(|plan| &plan.passes).map(|pass| &session.graph().pass(pass.pass).shader.request.path);
     paths
         .rev()
-        .find(|path| fs::read_to_string(copy.root.join(path)).is_ok_and(|text| main_of(&text).is_some()))
+        .find(|path| fs::read_to_string(copy.join(path)).is_ok_and(|text| main_of(&text).is_some()))
         .cloned()
-        .ok_or_else(|| BenchError::NoShader(session.graph_path().to_owned()))
+        .ok_or_else(|| LatencyError::NoShader(session.graph_path().to_owned()))
 }
 
 /// `void main() {`, as this shader writes it.
@@ -173,35 +181,6 @@ fn main_of(text: &str) -> Option<String> {
     let start = text.find("void main")?;
     let end = text[start..].find('{')?;
     Some(text[start..=start + end].to_owned())
-}
-
-/// A copy of a project, removed at the end.
-struct Copy {
-    root: PathBuf,
-}
-
-impl Copy {
-    fn of(project: &Project) -> io::Result<Self> {
-        let unique =
-            std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |time| time.as_nanos());
-        let root = std::env::temp_dir().join(format!("raxel-bench-{}-{unique}", std::process::id()));
-        fs::create_dir_all(&root)?;
-        let copy = Self { root: root.canonicalize()? };
-        for folder in ["graphs", "shaders", "worlds"] {
-            let from = project.root().join(folder);
-            if from.is_dir() {
-                copy_folder(&from, &copy.root.join(folder))?;
-            }
-        }
-        Ok(copy)
-    }
-}
-
-impl Drop for Copy {
-    fn drop(&mut self) {
-        // It lies in the system's folder for temporary files; what cannot be removed is removed there some day.
-        let _ = fs::remove_dir_all(&self.root);
-    }
 }
 
 fn copy_folder(from: &Path, to: &Path) -> io::Result<()> {
