@@ -8,15 +8,21 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A copy of the launcher in a folder of its own, and programs that are found before those of the system.
 struct Launcher {
     folder: tempfile::TempDir,
+    _alone: MutexGuard<'static, ()>,
 }
+
+/// A program that is written while another thread starts a process cannot be run: that process may still have it open.
+static ALONE: Mutex<()> = Mutex::new(());
 
 impl Launcher {
     fn new() -> Self {
-        let launcher = Self { folder: tempfile::tempdir().unwrap() };
+        let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+        let launcher = Self { folder: tempfile::tempdir().unwrap(), _alone: alone };
         fs::create_dir(launcher.path("bin")).unwrap();
         fs::copy(common::repository().join("raxel"), launcher.path("raxel")).unwrap();
         launcher.program("cargo", "echo \"cargo $* from ${SHADERC_LIB_DIR:-the system}\"");

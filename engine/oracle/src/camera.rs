@@ -54,6 +54,30 @@ impl Pinhole {
     }
 }
 
+/// 8 × 8 pixels of a picture: what one beam is for (`shaders/include/raxel/beam.glsl`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tile {
+    /// Who looks.
+    pub camera: Pinhole,
+    /// Extent of the picture in pixels.
+    pub size: [u32; 2],
+    /// Its first pixel, from the top left; a multiple of 8.
+    pub first: [u32; 2],
+}
+
+impl Tile {
+    /// Pixels along each side.
+    pub const SIDE: u32 = 8;
+    /// Rays of a tile.
+    pub const RAYS: usize = (Self::SIDE * Self::SIDE) as usize;
+
+    /// The rays through the middles of the pixels, row by row.
+    pub fn rays(&self) -> impl Iterator<Item = Ray> {
+        let Self { camera, size, first: [x, y] } = *self;
+        (0..Self::SIDE * Self::SIDE).map(move |i| camera.ray([x + i % Self::SIDE, y + i / Self::SIDE], size))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,9 @@
 //! Seeded sets of rays: ordinary ones, and those that tracers are known to fail on.
 
+use glam::{Mat4, Vec2, Vec3};
 use raxel_world::{Bounds, World};
 
+use crate::camera::{Pinhole, Tile};
 use crate::ray::Ray;
 
 /// A small generator of random numbers, the same everywhere (`SplitMix64`, Steele et al., 2014).
@@ -66,7 +68,15 @@ pub struct RaySet {
     pub name: &'static str,
     /// What it holds.
     pub about: &'static str,
-    make: fn(&Place, &mut Random) -> Ray,
+    make: Make,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Make {
+    /// Ray by ray.
+    Rays(fn(&Place, &mut Random) -> Ray),
+    /// The rays of a tile of pixels one after another.
+    Tiles(fn(&Place, &mut Random) -> Tile),
 }
 
 /// The box of a scene's solids: smallest, and one past the largest coordinates.
@@ -102,30 +112,55 @@ impl Place {
 
 /// Every set.
 pub const ALL: &[RaySet] = &[
-    RaySet { name: "pinhole", about: "cameras beside the scene, pixels of a 90° view", make: pinhole },
-    RaySet { name: "incoherent", about: "any origin in and around the scene, any direction", make: incoherent },
-    RaySet { name: "bounce", about: "from faces of solid voxels in any direction outwards", make: bounce },
-    RaySet { name: "edges", about: "aimed at random places on edges of the lattice", make: |p, r| aimed(p, r, 2) },
-    RaySet { name: "corners", about: "aimed at corners of the lattice", make: |p, r| aimed(p, r, 3) },
-    RaySet { name: "silhouettes", about: "aimed at edges and corners of solid voxels", make: silhouettes },
+    RaySet { name: "pinhole", about: "cameras beside the scene, pixels of a 90° view", make: Make::Rays(pinhole) },
+    RaySet {
+        name: "incoherent",
+        about: "any origin in and around the scene, any direction",
+        make: Make::Rays(incoherent),
+    },
+    RaySet { name: "bounce", about: "from faces of solid voxels in any direction outwards", make: Make::Rays(bounce) },
+    RaySet {
+        name: "edges",
+        about: "aimed at random places on edges of the lattice",
+        make: Make::Rays(|p, r| aimed(p, r, 2)),
+    },
+    RaySet { name: "corners", about: "aimed at corners of the lattice", make: Make::Rays(|p, r| aimed(p, r, 3)) },
+    RaySet { name: "silhouettes", about: "aimed at edges and corners of solid voxels", make: Make::Rays(silhouettes) },
     RaySet {
         name: "lattice",
         about: "from middles, faces and corners along small integer vectors: all ties",
-        make: lattice,
+        make: Make::Rays(lattice),
     },
-    RaySet { name: "near-ties", about: "the same, turned by a few units in the last place", make: near_ties },
-    RaySet { name: "grazing", about: "1/1024 voxel beside a lattice plane, slopes of 1e-4 to 1e-7", make: grazing },
-    RaySet { name: "zeros", about: "one or two components that are zero, of either sign", make: zeros },
-    RaySet { name: "tiny", about: "components from 1e-45 (denormal) to 1e-6", make: tiny },
-    RaySet { name: "faces", about: "origins exactly on faces, edges and corners of voxels", make: faces },
-    RaySet { name: "inside", about: "origins in solid voxels and on their faces", make: inside },
-    RaySet { name: "border", about: "origins on the border of the scene's box, in and out", make: border },
-    RaySet { name: "outside", about: "origins outside the scene's box, pointing away and past it", make: outside },
-    RaySet { name: "far", about: "origins 1e4 to 2^31 voxels away, aimed at the scene", make: far },
-    RaySet { name: "far-pinhole", about: "cameras 1e4 to 2^31 voxels away, a narrow view", make: far_pinhole },
-    RaySet { name: "lengths", about: "directions 2^-60 to 2^60 long", make: lengths },
-    RaySet { name: "ends", about: "aimed at solids, ending (t_max) before, at or behind them", make: ends },
-    RaySet { name: "invalid", about: "NaN, infinities, and no direction at all", make: invalid },
+    RaySet {
+        name: "near-ties",
+        about: "the same, turned by a few units in the last place",
+        make: Make::Rays(near_ties),
+    },
+    RaySet {
+        name: "grazing",
+        about: "1/1024 voxel beside a lattice plane, slopes of 1e-4 to 1e-7",
+        make: Make::Rays(grazing),
+    },
+    RaySet { name: "zeros", about: "one or two components that are zero, of either sign", make: Make::Rays(zeros) },
+    RaySet { name: "tiny", about: "components from 1e-45 (denormal) to 1e-6", make: Make::Rays(tiny) },
+    RaySet { name: "faces", about: "origins exactly on faces, edges and corners of voxels", make: Make::Rays(faces) },
+    RaySet { name: "inside", about: "origins in solid voxels and on their faces", make: Make::Rays(inside) },
+    RaySet { name: "border", about: "origins on the border of the scene's box, in and out", make: Make::Rays(border) },
+    RaySet {
+        name: "outside",
+        about: "origins outside the scene's box, pointing away and past it",
+        make: Make::Rays(outside),
+    },
+    RaySet { name: "far", about: "origins 1e4 to 2^31 voxels away, aimed at the scene", make: Make::Rays(far) },
+    RaySet {
+        name: "far-pinhole",
+        about: "cameras 1e4 to 2^31 voxels away, a narrow view",
+        make: Make::Rays(far_pinhole),
+    },
+    RaySet { name: "lengths", about: "directions 2^-60 to 2^60 long", make: Make::Rays(lengths) },
+    RaySet { name: "ends", about: "aimed at solids, ending (t_max) before, at or behind them", make: Make::Rays(ends) },
+    RaySet { name: "tiles", about: "8 × 8 pixels of random views, which share a beam", make: Make::Tiles(tile) },
+    RaySet { name: "invalid", about: "NaN, infinities, and no direction at all", make: Make::Rays(invalid) },
 ];
 
 impl RaySet {
@@ -140,10 +175,31 @@ impl RaySet {
     /// The first `count` (at most [`RaySet::BLOCK`]) rays of a block: the same for the same place, seed and number, whoever makes the
     /// blocks and in whatever order.
     pub fn block(&self, place: &Place, seed: u64, number: u64, count: usize) -> Vec<Ray> {
+        let count = count.min(Self::BLOCK);
+        let mut random = self.random(seed, number);
+        match self.make {
+            Make::Rays(make) => (0..count).map(|_| make(place, &mut random)).collect(),
+            Make::Tiles(_) => self.tiles(place, seed, number, count).iter().flat_map(Tile::rays).take(count).collect(),
+        }
+    }
+
+    /// The tiles that the first `count` rays of a block belong to, in order; none if the set is not made of tiles.
+    pub fn tiles(&self, place: &Place, seed: u64, number: u64, count: usize) -> Vec<Tile> {
+        let Make::Tiles(make) = self.make else { return Vec::new() };
+        let mut random = self.random(seed, number);
+        (0..count.min(Self::BLOCK).div_ceil(Tile::RAYS)).map(|_| make(place, &mut random)).collect()
+    }
+
+    /// Whether its rays are those of tiles, one tile after another.
+    pub fn is_of_tiles(&self) -> bool {
+        matches!(self.make, Make::Tiles(_))
+    }
+
+    /// The random numbers of a block.
+    fn random(&self, seed: u64, number: u64) -> Random {
         let name = self.name.bytes().fold(seed, |hash, byte| hash.wrapping_mul(31).wrapping_add(u64::from(byte)));
         // Seeds of neighbouring blocks are far apart in the generator's sequence.
-        let mut random = Random::new(Random::new(name ^ Random::new(number).bits()).bits());
-        (0..count.min(Self::BLOCK)).map(|_| (self.make)(place, &mut random)).collect()
+        Random::new(Random::new(name ^ Random::new(number).bits()).bits())
     }
 
     /// `count` rays for a world: the blocks one after another.
@@ -368,6 +424,36 @@ fn ends(place: &Place, random: &mut Random) -> Ray {
         _ => face * near,
     };
     Ray { t_max, ..ray }
+}
+
+/// From within, from a solid voxel, or from some way off; towards a solid voxel or past it; rolled by any angle. No angle is asked for, as
+/// sines differ between systems.
+fn tile(place: &Place, random: &mut Random) -> Tile {
+    let target = place.solid(random);
+    let cell = match random.below(8) {
+        0 => place.solid(random),
+        1 | 2 => {
+            let (direction, distance) = (random.direction(), [500.0, 5000.0, 15_000.0][random.below(3) as usize]);
+            std::array::from_fn(|i| target[i] + (direction[i] * distance) as i64)
+        }
+        _ => random.cell(around(&place.bounds)),
+    };
+    let (cell, frac) = (clamped(cell), if random.below(4) == 0 { [0.0; 3] } else { fraction(random) });
+    let aim = Vec3::from_array(towards((cell.map(i64::from), frac), (target, [0.5; 3])));
+    let aim = if random.below(3) == 0 { Vec3::from_array(random.direction()) } else { aim };
+    let forward = aim.try_normalize().unwrap_or(Vec3::X);
+    // Any direction that is not nearly the same.
+    let up = Vec3::from_array(random.direction());
+    let up = if up.cross(forward).length_squared() > 0.01 { up } else { forward.any_orthogonal_vector() };
+    let right = forward.cross(up).normalize();
+    let up = right.cross(forward);
+    let view_to_world = Mat4::from_cols(right.extend(0.0), up.extend(0.0), (-forward).extend(0.0), glam::Vec4::W);
+    let size = [[16, 16], [64, 64], [320, 184], [1280, 720], [3840, 2160]][random.below(5) as usize];
+    let half_height = [0.006, 0.18, 0.58, 1.2, 12.0][random.below(5) as usize];
+    let tan_half_fov = Vec2::new(half_height * size[0] as f32 / size[1] as f32, half_height);
+    let first = size.map(|side| random.below(u64::from(side / Tile::SIDE)) as u32 * Tile::SIDE);
+    let camera = Pinhole { cell: cell.into(), frac: frac.into(), view_to_world, tan_half_fov };
+    Tile { camera, size, first }
 }
 
 fn invalid(place: &Place, random: &mut Random) -> Ray {

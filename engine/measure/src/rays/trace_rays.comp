@@ -45,6 +45,50 @@ uint rx_most_rounds() {
     return world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
 }
 
+void write_hit(uint i, bool found, RxHit hit) {
+    uint state = found ? RX_HIT : hit.steps >= rx_most_rounds() ? RX_HANG : RX_MISS;
+    hits[i] = HitWords(hit.voxel, state, hit.face, hit.material, found ? rx_material(hit.voxel) : 0u, floatBitsToUint(hit.t),
+                       floatBitsToUint(hit.uv), hit.steps, 0u);
+}
+
+#ifdef RX_MARCH_BEAM
+// A group traces a tile of 8 x 8 pixels. In the place of its rays stand five lines of its camera, see rays/words.rs.
+#include <raxel/beam.glsl>
+
+const int TILE = 8;
+const int COARSE = 16;
+const int ROUNDS = 16;
+
+shared float free_depth;
+
+void main() {
+    uint line = gl_WorkGroupID.x * 64u;
+    ivec3 cell = rays[line].cell;
+    vec3 frac = uintBitsToFloat(rays[line].frac);
+    mat4 view_to_world = mat4(uintBitsToFloat(rays[line + 1u].dir), uintBitsToFloat(rays[line + 2u].dir),
+                              uintBitsToFloat(rays[line + 3u].dir), vec4(0.0, 0.0, 0.0, 1.0));
+    vec2 tan_half_fov = uintBitsToFloat(rays[line + 4u].frac.xy);
+    ivec2 size = rays[line + 4u].cell.xy;
+    ivec2 first = ivec2(rays[line + 4u].dir.xy);
+    if (gl_LocalInvocationIndex == 0u) {
+        // As graphs/bench/beam.toml does it: a beam for the tile around, and one that goes on from there.
+        ivec2 around = first / COARSE * COARSE;
+        float depth = rx_beam(cell, frac, view_to_world, tan_half_fov, around, min(around + COARSE, size) - 1, size, 0.0, ROUNDS);
+        if (depth < RX_BEAM_NOTHING) {
+            depth = rx_beam(cell, frac, view_to_world, tan_half_fov, first, first + TILE - 1, size, depth, ROUNDS);
+        }
+        free_depth = depth;
+    }
+    barrier();
+    uint i = gl_GlobalInvocationID.x;
+    ivec2 pixel = first + ivec2(gl_LocalInvocationIndex % uint(TILE), gl_LocalInvocationIndex / uint(TILE));
+    RxRay ray = rx_camera_ray(cell, frac, view_to_world, tan_half_fov, pixel, size);
+    RxHit hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
+    bool found = free_depth < RX_BEAM_NOTHING
+        && rx_trace_from(ray, rx_beam_time(free_depth, view_to_world, tan_half_fov, pixel, size), hit);
+    if (i < count) write_hit(i, found, hit);
+}
+#else
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= count) return;
@@ -56,7 +100,6 @@ void main() {
 #else
     bool found = rx_march(ray, hit);
 #endif
-    uint state = found ? RX_HIT : hit.steps >= rx_most_rounds() ? RX_HANG : RX_MISS;
-    hits[i] = HitWords(hit.voxel, state, hit.face, hit.material, found ? rx_material(hit.voxel) : 0u, floatBitsToUint(hit.t),
-                       floatBitsToUint(hit.uv), hit.steps, 0u);
+    write_hit(i, found, hit);
 }
+#endif

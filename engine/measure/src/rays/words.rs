@@ -1,6 +1,7 @@
 //! Rays and hits as the shader `trace_rays.comp` has them: 48 bytes each.
 
 use bytemuck::{Pod, Zeroable};
+use raxel_oracle::camera::Tile;
 use raxel_oracle::metrics::Outcome;
 use raxel_oracle::{Hit, Ray};
 
@@ -26,6 +27,25 @@ impl RayWords {
     /// The ray, known to pass nothing but air up to a time, in lengths of its direction. The marcher `ahead` begins there.
     pub fn ahead(ray: &Ray, t_free: f32) -> Self {
         Self { t_free, ..Self::from(ray) }
+    }
+}
+
+impl RayWords {
+    /// A tile of pixels, for the marcher `beam`: as many lines as it has rays, of which five hold its camera. The hits are those of the
+    /// tile's rays in their order.
+    pub fn tile(tile: &Tile) -> [Self; Tile::RAYS] {
+        let mut lines = [Self::zeroed(); Tile::RAYS];
+        let Tile { camera, size, first } = tile;
+        (lines[0].cell, lines[0].frac) = (camera.cell.to_array(), camera.frac.to_array());
+        for (line, column) in lines[1..4].iter_mut().zip(camera.view_to_world.to_cols_array_2d()) {
+            line.dir = column;
+        }
+        let [width, height] = size.map(u32::cast_signed);
+        lines[4].cell = [width, height, 0];
+        lines[4].frac = [camera.tan_half_fov.x, camera.tan_half_fov.y, 0.0];
+        // Whole numbers in the bits of floats.
+        lines[4].dir = [f32::from_bits(first[0]), f32::from_bits(first[1]), 0.0, 0.0];
+        lines
     }
 }
 

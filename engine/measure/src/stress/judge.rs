@@ -1,7 +1,9 @@
 //! Judging parts of a list of rays on all cores.
 
+use std::ops::Range;
 use std::sync::Arc;
 
+use raxel_oracle::camera::Tile;
 use raxel_oracle::exact::Answer;
 use raxel_oracle::metrics::{Errors, Outcome, Wrong, ends_at_hit, most_steps};
 use raxel_oracle::{Hit, Lattice, Oracle, Ray};
@@ -70,6 +72,8 @@ pub(super) struct Batch {
     pub answers: Vec<Answer>,
     pub site: usize,
     pub set_count: usize,
+    /// Tiles of pixels that rays belong to: where these begin in the list, and how many there are.
+    pub tiles: Vec<(Tile, Range<usize>)>,
 }
 
 impl Batch {

@@ -32,7 +32,7 @@ impl Row {
         match self {
             Row::Port => true,
             Row::Device(method) => {
-                method.marcher.as_deref().is_none_or(|marcher| ["raymask", Self::AHEAD].contains(&marcher))
+                method.marcher.as_deref().is_none_or(|marcher| ["raymask", Self::AHEAD, Self::BEAM].contains(&marcher))
             }
         }
     }
@@ -40,9 +40,18 @@ impl Row {
     /// The marcher that begins rays ahead of their origin, where the exact tracer says that they are still free.
     pub const AHEAD: &str = "ahead";
 
+    /// The marcher that begins the rays of a tile of pixels where a beam says that the tile is still free
+    /// (`shaders/include/raxel/beam.glsl`). It traces the sets that are made of tiles, and no others.
+    pub const BEAM: &str = "beam";
+
     /// Whether it begins rays ahead of their origin.
     pub(super) fn begins_ahead(&self) -> bool {
         matches!(self, Row::Device(method) if method.marcher.as_deref() == Some(Self::AHEAD))
+    }
+
+    /// Whether it traces tiles of pixels.
+    pub(super) fn traces_tiles(&self) -> bool {
+        matches!(self, Row::Device(method) if method.marcher.as_deref() == Some(Self::BEAM))
     }
 
     /// Whether its steps are cells on the ray. Those of `bvh` are nodes beside it, too.

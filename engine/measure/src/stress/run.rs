@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use raxel_diagnostics::Files;
 use raxel_gpu::{Device, DeviceKind};
+use raxel_oracle::camera::Tile;
 use raxel_oracle::exact::Answer;
 use raxel_oracle::metrics::{Errors, Outcome};
 use raxel_oracle::port::Tree64;
@@ -229,9 +230,19 @@ impl Runner<'_> {
                 self.plan.sets[set as usize].block(place, seed, number, left.min(RaySet::BLOCK as u64) as usize)
             })
             .collect();
+        let mut tiles = Vec::new();
+        let mut begin = 0;
+        for (&(set, number), rays) in blocks.iter().zip(&made) {
+            let end = begin + rays.len();
+            let of_block = self.plan.sets[set as usize].tiles(place, seed, number, rays.len());
+            let ranges = (begin..end).step_by(Tile::RAYS).map(|first| first..end.min(first + Tile::RAYS));
+            tiles.extend(of_block.into_iter().zip(ranges));
+            begin = end;
+        }
         let sets = blocks.iter().zip(&made).flat_map(|(&(set, _), rays)| std::iter::repeat_n(set as u16, rays.len()));
         let sets = sets.collect();
-        Batch { rays: made.concat().into(), sets, answers: Vec::new(), site, set_count: self.plan.sets.len() }
+        let set_count = self.plan.sets.len();
+        Batch { rays: made.concat().into(), sets, answers: Vec::new(), site, set_count, tiles }
     }
 
     fn trace(
@@ -245,6 +256,24 @@ impl Runner<'_> {
     ) -> Result<(), RayError> {
         let mut clock = Clock::default();
         match (ready, world) {
+            (Ready::Device(tracer), Loaded::Device(world)) if self.plan.rows[row].traces_tiles() => {
+                clock.answer(batch, oracle, batch.rays.len());
+                let words: Vec<RayWords> = batch.tiles.iter().flat_map(|(tile, _)| RayWords::tile(tile)).collect();
+                let mut found = Vec::with_capacity(words.len());
+                let report = &mut self.report.rows[row];
+                self.stream.trace(tracer, world, &words, |part| {
+                    found.extend_from_slice(part.hits);
+                    if let Some(seconds) = part.seconds {
+                        report.seconds += seconds;
+                        report.timed += part.hits.len() as u64;
+                    }
+                    Ok::<_, RayError>(())
+                })?;
+                for ((_, range), hits) in batch.tiles.iter().zip(found.chunks(Tile::RAYS)) {
+                    let tally = batch.judge_words(&self.plan.rows[row], range.start, &hits[..range.len()]);
+                    report.add(batch.site, tally);
+                }
+            }
             (Ready::Device(tracer), Loaded::Device(world)) => {
                 // What the port is compared with.
                 let compared = self.plan.rows[row] == Row::default_tracer() && self.plan.rows.contains(&Row::Port);

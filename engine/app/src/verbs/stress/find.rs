@@ -95,6 +95,7 @@ pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
         let mut rows: Vec<Row> = [Row::default_tracer(), Row::Port].into();
         rows.extend(layouts.filter(|row| *row != Row::default_tracer()));
         rows.extend(Layout::ALL.iter().map(|&layout| marched(layout, Row::AHEAD)));
+        rows.push(marched(Layout::Tree64, Row::BEAM));
         rows.extend(marchers);
         return Ok(rows);
     }
@@ -116,8 +117,10 @@ fn row(name: &str) -> Result<Row> {
         "" => Ok(Row::Device(Method::of(layout))),
         "cpu" if layout == Layout::Tree64 => Ok(Row::Port),
         "cpu" => Err(Failure::usage("only `tree64` has a port to the CPU").help("--layouts tree64,tree64:cpu")),
-        marcher if MARCHERS.contains(&marcher) || marcher == Row::AHEAD => Ok(marched(layout, marcher)),
-        marcher => Err(unknown("marcher", marcher, MARCHERS.iter().copied().chain([Row::AHEAD]))),
+        marcher if MARCHERS.contains(&marcher) || [Row::AHEAD, Row::BEAM].contains(&marcher) => {
+            Ok(marched(layout, marcher))
+        }
+        marcher => Err(unknown("marcher", marcher, MARCHERS.iter().copied().chain([Row::AHEAD, Row::BEAM]))),
     }
 }
 
