@@ -13,8 +13,8 @@ use raxel_runtime::build::{Loader, Part, source_names};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
 
+use crate::console::{Console, To};
 use crate::failure::Result;
-use crate::talk::{Talk, To};
 
 /// Limits that no Vulkan 1.3 device in use exceeds by much: what does not fit these fits nowhere.
 pub(crate) const LARGEST: Limits = Limits {
@@ -110,7 +110,7 @@ impl Front {
     pub fn of(
         named: Option<&Path>,
         default: impl FnOnce(&Project) -> std::result::Result<String, Box<Diagnostic>>,
-        talk: &Talk,
+        console: &Console,
     ) -> Result<(Self, String)> {
         let open = || {
             let front = Self::around(named.unwrap_or(Path::new(".")))?;
@@ -120,23 +120,23 @@ impl Front {
             };
             Ok((front, path))
         };
-        open().map_err(|diagnostic: Box<Diagnostic>| talk.stop(&[*diagnostic]))
+        open().map_err(|diagnostic: Box<Diagnostic>| console.stop(&[*diagnostic]))
     }
 
     /// A part that is right, its warnings shown; or the failure, its errors shown.
-    pub fn good<T>(part: Part<T>, talk: &Talk) -> Result<Arc<T>> {
+    pub fn good<T>(part: Part<T>, console: &Console) -> Result<Arc<T>> {
         match part.result {
             Ok(value) => {
-                talk.diagnostics(&part.warnings, &part.texts, To::Stderr);
+                console.diagnostics(&part.warnings, &part.texts, To::Stderr);
                 Ok(value)
             }
-            Err(found) => Err(talk.stop_in(&found, &part.texts)),
+            Err(found) => Err(console.stop_in(&found, &part.texts)),
         }
     }
 
     /// Loads a world.
-    pub fn world(&self, path: &str, talk: &Talk) -> Result<Arc<SessionWorld>> {
-        Self::good(self.loader.world(path), talk)
+    pub fn world(&self, path: &str, console: &Console) -> Result<Arc<SessionWorld>> {
+        Self::good(self.loader.world(path), console)
     }
 
     /// Plans a graph for an output size on paper: the largest device, estimated memory, every condition true.

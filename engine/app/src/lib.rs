@@ -1,13 +1,14 @@
-//! The raxel command line: one file a verb, and the window. Data goes to stdout, talk to stderr.
+//! The raxel command line: one file a verb, and the window. Results go to stdout, messages to stderr.
 
 mod args;
+mod cli;
+mod console;
 mod device;
 mod failure;
 mod front;
 mod output;
 mod panic;
 mod session;
-mod talk;
 mod verbs;
 mod viewer;
 
@@ -22,12 +23,12 @@ pub fn main() -> ExitCode {
     }
     panic::install();
     output::watch_signals();
-    let cli = args::Cli::parse();
-    let talk = talk::Talk::new(&cli);
-    match verbs::run(cli, &talk) {
+    let cli = cli::Cli::parse();
+    let console = cli.console();
+    match cli.run(&console) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            talk.failure(&failure);
+            console.failure(&failure);
             failure.exit.into()
         }
     }

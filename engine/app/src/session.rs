@@ -10,9 +10,9 @@ use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
 
+use crate::console::{Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::{FileKind, Front};
-use crate::talk::{Format, Talk, To};
 
 /// What `run` and `render` open.
 #[derive(Clone, Debug, clap::Args)]
@@ -147,12 +147,12 @@ impl What {
     }
 
     /// Opens a session, says its warnings and the device that was chosen, and sets params and camera.
-    pub fn open(&self, options: Options, talk: &Talk) -> Result<Session> {
-        let mut session = Session::open(options).map_err(|error| open_failure(error, talk))?;
-        for verdict in session.device().verdicts().iter().filter(|verdict| verdict.chosen || talk.verbose()) {
-            talk.detail(&verdict.to_string());
+    pub fn open(&self, options: Options, console: &Console) -> Result<Session> {
+        let mut session = Session::open(options).map_err(|error| open_failure(error, console))?;
+        for verdict in session.device().verdicts().iter().filter(|verdict| verdict.chosen || console.verbose()) {
+            console.detail(&verdict.to_string());
         }
-        talk.diagnostics(session.warnings(), session.texts(), To::Stderr);
+        console.diagnostics(session.warnings(), session.texts(), To::Stderr);
         for assignment in &self.set {
             let (name, value) = assignment
                 .split_once('=')
@@ -181,18 +181,18 @@ impl What {
 }
 
 /// The failure of opening, its diagnostics shown.
-pub(crate) fn open_failure(error: OpenError, talk: &Talk) -> Failure {
+pub(crate) fn open_failure(error: OpenError, console: &Console) -> Failure {
     match error {
-        OpenError::Project { diagnostics, texts } => talk.stop_in(&diagnostics, &texts),
+        OpenError::Project { diagnostics, texts } => console.stop_in(&diagnostics, &texts),
         OpenError::DebugTarget(error) => Failure::usage(error.to_string()),
         OpenError::Device(error) => error.into(),
     }
 }
 
 /// The failure of a frame, its diagnostics shown.
-pub(crate) fn frame_failure(error: FrameError, talk: &Talk) -> Failure {
+pub(crate) fn frame_failure(error: FrameError, console: &Console) -> Failure {
     match error {
-        FrameError::Plan { diagnostics, texts } => talk.stop_in(&diagnostics, &texts),
+        FrameError::Plan { diagnostics, texts } => console.stop_in(&diagnostics, &texts),
         FrameError::Device(error) => error.into(),
     }
 }
@@ -207,16 +207,16 @@ impl From<ReadError> for Failure {
 }
 
 /// Says what the validation layer has said since the last call. True when that was anything.
-pub(crate) fn say_validation(session: &Session, talk: &Talk) -> bool {
+pub(crate) fn say_validation(session: &Session, console: &Console) -> bool {
     let messages = session.device().log().take();
     for message in &messages {
         let severity = match message.severity {
             Severity::Error => "error",
             Severity::Warning => "warning",
         };
-        match talk.format() {
-            Format::Human => talk.say(&format!("validation {severity}[{}]: {}", message.id, message.text)),
-            _ => talk.say(&format!("validation {severity}[{}]: {}", message.id, message.text.replace('\n', " "))),
+        match console.format() {
+            Format::Human => console.say(&format!("validation {severity}[{}]: {}", message.id, message.text)),
+            _ => console.say(&format!("validation {severity}[{}]: {}", message.id, message.text.replace('\n', " "))),
         }
     }
     !messages.is_empty()

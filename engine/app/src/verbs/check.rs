@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use crate::args::{Messages, each_once};
+use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::{FileKind, Front};
-use crate::talk::{self, Format, Talk, To};
 
 /// Reports every mistake in graphs, worlds and demos (with the shaders and models they use), without a GPU.
 #[derive(Debug, clap::Args)]
@@ -24,23 +24,23 @@ pub(crate) struct Args {
     pub messages: Messages,
 }
 
-pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let mut bad = 0;
     let total;
     if args.files.is_empty() {
-        let front = Front::around(Path::new(".")).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
+        let front = Front::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
         let project = &front.project;
         let all: Vec<String> = [project.graphs(), project.worlds(), project.demos()].concat();
         total = all.len();
         for path in &all {
-            bad += u32::from(!check(&front, path, talk));
+            bad += u32::from(!check(&front, path, console));
         }
     } else {
         let files = each_once(args.files.clone());
         total = files.len();
         let mut front: Option<Front> = None;
         for named in &files {
-            bad += u32::from(!check_named(&mut front, named, talk));
+            bad += u32::from(!check_named(&mut front, named, console));
         }
     }
     if total == 0 {
@@ -49,42 +49,42 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
     if bad == 0 {
         return Ok(());
     }
-    if talk.format() == Format::Human && total > 1 {
-        talk.say(&format!("{bad} of {total} files have errors"));
+    if console.format() == Format::Human && total > 1 {
+        console.say(&format!("{bad} of {total} files have errors"));
     }
     Err(Failure::said(Exit::Project))
 }
 
 /// Checks one file that the command line names; a project is opened again only when the file is in another one. True when it has
 /// no error.
-fn check_named(front: &mut Option<Front>, named: &Path, talk: &Talk) -> bool {
+fn check_named(front: &mut Option<Front>, named: &Path, console: &Console) -> bool {
     let opened = match front.take() {
         Some(front) if front.project.path_of(named).is_ok() => Ok(front),
         _ => Front::around(named),
     };
     let checked = opened.and_then(|opened| {
         let path = opened.project.path_of(named)?;
-        Ok(check(front.insert(opened), &path, talk))
+        Ok(check(front.insert(opened), &path, console))
     });
     checked.unwrap_or_else(|diagnostic| {
-        talk.diagnostics(&[*diagnostic], &raxel_diagnostics::SourceMap::default(), To::Stdout);
-        summary(&named.display().to_string(), None, (1, 0), talk);
+        console.diagnostics(&[*diagnostic], &raxel_diagnostics::SourceMap::default(), To::Stdout);
+        summary(&named.display().to_string(), None, (1, 0), console);
         false
     })
 }
 
 /// Checks one file of a project. True when it has no error.
-fn check(front: &Front, path: &str, talk: &Talk) -> bool {
+fn check(front: &Front, path: &str, console: &Console) -> bool {
     let checked = front.check(path);
-    talk.diagnostics(&checked.found, &checked.texts, To::Stdout);
+    console.diagnostics(&checked.found, &checked.texts, To::Stdout);
     let counts = checked.counts();
-    summary(path, Some(FileKind::of(path)), counts, talk);
+    summary(path, Some(FileKind::of(path)), counts, console);
     counts.0 == 0
 }
 
-fn summary(path: &str, kind: Option<FileKind>, (errors, warnings): (usize, usize), talk: &Talk) {
-    if talk.format() == Format::Json {
-        talk::json(&json!({
+fn summary(path: &str, kind: Option<FileKind>, (errors, warnings): (usize, usize), console: &Console) {
+    if console.format() == Format::Json {
+        console::json(&json!({
             "reason": "checked",
             "file": path,
             "kind": kind.map(FileKind::name),
@@ -94,7 +94,7 @@ fn summary(path: &str, kind: Option<FileKind>, (errors, warnings): (usize, usize
         return;
     }
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
-    talk.say(&match (errors, warnings) {
+    console.say(&match (errors, warnings) {
         (0, 0) => format!("{path}: ok"),
         (0, _) => format!("{path}: ok, {}", count(warnings, "warning")),
         (_, 0) => format!("{path}: {}", count(errors, "error")),

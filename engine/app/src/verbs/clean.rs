@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use raxel_runtime::project::Project;
 
 use crate::args::Messages;
+use crate::console::Console;
 use crate::failure::{Failure, Result};
-use crate::talk::Talk;
 
 /// Folders in `.raxel/` that can always be made again.
 const MADE_BY_RAXEL: &[&str] = &["cache", "demo", "shaders"];
@@ -24,13 +24,13 @@ pub(crate) struct Args {
     pub messages: Messages,
 }
 
-pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let place = args.project.as_deref().unwrap_or(Path::new("."));
-    let project = Project::around(place).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
+    let project = Project::around(place).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
     let folder = project.root().join(".raxel");
     match fs::symlink_metadata(&folder) {
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            talk.say("nothing to remove");
+            console.say("nothing to remove");
             return Ok(());
         }
         // Whatever a link leads to was not made here.
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
         match fs::remove_dir_all(&path) {
             Ok(()) => {
                 removed = true;
-                talk.say(&format!("removed {}", path.display()));
+                console.say(&format!("removed {}", path.display()));
             }
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => {
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
         }
     }
     if !removed {
-        talk.say("nothing to remove");
+        console.say("nothing to remove");
     }
     Ok(())
 }

@@ -1,9 +1,6 @@
 //! `raxel completions SHELL`: a completion script on stdout.
 
-use clap::CommandFactory;
-
-use crate::args::Cli;
-use crate::talk;
+use crate::console;
 
 /// Prints a script that completes raxel's command line.
 #[derive(Debug, clap::Args)]
@@ -13,8 +10,8 @@ pub(crate) struct Args {
     shell: clap_complete::Shell,
 }
 
-pub(crate) fn run(args: &Args) {
+pub(crate) fn run(args: &Args, command: &mut clap::Command) {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "raxel", &mut script);
-    talk::data(&String::from_utf8_lossy(&script));
+    clap_complete::generate(args.shell, command, "raxel", &mut script);
+    console::data(&String::from_utf8_lossy(&script));
 }

@@ -14,9 +14,9 @@ use raxel_runtime::world::SessionWorld;
 use serde_json::json;
 
 use crate::args::Messages;
+use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::output;
-use crate::talk::{self, Format, Talk, To};
 
 /// Checks this machine: Vulkan loader, devices, validation layer, shader compiler, a rendered picture, ffmpeg.
 #[derive(Debug, clap::Args)]
@@ -39,30 +39,30 @@ enum Grade {
 
 /// Prints findings as they are made.
 struct Report<'t> {
-    talk: &'t Talk,
+    console: &'t Console,
     failure: Option<Failure>,
 }
 
 impl Report<'_> {
     fn line(&self, grade: Grade, what: &str, finding: &str) {
-        if self.talk.format() == Format::Json {
+        if self.console.format() == Format::Json {
             let ok = match grade {
                 Grade::Good => "ok",
                 Grade::Optional => "missing",
                 Grade::Bad => "bad",
             };
-            return talk::json(&json!({ "reason": "doctor", "what": what, "state": ok, "finding": finding }));
+            return console::json(&json!({ "reason": "doctor", "what": what, "state": ok, "finding": finding }));
         }
         let (mark, color) = match grade {
             Grade::Good => ("ok  ", "\x1b[32m"),
             Grade::Optional => ("none", "\x1b[33m"),
             Grade::Bad => ("BAD ", "\x1b[1;31m"),
         };
-        let (on, off) = if self.talk.colored(To::Stdout) { (color, "\x1b[0m") } else { ("", "") };
+        let (on, off) = if self.console.colored(To::Stdout) { (color, "\x1b[0m") } else { ("", "") };
         let mut lines = finding.lines();
-        talk::data(&format!("{on}{mark}{off}  {what:<17} {}\n", lines.next().unwrap_or_default()));
+        console::data(&format!("{on}{mark}{off}  {what:<17} {}\n", lines.next().unwrap_or_default()));
         for line in lines {
-            talk::data(&format!("{:24}{line}\n", ""));
+            console::data(&format!("{:24}{line}\n", ""));
         }
     }
 
@@ -72,9 +72,9 @@ impl Report<'_> {
     }
 }
 
-pub(crate) fn run(args: &Args, options: &DeviceOptions, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
     let Args { messages: _ } = args;
-    let mut report = Report { talk, failure: None };
+    let mut report = Report { console, failure: None };
     report.line(Grade::Good, "raxel", env!("CARGO_PKG_VERSION"));
 
     let device = Device::new(&DeviceOptions { validation: Validation::Off, ..options.clone() });

@@ -5,8 +5,8 @@ use raxel_diagnostics::table::closest;
 use serde_json::json;
 
 use crate::args::Messages;
+use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
-use crate::talk::{self, Format, Talk};
 
 /// Explains a diagnostic's code, or lists every code.
 #[derive(Debug, clap::Args)]
@@ -19,12 +19,12 @@ pub(crate) struct Args {
     pub messages: Messages,
 }
 
-pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let Some(asked) = &args.code else {
         for (code, page) in codes::all() {
-            match talk.format() {
-                Format::Json => talk::json(&json!({ "code": code, "title": title(page) })),
-                _ => talk::data(&format!("{code}  {}\n", title(page))),
+            match console.format() {
+                Format::Json => console::json(&json!({ "code": code, "title": title(page) })),
+                _ => console::data(&format!("{code}  {}\n", title(page))),
             }
         }
         return Ok(());
@@ -37,9 +37,9 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
             None => failure.help("`raxel explain` lists every code"),
         });
     };
-    match talk.format() {
-        Format::Json => talk::json(&json!({ "code": code, "title": title(page), "page": page })),
-        _ => talk::data(&format!("{}\n", page.trim_end())),
+    match console.format() {
+        Format::Json => console::json(&json!({ "code": code, "title": title(page), "page": page })),
+        _ => console::data(&format!("{}\n", page.trim_end())),
     }
     Ok(())
 }

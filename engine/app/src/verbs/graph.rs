@@ -7,9 +7,9 @@ use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::project::Project;
 
 use crate::args::{Size, size};
+use crate::console::{self, Console};
 use crate::failure::{Failure, Result};
 use crate::front::Front;
-use crate::talk::{self, Talk};
 
 /// Prints a graph's plan: order, culled passes, lifetimes, memory and barriers. Sizes of memory are estimates.
 #[derive(Debug, clap::Args)]
@@ -48,23 +48,23 @@ pub(crate) enum Form {
     Mermaid,
 }
 
-pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
-    let (front, path) = Front::of(args.graph.as_deref(), Project::default_graph, talk)?;
+pub(crate) fn run(args: &Args, console: &Console) -> Result {
+    let (front, path) = Front::of(args.graph.as_deref(), Project::default_graph, console)?;
     let part = front.loader.graph(&path);
     let texts = part.texts.clone();
-    let graph = Front::good(part, talk)?;
+    let graph = Front::good(part, console)?;
     let target = match &args.target {
         Some(target) => DebugTarget::parse(target).map_err(|error| Failure::usage(error.to_string()))?,
         None => DebugTarget::default(),
     };
     let present = target.resolve(&graph).map_err(|error| Failure::usage(error.to_string()))?;
     if let Some(phase) = args.phase {
-        let text = Front::dump(&graph, args.size.0, present, phase).map_err(|found| talk.stop_in(&found, &texts))?;
-        talk::data(&text);
+        let text = Front::dump(&graph, args.size.0, present, phase).map_err(|found| console.stop_in(&found, &texts))?;
+        console::data(&text);
         return Ok(());
     }
-    let plan = Front::plan(&graph, args.size.0, present).map_err(|found| talk.stop_in(&found, &texts))?;
-    talk::data(&match args.format {
+    let plan = Front::plan(&graph, args.size.0, present).map_err(|found| console.stop_in(&found, &texts))?;
+    console::data(&match args.format {
         Form::Text => print::text(&plan),
         Form::Json => print::json(&plan),
         Form::Dot => print::dot(&plan),

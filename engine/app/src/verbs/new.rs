@@ -5,9 +5,9 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use crate::args::Messages;
+use crate::console::Console;
 use crate::failure::{Failure, Result};
 use crate::output::{Folders, Listed, on_stop, shown};
-use crate::talk::Talk;
 use crate::verbs::schema;
 
 /// What a new project starts from.
@@ -61,7 +61,7 @@ const MINIMAL: &[TemplateFile] = &[
 
 const EVERY: &[TemplateFile] = &[(".gitignore", include_bytes!("../../templates/gitignore").as_slice())];
 
-pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let folder = &args.folder;
     match fs::read_dir(folder) {
         Ok(mut entries) => {
@@ -88,7 +88,7 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
         made.folder(&folder.join(sub))?;
     }
     made.keep();
-    talk.say(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), folder.display()));
+    console.say(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), folder.display()));
     Ok(())
 }
 

@@ -11,10 +11,10 @@ use raxel_runtime::session::Session;
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};
+use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
 use crate::output::{self, Film, Folders, Kind, Output, Pending, shown};
 use crate::session::{What, frame_failure, say_validation, validated};
-use crate::talk::{self, Format, Talk};
 
 /// Renders to PNG (as displayed), EXR (the target's own texels), numbered frames, or a film. Time is frame × step: the same command
 /// gives the same bytes.
@@ -86,7 +86,7 @@ impl Shard {
     }
 }
 
-pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let output = Output::parse(&args.output)?;
     if args.shard.is_some() && !matches!(output, Output::Frames(..)) {
         return Err(Failure::usage("`--shard` divides numbered frames").help("-o frames/%04d.png"));
@@ -105,16 +105,16 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     let mut options = args.what.options(device)?;
     options.size = args.size.0;
     options.step = Some(1.0 / fps);
-    let mut session = args.what.open(options, talk)?;
+    let mut session = args.what.open(options, console)?;
     let target = Raw::of(&session, &output)?;
 
     let start = Instant::now();
-    let bar = progress(range.end, talk);
+    let bar = progress(range.end, console);
     let mut times = Times::default();
     for frame in 0..range.end {
-        session.frame().map_err(|error| frame_failure(error, talk))?;
+        session.frame().map_err(|error| frame_failure(error, console))?;
         if args.time {
-            times.add(&mut session, talk)?;
+            times.add(&mut session, console)?;
         }
         let wanted = if sink.is_single() { frame + 1 == range.end } else { range.contains(&frame) };
         if wanted {
@@ -123,11 +123,11 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let complaints = say_validation(&session, talk);
+    let complaints = say_validation(&session, console);
     let size = sink.finish()?.unwrap_or(args.size.0);
 
     let seconds = start.elapsed().as_secs_f64();
-    report(&output, size, &session, &range, seconds, &times, talk);
+    report(&output, size, &session, &range, seconds, &times, console);
     validated(complaints)
 }
 
@@ -236,8 +236,8 @@ struct Times {
 
 impl Times {
     /// Takes the times of the frame just made; it is waited for.
-    fn add(&mut self, session: &mut Session, talk: &Talk) -> Result {
-        session.wait().map_err(|error| frame_failure(error, talk))?;
+    fn add(&mut self, session: &mut Session, console: &Console) -> Result {
+        session.wait().map_err(|error| frame_failure(error, console))?;
         let graph = session.graph().clone();
         for time in session.timings() {
             let name = &graph.pass(time.pass).name;
@@ -263,8 +263,8 @@ impl Times {
     }
 }
 
-fn progress(frames: u64, talk: &Talk) -> ProgressBar {
-    if frames < 2 || !talk.watched() || !std::io::stderr().is_terminal() {
+fn progress(frames: u64, console: &Console) -> ProgressBar {
+    if frames < 2 || !console.watched() || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} frames, {eta} left");
@@ -278,19 +278,19 @@ fn report(
     range: &std::ops::Range<u64>,
     seconds: f64,
     times: &Times,
-    talk: &Talk,
+    console: &Console,
 ) {
     let written = match output {
         Output::Single(_, path) | Output::Film(path) => shown(path),
         Output::Frames(..) => output.describe(),
     };
     let medians = times.medians();
-    if talk.format() == Format::Json {
+    if console.format() == Format::Json {
         let passes: Vec<_> = medians
             .iter()
             .map(|(pass, milliseconds, frames)| json!({ "pass": pass, "milliseconds": milliseconds, "frames": frames }))
             .collect();
-        return talk::json(&json!({
+        return console::json(&json!({
             "reason": "rendered",
             "file": written,
             "graph": session.graph_path(),
@@ -309,10 +309,10 @@ fn report(
             if *frames > 1 { format!("  (median of {frames})") } else { String::new() }
         );
     }
-    talk::data(&text);
+    console::data(&text);
     let frames = range.end - range.start;
     let what = if frames == 1 { String::new() } else { format!(", {frames} frames") };
-    talk.say(&format!("wrote {written} ({width}×{height}{what}, {seconds:.2} s)"));
+    console.say(&format!("wrote {written} ({width}×{height}{what}, {seconds:.2} s)"));
 }
 
 #[cfg(test)]

@@ -2,10 +2,9 @@
 
 use raxel_gpu::DeviceOptions;
 
-use crate::args::{Messages, Size, scale, size};
+use crate::args::Messages;
+use crate::console::Console;
 use crate::failure::Result;
-use crate::session::What;
-use crate::talk::Talk;
 use crate::viewer;
 
 /// Opens a window: edits of graphs, shaders, worlds and demos show when they are saved, mistakes are said on stderr.
@@ -13,32 +12,12 @@ use crate::viewer;
 #[command(after_help = format!("In the window:\n{}", viewer::KEYS))]
 pub(crate) struct Args {
     #[command(flatten)]
-    pub what: What,
-
-    /// The window's first size in pixels.
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
-    pub size: Size,
-
-    /// Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels.
-    #[arg(long, value_name = "N", value_parser = scale, default_value = "1")]
-    pub scale: f64,
-
-    /// Leave after so many frames.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-    pub frames: Option<u64>,
-
-    /// Show pictures as soon as they are made rather than with the screen.
-    #[arg(long)]
-    pub no_vsync: bool,
-
-    /// Also look at the files now and then, where the system does not tell of changes (network folders).
-    #[arg(long)]
-    pub poll: bool,
+    window: viewer::Args,
 
     #[command(flatten)]
     pub messages: Messages,
 }
 
-pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
-    viewer::run(args, device, talk)
+pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
+    viewer::run(&args.window, device, console)
 }

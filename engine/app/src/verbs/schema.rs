@@ -6,9 +6,9 @@ use raxel_runtime::project::Project;
 use raxel_runtime::timeline;
 use serde_json::Value;
 
+use crate::console::{self, Console};
 use crate::failure::Result;
 use crate::output::{Folders, Pending, shown};
-use crate::talk::{self, Talk};
 
 /// Writes the JSON schemas of graphs, worlds and demos to .raxel/, or prints one.
 #[derive(Debug, clap::Args)]
@@ -45,18 +45,18 @@ impl Kind {
     }
 }
 
-pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, console: &Console) -> Result {
     if let Some(kind) = args.kind {
-        talk::data(&format!("{:#}\n", kind.schema()));
+        console::data(&format!("{:#}\n", kind.schema()));
         return Ok(());
     }
     let place = args.project.as_deref().unwrap_or(Path::new("."));
-    let project = Project::around(place).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
+    let project = Project::around(place).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
     let _folder = Folders::make(&project.on_disk(".raxel"))?;
     for (path, text) in files() {
         Pending::new(&project.on_disk(&path))?.finish(text.as_bytes())?;
     }
-    talk.say(&format!("wrote the schemas to {}", shown(&project.root().join(".raxel"))));
+    console.say(&format!("wrote the schemas to {}", shown(&project.root().join(".raxel"))));
     Ok(())
 }
 

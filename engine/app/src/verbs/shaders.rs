@@ -7,10 +7,10 @@ use raxel_shader::bytes_of;
 use serde_json::json;
 
 use crate::args::{Messages, each_once};
+use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
 use crate::output::{Folders, Pending};
-use crate::talk::{self, Format, Talk, To};
 
 /// Compiles the shaders of all passes of graphs to SPIR-V files, one for each pass: GRAPH.PASS.spv.
 #[derive(Debug, clap::Args)]
@@ -28,12 +28,12 @@ pub(crate) struct Args {
     pub messages: Messages,
 }
 
-pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let around = args.graphs.first().map_or(Path::new("."), PathBuf::as_path);
-    let front = Front::around(around).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
+    let front = Front::around(around).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
     let mut paths = Vec::new();
     for named in &args.graphs {
-        paths.push(front.project.path_of(named).map_err(|diagnostic| talk.stop(&[*diagnostic]))?);
+        paths.push(front.project.path_of(named).map_err(|diagnostic| console.stop(&[*diagnostic]))?);
     }
     paths = if paths.is_empty() { front.project.graphs() } else { each_once(paths) };
     let folder = args.output.clone().unwrap_or_else(|| front.project.on_disk(".raxel/shaders"));
@@ -43,7 +43,7 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
     let mut failed = false;
     for path in &paths {
         let part = front.loader.graph(path);
-        talk.diagnostics(part.found(), &part.texts, To::Stderr);
+        console.diagnostics(part.found(), &part.texts, To::Stderr);
         let Ok(graph) = part.result else {
             failed = true;
             continue;
@@ -61,11 +61,11 @@ pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
     for (name, (bytes, shader)) in modules {
         let file = folder.join(name);
         Pending::new(&file)?.finish(&bytes)?;
-        match talk.format() {
+        match console.format() {
             Format::Json => {
-                talk::json(&json!({ "reason": "shader", "file": file, "shader": shader, "bytes": bytes.len() }));
+                console::json(&json!({ "reason": "shader", "file": file, "shader": shader, "bytes": bytes.len() }));
             }
-            _ => talk::data(&format!("{}  {shader}, {} bytes\n", file.display(), bytes.len())),
+            _ => console::data(&format!("{}  {shader}, {} bytes\n", file.display(), bytes.len())),
         }
     }
     Ok(())

@@ -1,5 +1,6 @@
 //! The window: winit's events drive a session, and its frames are presented. What is said goes to stderr.
 
+mod args;
 mod controls;
 mod reload_log;
 mod title;
@@ -23,15 +24,15 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::keyboard::ModifiersState;
 use winit::window::{Window, WindowId};
 
+pub(crate) use self::args::Args;
 pub(crate) use self::controls::KEYS;
 use self::controls::{Command, Controls};
 use self::reload_log::ReloadLog;
 use self::title::Title;
+use crate::console::Console;
 use crate::failure::{Exit, Failure, Result};
 use crate::output::{self, Pending, shown};
 use crate::session::{frame_failure, say_validation, validated};
-use crate::talk::Talk;
-use crate::verbs::run::Args;
 
 /// Wakes the window: an edit is ready.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +51,7 @@ const SLICE: Duration = Duration::from_millis(8);
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Runs a window until it is closed.
-pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| no_window(&error))?;
     let proxy = event_loop.create_proxy();
     let mut options = args.what.options(device)?;
@@ -63,8 +64,8 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
         // Without a window there is nobody to wake.
         let _ = proxy.send_event(Wake);
     }));
-    let session = args.what.open(options, talk)?;
-    talk.say(&format!(
+    let session = args.what.open(options, console)?;
+    console.say(&format!(
         "{} on {}; Escape quits, `raxel run --help` lists the keys",
         session.graph_path(),
         device_name(&session)
@@ -72,8 +73,8 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
 
     let mut viewer = Viewer {
         args,
-        talk,
-        reloads: ReloadLog::new(talk),
+        console,
+        reloads: ReloadLog::new(console),
         session,
         window: None,
         controls: Controls::default(),
@@ -88,7 +89,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
         failure: None,
     };
     event_loop.run_app(&mut viewer).map_err(|error| no_window(&error))?;
-    viewer.complained |= say_validation(&viewer.session, talk);
+    viewer.complained |= say_validation(&viewer.session, console);
     // A dispatch that does not end must not keep the program.
     if !matches!(viewer.session.wait_picture(SLICE), Ok(Progress::Done)) {
         viewer.session.abandon_device();
@@ -121,7 +122,7 @@ struct Open {
 
 struct Viewer<'a> {
     args: &'a Args,
-    talk: &'a Talk,
+    console: &'a Console,
     reloads: ReloadLog<'a>,
     session: Session,
     window: Option<Open>,
@@ -279,9 +280,9 @@ impl Viewer<'_> {
                 self.titled = None;
                 return Ok(());
             }
-            Err(error) => return Err(frame_failure(error, self.talk)),
+            Err(error) => return Err(frame_failure(error, self.console)),
         };
-        self.complained |= say_validation(&self.session, self.talk);
+        self.complained |= say_validation(&self.session, self.console);
         self.unshown = true;
         if self.show(event_loop)? && !report.displayed && report.dispatched == 0 {
             event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STILL));
@@ -327,7 +328,7 @@ impl Viewer<'_> {
 
     /// Whether the device has finished what was waited for. Says once what it works on when that takes long.
     fn is_done(&mut self, progress: std::result::Result<Progress, FrameError>) -> Result<bool> {
-        match progress.map_err(|error| frame_failure(error, self.talk))? {
+        match progress.map_err(|error| frame_failure(error, self.console))? {
             Progress::Done => {
                 self.titled = self.titled.filter(|_| self.busy.is_none());
                 self.busy = None;
@@ -338,7 +339,7 @@ impl Viewer<'_> {
                     if self.busy.is_none() {
                         let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on pass `{pass}`"));
                         let seconds = elapsed.as_secs();
-                        self.talk
+                        self.console
                             .say(&format!("the device has worked{on} for {seconds} s; Escape quits, an edit is taken"));
                     }
                     self.busy = Some((pass, elapsed.as_secs()));
@@ -382,8 +383,8 @@ impl Viewer<'_> {
                 self.session.hand_back();
             }
             Command::Screenshot => match self.screenshot() {
-                Ok(path) => self.talk.say(&format!("wrote {}", shown(&path))),
-                Err(failure) => self.talk.failure(&failure),
+                Ok(path) => self.console.say(&format!("wrote {}", shown(&path))),
+                Err(failure) => self.console.failure(&failure),
             },
             Command::Quit => event_loop.exit(),
         }
@@ -408,7 +409,7 @@ impl Viewer<'_> {
 
     fn select(&mut self, target: DebugTarget) {
         if let Err(error) = self.session.set_debug_target(target) {
-            self.talk.say(&format!("warning: {error}"));
+            self.console.say(&format!("warning: {error}"));
         }
     }
 

@@ -4,11 +4,11 @@ use raxel_runtime::FrameError;
 use raxel_runtime::reload::ReloadEvent;
 use serde_json::json;
 
-use crate::talk::{self, Format, Talk, To};
+use crate::console::{self, Console, Format, To};
 
 /// Says what happened and keeps what the title shows of it.
 pub(crate) struct ReloadLog<'a> {
-    talk: &'a Talk,
+    console: &'a Console,
     /// Generation that runs.
     pub shown: u64,
     /// A newer generation that is wrong.
@@ -17,19 +17,19 @@ pub(crate) struct ReloadLog<'a> {
 
 impl<'a> ReloadLog<'a> {
     /// Nothing has happened yet.
-    pub fn new(talk: &'a Talk) -> Self {
-        Self { talk, shown: 0, failed: None }
+    pub fn new(console: &'a Console) -> Self {
+        Self { console, shown: 0, failed: None }
     }
 
     /// Something happened.
     pub fn tell(&mut self, event: &ReloadEvent) {
-        let json = self.talk.format() == Format::Json;
+        let json = self.console.format() == Format::Json;
         match event {
             ReloadEvent::Reloaded(reloaded) => {
                 (self.shown, self.failed) = (reloaded.generation, None);
-                self.talk.diagnostics(&reloaded.diagnostics, &reloaded.texts, To::Stderr);
+                self.console.diagnostics(&reloaded.diagnostics, &reloaded.texts, To::Stderr);
                 if json {
-                    return talk::event(&json!({
+                    return console::event(&json!({
                         "reason": "reloaded",
                         "generation": reloaded.generation,
                         "changed": reloaded.changed,
@@ -39,7 +39,7 @@ impl<'a> ReloadLog<'a> {
                         "dropped": reloaded.resources.dropped,
                     }));
                 }
-                self.talk.say(&format!(
+                self.console.say(&format!(
                     "reloaded {} in {:.0} ms, gen {}",
                     reloaded.changed.join(", "),
                     reloaded.milliseconds,
@@ -47,7 +47,7 @@ impl<'a> ReloadLog<'a> {
                 ));
                 let resources = &reloaded.resources;
                 if !resources.created.is_empty() || !resources.dropped.is_empty() {
-                    self.talk.detail(&format!(
+                    self.console.detail(&format!(
                         "kept: {}; new: {}; gone: {}",
                         list(&resources.kept),
                         list(&resources.created),
@@ -57,23 +57,23 @@ impl<'a> ReloadLog<'a> {
             }
             ReloadEvent::Failed(failed) => {
                 self.failed = Some(failed.generation);
-                self.talk.diagnostics(&failed.diagnostics, &failed.texts, To::Stderr);
+                self.console.diagnostics(&failed.diagnostics, &failed.texts, To::Stderr);
                 if json {
-                    return talk::event(&json!({
+                    return console::event(&json!({
                         "reason": "reload-failed",
                         "generation": failed.generation,
                         "showing": self.shown,
                         "changed": failed.changed,
                     }));
                 }
-                self.talk.say(&format!("gen {} failed: showing gen {}", failed.generation, self.shown));
+                self.console.say(&format!("gen {} failed: showing gen {}", failed.generation, self.shown));
             }
             ReloadEvent::DeviceRebuilt { suspect, milliseconds } => {
                 let advice = suspect
                     .as_ref()
                     .map(|pass| format!("; pass `{pass}` is switched off until its shader changes"))
                     .unwrap_or_default();
-                self.talk.say(&format!("the device was lost and is open again after {milliseconds:.0} ms{advice}"));
+                self.console.say(&format!("the device was lost and is open again after {milliseconds:.0} ms{advice}"));
             }
         }
     }
@@ -81,7 +81,7 @@ impl<'a> ReloadLog<'a> {
     /// A debug target or size that no plan can be made for.
     pub fn refused(&self, error: &FrameError) {
         if let FrameError::Plan { diagnostics, texts } = error {
-            self.talk.diagnostics(diagnostics, texts, To::Stderr);
+            self.console.diagnostics(diagnostics, texts, To::Stderr);
         }
     }
 }

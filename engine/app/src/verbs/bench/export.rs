@@ -11,13 +11,13 @@ use raxel_runtime::world::SessionWorld;
 use serde_json::json;
 
 use super::labels::stem;
+use crate::console::{self, Console, Format};
 use crate::failure::{Exit, Failure, Result};
 use crate::output::{Pending, shown};
-use crate::talk::{self, Format, Talk};
 
 /// Writes the voxels of each world, and the rays and hits of each camera. What cannot be exported is left out and said, like what
 /// `raxel bench` cannot measure; if nothing is left, it is an error.
-pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], talk: &Talk) -> Result {
+pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], console: &Console) -> Result {
     let mut exports = Vec::new();
     let mut refused = Vec::new();
     for world in worlds {
@@ -30,7 +30,7 @@ pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], 
             }
         };
         let voxels = format!("{}.voxels", stem(path));
-        write(folder, [voxels.as_str()], |[to]| export::voxels(world.voxels(), corner, to), talk)?;
+        write(folder, [voxels.as_str()], |[to]| export::voxels(world.voxels(), corner, to), console)?;
         let oracle = Oracle::new(world.voxels());
         for (camera, pose) in cameras(world, &matrix.cameras) {
             for &size in &matrix.sizes {
@@ -45,7 +45,7 @@ pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], 
                 let base = format!("{}-{camera}-{width}x{height}", stem(path));
                 let names = ["rays", "hits", "ties"].map(|ending| format!("{base}.{ending}"));
                 let put = |to: [&mut dyn Write; 3]| export::rays_and_hits(&oracle, corner, &rays, to);
-                write(folder, names.each_ref().map(String::as_str), put, talk)?;
+                write(folder, names.each_ref().map(String::as_str), put, console)?;
                 exports.push(json!({
                     "world": path,
                     "camera": camera,
@@ -60,7 +60,7 @@ pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], 
         }
     }
     for refusal in &refused {
-        talk.say(&format!("left out: {}", refusal["reason"].as_str().unwrap_or_default()));
+        console.say(&format!("left out: {}", refusal["reason"].as_str().unwrap_or_default()));
     }
     let nothing = exports.is_empty();
     let index = json!({
@@ -71,9 +71,9 @@ pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], 
     });
     let path = folder.join("export.json");
     Pending::new(&path)?.finish(format!("{index:#}\n").as_bytes())?;
-    match talk.format() {
-        Format::Json => talk::json(&json!({ "reason": "exported", "index": path })),
-        _ => talk.say(&format!("wrote {}", shown(&path))),
+    match console.format() {
+        Format::Json => console::json(&json!({ "reason": "exported", "index": path })),
+        _ => console.say(&format!("wrote {}", shown(&path))),
     }
     if nothing {
         return Err(Failure::new(Exit::Project, "nothing could be exported; see the reasons above"));
@@ -86,7 +86,7 @@ fn write<const N: usize>(
     folder: &Path,
     names: [&str; N],
     put: impl FnOnce([&mut dyn Write; N]) -> std::io::Result<()>,
-    talk: &Talk,
+    console: &Console,
 ) -> Result {
     let paths = names.map(|name| folder.join(name));
     let pending: Vec<Pending> = paths.iter().map(|path| Pending::new(path)).collect::<Result<_>>()?;
@@ -105,7 +105,7 @@ fn write<const N: usize>(
     fill().map_err(|error| Failure::usage(format!("`{}` cannot be written: {error}", paths[0].display())))?;
     for (pending, path) in pending.into_iter().zip(&paths) {
         pending.rename()?;
-        talk.detail(&format!("wrote {}", shown(path)));
+        console.detail(&format!("wrote {}", shown(path)));
     }
     Ok(())
 }

@@ -13,10 +13,10 @@ use raxel_world::layout::Layout;
 
 use super::{export, files, table as printed};
 use crate::args::{Messages, Size, each_once, size};
+use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
 use crate::output::{Folders, Pending};
-use crate::talk::{self, Format, Talk, To};
 
 /// What is measured, and where it is written.
 #[derive(Debug, clap::Args)]
@@ -72,7 +72,7 @@ struct Found {
     worlds: Vec<Arc<SessionWorld>>,
 }
 
-pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
+pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     // Whether files can be made there is found out before anything is measured, which takes minutes.
     let folder = args.output.as_ref().or(args.export.as_ref());
     let _made = folder.map(|folder| Folders::make(folder)).transpose()?;
@@ -81,44 +81,44 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
             Pending::new(&folder.join(file))?;
         }
     }
-    let front = Front::around(Path::new(".")).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
-    let mut found = find(args, &front, talk)?;
+    let front = Front::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let mut found = find(args, &front, console)?;
     if let Some(folder) = &args.export {
         if found.matrix.sizes.is_empty() {
             found.matrix.sizes = vec![[320, 180]];
         }
-        return export::run(folder, &found.matrix, &found.worlds, talk);
+        return export::run(folder, &found.matrix, &found.worlds, console);
     }
     let mut runner = Runner::new(Arc::new(front.loader), device).map_err(bench_failure)?;
-    for verdict in runner.device().verdicts().iter().filter(|verdict| verdict.chosen || talk.verbose()) {
-        talk.detail(&verdict.to_string());
+    for verdict in runner.device().verdicts().iter().filter(|verdict| verdict.chosen || console.verbose()) {
+        console.detail(&verdict.to_string());
     }
     if found.matrix.sizes.is_empty() {
         let software = runner.device().capabilities().kind == DeviceKind::Cpu;
         found.matrix.sizes = vec![if software { [320, 180] } else { [3840, 2160] }];
     }
     let about = files::About::of(runner.device(), &found.matrix.effort);
-    if talk.format() == Format::Json {
-        talk::json(&about.json());
+    if console.format() == Format::Json {
+        console::json(&about.json());
     }
     // What is wrong with a graph is said before the others are measured, which takes minutes.
     let broken = runner.broken(&found.matrix.graphs);
-    talk.diagnostics(&broken.found, &broken.texts, To::Stderr);
+    console.diagnostics(&broken.found, &broken.texts, To::Stderr);
     // A run that is broken off leaves what it has measured.
     let old_charts = args.output.as_deref().map(files::old_charts).unwrap_or_default();
     let keep = |rows: &[Row]| match &args.output {
         Some(folder) => files::write(folder, &about, rows, &old_charts),
         None => Ok(Vec::new()),
     };
-    let rows = measure(&mut runner, &found, talk, &keep)?;
-    printed::print_means(&rows, talk);
+    let rows = measure(&mut runner, &found, console, &keep)?;
+    printed::print_means(&rows, console);
     let complaints = runner.device().log().take();
     let written = keep(&rows)?;
-    if !written.is_empty() && talk.format() != Format::Json {
-        talk.say(&format!("wrote {}", written.join(", ")));
+    if !written.is_empty() && console.format() != Format::Json {
+        console.say(&format!("wrote {}", written.join(", ")));
     }
     for message in &complaints {
-        talk.say(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
+        console.say(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
     }
     if rows.iter().all(|row| row.outcome.is_err()) {
         return Err(Failure::new(Exit::Project, "nothing could be measured; see the reasons above"));
@@ -137,10 +137,10 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
 fn measure(
     runner: &mut Runner,
     found: &Found,
-    talk: &Talk,
+    console: &Console,
     keep: &dyn Fn(&[Row]) -> Result<Vec<String>>,
 ) -> Result<Vec<Row>> {
-    let bar = progress(talk);
+    let bar = progress(console);
     let mut rows: Vec<Row> = Vec::new();
     let mut printed = 0;
     let mut kept: Result<Vec<String>> = Ok(Vec::new());
@@ -148,7 +148,7 @@ fn measure(
     let ran = runner.run(&found.matrix, &found.worlds, &mut |row| {
         let new_view = rows.last().is_some_and(|last| !same_view(last, &row));
         if new_view {
-            bar.suspend(|| printed::print(&rows[printed..], talk));
+            bar.suspend(|| printed::print(&rows[printed..], console));
             printed = rows.len();
             if kept.is_ok() {
                 kept = keep(&rows);
@@ -158,7 +158,7 @@ fn measure(
         if let Err(Refusal { found, texts, .. }) = &row.outcome {
             let new = |found: &&Diagnostic| !found.labels.is_empty() && said.insert((*found).clone());
             let new: Vec<Diagnostic> = found.iter().filter(new).cloned().collect();
-            bar.suspend(|| talk.diagnostics(&new, texts, To::Stderr));
+            bar.suspend(|| console.diagnostics(&new, texts, To::Stderr));
         }
         let case = &row.case;
         bar.set_message(format!("{} {} {} {}", case.world, case.camera, case.graph, case.layout.unwrap_or("")));
@@ -166,7 +166,7 @@ fn measure(
         rows.push(row);
     });
     bar.finish_and_clear();
-    printed::print(&rows[printed..], talk);
+    printed::print(&rows[printed..], console);
     ran.map_err(bench_failure)?;
     kept?;
     Ok(rows)
@@ -177,8 +177,8 @@ pub(super) fn same_view(a: &Row, b: &Row) -> bool {
     (&a.case.world, &a.case.camera, a.case.size) == (&b.case.world, &b.case.camera, b.case.size)
 }
 
-fn progress(talk: &Talk) -> ProgressBar {
-    if !talk.watched() {
+fn progress(console: &Console) -> ProgressBar {
+    if !console.watched() {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{spinner} {pos} measured, {elapsed}  {msg}");
@@ -191,7 +191,7 @@ fn bench_failure(error: BenchError) -> Failure {
     }
 }
 
-fn find(args: &Args, front: &Front, talk: &Talk) -> Result<Found> {
+fn find(args: &Args, front: &Front, console: &Console) -> Result<Found> {
     // An export has no use for graphs.
     let graphs = if args.export.is_some() { Vec::new() } else { each_once(find_graphs(args, front)?) };
     let layouts = each_once(find_layouts(&args.layouts)?);
@@ -208,7 +208,7 @@ fn find(args: &Args, front: &Front, talk: &Talk) -> Result<Found> {
         ))
         .help("--size 7680x4320"));
     }
-    let loaded: Vec<Arc<SessionWorld>> = worlds.iter().map(|path| front.world(path, talk)).collect::<Result<_>>()?;
+    let loaded: Vec<Arc<SessionWorld>> = worlds.iter().map(|path| front.world(path, console)).collect::<Result<_>>()?;
     check_cameras(&args.cameras, &loaded)?;
     let effort = Effort { warmup: args.warmup, frames: args.frames, seconds: args.seconds };
     let everywhere = |graph: &&String| EVERYWHERE.contains(&graph.as_str());

@@ -10,8 +10,8 @@ mod table;
 
 use raxel_gpu::DeviceOptions;
 
+use crate::console::{Console, Format};
 use crate::failure::Result;
-use crate::talk::{Format, Talk};
 
 /// Measures graphs over layouts, worlds and cameras: GPU time, and how many of the very same rays are wrong by exact arithmetic.
 #[derive(Debug, clap::Args)]
@@ -46,9 +46,9 @@ impl Args {
     }
 }
 
-pub(crate) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     match &args.what {
-        Some(Bench::Reload(reload)) => reload::run(reload, device, talk),
-        None => matrix::run(&args.matrix, device, talk),
+        Some(Bench::Reload(reload)) => reload::run(reload, device, console),
+        None => matrix::run(&args.matrix, device, console),
     }
 }

@@ -5,10 +5,10 @@ use raxel_measure::save_latency::{LatencyError, LatencyOptions, Times, save_late
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};
+use crate::console::{self, Console, Format};
 use crate::failure::{Exit, Failure, Result};
 use crate::output::Scratch;
 use crate::session::{What, frame_failure, open_failure};
-use crate::talk::{self, Format, Talk};
 
 /// Measures the time from the end of a save to the finished picture, for edits of a shader and of a graph. A copy of the project is
 /// edited, never the project.
@@ -38,17 +38,17 @@ pub(crate) struct Args {
 const SHADER_BUDGET: (f64, f64) = (150.0, 400.0);
 const GRAPH_BUDGET: f64 = 50.0;
 
-pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
+pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let mut session = args.what.options(device)?;
     session.size = args.size.0;
     let scratch = Scratch::new()?;
     let times =
         save_latency(&LatencyOptions { session, scratch: scratch.path().to_owned(), edits: args.edits as usize })
-            .map_err(|error| failure(error, talk))?;
+            .map_err(|error| failure(error, console))?;
     let [width, height] = times.size;
-    if talk.format() == Format::Json {
+    if console.format() == Format::Json {
         let part = |times: &Times| json!({ "p50": times.percentile(0.5), "p95": times.percentile(0.95), "max": times.percentile(1.0), "milliseconds": times.milliseconds });
-        talk::json(&json!({
+        console::json(&json!({
             "reason": "bench-reload",
             "device": times.device,
             "size": times.size,
@@ -58,10 +58,10 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     } else {
         let row = |what: &str, times: &Times| {
             let [p50, p95, max] = [0.5, 0.95, 1.0].map(|part| times.percentile(part));
-            talk::data(&format!("{what:<14} {p50:8.1} {p95:8.1} {max:8.1}  ms\n"));
+            console::data(&format!("{what:<14} {p50:8.1} {p95:8.1} {max:8.1}  ms\n"));
         };
-        talk::data(&format!("save to picture, {} edits each, {width}×{height}, {}\n", args.edits, times.device));
-        talk::data(&format!("{:<14} {:>8} {:>8} {:>8}\n", "", "p50", "p95", "max"));
+        console::data(&format!("save to picture, {} edits each, {width}×{height}, {}\n", args.edits, times.device));
+        console::data(&format!("{:<14} {:>8} {:>8} {:>8}\n", "", "p50", "p95", "max"));
         row("shader edit", &times.shader);
         row("graph edit", &times.graph);
     }
@@ -74,11 +74,11 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, talk: &Talk) -> Result {
     Ok(())
 }
 
-fn failure(error: LatencyError, talk: &Talk) -> Failure {
+fn failure(error: LatencyError, console: &Console) -> Failure {
     match error {
-        LatencyError::Open(error) => open_failure(error, talk),
-        LatencyError::Frame(error) => frame_failure(error, talk),
-        LatencyError::Edit(failed) => talk.stop_in(&failed.diagnostics, &failed.texts),
+        LatencyError::Open(error) => open_failure(error, console),
+        LatencyError::Frame(error) => frame_failure(error, console),
+        LatencyError::Edit(failed) => console.stop_in(&failed.diagnostics, &failed.texts),
         LatencyError::Io(_) => Failure::usage(error.to_string()),
         LatencyError::NoShader(_) => Failure::new(Exit::Project, error.to_string()),
         LatencyError::Unnoticed(_) => Failure::new(Exit::Check, error.to_string()),

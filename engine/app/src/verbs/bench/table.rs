@@ -8,18 +8,18 @@ use raxel_oracle::metrics::Errors;
 use super::files;
 use super::labels::{stem, three, view, wrong_ppm};
 use super::matrix::same_view;
-use crate::talk::{self, Format, Talk};
+use crate::console::{self, Console, Format};
 
 const HEAD: [&str; 10] =
     ["graph", "layout", "ms", "p95", "Mrays/s", "wrong ppm", "steps", "B/voxel", "all", "Mvoxels/s"];
 
 /// Prints the rows of one view: the fastest first, those that could not run last.
-pub(super) fn print(rows: &[Row], talk: &Talk) {
+pub(super) fn print(rows: &[Row], console: &Console) {
     let Some(first) = rows.first() else { return };
-    match talk.format() {
-        Format::Json => rows.iter().for_each(|row| talk::json(&files::row_json(row))),
-        Format::Short => talk::data(&short(rows)),
-        Format::Human => talk::data(&format!("{}\n{}\n", view(&first.case), human(rows))),
+    match console.format() {
+        Format::Json => rows.iter().for_each(|row| console::json(&files::row_json(row))),
+        Format::Short => console::data(&short(rows)),
+        Format::Human => console::data(&format!("{}\n{}\n", view(&first.case), human(rows))),
     }
 }
 
@@ -75,7 +75,7 @@ pub(super) fn means(rows: &[Row]) -> Vec<Mean<'_>> {
 }
 
 /// Prints the means over all views.
-pub(super) fn print_means(rows: &[Row], talk: &Talk) {
+pub(super) fn print_means(rows: &[Row], console: &Console) {
     let means = means(rows);
     let Some(first) = means.first() else { return };
     let mut text = format!("means over {} views: geometric of the rates, arithmetic of the wrong rays\n", first.views);
@@ -83,7 +83,7 @@ pub(super) fn print_means(rows: &[Row], talk: &Talk) {
     for mean in &means {
         let (graph, layout) = (stem(mean.graph), mean.layout.unwrap_or("-"));
         let wrong = mean.wrong_ppm.map_or_else(|| "-".to_owned(), three);
-        let _ = match talk.format() {
+        let _ = match console.format() {
             Format::Short => writeln!(text, "{graph}\t{layout}\t{}\t{wrong}", three(mean.mrays)),
             _ => writeln!(
                 text,
@@ -92,10 +92,10 @@ pub(super) fn print_means(rows: &[Row], talk: &Talk) {
             ),
         };
     }
-    match talk.format() {
-        Format::Json => means.iter().for_each(|mean| talk::json(&files::mean_json(mean))),
-        Format::Short => talk::data(text.split_once('\n').map_or("", |(_, rows)| rows)),
-        Format::Human => talk::data(&text),
+    match console.format() {
+        Format::Json => means.iter().for_each(|mean| console::json(&files::mean_json(mean))),
+        Format::Short => console::data(text.split_once('\n').map_or("", |(_, rows)| rows)),
+        Format::Human => console::data(&text),
     }
 }
 

@@ -8,9 +8,9 @@ use raxel_world::layout::Layout;
 use serde_json::{Value, json};
 
 use super::About;
+use crate::console::{Console, Format};
 use crate::failure::{Failure, Result};
 use crate::output::{Folders, Pending, Table, shown};
-use crate::talk::{Format, Talk};
 
 /// The files that are asked for; whether they can be written is found out before anything is traced.
 #[derive(Default)]
@@ -46,7 +46,7 @@ impl Outputs {
         report: &Report,
         symmetry: &[(Layout, Invariants)],
         about: &About,
-        talk: &Talk,
+        console: &Console,
     ) -> Result {
         let mut written = Vec::new();
         if let Some((pending, name)) = self.csv.take() {
@@ -57,8 +57,8 @@ impl Outputs {
             pending.finish(format!("{:#}\n", json_of(plan, report, symmetry, about)).as_bytes())?;
             written.push(name);
         }
-        if !written.is_empty() && talk.format() != Format::Json {
-            talk.say(&format!("wrote {}", written.join(", ")));
+        if !written.is_empty() && console.format() != Format::Json {
+            console.say(&format!("wrote {}", written.join(", ")));
         }
         Ok(())
     }

@@ -12,9 +12,9 @@ use raxel_runtime::project::Project;
 use raxel_world::layout::Layout;
 
 use crate::args::each_once;
+use crate::console::Console;
 use crate::failure::{Failure, Result};
 use crate::front::Front;
-use crate::talk::Talk;
 
 /// Marchers of `<raxel/march.glsl>`.
 pub(super) const MARCHERS: &[&str] = &["fixed", "rollback", "dda", "stackless", "stack", "raymask"];
@@ -77,9 +77,9 @@ pub(super) fn sites(wanted: &[String]) -> Result<Vec<Site>> {
     Ok(found)
 }
 
-pub(super) fn world(named: &Path, talk: &Talk) -> Result<Vec<Site>> {
-    let (front, path) = Front::of(Some(named), Project::default_world, talk)?;
-    let world = front.world(&path, talk)?;
+pub(super) fn world(named: &Path, console: &Console) -> Result<Vec<Site>> {
+    let (front, path) = Front::of(Some(named), Project::default_world, console)?;
+    let world = front.world(&path, console)?;
     Ok(vec![Site::world(path, std::sync::Arc::new(world.voxels().clone()))])
 }
 

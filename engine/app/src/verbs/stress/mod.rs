@@ -16,8 +16,8 @@ use raxel_measure::stress::{self, Invariants, Plan, Report, Row, invariants};
 use raxel_world::layout::Layout;
 
 use crate::args::Messages;
+use crate::console::{Console, Format};
 use crate::failure::{Exit, Failure, Result};
-use crate::talk::{Format, Talk};
 
 /// Traces rays that are hard to trace, by every layout, and counts what is wrong by exact arithmetic.
 ///
@@ -77,10 +77,10 @@ struct About {
     command: String,
 }
 
-pub(crate) fn run(args: &Args, options: &DeviceOptions, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
     let front = find::front();
     let sites = match &args.world {
-        Some(world) => find::world(world, talk)?,
+        Some(world) => find::world(world, console)?,
         None => find::sites(&args.scenes)?,
     };
     let plan = Plan {
@@ -96,8 +96,8 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, talk: &Talk) -> Result {
         front.map_or_else(|| Arc::new(MemoryFiles::default()) as _, |front| front.loader.files().clone());
 
     let device = Device::new(options)?;
-    for verdict in device.verdicts().iter().filter(|verdict| verdict.chosen || talk.verbose()) {
-        talk.detail(&verdict.to_string());
+    for verdict in device.verdicts().iter().filter(|verdict| verdict.chosen || console.verbose()) {
+        console.detail(&verdict.to_string());
     }
     let capabilities = device.capabilities();
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -107,34 +107,34 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, talk: &Talk) -> Result {
         command: format!("raxel {}", arguments.join(" ")),
     };
     if let Some(ray) = &args.ray {
-        let broken = one::trace(&plan, &ray.0, &device, &files, talk).map_err(|error| failure(error, talk))?;
+        let broken = one::trace(&plan, &ray.0, &device, &files, console).map_err(|error| failure(error, console))?;
         if !broken.is_empty() {
             return Err(Failure::new(Exit::Check, broken.join("; ")));
         }
-        return validated(&device, talk);
+        return validated(&device, console);
     }
 
-    let bar = progress(&plan, talk);
+    let bar = progress(&plan, console);
     let report = stress::run(&plan, &device, &files, &mut |at| {
         bar.set_position(at.rays);
         bar.set_message(format!("{}  {}", at.site, at.row));
     })
-    .map_err(|error| failure(error, talk))?;
+    .map_err(|error| failure(error, console))?;
     bar.set_message("moved, turned and mirrored");
-    let symmetry = symmetric(&plan, &device, &files).map_err(|error| failure(error, talk))?;
+    let symmetry = symmetric(&plan, &device, &files).map_err(|error| failure(error, console))?;
     bar.finish_and_clear();
 
-    table::print(&plan, &report, &symmetry, &about, talk);
-    outputs.write(&plan, &report, &symmetry, &about, talk)?;
-    verdict(&plan, &report, &symmetry, talk)?;
-    validated(&device, talk)
+    table::print(&plan, &report, &symmetry, &about, console);
+    outputs.write(&plan, &report, &symmetry, &about, console)?;
+    verdict(&plan, &report, &symmetry, console)?;
+    validated(&device, console)
 }
 
 /// Exit code 6 when the validation layer has something to say.
-fn validated(device: &Device, talk: &Talk) -> Result {
+fn validated(device: &Device, console: &Console) -> Result {
     let complaints = device.log().take();
     for message in &complaints {
-        talk.say(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
+        console.say(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
     }
     if complaints.is_empty() {
         Ok(())
@@ -162,12 +162,12 @@ fn symmetric(
 }
 
 /// Exit code 1 when something that must be exact is not; the first wrong rays are shown.
-fn verdict(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], talk: &Talk) -> Result {
+fn verdict(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], console: &Console) -> Result {
     let mut wrong = Vec::new();
     for row in report.rows.iter().filter(|row| row.row.exact()) {
         let total = row.total();
         if total.wrong() + total.inexact() > 0 {
-            one::show_wrong(plan, row, talk);
+            one::show_wrong(plan, row, console);
         }
         let count = total.wrong();
         if count > 0 {
@@ -196,17 +196,17 @@ fn verdict(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], talk
     if wrong.is_empty() { Ok(()) } else { Err(Failure::new(Exit::Check, wrong.join("; "))) }
 }
 
-fn progress(plan: &Plan, talk: &Talk) -> ProgressBar {
-    if !talk.watched() {
+fn progress(plan: &Plan, console: &Console) -> ProgressBar {
+    if !console.watched() {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{bar:30} {percent}%, {eta} left  {msg}");
     ProgressBar::new(plan.total()).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-fn failure(error: RayError, talk: &Talk) -> Failure {
+fn failure(error: RayError, console: &Console) -> Failure {
     match error {
-        RayError::Shader { diagnostics, texts } => talk.stop_in(&diagnostics, &texts),
+        RayError::Shader { diagnostics, texts } => console.stop_in(&diagnostics, &texts),
         RayError::Gpu(error) => error.into(),
         error @ (RayError::Binding { .. } | RayError::Layout(_)) => Failure::new(Exit::Project, error.to_string()),
     }

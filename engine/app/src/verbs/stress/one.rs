@@ -12,7 +12,7 @@ use raxel_oracle::metrics::{Errors, Outcome, Wrong, most_steps};
 use raxel_oracle::{Hit, Lattice, Ray};
 use serde_json::{Value, json};
 
-use crate::talk::{self, Format, Talk};
+use crate::console::{self, Console, Format};
 
 /// A ray as it is written on the command line.
 #[derive(Clone, Debug)]
@@ -97,7 +97,7 @@ pub(super) fn trace(
     ray: &Ray,
     device: &Arc<Device>,
     files: &Arc<dyn Files>,
-    talk: &Talk,
+    console: &Console,
 ) -> Result<Vec<String>, RayError> {
     let mut broken = Vec::new();
     for (number, site) in plan.sites.iter().enumerate() {
@@ -124,9 +124,9 @@ pub(super) fn trace(
                     (said, wrong.map(wrong_name))
                 }
             };
-            if talk.format() == Format::Json {
+            if console.format() == Format::Json {
                 let hit = answer.as_ref().ok().and_then(|(_, hit)| hit.as_ref());
-                talk::json(&json!({
+                console::json(&json!({
                     "reason": "ray", "site": site.name, "ray": written(ray), "row": row.to_string(), "said": said, "wrong": wrong,
                     "exact": exact_json(ray, &found.exact), "hit": hit_json(hit),
                 }));
@@ -137,23 +137,23 @@ pub(super) fn trace(
             let mark = wrong.map_or_else(String::new, |wrong| format!("  WRONG: {wrong}"));
             let _ = writeln!(text, "  {:<16} {said}{mark}", row.to_string());
         }
-        if talk.format() != Format::Json {
-            talk::data(&text);
+        if console.format() != Format::Json {
+            console::data(&text);
         }
     }
     Ok(broken)
 }
 
 /// The first wrong rays of a row, each with the command that traces it alone.
-pub(super) fn show_wrong(plan: &Plan, row: &RowReport, talk: &Talk) {
-    let shown = if talk.verbose() { row.wrong.len() } else { 3 };
+pub(super) fn show_wrong(plan: &Plan, row: &RowReport, console: &Console) {
+    let shown = if console.verbose() { row.wrong.len() } else { 3 };
     for sample in row.wrong.iter().take(shown) {
         let (site, set) = (&plan.sites[sample.site].name, plan.sets[sample.set].name);
         let at = if site.contains('@') { format!("--scenes {site}") } else { format!("--world {site}") };
         let command =
             format!("raxel stress {at} --layouts {} --seed {} --ray \"{}\"", row.row, plan.seed, written(&sample.ray));
-        if talk.format() == Format::Json {
-            talk::json(&json!({
+        if console.format() == Format::Json {
+            console::json(&json!({
                 "reason": "wrong-ray", "row": row.row.to_string(), "site": site, "set": set, "wrong": sample.wrong,
                 "ray": written(&sample.ray), "exact": exact_json(&sample.ray, &sample.exact),
                 "hit": hit_json(sample.found.as_ref()), "command": command,
@@ -161,7 +161,7 @@ pub(super) fn show_wrong(plan: &Plan, row: &RowReport, talk: &Talk) {
             continue;
         }
         let found = sample.found.as_ref().map_or_else(|| "nothing".to_owned(), hit_text);
-        talk.say(&format!(
+        console.say(&format!(
             "{} in {site}, {set}: {}\n  exact  {}\n  found  {found}\n  {command}",
             row.row,
             wrong_name(sample.wrong),

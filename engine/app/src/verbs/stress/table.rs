@@ -7,19 +7,19 @@ use raxel_oracle::metrics::Errors;
 use raxel_world::layout::Layout;
 
 use super::{About, files};
-use crate::talk::{self, Format, Talk};
+use crate::console::{self, Console, Format};
 
 /// Columns of text that a table takes at most; wider ones go on below.
 const WIDTH: usize = 118;
 
-pub(super) fn print(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], about: &About, talk: &Talk) {
-    match talk.format() {
+pub(super) fn print(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], about: &About, console: &Console) {
+    match console.format() {
         Format::Json => {
-            report.rows.iter().for_each(|row| talk::json(&files::row_json(plan, row)));
-            talk::json(&files::summary(plan, report, symmetry, about));
+            report.rows.iter().for_each(|row| console::json(&files::row_json(plan, row)));
+            console::json(&files::summary(plan, report, symmetry, about));
         }
-        Format::Short => talk::data(&short(report)),
-        Format::Human => talk::data(&human(plan, report, symmetry, about)),
+        Format::Short => console::data(&short(report)),
+        Format::Human => console::data(&human(plan, report, symmetry, about)),
     }
 }
 

@@ -6,10 +6,10 @@ use raxel_runtime::project::Project;
 use serde_json::json;
 
 use crate::args::Messages;
+use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
 use crate::front::Front;
 use crate::output::{Pending, shown};
-use crate::talk::{self, Format, Talk};
 
 /// Writes a world as a `MagicaVoxel` scene.
 #[derive(Debug, clap::Args)]
@@ -26,19 +26,21 @@ pub(crate) struct Args {
     pub messages: Messages,
 }
 
-pub(super) fn run(args: &Args, talk: &Talk) -> Result {
+pub(super) fn run(args: &Args, console: &Console) -> Result {
     if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vox")) {
         return Err(Failure::usage(format!("`{}` does not end in .vox", args.output.display())));
     }
     let pending = Pending::new(&args.output)?;
-    let (front, path) = Front::of(args.world.as_deref(), Project::default_world, talk)?;
-    let world = front.world(&path, talk)?;
-    let bytes = raxel_world::vox::export(world.voxels()).map_err(|error| talk.stop(&[error.diagnostic(&path)]))?;
+    let (front, path) = Front::of(args.world.as_deref(), Project::default_world, console)?;
+    let world = front.world(&path, console)?;
+    let bytes = raxel_world::vox::export(world.voxels()).map_err(|error| console.stop(&[error.diagnostic(&path)]))?;
     let size = bytes.len();
     pending.finish(&bytes)?;
-    match talk.format() {
-        Format::Json => talk::json(&json!({ "reason": "exported", "world": path, "file": args.output, "bytes": size })),
-        _ => talk.say(&format!("wrote {} ({size} bytes)", shown(&args.output))),
+    match console.format() {
+        Format::Json => {
+            console::json(&json!({ "reason": "exported", "world": path, "file": args.output, "bytes": size }));
+        }
+        _ => console.say(&format!("wrote {} ({size} bytes)", shown(&args.output))),
     }
     Ok(())
 }

@@ -8,9 +8,9 @@ use raxel_runtime::project::Project;
 use serde_json::json;
 
 use crate::args::Messages;
+use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
 use crate::output::{Folders, Pending, shown};
-use crate::talk::{self, Format, Talk};
 
 /// Copies a `MagicaVoxel` scene into the project and writes a world around it.
 #[derive(Debug, clap::Args)]
@@ -37,21 +37,22 @@ pub(crate) struct Args {
     pub messages: Messages,
 }
 
-pub(super) fn run(args: &Args, talk: &Talk) -> Result {
+pub(super) fn run(args: &Args, console: &Console) -> Result {
     let stem = args.model.file_stem().map(|stem| clean(&stem.to_string_lossy())).unwrap_or_default();
     if stem.is_empty() {
         return Err(Failure::usage(format!("`{}` names no file", args.model.display())));
     }
 
     // The scene is read whole before anything is written: a broken one changes nothing.
-    let bytes = read(&args.model, talk)?;
+    let bytes = read(&args.model, console)?;
     let world = raxel_world::vox::import_frame(&bytes, args.frame).map_err(|error| {
         let path = args.model.display().to_string();
-        talk.stop(&[error.diagnostic(&path, None)])
+        console.stop(&[error.diagnostic(&path, None)])
     })?;
 
     let around = args.output.as_deref().and_then(Path::parent).filter(|f| !f.as_os_str().is_empty());
-    let project = Project::around(around.unwrap_or(Path::new("."))).map_err(|diagnostic| talk.stop(&[*diagnostic]))?;
+    let project =
+        Project::around(around.unwrap_or(Path::new("."))).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
     let toml = args.output.clone().unwrap_or_else(|| project.on_disk(&format!("worlds/{stem}.toml")));
     let model = project.on_disk(&format!("worlds/models/{stem}.vox"));
     for file in [&toml, &model] {
@@ -66,24 +67,24 @@ pub(super) fn run(args: &Args, talk: &Talk) -> Result {
     pending_toml.finish(description(&stem, &args.model, args.frame).as_bytes())?;
 
     let voxels = world.info().solids;
-    match talk.format() {
+    match console.format() {
         Format::Json => {
-            talk::json(&json!({ "reason": "imported", "world": toml, "model": model, "voxels": voxels }));
+            console::json(&json!({ "reason": "imported", "world": toml, "model": model, "voxels": voxels }));
         }
-        _ => talk.say(&format!("wrote {} and {} ({voxels} voxels)", shown(&toml), shown(&model))),
+        _ => console.say(&format!("wrote {} and {} ({voxels} voxels)", shown(&toml), shown(&model))),
     }
     Ok(())
 }
 
 /// The scene's bytes, under the same cap as any file that raxel reads.
-fn read(model: &Path, talk: &Talk) -> Result<Vec<u8>> {
+fn read(model: &Path, console: &Console) -> Result<Vec<u8>> {
     let folder = model.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = model.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let files = DiskFiles::new(folder)
         .map_err(|error| Failure::usage(format!("`{}` cannot be read: {error}", folder.display())))?;
     match files.read(&name) {
         Ok(bytes) => Ok(bytes.to_vec()),
-        Err(error) => Err(talk.stop(&[error.diagnostic(&model.display().to_string(), None)])),
+        Err(error) => Err(console.stop(&[error.diagnostic(&model.display().to_string(), None)])),
     }
 }
 

@@ -8,9 +8,9 @@ use raxel_world::layout::Layout;
 use serde_json::json;
 
 use crate::args::Messages;
+use crate::console::{self, Console, Format};
 use crate::failure::Result;
 use crate::front::Front;
-use crate::talk::{self, Format, Talk};
 
 /// Prints a world's size, materials and the bytes of each layout.
 #[derive(Debug, clap::Args)]
@@ -29,9 +29,9 @@ struct Cost {
     bytes: std::result::Result<(u64, u64), String>,
 }
 
-pub(super) fn run(args: &Args, talk: &Talk) -> Result {
-    let (front, path) = Front::of(args.world.as_deref(), Project::default_world, talk)?;
-    let world = front.world(&path, talk)?;
+pub(super) fn run(args: &Args, console: &Console) -> Result {
+    let (front, path) = Front::of(args.world.as_deref(), Project::default_world, console)?;
+    let world = front.world(&path, console)?;
     let voxels = world.voxels();
     let info = voxels.info();
     let costs: Vec<Cost> = Layout::ALL
@@ -45,7 +45,7 @@ pub(super) fn run(args: &Args, talk: &Talk) -> Result {
         })
         .collect();
 
-    if talk.format() == Format::Json {
+    if console.format() == Format::Json {
         let layouts: serde_json::Map<_, _> = costs
             .iter()
             .map(|cost| {
@@ -56,7 +56,9 @@ pub(super) fn run(args: &Args, talk: &Talk) -> Result {
                 (cost.layout.name().to_owned(), value)
             })
             .collect();
-        talk::json(&json!({ "reason": "world", "file": path, "name": world.name(), "info": info, "layouts": layouts }));
+        console::json(
+            &json!({ "reason": "world", "file": path, "name": world.name(), "info": info, "layouts": layouts }),
+        );
         return Ok(());
     }
 
@@ -99,7 +101,7 @@ pub(super) fn run(args: &Args, talk: &Talk) -> Result {
         let _ =
             writeln!(text, "    {:>5}  {name:<24} {share:6.2} %  {} voxels", material.index, grouped(material.voxels));
     }
-    talk::data(&text);
+    console::data(&text);
     Ok(())
 }
 

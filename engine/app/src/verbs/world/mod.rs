@@ -5,8 +5,8 @@ mod import;
 mod info;
 
 use crate::args::Messages;
+use crate::console::{Console, Format};
 use crate::failure::Result;
-use crate::talk::{Format, Talk};
 
 /// Looks into worlds, imports and exports `MagicaVoxel` .vox files.
 #[derive(Debug, clap::Args)]
@@ -34,10 +34,10 @@ impl Args {
     }
 }
 
-pub(crate) fn run(args: &Args, talk: &Talk) -> Result {
+pub(crate) fn run(args: &Args, console: &Console) -> Result {
     match &args.action {
-        Action::Info(args) => info::run(args, talk),
-        Action::Import(args) => import::run(args, talk),
-        Action::Export(args) => export::run(args, talk),
+        Action::Info(args) => info::run(args, console),
+        Action::Import(args) => import::run(args, console),
+        Action::Export(args) => export::run(args, console),
     }
 }

@@ -1,4 +1,4 @@
-//! What is said and where: data on stdout, talk on stderr, in the form that was asked for.
+//! What a verb prints: results on stdout, messages on stderr, in the form that was asked for.
 
 use std::fmt::Write as _;
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -6,7 +6,6 @@ use std::io::{ErrorKind, IsTerminal, Write};
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
 use serde_json::{Value, json};
 
-use crate::args::Cli;
 use crate::failure::{Exit, Failure};
 
 /// The form of messages.
@@ -36,22 +35,22 @@ pub(crate) enum Color {
 pub(crate) enum To {
     /// The verb's own result.
     Stdout,
-    /// Talk about it.
+    /// Messages about it.
     Stderr,
 }
 
-/// The voice of a verb.
+/// What a verb prints with.
 #[derive(Clone, Debug)]
-pub(crate) struct Talk {
+pub(crate) struct Console {
     format: Format,
     color: Color,
     verbose: bool,
 }
 
-impl Talk {
+impl Console {
     /// As the command line asks.
-    pub fn new(cli: &Cli) -> Self {
-        Self { format: cli.verb.format(), color: cli.color, verbose: cli.verbose }
+    pub fn new(format: Format, color: Color, verbose: bool) -> Self {
+        Self { format, color, verbose }
     }
 
     /// The form asked for.
@@ -84,7 +83,7 @@ impl Talk {
         self.format == Format::Human && std::io::stderr().is_terminal()
     }
 
-    /// A line of talk.
+    /// A message.
     pub fn say(&self, text: &str) {
         match self.format {
             Format::Json => write(To::Stderr, &format!("{}\n", json!({ "reason": "message", "message": text }))),
@@ -92,7 +91,7 @@ impl Talk {
         }
     }
 
-    /// A line of talk for who asked to hear more.
+    /// A message for who asked for more (`--verbose`).
     pub fn detail(&self, text: &str) {
         if self.verbose {
             self.say(text);
@@ -151,7 +150,7 @@ pub(crate) fn json(value: &Value) {
     write(To::Stdout, &format!("{value}\n"));
 }
 
-/// Something that happened, as one line of JSON among the talk.
+/// Something that happened, as one line of JSON among the messages.
 pub(crate) fn event(value: &Value) {
     write(To::Stderr, &format!("{value}\n"));
 }

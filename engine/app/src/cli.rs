@@ -1,0 +1,125 @@
+//! The command line as a whole: what it says, and the verb that it runs.
+
+use clap::CommandFactory;
+use raxel_gpu::{DeviceOptions, Validation};
+
+use crate::console::{Color, Console, Format};
+use crate::failure::Result;
+use crate::verbs;
+
+/// A live, data-driven Vulkan render graph over voxel worlds.
+#[derive(Debug, clap::Parser)]
+#[command(
+    name = "raxel",
+    version,
+    arg_required_else_help = true,
+    disable_help_subcommand = false,
+    after_help = "Examples:\n  raxel run                                        the project's graph and world in a window\n  \
+                  raxel run worlds/valley.demo.toml                a demo\n  \
+                  raxel render graphs/primary.toml -o a.png        one picture, without a window\n  \
+                  raxel check graphs/*.toml                        every mistake in every graph, without a GPU\n\n\
+                  Exit codes: 0 ok, 1 a check failed, 2 usage, 3 graph, shader or world error, 4 no suitable device,\n\
+                  5 device lost or timed out, 6 a validation message, 101 a bug in raxel"
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub verb: Verb,
+
+    /// When to colour messages; NO_COLOR and CLICOLOR_FORCE are honoured.
+    #[arg(long, global = true, value_enum, default_value_t = Color::Auto, value_name = "WHEN")]
+    pub color: Color,
+
+    /// The Vulkan device: a part of its name, or its number in `raxel doctor`.
+    #[arg(long, global = true, value_name = "DEVICE")]
+    pub device: Option<String>,
+
+    /// Run with the Vulkan validation layer, synchronization checks included; any message makes the exit code 6.
+    #[arg(long, global = true)]
+    pub validate: bool,
+
+    /// Say more: the device chosen and why, what is compiled, what is reused.
+    #[arg(long, short, global = true)]
+    pub verbose: bool,
+}
+
+/// What to do.
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Verb {
+    Run(verbs::run::Args),
+    Render(verbs::render::Args),
+    Check(verbs::check::Args),
+    Graph(verbs::graph::Args),
+    World(verbs::world::Args),
+    Shaders(verbs::shaders::Args),
+    New(verbs::new::Args),
+    Schema(verbs::schema::Args),
+    Bench(verbs::bench::Args),
+    Stress(verbs::stress::Args),
+    Doctor(verbs::doctor::Args),
+    Explain(verbs::explain::Args),
+    Clean(verbs::clean::Args),
+    Completions(verbs::completions::Args),
+}
+
+impl Verb {
+    /// The form of messages that the verb was asked for.
+    pub fn format(&self) -> Format {
+        match self {
+            Verb::Run(args) => args.messages.format,
+            Verb::Render(args) => args.messages.format,
+            Verb::Check(args) => args.messages.format,
+            Verb::Graph(args) if args.format == verbs::graph::Form::Json => Format::Json,
+            Verb::World(args) => args.format(),
+            Verb::Shaders(args) => args.messages.format,
+            Verb::New(args) => args.messages.format,
+            Verb::Bench(args) => args.format(),
+            Verb::Stress(args) => args.format(),
+            Verb::Doctor(args) => args.messages.format,
+            Verb::Explain(args) => args.messages.format,
+            Verb::Clean(args) => args.messages.format,
+            Verb::Graph(_) | Verb::Schema(_) | Verb::Completions(_) => Format::Human,
+        }
+    }
+}
+
+impl Cli {
+    /// Where messages go, and in what form.
+    pub fn console(&self) -> Console {
+        Console::new(self.verb.format(), self.color, self.verbose)
+    }
+
+    /// Runs its verb.
+    pub fn run(self, console: &Console) -> Result {
+        let validation = if self.validate { Validation::Required } else { Validation::Off };
+        let device = DeviceOptions { device: self.device, validation };
+        match self.verb {
+            Verb::Run(args) => verbs::run::run(&args, &device, console),
+            Verb::Render(args) => verbs::render::run(&args, &device, console),
+            Verb::Check(args) => verbs::check::run(&args, console),
+            Verb::Graph(args) => verbs::graph::run(&args, console),
+            Verb::World(args) => verbs::world::run(&args, console),
+            Verb::Shaders(args) => verbs::shaders::run(&args, console),
+            Verb::New(args) => verbs::new::run(&args, console),
+            Verb::Schema(args) => verbs::schema::run(&args, console),
+            Verb::Bench(args) => verbs::bench::run(&args, &device, console),
+            Verb::Stress(args) => verbs::stress::run(&args, &device, console),
+            Verb::Doctor(args) => verbs::doctor::run(&args, &device, console),
+            Verb::Explain(args) => verbs::explain::run(&args, console),
+            Verb::Clean(args) => verbs::clean::run(&args, console),
+            Verb::Completions(args) => {
+                verbs::completions::run(&args, &mut Self::command());
+                Ok(())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,31 @@
+//! What a window is opened with.
+
+use crate::args::{Size, scale, size};
+use crate::session::What;
+
+/// What a window shows, and how.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    pub what: What,
+
+    /// The window's first size in pixels.
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
+    pub size: Size,
+
+    /// Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels.
+    #[arg(long, value_name = "N", value_parser = scale, default_value = "1")]
+    pub scale: f64,
+
+    /// Leave after so many frames.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub frames: Option<u64>,
+
+    /// Show pictures as soon as they are made rather than with the screen.
+    #[arg(long)]
+    pub no_vsync: bool,
+
+    /// Also look at the files now and then, where the system does not tell of changes (network folders).
+    #[arg(long)]
+    pub poll: bool,
+}
