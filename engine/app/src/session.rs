@@ -9,6 +9,7 @@ use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
+use raxel_world::file::CAMERA_COORDINATES;
 
 use crate::console::{Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
@@ -55,14 +56,23 @@ fn seconds(text: &str) -> std::result::Result<Duration, String> {
     seconds.map(Duration::from_secs_f64).ok_or_else(|| "a number of seconds from 0.001 to 86400".to_owned())
 }
 
-/// Three numbers.
+/// A position in voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Triple([f64; 3]);
 
 fn triple(text: &str) -> std::result::Result<Triple, String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
-    numbers.and_then(|n| n.try_into().ok()).map(Triple).ok_or_else(|| "write three numbers, e.g. 10,24.5,-3".to_owned())
+    let numbers: [f64; 3] =
+        (numbers.and_then(|n| n.try_into().ok())).ok_or_else(|| "write three numbers, e.g. 10,24.5,-3".to_owned())?;
+    match numbers.iter().find(|n| !CAMERA_COORDINATES.contains(n)) {
+        Some(n) => Err(format!(
+            "{n} is out of range; it must be in {}…{}",
+            CAMERA_COORDINATES.start(),
+            CAMERA_COORDINATES.end()
+        )),
+        None => Ok(Triple(numbers)),
+    }
 }
 
 /// Where a camera is put.
@@ -172,6 +182,11 @@ impl What {
                 None => {}
             }
             if let Some(Triple(target)) = self.look_at {
+                if camera.is_at(target) {
+                    let [x, y, z] = target;
+                    let message = format!("`--look-at {x},{y},{z}` is where the camera is: it has no direction");
+                    return Err(Failure::usage(message).help("--camera X,Y,Z puts it elsewhere"));
+                }
                 camera.look_at(target);
             }
             session.set_camera(camera);
@@ -238,6 +253,9 @@ mod tests {
     #[test]
     fn triples() {
         assert_eq!(triple("1, -2.5,3e2"), Ok(Triple([1.0, -2.5, 300.0])));
+        // As the files of worlds and demos have it.
+        assert!(triple("1e300,0,0").is_err_and(|error| error.contains("it must be in -2147483648…2147483648")));
+        assert!(triple("0,-2147483648,2147483648").is_ok());
         for wrong in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,inf"] {
             assert!(triple(wrong).is_err() && viewpoint(wrong).is_err(), "{wrong}");
         }

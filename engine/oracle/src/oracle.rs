@@ -19,6 +19,7 @@
 use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 
+use raxel_world::random::mix;
 use raxel_world::{Chunk, World};
 
 use crate::exact::{Answer, ExactHit, Time, face_of, touched};
@@ -45,7 +46,7 @@ struct Prepared<'w> {
     nodes: [u64; 64],
 }
 
-/// Mixes a key into a hash: the finaliser of `SplitMix64` (Steele et al., 2014).
+/// Mixes a key into a hash.
 #[derive(Default)]
 struct Mix(u64);
 
@@ -61,10 +62,7 @@ impl Hasher for Mix {
     }
 
     fn write_u64(&mut self, word: u64) {
-        let mut z = self.0.rotate_left(5) ^ word;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        self.0 = z ^ z >> 31;
+        self.0 = mix(self.0.rotate_left(5) ^ word);
     }
 
     fn write_u128(&mut self, word: u128) {

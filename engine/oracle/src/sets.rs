@@ -1,31 +1,28 @@
 //! Seeded sets of rays: ordinary ones, and those that tracers are known to fail on.
 
 use glam::{Mat4, Vec2, Vec3};
+use raxel_world::random::SplitMix64;
 use raxel_world::{Bounds, World};
 
 use crate::camera::{Pinhole, Tile};
 use crate::ray::Ray;
 
-/// A small generator of random numbers, the same everywhere (`SplitMix64`, Steele et al., 2014).
+/// Random numbers, places and directions, the same everywhere.
 #[derive(Clone, Debug)]
-pub struct Random(u64);
+pub struct Random(SplitMix64);
 
 impl Random {
     /// From any seed.
     pub fn new(seed: u64) -> Self {
-        Self(seed)
+        Self(SplitMix64::new(seed))
     }
 
     /// 64 random bits.
     pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
+        self.0.bits()
     }
 
-    /// In 0…n − 1.
+    /// In 0…n − 1, by the remainder: the sets that published figures were measured with are made this way.
     pub fn below(&mut self, n: u64) -> u64 {
         self.bits() % n
     }
@@ -74,9 +71,9 @@ pub struct RaySet {
 #[derive(Clone, Copy, Debug)]
 enum Make {
     /// Ray by ray.
-    Rays(fn(&Place, &mut Random) -> Ray),
+    Rays(fn(&RayTargets, &mut Random) -> Ray),
     /// The rays of a tile of pixels one after another.
-    Tiles(fn(&Place, &mut Random) -> Tile),
+    Tiles(fn(&RayTargets, &mut Random) -> Tile),
 }
 
 /// The box of a scene's solids: smallest, and one past the largest coordinates.
@@ -84,15 +81,15 @@ type Box3 = [[i64; 3]; 2];
 
 /// What rays are aimed at: a world's box, and some of its solid voxels.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct RayTargets {
     bounds: Box3,
     solids: Vec<[i64; 3]>,
 }
 
-/// Solid voxels that a place remembers at most.
+/// Solid voxels that are remembered at most.
 const REMEMBERED: usize = 4096;
 
-impl Place {
+impl RayTargets {
     /// Of a world. The voxels are evenly spread over the order of the world's chunks.
     pub fn of(world: &World) -> Self {
         let bounds = world.bounds().unwrap_or(Bounds { min: [0; 3], max: [64; 3] });
@@ -172,22 +169,24 @@ impl RaySet {
         ALL.iter().find(|set| set.name == name)
     }
 
-    /// The first `count` (at most [`RaySet::BLOCK`]) rays of a block: the same for the same place, seed and number, whoever makes the
+    /// The first `count` (at most [`RaySet::BLOCK`]) rays of a block: the same for the same targets, seed and number, whoever makes the
     /// blocks and in whatever order.
-    pub fn block(&self, place: &Place, seed: u64, number: u64, count: usize) -> Vec<Ray> {
+    pub fn block(&self, targets: &RayTargets, seed: u64, number: u64, count: usize) -> Vec<Ray> {
         let count = count.min(Self::BLOCK);
         let mut random = self.random(seed, number);
         match self.make {
-            Make::Rays(make) => (0..count).map(|_| make(place, &mut random)).collect(),
-            Make::Tiles(_) => self.tiles(place, seed, number, count).iter().flat_map(Tile::rays).take(count).collect(),
+            Make::Rays(make) => (0..count).map(|_| make(targets, &mut random)).collect(),
+            Make::Tiles(_) => {
+                self.tiles(targets, seed, number, count).iter().flat_map(Tile::rays).take(count).collect()
+            }
         }
     }
 
     /// The tiles that the first `count` rays of a block belong to, in order; none if the set is not made of tiles.
-    pub fn tiles(&self, place: &Place, seed: u64, number: u64, count: usize) -> Vec<Tile> {
+    pub fn tiles(&self, targets: &RayTargets, seed: u64, number: u64, count: usize) -> Vec<Tile> {
         let Make::Tiles(make) = self.make else { return Vec::new() };
         let mut random = self.random(seed, number);
-        (0..count.min(Self::BLOCK).div_ceil(Tile::RAYS)).map(|_| make(place, &mut random)).collect()
+        (0..count.min(Self::BLOCK).div_ceil(Tile::RAYS)).map(|_| make(targets, &mut random)).collect()
     }
 
     /// Whether its rays are those of tiles, one tile after another.
@@ -204,9 +203,10 @@ impl RaySet {
 
     /// `count` rays for a world: the blocks one after another.
     pub fn rays(&self, world: &World, count: usize, seed: u64) -> Vec<Ray> {
-        let place = Place::of(world);
+        let targets = RayTargets::of(world);
         let blocks = count.div_ceil(Self::BLOCK) as u64;
-        let mut rays: Vec<Ray> = (0..blocks).flat_map(|number| self.block(&place, seed, number, Self::BLOCK)).collect();
+        let mut rays: Vec<Ray> =
+            (0..blocks).flat_map(|number| self.block(&targets, seed, number, Self::BLOCK)).collect();
         rays.truncate(count);
         rays
     }
@@ -237,24 +237,24 @@ fn middle(b: &Box3) -> [i64; 3] {
     std::array::from_fn(|i| i64::midpoint(b[0][i], b[1][i]))
 }
 
-fn pinhole(place: &Place, random: &mut Random) -> Ray {
+fn pinhole(targets: &RayTargets, random: &mut Random) -> Ray {
     // One of 16 cameras.
     let mut camera = Random::new(random.below(16));
-    let (cell, frac) = (camera.cell(around(&place.bounds)), fraction(&mut camera));
-    let aim = towards((cell, frac), (middle(&place.bounds), [0.5; 3]));
+    let (cell, frac) = (camera.cell(around(&targets.bounds)), fraction(&mut camera));
+    let aim = towards((cell, frac), (middle(&targets.bounds), [0.5; 3]));
     let length = aim.iter().map(|v| v * v).sum::<f32>().sqrt().max(1.0);
     let forward = aim.map(|v| v / length);
     let pixel: [f32; 3] = std::array::from_fn(|_| (random.below(1024) as f32 + 0.5) / 512.0 - 1.0);
     Ray::new(clamped(cell), frac, std::array::from_fn(|i| forward[i] + 0.7 * pixel[i]))
 }
 
-fn incoherent(place: &Place, random: &mut Random) -> Ray {
-    Ray::new(clamped(random.cell(around(&place.bounds))), fraction(random), random.direction())
+fn incoherent(targets: &RayTargets, random: &mut Random) -> Ray {
+    Ray::new(clamped(random.cell(around(&targets.bounds))), fraction(random), random.direction())
 }
 
 /// As `rx_ray_from_face` begins a ray: in the neighbour's cube, exactly on the shared plane.
-fn bounce(place: &Place, random: &mut Random) -> Ray {
-    let mut cell = place.solid(random);
+fn bounce(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut cell = targets.solid(random);
     let (axis, side) = (random.below(3) as usize, random.below(2) == 0);
     cell[axis] += if side { 1 } else { -1 };
     let mut frac = fraction(random);
@@ -265,8 +265,8 @@ fn bounce(place: &Place, random: &mut Random) -> Ray {
 }
 
 /// From anywhere around the scene to a point of a cell of which `exact` coordinates are integers.
-fn aim(place: &Place, random: &mut Random, target: [i64; 3], exact: usize) -> Ray {
-    let from = (random.cell(around(&place.bounds)), fraction(random));
+fn aim(targets: &RayTargets, random: &mut Random, target: [i64; 3], exact: usize) -> Ray {
+    let from = (random.cell(around(&targets.bounds)), fraction(random));
     let mut at = [0.0; 3];
     for _ in exact..3 {
         at[random.below(3) as usize] = random.unit();
@@ -274,26 +274,26 @@ fn aim(place: &Place, random: &mut Random, target: [i64; 3], exact: usize) -> Ra
     Ray::new(clamped(from.0), from.1, towards(from, (target, at)))
 }
 
-fn aimed(place: &Place, random: &mut Random, exact: usize) -> Ray {
-    let target = random.cell(place.bounds);
-    aim(place, random, target, exact)
+fn aimed(targets: &RayTargets, random: &mut Random, exact: usize) -> Ray {
+    let target = random.cell(targets.bounds);
+    aim(targets, random, target, exact)
 }
 
-fn silhouettes(place: &Place, random: &mut Random) -> Ray {
+fn silhouettes(targets: &RayTargets, random: &mut Random) -> Ray {
     let corner = [0, 1, 2].map(|_| random.below(2) as i64);
-    let solid = place.solid(random);
+    let solid = targets.solid(random);
     let exact = 2 + random.below(2) as usize;
-    aim(place, random, [0, 1, 2].map(|i| solid[i] + corner[i]), exact)
+    aim(targets, random, [0, 1, 2].map(|i| solid[i] + corner[i]), exact)
 }
 
-fn lattice(place: &Place, random: &mut Random) -> Ray {
+fn lattice(targets: &RayTargets, random: &mut Random) -> Ray {
     let frac = std::array::from_fn(|_| [0.0, 0.5, 0.25, 1.0][random.below(4) as usize]);
     let dir = std::array::from_fn(|_| random.below(9) as f32 - 4.0);
-    Ray::new(clamped(random.cell(around(&place.bounds))), frac, dir)
+    Ray::new(clamped(random.cell(around(&targets.bounds))), frac, dir)
 }
 
-fn near_ties(place: &Place, random: &mut Random) -> Ray {
-    let mut ray = lattice(place, random);
+fn near_ties(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = lattice(targets, random);
     for _ in 0..2 {
         let d = &mut ray.dir[random.below(3) as usize];
         *d = f32::from_bits(d.to_bits().wrapping_add(random.below(7) as u32).wrapping_sub(3));
@@ -305,21 +305,21 @@ fn near_ties(place: &Place, random: &mut Random) -> Ray {
     ray
 }
 
-fn grazing(place: &Place, random: &mut Random) -> Ray {
+fn grazing(targets: &RayTargets, random: &mut Random) -> Ray {
     let flat = random.below(3) as usize;
-    let mut ray = incoherent(place, random);
+    let mut ray = incoherent(targets, random);
     ray.frac[flat] = [1.0 / 1024.0, 1.0 - 1.0 / 1024.0][random.below(2) as usize];
     ray.dir[flat] = [1e-4, -1e-4, 1e-5, -1e-6, 1e-7, -1e-7][random.below(6) as usize];
     // Half of them beside a face of a solid voxel.
     if random.below(2) == 0 {
-        let plane = place.solid(random)[flat] + [-1, 0, 1][random.below(3) as usize];
+        let plane = targets.solid(random)[flat] + [-1, 0, 1][random.below(3) as usize];
         ray.cell[flat] = clamped([plane; 3])[0];
     }
     ray
 }
 
-fn zeros(place: &Place, random: &mut Random) -> Ray {
-    let mut ray = incoherent(place, random);
+fn zeros(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
     for _ in 0..2 {
         ray.dir[random.below(3) as usize] = [0.0, -0.0][random.below(2) as usize];
     }
@@ -329,8 +329,8 @@ fn zeros(place: &Place, random: &mut Random) -> Ray {
     ray
 }
 
-fn tiny(place: &Place, random: &mut Random) -> Ray {
-    let mut ray = incoherent(place, random);
+fn tiny(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
     for _ in 0..2 {
         let size = [1e-45, 1e-40, 1e-38, 1e-30, 1e-20, 1e-12, 1e-9, 1e-7, 1e-6][random.below(9) as usize];
         ray.dir[random.below(3) as usize] = if random.below(2) == 0 { size } else { -size };
@@ -338,17 +338,17 @@ fn tiny(place: &Place, random: &mut Random) -> Ray {
     ray
 }
 
-fn faces(place: &Place, random: &mut Random) -> Ray {
-    let mut ray = incoherent(place, random);
+fn faces(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
     for _ in 0..=random.below(3) {
         ray.frac[random.below(3) as usize] = [0.0, 1.0][random.below(2) as usize];
     }
     ray
 }
 
-fn inside(place: &Place, random: &mut Random) -> Ray {
-    let mut ray = faces(place, random);
-    ray.cell = clamped(place.solid(random));
+fn inside(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = faces(targets, random);
+    ray.cell = clamped(targets.solid(random));
     // One voxel beside it: its face is the plane that the ray starts on.
     if random.below(2) == 0 {
         let axis = random.below(3) as usize;
@@ -359,21 +359,21 @@ fn inside(place: &Place, random: &mut Random) -> Ray {
     ray
 }
 
-fn border(place: &Place, random: &mut Random) -> Ray {
-    let mut ray = faces(place, random);
+fn border(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = faces(targets, random);
     let axis = random.below(3) as usize;
-    let [low, high] = place.bounds.map(|corner| corner[axis]);
+    let [low, high] = targets.bounds.map(|corner| corner[axis]);
     ray.cell[axis] = clamped([[low - 1, low, high - 1, high][random.below(4) as usize]; 3])[0];
     ray
 }
 
-fn outside(place: &Place, random: &mut Random) -> Ray {
-    let mut ray = incoherent(place, random);
+fn outside(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
     let axis = random.below(3) as usize;
     let up = random.below(2) == 0;
     let reach = 1 << random.below(24);
     let away = 1 + random.below(reach) as i64;
-    let cell = if up { place.bounds[1][axis] - 1 + away } else { place.bounds[0][axis] - away };
+    let cell = if up { targets.bounds[1][axis] - 1 + away } else { targets.bounds[0][axis] - away };
     ray.cell[axis] = clamped([cell; 3])[0];
     // One in four points away, the others may hit.
     let d = ray.dir[axis].abs();
@@ -390,30 +390,30 @@ fn away(random: &mut Random, target: [i64; 3]) -> ([i64; 3], [f32; 3]) {
     (clamped(cell).map(i64::from), fraction(random))
 }
 
-fn far(place: &Place, random: &mut Random) -> Ray {
-    let target = if random.below(2) == 0 { place.solid(random) } else { random.cell(place.bounds) };
+fn far(targets: &RayTargets, random: &mut Random) -> Ray {
+    let target = if random.below(2) == 0 { targets.solid(random) } else { random.cell(targets.bounds) };
     let from = away(random, target);
     Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
 }
 
-fn far_pinhole(place: &Place, random: &mut Random) -> Ray {
+fn far_pinhole(targets: &RayTargets, random: &mut Random) -> Ray {
     // One of 16 cameras.
-    let from = away(&mut Random::new(random.below(16)), middle(&place.bounds));
-    let target = random.cell(around(&place.bounds));
+    let from = away(&mut Random::new(random.below(16)), middle(&targets.bounds));
+    let target = random.cell(around(&targets.bounds));
     Ray::new(clamped(from.0), from.1, towards(from, (target, [0.5; 3])))
 }
 
-fn lengths(place: &Place, random: &mut Random) -> Ray {
-    let mut ray = incoherent(place, random);
+fn lengths(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
     let length = (random.below(121) as f32 - 60.0).exp2();
     ray.dir = ray.dir.map(|d| d * length);
     ray
 }
 
 /// Aimed at the middle of a solid voxel, which is one length of the direction away. Something may stand before it.
-fn ends(place: &Place, random: &mut Random) -> Ray {
-    let target = place.solid(random);
-    let from = (random.cell(around(&place.bounds)), fraction(random));
+fn ends(targets: &RayTargets, random: &mut Random) -> Ray {
+    let target = targets.solid(random);
+    let from = (random.cell(around(&targets.bounds)), fraction(random));
     let ray = Ray::new(clamped(from.0), from.1, towards(from, (target, [0.5; 3])));
     // Half a voxel before the middle the ray is on the face, or nearly.
     let face = 1.0 - 0.5 / ray.dir.iter().fold(1.0f32, |most, d| most.max(d.abs()));
@@ -428,15 +428,15 @@ fn ends(place: &Place, random: &mut Random) -> Ray {
 
 /// From within, from a solid voxel, or from some way off; towards a solid voxel or past it; rolled by any angle. No angle is asked for, as
 /// sines differ between systems.
-fn tile(place: &Place, random: &mut Random) -> Tile {
-    let target = place.solid(random);
+fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let target = targets.solid(random);
     let cell = match random.below(8) {
-        0 => place.solid(random),
+        0 => targets.solid(random),
         1 | 2 => {
             let (direction, distance) = (random.direction(), [500.0, 5000.0, 15_000.0][random.below(3) as usize]);
             std::array::from_fn(|i| target[i] + (direction[i] * distance) as i64)
         }
-        _ => random.cell(around(&place.bounds)),
+        _ => random.cell(around(&targets.bounds)),
     };
     let (cell, frac) = (clamped(cell), if random.below(4) == 0 { [0.0; 3] } else { fraction(random) });
     let aim = Vec3::from_array(towards((cell.map(i64::from), frac), (target, [0.5; 3])));
@@ -456,8 +456,8 @@ fn tile(place: &Place, random: &mut Random) -> Tile {
     Tile { camera, size, first }
 }
 
-fn invalid(place: &Place, random: &mut Random) -> Ray {
-    let mut ray = incoherent(place, random);
+fn invalid(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
     let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][random.below(3) as usize];
     match random.below(4) {
         0 => ray.dir = [0.0, -0.0, 0.0],
@@ -477,10 +477,10 @@ mod tests {
     #[test]
     fn blocks_make_up_the_list_and_differ() {
         let world = crate::scenes::Scene::find("menger").expect("a scene").world(IVec3::ZERO, 1);
-        let place = Place::of(&world);
+        let targets = RayTargets::of(&world);
         for set in ALL {
             let all = set.rays(&world, 2500, 9);
-            let parts: Vec<Ray> = (0..3).flat_map(|number| set.block(&place, 9, number, RaySet::BLOCK)).collect();
+            let parts: Vec<Ray> = (0..3).flat_map(|number| set.block(&targets, 9, number, RaySet::BLOCK)).collect();
             // Debug text, since NaN is not equal to itself.
             assert_eq!(format!("{all:?}"), format!("{:?}", &parts[..2500]), "{}", set.name);
             assert_ne!(format!("{:?}", &all[..1024]), format!("{:?}", &all[1024..2048]), "{}", set.name);

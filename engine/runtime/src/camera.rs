@@ -51,8 +51,8 @@ impl Default for FlySpeed {
 }
 
 impl Camera {
-    /// A camera never tilts to the poles, where yaw would lose its meaning.
-    pub const MAX_PITCH: f64 = 89.9 * std::f64::consts::PI / 180.0;
+    /// Straight up. There yaw turns the picture, and so it keeps its meaning.
+    pub const MAX_PITCH: f64 = std::f64::consts::FRAC_PI_2;
 
     /// A camera at a position in voxels, with the default direction and field of view. Positions outside ±2³¹ are brought to the
     /// nearest one inside.
@@ -113,9 +113,22 @@ impl Camera {
         self.translate(motion.clamp_length_max(1.0) * speed.voxels * seconds);
     }
 
+    /// Whether it stands at a position in voxels, as exactly as it can stand anywhere: then it cannot look at it.
+    pub fn is_at(&self, position: [f64; 3]) -> bool {
+        let there = Self::at(position);
+        (there.cell, there.frac) == (self.cell, self.frac)
+    }
+
     /// Rotation from view space (x right, y up, looking along −z) to world space.
     pub fn rotation(&self) -> DMat3 {
-        DMat3::from_rotation_y(self.yaw) * DMat3::from_rotation_x(self.pitch)
+        // The cosine of the float next to a right angle is not 0, and straight down would lean.
+        let tilt = if self.pitch.abs() == Self::MAX_PITCH {
+            let sin = self.pitch.signum();
+            DMat3::from_cols(DVec3::X, DVec3::Z * sin, DVec3::NEG_Y * sin)
+        } else {
+            DMat3::from_rotation_x(self.pitch)
+        };
+        DMat3::from_rotation_y(self.yaw) * tilt
     }
 
     /// `camera.view_to_world`: the rotation as a 4×4 matrix without translation.
@@ -205,6 +218,29 @@ mod tests {
     }
 
     #[test]
+    fn straight_down_is_exact() {
+        for (pitch, y) in [(-90.0_f64, -1.0), (90.0, 1.0)] {
+            for yaw in [0.0, 1.2, -3.0] {
+                let camera = Camera { yaw, pitch: pitch.to_radians(), ..Camera::default() };
+                assert_eq!(camera.rotation() * DVec3::NEG_Z, DVec3::new(0.0, y, 0.0), "{yaw}");
+                assert!(camera.rotation().determinant() > 0.999_999);
+            }
+        }
+        let mut camera = Camera::at([5.5, 100.5, -3.5]);
+        camera.look_at([5.5, 0.0, -3.5]);
+        assert_eq!(camera.view_to_world().z_axis.truncate(), Vec3::Y);
+        // Flying on without a motion of the mouse leaves it.
+        camera.fly(&FlyInput::default(), &FlySpeed::default(), 0.1);
+        assert_eq!(camera.view_to_world().z_axis.truncate(), Vec3::Y);
+    }
+
+    #[test]
+    fn nothing_can_be_looked_at_from_where_it_is() {
+        let camera = Camera::at([0.1, -7.3, 1e9]);
+        assert!(camera.is_at([0.1, -7.3, 1e9]) && !camera.is_at([0.1, -7.3, 1e9 + 0.1]));
+    }
+
+    #[test]
     fn keys_move_along_the_view() {
         let mut camera = Camera::at([0.5, 0.5, 0.5]);
         camera.fly(
@@ -221,7 +257,7 @@ mod tests {
             1.0,
         );
         assert!(camera.position().abs_diff_eq(DVec3::new(1.5, 0.5, -4.5), 1e-6));
-        // Straight up is out of reach.
+        // No further than straight up.
         camera.fly(&FlyInput { motion: [0.0; 3], look: [0.0, -1e9] }, &FlySpeed::default(), 0.0);
         assert_eq!(camera.pitch, Camera::MAX_PITCH);
     }

@@ -159,7 +159,7 @@ fn camera_of(hint: &CameraHint) -> Camera {
         Aim::LookAt(target) => camera.look_at(target),
         Aim::Angles { yaw, pitch } => {
             camera.yaw = yaw.to_radians();
-            camera.pitch = pitch.to_radians().clamp(-Camera::MAX_PITCH, Camera::MAX_PITCH);
+            camera.pitch = pitch.to_radians();
         }
     }
     if let Some(fov) = hint.fov {

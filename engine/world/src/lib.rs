@@ -7,7 +7,7 @@ pub mod file;
 pub mod layout;
 mod material;
 mod orientation;
-mod random;
+pub mod random;
 pub mod vox;
 mod world;
 

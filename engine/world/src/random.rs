@@ -1,10 +1,10 @@
-//! Random numbers that are the same on every machine: SplitMix64 (Steele, Lea, Flood 2014).
+//! Random numbers that are the same on every machine.
 
-/// A stream of numbers from a seed.
+/// The generator `SplitMix64` (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014).
 #[derive(Clone, Debug)]
-pub struct Random(u64);
+pub struct SplitMix64(u64);
 
-impl Random {
+impl SplitMix64 {
     /// The stream of a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
@@ -22,7 +22,7 @@ impl Random {
     }
 }
 
-/// Spreads every bit of a number over all of them.
+/// Spreads every bit of a number over all of them: the finaliser of [`SplitMix64`].
 pub fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

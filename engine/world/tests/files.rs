@@ -218,6 +218,28 @@ fn cameras_have_names_and_keep_the_order_of_the_file() {
     assert!(found.contains("4: `[1, 2]`"), "{found}");
 }
 
+#[test]
+fn a_camera_looks_somewhere() {
+    let camera = |look_at: &str| format!("[cameras.a]\nposition = [1.5, 2.0, -3.25]\nlook_at = {look_at}\n");
+    assert!(Project::with_world(&camera("[1.5, 2.0, -3.0]")).load().is_ok());
+    let found = errors(&camera("[1.5, 2, -3.25]"));
+    assert!(found.contains("RX0014 3: `[1.5, 2, -3.25]` `cameras.a.look_at` is where the camera is"), "{found}");
+}
+
+#[test]
+fn walls_of_a_maze_are_no_wider_than_its_cells() {
+    let maze = |sizes: &str| {
+        format!(
+            "[materials.a]\nalbedo = \"#808080\"\n[[build]]\nop = \"maze\"\nmaterial = \"a\"\ncells = [3, 3]\n{sizes}\n"
+        )
+    };
+    assert!(Project::with_world(&maze("cell = 3\nwall = 3")).load().is_ok());
+    let found = errors(&maze("cell = 3\nwall = 4"));
+    assert!(found.contains("`build[0].wall` is 4, wider than the maze's `cell`, which is 3"), "{found}");
+    // The cell that is meant where the file says nothing.
+    assert!(errors(&maze("wall = 5")).contains("which is 4"));
+}
+
 fn keys_in(schema: &Value) -> BTreeSet<String> {
     schema["properties"].as_object().expect("an object").keys().cloned().collect()
 }

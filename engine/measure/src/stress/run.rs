@@ -9,7 +9,7 @@ use raxel_oracle::camera::Tile;
 use raxel_oracle::exact::Answer;
 use raxel_oracle::metrics::{Errors, Outcome};
 use raxel_oracle::port::Tree64;
-use raxel_oracle::sets::{Place, RaySet};
+use raxel_oracle::sets::{RaySet, RayTargets};
 use raxel_oracle::{Hit, Oracle, Ray};
 use raxel_world::World;
 use raxel_world::layout::Layout;
@@ -174,7 +174,7 @@ impl Runner<'_> {
     fn site(&mut self, number: usize, site: &Site, rows: &mut [Ready]) -> Result<(), RayError> {
         let world = site.build(self.plan.seed);
         let oracle = Oracle::new(&world);
-        let place = Place::of(&world);
+        let place = RayTargets::of(&world);
         let mut worlds = Vec::new();
         for (i, row) in rows.iter().enumerate() {
             worlds.push(self.load(number, i, row, &world)?);
@@ -220,7 +220,7 @@ impl Runner<'_> {
     }
 
     /// Blocks of rays, made on all cores: (set, number of the block).
-    fn batch(&self, site: usize, place: &Place, blocks: &[(u64, u64)]) -> Batch {
+    fn batch(&self, site: usize, place: &RayTargets, blocks: &[(u64, u64)]) -> Batch {
         let each = self.plan.rays_each();
         let seed = self.plan.seed;
         let made: Vec<Vec<Ray>> = blocks

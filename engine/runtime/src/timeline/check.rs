@@ -160,6 +160,22 @@ keys = [[1.0, true], [2.0, false]]
     }
 
     #[test]
+    fn a_camera_key_looks_somewhere() {
+        let key = |look: &str| {
+            format!(
+                "world = \"w.toml\"\ngraph = \"g.toml\"\nduration = 2.0\n\
+                 [[camera]]\ntime = 0.0\nposition = [1.5, 2.0, 3.0]\n{look}\n"
+            )
+        };
+        let found = read_text(&key("look_at = [1.5, 2, 3]")).unwrap_err();
+        assert!(found[0].message.contains("is where the camera is"), "{}", found[0].message);
+        assert!(read_text(&key("look_at = [1.5, 2, 3.5]")).is_ok());
+        // Straight down and no further.
+        assert!(read_text(&key("pitch = -90")).is_ok());
+        assert!(read_text(&key("pitch = -90.5")).is_err());
+    }
+
+    #[test]
     fn a_demo_is_a_function_of_time() {
         let (demo, graph) = (read_text(GOOD).unwrap(), graph());
         assert_eq!(demo.check(&graph), []);

@@ -2,6 +2,7 @@
 
 use raxel_diagnostics::table::{Node, Reporter, Table, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, files};
+use raxel_world::file::CAMERA_COORDINATES;
 
 use super::curve::Interpolation;
 use super::demo::{CameraKey, DebugTargetKey, Demo, Direction, Place, Track};
@@ -10,9 +11,6 @@ use crate::debug_target::DebugTarget;
 
 /// Longest demo: a day.
 const LONGEST: f64 = 86_400.0;
-
-/// Voxel coordinates.
-const VOXELS: std::ops::RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_647.0;
 
 /// Reads a demo, with its warnings, or everything that is wrong with the file. Names of params and targets are checked by
 /// [`Demo::check`], when the graph is known.
@@ -111,13 +109,18 @@ type Keyed<T> = Option<(Place<f64>, T)>;
 
 fn camera_key(table: &Table<'_, '_>, end: f64) -> Keyed<CameraKey> {
     let time = table.need("time").and_then(|node| time(&node, end));
-    let position = table.need("position").and_then(|node| node.numbers(VOXELS));
+    let position = table.need("position").and_then(|node| node.numbers(CAMERA_COORDINATES));
     table.conflict("look_at", "yaw", "a camera looks at a point, or along angles");
     table.conflict("look_at", "pitch", "a camera looks at a point, or along angles");
     let degrees = |key: &str, range| table.get(key).map_or(Some(0.0), |node| node.number(range)).map(f64::to_radians);
-    let (yaw, pitch) = (degrees("yaw", -3600.0..=3600.0), degrees("pitch", -89.0..=89.0));
+    let (yaw, pitch) = (degrees("yaw", -3600.0..=3600.0), degrees("pitch", -90.0..=90.0));
     let direction = match table.get("look_at") {
-        Some(node) => node.numbers(VOXELS).map(Direction::LookAt),
+        Some(node) => node.numbers(CAMERA_COORDINATES).and_then(|target| {
+            if position == Some(target) {
+                return node.bad_value(format!("`{}` is where the camera is: it has no direction", node.name));
+            }
+            Some(Direction::LookAt(target))
+        }),
         None => yaw.zip(pitch).map(|(yaw, pitch)| Direction::Angles([yaw, pitch])),
     };
     let fov =

@@ -40,7 +40,7 @@ pub fn schema() -> Value {
                         "position": vector("Voxels."),
                         "look_at": vector("The point it looks at, voxels."),
                         "yaw": { "description": "Degrees to the left of -Z.", "type": "number" },
-                        "pitch": { "description": "Degrees upwards.", "type": "number", "minimum": -89, "maximum": 89 },
+                        "pitch": { "description": "Degrees upwards.", "type": "number", "minimum": -90, "maximum": 90 },
                         "fov": { "description": "Vertical field of view, degrees.", "type": "number", "minimum": 1, "maximum": 170, "default": 60 },
                         "interpolation": interpolation("smooth"),
                     },

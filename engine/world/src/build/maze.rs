@@ -1,7 +1,7 @@
 //! A perfect maze: exactly one way between any two of its cells.
 
 use crate::build::shape::{Shape, Span3, span_of_box};
-use crate::random::Random;
+use crate::random::SplitMix64;
 use crate::world::Bounds;
 
 /// Walls of a maze, standing on its floor plan.
@@ -53,7 +53,7 @@ impl Maze {
         let width = 2 * nx + 1;
         let mut walls = vec![true; width * (2 * nz + 1)];
         let square = |x: usize, z: usize| (2 * z + 1) * width + 2 * x + 1;
-        let mut random = Random::new(plan.seed);
+        let mut random = SplitMix64::new(plan.seed);
         let mut path = vec![(0usize, 0usize)];
         walls[square(0, 0)] = false;
         while let Some(&(x, z)) = path.last() {

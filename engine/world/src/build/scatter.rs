@@ -8,7 +8,7 @@ use crate::chunk::{Chunk, block_index};
 use crate::dense::Mode;
 use crate::material::{AIR, MaterialIndex};
 use crate::orientation::{Orientation, Placement};
-use crate::random::Random;
+use crate::random::SplitMix64;
 use crate::world::{ChunkPos, World};
 
 /// What to scatter, where and how densely.
@@ -48,7 +48,7 @@ impl Scatter {
     /// Chooses the places on the chunks built so far. They are the same whatever the number of threads.
     pub(crate) fn choose(&self, chunks: &BTreeMap<ChunkPos, Arc<Chunk>>) -> Placed {
         let ground = Ground::new(chunks);
-        let mut random = Random::new(self.seed);
+        let mut random = SplitMix64::new(self.seed);
         let mut taken: HashMap<[i64; 2], Vec<[i64; 2]>> = HashMap::new();
         let bucket_edge = self.spacing.max(1);
         let mut placements = Vec::new();

@@ -1,5 +1,7 @@
 //! `[camera]` and `[cameras.NAME]`: from where a world is best looked at.
 
+use std::ops::RangeInclusive;
+
 use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, codes};
 use serde::Serialize;
@@ -30,8 +32,8 @@ pub enum Aim {
     },
 }
 
-/// Coordinates that a world has.
-const REACH: f64 = 2_147_483_648.0;
+/// Coordinates that a camera may have, and what it looks at, in voxels.
+pub const CAMERA_COORDINATES: RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_648.0;
 
 /// A name that `--camera` can tell from a position.
 pub(super) fn name(name: String, node: &Node<'_, '_>) -> Option<String> {
@@ -48,9 +50,15 @@ pub(super) fn name(name: String, node: &Node<'_, '_>) -> Option<String> {
 }
 
 pub(super) fn read(table: &Table<'_, '_>) -> Option<CameraHint> {
-    let position = table.need("position").and_then(|node| node.numbers::<3>(-REACH..=REACH));
+    let position = table.need("position").and_then(|node| node.numbers::<3>(CAMERA_COORDINATES));
     let fov = table.get("fov").and_then(|node| node.number(1.0..=179.0));
-    let look_at = table.get("look_at").map(|node| node.numbers::<3>(-REACH..=REACH));
+    let look_at = table.get("look_at").map(|node| {
+        let place = node.numbers::<3>(CAMERA_COORDINATES)?;
+        if position == Some(place) {
+            return node.bad_value(format!("`{}` is where the camera is: it has no direction", node.name));
+        }
+        Some(place)
+    });
     let yaw = table.get("yaw").and_then(|node| node.number(-360.0..=360.0));
     let pitch = table.get("pitch").and_then(|node| node.number(-90.0..=90.0));
     let why = "a camera looks at a place or along a direction";

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use raxel_diagnostics::table::{Table, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes, files};
 
-pub use camera::{Aim, CameraHint};
+pub use camera::{Aim, CAMERA_COORDINATES, CameraHint};
 pub use schema::schema;
 
 use crate::build::{BuildError, Operation, build};

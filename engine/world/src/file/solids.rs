@@ -76,7 +76,15 @@ pub(super) fn read_maze(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Pal
         Some(cells)
     });
     let cell = table.get("cell").map_or(Some(4), |node| node.integer(1..=1 << 12));
-    let wall = table.get("wall").map_or(Some(1), |node| node.integer(1..=1 << 12));
+    let wall = table.get("wall").map_or(Some(1), |node| {
+        let wall = node.integer(1..=1 << 12)?;
+        match cell {
+            Some(cell) if wall > cell => {
+                node.bad_value(format!("`{}` is {wall}, wider than the maze's `cell`, which is {cell}", node.name))
+            }
+            _ => Some(wall),
+        }
+    });
     let height = table.get("height").map_or(Some(8), |node| node.integer(1..=LENGTH));
     let seed = seed.read(table);
     let (mode, materials) = mode_and_materials(table, mode, palette);
