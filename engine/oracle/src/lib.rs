@@ -33,4 +33,4 @@ pub mod sets;
 
 pub use lattice::Lattice;
 pub use oracle::Oracle;
-pub use ray::{FACE_INSIDE, Hit, Ray};
+pub use ray::{FACE_INSIDE, FAR, Hit, Ray};

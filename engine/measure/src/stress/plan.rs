@@ -50,7 +50,7 @@ impl Row {
     }
 
     /// Whether it traces tiles of pixels.
-    pub(super) fn traces_tiles(&self) -> bool {
+    pub fn traces_tiles(&self) -> bool {
         matches!(self, Row::Device(method) if method.marcher.as_deref() == Some(Self::BEAM))
     }
 

@@ -383,6 +383,7 @@ pub fn single(
                     (if hit.is_some() { State::Hit } else { State::Miss }, hit)
                 })
             }
+            Row::Device(_) if row.traces_tiles() => Err("traces tiles of pixels, and no ray alone".to_owned()),
             Row::Device(method) => {
                 let traced = Tracer::new(device, files.clone(), method).and_then(|mut tracer| {
                     let world = tracer.upload(&world)?;

@@ -57,8 +57,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// Trace this ray alone, and say what each row and the exact tracer make of it: cell, fraction and direction, nine numbers; those of
-    /// the last six that begin with 0x are the bits of the float.
+    /// Trace this ray alone, and say what each row and the exact tracer make of it: cell, fraction and direction, nine numbers, and
+    /// `t_max` if it ends; those after the cell that begin with 0x are the bits of the float.
     #[arg(long, value_name = "RAY", value_parser = one::ray, allow_hyphen_values = true)]
     ray: Option<one::NamedRay>,
 

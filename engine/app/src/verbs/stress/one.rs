@@ -9,7 +9,7 @@ use raxel_measure::rays::{RayError, State};
 use raxel_measure::stress::{Plan, RowReport, single};
 use raxel_oracle::exact::{Answer, Passage};
 use raxel_oracle::metrics::{Errors, Outcome, Wrong, most_steps};
-use raxel_oracle::{Hit, Lattice, Ray};
+use raxel_oracle::{FAR, Hit, Lattice, Ray};
 use serde_json::{Value, json};
 
 use crate::console::{self, Console, Format};
@@ -18,10 +18,10 @@ use crate::console::{self, Console, Format};
 #[derive(Clone, Debug)]
 pub(super) struct NamedRay(pub Ray);
 
-/// Reads nine numbers: three of the cell, three of the fraction, three of the direction.
+/// Reads nine numbers: three of the cell, three of the fraction, three of the direction; and `t_max`, if there is a tenth.
 pub(super) fn ray(text: &str) -> Result<NamedRay, String> {
     let wrong = || {
-        "write nine numbers, cell, fraction and direction, e.g. \"0 20 -5  0.5 0.5 0.5  0x3f800000 0 -1\"".to_owned()
+        "write nine numbers, cell, fraction and direction (and t_max, if it ends), e.g. \"0 20 -5  0.5 0.5 0.5  0x3f800000 0 -1\"".to_owned()
     };
     let words: Vec<&str> = text.split([' ', ',', '\t']).filter(|word| !word.is_empty()).collect();
     let [x, y, z, floats @ ..] = words.as_slice() else { return Err(wrong()) };
@@ -32,13 +32,14 @@ pub(super) fn ray(text: &str) -> Result<NamedRay, String> {
     };
     let floats: Option<Vec<f32>> = floats.iter().map(float).collect();
     match (cell.as_deref(), floats.as_deref()) {
-        (Some(_), Some(floats @ &[_, _, _, _, _, _]))
+        (Some(_), Some(floats @ ([_, _, _, _, _, _] | [_, _, _, _, _, _, _])))
             if floats[..3].iter().any(|f| !f.is_nan() && !(0.0..=1.0).contains(f)) =>
         {
             Err("a fraction is a place in the cell, from 0 to 1".to_owned())
         }
-        (Some(&[x, y, z]), Some(&[fx, fy, fz, dx, dy, dz])) => {
-            Ok(NamedRay(Ray::new([x, y, z], [fx, fy, fz], [dx, dy, dz])))
+        (Some(&[x, y, z]), Some(&[fx, fy, fz, dx, dy, dz, ref end @ ..])) if end.len() < 2 => {
+            let ray = Ray::new([x, y, z], [fx, fy, fz], [dx, dy, dz]);
+            Ok(NamedRay(Ray { t_max: end.first().copied().unwrap_or(ray.t_max), ..ray }))
         }
         _ => Err(wrong()),
     }
@@ -48,7 +49,8 @@ pub(super) fn ray(text: &str) -> Result<NamedRay, String> {
 pub(super) fn written(ray: &Ray) -> String {
     let [x, y, z] = ray.cell;
     let bits = |v: [f32; 3]| v.map(|v| format!("{:#010x}", v.to_bits())).join(" ");
-    format!("{x} {y} {z}  {}  {}", bits(ray.frac), bits(ray.dir))
+    let end = if ray.t_max < FAR { format!("  {:#010x}", ray.t_max.to_bits()) } else { String::new() };
+    format!("{x} {y} {z}  {}  {}{end}", bits(ray.frac), bits(ray.dir))
 }
 
 const FACES: [&str; 7] = ["-X", "+X", "-Y", "+Y", "-Z", "+Z", "inside"];
@@ -150,8 +152,13 @@ pub(super) fn show_wrong(plan: &Plan, row: &RowReport, console: &Console) {
     for sample in row.wrong.iter().take(shown) {
         let (site, set) = (&plan.sites[sample.site].name, plan.sets[sample.set].name);
         let at = if site.contains('@') { format!("--scenes {site}") } else { format!("--world {site}") };
-        let command =
-            format!("raxel stress {at} --layouts {} --seed {} --ray \"{}\"", row.row, plan.seed, written(&sample.ray));
+        // A beam is for a tile of rays, of which this is one.
+        let which = if row.row.traces_tiles() {
+            format!("--sets {set} --rays {}", plan.rays)
+        } else {
+            format!("--ray \"{}\"", written(&sample.ray))
+        };
+        let command = format!("raxel stress {at} --layouts {} --seed {} {which}", row.row, plan.seed);
         if console.format() == Format::Json {
             console::json(&json!({
                 "reason": "wrong-ray", "row": row.row.to_string(), "site": site, "set": set, "wrong": sample.wrong,
@@ -183,12 +190,14 @@ mod tests {
             [read.frac, read.dir].map(|v| v.map(f32::to_bits)),
             [made.frac, made.dir].map(|v| v.map(f32::to_bits))
         );
+        let ends = Ray { t_max: 0.75, ..made };
+        assert_eq!(ray(&written(&ends)).expect("a ray").0.t_max.to_bits(), 0.75f32.to_bits());
         assert_eq!(
             ray("0,1,-2, 0.5,0.5,0.5, 1,0,-1").expect("a ray").0,
             Ray::new([0, 1, -2], [0.5; 3], [1.0, 0.0, -1.0])
         );
         for wrong in
-            ["", "1 2 3", "1 2 3 4 5 6 7 8", "1 2 3 4 5 6 7 8 9 10", "x 2 3 4 5 6 7 8 9", "0.5 2 3 4 5 6 7 8 9"]
+            ["", "1 2 3", "1 2 3 4 5 6 7 8", "1 2 3 0 0 0 7 8 9 10 11", "x 2 3 4 5 6 7 8 9", "0.5 2 3 4 5 6 7 8 9"]
         {
             assert!(ray(wrong).is_err(), "{wrong}");
         }
