@@ -68,6 +68,7 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
         present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
         pinned: &[],
         facts: &facts,
+        counts: &[],
         sources: &BTreeMap::new(),
         world: WorldInput::ON_PAPER,
         memory: &DeviceMemory(device.clone()),

@@ -196,6 +196,7 @@ fn on_paper<T>(graph: &Graph, output: [u32; 2], present: Present, make: impl FnO
         present,
         pinned: &[],
         facts: &|_| true,
+        counts: &[],
         sources: &source_names(graph).into_iter().map(|name| (name, SourceSize::default())).collect::<BTreeMap<_, _>>(),
         world: WorldInput::ON_PAPER,
         memory: &EstimatedMemory,

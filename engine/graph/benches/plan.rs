@@ -143,6 +143,7 @@ fn planned(graph: &Arc<Graph>) -> Plan {
         output: [1280, 720],
         present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
         pinned: &[],
+        counts: &[],
         facts: &|_| true,
         sources: &BTreeMap::new(),
         world: WorldInput::ON_PAPER,

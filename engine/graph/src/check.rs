@@ -9,6 +9,7 @@ mod extents;
 mod flow;
 mod given;
 mod images;
+mod loops;
 mod overlaps;
 mod portability;
 mod sources;
@@ -59,6 +60,8 @@ pub fn check(
 ) -> Option<Graph> {
     // Extents of targets by themselves: no size in terms of itself, no more mips than texels.
     extents::check(resolved, found);
+    // The passes of a loop stand together.
+    loops::check(resolved, found);
     // Each pass against its shader.
     let mut passes = Vec::with_capacity(resolved.passes.len());
     let mut seen = HashSet::new();
@@ -93,8 +96,13 @@ fn check_pass(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<chec
     let specialization = constants::check(context, found);
     portability::check(context, &specialization, found);
     accesses.extend(dispatch::check(context, found));
-    // Nothing is written through one name while another sees it.
-    overlaps::check(context, &accesses, found);
+    let in_loop = loops::in_loop(context, &accesses);
+    // Nothing is written through one name while another sees it, in any round.
+    for accesses in loops::rounds(context, &accesses, in_loop.as_ref()) {
+        if overlaps::check(context, &accesses, found) {
+            break;
+        }
+    }
     let errors = found.iter().filter(|diagnostic| diagnostic.is_error()).count();
     let dispatch = pass.dispatch.as_ref()?.value.clone();
     let bound = pass.bind.iter().all(|entry| entry.target.is_some());
@@ -106,6 +114,8 @@ fn check_pass(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<chec
         push,
         uniforms,
         specialization,
+        in_loop,
+        round: None,
         when: pass.when.clone(),
         every: pass.every,
         made: false,
@@ -147,6 +157,7 @@ fn assemble(resolved: &Resolved, passes: Vec<checked::Pass>) -> Option<Graph> {
         present: resolved.present.as_ref()?.value,
         params: resolved.params.iter().map(|param| param.item.clone()).collect(),
         resources: resolved.resources.iter().map(|resource| resource.item.clone()).collect(),
+        loops: resolved.loops.iter().map(|repeated| repeated.item.clone()).collect(),
         passes,
         files,
     })

@@ -2,6 +2,11 @@
 //! alias → barriers). Names are gone but for messages; every reference is a typed index; every access is known.
 //! It depends on the files only: neither on the output size, nor on the device, nor on the state of conditions.
 
+mod loops;
+
+pub(crate) use loops::accesses_of_round;
+pub use loops::{InLoop, Loop, LoopId, MOST_ROUNDS, Round, RoundIndex, Rounds, count_of};
+
 use std::sync::Arc;
 
 use raxel_diagnostics::Span;
@@ -35,6 +40,8 @@ pub struct Graph {
     pub params: Vec<Param>,
     /// Targets and buffers.
     pub resources: Vec<Resource>,
+    /// Groups of passes that are repeated. The graph of a [`crate::plan::Plan`] has none: its passes are written out.
+    pub loops: Vec<Loop>,
     /// Passes in program order.
     pub passes: Vec<Pass>,
     /// Every file that the graph was made from: the graph itself first, bases, shaders, includes.
@@ -60,6 +67,11 @@ impl Graph {
     /// A pass by name.
     pub fn find_pass(&self, name: &str) -> Option<PassId> {
         self.passes.iter().position(|p| p.name == name).map(|i| PassId(i as u32))
+    }
+
+    /// The pass of the file that a pass is a round of; itself, if it is no round.
+    pub fn declared(&self, id: PassId) -> PassId {
+        self.pass(id).round.map_or(id, |round| round.pass)
     }
 
     /// A param by name.
@@ -335,6 +347,10 @@ pub struct Pass {
     pub uniforms: Vec<UniformBlock>,
     /// Specialization constants that the graph sets, by id. Their values are fixed in a plan: [`crate::plan::PassPlan`] has them.
     pub specialization: Vec<(u32, Source)>,
+    /// The loop that repeats it. `None` in the graph of a plan.
+    pub in_loop: Option<InLoop>,
+    /// Where it comes from, when it was written out of a loop or stands beside such passes.
+    pub round: Option<Round>,
     /// Runs only while this holds.
     pub when: Option<Condition>,
     /// Runs only on these frames.
@@ -451,6 +467,8 @@ pub enum Source {
     Param(ParamId),
     /// Something the runtime knows.
     Builtin(Builtin),
+    /// A number of the round, as `u32`. Not in the graph of a plan.
+    Round(RoundIndex),
     /// Extent of a target's mip 0 in texels; the third axis is its depth or number of layers.
     ExtentOf(ResourceId),
     /// Number of elements of a buffer.

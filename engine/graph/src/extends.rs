@@ -1,5 +1,6 @@
 //! Phase 2, extends: a graph file and the files it extends become one model of what they say together. The file laid on top wins,
-//! key by key; params, targets, buffers, blocks, passes, bind entries and block members are matched by name. Places stay those of the file
+//! key by key; params, targets, buffers, blocks, loops, passes, bind entries and block members are
+//! matched by name. Places stay those of the file
 //! that a value came from.
 
 use std::collections::HashMap;
@@ -8,13 +9,13 @@ use raxel_diagnostics::files::{join, read_text};
 use raxel_diagnostics::table::closest;
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
 
-use crate::model::{At, Bind, Buffer, File, Fills, Member, Param, Pass, SharedBlock, Target};
+use crate::model::{At, Bind, Buffer, File, Fills, Loop, Member, Param, Pass, SharedBlock, Target};
 use crate::parse::parse;
 
 /// Files that may extend each other in a row.
 const LONGEST_CHAIN: usize = 16;
 
-/// Params, targets, buffers, blocks, passes, and entries of a block or a pass that a file may have of each.
+/// Params, targets, buffers, blocks, loops, passes, and entries of a block or a pass that a file may have of each.
 const MOST: usize = 4096;
 
 /// A model with the files it came from, the given one first.
@@ -75,6 +76,7 @@ pub fn load(path: &str, files: &dyn Files, texts: &mut SourceMap, found: &mut Ve
     base.targets.retain(|target| !target.remove);
     base.buffers.retain(|buffer| !buffer.remove);
     base.blocks.retain(|block| !block.remove);
+    base.loops.retain(|repeated| !repeated.remove);
     base.passes.retain(|pass| !pass.remove);
     let model = layers.fold(base, |below, above| overlay(below, above, found));
     Some(Loaded { model, files })
@@ -117,6 +119,7 @@ fn reject_overlay_keys(file: &File, found: &mut Vec<Diagnostic>) {
         .chain(file.buffers.iter().filter(|b| b.remove).map(|b| &b.name))
         .chain(file.blocks.iter().filter(|b| b.remove).map(|b| &b.fills.name))
         .chain(file.blocks.iter().flat_map(|b| b.fills.members.iter().filter(|m| m.remove).map(|m| &m.path)))
+        .chain(file.loops.iter().filter(|l| l.remove).map(|l| &l.name))
         .chain(file.passes.iter().filter(|p| p.remove).map(|p| &p.name))
         .chain(file.passes.iter().flat_map(|p| p.bind.iter().filter(|b| b.remove).map(|b| &b.name)))
         .chain(
@@ -158,6 +161,7 @@ fn too_many(file: &File) -> Option<Diagnostic> {
         ("targets", file.targets.get(MOST).map(|target| &target.name)),
         ("buffers", file.buffers.get(MOST).map(|buffer| &buffer.name)),
         ("blocks", file.blocks.get(MOST).map(|block| &block.fills.name)),
+        ("loops", file.loops.get(MOST).map(|repeated| &repeated.name)),
         ("passes", file.passes.get(MOST).map(|pass| &pass.name)),
     ];
     let shared = file.blocks.iter().map(|block| ("members", block.fills.members.get(MOST).map(|member| &member.path)));
@@ -209,6 +213,7 @@ fn overlay(below: File, above: File, found: &mut Vec<Diagnostic>) -> File {
     merge(&mut file.targets, above.targets, found);
     merge(&mut file.buffers, above.buffers, found);
     merge(&mut file.blocks, above.blocks, found);
+    merge(&mut file.loops, above.loops, found);
     file
 }
 
@@ -266,6 +271,7 @@ fn unknown<'n>(what: &str, name: &At<String>, known: impl Iterator<Item = &'n st
         "pass" => codes::graph::UNKNOWN_PASS,
         "param" => codes::graph::UNKNOWN_PARAM,
         "target" | "buffer" => codes::graph::UNKNOWN_RESOURCE,
+        "loop" => codes::graph::UNKNOWN_LOOP,
         _ => codes::graph::NOTHING_TO_OVERLAY,
     };
     let diagnostic = Diagnostic::error(code, format!("the base has no {what} `{}`", name.value))
@@ -367,6 +373,7 @@ impl Layer for Pass {
             (below, above) => replace(below, above),
         }
         merge(&mut self.uniforms, above.uniforms, found);
+        replace(&mut self.in_loop, above.in_loop);
         replace(&mut self.when, above.when);
         replace(&mut self.every, above.every);
     }
@@ -386,6 +393,22 @@ impl Layer for SharedBlock {
     }
     fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>) {
         self.fills.cover(above.fills, found);
+    }
+}
+
+impl Layer for Loop {
+    const WHAT: &'static str = "loop";
+    fn name(&self) -> &At<String> {
+        &self.name
+    }
+    fn removed(&self) -> bool {
+        self.remove
+    }
+    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
+        self.flawed |= above.flawed;
+        replace(&mut self.count, above.count);
+        replace(&mut self.down, above.down);
+        replace(&mut self.swap, above.swap);
     }
 }
 

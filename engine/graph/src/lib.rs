@@ -24,6 +24,7 @@ mod region;
 mod resolve;
 mod schema;
 pub mod sizes;
+mod unroll;
 mod value;
 
 pub use compile::{Compiled, Replace, SourceLayout, compile, compile_with};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::Span;
 
-use crate::checked::{DisplayMap, Every};
+use crate::checked::{DisplayMap, Every, RoundIndex};
 
 /// A value with its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +44,8 @@ pub struct File {
     pub targets: Vec<Target>,
     /// `[buffers.*]`.
     pub buffers: Vec<Buffer>,
+    /// `[loops.*]`.
+    pub loops: Vec<Loop>,
     /// `[[passes]]`.
     pub passes: Vec<Pass>,
 }
@@ -176,6 +178,43 @@ pub enum BufferSize {
     },
 }
 
+/// `[loops.NAME]`.
+#[derive(Clone, Debug)]
+pub struct Loop {
+    /// The key.
+    pub name: At<String>,
+    /// `remove = true`.
+    pub remove: bool,
+    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    pub flawed: bool,
+    /// `count`.
+    pub count: Option<At<Rounds>>,
+    /// `order`: down, else up.
+    pub down: Option<At<bool>>,
+    /// `swap`: pairs of names.
+    pub swap: Option<Vec<[At<String>; 2]>>,
+}
+
+/// `count` of a loop.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rounds {
+    /// `4`.
+    Fixed(u32),
+    /// `"param.bounces"`, without `param.`.
+    Param(At<String>),
+    /// `{ mips = "bloom" }`: the steps from one mip of a target to the next.
+    Mips(At<String>),
+}
+
+/// A mip as the file names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mip {
+    /// A number.
+    Level(u32),
+    /// Another one in each round of a loop: `"loop.index"`, `"loop.next"`.
+    Round(RoundIndex),
+}
+
 /// One of `[[passes]]`.
 #[derive(Clone, Debug)]
 pub struct Pass {
@@ -205,6 +244,8 @@ pub struct Pass {
     pub push: Option<Fills<Member>>,
     /// `uniforms`.
     pub uniforms: Vec<Fills<Member>>,
+    /// `loop`.
+    pub in_loop: Option<At<String>>,
     /// `when`.
     pub when: Option<At<String>>,
     /// `every`.
@@ -218,8 +259,8 @@ pub enum Dispatch {
     ThreadsOf {
         /// The target or buffer.
         target: At<String>,
-        /// 0 when the file gives none.
-        mip: u32,
+        /// Mip 0 when the file gives none.
+        mip: At<Mip>,
     },
     /// `{ threads = [x, y, z] }`.
     Threads([u32; 3]),
@@ -251,7 +292,7 @@ pub struct Bind {
     /// The resource with its age, e.g. `color@1`. `None` when the file's value is wrong, and with `remove`.
     pub target: Option<At<String>>,
     /// `mip`.
-    pub mip: Option<At<u32>>,
+    pub mip: Option<At<Mip>>,
     /// `layer`.
     pub layer: Option<At<u32>>,
     /// `filter`: linear, else nearest.

@@ -1,6 +1,7 @@
 //! Phase 1, parse: the text of one graph file becomes a [`model::File`]. Reports everything that is wrong with the file alone:
 //! syntax, unknown keys, wrong types, numbers out of range. What a name refers to is none of its business.
 
+mod loops;
 mod passes;
 mod resources;
 
@@ -45,6 +46,7 @@ fn read(root: &Table<'_, '_>) -> File {
             .into_iter()
             .filter_map(|(name, node, table)| passes::shared_block(name, &node, &table))
             .collect(),
+        loops: root.tables("loops").into_iter().map(|(name, node, table)| loops::loop_(name, &node, &table)).collect(),
         passes: root.array_of_tables("passes").iter().map(passes::pass).collect(),
     };
     root.finish();

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use raxel_shader::format::Format;
 use serde::Serialize;
 
-use crate::checked::{Clear, Fact, Graph, PassId, ResourceId, Source, Value};
+use crate::checked::{Clear, Fact, Graph, ParamId, PassId, ResourceId, Source, Value};
 use crate::sizes::Size;
 
 /// What a plan is made for, besides the graph.
@@ -28,6 +28,8 @@ pub struct PlanInput<'a> {
     pub pinned: &'a [ResourceId],
     /// Whether a fact holds.
     pub facts: &'a dyn Fn(&Fact) -> bool,
+    /// Rounds of the loops that follow a param; a param that is not here has its default.
+    pub counts: &'a [(ParamId, u32)],
     /// Sizes of each source, e.g. `world.tree64`.
     pub sources: &'a BTreeMap<String, SourceSize>,
     /// The world that sizes follow.
@@ -186,7 +188,7 @@ pub struct BufferDesc {
 /// The immutable result of compiling a graph.
 #[derive(Clone, Debug, Serialize)]
 pub struct Plan {
-    /// The graph it was made from.
+    /// The graph it was made from, its loops written out: [`Graph::declared`] leads back to the passes of the file.
     #[serde(skip)]
     pub graph: Arc<Graph>,
     /// Extent of the output in pixels.

@@ -15,31 +15,41 @@ use crate::order::{Action, Order, order};
 use crate::plan::{Barrier, Lifetime, PassPlan, Plan, PlanInput, ResourcePlan, Step};
 use crate::print::{After, Phase};
 use crate::sizes::{groups, sizes, specialization};
+use crate::unroll::unroll;
 
 /// Compiles a checked graph for one output size, present point and state of the conditions. The errors are those that only a size or
 /// a device can show, all at once.
 pub fn plan(graph: Arc<Graph>, input: &PlanInput) -> Result<Plan, Vec<Diagnostic>> {
-    bake(graph, input, &mut |_| {})
+    bake(&graph, input, &mut |_, _| {})
 }
 
 /// What is known after a phase, as text: one line for each fact.
 pub fn dump(graph: Arc<Graph>, input: &PlanInput, phase: Phase) -> Result<String, Vec<Diagnostic>> {
     let mut text = String::new();
-    let named = graph.clone();
-    let done = bake(graph, input, &mut |after| {
+    let done = bake(&graph, input, &mut |after, graph| {
         if after.phase() == phase {
-            text = after.text(&named);
+            text = after.text(graph);
         }
     });
     // A graph that does not fit the device can still be looked at up to where it fails.
     if text.is_empty() { done.map(|_| text) } else { Ok(text) }
 }
 
-fn bake(graph: Arc<Graph>, input: &PlanInput, watch: &mut dyn FnMut(&After)) -> Result<Plan, Vec<Diagnostic>> {
+fn bake(
+    declared: &Arc<Graph>,
+    input: &PlanInput,
+    watch: &mut dyn FnMut(&After, &Graph),
+) -> Result<Plan, Vec<Diagnostic>> {
     // Everything relative to the output or to the world gets its size.
-    let sizes = sizes(&graph, input);
-    watch(&After::Sizes(&sizes));
-    limits::check_present(&graph, &sizes, input)?;
+    let sizes = sizes(declared, input);
+    watch(&After::Sizes(&sizes), declared);
+    limits::check_present(declared, &sizes, input)?;
+
+    // Loops are written out: from here on a frame is a list of passes.
+    let (graph, present) = unroll(declared, &sizes, input)?;
+    let input = &PlanInput { present, ..input.clone() };
+    let mut watch = |after: &After| watch(after, &graph);
+    watch(&After::Unroll(declared));
 
     // Passes that nobody will see are left out; so are resources that only they use.
     let cull = cull(&graph, &sizes, input);

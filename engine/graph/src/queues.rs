@@ -8,8 +8,8 @@ use raxel_shader::interface::{Access, Scalar};
 use raxel_shader::{Compiler, Request, Shader, ShaderSource};
 
 use crate::checked::{
-    self, BoundAccess, Buffer, BufferSize, Dispatch, Fill, Pass, Resource, ResourceId, ResourceKind, Source, Usage,
-    Value,
+    self, BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Pass, Resource, ResourceId, ResourceKind, Source,
+    Usage, Value,
 };
 
 /// Path that the shader of the arguments has in messages; it is in the library, not in the project.
@@ -69,6 +69,8 @@ pub(crate) fn maker(pass: &Pass, queue: Queue) -> Result<Pass, Diagnostic> {
         uniforms: Vec::new(),
         // The workgroup of the pass, with the constants that size it.
         specialization: (0..).zip(workgroup(pass)).collect(),
+        // Of the round it takes nothing but its place.
+        in_loop: pass.in_loop.as_ref().map(|in_loop| InLoop { of: in_loop.of, mips: Vec::new(), dispatch_mip: None }),
         made: true,
         shader,
         ..pass.clone()

@@ -2,6 +2,7 @@
 //! wrong is reported here. What is wrong is kept with a stand-in and `sound: false`, so that later phases can go on and report the
 //! rest; a graph with any error is never handed on.
 
+mod loops;
 mod params;
 mod passes;
 mod resources;
@@ -16,9 +17,9 @@ use raxel_diagnostics::{Code, Diagnostic, Span, codes};
 use raxel_shader::Request;
 
 use crate::SourceLayout;
-use crate::checked::{self, Condition, Every, ParamId, ResourceId};
+use crate::checked::{self, Condition, Every, LoopId, ParamId, ResourceId, RoundIndex};
 use crate::extends::Loaded;
-use crate::model::{self, At, File, Fills, Literal};
+use crate::model::{self, At, File, Fills, Literal, Mip};
 use crate::queues::Queue;
 use crate::value::ValueType;
 
@@ -37,6 +38,8 @@ pub struct Resolved {
     pub resources: Vec<Declared<checked::Resource>>,
     /// The values of `[blocks.*]`.
     pub blocks: Vec<Fills<Member>>,
+    /// In the order of the model.
+    pub loops: Vec<Loop>,
     /// In program order.
     pub passes: Vec<Pass>,
     /// The graph's files.
@@ -54,6 +57,17 @@ pub struct Declared<T> {
     pub detail: Span,
 }
 
+/// A loop whose names are resolved.
+#[derive(Clone, Debug)]
+pub struct Loop {
+    /// The loop; a single round where its count is missing or wrong.
+    pub item: checked::Loop,
+    /// Where its count is written, else where its name is.
+    pub count: Span,
+    /// Whether all of it is meant.
+    pub sound: bool,
+}
+
 /// A pass whose names are resolved.
 #[derive(Clone, Debug)]
 pub struct Pass {
@@ -65,6 +79,12 @@ pub struct Pass {
     pub dispatch: Option<At<checked::Dispatch>>,
     /// The queue that is dispatched.
     pub queue: Option<Queue>,
+    /// The mip that the dispatch covers, where the round says it.
+    pub dispatch_mip: Option<At<RoundIndex>>,
+    /// `loop`; `None` when it is missing or unknown.
+    pub in_loop: Option<At<LoopId>>,
+    /// Whether it has a `loop`, known or unknown.
+    pub names_loop: bool,
     /// The entries of `bind`.
     pub bind: Vec<Bind>,
     /// The push-constant values.
@@ -89,7 +109,7 @@ pub struct Bind {
     /// The resource and its age, `None` when there is no such resource or age.
     pub target: Option<At<(ResourceId, u32)>>,
     /// `mip`.
-    pub mip: Option<At<u32>>,
+    pub mip: Option<At<Mip>>,
     /// `layer`.
     pub layer: Option<At<u32>>,
     /// `filter`: linear, else nearest.
@@ -141,14 +161,22 @@ pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnos
     let mut resources = resources::resources(&model, &resource_names, sources, found);
     let declared = resources.len();
     resources.extend(model.passes.iter().filter_map(resources::arguments));
-    let scope = Scope { params: &params, param_names: &param_names, resources: &resources, names: &resource_names };
+    let loop_names = declare("loop", model.loops.iter().map(|repeated| &repeated.name), found);
+    let scope = Scope {
+        params: &params,
+        param_names: &param_names,
+        resources: &resources,
+        names: &resource_names,
+        loop_names: &loop_names,
+    };
+    let loops = model.loops.iter().map(|repeated| loops::loop_(repeated, &scope, found)).collect();
     check_names("block", model.blocks.iter().map(|block| &block.fills.name), found);
     let blocks = model.blocks.iter().map(|block| passes::fills(&block.fills, &scope, found)).collect();
     // The buffers of arguments are in the order of the passes that they are made for.
     let mut arguments = (declared as u32..resources.len() as u32).map(ResourceId);
     let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, &mut arguments, found)).collect();
     let present = present(&model, &scope, &start, found);
-    Resolved { name, about, present, params, resources, blocks, passes, files }
+    Resolved { name, about, present, params, resources, blocks, loops, passes, files }
 }
 
 /// What a pass can name.
@@ -157,6 +185,7 @@ struct Scope<'a> {
     param_names: &'a Names,
     resources: &'a [Declared<checked::Resource>],
     names: &'a Names,
+    loop_names: &'a Names,
 }
 
 impl Scope<'_> {

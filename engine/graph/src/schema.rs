@@ -4,7 +4,7 @@
 use raxel_shader::format::Format;
 use serde_json::{Value, json};
 
-use crate::checked::Builtin;
+use crate::checked::{Builtin, MOST_ROUNDS, RoundIndex};
 use crate::parse::DISPLAY_MAPS;
 use crate::resolve::FACTS;
 use crate::value::ValueType;
@@ -26,6 +26,7 @@ pub fn schema() -> Value {
             "targets": named("Images that passes read and write.", "target"),
             "buffers": named("Storage buffers. They share their names with the targets.", "buffer"),
             "blocks": named("Values that are written once: each table fills every push-constant or uniform block of its name (the name of the instance, or of the block), as far as the pass gives no values of its own.", "fills"),
+            "loops": named("Groups of passes that are repeated in each frame: those with `loop = \"NAME\"`, which stand together.", "loop"),
             "passes": {
                 "description": "Compute dispatches, in the order in which they run.",
                 "type": "array",
@@ -36,6 +37,7 @@ pub fn schema() -> Value {
             "param": param(),
             "target": target(),
             "buffer": buffer(),
+            "loop": repeated(),
             "pass": pass(),
             "bind": bind(),
             "fills": {
@@ -205,6 +207,37 @@ fn buffer() -> Value {
     )
 }
 
+fn repeated() -> Value {
+    table(
+        "Passes that are repeated.",
+        &json!({
+            "count": {
+                "description": "Number of rounds.",
+                "anyOf": [
+                    { "type": "integer", "minimum": 0, "maximum": MOST_ROUNDS },
+                    { "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "A param of type `i32` or `u32` with a range." },
+                    table("From mip to mip.", &json!({ "mips": text("The target: a round for each step from one of its mips to the next.") })),
+                ],
+            },
+            "order": words("Whether `loop.index` goes from 0 up or down to 0; `up` when left out.", ["up", "down"].into_iter()),
+            "swap": {
+                "description": "Pairs of names that change places after each round, for later rounds and for all later passes.",
+                "type": "array",
+                "items": { "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 },
+            },
+            "remove": reference("remove"),
+        }),
+    )
+}
+
+/// A number, or one that follows the round of a loop.
+fn mip(about: &str) -> Value {
+    let rounds = RoundIndex::ALL.map(|index| json!({ "const": index.name(), "description": index.about() }));
+    let mut any = vec![json!({ "type": "integer", "minimum": 0, "maximum": 16 })];
+    any.extend(rounds);
+    json!({ "description": about, "anyOf": any })
+}
+
 fn pass() -> Value {
     table(
         "One compute dispatch of one shader.",
@@ -234,6 +267,7 @@ fn pass() -> Value {
                 "type": "object",
                 "additionalProperties": reference("fills"),
             },
+            "loop": text("The loop that repeats it."),
             "when": when(),
             "every": {
                 "description": "Runs at a rhythm of its own.",
@@ -259,7 +293,7 @@ fn dispatch() -> Value {
                     "description": "One thread per texel of a target, one per element of a buffer (`rx_thread()` of `raxel/thread.glsl` is its index), or [x, y, z] threads.",
                     "anyOf": [{ "type": "string" }, reference("counts")],
                 },
-                "mip": integer("The mip whose texels are meant.", 0, 16),
+                "mip": mip("The mip whose texels are meant."),
             })),
             table("Workgroups.", &json!({ "groups": reference("counts") })),
             table("Threads of a queue.", &json!({
@@ -280,7 +314,7 @@ fn bind() -> Value {
             text("The resource."),
             table("A resource with its view.", &json!({
                 "target": text("The resource."),
-                "mip": integer("The mip. A storage image is one (0 when left out), a sampled image all of them.", 0, 16),
+                "mip": mip("The mip. A storage image is one (0 when left out), a sampled image all of them."),
                 "layer": integer("One layer of many, as a plain 2-D image.", 0, 65_535),
                 "filter": words("Filter of a sampled image; `nearest` when left out.", ["nearest", "linear"].into_iter()),
                 "wrap": words("What lies beyond the edge of a sampled image; `clamp` when left out.", ["clamp", "repeat"].into_iter()),
@@ -322,6 +356,7 @@ fn from() -> Value {
         json!({ "type": "string", "pattern": "^buffer\\.[A-Za-z0-9_-]+\\.count$", "description": "Number of elements of a buffer." }),
     ];
     any.extend(builtins);
+    any.extend(RoundIndex::ALL.map(|index| json!({ "const": index.name(), "description": index.about() })));
     json!({ "description": "Where the value comes from.", "anyOf": any })
 }
 

@@ -69,6 +69,11 @@ impl ValueType {
         TYPES.iter().any(|known| (known.2, known.3) == (ty.scalar, ty.shape)).then_some(ty)
     }
 
+    /// Whether it is a signed integer; a number of a loop's round suits that too.
+    pub fn is_i32(self) -> bool {
+        self == Self::new(Scalar::I32, (1, 1))
+    }
+
     /// Whether a value of this type can be put into a member of type `member`. SPIR-V has no booleans in blocks: a shader's `bool`
     /// arrives here as an unsigned integer.
     pub fn fits(self, member: ValueType) -> bool {

@@ -168,7 +168,7 @@ fn finish_frame(session: &mut Session) -> Result<(), FrameError> {
 fn editable_shader(session: &Session, copy: &Path) -> Result<String, LatencyError> {
     let plan = session.plan();
     let paths =
-        plan.iter().flat_map(|plan| &plan.passes).map(|pass| &session.graph().pass(pass.pass).shader.request.path);
+        plan.iter().flat_map(|plan| plan.passes.iter().map(|pass| &plan.graph.pass(pass.pass).shader.request.path));
     paths
         .rev()
         .find(|path| fs::read_to_string(copy.join(path)).is_ok_and(|text| main_of(&text).is_some()))

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, DiskFiles, Files, SourceMap, Span, codes};
 use raxel_graph::SourceLayout;
-use raxel_graph::checked::{Fact, Graph, ResourceId};
+use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Rounds, count_of};
 use raxel_graph::plan::{Limits, Plan, PlanInput, Present, ResourceDesc, SourceSize};
 use raxel_shader::Compiler;
 use raxel_world::layout::Layout;
@@ -155,6 +155,8 @@ pub struct Selection {
     pub pinned: Vec<ResourceId>,
     /// Whether each fact that a pass asks for holds.
     pub facts: Vec<(Fact, bool)>,
+    /// Rounds of the loops that follow a param.
+    pub counts: Vec<(ParamId, u32)>,
     /// Whether transient resources may share memory.
     pub alias: bool,
 }
@@ -172,6 +174,19 @@ pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params) -> Vec<(Fact,
         }
     }
     facts
+}
+
+/// The rounds of the loops that follow a param.
+pub fn counts(graph: &Graph, params: &Params) -> Vec<(ParamId, u32)> {
+    let mut counts: Vec<(ParamId, u32)> = Vec::new();
+    for repeated in &graph.loops {
+        if let Rounds::Param(id) = repeated.rounds
+            && counts.iter().all(|(known, _)| *known != id)
+        {
+            counts.extend(count_of(params.get(id)).map(|count| (id, count)));
+        }
+    }
+    counts
 }
 
 /// What is needed of a device to make plans for it.
@@ -275,6 +290,7 @@ fn make_plan(
         output: selection.output,
         present: selection.present,
         pinned: &selection.pinned,
+        counts: &selection.counts,
         facts: &|fact| selection.facts.iter().any(|(known, holds)| known == fact && *holds),
         sources: &sources,
         world: world.input(),

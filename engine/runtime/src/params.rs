@@ -325,6 +325,7 @@ mod tests {
             present: ResourceId(0),
             params: params.collect(),
             resources: Vec::new(),
+            loops: Vec::new(),
             passes: Vec::new(),
             files: Vec::new(),
         }

@@ -170,6 +170,7 @@ fn render(device: &Arc<Device>) -> Result<f64> {
         present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
         pinned: Vec::new(),
         facts: Vec::new(),
+        counts: Vec::new(),
         alias: true,
     };
     let prepared = assemble(&graph, &SessionWorld::empty(), &selection, &context)

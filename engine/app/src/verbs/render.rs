@@ -238,9 +238,10 @@ impl Times {
     /// Takes the times of the frame just made; it is waited for.
     fn add(&mut self, session: &mut Session, console: &Console) -> Result {
         session.wait().map_err(|error| frame_failure(error, console))?;
-        let graph = session.graph().clone();
+        // Rounds of a loop are passes of the plan.
+        let Some(plan) = session.plan().cloned() else { return Ok(()) };
         for time in session.timings() {
-            let name = &graph.pass(time.pass).name;
+            let name = &plan.graph.pass(time.pass).name;
             let Some(nanoseconds) = time.nanoseconds else { continue };
             match self.passes.iter_mut().find(|(known, _)| known == name) {
                 Some((_, samples)) => samples.push(nanoseconds),

@@ -131,4 +131,16 @@ declare! {
     PRESENT_OUT_OF_RANGE = "RX0179";
     /// The shared variables of a workgroup exceed the device's.
     SHARED_TOO_LARGE = "RX0180";
+    /// A loop that the graph does not declare.
+    UNKNOWN_LOOP = "RX0190";
+    /// Passes of a loop with another pass between them.
+    LOOP_GROUP = "RX0191";
+    /// Two resources that cannot change places.
+    SWAP = "RX0192";
+    /// A number of rounds that a loop cannot have.
+    LOOP_COUNT = "RX0193";
+    /// `loop.index` or `loop.next` where there is no loop.
+    NO_LOOP = "RX0194";
+    /// An odd number of swaps of what is carried from frame to frame.
+    SWAP_CARRIED = "RX0195";
 }

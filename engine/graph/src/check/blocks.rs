@@ -6,8 +6,8 @@ use raxel_diagnostics::table::closest;
 use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_shader::interface::{BindingKind, Block, Member as ShaderMember, Type};
 
-use super::Context;
 use super::given::Given;
+use super::{Context, loops};
 use crate::checked::{Fill, Source, UniformBlock};
 use crate::model::Data;
 use crate::resolve::{Feed, Member};
@@ -319,6 +319,11 @@ impl Slot<'_> {
             fills.push(Fill { member: path, offset, scalar: ty.scalar, shape: ty.shape, stride, from });
         };
         match (&feed.value, len) {
+            (Feed::From(Source::Round(index), from), None) if from.fits(ty) || ty.is_i32() => {
+                if loops::around(self.context, *index, &feed.span, found).is_some() {
+                    put(0, Source::Round(*index));
+                }
+            }
             (Feed::From(source, from), None) if from.fits(ty) => put(0, source.clone()),
             (Feed::From(_, from), _) => found.push(self.wrong_source(member, &feed.span, *from)),
             (Feed::Literal(literal), None) => {

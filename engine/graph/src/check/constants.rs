@@ -4,7 +4,7 @@ use raxel_diagnostics::table::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_shader::interface::{Interface, SpecConstant, Type};
 
-use super::Context;
+use super::{Context, loops};
 use crate::checked::Source;
 use crate::model::At;
 use crate::resolve::Feed;
@@ -41,6 +41,12 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, So
         let Some(feed) = feed else { continue };
         let ty = ValueType::new(constant.scalar, (1, 1));
         let is = match &feed.value {
+            Feed::From(Source::Round(index), from) if *from == ty || ty.is_i32() => {
+                if loops::around(context, *index, &feed.span, found).is_some() {
+                    values.push((constant.id, Source::Round(*index)));
+                }
+                continue;
+            }
             Feed::From(source @ (Source::Param(_) | Source::Builtin(_)), _) => {
                 found.push(not_fixed(context, name, source, &feed.span));
                 continue;

@@ -3,8 +3,8 @@
 use raxel_diagnostics::{Code, Diagnostic, codes};
 use raxel_shader::interface::Access;
 
-use super::Context;
 use super::extents::mip_count;
+use super::{Context, loops};
 use crate::checked::{BoundAccess, BufferSize, Dispatch, ResourceId, ResourceKind, Usage};
 
 /// Bytes of the arguments of an indirect dispatch: three `uint`s.
@@ -31,11 +31,22 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<Bound
         Dispatch::Groups(_) | Dispatch::Threads(_) | Dispatch::ElementsOf { .. } => None,
         Dispatch::ThreadsOf { target, mip } => {
             let count = mip_count(context.graph, *target);
-            if let Some(count) = count.filter(|count| mip >= count) {
+            let beyond = |mip: u32, count: u32| {
                 let resource = &context.graph.resources[target.0 as usize].item;
                 let s = if count == 1 { "" } else { "s" };
                 let message = format!("target `{}` has {count} mip{s}, so no mip {mip}", resource.name);
-                found.push(error(codes::graph::MIP_OR_LAYER, message).label(resource.place.clone(), "declared here"));
+                error(codes::graph::MIP_OR_LAYER, message).label(resource.place.clone(), "declared here")
+            };
+            if let Some(index) = &context.pass.dispatch_mip {
+                let repeated = loops::around(context, index.value, &index.span, found);
+                let last = repeated.zip(count).and_then(|(repeated, count)| {
+                    Some((repeated, count, loops::beyond(context.graph, repeated, index.value, count)?))
+                });
+                if let Some((repeated, count, (mip, why))) = last {
+                    found.push(beyond(mip, count).label(repeated.count.clone(), why));
+                }
+            } else if let Some(count) = count.filter(|count| mip >= count) {
+                found.push(beyond(*mip, count));
             }
             None
         }

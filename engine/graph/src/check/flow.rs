@@ -2,8 +2,8 @@
 
 use raxel_diagnostics::{Diagnostic, codes};
 
-use super::given;
-use crate::checked::{BoundAccess, BufferSize, Dispatch, Extent, Fact, Graph, Pass, ResourceId, ResourceKind, Source};
+use super::{given, loops};
+use crate::checked::{BufferSize, Dispatch, Extent, Fact, Graph, Pass, ResourceId, ResourceKind, Rounds, Source};
 use crate::resolve::Resolved;
 
 /// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, what seems unused may be
@@ -15,6 +15,7 @@ pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
         resource(graph, resolved, ResourceId(index as u32), &mut flow);
     }
     unused_params(graph, &mut flow);
+    loops::unused(resolved, &mut flow);
     given::unused(graph, resolved, &mut flow);
     found.extend(flow.into_iter().filter(|diagnostic| diagnostic.is_error() || !wrong));
 }
@@ -25,8 +26,9 @@ fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<
         return;
     }
     let resource = graph.resource(id);
-    let accesses = || graph.passes.iter().flat_map(|pass| &pass.accesses).filter(|access| access.resource == id);
-    let written = accesses().any(|access: &BoundAccess| access.access.writes());
+    let names = exchanged(graph, id);
+    let written = graph.passes.iter().flat_map(|pass| &pass.accesses);
+    let written = written.filter(|access| names.contains(&access.resource)).any(|access| access.access.writes());
     if written || has_content(&resource.kind) {
         return;
     }
@@ -63,6 +65,23 @@ fn reader(graph: &Graph, id: ResourceId) -> Option<&Pass> {
     graph.passes[at..].iter().find(|pass| !pass.made)
 }
 
+/// The resource, and those that change places with it in a loop: what is written under one name is read under another.
+fn exchanged(graph: &Graph, id: ResourceId) -> Vec<ResourceId> {
+    let mut names = vec![id];
+    let mut at = 0;
+    while let Some(name) = names.get(at).copied() {
+        for [a, b] in graph.loops.iter().flat_map(|repeated| &repeated.swap) {
+            for (from, to) in [(a, b), (b, a)] {
+                if *from == name && !names.contains(to) {
+                    names.push(*to);
+                }
+            }
+        }
+        at += 1;
+    }
+    names
+}
+
 /// Whether something is in it though no pass writes it.
 fn has_content(kind: &ResourceKind) -> bool {
     match kind {
@@ -89,17 +108,20 @@ fn mentioned(graph: &Graph, id: ResourceId) -> bool {
         let sources = fills.map(|fill| &fill.from).chain(pass.specialization.iter().map(|(_, source)| source));
         dispatched || sources.into_iter().any(|from| *from == Source::ExtentOf(id) || *from == Source::CountOf(id))
     });
-    by_size || by_pass
+    let by_loop = graph.loops.iter().any(|repeated| repeated.rounds == Rounds::Mips(id));
+    by_size || by_pass || by_loop
 }
 
 fn unused_params(graph: &Graph, found: &mut Vec<Diagnostic>) {
     for (index, param) in graph.params.iter().enumerate() {
         let id = crate::checked::ParamId(index as u32);
-        let used = graph.passes.iter().any(|pass| {
-            let mut fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
-            let condition = pass.when.as_ref().is_some_and(|when| when.fact == Fact::Param(id));
-            condition || fills.any(|fill| fill.from == Source::Param(id))
-        });
+        let counts = graph.loops.iter().any(|repeated| repeated.rounds == Rounds::Param(id));
+        let used = counts
+            || graph.passes.iter().any(|pass| {
+                let mut fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
+                let condition = pass.when.as_ref().is_some_and(|when| when.fact == Fact::Param(id));
+                condition || fills.any(|fill| fill.from == Source::Param(id))
+            });
         if !used {
             found.push(
                 Diagnostic::warning(codes::graph::UNUSED, format!("param `{}` is not used", param.name))

@@ -4,9 +4,10 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Binding, BindingKind, Dim, ScalarKind};
 
-use super::Context;
 use super::extents::{is_volume, mip_count};
-use crate::checked::{BoundAccess, Sampler, Target, Usage};
+use super::{Context, loops};
+use crate::checked::{BoundAccess, ResourceId, Sampler, Target, Usage};
+use crate::model::Mip;
 use crate::resolve::Bind;
 
 /// Checks an image binding; gives the access that it is.
@@ -26,18 +27,16 @@ pub fn check(
     texels(context, binding, entry, target, found);
     let volume = is_volume(context.graph, id);
     let layers = dimension(context, binding, entry, target, volume, found);
-    let (mip_limit, mip) = (mip_count(context.graph, id), entry.mip.as_ref());
-    if let (Some(limit), Some(mip)) = (mip_limit, mip.filter(|mip| mip_limit.is_some_and(|limit| mip.value >= limit))) {
-        out_of_range(context, entry, "mip", mip.value, limit, &mip.span, found);
-    }
+    mip(context, entry, id, found);
     let sampled = matches!(binding.kind, BindingKind::SampledImage { .. });
     let sampler = sampler(context, entry, target, sampled, found);
     Some(BoundAccess {
         resource: id,
         age,
         // A storage image is one mip; a sampled image is all of them unless the file names one.
-        mips: match mip {
-            Some(mip) => (mip.value, 1),
+        mips: match entry.mip.as_ref().map(|mip| mip.value) {
+            Some(Mip::Level(mip)) => (mip, 1),
+            Some(Mip::Round(index)) => (index.at(0), 1),
             None if sampled => (0, target.mips),
             None => (0, 1),
         },
@@ -47,6 +46,29 @@ pub fn check(
         binding: Some(index),
         sampler,
     })
+}
+
+/// The mip is one of the target's, in every round.
+fn mip(context: &Context<'_>, entry: &Bind, id: ResourceId, found: &mut Vec<Diagnostic>) {
+    let Some(mip) = &entry.mip else { return };
+    let limit = mip_count(context.graph, id);
+    match mip.value {
+        Mip::Level(level) => {
+            if let Some(limit) = limit.filter(|limit| level >= *limit) {
+                out_of_range(context, entry, "mip", level, limit, &mip.span, found);
+            }
+        }
+        Mip::Round(index) => {
+            let Some(repeated) = loops::around(context, index, &mip.span, found) else { return };
+            let beyond = limit.and_then(|limit| Some((limit, loops::beyond(context.graph, repeated, index, limit)?)));
+            if let Some((limit, (level, why))) = beyond {
+                out_of_range(context, entry, "mip", level, limit, &mip.span, found);
+                if let Some(error) = found.pop() {
+                    found.push(error.label(repeated.count.clone(), why));
+                }
+            }
+        }
+    }
 }
 
 /// Format and kind of texel.

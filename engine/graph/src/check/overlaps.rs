@@ -5,8 +5,9 @@ use raxel_diagnostics::{Diagnostic, Span, codes};
 use super::Context;
 use crate::checked::{BoundAccess, Usage};
 
-/// Reports each pair of accesses of a pass that touch the same texels or bytes while one of them may write.
-pub fn check(context: &Context<'_>, accesses: &[BoundAccess], found: &mut Vec<Diagnostic>) {
+/// Reports each pair of accesses of a pass that touch the same texels or bytes while one of them may write. True when there is one.
+pub fn check(context: &Context<'_>, accesses: &[BoundAccess], found: &mut Vec<Diagnostic>) -> bool {
+    let before = found.len();
     for (index, first) in accesses.iter().enumerate() {
         for second in &accesses[index + 1..] {
             if collide(first, second) {
@@ -14,6 +15,7 @@ pub fn check(context: &Context<'_>, accesses: &[BoundAccess], found: &mut Vec<Di
             }
         }
     }
+    found.len() > before
 }
 
 fn collide(a: &BoundAccess, b: &BoundAccess) -> bool {

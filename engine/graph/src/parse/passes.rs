@@ -2,9 +2,9 @@
 
 use raxel_diagnostics::table::{Node, Table};
 
-use super::{at, literal, remove, text};
+use super::{at, literal, loops, remove, text};
 use crate::checked::Every;
-use crate::model::{At, Bind, Constant, Dispatch, Fills, Member, Pass, SharedBlock};
+use crate::model::{At, Bind, Constant, Dispatch, Fills, Member, Mip, Pass, SharedBlock};
 
 /// Structs in structs that `push` and `uniforms` may nest at most.
 const DEEPEST_NESTING: usize = 16;
@@ -27,6 +27,7 @@ pub fn pass(table: &Table<'_, '_>) -> Pass {
         bind: table.get("bind").and_then(|node| node.table()).map(|table| bind(&table)).unwrap_or_default(),
         push: table.get("push").and_then(|node| fills("push".to_owned(), &node)),
         uniforms: table.tables("uniforms").into_iter().filter_map(|(name, node, _)| fills(name, &node)).collect(),
+        in_loop: text(table, "loop"),
         when: text(table, "when"),
         every: table.get("every").and_then(|node| at(&node, every(&node))),
     };
@@ -101,7 +102,10 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
         if !node.is_string() {
             return node.wrong_type("the name of a target or buffer, or `[x, y, z]`");
         }
-        let mip = mip.map_or(Some(0), |mip| mip.integer(0..=16))? as u32;
+        let mip = match mip {
+            Some(given) => at(&given, loops::mip(&given))?,
+            None => At::new(Mip::Level(0), node.span.clone()),
+        };
         return Some(Dispatch::ThreadsOf { target: At::new(node.string()?, node.span.clone()), mip });
     }
     let queue = count.is_some();
@@ -146,7 +150,7 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
             name,
             remove,
             target: target.map(|(value, span)| At::new(value, span)),
-            mip: table.get("mip").and_then(|node| at(&node, node.integer(0..=16).map(|n| n as u32))),
+            mip: table.get("mip").and_then(|node| at(&node, loops::mip(&node))),
             layer: table.get("layer").and_then(|node| at(&node, node.integer(0..=65_535).map(|n| n as u32))),
             linear: table.get("filter").and_then(|node| at(&node, node.word(&[("nearest", false), ("linear", true)]))),
             repeat: table.get("wrap").and_then(|node| at(&node, node.word(&[("clamp", false), ("repeat", true)]))),

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::words;
 use crate::alias::Alias;
-use crate::checked::Graph;
+use crate::checked::{Graph, Pass};
 use crate::cull::Cull;
 use crate::lifetimes::Life;
 use crate::order::{Action, Order};
@@ -16,6 +16,8 @@ use crate::sizes::Size;
 pub enum Phase {
     /// Extents, mips and bytes.
     Sizes,
+    /// Loops written out.
+    Unroll,
     /// Passes that run.
     Cull,
     /// Actions and their accesses.
@@ -31,12 +33,13 @@ pub enum Phase {
 impl Phase {
     /// Every phase in order.
     pub const ALL: &[Phase] =
-        &[Phase::Sizes, Phase::Cull, Phase::Order, Phase::Lifetimes, Phase::Alias, Phase::Barriers];
+        &[Phase::Sizes, Phase::Unroll, Phase::Cull, Phase::Order, Phase::Lifetimes, Phase::Alias, Phase::Barriers];
 
     /// Its word on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Phase::Sizes => "sizes",
+            Phase::Unroll => "unroll",
             Phase::Cull => "cull",
             Phase::Order => "order",
             Phase::Lifetimes => "lifetimes",
@@ -54,6 +57,8 @@ impl Phase {
 /// What a phase leaves behind.
 pub(crate) enum After<'a> {
     Sizes(&'a [Size]),
+    /// The graph as it was declared.
+    Unroll(&'a Graph),
     Cull(&'a Cull),
     Order(&'a Order, &'a Cull),
     Lifetimes(&'a [Life], &'a Cull),
@@ -66,6 +71,7 @@ impl After<'_> {
     pub fn phase(&self) -> Phase {
         match self {
             After::Sizes(_) => Phase::Sizes,
+            After::Unroll(_) => Phase::Unroll,
             After::Cull(_) => Phase::Cull,
             After::Order(..) => Phase::Order,
             After::Lifetimes(..) => Phase::Lifetimes,
@@ -82,6 +88,11 @@ impl After<'_> {
             After::Sizes(sizes) => {
                 for (resource, size) in graph.resources.iter().zip(*sizes) {
                     let _ = writeln!(out, "{}: {}", resource.name, size_text(size));
+                }
+            }
+            After::Unroll(declared) => {
+                for pass in &graph.passes {
+                    let _ = writeln!(out, "{}{}", pass.name, renamed(graph, declared, pass));
                 }
             }
             After::Cull(cull) => {
@@ -158,6 +169,19 @@ impl After<'_> {
         }
         out
     }
+}
+
+/// The names of a pass that stand for another resource in its round.
+fn renamed(graph: &Graph, declared: &Graph, pass: &Pass) -> String {
+    let Some(round) = pass.round else { return String::new() };
+    let mut pairs = Vec::new();
+    for (named, meant) in declared.pass(round.pass).accesses.iter().zip(&pass.accesses) {
+        let pair = format!("{} is {}", words::name_of(graph, named.resource), words::name_of(graph, meant.resource));
+        if named.resource != meant.resource && !pairs.contains(&pair) {
+            pairs.push(pair);
+        }
+    }
+    if pairs.is_empty() { String::new() } else { format!(": {}", pairs.join(", ")) }
 }
 
 fn action_text(graph: &Graph, cull: &Cull, action: Action) -> String {

@@ -65,6 +65,7 @@ fn pass(plan: &Plan, id: PassId, groups: Option<[u32; 3]>) -> Value {
     let (reads, writes) = words::loads_and_stores(graph, id);
     json!({
         "name": pass.name,
+        "round": pass.round.and_then(|round| round.index),
         "shader": pass.shader.request.path,
         "groups": groups,
         "every": pass.every,

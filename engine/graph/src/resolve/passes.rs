@@ -7,9 +7,11 @@ use raxel_shader::Request;
 
 use super::params::unknown_type;
 use super::resources::{extent_from_outside, no_elements};
-use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing};
-use crate::checked::{self, Builtin, Condition, Extent, Fact, ResourceId, ResourceKind, Source, Value};
-use crate::model::{self, At, Fills};
+use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing, unknown};
+use crate::checked::{
+    self, Builtin, Condition, Extent, Fact, LoopId, ResourceId, ResourceKind, RoundIndex, Source, Value,
+};
+use crate::model::{self, At, Fills, Mip};
 use crate::queues::Queue;
 use crate::value::ValueType;
 
@@ -43,6 +45,9 @@ pub fn pass(
         request,
         dispatch,
         queue,
+        dispatch_mip: pass.dispatch.as_ref().and_then(|given| dispatch_mip(&given.value)),
+        in_loop: pass.in_loop.as_ref().and_then(|name| in_loop(name, scope, found)),
+        names_loop: pass.in_loop.is_some(),
         bind,
         push: pass.push.as_ref().map(|block| fills(block, scope, found)),
         uniforms: pass.uniforms.iter().map(|block| fills(block, scope, found)).collect(),
@@ -190,9 +195,11 @@ fn dispatch(
     let dispatch = match &given.value {
         model::Dispatch::Threads(threads) => checked::Dispatch::Threads(*threads),
         model::Dispatch::Groups(groups) => checked::Dispatch::Groups(*groups),
-        model::Dispatch::ThreadsOf { target, mip } => match counted(target, *mip, scope, found)? {
-            (id, true) => checked::Dispatch::ThreadsOf { target: id, mip: *mip },
-            (id, false) => checked::Dispatch::ElementsOf { buffer: id },
+        model::Dispatch::ThreadsOf { target, mip } => match (counted(target, mip.value, scope, found)?, mip.value) {
+            ((id, true), Mip::Level(mip)) => checked::Dispatch::ThreadsOf { target: id, mip },
+            // Which one a round covers, the loop says.
+            ((id, true), Mip::Round(index)) => checked::Dispatch::ThreadsOf { target: id, mip: index.at(0) },
+            ((id, false), _) => checked::Dispatch::ElementsOf { buffer: id },
         },
         model::Dispatch::Indirect { buffer, offset } => {
             let id = of_kind(buffer, scope, "buffer", found)?;
@@ -209,13 +216,17 @@ fn dispatch(
 }
 
 /// What threads are counted by: a target (true), or a buffer that has elements (false).
-fn counted(name: &At<String>, mip: u32, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<(ResourceId, bool)> {
+fn counted(name: &At<String>, mip: Mip, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<(ResourceId, bool)> {
     let id = scope.resource(&name.value, &name.span, found)?;
     let declared = &scope.resources[id.0 as usize];
     let ResourceKind::Buffer(_) = &declared.item.kind else {
         return of_kind(name, scope, "target", found).map(|id| (id, true));
     };
-    if mip > 0 {
+    if mip != Mip::Level(0) {
+        let mip = match mip {
+            Mip::Level(mip) => mip.to_string(),
+            Mip::Round(index) => index.name().to_owned(),
+        };
         let message = format!("`{}` is a buffer, which has no mip {mip}", name.value);
         found.push(
             Diagnostic::error(codes::graph::WRONG_KIND, message)
@@ -237,8 +248,23 @@ fn elements(id: ResourceId, name: &At<String>, scope: &Scope<'_>, found: &mut Ve
     counted
 }
 
+fn dispatch_mip(given: &model::Dispatch) -> Option<At<RoundIndex>> {
+    let model::Dispatch::ThreadsOf { mip, .. } = given else { return None };
+    let Mip::Round(index) = mip.value else { return None };
+    Some(At::new(index, mip.span.clone()))
+}
+
+fn in_loop(name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<At<LoopId>> {
+    if let Some(id) = scope.loop_names.get(&name.value) {
+        return Some(At::new(LoopId(*id), name.span.clone()));
+    }
+    let known = scope.loop_names.keys().map(String::as_str);
+    found.push(unknown(codes::graph::UNKNOWN_LOOP, "loop", &name.value, &name.span, known));
+    None
+}
+
 /// A resource that must be a target or must be a buffer.
-fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
+pub fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
     let id = scope.resource(&name.value, &name.span, found)?;
     let Declared { item: declared, detail, .. } = &scope.resources[id.0 as usize];
     let is = match declared.kind {
@@ -317,6 +343,9 @@ fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
         let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
         return elements(id, &name, scope, found).then_some(Feed::From(Source::CountOf(id), ty));
     }
+    if let Some(index) = RoundIndex::ALL.into_iter().find(|index| index.name() == word) {
+        return Some(Feed::From(Source::Round(index), ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1))));
+    }
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == word) {
         let (scalar, shape) = builtin.ty();
         return Some(Feed::From(Source::Builtin(*builtin), ValueType::new(scalar, shape)));
@@ -326,13 +355,16 @@ fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
 }
 
 fn unknown_source(word: &str, place: &Span, scope: &Scope<'_>) -> Diagnostic {
-    let builtins = || Builtin::ALL.iter().map(|builtin| builtin.name());
+    let rounds = || RoundIndex::ALL.into_iter().map(RoundIndex::name);
+    let builtins = || Builtin::ALL.iter().map(|builtin| builtin.name()).chain(rounds());
     let params: Vec<String> = scope.params.iter().map(|param| format!("param.{}", param.item.name)).collect();
     let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_BUILTIN, format!("nothing is called `{word}`"))
         .label(place.clone(), "no such value");
     // A param is often named without the word that says it is one.
     let meant = params.iter().find(|param| param["param.".len()..] == *word).map(String::as_str);
-    match meant.or_else(|| closest(word, builtins().chain(params.iter().map(String::as_str)))) {
+    match meant
+        .or_else(|| closest(word, params.iter().map(String::as_str).chain(builtins().map(|name| -> &str { name }))))
+    {
         Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
         None => diagnostic
             .help(format!("`param.NAME`, `target.NAME.size`, `buffer.NAME.count` or one of: {}", list(builtins()))),

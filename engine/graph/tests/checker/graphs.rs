@@ -75,6 +75,7 @@ impl Case {
             present: self.present,
             pinned: &self.pinned,
             facts: &|fact| self.holds(fact),
+            counts: &[],
             sources: &self.sources,
             world: WorldInput { extent: WORLD, materials: None },
             memory: &self.memory,
@@ -169,6 +170,7 @@ pub fn case(seed: u64) -> Case {
         present: present.resource,
         params: Vec::new(),
         resources,
+        loops: Vec::new(),
         passes,
         files: Vec::new(),
     };
@@ -338,6 +340,8 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         uniforms: Vec::new(),
         specialization: Vec::new(),
         made: false,
+        in_loop: None,
+        round: None,
         when: r.percent(if tame { 3 } else { 10 }).then(|| Condition {
             fact: if r.percent(50) { Fact::WorldHasEmission } else { Fact::WorldHasVoxels },
             negated: r.percent(50),

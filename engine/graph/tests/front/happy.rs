@@ -115,6 +115,7 @@ fn a_queue_becomes_two_passes() {
         output: [64, 32],
         present,
         pinned: &[],
+        counts: &[],
         facts: &|_| true,
         sources: &std::collections::BTreeMap::new(),
         world: raxel_graph::plan::WorldInput::ON_PAPER,

@@ -4,6 +4,7 @@ mod errors;
 mod extends;
 mod files;
 mod happy;
+mod loops;
 mod modules;
 mod mutations;
 mod schema;

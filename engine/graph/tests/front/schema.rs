@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::files::{GRAPH, Project};
 
 /// Where an unknown key is put, and the pointer to the same table in the schema (several, where a table may be one of several).
-const TABLES: [(&str, &[&str]); 12] = [
+const TABLES: [(&str, &[&str]); 14] = [
     ("zzzzzzzz = 1", &[""]),
     ("[params.x]\nzzzzzzzz = 1", &["/definitions/param"]),
     ("[targets.x]\nzzzzzzzz = 1", &["/definitions/target"]),
@@ -17,6 +17,8 @@ const TABLES: [(&str, &[&str]); 12] = [
     ("[targets.x.display]\nzzzzzzzz = 1", &["/definitions/target/properties/display/anyOf/1"]),
     ("[buffers.x]\nzzzzzzzz = 1", &["/definitions/buffer"]),
     ("[buffers.x.size]\nzzzzzzzz = 1", &["/definitions/buffer/properties/size/anyOf/1"]),
+    ("[loops.x]\nzzzzzzzz = 1", &["/definitions/loop"]),
+    ("[loops.x.count]\nzzzzzzzz = 1", &["/definitions/loop/properties/count/anyOf/2"]),
     ("[[passes]]\nname = \"p\"\nzzzzzzzz = 1", &["/definitions/pass"]),
     (
         "[[passes]]\nname = \"p\"\ndispatch = { zzzzzzzz = 1 }",

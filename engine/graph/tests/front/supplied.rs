@@ -162,6 +162,7 @@ fn plans_take_it_as_it_is() {
             output: [64, 32],
             present,
             pinned: &[],
+            counts: &[],
             facts: &|_| true,
             sources: &BTreeMap::from([("world.texture3d".to_owned(), SourceSize { bytes: 96, image })]),
             world: WorldInput::ON_PAPER,

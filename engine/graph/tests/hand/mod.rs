@@ -22,6 +22,7 @@ pub struct Hand {
     pub world: [u32; 3],
     pub limits: Limits,
     pub pinned: Vec<&'static str>,
+    pub counts: Vec<(ParamId, u32)>,
 }
 
 /// An access: `r` load, `w` store, `x` both, `s` sampled, `u` uniform, `i` indirect arguments; then a resource (`color@1`, `pyramid:2`).
@@ -35,6 +36,7 @@ impl Hand {
             present: ResourceId(0),
             params: Vec::new(),
             resources: Vec::new(),
+            loops: Vec::new(),
             passes: Vec::new(),
             files: Vec::new(),
         };
@@ -47,6 +49,7 @@ impl Hand {
             world: [100, 60, 40],
             limits: Limits::PORTABLE,
             pinned: Vec::new(),
+            counts: Vec::new(),
         }
     }
 
@@ -94,6 +97,8 @@ impl Hand {
             uniforms: Vec::new(),
             specialization: Vec::new(),
             made: false,
+            in_loop: None,
+            round: None,
             when: None,
             every: None,
             place: Span::new("graphs/hand.toml", 0..0),
@@ -142,6 +147,7 @@ impl Hand {
             present,
             pinned: &pinned,
             facts: &|_| self.facts,
+            counts: &self.counts,
             sources: &sources,
             world: WorldInput { extent: self.world, materials: None },
             memory: &EstimatedMemory,

@@ -120,6 +120,7 @@ pub(super) fn measure(
         present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
         pinned: judged.all(),
         facts: build::facts(graph, world, &params),
+        counts: build::counts(graph, &params),
         // What a pass leaves once must stay for all frames.
         alias: false,
     };
@@ -216,11 +217,19 @@ impl Frames<'_> {
         Ok(())
     }
 
-    /// Milliseconds of the passes that ran in the last frame.
+    /// Milliseconds of the passes that ran in the last frame; the rounds of a loop count together.
     fn times(&mut self) -> Vec<(String, f64)> {
-        let times = self.executor.timings();
-        let ran = times.iter().filter_map(|time| Some((time.pass, time.nanoseconds?)));
-        ran.map(|(pass, nanoseconds)| (self.graph.pass(pass).name.clone(), nanoseconds / 1e6)).collect()
+        let Some(plan) = self.executor.plan().cloned() else { return Vec::new() };
+        let mut times: Vec<(String, f64)> = Vec::new();
+        for time in self.executor.timings() {
+            let Some(nanoseconds) = time.nanoseconds else { continue };
+            let name = &self.graph.pass(plan.graph.declared(time.pass)).name;
+            match times.iter_mut().find(|(known, _)| known == name) {
+                Some((_, sum)) => *sum += nanoseconds / 1e6,
+                None => times.push((name.clone(), nanoseconds / 1e6)),
+            }
+        }
+        times
     }
 
     /// Runs everything, then again from elsewhere with the memo on: what it leaves out then, a session would leave out of every frame

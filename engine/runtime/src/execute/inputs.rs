@@ -16,14 +16,14 @@ pub struct FrameInputs<'a> {
     pub overrides: &'a [Override],
     /// Seconds of the session's clock: decides which passes with `every = { hz }` are due.
     pub clock: f64,
-    /// Passes that are switched off. They leave their outputs as they are.
+    /// Passes of the file that are switched off, in every round. They leave their outputs as they are.
     pub disabled: &'a [PassId],
 }
 
 /// A replaced push-constant or uniform member.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Override {
-    /// The pass.
+    /// The pass of the file; every round of it is meant.
     pub pass: PassId,
     /// `None` for the push block, else an index into the pass's `uniforms`.
     pub uniform: Option<u32>,

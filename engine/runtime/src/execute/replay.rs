@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use raxel_graph::checked::{Every, Fill, Source, Value};
+use raxel_graph::checked::{Every, Fill, PassId, Source, Value};
 use raxel_graph::plan::{Plan, Step};
 use raxel_shader::interface::ByteRanges;
 
@@ -55,6 +55,8 @@ pub struct Counts {
 }
 
 struct Pass {
+    /// The pass of the file that this is a round of, or that it is.
+    declared: PassId,
     push: Vec<u8>,
     places: Vec<UniformPlace>,
     /// Hash of everything but the values: pipeline, workgroups, bindings.
@@ -103,6 +105,7 @@ impl Replay {
                 let base =
                     format!("{:?}{:?}{:?}{:?}", planned.groups, pass.dispatch, pass.accesses, planned.specialization);
                 Pass {
+                    declared: plan.graph.declared(planned.pass),
                     push: vec![0; bytes as usize],
                     places,
                     base: hash_bytes(key, base.as_bytes()),
@@ -251,7 +254,7 @@ impl Replay {
     /// Which passes are due in this frame.
     fn schedule(&mut self, inputs: &FrameInputs<'_>) {
         for (pass, planned) in self.passes.iter_mut().zip(&self.plan.passes) {
-            let disabled = inputs.disabled.contains(&planned.pass);
+            let disabled = inputs.disabled.contains(&pass.declared);
             pass.due = !disabled
                 && match self.plan.graph.pass(planned.pass).every {
                     None => true,
@@ -284,7 +287,7 @@ impl Replay {
                     values::write(bytes, fill, &value(plan, fill, inputs));
                 }
             }
-            for over in inputs.overrides.iter().filter(|over| over.pass == planned.pass) {
+            for over in inputs.overrides.iter().filter(|over| over.pass == state.declared) {
                 match over.uniform {
                     None => {
                         if let Some(fill) = pass.push.get(over.fill as usize) {
@@ -321,7 +324,7 @@ fn value(plan: &Plan, fill: &Fill, inputs: &FrameInputs<'_>) -> Value {
             .copied()
             .unwrap_or(Value::U32(0)),
         Source::Builtin(builtin) => inputs.builtins.value(builtin),
-        Source::Value(_) | Source::ExtentOf(_) | Source::CountOf(_) => {
+        Source::Value(_) | Source::ExtentOf(_) | Source::CountOf(_) | Source::Round(_) => {
             plan.constant(&fill.from).unwrap_or(Value::U32(0))
         }
     }

@@ -39,7 +39,7 @@ pub struct SwapReport {
 /// GPU time of one pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassTime {
-    /// The pass.
+    /// The pass of the plan's graph: a round of a loop is one of its own.
     pub pass: PassId,
     /// Nanoseconds; `None` when it was not dispatched in that frame.
     pub nanoseconds: Option<f64>,

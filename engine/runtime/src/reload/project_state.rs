@@ -89,6 +89,7 @@ impl BuildSettings {
             }),
             pinned: self.pinned.iter().filter_map(|name| graph.find_resource(name)).collect(),
             facts: build::facts(graph, world, &params),
+            counts: build::counts(graph, &params),
             alias: self.alias,
         }
     }

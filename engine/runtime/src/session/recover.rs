@@ -45,7 +45,10 @@ impl Session {
         if !self.recovery.spend(began) {
             return Err(FrameError::Device(lost));
         }
-        if let Some(id) = suspect.as_ref().and_then(|name| self.graph.find_pass(name)) {
+        // The suspect may be one round of a pass.
+        let plan = self.executor.plan();
+        let round = |name: &String| plan.and_then(|plan| Some(plan.graph.declared(plan.graph.find_pass(name)?)));
+        if let Some(id) = suspect.as_ref().and_then(round) {
             let pass = self.graph.pass(id);
             self.switched_off.push((pass.name.clone(), pass.shader.key));
         }

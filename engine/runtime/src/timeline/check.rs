@@ -145,6 +145,7 @@ keys = [[1.0, true], [2.0, false]]
                 param("fog", Value::Bool(false), None),
             ],
             resources: Vec::new(),
+            loops: Vec::new(),
             passes: Vec::new(),
             files: Vec::new(),
         }

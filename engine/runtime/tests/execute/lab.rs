@@ -31,11 +31,12 @@ pub struct Planned<'a> {
     pub present: &'a str,
     pub pinned: &'a [&'a str],
     pub alias: bool,
+    pub counts: &'a [(raxel_graph::checked::ParamId, u32)],
 }
 
 impl Default for Planned<'_> {
     fn default() -> Self {
-        Planned { output: [8, 4], world: [16; 3], present: "color", pinned: &[], alias: true }
+        Planned { output: [8, 4], world: [16; 3], present: "color", pinned: &[], alias: true, counts: &[] }
     }
 }
 
@@ -62,6 +63,7 @@ impl Lab {
             present: present(graph, how.present),
             pinned: &pinned,
             facts: &facts,
+            counts: how.counts,
             sources: &sizes,
             world: WorldInput { extent: how.world, materials: None },
             memory: &DeviceMemory(self.device.clone()),

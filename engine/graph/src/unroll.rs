@@ -1,0 +1,202 @@
+//! Unroll: loops are written out, so that every later phase sees one pass behind the other. The names that change places in a loop are
+//! resolved here too: each pass of each round gets the resource that its name stands for then.
+//!
+//! When a frame ends, every name stands for its own resource again. So what is shown, read back, kept for the next frame or read as
+//! `name@1` needs to know nothing of loops; what comes before an odd number of swaps stores to the other of the two.
+
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, codes};
+
+use crate::checked::{
+    self, Dispatch, Fill, Graph, InLoop, LoopId, MOST_ROUNDS, Pass, PassId, ResourceId, Round, Rounds, Source, Value,
+};
+use crate::plan::{PlanInput, Present};
+use crate::region::{Parts, Region};
+use crate::sizes::Size;
+
+/// One thing of a frame in its order, before names are resolved.
+#[derive(Clone, Copy)]
+enum Entry {
+    /// A pass, in the round of that index if it is in a loop.
+    Pass(PassId, Option<u32>),
+    /// The end of a round of a loop whose names change places.
+    Swap(LoopId),
+}
+
+/// A graph without loops, and the point of it at which what is shown is taken. A graph that declares no loop is given back as it is.
+pub(crate) fn unroll(
+    graph: &Arc<Graph>,
+    sizes: &[Size],
+    input: &PlanInput,
+) -> Result<(Arc<Graph>, Present), Vec<Diagnostic>> {
+    if graph.loops.is_empty() {
+        return Ok((graph.clone(), input.present));
+    }
+    let entries = entries(graph, sizes, input);
+    // From the end of the frame to its start: what each name stands for.
+    let mut stands_for: Vec<ResourceId> = (0..graph.resources.len()).map(|id| ResourceId(id as u32)).collect();
+    let mut passes = Vec::with_capacity(entries.len());
+    let mut shown = input.present.resource;
+    let after = input.present.after.map(|pass| anchor(&entries, pass));
+    for (at, entry) in entries.iter().enumerate().rev() {
+        match *entry {
+            Entry::Swap(id) => {
+                for [a, b] in &graph.loops[id.0 as usize].swap {
+                    stands_for.swap(a.0 as usize, b.0 as usize);
+                }
+            }
+            Entry::Pass(id, index) => {
+                if after == Some(Some(at)) && input.present.age == 0 {
+                    shown = stands_for[shown.0 as usize];
+                }
+                passes.push((at, pass_of_round(graph, id, index, &stands_for)));
+            }
+        }
+    }
+    passes.reverse();
+    let after = after.flatten().and_then(|at| passes.iter().position(|(entry, _)| *entry == at));
+    let present = Present { resource: shown, after: after.map(|index| PassId(index as u32)), ..input.present };
+    let passes = passes.into_iter().map(|(_, pass)| pass).collect();
+    let flat = Graph { passes, loops: Vec::new(), ..(**graph).clone() };
+    carried(graph, &flat, &stands_for, sizes, input)?;
+    Ok((Arc::new(flat), present))
+}
+
+/// The order of a frame.
+fn entries(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Vec<Entry> {
+    let loop_of = |pass: &Pass| pass.in_loop.as_ref().map(|in_loop| in_loop.of);
+    let mut entries = Vec::with_capacity(graph.passes.len());
+    let mut first = 0;
+    for group in graph.passes.chunk_by(|a, b| loop_of(a) == loop_of(b)) {
+        let ids = (first..first + group.len()).map(|id| PassId(id as u32));
+        first += group.len();
+        let Some(id) = loop_of(&group[0]) else {
+            entries.extend(ids.map(|pass| Entry::Pass(pass, None)));
+            continue;
+        };
+        let repeated = &graph.loops[id.0 as usize];
+        // A loop of which no pass runs leaves every name where it is.
+        let runs = group.iter().any(|pass| is_on(pass, input));
+        let count = rounds(graph, repeated.rounds, sizes, input);
+        for round in 0..count {
+            let index = if repeated.down { count - 1 - round } else { round };
+            entries.extend(ids.clone().map(|pass| Entry::Pass(pass, Some(index))));
+            if runs && !repeated.swap.is_empty() {
+                entries.push(Entry::Swap(id));
+            }
+        }
+    }
+    entries
+}
+
+fn is_on(pass: &Pass, input: &PlanInput) -> bool {
+    pass.when.as_ref().is_none_or(|when| (input.facts)(&when.fact) != when.negated)
+}
+
+/// How often a loop is repeated.
+fn rounds(graph: &Graph, rounds: Rounds, sizes: &[Size], input: &PlanInput) -> u32 {
+    let count = match rounds {
+        Rounds::Fixed(count) => count,
+        Rounds::Mips(target) => sizes[target.0 as usize].subresources().0.saturating_sub(1),
+        Rounds::Param(id) => {
+            let set = input.counts.iter().find(|(param, _)| *param == id).map(|(_, count)| *count);
+            set.or_else(|| checked::count_of(graph.params[id.0 as usize].default)).unwrap_or(0)
+        }
+    };
+    count.min(MOST_ROUNDS)
+}
+
+/// The entry of the last round of a pass. A pass that has no round is where it would be: behind the one before it.
+fn anchor(entries: &[Entry], pass: PassId) -> Option<usize> {
+    entries.iter().rposition(|entry| matches!(entry, Entry::Pass(id, _) if *id <= pass))
+}
+
+/// A pass as it is in one round.
+fn pass_of_round(graph: &Graph, id: PassId, index: Option<u32>, stands_for: &[ResourceId]) -> Pass {
+    let mut pass = graph.pass(id).clone();
+    pass.round = Some(Round { pass: id, index });
+    if let (Some(in_loop), Some(index)) = (pass.in_loop.take(), index) {
+        pass.name = format!("{}[{index}]", pass.name);
+        resolve_round(&mut pass, &in_loop, index);
+    }
+    for access in pass.accesses.iter_mut().filter(|access| access.age == 0) {
+        access.resource = stands_for[access.resource.0 as usize];
+    }
+    if let Dispatch::Indirect { buffer, .. } = &mut pass.dispatch {
+        *buffer = stands_for[buffer.0 as usize];
+    }
+    pass
+}
+
+/// Puts the numbers of a round into a pass.
+fn resolve_round(pass: &mut Pass, in_loop: &InLoop, index: u32) {
+    pass.accesses = checked::accesses_of_round(&pass.accesses, in_loop, index);
+    if let (Some(of_round), Dispatch::ThreadsOf { mip, .. }) = (in_loop.dispatch_mip, &mut pass.dispatch) {
+        *mip = of_round.at(index);
+    }
+    let number = |from: &mut Source| {
+        if let Source::Round(of_round) = from {
+            *from = Source::Value(Value::U32(of_round.at(index)));
+        }
+    };
+    let fills = pass.push.iter_mut().chain(pass.uniforms.iter_mut().flat_map(|block| &mut block.fills));
+    fills.for_each(|fill: &mut Fill| number(&mut fill.from));
+    pass.specialization.iter_mut().for_each(|(_, from)| number(from));
+}
+
+/// A name that stands for another resource when a frame starts than when it ends must be made anew in each frame.
+fn carried(
+    graph: &Graph,
+    flat: &Graph,
+    stands_for: &[ResourceId],
+    sizes: &[Size],
+    input: &PlanInput,
+) -> Result<(), Vec<Diagnostic>> {
+    let mut found = Vec::new();
+    for (index, other) in stands_for.iter().enumerate() {
+        let id = ResourceId(index as u32);
+        let resource = graph.resource(id);
+        if *other == id || resource.kind.is_cleared() {
+            continue;
+        }
+        let Some(reader) = first_reader(flat, *other, &sizes[other.0 as usize], input) else { continue };
+        let swapping = graph.loops.iter().find(|repeated| repeated.swap.iter().flatten().any(|swapped| *swapped == id));
+        let name = &resource.name;
+        let error = Diagnostic::error(
+            codes::graph::SWAP_CARRIED,
+            format!("`{name}` changes places an odd number of times in a frame, but is carried from frame to frame"),
+        )
+        .label(resource.place.clone(), "declared here")
+        .label(reader.place.clone(), "this pass reads what the last frame left");
+        let error = match swapping {
+            Some(repeated) => {
+                let count = rounds(graph, repeated.rounds, sizes, input);
+                let s = if count == 1 { "" } else { "s" };
+                error.label(repeated.place.clone(), format!("{count} round{s}, with a swap after each"))
+            }
+            None => error,
+        };
+        found.push(error.help(format!("use an even number of rounds, or give `{name}` the key `clear`")));
+    }
+    if found.is_empty() { Ok(()) } else { Err(found) }
+}
+
+/// The pass that reads what the last frame left in a resource: it reads a part that no pass before it stored.
+fn first_reader<'g>(flat: &'g Graph, id: ResourceId, size: &Size, input: &PlanInput) -> Option<&'g Pass> {
+    let touches = |pass: &'g Pass| pass.accesses.iter().filter(move |access| access.resource == id && access.age == 0);
+    let running = || flat.passes.iter().filter(|pass| is_on(pass, input));
+    let parts = Parts::new(running().flat_map(touches).map(|access| Region::of(access, size)));
+    let mut stored = vec![false; parts.count()];
+    for pass in running() {
+        for access in touches(pass).filter(|access| access.access.reads()) {
+            if parts.of(Region::of(access, size)).any(|part| !stored[part]) {
+                return Some(pass);
+            }
+        }
+        for access in touches(pass).filter(|access| access.access.writes()) {
+            parts.of(Region::of(access, size)).for_each(|part| stored[part] = true);
+        }
+    }
+    None
+}

@@ -1,0 +1,220 @@
+//! `[loops.*]`: passes that are repeated, and every mistake.
+
+use std::fmt::Write as _;
+
+use raxel_graph::checked::{Dispatch, Graph, RoundIndex, Rounds, Source};
+
+use crate::files::Project;
+
+const PATH: &str = "graphs/loops.toml";
+
+const GRAPH: &str = r#"name = "loops"
+present = "color"
+
+[params.rounds]
+type = "i32"
+default = 3
+range = [0, 8]
+
+[loops.down]
+count = { mips = "pyramid" }
+
+[loops.relax]
+count = "param.rounds"
+order = "down"
+swap = [["color", "other"]]
+
+[targets.pyramid]
+format = "rgba16f"
+mips = "full"
+
+[targets.color]
+format = "rgba16f"
+
+[targets.other]
+format = "rgba16f"
+display = "raw"
+
+[[passes]]
+name = "start"
+shader = "start.comp"
+dispatch = { threads = "color" }
+bind = { outColor = "color", outBase = { target = "pyramid", mip = 0 } }
+
+[[passes]]
+name = "down"
+loop = "down"
+shader = "down.comp"
+dispatch = { threads = "pyramid", mip = "loop.next" }
+bind = { fine = { target = "pyramid", mip = "loop.index" }, coarse = { target = "pyramid", mip = "loop.next" } }
+
+[[passes]]
+name = "mix"
+loop = "relax"
+shader = "mix.comp"
+dispatch = { threads = "color" }
+bind = { before = "color", outColor = "other", pyramid = "pyramid" }
+push.round = "loop.index"
+specialization = { WIDTH = "loop.next" }
+"#;
+
+const SHADERS: [(&str, &str); 3] = [
+    (
+        "shaders/start.comp",
+        r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba16f) uniform writeonly image2D outColor;
+layout(rgba16f) uniform writeonly image2D outBase;
+void main() {
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(1.0));
+    imageStore(outBase, ivec2(gl_GlobalInvocationID.xy), vec4(1.0));
+}
+",
+    ),
+    (
+        "shaders/down.comp",
+        r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba16f) uniform readonly image2D fine;
+layout(rgba16f) uniform writeonly image2D coarse;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(coarse, pixel, imageLoad(fine, 2 * pixel));
+}
+",
+    ),
+    (
+        "shaders/mix.comp",
+        r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = 0) const uint WIDTH = 1;
+layout(rgba16f) uniform readonly image2D before;
+layout(rgba16f) uniform writeonly image2D outColor;
+uniform sampler2D pyramid;
+layout(push_constant) uniform Push { int round; } push;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(outColor, pixel, imageLoad(before, pixel) + texelFetch(pyramid, pixel, push.round) * float(WIDTH));
+}
+",
+    ),
+];
+
+fn project() -> Project {
+    let mut project = Project::new();
+    project.put(PATH, GRAPH);
+    for (path, text) in SHADERS {
+        project.put(path, text);
+    }
+    project
+}
+
+fn compiled(project: &Project) -> Graph {
+    match project.compile(PATH).0 {
+        Ok((graph, warnings)) => {
+            assert_eq!(warnings, []);
+            graph
+        }
+        Err(found) => panic!("{found:#?}"),
+    }
+}
+
+#[test]
+fn loops_arrive_in_the_checked_graph() {
+    let graph = compiled(&project());
+    let id = |name: &str| graph.find_resource(name).unwrap();
+    assert_eq!(graph.loops[0].rounds, Rounds::Mips(id("pyramid")));
+    assert_eq!(
+        (graph.loops[1].rounds, graph.loops[1].down),
+        (Rounds::Param(graph.find_param("rounds").unwrap()), true)
+    );
+    assert_eq!(graph.loops[1].swap, [[id("color"), id("other")]]);
+    let in_loop = |name: &str| graph.pass(graph.find_pass(name).unwrap()).in_loop.clone();
+    assert_eq!(in_loop("start"), None);
+    let down = in_loop("down").unwrap();
+    assert_eq!(down.dispatch_mip, Some(RoundIndex::Next));
+    assert_eq!(down.mips.len(), 2);
+    let mix = graph.pass(graph.find_pass("mix").unwrap());
+    assert_eq!(mix.push[0].from, Source::Round(RoundIndex::Index), "a signed member takes it too");
+    assert_eq!(mix.specialization, [(0, Source::Round(RoundIndex::Next))]);
+    assert!(matches!(mix.dispatch, Dispatch::ThreadsOf { mip: 0, .. }));
+}
+
+#[test]
+fn loops_are_laid_over_those_of_a_base() {
+    let mut project = project();
+    project.put("graphs/over.toml", "extends = \"loops.toml\"\n[loops.relax]\ncount = 4\n");
+    let (graph, _) = project.compile("graphs/over.toml").0.unwrap_or_else(|found| panic!("{found:#?}"));
+    assert_eq!((graph.loops[1].rounds, graph.loops[1].down), (Rounds::Fixed(4), true));
+    // The param is not used any more.
+    assert!(project.talk("graphs/over.toml").contains("param `rounds` is not used"));
+    project.put("graphs/over.toml", "extends = \"loops.toml\"\nloops.relax.remove = true\n");
+    assert!(project.talk("graphs/over.toml").contains("there is no loop `relax`"));
+    project.put("graphs/over.toml", "extends = \"loops.toml\"\nloops.relux.remove = true\n");
+    assert!(project.talk("graphs/over.toml").contains("the base has no loop `relux`"));
+}
+
+#[test]
+fn mistakes() {
+    let cases: &[(&str, &str, &str)] = &[
+        ("RX0190", "loop = \"relax\"", "loop = \"relex\""),
+        ("RX0192", "[[\"color\", \"other\"]]", "[[\"color\", \"pyramid\"]]"),
+        ("RX0192", "[[\"color\", \"other\"]]", "[[\"color\", \"color\"]]"),
+        ("RX0192", "[[\"color\", \"other\"]]", "[[\"color\", \"other\"], [\"other\", \"color\"]]"),
+        ("RX0100", "[[\"color\", \"other\"]]", "[[\"color\", \"othr\"]]"),
+        ("RX0014", "[[\"color\", \"other\"]]", "[[\"color\"]]"),
+        ("RX0193", "range = [0, 8]\n", ""),
+        ("RX0193", "range = [0, 8]", "range = [0, 80]"),
+        ("RX0193", "type = \"i32\"\ndefault = 3", "type = \"f32\"\ndefault = 3.0"),
+        ("RX0101", "\"param.rounds\"", "\"param.round\""),
+        ("RX0014", "\"param.rounds\"", "\"rounds\""),
+        ("RX0014", "\"param.rounds\"", "65"),
+        ("RX0122", "{ mips = \"pyramid\" }", "{ mips = \"param\" }\n[buffers.param]\nsize = 4"),
+        ("RX0194", "loop = \"down\"\n", ""),
+        ("RX0194", "loop = \"relax\"\n", ""),
+        ("RX0128", "mips = \"full\"", "mips = 1"),
+        ("RX0128", "count = { mips = \"pyramid\" }\n", "count = 4\n"),
+        (
+            "RX0129",
+            "coarse = { target = \"pyramid\", mip = \"loop.next\" }",
+            "coarse = { target = \"pyramid\", mip = 3 }",
+        ),
+        ("RX0012", "order = \"down\"", "order = 1"),
+        ("RX0014", "order = \"down\"", "order = \"back\""),
+        ("RX0014", "mip = \"loop.index\" }, coarse", "mip = \"loop.last\" }, coarse"),
+        ("RX0011", "order = \"down\"", "direction = \"down\""),
+        ("RX0012", "count = { mips = \"pyramid\" }\n", "count = 1.5\n"),
+        ("RX0161", "[loops.relax]", "[loops.spare]\ncount = 1\n[loops.relax]"),
+        ("RX0161", "count = \"param.rounds\"", "count = 2"),
+        ("RX0154", "[loops.relax]", "[loops.spare]\nremove = true\n[loops.relax]"),
+    ];
+    let mut said = String::new();
+    for (code, old, new) in cases {
+        let mut project = project();
+        // A pyramid of known mips, where what is beyond them is the mistake.
+        if new.starts_with("count = 4") {
+            project.put(PATH, &GRAPH.replace("mips = \"full\"", "mips = 4"));
+        }
+        if new.starts_with("mips = 1") {
+            project.put(PATH, &GRAPH.replace("count = { mips = \"pyramid\" }\n", "count = 1\n"));
+        }
+        let talk = project.edit(PATH, old, new).talk(PATH);
+        assert!(talk.contains(&format!("[{code}]")), "{code} is not in\n{talk}\nafter {old:?} → {new:?}");
+        writeln!(said, "──── {old:?} → {new:?}\n{talk}").unwrap();
+    }
+    insta::assert_snapshot!(said);
+}
+
+#[test]
+fn the_passes_of_a_loop_stand_together() {
+    let more = "\n[[passes]]\nname = \"again\"\nloop = \"down\"\nshader = \"down.comp\"\ndispatch = { threads = \"pyramid\", mip = \"loop.next\" }\nbind = { fine = { target = \"pyramid\", mip = \"loop.index\" }, coarse = { target = \"pyramid\", mip = \"loop.next\" } }\n";
+    let mut apart = project();
+    apart.put(PATH, &format!("{GRAPH}{more}"));
+    let talk = apart.talk(PATH);
+    assert!(talk.contains("[RX0191]: the passes of loop `down` do not stand together"), "{talk}");
+    assert!(talk.contains("this one stands between them"), "{talk}");
+    // Side by side they are one loop of two passes.
+    let mix = GRAPH.find("\n[[passes]]\nname = \"mix\"").unwrap();
+    apart.put(PATH, &format!("{}{more}{}", &GRAPH[..mix], &GRAPH[mix..]));
+    assert_eq!(compiled(&apart).passes.len(), 4);
+}

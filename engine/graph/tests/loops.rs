@@ -1,0 +1,182 @@
+//! Loops written out: order, names, mips, names that change places.
+#![allow(missing_docs, reason = "a test")]
+
+mod hand;
+
+use hand::Hand;
+use raxel_graph::checked::*;
+use raxel_graph::plan::Plan;
+use raxel_shader::format::Format;
+
+fn repeated(hand: &mut Hand, name: &str, rounds: Rounds, swap: &[[&str; 2]]) -> LoopId {
+    let id = |name: &&str| hand.graph.find_resource(name).expect("a resource of that name");
+    let swap = swap.iter().map(|[a, b]| [id(a), id(b)]).collect();
+    let place = raxel_diagnostics::Span::new("graphs/hand.toml", 0..0);
+    hand.graph.loops.push(Loop { name: name.to_owned(), rounds, down: false, swap, place });
+    LoopId(hand.graph.loops.len() as u32 - 1)
+}
+
+fn inside(of: LoopId) -> Option<InLoop> {
+    Some(InLoop { of, mips: Vec::new(), dispatch_mip: None })
+}
+
+/// Each live pass with the resources that it accesses, in the order of its binds.
+fn passes(plan: &Plan) -> Vec<String> {
+    let name = |access: &BoundAccess| {
+        let mip = if access.mips == (0, 0) { String::new() } else { format!(":{}", access.mips.0) };
+        let age = if access.age == 0 { String::new() } else { format!("@{}", access.age) };
+        format!("{}{age}{mip}", plan.graph.resource(access.resource).name)
+    };
+    let shown = |pass: &Pass| format!("{} {}", pass.name, pass.accesses.iter().map(name).collect::<Vec<_>>().join(" "));
+    plan.passes.iter().map(|pass| shown(plan.graph.pass(pass.pass))).collect()
+}
+
+/// `start` writes a; the loop reads a and writes b; `finish` reads a.
+fn relaxing(rounds: u32) -> Hand {
+    let mut hand = Hand::new("relaxing");
+    for name in ["a", "b", "color"] {
+        hand.target(name, Format::Rgba16f, |_, _| {});
+    }
+    let relax = repeated(&mut hand, "relax", Rounds::Fixed(rounds), &[["a", "b"]]);
+    hand.pass("start", &["w a"]);
+    hand.pass("relax", &["r a", "w b"]).in_loop = inside(relax);
+    hand.pass("finish", &["r a", "w color"]);
+    hand
+}
+
+#[test]
+fn names_change_places_after_each_round() {
+    // At the end of a frame every name stands for itself; what an odd number of swaps comes behind stores to the other.
+    let even = ["start a", "relax[0] a b", "relax[1] b a", "finish a color"];
+    assert_eq!(passes(&relaxing(2).plan("color").unwrap()), even);
+    let odd = ["start b", "relax[0] b a", "relax[1] a b", "relax[2] b a", "finish a color"];
+    assert_eq!(passes(&relaxing(3).plan("color").unwrap()), odd);
+    assert_eq!(passes(&relaxing(0).plan("color").unwrap()), ["start a", "finish a color"]);
+    // The result is called `a`, whoever looks at it.
+    assert_eq!(passes(&relaxing(1).plan("a").unwrap()), ["start b", "relax[0] b a"]);
+    let culled: Vec<_> = relaxing(2).plan("b").unwrap().culled.iter().map(|culled| culled.pass.0).collect();
+    assert_eq!(culled, [2, 3], "`b` is what the last round but one gave: `relax[1]` only read it");
+}
+
+#[test]
+fn plans_lead_back_to_the_passes_of_the_file() {
+    let plan = relaxing(3).plan("color").unwrap();
+    let declared: Vec<u32> = plan.passes.iter().map(|pass| plan.graph.declared(pass.pass).0).collect();
+    assert_eq!(declared, [0, 1, 1, 1, 2]);
+    let rounds: Vec<_> = plan.passes.iter().map(|pass| plan.graph.pass(pass.pass).round.unwrap().index).collect();
+    assert_eq!(rounds, [None, Some(0), Some(1), Some(2), None]);
+    // What is taken after a pass of a loop is taken after its last round, under the name that it has there.
+    let mut hand = relaxing(3);
+    hand.after = Some("relax");
+    let plan = hand.plan("b").unwrap();
+    assert_eq!(plan.graph.pass(plan.present.after.unwrap()).name, "relax[2]");
+    assert_eq!(plan.graph.resource(plan.present.resource).name, "a", "what the last round calls `b`");
+    // Without a round it is taken after the pass before.
+    let mut hand = relaxing(0);
+    hand.after = Some("relax");
+    let plan = hand.plan("a").unwrap();
+    assert_eq!(plan.graph.pass(plan.present.after.unwrap()).name, "start");
+}
+
+#[test]
+fn counts_follow_params_and_mips() {
+    let mut hand = relaxing(0);
+    let place = raxel_diagnostics::Span::new("graphs/hand.toml", 0..0);
+    hand.graph.params.push(Param {
+        name: "rounds".to_owned(),
+        default: Value::I32(1),
+        range: Some([0.0, 8.0]),
+        step: None,
+        label: String::new(),
+        place,
+    });
+    hand.graph.loops[0].rounds = Rounds::Param(ParamId(0));
+    assert_eq!(passes(&hand.plan("color").unwrap()).len(), 3, "the default");
+    hand.counts = vec![(ParamId(0), 4)];
+    assert_eq!(passes(&hand.plan("color").unwrap()).len(), 6);
+
+    // A pyramid of 320 × 180 has 9 mips: 8 steps down, and 8 up again.
+    let mut hand = Hand::new("pyramid");
+    hand.target("pyramid", Format::Rgba16f, |target, _| target.mips = 0).target("color", Format::Rgba16f, |_, _| {});
+    let pyramid = hand.graph.find_resource("pyramid").unwrap();
+    let down = repeated(&mut hand, "down", Rounds::Mips(pyramid), &[]);
+    let up = repeated(&mut hand, "up", Rounds::Mips(pyramid), &[]);
+    hand.graph.loops[1].down = true;
+    hand.pass("base", &["w pyramid:0"]);
+    let mips = vec![(0, RoundIndex::Index), (1, RoundIndex::Next)];
+    let dispatch_mip = Some(RoundIndex::Next);
+    hand.pass("down", &["r pyramid:0", "w pyramid:1"]).in_loop =
+        Some(InLoop { of: down, mips: mips.clone(), dispatch_mip });
+    let dispatch_mip = Some(RoundIndex::Index);
+    let back = hand.pass("up", &["x pyramid:0", "r pyramid:1"]);
+    back.in_loop = Some(InLoop { of: up, mips, dispatch_mip });
+    let number = Fill {
+        member: "round".to_owned(),
+        offset: 0,
+        scalar: raxel_shader::interface::Scalar::U32,
+        shape: (1, 1),
+        stride: 0,
+        from: Source::Round(RoundIndex::Index),
+    };
+    back.push = vec![number];
+    hand.pass("show", &["r pyramid:0", "w color"]);
+    let plan = hand.plan("color").unwrap();
+    let order = passes(&plan);
+    assert_eq!(order.len(), 1 + 8 + 8 + 1);
+    assert_eq!(
+        order[1..4],
+        ["down[0] pyramid:0 pyramid:1", "down[1] pyramid:1 pyramid:2", "down[2] pyramid:2 pyramid:3"]
+    );
+    assert_eq!(order[8..11], ["down[7] pyramid:7 pyramid:8", "up[7] pyramid:7 pyramid:8", "up[6] pyramid:6 pyramid:7"]);
+    assert_eq!(order[16], "up[0] pyramid:0 pyramid:1");
+    // 20 × 12 texels of mip 4, 8 × 8 a workgroup.
+    let of = |name: &str| plan.passes.iter().find(|pass| plan.graph.pass(pass.pass).name == name).unwrap();
+    assert_eq!(of("down[3]").groups, Some([3, 2, 1]));
+    assert_eq!(plan.graph.pass(of("up[6]").pass).push[0].from, Source::Value(Value::U32(6)));
+    // Where a mip is wanted that is not there, the round is named.
+    hand.graph.loops[1].rounds = Rounds::Fixed(9);
+    let found = hand.plan("color").unwrap_err();
+    assert_eq!(found[0].message, "pass `up[8]` binds mip 9 of `pyramid`, which has 9");
+}
+
+#[test]
+fn what_is_carried_from_frame_to_frame_needs_an_even_number_of_swaps() {
+    let carried = |rounds: u32| {
+        let mut hand = relaxing(rounds);
+        // Nobody makes `a` anew: each frame goes on from the last.
+        hand.graph.passes.remove(0);
+        hand
+    };
+    assert!(carried(4).plan("color").is_ok());
+    let found = carried(3).plan("color").unwrap_err();
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].code.as_str(), "RX0195");
+    assert_eq!(
+        found[0].message,
+        "`a` changes places an odd number of times in a frame, but is carried from frame to frame"
+    );
+    // A clear makes it anew.
+    let mut cleared = carried(3);
+    for resource in &mut cleared.graph.resources[..2] {
+        if let ResourceKind::Target(target) = &mut resource.kind {
+            target.clear = Some(Clear::Float([0.0; 4]));
+        }
+    }
+    assert!(cleared.plan("color").is_ok());
+    // A loop that is switched off swaps nothing.
+    let mut off = carried(3);
+    off.facts = false;
+    off.graph.passes[0].when = Some(Condition { fact: Fact::WorldHasVoxels, negated: false });
+    assert_eq!(passes(&off.plan("color").unwrap()), ["finish a color"]);
+}
+
+/// The frames of a plan without loops are as they ever were: not even the graph is another.
+#[test]
+fn a_graph_without_loops_is_planned_as_it_is() {
+    let hand = hand::showcase();
+    hand.with_input("color", |graph, input| {
+        let plan = raxel_graph::plan(graph.clone(), input).unwrap();
+        assert!(std::sync::Arc::ptr_eq(&plan.graph, &graph));
+        assert_eq!(plan.graph.declared(plan.passes[2].pass), plan.passes[2].pass);
+    });
+}
