@@ -107,8 +107,10 @@ impl Diagnostic {
 
 /// The same diagnostics in the same order, each once: files that are read by several passes report their mistakes several times.
 pub fn each_once(diagnostics: impl IntoIterator<Item = Diagnostic>) -> Vec<Diagnostic> {
+    let all: Vec<Diagnostic> = diagnostics.into_iter().collect();
     let mut seen = HashSet::new();
-    diagnostics.into_iter().filter(|diagnostic| seen.insert(diagnostic.clone())).collect()
+    let first: Vec<bool> = all.iter().map(|diagnostic| seen.insert(diagnostic)).collect();
+    all.into_iter().zip(first).filter_map(|(diagnostic, first)| first.then_some(diagnostic)).collect()
 }
 
 /// The texts that diagnostics point into: path → text. A file that is not UTF-8 is held with its broken bytes replaced.

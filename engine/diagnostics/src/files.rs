@@ -50,14 +50,25 @@ impl FileError {
     }
 }
 
-/// Reads a text file and remembers its text in `texts`. A byte that is not UTF-8 is an error that points at it.
+/// Largest text file that is read, in bytes: 4 MiB. Texts are held whole, and what is made of them is many times as large.
+pub const MAX_TEXT: usize = 4 << 20;
+
+/// Reads a text file and remembers its text in `texts`. A file larger than [`MAX_TEXT`] is an error, and a byte that is not UTF-8 is one that
+/// points at it.
 pub fn read_text(
     files: &dyn Files,
     path: &str,
     named_at: Option<(Span, &str)>,
     texts: &mut SourceMap,
 ) -> Result<Arc<str>, Box<Diagnostic>> {
-    let bytes = files.read(path).map_err(|error| Box::new(error.diagnostic(path, named_at)))?;
+    let bytes = match files.read(path) {
+        Ok(bytes) if bytes.len() <= MAX_TEXT => bytes,
+        Ok(bytes) => {
+            let error = FileError::TooLarge { size: bytes.len() as u64, limit: MAX_TEXT as u64 };
+            return Err(Box::new(error.diagnostic(path, named_at)));
+        }
+        Err(error) => return Err(Box::new(error.diagnostic(path, named_at))),
+    };
     match std::str::from_utf8(&bytes) {
         Ok(text) => {
             // Editors on Windows may save a byte-order mark; it is no part of the text.
@@ -104,7 +115,17 @@ pub fn join(folder: &str, path: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::join;
+    use super::{MAX_TEXT, join, read_text};
+    use crate::{MemoryFiles, SourceMap};
+
+    #[test]
+    fn texts_have_a_limit() {
+        let files = MemoryFiles::new([("least", vec![b'a'; MAX_TEXT]), ("more", vec![b'a'; MAX_TEXT + 1])]);
+        assert!(read_text(&files, "least", None, &mut SourceMap::default()).is_ok());
+        let refused = read_text(&files, "more", None, &mut SourceMap::default()).unwrap_err();
+        assert_eq!(refused.code.as_str(), "RX0004");
+        assert!(refused.message.contains("4194305 bytes, more than the 4194304"), "{}", refused.message);
+    }
 
     #[test]
     fn joins_inside_the_root_only() {

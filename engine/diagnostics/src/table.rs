@@ -9,7 +9,11 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::{Code, Diagnostic, SourceMap, Span, codes};
+use crate::render::brief;
+use crate::{Code, Diagnostic, FileError, SourceMap, Span, codes};
+
+/// Most bytes of a name in a message.
+const MAX_NAME: usize = 200;
 
 /// Collects the diagnostics of one file.
 #[derive(Debug)]
@@ -45,15 +49,30 @@ impl Reporter {
     }
 }
 
-/// Parses a TOML text. Syntax errors are reported, all that the parser can recover from; the result is `None` when there is any.
+/// Largest TOML text that is parsed, in bytes: 2 MiB. The parsed form of nested tables takes 250 times as much memory as their text.
+pub const MAX_TOML: usize = 2 << 20;
+
+/// Parses a TOML text. Syntax errors are reported, all that the parser can recover from; the result is `None` when there is any, or when
+/// the text is larger than [`MAX_TOML`].
 pub fn parse<'t>(text: &'t str, reporter: &Reporter) -> Option<Spanned<DeTable<'t>>> {
+    if text.len() > MAX_TOML {
+        let error = FileError::TooLarge { size: text.len() as u64, limit: MAX_TOML as u64 };
+        reporter.report(error.diagnostic(&reporter.file, None));
+        return None;
+    }
     let (table, errors) = DeTable::parse_recoverable(text);
+    // The parser says the same of each level that a missing bracket leaves open.
+    let mut said = None;
     for error in &errors {
         let at = error.span().unwrap_or(0..0);
         let end = at.end.min(text.len());
+        let range = at.start.min(end)..end;
+        if said.replace((range.clone(), error.message())) == Some((range.clone(), error.message())) {
+            continue;
+        }
         reporter.report(
             Diagnostic::error(codes::files::TOML_SYNTAX, format!("TOML syntax: {}", error.message()))
-                .label(Span::new(reporter.file.clone(), at.start.min(end)..end), ""),
+                .label(Span::new(reporter.file.clone(), range), ""),
         );
     }
     errors.is_empty().then_some(table)
@@ -104,7 +123,13 @@ impl<'a, 't> Table<'a, 't> {
     }
 
     fn child(&self, key: &str) -> String {
-        if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
+        // Every entry has the name of its table in its own: whole, a long one would stand in memory as often.
+        let key = brief(key, MAX_NAME);
+        if self.name.is_empty() {
+            key.into_owned()
+        } else {
+            brief(&format!("{}.{key}", self.name), MAX_NAME).into_owned()
+        }
     }
 
     /// The value of a key, of any type.
@@ -189,9 +214,11 @@ impl<'a, 't> Table<'a, 't> {
         unknown.sort_by_key(|(key, _)| key.span().start);
         for (key, _) in unknown {
             let whose = if self.name.is_empty() { "the file".to_owned() } else { format!("`{}`", self.name) };
-            let mut diagnostic =
-                Diagnostic::error(codes::files::UNKNOWN_KEY, format!("{whose} has no key `{}`", key.get_ref()))
-                    .label(Span::new(self.reporter.file.clone(), key.span()), "unknown key");
+            let mut diagnostic = Diagnostic::error(
+                codes::files::UNKNOWN_KEY,
+                format!("{whose} has no key `{}`", brief(key.get_ref(), MAX_NAME)),
+            )
+            .label(Span::new(self.reporter.file.clone(), key.span()), "unknown key");
             diagnostic = match closest(key.get_ref(), asked.iter().map(String::as_str)) {
                 Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
                 None => diagnostic.help(format!("known keys: {}", list(asked.iter().map(String::as_str)))),
@@ -320,8 +347,11 @@ impl<'a, 't> Node<'a, 't> {
             return Some(value.clone());
         }
         let names = || words.iter().map(|(word, _)| *word);
-        let mut diagnostic = Diagnostic::error(codes::files::BAD_VALUE, format!("`{}` cannot be `{text}`", self.name))
-            .label(self.span.clone(), "");
+        let mut diagnostic = Diagnostic::error(
+            codes::files::BAD_VALUE,
+            format!("`{}` cannot be `{}`", self.name, brief(&text, MAX_NAME)),
+        )
+        .label(self.span.clone(), "");
         if let Some(name) = closest(&text, names()) {
             diagnostic = diagnostic.help(format!("did you mean `{name}`?"));
         }
@@ -387,13 +417,18 @@ fn range_text(range: &RangeInclusive<i64>) -> String {
     }
 }
 
-/// The name closest to a misspelt one, if one is close enough to be meant.
+/// The name closest to a misspelt one, if one is close enough to be meant. Names of more than 64 bytes are nobody's misspelling.
 pub fn closest<'n>(wrong: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+    if wrong.len() > 64 {
+        return None;
+    }
     let limit = (wrong.chars().count() / 3).max(1);
     let wrong = wrong.to_lowercase();
     // Of equally distant names, the one that begins alike is the one that was meant.
     let alike = |name: &str| wrong.bytes().zip(name.bytes()).take_while(|(a, b)| a == b).count();
     names
+        // Each character more or less is one edit; a character has up to four bytes.
+        .filter(|name| name.len() <= 4 * (wrong.len() + limit) && 4 * (name.len() + limit) >= wrong.len())
         .map(|name| (strsim::damerau_levenshtein(&wrong, &name.to_lowercase()), name))
         .filter(|(distance, _)| *distance <= limit)
         .min_by_key(|(distance, name)| (*distance, std::cmp::Reverse(alike(&name.to_lowercase())), *name))
@@ -451,5 +486,52 @@ mod tests {
         let found = read_document("g.toml", "a = \"x\nb = 1", &mut SourceMap::default(), |_| Some(())).unwrap_err();
         assert_eq!(found[0].code.as_str(), "RX0010");
         assert_eq!(found[0].labels[0].span.file.as_ref(), "g.toml");
+    }
+
+    fn found_in(text: &str) -> Vec<Diagnostic> {
+        let read = |root: &Table<'_, '_>| {
+            for (_, _, table) in root.tables("t") {
+                table.get("known");
+                table.finish();
+            }
+            root.finish();
+            Some(())
+        };
+        read_document("g.toml", text, &mut SourceMap::default(), read).map_or_else(|found| found, |((), found)| found)
+    }
+
+    #[test]
+    fn a_bracket_that_is_missing_thrice_is_said_once() {
+        let found = found_in("x = [[[");
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(found_in("x = 1\nx = 2\nx = 3\n").len(), 2);
+    }
+
+    #[test]
+    fn a_text_that_is_too_large_is_not_parsed() {
+        let found = found_in(&format!("x = \"{}\"", "y".repeat(MAX_TOML)));
+        assert_eq!(found[0].code, codes::files::TOO_LARGE);
+        assert_eq!(
+            found[0].message,
+            "`g.toml` is too large: it has 2097158 bytes, more than the 2097152 that raxel reads"
+        );
+    }
+
+    /// Each mistake names its table, and would hold as much memory as the name is long.
+    #[test]
+    fn a_long_name_is_not_held_once_a_mistake() {
+        let long = "n".repeat(300_000);
+        let keys: String = (0..50_000).fold(String::new(), |keys, index| keys + &format!("k{index} = 1\n"));
+        let found = found_in(&format!("[t.{long}]\n{keys}"));
+        assert_eq!(found.len(), 50_000);
+        assert!(found.iter().all(|found| found.message.len() < 600), "{}", found[0].message);
+    }
+
+    #[test]
+    fn the_closest_name_is_near() {
+        assert_eq!(closest("colour", ["color", "depth", "c"].into_iter()), Some("color"));
+        assert_eq!(closest("é", ["e", "depth"].into_iter()), Some("e"));
+        assert_eq!(closest("depht", std::iter::once("exposure")), None);
+        assert_eq!(closest(&"x".repeat(1 << 20), std::iter::once("x")), None);
     }
 }

@@ -52,7 +52,7 @@ fn try_out(text: &[u8], part: &[u8]) {
                 let text = texts.get(&label.span.file).map_or("", |text| text);
                 assert!(text.get(label.span.range.clone()).is_some(), "{label:?} is outside its text");
             }
-            assert!(render::json(&found, &texts).lines().count() == found.len());
+            assert!(render::json(&found, &texts).lines().count() == found.len().min(render::MOST + 1));
         }
     }
 }

@@ -1,7 +1,10 @@
 //! One JSON object a line and diagnostic, in the manner of cargo's `--message-format=json`.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
+use super::extent::{MOST_PARTS, More, brief_text, shown};
 use super::human::human;
 use super::position::position;
 use crate::{Diagnostic, SourceMap};
@@ -12,10 +15,10 @@ struct Line<'d> {
     reason: &'static str,
     code: &'static str,
     severity: crate::Severity,
-    message: &'d str,
+    message: Cow<'d, str>,
     spans: Vec<Place<'d>>,
-    notes: &'d [String],
-    help: &'d [String],
+    notes: Vec<String>,
+    help: Vec<String>,
     /// What `human` would print, without colour.
     rendered: String,
 }
@@ -30,15 +33,26 @@ struct Place<'d> {
     end_column: usize,
     byte_start: usize,
     byte_end: usize,
-    label: &'d str,
+    label: Cow<'d, str>,
     primary: bool,
+}
+
+/// The last line when not all diagnostics are shown: how many are not.
+#[derive(Serialize)]
+struct Omitted {
+    reason: &'static str,
+    errors: usize,
+    warnings: usize,
 }
 
 /// One JSON object a line and diagnostic.
 pub fn json(diagnostics: &[Diagnostic], texts: &SourceMap) -> String {
     let mut out = String::new();
-    for diagnostic in diagnostics {
-        let spans = diagnostic.labels.iter().enumerate().map(|(index, label)| {
+    let (shown, more) = shown(diagnostics);
+    for diagnostic in shown {
+        let texts_of =
+            |parts: &[String]| parts.iter().take(MOST_PARTS).map(|part| brief_text(part).into_owned()).collect();
+        let spans = diagnostic.labels.iter().take(MOST_PARTS).enumerate().map(|(index, label)| {
             let range = &label.span.range;
             let at = |offset| texts.get(&label.span.file).map(|text| position(text, offset));
             let (start, end) = (at(range.start), at(range.end.max(range.start)));
@@ -50,7 +64,7 @@ pub fn json(diagnostics: &[Diagnostic], texts: &SourceMap) -> String {
                 end_column: end.map_or(0, |end| end.column),
                 byte_start: range.start,
                 byte_end: range.end,
-                label: &label.text,
+                label: brief_text(&label.text),
                 primary: index == 0,
             }
         });
@@ -58,13 +72,18 @@ pub fn json(diagnostics: &[Diagnostic], texts: &SourceMap) -> String {
             reason: "diagnostic",
             code: diagnostic.code.as_str(),
             severity: diagnostic.severity,
-            message: &diagnostic.message,
+            message: brief_text(&diagnostic.message),
             spans: spans.collect(),
-            notes: &diagnostic.notes,
-            help: &diagnostic.help,
+            notes: texts_of(&diagnostic.notes),
+            help: texts_of(&diagnostic.help),
             rendered: human(std::slice::from_ref(diagnostic), texts, false),
         };
         // Strings, numbers and lists have no way to fail.
+        out.push_str(&serde_json::to_string(&line).unwrap_or_default());
+        out.push('\n');
+    }
+    if let Some(More { errors, warnings }) = more {
+        let line = Omitted { reason: "more-diagnostics", errors, warnings };
         out.push_str(&serde_json::to_string(&line).unwrap_or_default());
         out.push('\n');
     }

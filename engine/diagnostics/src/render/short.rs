@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::extent::{brief_text, shown};
 use super::position::position;
 use crate::{Diagnostic, Severity, SourceMap};
 
@@ -9,9 +10,10 @@ use crate::{Diagnostic, Severity, SourceMap};
 /// column when the text is not at hand.
 pub fn short(diagnostics: &[Diagnostic], texts: &SourceMap) -> String {
     let mut out = String::new();
-    for diagnostic in diagnostics {
+    let (shown, more) = shown(diagnostics);
+    for diagnostic in shown {
         if let Some(label) = diagnostic.labels.first() {
-            out.push_str(&one_line(&label.span.file));
+            out.push_str(&escaped(&label.span.file));
             if let Some(text) = texts.get(&label.span.file) {
                 let at = position(text, label.span.range.start);
                 let _ = write!(out, ":{}:{}", at.line, at.column);
@@ -26,6 +28,9 @@ pub fn short(diagnostics: &[Diagnostic], texts: &SourceMap) -> String {
             one_line(&diagnostic.message)
         );
     }
+    if let Some(more) = more {
+        let _ = writeln!(out, "{more}");
+    }
     out
 }
 
@@ -36,8 +41,13 @@ pub(super) fn severity_name(severity: Severity) -> &'static str {
     }
 }
 
-/// The text with control characters written out: a file name or a message may quote anything.
+/// The text with control characters written out, and cut where it is long: a file name or a message may quote anything.
 pub(super) fn one_line(text: &str) -> String {
+    escaped(&brief_text(text))
+}
+
+/// The text with control characters written out, however long: of a path each character counts.
+pub(super) fn escaped(text: &str) -> String {
     text.chars().fold(String::with_capacity(text.len()), |mut out, c| {
         if c.is_control() {
             out.extend(c.escape_default());

@@ -105,3 +105,77 @@ fn columns_count_characters() {
     assert_eq!(position(text, 8), Position { line: 2, column: 4 });
     assert_eq!(position(text, 99), Position { line: 2, column: 5 });
 }
+
+/// A hundred thousand mistakes: all forms show the same twenty and count the rest, errors before warnings.
+#[test]
+fn many_mistakes_are_counted() {
+    let texts = texts();
+    let of = |index: usize| {
+        let new = if index.is_multiple_of(10_000) { Diagnostic::warning } else { Diagnostic::error };
+        new(files::BAD_VALUE, format!("number {index}")).label(Span::new("graphs/primary.toml", 5..6), "")
+    };
+    let many: Vec<Diagnostic> = (0..100_000).map(of).collect();
+    let out = human(&many, &texts, false);
+    assert!(out.ends_with("\nand 99,980 more errors and warnings\n"), "{out}");
+    assert!(out.contains("number 20\n") && !out.contains("number 21\n") && !out.contains("number 0\n"));
+    let out = short(&many, &texts);
+    assert_eq!(out.lines().count(), 21);
+    assert!(out.ends_with("\nand 99,980 more errors and warnings\n"), "{out}");
+    let out = json(&many, &texts);
+    let last: serde_json::Value = serde_json::from_str(out.lines().last().unwrap()).unwrap();
+    assert_eq!(out.lines().count(), 21);
+    assert_eq!(last, serde_json::json!({ "reason": "more-diagnostics", "errors": 99_970, "warnings": 10 }));
+
+    // Where errors leave room, warnings are shown.
+    let few: Vec<Diagnostic> =
+        many[..10_001].iter().rev().take(5).chain(&many[..1]).cycle().take(40).cloned().collect();
+    let errors = few.iter().filter(|diagnostic| diagnostic.is_error()).count();
+    assert!(errors > MOST && short(&few, &texts).ends_with("errors and warnings\n"));
+    let warnings: Vec<Diagnostic> = few.iter().filter(|diagnostic| !diagnostic.is_error()).cloned().collect();
+    assert_eq!(short(&[&warnings[..7], &many[1..16]].concat(), &texts).lines().last(), Some("and 2 more warnings"));
+    assert_eq!(short(&many[1..=MOST], &texts).lines().count(), MOST);
+}
+
+/// Words, messages and lines of megabytes do not reach the terminal, whatever part of a diagnostic they are in.
+#[test]
+fn what_is_long_is_cut() {
+    let mut texts = SourceMap::default();
+    let line = "\u{e9}".repeat(1 << 20);
+    texts.insert("long", format!("{line}\n{line}\n{line}"));
+    let at = |line: usize| Span::new("long", line * ((2 << 20) + 1) + 1000..line * ((2 << 20) + 1) + 1010);
+    let diagnostic = Diagnostic::error(files::BAD_VALUE, format!("`{line}` begins, {} ends", "word ".repeat(1 << 18)))
+        .label(at(0), "first")
+        .label(at(1), line.clone())
+        .label(at(2), "third")
+        .note(line.clone())
+        .help(line.clone());
+    let all = std::slice::from_ref(&diagnostic);
+    for (out, most) in [(human(all, &texts, false), 20_000), (short(all, &texts), 4000), (json(all, &texts), 40_000)] {
+        assert!(out.len() < most, "{}", out.len());
+        assert!(out.contains("` begins, word word"), "{out}");
+    }
+    let out = human(all, &texts, false);
+    assert!(out.contains("first") && out.contains("third"), "{out}");
+}
+
+/// Labels that are far apart are shown without what is between them.
+#[test]
+fn labels_far_apart_are_pieces() {
+    let mut texts = SourceMap::default();
+    texts.insert("f", format!("one\n{}two\n", "between\n".repeat(10_000)));
+    let diagnostic = Diagnostic::error(files::BAD_VALUE, "m")
+        .label(Span::new("f", 80_004..80_007), "the second")
+        .label(Span::new("f", 0..3), "the first");
+    insta::assert_snapshot!(human(&[diagnostic], &texts, false), @r"
+    error[RX0014]: m
+         --> f:10002:1
+          |
+    10002 | two
+          | ^^^ the second
+          |
+         ::: f:1:1
+          |
+        1 | one
+          | --- the first
+    ");
+}
