@@ -1,4 +1,4 @@
-//! `raxel bench` on a real device: the numbers that it gives, the files that it writes, and what is said when something is in the way.
+//! `raxel bench` on a real device: the numbers that it gives, the files that it writes, and its errors.
 
 mod common;
 
@@ -217,7 +217,7 @@ fn what_is_wrong_with_a_graph_is_said_with_its_place_and_the_others_are_measured
         assert!(project.path("out/results.csv").is_file());
     }
 
-    // A mistake in an included file is said with its line; over another layout the graph can still be measured.
+    // An error in an included file is printed with its line; over another layout the graph can still be measured.
     project.write("graphs/bench/dda.toml", dda);
     let tree = project.path("shaders/include/raxel/tree64.glsl");
     let text = std::fs::read_to_string(&tree).unwrap();
@@ -233,7 +233,7 @@ fn what_is_wrong_with_a_graph_is_said_with_its_place_and_the_others_are_measured
     }
 }
 
-/// A graph that compiles and cannot be planned: the place in its file is said, once for all views.
+/// A graph that compiles and cannot be planned: the place in its file is printed, once for all views.
 #[test]
 fn what_the_planner_refuses_is_said_with_its_place() {
     let project = project();

@@ -98,7 +98,7 @@ fn code_5_means_that_the_device_was_lost_or_did_not_answer() {
     assert_eq!(project.files(), ["graphs/slow.toml", "shaders/spin.comp"], "nothing is written");
 }
 
-/// The layer is told to praise and to blame: what it says is a message like any other.
+/// With its best practices switched on, the layer has something to say about any program.
 #[test]
 fn code_6_means_that_the_validation_layer_has_spoken() {
     let folder = tempfile::tempdir().unwrap();

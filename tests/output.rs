@@ -191,7 +191,7 @@ fn half_a_project_does_not_stay() {
     assert_eq!(names(folder.path()), [""; 0]);
 }
 
-/// An EXR has the extent of the target, and so has what is told about it; signed integers keep all their bits.
+/// An EXR has the extent of the target, and so has the message about it; signed integers keep all their bits.
 #[test]
 fn an_exr_of_signed_integers_far_from_the_origin() {
     let project = Project::empty();

@@ -1,4 +1,4 @@
-//! `raxel render` on a real device: bytes that repeat, every kind of output, and what is said when something is in the way.
+//! `raxel render` on a real device: bytes that repeat, every kind of output, and its errors.
 
 mod common;
 

@@ -84,7 +84,7 @@ impl Console {
     }
 
     /// A message.
-    pub fn say(&self, text: &str) {
+    pub fn message(&self, text: &str) {
         match self.format {
             Format::Json => write(To::Stderr, &format!("{}\n", json!({ "reason": "message", "message": text }))),
             _ => write(To::Stderr, &format!("{text}\n")),
@@ -94,7 +94,7 @@ impl Console {
     /// A message for who asked for more (`--verbose`).
     pub fn detail(&self, text: &str) {
         if self.verbose {
-            self.say(text);
+            self.message(text);
         }
     }
 
@@ -119,7 +119,7 @@ impl Console {
     /// Shows diagnostics and gives the failure they mean.
     pub fn stop_in(&self, diagnostics: &[Diagnostic], texts: &SourceMap) -> Failure {
         self.diagnostics(diagnostics, texts, To::Stderr);
-        Failure::said(Exit::Project)
+        Failure::printed(Exit::Project)
     }
 
     /// Why a verb stops.

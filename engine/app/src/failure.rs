@@ -25,7 +25,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Why a verb stops. `message` is `None` when everything was said already.
+/// Why a verb stops. `message` is `None` when the diagnostics were printed already.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Failure {
     pub exit: Exit,
@@ -39,8 +39,8 @@ impl Failure {
         Self { exit, message: Some(message.into()), help: Vec::new() }
     }
 
-    /// Stops; the diagnostics were shown already.
-    pub fn said(exit: Exit) -> Self {
+    /// Stops; the diagnostics were printed already.
+    pub fn printed(exit: Exit) -> Self {
         Self { exit, message: None, help: Vec::new() }
     }
 

@@ -178,7 +178,7 @@ impl Front {
         Some(graph)
     }
 
-    /// A demo is checked against its graph; what is wrong in the graph or the world is said too, since the demo cannot run.
+    /// A demo is checked against its graph; errors of the graph and the world are reported too, since the demo cannot run.
     fn check_demo(&self, path: &str, checked: &mut Checked) {
         let part = self.loader.demo(path);
         checked.add(&part);

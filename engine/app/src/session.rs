@@ -148,7 +148,7 @@ impl What {
         Ok(target)
     }
 
-    /// Seconds and frames a second of the demo, if there is one. Nothing is said here about what is wrong with it: opening does.
+    /// Seconds and frames a second of the demo, if there is one. Its errors are not reported here: opening does that.
     pub fn demo_length(&self) -> Option<(f64, f64)> {
         let file = self.file(FileKind::Demo)?;
         let front = Front::around(&file).ok()?;
@@ -221,8 +221,8 @@ impl From<ReadError> for Failure {
     }
 }
 
-/// Says what the validation layer has said since the last call. True when that was anything.
-pub(crate) fn say_validation(session: &Session, console: &Console) -> bool {
+/// Prints the messages of the validation layer since the last call. True when there were any.
+pub(crate) fn print_validation(session: &Session, console: &Console) -> bool {
     let messages = session.device().log().take();
     for message in &messages {
         let severity = match message.severity {
@@ -230,8 +230,10 @@ pub(crate) fn say_validation(session: &Session, console: &Console) -> bool {
             Severity::Warning => "warning",
         };
         match console.format() {
-            Format::Human => console.say(&format!("validation {severity}[{}]: {}", message.id, message.text)),
-            _ => console.say(&format!("validation {severity}[{}]: {}", message.id, message.text.replace('\n', " "))),
+            Format::Human => console.message(&format!("validation {severity}[{}]: {}", message.id, message.text)),
+            _ => {
+                console.message(&format!("validation {severity}[{}]: {}", message.id, message.text.replace('\n', " ")))
+            }
         }
     }
     !messages.is_empty()

@@ -198,7 +198,7 @@ fn copy_folder(from: &Path, to: &Path) -> io::Result<()> {
 }
 
 #[cfg(test)]
-#[allow(clippy::float_cmp, reason = "ranks are picked, not reckoned")]
+#[allow(clippy::float_cmp, reason = "ranks are picked from the samples, not computed")]
 mod tests {
     use super::*;
 

@@ -33,7 +33,7 @@ pub(crate) fn version() -> Option<String> {
 }
 
 impl Film {
-    /// Starts ffmpeg for frames of a size and a rate (frames a second). Whether the file can be written is said here.
+    /// Starts ffmpeg for frames of a size and a rate (frames a second). An error says why the file cannot be written.
     pub fn start(path: &Path, size: [u32; 2], rate: f64) -> Result<Self> {
         let pending = Pending::new(path)?;
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
@@ -73,7 +73,7 @@ impl Film {
         let frames = ffmpeg.stdin.take();
         let ffmpeg = Arc::new(Mutex::new(ffmpeg));
         let other = ffmpeg.clone();
-        // Told to stop, it would finish half a film. While it is waited for it is at its end anyway.
+        // Left alone, it would finish half a film. While it is waited for it is at its end anyway.
         let listed = on_stop(move || {
             if let Ok(mut ffmpeg) = other.try_lock() {
                 let _ = ffmpeg.kill();

@@ -1,4 +1,4 @@
-//! What a signal must not leave behind. A process that is told to stop (Ctrl-C, `kill`, a closed terminal) runs no destructors, so what
+//! What a signal must not leave behind. A process that a signal ends (Ctrl-C, `kill`, a closed terminal) runs no destructors, so what
 //! they would remove is listed here, and removed before the signal has its usual effect.
 
 use std::collections::BTreeMap;
@@ -9,7 +9,7 @@ type Undo = Box<dyn FnOnce() + Send>;
 /// What there is to undo, in the order in which it was listed.
 static LISTED: Mutex<(u64, BTreeMap<u64, Undo>)> = Mutex::new((0, BTreeMap::new()));
 
-/// Something that is undone when the process is told to stop; dropped, it no longer is.
+/// Something that is undone when a signal ends the process; dropped, it no longer is.
 #[derive(Debug)]
 pub(crate) struct Listed(u64);
 

@@ -10,7 +10,7 @@ use tempfile::{NamedTempFile, TempPath};
 use super::leftovers::{Listed, on_stop};
 use crate::failure::{Failure, Result};
 
-/// A file that will appear. Dropped unfinished, or when the process is told to stop, it leaves nothing behind.
+/// A file that will appear. Dropped unfinished, or when a signal ends the process, it leaves nothing behind.
 #[derive(Debug)]
 pub(crate) struct Pending {
     path: PathBuf,

@@ -50,9 +50,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         return Ok(());
     }
     if console.format() == Format::Human && total > 1 {
-        console.say(&format!("{bad} of {total} files have errors"));
+        console.message(&format!("{bad} of {total} files have errors"));
     }
-    Err(Failure::said(Exit::Project))
+    Err(Failure::printed(Exit::Project))
 }
 
 /// Checks one file that the command line names; a project is opened again only when the file is in another one. True when it has
@@ -94,7 +94,7 @@ fn summary(path: &str, kind: Option<FileKind>, (errors, warnings): (usize, usize
         return;
     }
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
-    console.say(&match (errors, warnings) {
+    console.message(&match (errors, warnings) {
         (0, 0) => format!("{path}: ok"),
         (0, _) => format!("{path}: ok, {}", count(warnings, "warning")),
         (_, 0) => format!("{path}: {}", count(errors, "error")),

@@ -30,7 +30,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let folder = project.root().join(".raxel");
     match fs::symlink_metadata(&folder) {
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            console.say("nothing to remove");
+            console.message("nothing to remove");
             return Ok(());
         }
         // Whatever a link leads to was not made here.
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         match fs::remove_dir_all(&path) {
             Ok(()) => {
                 removed = true;
-                console.say(&format!("removed {}", path.display()));
+                console.message(&format!("removed {}", path.display()));
             }
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => {
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         }
     }
     if !removed {
-        console.say("nothing to remove");
+        console.message("nothing to remove");
     }
     Ok(())
 }

@@ -88,11 +88,11 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         made.folder(&folder.join(sub))?;
     }
     made.keep();
-    console.say(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), folder.display()));
+    console.message(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), folder.display()));
     Ok(())
 }
 
-/// Files and folders that were made, in order. If they are not kept, or the process is told to stop, they are removed again: half a
+/// Files and folders that were made, in order. If they are not kept, or a signal ends the process, they are removed again: half a
 /// project is of no use, and in the way of the next try.
 #[derive(Default)]
 struct Made(Vec<Entry>);

@@ -14,7 +14,7 @@ use crate::args::{Messages, Size, size};
 use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
 use crate::output::{self, Film, Folders, Kind, Output, Pending, shown};
-use crate::session::{What, frame_failure, say_validation, validated};
+use crate::session::{What, frame_failure, print_validation, validated};
 
 /// Renders to PNG (as displayed), EXR (the target's own texels), numbered frames, or a film. Time is frame × step: the same command
 /// gives the same bytes.
@@ -123,7 +123,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let complaints = say_validation(&session, console);
+    let complaints = print_validation(&session, console);
     let size = sink.finish()?.unwrap_or(args.size.0);
 
     let seconds = start.elapsed().as_secs_f64();
@@ -313,7 +313,7 @@ fn report(
     console::data(&text);
     let frames = range.end - range.start;
     let what = if frames == 1 { String::new() } else { format!(", {frames} frames") };
-    console.say(&format!("wrote {written} ({width}×{height}{what}, {seconds:.2} s)"));
+    console.message(&format!("wrote {written} ({width}×{height}{what}, {seconds:.2} s)"));
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::console::Console;
 use crate::failure::Result;
 use crate::viewer;
 
-/// Opens a window: edits of graphs, shaders, worlds and demos show when they are saved, mistakes are said on stderr.
+/// Opens a window: edits of graphs, shaders, worlds and demos show when they are saved, errors are printed on stderr.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("In the window:\n{}", viewer::KEYS))]
 pub(crate) struct Args {

@@ -56,7 +56,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     for (path, text) in files() {
         Pending::new(&project.on_disk(&path))?.finish(text.as_bytes())?;
     }
-    console.say(&format!("wrote the schemas to {}", shown(&project.root().join(".raxel"))));
+    console.message(&format!("wrote the schemas to {}", shown(&project.root().join(".raxel"))));
     Ok(())
 }
 

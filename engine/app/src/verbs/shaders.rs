@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         }
     }
     if failed {
-        return Err(Failure::said(Exit::Project));
+        return Err(Failure::printed(Exit::Project));
     }
     let _made = Folders::make(&folder)?;
     for (name, (bytes, shader)) in modules {

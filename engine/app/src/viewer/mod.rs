@@ -1,4 +1,4 @@
-//! The window: winit's events drive a session, and its frames are presented. What is said goes to stderr.
+//! The window: winit's events drive a session, and its frames are presented. Messages go to stderr.
 
 mod args;
 mod controls;
@@ -32,7 +32,7 @@ use self::title::Title;
 use crate::console::Console;
 use crate::failure::{Exit, Failure, Result};
 use crate::output::{self, Pending, shown};
-use crate::session::{frame_failure, say_validation, validated};
+use crate::session::{frame_failure, print_validation, validated};
 
 /// Wakes the window: an edit is ready.
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +47,7 @@ const STILL: Duration = Duration::from_millis(15);
 /// Longest wait for the device between two looks at the window's events.
 const SLICE: Duration = Duration::from_millis(8);
 
-/// The device may work so long before it is said what on.
+/// The device may work so long before the pass that it works on is named.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Runs a window until it is closed.
@@ -65,7 +65,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         let _ = proxy.send_event(Wake);
     }));
     let session = args.what.open(options, console)?;
-    console.say(&format!(
+    console.message(&format!(
         "{} on {}; Escape quits, `raxel run --help` lists the keys",
         session.graph_path(),
         device_name(&session)
@@ -89,7 +89,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         failure: None,
     };
     event_loop.run_app(&mut viewer).map_err(|error| no_window(&error))?;
-    viewer.complained |= say_validation(&viewer.session, console);
+    viewer.complained |= print_validation(&viewer.session, console);
     // A dispatch that does not end must not keep the program.
     if !matches!(viewer.session.wait_picture(SLICE), Ok(Progress::Done)) {
         viewer.session.abandon_device();
@@ -282,7 +282,7 @@ impl Viewer<'_> {
             }
             Err(error) => return Err(frame_failure(error, self.console)),
         };
-        self.complained |= say_validation(&self.session, self.console);
+        self.complained |= print_validation(&self.session, self.console);
         self.unshown = true;
         if self.show(event_loop)? && !report.displayed && report.dispatched == 0 {
             event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STILL));
@@ -339,8 +339,9 @@ impl Viewer<'_> {
                     if self.busy.is_none() {
                         let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on pass `{pass}`"));
                         let seconds = elapsed.as_secs();
-                        self.console
-                            .say(&format!("the device has worked{on} for {seconds} s; Escape quits, an edit is taken"));
+                        self.console.message(&format!(
+                            "the device has worked{on} for {seconds} s; Escape quits, an edit is taken"
+                        ));
                     }
                     self.busy = Some((pass, elapsed.as_secs()));
                     self.update_title();
@@ -383,7 +384,7 @@ impl Viewer<'_> {
                 self.session.hand_back();
             }
             Command::Screenshot => match self.screenshot() {
-                Ok(path) => self.console.say(&format!("wrote {}", shown(&path))),
+                Ok(path) => self.console.message(&format!("wrote {}", shown(&path))),
                 Err(failure) => self.console.failure(&failure),
             },
             Command::Quit => event_loop.exit(),
@@ -409,7 +410,7 @@ impl Viewer<'_> {
 
     fn select(&mut self, target: DebugTarget) {
         if let Err(error) = self.session.set_debug_target(target) {
-            self.console.say(&format!("warning: {error}"));
+            self.console.message(&format!("warning: {error}"));
         }
     }
 

@@ -39,7 +39,7 @@ impl<'a> ReloadLog<'a> {
                         "dropped": reloaded.resources.dropped,
                     }));
                 }
-                self.console.say(&format!(
+                self.console.message(&format!(
                     "reloaded {} in {:.0} ms, gen {}",
                     reloaded.changed.join(", "),
                     reloaded.milliseconds,
@@ -66,14 +66,15 @@ impl<'a> ReloadLog<'a> {
                         "changed": failed.changed,
                     }));
                 }
-                self.console.say(&format!("gen {} failed: showing gen {}", failed.generation, self.shown));
+                self.console.message(&format!("gen {} failed: showing gen {}", failed.generation, self.shown));
             }
             ReloadEvent::DeviceRebuilt { suspect, milliseconds } => {
                 let advice = suspect
                     .as_ref()
                     .map(|pass| format!("; pass `{pass}` is switched off until its shader changes"))
                     .unwrap_or_default();
-                self.console.say(&format!("the device was lost and is open again after {milliseconds:.0} ms{advice}"));
+                self.console
+                    .message(&format!("the device was lost and is open again after {milliseconds:.0} ms{advice}"));
             }
         }
     }

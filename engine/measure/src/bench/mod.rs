@@ -185,7 +185,7 @@ impl Spread {
 }
 
 #[cfg(test)]
-#[allow(clippy::float_cmp, reason = "ranks are picked, not reckoned")]
+#[allow(clippy::float_cmp, reason = "ranks are picked from the samples, not computed")]
 mod tests {
     use super::*;
 

@@ -176,7 +176,7 @@ impl Runner {
             size: place.size,
         };
         let outcome = match compiled {
-            // What is wrong was said before.
+            // The errors were printed before.
             Err(wrong) => Err(Refusal::new(first(&wrong.found))),
             Ok(Ready { graph, texts, .. }) => {
                 let (executor, context) = (&mut self.executor, &self.context);

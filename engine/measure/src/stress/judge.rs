@@ -145,7 +145,7 @@ fn t_free(ray: &Ray, answer: &Answer, number: u32) -> f32 {
     if f64::from(rounded) > t { rounded.next_down() } else { rounded }
 }
 
-/// The latest time that a ray is said to be free up to.
+/// The latest time at which an `ahead` row begins a ray.
 pub(super) fn latest_start(ray: &Ray, answer: &Answer) -> f32 {
     t_free(ray, answer, 0)
 }

@@ -60,7 +60,7 @@ pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], 
         }
     }
     for refusal in &refused {
-        console.say(&format!("left out: {}", refusal["reason"].as_str().unwrap_or_default()));
+        console.message(&format!("left out: {}", refusal["reason"].as_str().unwrap_or_default()));
     }
     let nothing = exports.is_empty();
     let index = json!({
@@ -73,7 +73,7 @@ pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], 
     Pending::new(&path)?.finish(format!("{index:#}\n").as_bytes())?;
     match console.format() {
         Format::Json => console::json(&json!({ "reason": "exported", "index": path })),
-        _ => console.say(&format!("wrote {}", shown(&path))),
+        _ => console.message(&format!("wrote {}", shown(&path))),
     }
     if nothing {
         return Err(Failure::new(Exit::Project, "nothing could be exported; see the reasons above"));

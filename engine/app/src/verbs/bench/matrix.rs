@@ -101,7 +101,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     if console.format() == Format::Json {
         console::json(&about.json());
     }
-    // What is wrong with a graph is said before the others are measured, which takes minutes.
+    // Errors in a graph are printed before the others are measured, which takes minutes.
     let broken = runner.broken(&found.matrix.graphs);
     console.diagnostics(&broken.found, &broken.texts, To::Stderr);
     // A run that is broken off leaves what it has measured.
@@ -115,10 +115,10 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let complaints = runner.device().log().take();
     let written = keep(&rows)?;
     if !written.is_empty() && console.format() != Format::Json {
-        console.say(&format!("wrote {}", written.join(", ")));
+        console.message(&format!("wrote {}", written.join(", ")));
     }
     for message in &complaints {
-        console.say(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
+        console.message(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
     }
     if rows.iter().all(|row| row.outcome.is_err()) {
         return Err(Failure::new(Exit::Project, "nothing could be measured; see the reasons above"));
@@ -154,7 +154,7 @@ fn measure(
                 kept = keep(&rows);
             }
         }
-        // What the planner refuses is said once, not for each view; what only this layout or device refuses is in the table.
+        // What the planner refuses is printed once, not for each view; what only this layout or device refuses is in the table.
         if let Err(Refusal { found, texts, .. }) = &row.outcome {
             let new = |found: &&Diagnostic| !found.labels.is_empty() && said.insert((*found).clone());
             let new: Vec<Diagnostic> = found.iter().filter(new).cloned().collect();

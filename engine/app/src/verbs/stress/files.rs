@@ -58,7 +58,7 @@ impl Outputs {
             written.push(name);
         }
         if !written.is_empty() && console.format() != Format::Json {
-            console.say(&format!("wrote {}", written.join(", ")));
+            console.message(&format!("wrote {}", written.join(", ")));
         }
         Ok(())
     }

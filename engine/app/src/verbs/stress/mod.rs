@@ -134,7 +134,7 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
 fn validated(device: &Device, console: &Console) -> Result {
     let complaints = device.log().take();
     for message in &complaints {
-        console.say(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
+        console.message(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
     }
     if complaints.is_empty() {
         Ok(())

@@ -168,7 +168,7 @@ pub(super) fn show_wrong(plan: &Plan, row: &RowReport, console: &Console) {
             continue;
         }
         let found = sample.found.as_ref().map_or_else(|| "nothing".to_owned(), hit_text);
-        console.say(&format!(
+        console.message(&format!(
             "{} in {site}, {set}: {}\n  exact  {}\n  found  {found}\n  {command}",
             row.row,
             wrong_name(sample.wrong),

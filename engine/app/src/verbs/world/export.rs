@@ -40,7 +40,7 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
         Format::Json => {
             console::json(&json!({ "reason": "exported", "world": path, "file": args.output, "bytes": size }));
         }
-        _ => console.say(&format!("wrote {} ({size} bytes)", shown(&args.output))),
+        _ => console.message(&format!("wrote {} ({size} bytes)", shown(&args.output))),
     }
     Ok(())
 }

@@ -71,7 +71,7 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
         Format::Json => {
             console::json(&json!({ "reason": "imported", "world": toml, "model": model, "voxels": voxels }));
         }
-        _ => console.say(&format!("wrote {} and {} ({voxels} voxels)", shown(&toml), shown(&model))),
+        _ => console.message(&format!("wrote {} and {} ({voxels} voxels)", shown(&toml), shown(&model))),
     }
     Ok(())
 }

@@ -217,7 +217,7 @@ fn overlap(a: &Place, b: &Place) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
-/// What the pointer is told over a dot.
+/// The tooltip of a dot.
 fn about(dot: &Dot<'_>) -> String {
     let mrays = dot.row.outcome.as_ref().map_or(0.0, raxel_measure::bench::Measured::mrays);
     let wrong = if dot.wrong == 0.0 { "exact".to_owned() } else { format!("{} ppm wrong", three(dot.wrong)) };
