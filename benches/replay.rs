@@ -73,6 +73,7 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
         world: WorldInput::ON_PAPER,
         memory: &DeviceMemory(device.clone()),
         alias: true,
+        poison: false,
         limits: limits(device),
     };
     let plan = raxel_graph::plan(Arc::new(graph), &input).unwrap_or_else(|errors| panic!("{errors:#?}"));
@@ -124,7 +125,7 @@ impl Recorder for Null {
     fn barrier(&mut self, step: usize) {
         self.calls += black_box(step) as u64;
     }
-    fn clear(&mut self, resource: usize) {
+    fn clear(&mut self, _: usize, resource: usize) {
         self.calls += black_box(resource) as u64;
     }
     fn bind(&mut self, pass: usize) {

@@ -201,6 +201,7 @@ fn on_paper<T>(graph: &Graph, output: [u32; 2], present: Present, make: impl FnO
         world: WorldInput::ON_PAPER,
         memory: &EstimatedMemory,
         alias: true,
+        poison: false,
         limits: LARGEST,
     })
 }

@@ -149,6 +149,7 @@ fn planned(graph: &Arc<Graph>) -> Plan {
         world: WorldInput::ON_PAPER,
         memory: &EstimatedMemory,
         alias: true,
+        poison: false,
         limits: Limits::PORTABLE,
     };
     raxel_graph::plan(graph.clone(), &input).expect("the benchmark's own graph can be planned")

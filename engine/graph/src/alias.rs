@@ -73,7 +73,8 @@ pub(crate) fn alias(resources: &[ResourcePlan], lives: &[Life], granularity: u64
     let mut items: Vec<Item> = (0..)
         .zip(resources.iter().zip(lives))
         .filter_map(|(resource, (plan, life))| match *life {
-            Life::Transient { first, last } if plan.memory.size > 0 => Some(Item {
+            // What is the same from frame to frame would have to be made again if it gave its memory away.
+            Life::Transient { first, last } if plan.memory.size > 0 && plan.varies => Some(Item {
                 resource,
                 needs: Requirements { alignment: plan.memory.alignment.max(1), ..plan.memory },
                 image: matches!(plan.desc, ResourceDesc::Image(_)),
@@ -208,6 +209,7 @@ mod tests {
             clear: None,
             init: Clear::Uint([0; 4]),
             lifetime: Lifetime::Persistent,
+            varies: true,
         }
     }
 

@@ -3,6 +3,7 @@
 
 mod bindings;
 mod blocks;
+mod clocks;
 mod constants;
 mod dispatch;
 mod extents;
@@ -79,6 +80,7 @@ pub fn check(
     // A pass that dispatches a queue gets one in front that makes its arguments.
     let passes = with_arguments(resolved, passes, found)?;
     let graph = assemble(resolved, passes)?;
+    clocks::check(&graph, resolved, found);
     flow::check(&graph, resolved, found);
     Some(graph)
 }
@@ -156,6 +158,7 @@ fn assemble(resolved: &Resolved, passes: Vec<checked::Pass>) -> Option<Graph> {
         about: resolved.about.clone(),
         present: resolved.present.as_ref()?.value,
         params: resolved.params.iter().map(|param| param.item.clone()).collect(),
+        clocks: resolved.clocks.iter().map(|clock| clock.item.clone()).collect(),
         resources: resolved.resources.iter().map(|resource| resource.item.clone()).collect(),
         loops: resolved.loops.iter().map(|repeated| repeated.item.clone()).collect(),
         passes,

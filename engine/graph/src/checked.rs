@@ -27,6 +27,10 @@ pub struct PassId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct ParamId(pub u32);
 
+/// Index into [`Graph::clocks`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct ClockId(pub u32);
+
 /// A graph in which everything that can be said without a device has been checked.
 #[derive(Clone, Debug, Serialize)]
 pub struct Graph {
@@ -38,6 +42,8 @@ pub struct Graph {
     pub present: ResourceId,
     /// Live values.
     pub params: Vec<Param>,
+    /// Clocks that some passes run by.
+    pub clocks: Vec<Clock>,
     /// Targets and buffers.
     pub resources: Vec<Resource>,
     /// Groups of passes that are repeated. The graph of a [`crate::plan::Plan`] has none: its passes are written out.
@@ -69,6 +75,11 @@ impl Graph {
         self.passes.iter().position(|p| p.name == name).map(|i| PassId(i as u32))
     }
 
+    /// The clock behind an id.
+    pub fn clock(&self, id: ClockId) -> &Clock {
+        &self.clocks[id.0 as usize]
+    }
+
     /// The pass of the file that a pass is a round of; itself, if it is no round.
     pub fn declared(&self, id: PassId) -> PassId {
         self.pass(id).round.map_or(id, |round| round.pass)
@@ -93,6 +104,19 @@ pub struct Param {
     pub step: Option<f64>,
     /// Text beside the slider; the name when the file gives none.
     pub label: String,
+    /// Where it is declared.
+    pub place: Span,
+}
+
+/// A rhythm of its own, apart from the frames.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Clock {
+    /// Name, e.g. `sim`.
+    pub name: String,
+    /// Ticks a second, 0.001 to 10,000; thousandths count.
+    pub hz: f64,
+    /// Ticks that one frame catches up at most, 1 to 16; time beyond them is dropped.
+    pub most: u32,
     /// Where it is declared.
     pub place: Span,
 }
@@ -126,8 +150,12 @@ pub struct Resource {
     pub name: String,
     /// Target or buffer.
     pub kind: ResourceKind,
-    /// How many earlier frames can be read as `name@1` … `name@history`.
+    /// How many earlier frames (ticks, with a clock) can be read as `name@1` … `name@history`.
     pub history: u32,
+    /// It has memory of its own, and keeps its contents from frame to frame unless it is cleared.
+    pub keep: bool,
+    /// Its history and clears turn with the ticks of this clock, not with the frames.
+    pub clock: Option<ClockId>,
     /// Made by raxel for a pass of the file; no file declares it.
     pub made: bool,
     /// Where it is declared, or the pass it is made for.
@@ -144,7 +172,7 @@ pub enum ResourceKind {
 }
 
 impl ResourceKind {
-    /// Whether each frame starts with a clear.
+    /// Whether each frame (tick, with a clock) starts with a clear.
     pub fn is_cleared(&self) -> bool {
         match self {
             ResourceKind::Target(target) => target.clear.is_some(),
@@ -473,6 +501,26 @@ pub enum Source {
     ExtentOf(ResourceId),
     /// Number of elements of a buffer.
     CountOf(ResourceId),
+    /// Something that a clock knows: `clock.NAME.tick`.
+    Clock(ClockId, ClockValue),
+}
+
+/// What a clock knows: the last word of `clock.NAME.tick`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum ClockValue {
+    /// `tick`, u32: the number of the tick, from 0 at the start. In a pass of the clock the one that runs, elsewhere the last one
+    /// that has run.
+    Tick,
+    /// `delta`, f32: seconds from tick to tick.
+    Delta,
+    /// `phase`, f32: time since the last tick was due, as a part of `delta`, in [0, 1).
+    Phase,
+}
+
+impl ClockValue {
+    /// Every value with its word.
+    pub const ALL: [(ClockValue, &str); 3] =
+        [(ClockValue::Tick, "tick"), (ClockValue::Delta, "delta"), (ClockValue::Phase, "phase")];
 }
 
 macro_rules! builtins {
@@ -517,12 +565,14 @@ builtins! {
     FrameIndex = "frame.index", U32, (1, 1), "Frames since the last reset.";
     FrameTime = "frame.time", F32, (1, 1), "Seconds since the last reset.";
     FrameDelta = "frame.delta", F32, (1, 1), "Seconds since the last frame.";
+    FrameStill = "frame.still", U32, (1, 1), "Frames since anything but the time changed: camera, params, graph, world, size, cursor. 0 in the frame of a change; counts up to 65,535 and stays there.";
     OutputSize = "output.size", I32, (2, 1), "Extent of the output in pixels.";
     OutputAspect = "output.aspect", F32, (1, 1), "Width of the output over its height.";
     CursorPosition = "cursor.position", I32, (2, 1), "Pixel under the cursor, from the top left; (−1, −1) without one.";
     WorldMin = "world.min", I32, (3, 1), "Smallest voxel coordinate of the world's bounds.";
     WorldMax = "world.max", I32, (3, 1), "Largest voxel coordinate of the world's bounds, plus one.";
     WorldVoxels = "world.voxels", U32, (1, 1), "Number of solid voxels, saturated.";
+    WorldSerial = "world.serial", U32, (1, 1), "How often the world has changed since the start.";
 }
 
 /// A named condition of `when`.
@@ -547,11 +597,18 @@ pub enum Fact {
     Param(ParamId),
 }
 
-/// Frames on which a pass runs.
+/// When a pass runs, if not once in every frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Every {
     /// So many times a second of the clock, apart from the frame rate; at most once a frame.
     Hz(f64),
     /// Frame indices that this divides.
     Frames(u32),
+    /// Frames in which `frame.still` is less than this: until everything has stood still for so long.
+    Still(u32),
+    /// Ticks of a clock, several in one frame or none.
+    Clock(ClockId),
 }
+
+/// Where `frame.still` stops counting: a graph that reads it comes to rest.
+pub const MOST_STILL: u32 = 65_535;

@@ -1,7 +1,9 @@
 //! Cull: leave out passes whose `when` does not hold and passes that nothing presented or pinned depends on, now or in any later
 //! frame.
 
-use crate::checked::{BoundAccess, Graph, PassId, ResourceId};
+use std::ops::Range;
+
+use crate::checked::{BoundAccess, Every, Graph, Pass, PassId, ResourceId};
 use crate::plan::{CullReason, Culled, PlanInput, Present};
 use crate::region::{Parts, Region};
 use crate::sizes::Size;
@@ -51,23 +53,34 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
         let mut needs = at_end.clone();
         // Backwards through the frame: a pass runs when something behind it needs what it writes. A store never makes an earlier
         // one useless, for a pass need not write every texel.
-        for (index, pass) in graph.passes.iter().enumerate().rev() {
-            if taken_early && input.present.after == Some(PassId(index as u32)) {
+        let mut end = graph.passes.len();
+        while end > 0 {
+            let group = group_before(graph, end);
+            if input.present.after.is_some_and(|after| group.contains(&(after.0 as usize))) {
                 mark(&mut needs[input.present.resource.0 as usize], presented.iter().copied());
             }
-            if !on[index] {
-                continue;
-            }
-            live[index] |= pass
-                .accesses
-                .iter()
-                .any(|a| a.access.writes() && region(a).iter().any(|&part| needs[a.resource.0 as usize][part]));
-            if live[index] {
-                for access in pass.accesses.iter().filter(|a| a.access.reads()) {
-                    let point = if access.age == 0 { &mut needs } else { &mut at_end };
-                    mark(&mut point[access.resource.0 as usize], region(access));
+            loop {
+                let before_tick = needs.clone();
+                for (index, pass) in
+                    group.clone().map(|index| (index, &graph.passes[index])).rev().filter(|(i, _)| on[*i])
+                {
+                    live[index] |= pass
+                        .accesses
+                        .iter()
+                        .any(|a| a.access.writes() && region(a).iter().any(|&part| needs[a.resource.0 as usize][part]));
+                    if live[index] {
+                        for access in pass.accesses.iter().filter(|a| a.access.reads()) {
+                            let point = if access.age == 0 { &mut needs } else { &mut at_end };
+                            mark(&mut point[access.resource.0 as usize], region(access));
+                        }
+                    }
+                }
+                // What a tick needs when it starts may be made by the tick before it.
+                if needs == before_tick || !catches_up(graph, &graph.passes[group.start]) {
+                    break;
                 }
             }
+            end = group.start;
         }
         // What is needed when a frame starts must be there when the last one ends, unless the frame makes it anew.
         let anew = made_anew(graph, &live, input.present, &parts, &presented, region);
@@ -111,6 +124,20 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
     result
 }
 
+/// The passes that end there and run together: those of a clock, or one alone.
+fn group_before(graph: &Graph, end: usize) -> Range<usize> {
+    let last = graph.passes[end - 1].every;
+    if !matches!(last, Some(Every::Clock(_))) {
+        return end - 1..end;
+    }
+    end - graph.passes[..end].iter().rev().take_while(|pass| pass.every == last).count()..end
+}
+
+/// Whether a pass may run several times in a frame.
+fn catches_up(graph: &Graph, pass: &Pass) -> bool {
+    matches!(pass.every, Some(Every::Clock(clock)) if graph.clock(clock).most > 1)
+}
+
 /// The parts that hold nothing of an earlier frame once they are first looked at: those of resources that are cleared, and those
 /// that a `writeonly` binding touches first. This is the assumption of [`crate::lifetimes`]. A later `writeonly` store makes nothing
 /// anew: it may add to what an earlier pass of the frame stored.
@@ -125,7 +152,8 @@ fn made_anew(
     let mut anew: Needs = parts.iter().map(|parts| vec![false; parts.count()]).collect();
     let mut touched = anew.clone();
     for (index, resource) in graph.resources.iter().enumerate() {
-        if resource.kind.is_cleared() {
+        // A frame without a tick clears nothing that turns with a clock.
+        if resource.kind.is_cleared() && resource.clock.is_none() {
             anew[index].fill(true);
             touched[index].fill(true);
         }

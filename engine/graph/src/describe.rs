@@ -66,6 +66,7 @@ pub(crate) fn describe(
                 copies: resource.history + 1,
                 clear,
                 lifetime: Lifetime::Persistent,
+                varies: true,
             }
         })
         .collect()

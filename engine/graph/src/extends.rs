@@ -9,7 +9,7 @@ use raxel_diagnostics::files::{join, read_text};
 use raxel_diagnostics::table::closest;
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
 
-use crate::model::{At, Bind, Buffer, File, Fills, Loop, Member, Param, Pass, SharedBlock, Target};
+use crate::model::{At, Bind, Buffer, Clock, File, Fills, Loop, Member, Param, Pass, SharedBlock, Target};
 use crate::parse::parse;
 
 /// Files that may extend each other in a row.
@@ -73,6 +73,7 @@ pub fn load(path: &str, files: &dyn Files, texts: &mut SourceMap, found: &mut Ve
     let mut base = layers.next()?;
     reject_overlay_keys(&base, found);
     base.params.retain(|param| !param.remove);
+    base.clocks.retain(|clock| !clock.remove);
     base.targets.retain(|target| !target.remove);
     base.buffers.retain(|buffer| !buffer.remove);
     base.blocks.retain(|block| !block.remove);
@@ -115,6 +116,7 @@ fn reject_overlay_keys(file: &File, found: &mut Vec<Diagnostic>) {
         );
     };
     let removed = (file.params.iter().filter(|p| p.remove).map(|p| &p.name))
+        .chain(file.clocks.iter().filter(|c| c.remove).map(|c| &c.name))
         .chain(file.targets.iter().filter(|t| t.remove).map(|t| &t.name))
         .chain(file.buffers.iter().filter(|b| b.remove).map(|b| &b.name))
         .chain(file.blocks.iter().filter(|b| b.remove).map(|b| &b.fills.name))
@@ -158,6 +160,7 @@ fn too_many(file: &File) -> Option<Diagnostic> {
     });
     let tables = [
         ("params", file.params.get(MOST).map(|param| &param.name)),
+        ("clocks", file.clocks.get(MOST).map(|clock| &clock.name)),
         ("targets", file.targets.get(MOST).map(|target| &target.name)),
         ("buffers", file.buffers.get(MOST).map(|buffer| &buffer.name)),
         ("blocks", file.blocks.get(MOST).map(|block| &block.fills.name)),
@@ -210,6 +213,7 @@ fn overlay(below: File, above: File, found: &mut Vec<Diagnostic>) -> File {
     replace(&mut file.about, above.about);
     replace(&mut file.present, above.present);
     merge(&mut file.params, above.params, found);
+    merge(&mut file.clocks, above.clocks, found);
     merge(&mut file.targets, above.targets, found);
     merge(&mut file.buffers, above.buffers, found);
     merge(&mut file.blocks, above.blocks, found);
@@ -270,6 +274,7 @@ fn unknown<'n>(what: &str, name: &At<String>, known: impl Iterator<Item = &'n st
     let code = match what {
         "pass" => codes::graph::UNKNOWN_PASS,
         "param" => codes::graph::UNKNOWN_PARAM,
+        "clock" => codes::graph::UNKNOWN_CLOCK,
         "target" | "buffer" => codes::graph::UNKNOWN_RESOURCE,
         "loop" => codes::graph::UNKNOWN_LOOP,
         _ => codes::graph::NOTHING_TO_OVERLAY,
@@ -300,6 +305,21 @@ impl Layer for Param {
     }
 }
 
+impl Layer for Clock {
+    const WHAT: &'static str = "clock";
+    fn name(&self) -> &At<String> {
+        &self.name
+    }
+    fn removed(&self) -> bool {
+        self.remove
+    }
+    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
+        self.flawed |= above.flawed;
+        replace(&mut self.hz, above.hz);
+        replace(&mut self.most, above.most);
+    }
+}
+
 impl Layer for Target {
     const WHAT: &'static str = "target";
     fn name(&self) -> &At<String> {
@@ -314,6 +334,7 @@ impl Layer for Target {
             // A source brings its own format, extent and contents.
             (self.format, self.size, self.mips, self.layers) = (None, None, None, None);
             (self.clear, self.init, self.history) = (None, None, None);
+            (self.keep, self.clock) = (None, None);
         } else if above.format.is_some() {
             // The same target, made here.
             self.source = None;
@@ -325,6 +346,8 @@ impl Layer for Target {
         replace(&mut self.layers, above.layers);
         replace(&mut self.history, above.history);
         replace_either(&mut self.clear, &mut self.init, (above.clear, above.init));
+        replace(&mut self.keep, above.keep);
+        replace(&mut self.clock, above.clock);
         replace(&mut self.display, above.display);
     }
 }
@@ -342,10 +365,13 @@ impl Layer for Buffer {
         if above.source.is_some() {
             // A source brings its own size and contents.
             (self.clear, self.init, self.history) = (None, None, None);
+            (self.keep, self.clock) = (None, None);
         }
         replace_either(&mut self.size, &mut self.source, (above.size, above.source));
         replace_either(&mut self.clear, &mut self.init, (above.clear, above.init));
         replace(&mut self.history, above.history);
+        replace(&mut self.keep, above.keep);
+        replace(&mut self.clock, above.clock);
     }
 }
 

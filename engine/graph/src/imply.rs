@@ -47,6 +47,7 @@ pub fn images(graph: &mut Resolved, shaders: &Reflected, sources: &[SourceLayout
                 layer: None,
                 linear: None,
                 repeat: None,
+                partial: None,
             });
         }
     }

@@ -17,6 +17,7 @@ mod order;
 mod parse;
 pub mod plan;
 mod planner;
+mod poison;
 pub mod print;
 mod queues;
 mod reflect;
@@ -26,6 +27,7 @@ mod schema;
 pub mod sizes;
 mod unroll;
 mod value;
+mod varies;
 
 pub use compile::{Compiled, Replace, SourceLayout, compile, compile_with};
 pub use memory::EstimatedMemory;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::Span;
 
-use crate::checked::{DisplayMap, Every, RoundIndex};
+use crate::checked::{DisplayMap, RoundIndex};
 
 /// A value with its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +40,8 @@ pub struct File {
     pub params: Vec<Param>,
     /// `[blocks.*]`.
     pub blocks: Vec<SharedBlock>,
+    /// `[clocks.*]`.
+    pub clocks: Vec<Clock>,
     /// `[targets.*]`.
     pub targets: Vec<Target>,
     /// `[buffers.*]`.
@@ -71,6 +73,21 @@ pub struct Param {
     pub label: Option<At<String>>,
 }
 
+/// `[clocks.NAME]`.
+#[derive(Clone, Debug)]
+pub struct Clock {
+    /// The key.
+    pub name: At<String>,
+    /// `remove = true`.
+    pub remove: bool,
+    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    pub flawed: bool,
+    /// `hz`.
+    pub hz: Option<At<f64>>,
+    /// `most`.
+    pub most: Option<At<u32>>,
+}
+
 /// `[targets.NAME]`.
 #[derive(Clone, Debug)]
 pub struct Target {
@@ -96,6 +113,10 @@ pub struct Target {
     pub clear: Option<Literal>,
     /// `init`.
     pub init: Option<Literal>,
+    /// `keep`.
+    pub keep: Option<At<bool>>,
+    /// `clock`.
+    pub clock: Option<At<String>>,
     /// `display`.
     pub display: Option<At<Display>>,
 }
@@ -151,6 +172,10 @@ pub struct Buffer {
     pub init: Option<Literal>,
     /// `history`.
     pub history: Option<At<u32>>,
+    /// `keep`.
+    pub keep: Option<At<bool>>,
+    /// `clock`.
+    pub clock: Option<At<String>>,
 }
 
 /// `size` of a buffer.
@@ -252,6 +277,19 @@ pub struct Pass {
     pub every: Option<At<Every>>,
 }
 
+/// `every`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Every {
+    /// `{ hz = 20 }`.
+    Hz(f64),
+    /// `{ frames = 3 }`.
+    Frames(u32),
+    /// `{ still = 64 }`.
+    Still(u32),
+    /// `"sim"`, the name of a clock.
+    Clock(String),
+}
+
 /// `dispatch`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Dispatch {
@@ -299,6 +337,8 @@ pub struct Bind {
     pub linear: Option<At<bool>>,
     /// `wrap`: repeat, else clamp.
     pub repeat: Option<At<bool>>,
+    /// `partial`.
+    pub partial: Option<At<bool>>,
 }
 
 /// `[blocks.NAME]`: values for every push-constant or uniform block of that name.

@@ -1,18 +1,17 @@
 //! Order: the actions of a frame in program order, and every access that each of them makes.
 
-use crate::checked::ResourceKind;
-use crate::checked::{BoundAccess, Graph, PassId, Usage};
+use crate::checked::{BoundAccess, ClockId, Every, Graph, PassId, ResourceId, ResourceKind, Usage};
 use crate::cull::{Cull, presented};
-use crate::plan::{AccessMask, PlanInput, Stages};
+use crate::plan::{AccessMask, PlanInput, Stages, Turn};
 use crate::region::Region;
 use crate::sizes::Size;
 
 /// A step that is no barrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Action {
-    /// Clears this frame's copy of a resource (index among the used ones).
-    Clear(u32),
-    /// Dispatches a pass (index among the live ones).
+    /// Clears the current copy of a resource (index among the used ones), at the start of a tick if it has a clock.
+    Clear(u32, Option<u32>),
+    /// Dispatches a pass (index into [`Order::passes`]).
     Dispatch(u32),
     /// Takes the debug target.
     Present,
@@ -25,8 +24,10 @@ pub(crate) struct Touch {
     pub action: u32,
     /// Index among the used resources.
     pub resource: u32,
-    /// 0 is this frame's copy, n that of n frames ago.
+    /// 0 is the current copy, n that of n frames (or ticks) ago.
     pub age: u32,
+    /// By what the copies are counted there.
+    pub turn: Turn,
     /// Mips and layers.
     pub region: Region,
     /// Exactly one access.
@@ -61,101 +62,198 @@ pub(crate) struct Order {
     pub actions: Vec<Action>,
     /// Every access, in order of the action.
     pub touches: Vec<Touch>,
+    /// The passes that run.
+    pub passes: Vec<Instance>,
+    /// By clock: its first action, and one past the last.
+    pub clocks: Vec<(u32, u32)>,
 }
 
-/// Puts the frame in order: passes as the file has them, a clear just before the first use of what it clears, the present step
-/// after the pass it is taken after.
-pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cull) -> Order {
-    let index: Vec<Option<u32>> = {
-        let mut index = vec![None; graph.resources.len()];
-        for (at, resource) in cull.used.iter().enumerate() {
-            index[resource.0 as usize] = Some(at as u32);
-        }
-        index
+/// A pass that runs; one of a clock is there once for each tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Instance {
+    pub pass: PassId,
+    pub tick: Option<u32>,
+}
+
+/// Puts the frame in order: passes as the file has them, those of a clock once for each tick that may be due; a clear just before the
+/// first use (in the frame or the tick) of what it clears; the present step after the pass it is taken after. `poisoned` says for each
+/// used resource whether it is filled before its first use although the file does not clear it.
+pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cull, poisoned: &[bool]) -> Order {
+    let mut index = vec![None; graph.resources.len()];
+    for (at, resource) in cull.used.iter().enumerate() {
+        index[resource.0 as usize] = Some(at as u32);
+    }
+    let clock_of = |id: &ResourceId| graph.resource(*id).clock;
+    let cleared = |(at, id): (usize, &ResourceId)| {
+        clock_of(id).is_none() && (graph.resource(*id).kind.is_cleared() || poisoned.get(at) == Some(&true))
     };
-    let mut order = Order::default();
-    let mut to_clear: Vec<bool> = cull.used.iter().map(|id| graph.resource(*id).kind.is_cleared()).collect();
-    let mut live = cull.live.iter().copied().enumerate().peekable();
-    for at in 0..graph.passes.len() {
-        if let Some((number, id)) = live.next_if(|(_, id)| id.0 as usize == at) {
-            let mut touches = Vec::new();
-            for access in &graph.pass(id).accesses {
-                // Sources are written by nobody in a frame; the runtime replaces them between frames.
-                if graph.resource(access.resource).kind.source().is_none()
-                    && let Some(resource) = index[access.resource.0 as usize]
-                {
-                    let region = Region::of(access, &sizes[access.resource.0 as usize]);
-                    touches.extend(accesses(access).map(|mask| (resource, access.age, region, mask)));
-                }
+    let mut ordering = Ordering {
+        graph,
+        sizes,
+        input,
+        cull,
+        index,
+        to_clear: cull.used.iter().enumerate().map(cleared).collect(),
+        tick: None,
+        passed: vec![false; graph.clocks.len()],
+        order: Order { clocks: vec![(0, 0); graph.clocks.len()], ..Order::default() },
+    };
+    let mut at = 0;
+    while at < graph.passes.len() {
+        let first = at;
+        match graph.passes[at].every {
+            Some(Every::Clock(clock)) => {
+                let of_clock = graph.passes[at..].iter().take_while(|pass| pass.every == Some(Every::Clock(clock)));
+                at += of_clock.count();
+                ordering.ticks(clock, first..at);
             }
-            order.act(Action::Dispatch(number as u32), &touches, &mut to_clear, sizes, cull);
+            _ => {
+                at += 1;
+                ordering.dispatch(first);
+            }
         }
-        if input.present.after == Some(PassId(at as u32)) {
-            order.present(graph, sizes, input, cull, &index, &mut to_clear);
+        // What is taken after a pass of a clock is taken after all ticks of the frame.
+        if input.present.after.is_some_and(|after| (first..at).contains(&(after.0 as usize))) {
+            ordering.present();
         }
     }
     if input.present.after.is_none() {
-        order.present(graph, sizes, input, cull, &index, &mut to_clear);
+        ordering.present();
     }
     // What only later frames read is cleared all the same.
-    for (resource, _) in (0..).zip(&to_clear).filter(|(_, to_clear)| **to_clear) {
-        order.clear(resource, sizes, cull);
-    }
-    order
+    ordering.clear_rest();
+    ordering.order
 }
 
-impl Order {
-    fn act(
-        &mut self,
-        action: Action,
-        touches: &[(u32, u32, Region, AccessMask)],
-        to_clear: &mut [bool],
-        sizes: &[Size],
-        cull: &Cull,
-    ) {
+/// The frame so far, and what it is made from.
+struct Ordering<'a> {
+    graph: &'a Graph,
+    sizes: &'a [Size],
+    input: &'a PlanInput<'a>,
+    cull: &'a Cull,
+    /// By resource of the graph: its index among the used ones.
+    index: Vec<Option<u32>>,
+    /// By used resource: it is to be cleared before its next use.
+    to_clear: Vec<bool>,
+    /// The tick that is being put in order.
+    tick: Option<(ClockId, u32)>,
+    /// By clock: its ticks are behind.
+    passed: Vec<bool>,
+    order: Order,
+}
+
+impl Ordering<'_> {
+    /// Every tick of a clock that may be due, each with all of its passes in order.
+    fn ticks(&mut self, clock: ClockId, passes: std::ops::Range<usize>) {
+        let cleared = |id: &ResourceId| {
+            let resource = self.graph.resource(*id);
+            resource.clock == Some(clock) && resource.kind.is_cleared()
+        };
+        let cleared: Vec<bool> = self.cull.used.iter().map(cleared).collect();
+        let first = self.order.actions.len() as u32;
+        for tick in 0..self.graph.clock(clock).most {
+            self.tick = Some((clock, tick));
+            let of_frame = std::mem::replace(&mut self.to_clear, cleared.clone());
+            for (of_tick, of_frame) in self.to_clear.iter_mut().zip(of_frame) {
+                *of_tick |= of_frame;
+            }
+            for pass in passes.clone() {
+                self.dispatch(pass);
+            }
+            // What is read outside the clock alone.
+            for resource in (0..).zip(&cleared).filter(|(_, cleared)| **cleared).map(|(resource, _)| resource) {
+                if std::mem::take(&mut self.to_clear[resource as usize]) {
+                    self.clear(resource);
+                }
+            }
+        }
+        self.tick = None;
+        self.passed[clock.0 as usize] = true;
+        self.order.clocks[clock.0 as usize] = (first, self.order.actions.len() as u32);
+    }
+
+    /// A pass of the graph, if it is live.
+    fn dispatch(&mut self, pass: usize) {
+        let id = PassId(pass as u32);
+        if self.cull.live.binary_search(&id).is_err() {
+            return;
+        }
+        let mut touches = Vec::new();
+        for access in &self.graph.pass(id).accesses {
+            // Sources are written by nobody in a frame; the runtime replaces them between frames.
+            if self.graph.resource(access.resource).kind.source().is_none()
+                && let Some(resource) = self.index[access.resource.0 as usize]
+            {
+                let region = Region::of(access, &self.sizes[access.resource.0 as usize]);
+                touches.extend(accesses(access).map(|mask| (resource, access.age, region, mask)));
+            }
+        }
+        let number = self.order.passes.len() as u32;
+        self.order.passes.push(Instance { pass: id, tick: self.tick.map(|(_, tick)| tick) });
+        self.act(Action::Dispatch(number), &touches);
+    }
+
+    fn act(&mut self, action: Action, touches: &[(u32, u32, Region, AccessMask)]) {
         for &(resource, age, ..) in touches {
-            if age == 0 && std::mem::take(&mut to_clear[resource as usize]) {
-                self.clear(resource, sizes, cull);
+            if age == 0 && std::mem::take(&mut self.to_clear[resource as usize]) {
+                self.clear(resource);
             }
         }
-        let number = self.actions.len() as u32;
-        self.actions.push(action);
+        let number = self.order.actions.len() as u32;
+        self.order.actions.push(action);
         for &(resource, age, region, access) in touches {
-            let touch = Touch { action: number, resource, age, region, access };
-            if !self.touches.ends_with(&[touch]) {
-                self.touches.push(touch);
+            let turn = self.turn(resource);
+            let touch = Touch { action: number, resource, age, turn, region, access };
+            if !self.order.touches.ends_with(&[touch]) {
+                self.order.touches.push(touch);
             }
         }
     }
 
-    fn clear(&mut self, resource: u32, sizes: &[Size], cull: &Cull) {
-        let region = Region::whole(&sizes[cull.used[resource as usize].0 as usize]);
-        let action = self.actions.len() as u32;
-        self.actions.push(Action::Clear(resource));
-        self.touches.push(Touch { action, resource, age: 0, region, access: AccessMask::TRANSFER_WRITE });
+    fn clear(&mut self, resource: u32) {
+        let id = self.cull.used[resource as usize];
+        let region = Region::whole(&self.sizes[id.0 as usize]);
+        let action = self.order.actions.len() as u32;
+        // A clear for the frame may stand within a tick: it belongs to none.
+        let tick = self.graph.resource(id).clock.and(self.tick).map(|(_, tick)| tick);
+        self.order.actions.push(Action::Clear(resource, tick));
+        let turn = self.turn(resource);
+        let access = AccessMask::TRANSFER_WRITE;
+        self.order.touches.push(Touch { action, resource, age: 0, turn, region, access });
     }
 
-    fn present(
-        &mut self,
-        graph: &Graph,
-        sizes: &[Size],
-        input: &PlanInput,
-        cull: &Cull,
-        index: &[Option<u32>],
-        to_clear: &mut [bool],
-    ) {
-        let present = input.present;
-        let mask = match graph.resource(present.resource).kind {
+    fn clear_rest(&mut self) {
+        for resource in 0..self.to_clear.len() as u32 {
+            if std::mem::take(&mut self.to_clear[resource as usize]) {
+                self.clear(resource);
+            }
+        }
+    }
+
+    fn present(&mut self) {
+        let present = self.input.present;
+        let resource = self.graph.resource(present.resource);
+        let mask = match resource.kind {
             ResourceKind::Target(_) => AccessMask::SAMPLED_READ,
             ResourceKind::Buffer(_) => AccessMask::STORAGE_READ,
         };
-        let touch = match index[present.resource.0 as usize] {
-            Some(resource) if graph.resource(present.resource).kind.source().is_none() => {
-                vec![(resource, present.age, presented(present, sizes), mask)]
+        let touch = match self.index[present.resource.0 as usize] {
+            Some(index) if resource.kind.source().is_none() => {
+                vec![(index, present.age, presented(present, self.sizes), mask)]
             }
             _ => Vec::new(),
         };
-        self.act(Action::Present, &touch, to_clear, sizes, cull);
+        self.act(Action::Present, &touch);
+    }
+
+    /// By what the copies of a used resource are counted here.
+    fn turn(&self, resource: u32) -> Turn {
+        match (self.graph.resource(self.cull.used[resource as usize]).clock, self.tick) {
+            (None, _) => Turn::Frame,
+            (Some(clock), Some((ticking, tick))) if clock == ticking => Turn::Tick(clock, tick),
+            (Some(clock), _) if self.passed[clock.0 as usize] => Turn::After(clock),
+            (Some(clock), _) => Turn::Before(clock),
+        }
     }
 }
 

@@ -10,10 +10,13 @@ pub use resources::DISPLAY_MAPS;
 use raxel_diagnostics::table::{self, Node, Reporter, Table};
 use raxel_diagnostics::{Diagnostic, codes};
 
-use crate::model::{At, Data, File, Literal, Param};
+use crate::model::{At, Clock, Data, File, Literal, Param};
 
 /// Most entries that an array of numbers in a graph file may have.
 const LONGEST_ARRAY: usize = 4096;
+
+/// Ticks that a clock may catch up in one frame at most: each is a group of passes in the plan.
+const MOST_TICKS: i64 = 16;
 
 /// Reads the text of the graph file of that path. `None` when it is not TOML.
 pub fn parse(path: &str, text: &str, found: &mut Vec<Diagnostic>) -> Option<File> {
@@ -31,6 +34,7 @@ fn read(root: &Table<'_, '_>) -> File {
         present: text(root, "present"),
         extends: text(root, "extends"),
         params: root.tables("params").into_iter().map(|(name, node, table)| param(name, &node, &table)).collect(),
+        clocks: root.tables("clocks").into_iter().map(|(name, node, table)| clock(name, &node, &table)).collect(),
         targets: root
             .tables("targets")
             .into_iter()
@@ -68,6 +72,20 @@ fn param(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Param {
     table.finish();
     param.flawed = table.reporter().count() > before;
     param
+}
+
+fn clock(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Clock {
+    let before = table.reporter().count();
+    let mut clock = Clock {
+        name: At::new(name, node.key_span.clone()),
+        remove: remove(table, &["remove"]),
+        flawed: false,
+        hz: table.get("hz").and_then(|node| at(&node, passes::rate(&node))),
+        most: table.get("most").and_then(|node| at(&node, node.integer(1..=MOST_TICKS).map(|n| n as u32))),
+    };
+    table.finish();
+    clock.flawed = table.reporter().count() > before;
+    clock
 }
 
 /// Whether `remove = true`, which may stand beside no keys but `beside`.

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use raxel_shader::format::Format;
 use serde::Serialize;
 
-use crate::checked::{Clear, Fact, Graph, ParamId, PassId, ResourceId, Source, Value};
+use crate::checked::{Clear, ClockId, Fact, Graph, ParamId, PassId, ResourceId, Source, Value};
 use crate::sizes::Size;
 
 /// What a plan is made for, besides the graph.
@@ -38,6 +38,9 @@ pub struct PlanInput<'a> {
     pub memory: &'a dyn MemoryModel,
     /// Whether transient resources may share memory.
     pub alias: bool,
+    /// Whether transient memory is filled with what nobody can take for a result before its first use in a frame: NaN, magenta or
+    /// 0xDEADBEEF.
+    pub poison: bool,
     /// Limits of the device.
     pub limits: Limits,
 }
@@ -202,18 +205,75 @@ pub struct Plan {
     /// Sizes of all resources of the graph, created or not, in order of [`Graph::resources`].
     #[serde(skip)]
     pub sizes: Vec<Size>,
-    /// Live passes in program order.
+    /// Live passes in program order, those of a clock once for each tick that a frame may catch up.
     pub passes: Vec<PassPlan>,
+    /// Where the ticks of each clock are, in order of [`Graph::clocks`].
+    pub clocks: Vec<ClockPlan>,
     /// Passes that are left out, with the reason.
     pub culled: Vec<Culled>,
     /// The frame.
     pub steps: Vec<Step>,
 }
 
+/// The ticks of a clock in a frame: steps in a row, tick after tick. A frame with n ticks due runs the first n of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ClockPlan {
+    /// The first of the steps (index into [`Plan::steps`]).
+    pub first: u32,
+    /// One past the last; equal to `first` when the clock has nothing to do.
+    pub end: u32,
+}
+
+/// By what the copies of a resource are counted at one step. Copy r mod copies is the current one, where r is a rotation:
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum Turn {
+    /// the number of the frame;
+    Frame,
+    /// in front of a clock's ticks, the number of the last tick that an earlier frame has run;
+    Before(ClockId),
+    /// in the given one of the frame's ticks, the number of that tick;
+    Tick(ClockId, u32),
+    /// behind a clock's ticks, the number of the last tick that has run.
+    After(ClockId),
+}
+
 impl Plan {
     /// The value of a source that stays the same while the plan runs; `None` for what changes from frame to frame.
     pub fn constant(&self, source: &Source) -> Option<Value> {
         crate::sizes::constant(source, &self.sizes)
+    }
+
+    /// By what the copies of a resource are counted at a step.
+    pub fn turn(&self, step: usize, resource: ResourceId) -> Turn {
+        self.graph.resource(resource).clock.map_or(Turn::Frame, |clock| self.clock_at(step, clock))
+    }
+
+    /// Where a clock stands at a step.
+    pub fn clock_at(&self, step: usize, clock: ClockId) -> Turn {
+        let planned = self.clocks[clock.0 as usize];
+        if (step as u32) < planned.first {
+            return Turn::Before(clock);
+        }
+        match self.tick_of(step) {
+            Some(tick) if (step as u32) < planned.end => Turn::Tick(clock, tick),
+            _ => Turn::After(clock),
+        }
+    }
+
+    /// Which of the frame's ticks of its clock a step belongs to, if to any.
+    pub fn tick_of(&self, step: usize) -> Option<u32> {
+        match self.steps[step] {
+            Step::Clear { tick, .. } => tick,
+            Step::Dispatch { pass } => self.passes[pass as usize].tick,
+            Step::Barrier(_) | Step::Present => None,
+        }
+    }
+
+    /// The clock whose tick a step belongs to.
+    pub fn clock_of(&self, step: usize) -> Option<ClockId> {
+        self.tick_of(step)?;
+        let within = |planned: &ClockPlan| (planned.first..planned.end).contains(&(step as u32));
+        self.clocks.iter().position(within).map(|clock| ClockId(clock as u32))
     }
 }
 
@@ -226,14 +286,17 @@ pub struct ResourcePlan {
     pub desc: ResourceDesc,
     /// What each copy needs, as [`PlanInput::memory`] says; nothing for a source but its bytes.
     pub memory: Requirements,
-    /// `history + 1` copies; frame f writes copy f mod copies, and `@n` reads copy (f − n) mod copies.
+    /// `history + 1` copies; frame (or tick) f writes copy f mod copies, and `@n` reads copy (f − n) mod copies. See [`Turn`].
     pub copies: u32,
-    /// Contents at the start of each frame, if it is cleared.
+    /// Contents at the start of each frame, if it is cleared (or filled for [`PlanInput::poison`]).
     pub clear: Option<Clear>,
     /// Contents at creation and on reset.
     pub init: Clear,
     /// Whether the contents must survive the frame.
     pub lifetime: Lifetime,
+    /// Whether they depend on the camera, the cursor, the frame or a clock. What does not is the same in most frames, and is kept
+    /// apart, so that it need not be made again.
+    pub varies: bool,
 }
 
 /// Image or buffer, made or supplied.
@@ -290,6 +353,8 @@ pub struct BlockPlan {
 pub struct PassPlan {
     /// Which.
     pub pass: PassId,
+    /// Which of the ticks that the frame catches up, for a pass of a clock; it runs when so many are due.
+    pub tick: Option<u32>,
     /// Workgroups, or `None` for an indirect dispatch.
     pub groups: Option<[u32; 3]>,
     /// Specialization constants that the graph sets, by id.
@@ -324,6 +389,8 @@ pub enum Step {
     Clear {
         /// Index into [`Plan::resources`].
         resource: u32,
+        /// The tick at whose start it is cleared, for a resource with a clock.
+        tick: Option<u32>,
     },
     /// A dispatch.
     Dispatch {

@@ -11,11 +11,13 @@ use crate::cull::cull;
 use crate::describe::describe;
 use crate::lifetimes::{Life, lifetimes};
 use crate::limits;
-use crate::order::{Action, Order, order};
-use crate::plan::{Barrier, Lifetime, PassPlan, Plan, PlanInput, ResourcePlan, Step};
+use crate::order::{Action, Instance, Order, order};
+use crate::plan::{Barrier, ClockPlan, Lifetime, PassPlan, Plan, PlanInput, ResourcePlan, Step};
+use crate::poison::poison;
 use crate::print::{After, Phase};
 use crate::sizes::{groups, sizes, specialization};
 use crate::unroll::unroll;
+use crate::varies::varies;
 
 /// Compiles a checked graph for one output size, present point and state of the conditions. The errors are those that only a size or
 /// a device can show, all at once.
@@ -60,29 +62,47 @@ fn bake(
     let mut resources = describe(&graph, &sizes, &cull.used, input.memory);
 
     // A frame is what the file says in the order of the file; clears and the present step find their places.
-    let order = order(&graph, &sizes, input, &cull);
-    watch(&After::Order(&order, &cull));
-
+    let mut ordered = order(&graph, &sizes, input, &cull, &[]);
     // What no later frame reads only lives from its first to its last step,
-    let lives = lifetimes(&graph, input, &cull, &order);
+    let mut lives = lifetimes(&graph, input, &cull, &ordered);
+    // and is filled before the first of them, where that is asked for.
+    if input.poison {
+        let transient =
+            |(life, resource): (&Life, &ResourcePlan)| *life != Life::Persistent && resource.clear.is_none();
+        let poisoned: Vec<bool> = lives.iter().zip(&resources).map(transient).collect();
+        ordered = order(&graph, &sizes, input, &cull, &poisoned);
+        lives = lifetimes(&graph, input, &cull, &ordered);
+        for (resource, _) in resources.iter_mut().zip(&poisoned).filter(|(_, poisoned)| **poisoned) {
+            resource.clear = Some(poison(resource));
+        }
+    }
+    let order = ordered;
+    watch(&After::Order(&order, &cull));
     watch(&After::Lifetimes(&lives, &cull));
 
-    // and shares memory with what lives at other times.
+    // What does not change with the frames is kept;
+    let varies = varies(&graph, &cull, &order, &lives);
+    for (resource, varies) in resources.iter_mut().zip(&varies) {
+        resource.varies = *varies;
+    }
+    watch(&After::Varies(&varies, &cull));
+
+    // the rest shares memory with what lives at other times.
     let alias = alias(&resources, &lives, input.memory.granularity(), input.alias);
     watch(&After::Alias(&alias, &cull));
 
     // Conflicting accesses are ordered by as few and as small barriers as there can be.
-    let frame = Frame { order: &order, live: &cull.live, resources: &resources, lives: &lives, alias: &alias };
+    let frame = Frame { graph: &graph, order: &order, resources: &resources, lives: &lives, alias: &alias };
     let barriers = barriers(&frame);
     watch(&After::Barriers(&barriers, &order, &cull));
 
     // The frame becomes one flat list.
-    let steps = flatten(&order, barriers, &lives, &alias, &mut resources);
-    let passes = (cull.live.iter())
-        .map(|&id| {
+    let (steps, clocks) = flatten(&order, barriers, &lives, &alias, &mut resources);
+    let passes = (order.passes.iter())
+        .map(|&Instance { pass: id, tick }| {
             let pass = graph.pass(id);
             let groups = groups(pass, &sizes, &input.limits);
-            PassPlan { pass: id, groups, specialization: specialization(pass, &sizes) }
+            PassPlan { pass: id, tick, groups, specialization: specialization(pass, &sizes) }
         })
         .collect();
     Ok(Plan {
@@ -92,27 +112,28 @@ fn bake(
         blocks: alias.blocks,
         sizes,
         passes,
+        clocks,
         culled: cull.culled,
         steps,
         graph,
     })
 }
 
-/// Puts each barrier in front of its action, and counts lifetimes in steps.
+/// Puts each barrier in front of its action, and counts lifetimes and clocks in steps.
 fn flatten(
     order: &Order,
     barriers: Vec<Option<Barrier>>,
     lives: &[Life],
     alias: &Alias,
     resources: &mut [ResourcePlan],
-) -> Vec<Step> {
+) -> (Vec<Step>, Vec<ClockPlan>) {
     let mut steps = Vec::with_capacity(order.actions.len() * 2);
     let mut step_of = Vec::with_capacity(order.actions.len());
     for (action, barrier) in order.actions.iter().zip(barriers) {
         steps.extend(barrier.map(Step::Barrier));
         step_of.push(steps.len() as u32);
         steps.push(match *action {
-            Action::Clear(resource) => Step::Clear { resource },
+            Action::Clear(resource, tick) => Step::Clear { resource, tick },
             Action::Dispatch(pass) => Step::Dispatch { pass },
             Action::Present => Step::Present,
         });
@@ -126,5 +147,12 @@ fn flatten(
             };
         }
     }
-    steps
+    let clock = |&(first, end): &(u32, u32)| {
+        if first == end {
+            return ClockPlan::default();
+        }
+        ClockPlan { first: step_of[first as usize], end: step_of[end as usize - 1] + 1 }
+    };
+    let clocks = order.clocks.iter().map(clock).collect();
+    (steps, clocks)
 }

@@ -32,6 +32,8 @@ pub(crate) fn arguments(pass: &str, place: Span) -> Resource {
         name: format!("{pass}.arguments"),
         kind: ResourceKind::Buffer(Buffer { size: BufferSize::Bytes(BYTES), clear: None, init: None }),
         history: 0,
+        keep: false,
+        clock: None,
         made: true,
         place,
     }

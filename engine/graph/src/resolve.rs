@@ -17,7 +17,7 @@ use raxel_diagnostics::{Code, Diagnostic, Span, codes};
 use raxel_shader::Request;
 
 use crate::SourceLayout;
-use crate::checked::{self, Condition, Every, LoopId, ParamId, ResourceId, RoundIndex};
+use crate::checked::{self, ClockId, Condition, Every, LoopId, ParamId, ResourceId, RoundIndex};
 use crate::extends::Loaded;
 use crate::model::{self, At, File, Fills, Literal, Mip};
 use crate::queues::Queue;
@@ -34,6 +34,8 @@ pub struct Resolved {
     pub present: Option<At<ResourceId>>,
     /// In the order of the model.
     pub params: Vec<Declared<checked::Param>>,
+    /// In the order of the model.
+    pub clocks: Vec<Declared<checked::Clock>>,
     /// Targets, then buffers, each in the order of the model.
     pub resources: Vec<Declared<checked::Resource>>,
     /// The values of `[blocks.*]`.
@@ -116,6 +118,8 @@ pub struct Bind {
     pub linear: Option<At<bool>>,
     /// `wrap`: repeat, else clamp.
     pub repeat: Option<At<bool>>,
+    /// `partial = true`: stores only some of the texels that are read later.
+    pub partial: Option<At<()>>,
 }
 
 /// The value of a member.
@@ -149,6 +153,7 @@ pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnos
     let start = Span::new(model.path.clone(), 0..0);
     // Names first: a resource may be mentioned before it is declared.
     let param_names = declare("param", model.params.iter().map(|param| &param.name), found);
+    let clock_names = declare("clock", model.clocks.iter().map(|clock| &clock.name), found);
     let targets = model.targets.iter().map(|target| &target.name);
     let resource_names =
         declare("target or buffer", targets.chain(model.buffers.iter().map(|buffer| &buffer.name)), found);
@@ -158,13 +163,15 @@ pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnos
     let name = required(model.name.as_ref(), "name", &start, found);
     let about = model.about.as_ref().map(|about| about.value.clone()).unwrap_or_default();
     let params = model.params.iter().map(|param| params::param(param, found)).collect::<Vec<_>>();
-    let mut resources = resources::resources(&model, &resource_names, sources, found);
+    let clocks = model.clocks.iter().map(|declared| clock(declared, found)).collect::<Vec<_>>();
+    let mut resources = resources::resources(&model, &resource_names, &clock_names, sources, found);
     let declared = resources.len();
     resources.extend(model.passes.iter().filter_map(resources::arguments));
     let loop_names = declare("loop", model.loops.iter().map(|repeated| &repeated.name), found);
     let scope = Scope {
         params: &params,
         param_names: &param_names,
+        clock_names: &clock_names,
         resources: &resources,
         names: &resource_names,
         loop_names: &loop_names,
@@ -176,13 +183,14 @@ pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnos
     let mut arguments = (declared as u32..resources.len() as u32).map(ResourceId);
     let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, &mut arguments, found)).collect();
     let present = present(&model, &scope, &start, found);
-    Resolved { name, about, present, params, resources, blocks, loops, passes, files }
+    Resolved { name, about, present, params, clocks, resources, blocks, loops, passes, files }
 }
 
 /// What a pass can name.
 struct Scope<'a> {
     params: &'a [Declared<checked::Param>],
     param_names: &'a Names,
+    clock_names: &'a Names,
     resources: &'a [Declared<checked::Resource>],
     names: &'a Names,
     loop_names: &'a Names,
@@ -198,9 +206,39 @@ impl Scope<'_> {
         None
     }
 
+    fn clock(&self, name: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<ClockId> {
+        clock_id(self.clock_names, name, place, found)
+    }
+
     fn resource(&self, name: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
         resource(self.names, name, place, found)
     }
+}
+
+fn clock_id(names: &Names, name: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<ClockId> {
+    if let Some(id) = names.get(name) {
+        return Some(ClockId(*id));
+    }
+    let known = names.keys().map(String::as_str);
+    found.push(unknown(codes::graph::UNKNOWN_CLOCK, "clock", name, place, known));
+    None
+}
+
+/// `[clocks.NAME]`; a clock without `most` catches up four ticks.
+fn clock(clock: &model::Clock, found: &mut Vec<Diagnostic>) -> Declared<checked::Clock> {
+    let name = &clock.name;
+    if clock.hz.is_none() && !clock.flawed {
+        let whose = format!("`clocks.{}`", name.value);
+        found.push(missing(&whose, "hz", &name.span).help("the number of ticks a second, e.g. `hz = 60`"));
+    }
+    let item = checked::Clock {
+        name: name.value.clone(),
+        hz: clock.hz.as_ref().map_or(1.0, |hz| hz.value),
+        most: clock.most.as_ref().map_or(4, |most| most.value),
+        place: name.span.clone(),
+    };
+    let detail = clock.hz.as_ref().map_or(&name.span, |hz| &hz.span).clone();
+    Declared { item, sound: clock.hz.is_some() && !clock.flawed, detail }
 }
 
 fn resource(names: &Names, name: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {

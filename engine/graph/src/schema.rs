@@ -4,7 +4,7 @@
 use raxel_shader::format::Format;
 use serde_json::{Value, json};
 
-use crate::checked::{Builtin, MOST_ROUNDS, RoundIndex};
+use crate::checked::{Builtin, MOST_ROUNDS, MOST_STILL, RoundIndex};
 use crate::parse::DISPLAY_MAPS;
 use crate::resolve::FACTS;
 use crate::value::ValueType;
@@ -23,6 +23,7 @@ pub fn schema() -> Value {
             "present": text("The target or buffer that is shown when nobody chooses another."),
             "extends": text("Another graph file, relative to this one, of which only the differences are written here: tables are laid over each other by name, key by key; passes by `name`."),
             "params": named("Live values: sliders in the window, tracks in a demo, `--set` on the command line.", "param"),
+            "clocks": named("Rhythms of their own, apart from the frames: passes with `every` of a clock run once for each of its ticks.", "clock"),
             "targets": named("Images that passes read and write.", "target"),
             "buffers": named("Storage buffers. They share their names with the targets.", "buffer"),
             "blocks": named("Values that are written once: each table fills every push-constant or uniform block of its name (the name of the instance, or of the block), as far as the pass gives no values of its own.", "fills"),
@@ -35,6 +36,7 @@ pub fn schema() -> Value {
         },
         "definitions": {
             "param": param(),
+            "clock": clock(),
             "target": target(),
             "buffer": buffer(),
             "loop": repeated(),
@@ -62,7 +64,7 @@ pub fn schema() -> Value {
             },
             "remove": flag("Takes it out of the base graph."),
             "history": {
-                "description": "How many earlier frames are kept, to be read as `NAME@1`, `NAME@2`, …",
+                "description": "How many earlier frames (ticks, with a clock) are kept, to be read as `NAME@1`, `NAME@2`, …",
                 "type": "integer",
                 "minimum": 0,
                 "maximum": 16,
@@ -128,6 +130,17 @@ fn param() -> Value {
     )
 }
 
+fn clock() -> Value {
+    table(
+        "A rhythm apart from the frames.",
+        &json!({
+            "hz": { "description": "Ticks a second of the session's time; thousandths count.", "type": "number", "minimum": 0.001, "maximum": 10_000 },
+            "most": integer("Ticks that one frame catches up at most, 4 when left out; time beyond them is dropped.", 1, 16),
+            "remove": reference("remove"),
+        }),
+    )
+}
+
 fn target() -> Value {
     table(
         "An image.",
@@ -143,6 +156,8 @@ fn target() -> Value {
             "history": reference("history"),
             "clear": literal("Fills it at the start of each frame: one number, or one a channel."),
             "init": literal("Fills it at creation and on reset; the contents then survive from frame to frame."),
+            "keep": flag("Has memory of its own and keeps its contents from frame to frame (with `clear`: until it is cleared)."),
+            "clock": text("The clock whose ticks turn its history and its clears, instead of the frames. Only passes of that clock write it."),
             "display": display(),
             "remove": reference("remove"),
         }),
@@ -202,6 +217,8 @@ fn buffer() -> Value {
             "clear": { "description": "32-bit pattern that fills it at the start of each frame.", "type": "integer" },
             "init": { "description": "32-bit pattern that fills it at creation and on reset.", "type": "integer" },
             "history": reference("history"),
+            "keep": flag("Has memory of its own and keeps its contents from frame to frame (with `clear`: until it is cleared)."),
+            "clock": text("The clock whose ticks turn its history and its clears, instead of the frames. Only passes of that clock write it."),
             "remove": reference("remove"),
         }),
     )
@@ -272,8 +289,10 @@ fn pass() -> Value {
             "every": {
                 "description": "Runs at a rhythm of its own.",
                 "anyOf": [
-                    table("So many times a second of the clock.", &json!({ "hz": { "type": "number", "exclusiveMinimum": 0, "maximum": 10_000 } })),
-                    table("Every so many frames.", &json!({ "frames": { "type": "integer", "minimum": 1, "maximum": u32::MAX } })),
+                    text("The clock that it runs by: once a tick, several times in a frame or not at all."),
+                    table("So many times a second, at most once a frame.", &json!({ "hz": { "description": "Times a second.", "type": "number", "minimum": 0.001, "maximum": 10_000 } })),
+                    table("Every so many frames.", &json!({ "frames": integer("Runs in frames whose index this divides.", 1, u32::MAX.into()) })),
+                    table("Until nothing has changed for so long.", &json!({ "still": integer("Runs while `frame.still` is less than this.", 1, u64::from(MOST_STILL)) })),
                 ],
             },
             "before": text("Over a base: puts the pass before this one."),
@@ -318,6 +337,7 @@ fn bind() -> Value {
                 "layer": integer("One layer of many, as a plain 2-D image.", 0, 65_535),
                 "filter": words("Filter of a sampled image; `nearest` when left out.", ["nearest", "linear"].into_iter()),
                 "wrap": words("What lies beyond the edge of a sampled image; `clamp` when left out.", ["clamp", "repeat"].into_iter()),
+                "partial": flag("The shader stores only some of the texels (or bytes) that are read later: what was there before shows through. Without it, a `writeonly` binding is taken to store all of them."),
                 "remove": reference("remove"),
             })),
         ],
@@ -354,6 +374,7 @@ fn from() -> Value {
         json!({ "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "A param." }),
         json!({ "type": "string", "pattern": "^target\\.[A-Za-z0-9_-]+\\.size$", "description": "Extent of a target in texels." }),
         json!({ "type": "string", "pattern": "^buffer\\.[A-Za-z0-9_-]+\\.count$", "description": "Number of elements of a buffer." }),
+        json!({ "type": "string", "pattern": "^clock\\.[A-Za-z0-9_-]+\\.(tick|delta|phase)$", "description": "Of a clock: the number of the tick (u32), the seconds between ticks (f32), the part of them that has passed since the last one (f32)." }),
     ];
     any.extend(builtins);
     any.extend(RoundIndex::ALL.map(|index| json!({ "const": index.name(), "description": index.about() })));

@@ -166,7 +166,7 @@ pub(crate) fn constant(source: &Source, sizes: &[Size]) -> Option<Value> {
             Value::IVec4([x, y, z, 1])
         }
         Source::CountOf(buffer) => Value::U32(u32::try_from(sizes[buffer.0 as usize].elements()).unwrap_or(u32::MAX)),
-        Source::Param(_) | Source::Builtin(_) | Source::Round(_) => return None,
+        Source::Param(_) | Source::Builtin(_) | Source::Clock(..) | Source::Round(_) => return None,
     })
 }
 

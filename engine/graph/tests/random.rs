@@ -43,10 +43,18 @@ fn every_plan_is_right() {
 fn nothing_can_be_removed() {
     for seed in 0..GRAPHS / 3 {
         let Some((case, plan)) = planned(seed) else { continue };
-        let run = Run::short(&plan, case.memory.granularity);
+        let runs: Vec<Run> = sync::rhythms(&plan)
+            .into_iter()
+            .map(|ticks| {
+                let short = Run::short(&plan, case.memory.granularity);
+                // Frames without a tick put off the time when a copy comes round.
+                let frames = if plan.graph.clocks.is_empty() { short.frames } else { 2 * short.frames };
+                Run { ticks, frames, ..short }
+            })
+            .collect();
         for (what, less) in sync::with_one_less(&plan) {
-            let faults = sync::faults(&less, &run);
-            assert!(!faults.is_empty(), "seed {seed}: {what} is as good\n{}\n{:#?}", text(&case), plan.steps);
+            let missed = runs.iter().any(|run| !sync::faults(&less, run).is_empty());
+            assert!(missed, "seed {seed}: {what} is as good\n{}\n{:#?}", text(&case), plan.steps);
         }
     }
 }
@@ -55,11 +63,13 @@ fn nothing_can_be_removed() {
 fn passes_may_be_left_out() {
     for seed in 0..GRAPHS / 3 {
         let Some((case, plan)) = planned(seed) else { continue };
+        let mut rhythms = sync::rhythms(&plan);
         for chance in [20, 60, 95] {
+            let Some(ticks) = rhythms.pop().or_else(|| sync::rhythms(&plan).pop()) else { continue };
             let skip = move |frame: u32, pass: u32| {
                 Random::new(seed << 20 | u64::from(frame) << 10 | u64::from(pass)).percent(chance)
             };
-            let run = Run { skip: Box::new(skip), ..Run::full(&plan, case.memory.granularity) };
+            let run = Run { skip: Box::new(skip), ticks, ..Run::full(&plan, case.memory.granularity) };
             let faults = sync::faults(&plan, &run);
             assert!(faults.is_empty(), "seed {seed}\n{}\n{:#?}\n{faults:#?}", text(&case), plan.steps);
         }

@@ -296,6 +296,7 @@ fn make_plan(
         world: world.input(),
         memory: &*context.memory,
         alias: selection.alias,
+        poison: context.builder.device().capabilities().validated,
         limits: context.limits,
     };
     raxel_graph::plan(graph.clone(), &input).map_err(BuildError::Diagnosed)

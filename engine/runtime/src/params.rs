@@ -323,6 +323,7 @@ mod tests {
             name: "a".into(),
             about: String::new(),
             present: ResourceId(0),
+            clocks: Vec::new(),
             params: params.collect(),
             resources: Vec::new(),
             loops: Vec::new(),

@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TARGET")]
     target: Option<String>,
 
-    /// Print what this phase of the compiler leaves behind instead: sizes, unroll, cull, order, lifetimes, alias or barriers.
+    /// Print what this phase of the compiler leaves behind instead: sizes, unroll, cull, order, lifetimes, varies, alias or barriers.
     #[arg(long, value_name = "PHASE", value_parser = phase, conflicts_with = "format")]
     phase: Option<Phase>,
 }

@@ -73,6 +73,8 @@ declare! {
     BUFFER_SIZE = "RX0134";
     /// Elements of another size than the shader's.
     BUFFER_STRIDE = "RX0135";
+    /// `partial` on a binding that stores nothing.
+    PARTIAL = "RX0136";
     /// A dispatch that runs nothing.
     DISPATCH_SIZE = "RX0140";
     /// Indirect arguments that are not in their buffer.
@@ -109,6 +111,14 @@ declare! {
     NOT_PORTABLE = "RX0163";
     /// A capability that raxel does not switch on.
     CAPABILITY = "RX0164";
+    /// A clock that the graph does not declare.
+    UNKNOWN_CLOCK = "RX0165";
+    /// Passes of a clock with another pass between them.
+    CLOCK_GROUP = "RX0166";
+    /// A resource that turns with a clock is written by a pass of another rhythm.
+    CLOCK_WRITER = "RX0167";
+    /// History or a clear that turns with the frames, of something that not every frame writes.
+    CLOCK_MISSING = "RX0168";
     /// A target's extent exceeds the device's.
     TARGET_TOO_LARGE = "RX0170";
     /// More array layers than the device allows.

@@ -1,10 +1,11 @@
 //! Finds which accesses must be ordered.
 //!
 //! A frame of n actions has n gaps; gap g is in front of action g, and the frame repeats for ever. An access by action i and one by
-//! action j, d frames later, are ordered by a barrier in one of the d·n + j − i gaps that end with gap j. A resource with C copies
-//! meets itself when d ≡ age(j) − age(i) (mod C); only the smallest such d matters, for every later one has more gaps to choose from.
+//! action j, d frames later, are ordered by a barrier in one of the d·n + j − i gaps that end with gap j. The two meet in one copy of a
+//! resource for some d (see [`frames_apart`]); only the smallest such d matters, for every later one has more gaps to choose from.
 
 use super::Frame;
+use super::frames_apart::frames_apart;
 use crate::checked::PassId;
 use crate::lifetimes::Life;
 use crate::order::{Action, Touch, is_write};
@@ -89,10 +90,7 @@ fn same_resource(
             if !(from.writes() || to.writes()) || !from.region.overlaps(&to.region) {
                 continue;
             }
-            let mut frames = (to.age + plan.copies - from.age % plan.copies) % plan.copies;
-            if frames == 0 && to.action <= from.action {
-                frames = plan.copies;
-            }
+            let frames = frames_apart(frame.graph, plan.copies, from, to);
             if frames > 0 && within_frame {
                 continue;
             }
@@ -192,8 +190,8 @@ fn shared_memory(frame: &Frame, resource: usize, touches: &[Vec<Touch>], tight: 
 
 fn pass_of(frame: &Frame, action: u32) -> Option<PassId> {
     match frame.order.actions[action as usize] {
-        Action::Dispatch(pass) => Some(frame.live[pass as usize]),
-        Action::Clear(_) | Action::Present => None,
+        Action::Dispatch(pass) => Some(frame.order.passes[pass as usize].pass),
+        Action::Clear(..) | Action::Present => None,
     }
 }
 

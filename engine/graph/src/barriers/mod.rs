@@ -18,21 +18,23 @@
 //! adds none.
 
 mod cover;
+mod frames_apart;
 mod hazards;
 mod place;
 mod prune;
 
 use crate::alias::Alias;
+use crate::checked::Graph;
 use crate::lifetimes::Life;
 use crate::order::Order;
 use crate::plan::{Barrier, ResourcePlan};
 
 /// A frame with its memory laid out: all that barriers depend on.
 pub(crate) struct Frame<'a> {
+    /// The graph, for its clocks.
+    pub graph: &'a Graph,
     /// Actions and accesses.
     pub order: &'a Order,
-    /// Passes of the dispatches.
-    pub live: &'a [crate::checked::PassId],
     /// Used resources.
     pub resources: &'a [ResourcePlan],
     /// Their lifetimes.

@@ -198,7 +198,29 @@ fn bound(
             return None;
         }
     };
+    let access = partial(context, binding, entry, access, found);
     (errors(found) == before).then_some(access)
+}
+
+/// A partial store lets what was there before show through: to every later phase it is a load as well as a store.
+fn partial(
+    context: &Context<'_>,
+    binding: &Binding,
+    entry: &Bind,
+    access: BoundAccess,
+    found: &mut Vec<Diagnostic>,
+) -> BoundAccess {
+    let Some(partial) = &entry.partial else { return access };
+    if access.access.writes() {
+        return BoundAccess { access: Access::ReadWrite, ..access };
+    }
+    let diagnostic = Diagnostic::error(
+        codes::graph::PARTIAL,
+        format!("the shader only reads `{}`, and `partial` is about what it stores", binding.name),
+    )
+    .label(partial.span.clone(), "nothing is stored through this binding");
+    found.push(context.in_shader(diagnostic, binding.place.as_ref(), "declared here").help("take `partial` out"));
+    access
 }
 
 /// Earlier frames and sources are only read.

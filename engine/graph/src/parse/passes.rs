@@ -3,8 +3,12 @@
 use raxel_diagnostics::table::{Node, Table};
 
 use super::{at, literal, loops, remove, text};
-use crate::checked::Every;
-use crate::model::{At, Bind, Constant, Dispatch, Fills, Member, Mip, Pass, SharedBlock};
+use crate::checked::MOST_STILL;
+use crate::model::{At, Bind, Constant, Dispatch, Every, Fills, Member, Mip, Pass, SharedBlock};
+
+/// Times a second that something may run: a thousandth is the unit in which ticks are counted.
+const SLOWEST: f64 = 0.001;
+const FASTEST: f64 = 10_000.0;
 
 /// Structs in structs that `push` and `uniforms` may nest at most.
 const DEEPEST_NESTING: usize = 16;
@@ -138,7 +142,16 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
         let name = At::new(name, node.key_span.clone());
         if node.is_string() {
             let target = at(&node, node.string());
-            return Some(Bind { name, remove: false, target, mip: None, layer: None, linear: None, repeat: None });
+            return Some(Bind {
+                name,
+                remove: false,
+                target,
+                mip: None,
+                layer: None,
+                linear: None,
+                repeat: None,
+                partial: None,
+            });
         }
         if !node.is_table() {
             return node.wrong_type("the name of a resource, or a table with `target`");
@@ -154,6 +167,7 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
             layer: table.get("layer").and_then(|node| at(&node, node.integer(0..=65_535).map(|n| n as u32))),
             linear: table.get("filter").and_then(|node| at(&node, node.word(&[("nearest", false), ("linear", true)]))),
             repeat: table.get("wrap").and_then(|node| at(&node, node.word(&[("clamp", false), ("repeat", true)]))),
+            partial: table.get("partial").and_then(|node| at(&node, node.boolean())),
         };
         table.finish();
         Some(bind)
@@ -226,20 +240,33 @@ fn member(path: At<String>, node: &Node<'_, '_>) -> Option<Member> {
 }
 
 fn every(node: &Node<'_, '_>) -> Option<Every> {
+    if node.is_string() {
+        return node.string().map(Every::Clock);
+    }
     if !node.is_table() {
-        return node.wrong_type("`{ hz = … }` or `{ frames = … }`");
+        return node.wrong_type("the name of a clock, `{ hz = … }`, `{ frames = … }` or `{ still = … }`");
     }
     let table = node.table()?;
-    let both = table.conflict("hz", "frames", "a pass has one rhythm");
-    let (hz, frames) = (table.get("hz"), table.get("frames"));
+    let conflicts = [("hz", "frames"), ("hz", "still"), ("frames", "still")]
+        .map(|(a, b)| table.conflict(a, b, "a pass has one rhythm"));
+    let (hz, frames, still) = (table.get("hz"), table.get("frames"), table.get("still"));
     table.finish();
-    match (hz, frames) {
-        _ if both => None,
-        (Some(hz), _) => match hz.number(f64::MIN..=f64::MAX)? {
-            rate if rate > 0.0 && rate <= 10_000.0 => Some(Every::Hz(rate)),
-            rate => hz.bad_value(format!("`{}` is {rate}; it must be above 0 and at most 10000", hz.name)),
-        },
-        (_, Some(frames)) => frames.integer(1..=i64::from(u32::MAX)).map(|n| Every::Frames(n as u32)),
-        (None, None) => node.bad_value(format!("`{}` needs `hz` or `frames`", node.name)),
+    let count = |node: &Node<'_, '_>| node.integer(1..=i64::from(u32::MAX)).map(|n| n as u32);
+    match (hz, frames, still) {
+        _ if conflicts.contains(&true) => None,
+        (Some(hz), ..) => rate(&hz).map(Every::Hz),
+        (_, Some(frames), _) => count(&frames).map(Every::Frames),
+        (.., Some(still)) => still.integer(1..=i64::from(MOST_STILL)).map(|n| Every::Still(n as u32)),
+        (None, None, None) => node.bad_value(format!("`{}` needs `hz`, `frames` or `still`", node.name)),
+    }
+}
+
+/// A number of times a second.
+pub fn rate(node: &Node<'_, '_>) -> Option<f64> {
+    match node.number(f64::MIN..=f64::MAX)? {
+        rate if (SLOWEST..=FASTEST).contains(&rate) => Some(rate),
+        rate => {
+            node.bad_value(format!("`{}` is {rate}; it must be at least {SLOWEST} and at most {FASTEST}", node.name))
+        }
     }
 }

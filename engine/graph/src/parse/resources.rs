@@ -48,10 +48,12 @@ pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Targe
         history: history(table),
         clear: table.get("clear").and_then(|node| literal(&node)),
         init: table.get("init").and_then(|node| literal(&node)),
+        keep: table.get("keep").and_then(|node| at(&node, node.boolean())),
+        clock: text(table, "clock"),
         display: table.get("display").and_then(|node| at(&node, display(&node))),
     };
     if target.source.is_some() {
-        for key in ["format", "size", "mips", "layers", "history", "clear", "init"] {
+        for key in ["format", "size", "mips", "layers", "history", "clear", "init", "keep", "clock"] {
             table.conflict("source", key, "what a source is and holds comes from outside");
         }
     }
@@ -146,9 +148,11 @@ pub fn buffer(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Buffe
         clear: table.get("clear").and_then(|node| literal(&node)),
         init: table.get("init").and_then(|node| literal(&node)),
         history: history(table),
+        keep: table.get("keep").and_then(|node| at(&node, node.boolean())),
+        clock: text(table, "clock"),
     };
     if buffer.source.is_some() {
-        for key in ["size", "clear", "init", "history"] {
+        for key in ["size", "clear", "init", "history", "keep", "clock"] {
             table.conflict("source", key, "the contents of a source come from outside");
         }
     }

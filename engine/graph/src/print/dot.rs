@@ -22,7 +22,7 @@ pub fn dot(plan: &Plan) -> String {
         let shown = if id == plan.present.resource { ", peripheries=2" } else { "" };
         let _ = writeln!(out, "  r{} [shape={shape}, label={}{shown}];", id.0, quoted(&label));
     }
-    for (number, pass) in plan.passes.iter().enumerate() {
+    for (number, pass) in words::each_pass(plan) {
         let label = format!("{}\n{}", graph.pass(pass.pass).name, words::work(plan, number as u32));
         let _ = writeln!(
             out,
@@ -40,7 +40,7 @@ pub fn dot(plan: &Plan) -> String {
             quoted(&label)
         );
     }
-    for pass in &plan.passes {
+    for (_, pass) in words::each_pass(plan) {
         let mut seen = Vec::new();
         for access in &graph.pass(pass.pass).accesses {
             let age = if access.age > 0 {

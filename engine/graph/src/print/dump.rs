@@ -7,7 +7,7 @@ use crate::alias::Alias;
 use crate::checked::{Graph, Pass};
 use crate::cull::Cull;
 use crate::lifetimes::Life;
-use crate::order::{Action, Order};
+use crate::order::{Action, Instance, Order};
 use crate::plan::Barrier;
 use crate::sizes::Size;
 
@@ -24,6 +24,8 @@ pub enum Phase {
     Order,
     /// What matters only inside a frame.
     Lifetimes,
+    /// What depends on camera, cursor, frame or clock.
+    Varies,
     /// Places in shared memory.
     Alias,
     /// Barriers.
@@ -32,8 +34,16 @@ pub enum Phase {
 
 impl Phase {
     /// Every phase in order.
-    pub const ALL: &[Phase] =
-        &[Phase::Sizes, Phase::Unroll, Phase::Cull, Phase::Order, Phase::Lifetimes, Phase::Alias, Phase::Barriers];
+    pub const ALL: &[Phase] = &[
+        Phase::Sizes,
+        Phase::Unroll,
+        Phase::Cull,
+        Phase::Order,
+        Phase::Lifetimes,
+        Phase::Varies,
+        Phase::Alias,
+        Phase::Barriers,
+    ];
 
     /// Its word on the command line.
     pub const fn name(self) -> &'static str {
@@ -43,6 +53,7 @@ impl Phase {
             Phase::Cull => "cull",
             Phase::Order => "order",
             Phase::Lifetimes => "lifetimes",
+            Phase::Varies => "varies",
             Phase::Alias => "alias",
             Phase::Barriers => "barriers",
         }
@@ -62,6 +73,7 @@ pub(crate) enum After<'a> {
     Cull(&'a Cull),
     Order(&'a Order, &'a Cull),
     Lifetimes(&'a [Life], &'a Cull),
+    Varies(&'a [bool], &'a Cull),
     Alias(&'a Alias, &'a Cull),
     Barriers(&'a [Option<Barrier>], &'a Order, &'a Cull),
 }
@@ -75,6 +87,7 @@ impl After<'_> {
             After::Cull(_) => Phase::Cull,
             After::Order(..) => Phase::Order,
             After::Lifetimes(..) => Phase::Lifetimes,
+            After::Varies(..) => Phase::Varies,
             After::Alias(..) => Phase::Alias,
             After::Barriers(..) => Phase::Barriers,
         }
@@ -106,7 +119,7 @@ impl After<'_> {
             }
             After::Order(order, cull) => {
                 for (number, action) in (0..).zip(&order.actions) {
-                    let _ = writeln!(out, "{number} {}", action_text(graph, cull, *action));
+                    let _ = writeln!(out, "{number} {}", action_text(graph, cull, order, *action));
                     for touch in order.touches.iter().filter(|touch| touch.action == number) {
                         let (mips, layers) = (touch.region.mips, touch.region.layers);
                         let _ = writeln!(
@@ -129,6 +142,13 @@ impl After<'_> {
                         Life::Persistent => writeln!(out, "{name}: persistent"),
                         Life::Transient { first, last } => writeln!(out, "{name}: actions {first}..={last}"),
                     };
+                }
+            }
+            After::Varies(varies, cull) => {
+                for (index, varies) in varies.iter().enumerate() {
+                    let says =
+                        if *varies { "may change with every frame" } else { "made without camera, cursor and time" };
+                    let _ = writeln!(out, "{}: {says}", name(cull, index));
                 }
             }
             After::Alias(alias, cull) => {
@@ -156,7 +176,7 @@ impl After<'_> {
             After::Barriers(barriers, order, cull) => {
                 for (barrier, action) in barriers.iter().zip(&order.actions) {
                     let Some(barrier) = barrier else { continue };
-                    let _ = writeln!(out, "before {}", action_text(graph, cull, *action));
+                    let _ = writeln!(out, "before {}", action_text(graph, cull, order, *action));
                     if let Some(memory) = &barrier.memory {
                         let _ = writeln!(out, "    {}", words::dependency(memory));
                     }
@@ -184,10 +204,15 @@ fn renamed(graph: &Graph, declared: &Graph, pass: &Pass) -> String {
     if pairs.is_empty() { String::new() } else { format!(": {}", pairs.join(", ")) }
 }
 
-fn action_text(graph: &Graph, cull: &Cull, action: Action) -> String {
+fn action_text(graph: &Graph, cull: &Cull, order: &Order, action: Action) -> String {
     match action {
-        Action::Clear(resource) => format!("clear {}", words::name_of(graph, cull.used[resource as usize])),
-        Action::Dispatch(pass) => format!("dispatch {}", graph.pass(cull.live[pass as usize]).name),
+        Action::Clear(resource, tick) => {
+            format!("clear {}{}", words::name_of(graph, cull.used[resource as usize]), words::tick(tick))
+        }
+        Action::Dispatch(pass) => {
+            let Instance { pass, tick } = order.passes[pass as usize];
+            format!("dispatch {}{}", graph.pass(pass).name, words::tick(tick))
+        }
         Action::Present => "present".to_owned(),
     }
 }

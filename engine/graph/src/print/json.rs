@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 
 use super::words;
-use crate::checked::PassId;
-use crate::plan::{AccessMask, Barrier, Dependency, Lifetime, Plan, ResourceDesc, ResourcePlan, Scope, Stages, Step};
+use crate::plan::{
+    AccessMask, Barrier, Dependency, Lifetime, PassPlan, Plan, ResourceDesc, ResourcePlan, Scope, Stages, Step,
+};
 
 /// The plan for programs, indented. Keys are sorted; names refer to `resources` and `passes`.
 pub fn json(plan: &Plan) -> String {
@@ -24,7 +25,10 @@ pub fn json(plan: &Plan) -> String {
         "resources": plan.resources.iter().map(|r| resource(plan, r)).collect::<Vec<_>>(),
         "blocks": plan.blocks,
         "memory": { "allocated": memory.allocated, "saved": memory.saved },
-        "passes": plan.passes.iter().map(|p| pass(plan, p.pass, p.groups)).collect::<Vec<_>>(),
+        "clocks": plan.graph.clocks.iter().zip(&plan.clocks).map(|(clock, planned)| json!({
+            "name": clock.name, "hz": clock.hz, "most": clock.most, "first": planned.first, "end": planned.end,
+        })).collect::<Vec<_>>(),
+        "passes": plan.passes.iter().map(|p| pass(plan, p)).collect::<Vec<_>>(),
         "culled": plan.culled.iter().map(|culled| json!({
             "pass": graph.pass(culled.pass).name,
             "reason": culled.reason,
@@ -55,20 +59,22 @@ fn resource(plan: &Plan, resource: &ResourcePlan) -> Value {
         "bytes": words::all_copies(resource),
         "clear": resource.clear,
         "init": resource.init,
+        "varies": resource.varies,
         "lifetime": lifetime,
     })
 }
 
-fn pass(plan: &Plan, id: PassId, groups: Option<[u32; 3]>) -> Value {
+fn pass(plan: &Plan, planned: &PassPlan) -> Value {
     let graph = &plan.graph;
-    let pass = graph.pass(id);
-    let (reads, writes) = words::loads_and_stores(graph, id);
+    let pass = graph.pass(planned.pass);
+    let (reads, writes) = words::loads_and_stores(graph, planned.pass);
     json!({
         "name": pass.name,
         "round": pass.round.and_then(|round| round.index),
         "shader": pass.shader.request.path,
-        "groups": groups,
-        "every": pass.every,
+        "groups": planned.groups,
+        "tick": planned.tick,
+        "every": pass.every.map(|every| words::every(graph, every)),
         "made": pass.made,
         "when": pass.when.as_ref().map(|when| words::condition(graph, when)),
         "reads": reads,
@@ -79,9 +85,12 @@ fn pass(plan: &Plan, id: PassId, groups: Option<[u32; 3]>) -> Value {
 fn step(plan: &Plan, step: &Step) -> Value {
     match step {
         Step::Barrier(barrier) => self::barrier(plan, barrier),
-        Step::Clear { resource } => json!({ "step": "clear", "resource": words::resource_name(plan, *resource) }),
+        Step::Clear { resource, tick } => {
+            json!({ "step": "clear", "resource": words::resource_name(plan, *resource), "tick": tick })
+        }
         Step::Dispatch { pass } => {
-            json!({ "step": "dispatch", "pass": plan.graph.pass(plan.passes[*pass as usize].pass).name })
+            let PassPlan { pass, tick, .. } = plan.passes[*pass as usize];
+            json!({ "step": "dispatch", "pass": plan.graph.pass(pass).name, "tick": tick })
         }
         Step::Present => json!({ "step": "present" }),
     }

@@ -20,14 +20,14 @@ pub fn mermaid(plan: &Plan) -> String {
         let label = format!("{}\n{}", words::name_of(graph, id), words::describe(&resource.desc));
         let _ = writeln!(out, "  r{}{open}{}{close}", id.0, quoted(&label));
     }
-    for pass in &plan.passes {
+    for (_, pass) in words::each_pass(plan) {
         let _ = writeln!(out, "  p{}[{}]", pass.pass.0, quoted(&graph.pass(pass.pass).name));
     }
     for culled in &plan.culled {
         let label = format!("{}\n{}", graph.pass(culled.pass).name, words::culled(graph, culled));
         let _ = writeln!(out, "  p{}[{}]:::culled", culled.pass.0, quoted(&label));
     }
-    for pass in &plan.passes {
+    for (_, pass) in words::each_pass(plan) {
         let mut seen = Vec::new();
         for access in &graph.pass(pass.pass).accesses {
             let (p, r) = (format!("p{}", pass.pass.0), format!("r{}", access.resource.0));

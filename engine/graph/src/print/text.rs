@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::words;
 use crate::checked::ResourceId;
-use crate::plan::{Barrier, Lifetime, Plan, ResourceDesc, Step};
+use crate::plan::{Barrier, Lifetime, PassPlan, Plan, ResourceDesc, Step};
 
 /// The plan for people.
 pub fn text(plan: &Plan) -> String {
@@ -14,7 +14,20 @@ pub fn text(plan: &Plan) -> String {
     uses(plan, &mut out);
     memory(plan, &mut out);
     culled(plan, &mut out);
+    clocks(plan, &mut out);
     out
+}
+
+fn clocks(plan: &Plan, out: &mut String) {
+    if plan.graph.clocks.is_empty() {
+        return;
+    }
+    let _ = writeln!(out, "\nclocks");
+    for (clock, planned) in plan.graph.clocks.iter().zip(&plan.clocks) {
+        let of_clock =
+            if planned.first == planned.end { "no steps".to_owned() } else { span(planned.first, planned.end - 1) };
+        let _ = writeln!(out, "  {}: {of_clock}", words::clock(clock));
+    }
 }
 
 fn head(plan: &Plan, out: &mut String) {
@@ -42,17 +55,19 @@ fn steps(plan: &Plan, out: &mut String) {
     for (number, step) in plan.steps.iter().enumerate() {
         match step {
             Step::Barrier(barrier) => self::barrier(plan, number, barrier, out),
-            Step::Clear { resource } => {
-                let _ = writeln!(out, "{number:>4}  clear {}", words::resource_name(plan, *resource));
+            Step::Clear { resource, tick } => {
+                let _ =
+                    writeln!(out, "{number:>4}  clear {}{}", words::resource_name(plan, *resource), words::tick(*tick));
             }
             Step::Present => {
                 let _ = writeln!(out, "{number:>4}  present {}", words::present(graph, plan.present));
             }
             Step::Dispatch { pass } => {
-                let id = plan.passes[*pass as usize].pass;
-                let _ = write!(out, "{number:>4}  {}  {}", graph.pass(id).name, words::work(plan, *pass));
+                let PassPlan { pass: id, tick, .. } = plan.passes[*pass as usize];
+                let (name, tick) = (&graph.pass(id).name, words::tick(tick));
+                let _ = write!(out, "{number:>4}  {name}{tick}  {}", words::work(plan, *pass));
                 if let Some(every) = graph.pass(id).every {
-                    let _ = write!(out, ", {}", words::every(every));
+                    let _ = write!(out, ", {}", words::every(graph, every));
                 }
                 if graph.pass(id).made {
                     out.push_str(", made by raxel");
@@ -131,7 +146,7 @@ fn digit(number: usize) -> char {
 fn mark(plan: &Plan, index: usize, id: ResourceId, step: &Step) -> char {
     match step {
         Step::Barrier(_) => '│',
-        Step::Clear { resource } if *resource as usize == index => 'c',
+        Step::Clear { resource, .. } if *resource as usize == index => 'c',
         Step::Present if plan.present.resource == id => 'p',
         Step::Dispatch { pass } => {
             let accesses = &plan.graph.pass(plan.passes[*pass as usize].pass).accesses;
@@ -166,7 +181,10 @@ fn memory(plan: &Plan, out: &mut String) {
             (Some((block, offset)), Lifetime::Transient { first, last, .. }) => {
                 format!("{}, block {block} + {offset}", span(first, last))
             }
-            (None, Lifetime::Transient { first, last, .. }) => span(first, last),
+            (None, Lifetime::Transient { first, last, .. }) if resource.varies => span(first, last),
+            (None, Lifetime::Transient { first, last, .. }) => {
+                format!("{}, apart: made without camera, cursor and time", span(first, last))
+            }
             _ if supplied => "supplied".to_owned(),
             _ => "persistent".to_owned(),
         };

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use crate::checked::{Condition, Dispatch, Every, Fact, Graph, PassId, ResourceId};
+use crate::checked::{Clock, Condition, Dispatch, Every, Fact, Graph, PassId, ResourceId};
 use crate::plan::{
-    CullReason, Culled, Dependency, Hazard, HazardKind, Plan, Present, ResourceDesc, ResourcePlan, Scope, Step,
+    CullReason, Culled, Dependency, Hazard, HazardKind, PassPlan, Plan, Present, ResourceDesc, ResourcePlan, Scope,
+    Step,
 };
 use crate::queues::counted_by;
 
@@ -99,7 +100,7 @@ pub(super) fn hazard(plan: &Plan, at: usize, hazard: &Hazard) -> String {
     // A barrier behind the later access's place in the frame is about that access in the next one.
     let ends_here = plan.steps[at..].iter().any(|step| match (step, hazard.to) {
         (Step::Dispatch { pass }, Some(to)) => plan.passes[*pass as usize].pass == to,
-        (Step::Clear { resource }, None) => plan.resources[*resource as usize].resource == hazard.resource,
+        (Step::Clear { resource, .. }, None) => plan.resources[*resource as usize].resource == hazard.resource,
         (Step::Present, None) => hazard.kind == HazardKind::ReadAfterWrite,
         _ => false,
     });
@@ -148,11 +149,19 @@ pub(super) fn condition(graph: &Graph, condition: &Condition) -> String {
     format!("{}{fact}", if condition.negated { "!" } else { "" })
 }
 
+/// A clock, e.g. `sim, 60 ticks a second, at most 4 in a frame`.
+pub(super) fn clock(clock: &Clock) -> String {
+    let Clock { name, hz, most, .. } = clock;
+    format!("{name}, {hz} ticks a second, at most {most} in a frame")
+}
+
 /// When a pass runs, if not in every frame.
-pub(super) fn every(every: Every) -> String {
+pub(super) fn every(graph: &Graph, every: Every) -> String {
     match every {
         Every::Hz(hz) => format!("{hz} times a second"),
         Every::Frames(frames) => format!("every {frames} frames"),
+        Every::Still(frames) => format!("until all is still for {}", counted(frames as usize, "frame", "frames")),
+        Every::Clock(clock) => format!("by clock {}", graph.clock(clock).name),
     }
 }
 
@@ -221,6 +230,16 @@ pub(super) fn block_of(resource: &ResourcePlan) -> Option<(u32, u64)> {
         crate::plan::Lifetime::Transient { place: Some(place), .. } => Some((place.block, place.offset)),
         _ => None,
     }
+}
+
+/// The passes that a plan runs with their numbers, those of a clock once.
+pub(super) fn each_pass(plan: &Plan) -> impl Iterator<Item = (usize, &PassPlan)> {
+    plan.passes.iter().enumerate().filter(|(_, pass)| pass.tick.unwrap_or(0) == 0)
+}
+
+/// What follows the name of something that runs once for each tick, e.g. ` (tick 2)`.
+pub(super) fn tick(tick: Option<u32>) -> String {
+    tick.map_or_else(String::new, |tick| format!(" (tick {tick})"))
 }
 
 /// Number of barriers in a plan.

@@ -9,7 +9,8 @@ use super::params::unknown_type;
 use super::resources::{extent_from_outside, no_elements};
 use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing, unknown};
 use crate::checked::{
-    self, Builtin, Condition, Extent, Fact, LoopId, ResourceId, ResourceKind, RoundIndex, Source, Value,
+    self, Builtin, ClockValue, Condition, Every, Extent, Fact, LoopId, ResourceId, ResourceKind, RoundIndex, Source,
+    Value,
 };
 use crate::model::{self, At, Fills, Mip};
 use crate::queues::Queue;
@@ -40,6 +41,7 @@ pub fn pass(
     }
     let dispatched = pass.dispatch.as_ref().and_then(|given| dispatch(given, scope, arguments, found));
     let (dispatch, queue) = dispatched.map_or((None, None), |(dispatch, queue)| (Some(dispatch), queue));
+    let every = pass.every.as_ref().and_then(|given| self::every(given, scope, found));
     Pass {
         name: pass.name.clone(),
         request,
@@ -55,8 +57,9 @@ pub fn pass(
             .map(|(name, value)| (name.clone(), constant(value, scope, found)))
             .collect(),
         when: pass.when.as_ref().and_then(|when| condition(when, scope, found)),
-        every: pass.every.as_ref().map(|every| every.value),
-        sound: !pass.flawed,
+        every,
+        // By which clock it runs decides what it may write.
+        sound: !pass.flawed && every.is_some() == pass.every.is_some(),
     }
 }
 
@@ -148,6 +151,11 @@ fn bind(entry: &model::Bind, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
         layer: entry.layer.clone(),
         linear: entry.linear.clone(),
         repeat: entry.repeat.clone(),
+        partial: entry
+            .partial
+            .as_ref()
+            .filter(|partial| partial.value)
+            .map(|partial| At::new((), partial.span.clone())),
     }
 }
 
@@ -287,6 +295,15 @@ pub fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec
     None
 }
 
+fn every(given: &At<model::Every>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Every> {
+    Some(match &given.value {
+        model::Every::Hz(hz) => Every::Hz(*hz),
+        model::Every::Frames(frames) => Every::Frames(*frames),
+        model::Every::Still(frames) => Every::Still(*frames),
+        model::Every::Clock(name) => Every::Clock(scope.clock(name, &given.span, found)?),
+    })
+}
+
 /// The values of a block of a pass, or of one of `[blocks.*]`.
 pub fn fills(block: &Fills<model::Member>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Fills<Member> {
     Fills { name: block.name.clone(), members: block.members.iter().map(|m| member(m, scope, found)).collect() }
@@ -322,7 +339,7 @@ fn constant(value: &model::Constant, scope: &Scope<'_>, found: &mut Vec<Diagnost
     }
 }
 
-/// The word of `from`: `param.NAME`, `target.NAME.size`, `buffer.NAME.count`, or a builtin.
+/// The word of `from`: `param.NAME`, `target.NAME.size`, `buffer.NAME.count`, `clock.NAME.tick`, or a builtin.
 fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Feed> {
     let word = from.value.as_str();
     if let Some(name) = word.strip_prefix("param.") {
@@ -349,6 +366,16 @@ fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == word) {
         let (scalar, shape) = builtin.ty();
         return Some(Feed::From(Source::Builtin(*builtin), ValueType::new(scalar, shape)));
+    }
+    if let Some((name, word)) = word.strip_prefix("clock.").and_then(|rest| rest.rsplit_once('.'))
+        && let Some((value, _)) = ClockValue::ALL.iter().find(|(_, known)| *known == word)
+    {
+        let id = scope.clock(name, &from.span, found)?;
+        let scalar = match value {
+            ClockValue::Tick => raxel_shader::interface::Scalar::U32,
+            ClockValue::Delta | ClockValue::Phase => raxel_shader::interface::Scalar::F32,
+        };
+        return Some(Feed::From(Source::Clock(id, *value), ValueType::new(scalar, (1, 1))));
     }
     found.push(unknown_source(word, &from.span, scope));
     None

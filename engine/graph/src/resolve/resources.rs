@@ -5,9 +5,9 @@ use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
-use super::{Declared, Names, missing, resource, unknown};
+use super::{Declared, Names, clock_id, missing, resource, unknown};
 use crate::SourceLayout;
-use crate::checked::{self, Clear, DisplayMap, Extent, Resource, ResourceId, ResourceKind};
+use crate::checked::{self, Clear, ClockId, DisplayMap, Extent, Resource, ResourceId, ResourceKind};
 use crate::model::{At, Buffer, BufferSize, Data, Dispatch, Display, File, Literal, Pass, Size, Target, WORLD};
 use crate::queues;
 use crate::value::{describe, float, integer};
@@ -16,10 +16,11 @@ use crate::value::{describe, float, integer};
 pub fn resources(
     model: &File,
     names: &Names,
+    clocks: &Names,
     sources: &[SourceLayout],
     found: &mut Vec<Diagnostic>,
 ) -> Vec<Declared<Resource>> {
-    let scope = Scope { names, targets: &model.targets, buffers: &model.buffers, sources };
+    let scope = Scope { names, clocks, targets: &model.targets, buffers: &model.buffers, sources };
     world_is_the_world(model, found);
     let mut resources = Vec::with_capacity(model.targets.len() + model.buffers.len());
     for target in &model.targets {
@@ -33,6 +34,7 @@ pub fn resources(
 
 struct Scope<'a> {
     names: &'a Names,
+    clocks: &'a Names,
     targets: &'a [Target],
     buffers: &'a [Buffer],
     sources: &'a [SourceLayout],
@@ -77,9 +79,10 @@ impl Scope<'_> {
             display,
         });
         volume_has_no_layers(target, found);
+        let clock = self.clock(target.clock.as_ref(), found);
         let sound = format.is_some() && !target.flawed && found.len() == before;
         let detail = target.format.as_ref().map_or(&name.span, |format| &format.span).clone();
-        declared(name, kind, target.history.as_ref(), sound, detail)
+        declared(name, kind, kept(target.history.as_ref(), target.keep.as_ref(), clock), sound, detail)
     }
 
     /// A target that comes from outside: all of it but how it is shown.
@@ -109,6 +112,8 @@ impl Scope<'_> {
             ("history", target.history.as_ref().map(|value| &value.span)),
             ("clear", target.clear.as_ref().map(|value| &value.span)),
             ("init", target.init.as_ref().map(|value| &value.span)),
+            ("keep", target.keep.as_ref().map(|value| &value.span)),
+            ("clock", target.clock.as_ref().map(|value| &value.span)),
         ];
         for (key, place) in written.into_iter().filter_map(|(key, place)| Some((key, place?))) {
             if !target.flawed {
@@ -142,12 +147,18 @@ impl Scope<'_> {
         };
         let mut fill = |literal: &Option<Literal>, key| pattern(&name.value, key, literal.as_ref()?, found);
         let (clear, init) = (fill(&buffer.clear, "clear"), fill(&buffer.init, "init"));
+        let clock = self.clock(buffer.clock.as_ref(), found);
         let sound = size.is_some() && !buffer.flawed && found.len() == before;
         let size = size.unwrap_or(checked::BufferSize::Bytes(4));
         let kind = ResourceKind::Buffer(checked::Buffer { size, clear, init });
         let places = buffer.source.as_ref().map(|source| &source.span);
         let detail = places.or(buffer.size.as_ref().map(|size| &size.span)).unwrap_or(&name.span).clone();
-        declared(name, kind, buffer.history.as_ref(), sound, detail)
+        declared(name, kind, kept(buffer.history.as_ref(), buffer.keep.as_ref(), clock), sound, detail)
+    }
+
+    fn clock(&self, name: Option<&At<String>>, found: &mut Vec<Diagnostic>) -> Option<ClockId> {
+        let name = name?;
+        clock_id(self.clocks, &name.value, &name.span, found)
     }
 
     fn buffer_size(&self, size: &BufferSize, found: &mut Vec<Diagnostic>) -> Option<checked::BufferSize> {
@@ -242,7 +253,15 @@ pub fn supplied_image(
         init: None,
         display,
     };
-    let item = Resource { name, kind: ResourceKind::Target(target), history: 0, made: false, place: place.clone() };
+    let item = Resource {
+        name,
+        kind: ResourceKind::Target(target),
+        history: 0,
+        keep: false,
+        clock: None,
+        made: false,
+        place: place.clone(),
+    };
     Declared { item, sound: true, detail: place }
 }
 
@@ -286,15 +305,20 @@ pub(super) fn extent_from_outside(name: &At<String>, source: &Span) -> Diagnosti
         .help("ask for its extent in the shader, with `textureSize` or `imageSize`")
 }
 
-fn declared(
-    name: &At<String>,
-    kind: ResourceKind,
-    history: Option<&At<u32>>,
-    sound: bool,
-    detail: Span,
-) -> Declared<Resource> {
-    let history = history.map_or(0, |history| history.value);
-    let item = Resource { name: name.value.clone(), kind, history, made: false, place: name.span.clone() };
+/// What of a resource outlives a frame.
+struct Kept {
+    history: u32,
+    keep: bool,
+    clock: Option<ClockId>,
+}
+
+fn kept(history: Option<&At<u32>>, keep: Option<&At<bool>>, clock: Option<ClockId>) -> Kept {
+    Kept { history: history.map_or(0, |history| history.value), keep: keep.is_some_and(|keep| keep.value), clock }
+}
+
+fn declared(name: &At<String>, kind: ResourceKind, kept: Kept, sound: bool, detail: Span) -> Declared<Resource> {
+    let Kept { history, keep, clock } = kept;
+    let item = Resource { name: name.value.clone(), kind, history, keep, clock, made: false, place: name.span.clone() };
     Declared { item, sound, detail }
 }
 

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use raxel_graph::checked::*;
 use raxel_graph::plan::{CullReason, Plan, Step};
 
-use super::graphs::{Case, OUTPUT, SOURCE_IMAGE};
+use super::graphs::{Case, OUTPUT, Random, SOURCE_IMAGE};
 use super::sizes::of_world;
 
 /// Mips and layers of every resource.
@@ -53,90 +53,139 @@ fn cleared(kind: &ResourceKind) -> bool {
     }
 }
 
-/// Passes whose stores can reach the present step or a pin in some frame, as a bit set; `live` is what the plan says. Of all
-/// stores, only a clear and the first access of a frame, if it is write-only and made in each frame, drop what was there.
-fn needed(case: &Case, live: u64) -> u64 {
-    let graph = &case.graph;
-    let sizes = subresources(graph);
-    // (resource, copy, mip, layer) → passes whose stores are in there, directly or through what they stored into others.
-    let mut contents: BTreeMap<(u32, u32, u32, u32), u64> = BTreeMap::new();
-    let mut needed = 0;
-    let frames = (graph.passes.len() as u32 + 2) * 3;
-    for frame in 0..frames {
-        let mut looked_at: BTreeSet<(u32, u32, u32)> = BTreeSet::new();
-        let copy = |id: ResourceId, age: u32| {
-            let copies = graph.resource(id).history + 1;
-            (frame + copies * 2 - age % copies) % copies
-        };
-        let read = |contents: &BTreeMap<_, u64>, id: ResourceId, age: u32, parts: &[(u32, u32)]| {
-            let of =
-                |&(mip, layer): &(u32, u32)| contents.get(&(id.0, copy(id, age), mip, layer)).copied().unwrap_or(0);
-            parts.iter().map(of).fold(0, |all, one| all | one)
-        };
-        for (index, resource) in graph.resources.iter().enumerate() {
-            if cleared(&resource.kind) {
-                let id = ResourceId(index as u32);
-                contents.retain(|at, _| (at.0, at.1) != (id.0, copy(id, 0)));
-            }
+/// Ranges of passes (of the file) that run together: those of a clock, and every other one alone.
+pub fn groups(graph: &Graph) -> Vec<(std::ops::Range<usize>, Option<ClockId>)> {
+    let mut groups: Vec<(std::ops::Range<usize>, Option<ClockId>)> = Vec::new();
+    for (index, pass) in graph.passes.iter().enumerate() {
+        let clock = if let Some(Every::Clock(clock)) = pass.every { Some(clock) } else { None };
+        match groups.last_mut() {
+            Some((range, of)) if clock.is_some() && *of == clock => range.end = index + 1,
+            _ => groups.push((index..index + 1, clock)),
         }
-        let shown = case.present;
-        let present = |contents: &BTreeMap<_, u64>| {
-            let volume = matches!(
-                graph.resource(shown.resource).kind,
-                ResourceKind::Target(Target { extent: Extent::Fixed3(_) | Extent::World { .. } | Extent::Source, .. })
-            );
-            read(contents, shown.resource, shown.age, &[(shown.mip, if volume { 0 } else { shown.layer })])
-        };
-        for (index, pass) in graph.passes.iter().enumerate() {
-            if case.runs(pass) {
-                let mut stored = 1 << index;
-                let lives = live >> index & 1 == 1;
-                for access in pass.accesses.iter().filter(|a| a.access.reads()) {
-                    let parts = touched(access, sizes[access.resource.0 as usize]);
-                    if lives && access.age == 0 {
-                        looked_at.extend(parts.iter().map(|&(mip, layer)| (access.resource.0, mip, layer)));
-                    }
-                    stored |= read(&contents, access.resource, access.age, &parts);
-                }
-                for access in pass.accesses.iter().filter(|a| a.access.writes()) {
-                    for (mip, layer) in touched(access, sizes[access.resource.0 as usize]) {
-                        let at = (access.resource.0, copy(access.resource, access.age), mip, layer);
-                        let cleared = cleared(&graph.resource(access.resource).kind);
-                        let first = lives && looked_at.insert((access.resource.0, mip, layer));
-                        if first && !cleared && pass.every.is_none() {
-                            contents.remove(&at);
-                        }
-                        *contents.entry(at).or_default() |= stored;
-                    }
-                }
-            }
-            if case.present.after == Some(PassId(index as u32)) {
-                if shown.age == 0 {
-                    let mips = sizes[shown.resource.0 as usize];
-                    for mip in 0..mips.0 {
-                        for layer in 0..mips.1 {
-                            let volume = layer == 0 && mips.1 == 1;
-                            if mip == shown.mip && (layer == shown.layer || volume) {
-                                looked_at.insert((shown.resource.0, mip, layer));
-                            }
-                        }
-                    }
-                }
-                needed |= present(&contents);
-            }
+    }
+    groups
+}
+
+/// The contents of everything while frames go by: (resource, copy, mip, layer) → passes whose stores are in there, directly or through
+/// what they stored into others.
+struct Flow<'a> {
+    case: &'a Case,
+    sizes: Vec<(u32, u32)>,
+    live: u64,
+    contents: BTreeMap<(u32, u32, u32, u32), u64>,
+    looked_at: BTreeSet<(u32, u32, u32)>,
+    needed: u64,
+    frame: u32,
+    /// By clock: ticks begun, many from the start.
+    ticks: Vec<u32>,
+}
+
+impl Flow<'_> {
+    fn copy(&self, id: ResourceId, age: u32) -> u32 {
+        let resource = self.case.graph.resource(id);
+        let turns = resource.clock.map_or(self.frame + 1000, |clock| self.ticks[clock.0 as usize]);
+        (turns - age) % (resource.history + 1)
+    }
+
+    fn read(&self, id: ResourceId, age: u32, parts: &[(u32, u32)]) -> u64 {
+        let copy = self.copy(id, age);
+        let of = |&(mip, layer): &(u32, u32)| self.contents.get(&(id.0, copy, mip, layer)).copied().unwrap_or(0);
+        parts.iter().map(of).fold(0, |all, one| all | one)
+    }
+
+    fn run(&mut self, index: usize) {
+        let graph = self.case.graph.clone();
+        let pass = &graph.passes[index];
+        if !self.case.runs(pass) {
+            return;
         }
-        if case.present.after.is_none() {
-            needed |= present(&contents);
+        let mut stored = 1 << index;
+        let lives = self.live >> index & 1 == 1;
+        for access in pass.accesses.iter().filter(|a| a.access.reads()) {
+            let parts = touched(access, self.sizes[access.resource.0 as usize]);
+            if lives && access.age == 0 {
+                self.looked_at.extend(parts.iter().map(|&(mip, layer)| (access.resource.0, mip, layer)));
+            }
+            stored |= self.read(access.resource, access.age, &parts);
         }
-        for pin in &case.pinned {
-            let (mips, layers) = sizes[pin.0 as usize];
-            for mip in 0..mips {
-                let parts: Vec<_> = (0..layers).map(|layer| (mip, layer)).collect();
-                needed |= read(&contents, *pin, 0, &parts);
+        for access in pass.accesses.iter().filter(|a| a.access.writes()) {
+            for (mip, layer) in touched(access, self.sizes[access.resource.0 as usize]) {
+                let at = (access.resource.0, self.copy(access.resource, access.age), mip, layer);
+                let cleared = cleared(&graph.resource(access.resource).kind);
+                let first = lives && self.looked_at.insert((access.resource.0, mip, layer));
+                if first && !cleared && pass.every.is_none() {
+                    self.contents.remove(&at);
+                }
+                *self.contents.entry(at).or_default() |= stored;
             }
         }
     }
-    needed
+
+    fn present(&mut self) {
+        let shown = self.case.present;
+        let volume = matches!(
+            self.case.graph.resource(shown.resource).kind,
+            ResourceKind::Target(Target { extent: Extent::Fixed3(_) | Extent::World { .. } | Extent::Source, .. })
+        );
+        let part = (shown.mip, if volume { 0 } else { shown.layer });
+        if shown.age == 0 {
+            self.looked_at.insert((shown.resource.0, part.0, part.1));
+        }
+        self.needed |= self.read(shown.resource, shown.age, &[part]);
+    }
+}
+
+/// Passes whose stores can reach the present step or a pin in some frame, as a bit set; `live` is what the plan says. Of all
+/// stores, only a clear for the frame and the first access of a frame, if it is write-only and made in each frame, drop what was there.
+fn needed(case: &Case, live: u64) -> u64 {
+    let graph = &case.graph;
+    let mut flow = Flow {
+        case,
+        sizes: subresources(graph),
+        live,
+        contents: BTreeMap::new(),
+        looked_at: BTreeSet::new(),
+        needed: 0,
+        frame: 0,
+        ticks: vec![1000; graph.clocks.len()],
+    };
+    let groups = groups(graph);
+    let mut random = Random::new(live);
+    for frame in 0..(graph.passes.len() as u32 + 2) * 3 {
+        flow.frame = frame;
+        flow.looked_at.clear();
+        for (index, resource) in graph.resources.iter().enumerate() {
+            // A frame without a tick clears nothing that turns with a clock.
+            if cleared(&resource.kind) && resource.clock.is_none() {
+                let id = ResourceId(index as u32);
+                let copy = flow.copy(id, 0);
+                flow.contents.retain(|at, _| (at.0, at.1) != (id.0, copy));
+            }
+        }
+        for (passes, clock) in &groups {
+            let ticks = clock.map_or(1, |clock| random.below(graph.clock(clock).most + 1));
+            for _ in 0..ticks {
+                if let Some(clock) = clock {
+                    flow.ticks[clock.0 as usize] += 1;
+                }
+                passes.clone().for_each(|pass| flow.run(pass));
+            }
+            if case.present.after.is_some_and(|after| passes.contains(&(after.0 as usize))) {
+                flow.present();
+            }
+        }
+        if case.present.after.is_none() {
+            flow.present();
+        }
+        for pin in &case.pinned {
+            let (mips, layers) = flow.sizes[pin.0 as usize];
+            for mip in 0..mips {
+                let parts: Vec<_> = (0..layers).map(|layer| (mip, layer)).collect();
+                flow.needed |= flow.read(*pin, 0, &parts);
+            }
+        }
+    }
+    flow.needed
 }
 
 /// What is wrong with the choice and order of the steps.
@@ -159,15 +208,33 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
         }
     }
 
-    let mut last = None;
+    // Passes in the order of the file, those of a clock once for each tick.
+    let mut expected = Vec::new();
+    let groups = groups(graph);
+    for (passes, clock) in &groups {
+        let live = || passes.clone().filter(|pass| live >> pass & 1 == 1).map(|pass| PassId(pass as u32));
+        match clock {
+            Some(clock) => {
+                expected
+                    .extend((0..graph.clock(*clock).most).flat_map(|tick| live().map(move |pass| (pass, Some(tick)))));
+            }
+            None => expected.extend(live().map(|pass| (pass, None))),
+        }
+    }
     let mut dispatched = Vec::new();
     let mut presents = 0;
-    let mut clears: BTreeMap<u32, usize> = BTreeMap::new();
-    let mut touched_at: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut clears: BTreeMap<(u32, Option<u32>), usize> = BTreeMap::new();
+    let mut touched_at: BTreeMap<(u32, Option<u32>), usize> = BTreeMap::new();
     for (at, step) in plan.steps.iter().enumerate() {
-        let mut touch = |id: ResourceId, age: u32| {
+        let mut touch = |id: ResourceId, age: u32, by: Option<(ClockId, u32)>| {
+            // What turns with a clock is cleared for each tick; outside the clock it is only looked at.
+            let tick = match (graph.resource(id).clock, by) {
+                (None, _) => None,
+                (Some(clock), Some((of, tick))) if clock == of => Some(tick),
+                (Some(_), _) => return,
+            };
             if age == 0 {
-                touched_at.entry(id.0).or_insert(at);
+                touched_at.entry((id.0, tick)).or_insert(at);
             }
         };
         match step {
@@ -176,36 +243,29 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
                     faults.push(format!("step {at}: a barrier before nothing"));
                 }
             }
-            Step::Clear { resource } => {
-                if clears.insert(plan.resources[*resource as usize].resource.0, at).is_some() {
+            Step::Clear { resource, tick } => {
+                if clears.insert((plan.resources[*resource as usize].resource.0, *tick), at).is_some() {
                     faults.push(format!("step {at}: cleared twice"));
                 }
             }
             Step::Dispatch { pass } => {
-                let id = plan.passes[*pass as usize].pass;
-                if last.is_some_and(|last| last >= id) {
-                    faults.push(format!("step {at}: out of program order"));
-                }
-                last = Some(id);
-                dispatched.push(*pass);
-                for access in &graph.pass(id).accesses {
-                    touch(access.resource, access.age);
+                let planned = &plan.passes[*pass as usize];
+                dispatched.push((planned.pass, planned.tick));
+                let of = &graph.pass(planned.pass);
+                let by = if let Some(Every::Clock(clock)) = of.every { planned.tick.map(|t| (clock, t)) } else { None };
+                for access in &of.accesses {
+                    touch(access.resource, access.age, by);
                 }
             }
             Step::Present => {
                 presents += 1;
-                touch(plan.present.resource, plan.present.age);
-                let behind = plan.steps[at..].iter().filter_map(|step| match step {
-                    Step::Dispatch { pass } => Some(plan.passes[*pass as usize].pass),
-                    _ => None,
+                touch(plan.present.resource, plan.present.age, None);
+                // After a pass of a clock means after its ticks.
+                let of = |after: PassId| groups.iter().find(|(passes, _)| passes.contains(&(after.0 as usize)));
+                let last = case.present.after.map_or(PassId(u32::MAX), |after| {
+                    of(after).map_or(after, |(passes, _)| PassId(passes.end as u32 - 1))
                 });
-                let right = match case.present.after {
-                    None => behind.count() == 0,
-                    Some(after) => {
-                        last.is_none_or(|last| last <= after) && behind.min().is_none_or(|next| next > after)
-                    }
-                };
-                if !right {
+                if expected.iter().filter(|(pass, _)| *pass <= last).count() != dispatched.len() {
                     faults.push(format!("step {at}: presented at the wrong point"));
                 }
             }
@@ -214,19 +274,32 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     if presents != 1 {
         faults.push(format!("presented {presents} times"));
     }
-    if dispatched != (0..plan.passes.len() as u32).collect::<Vec<_>>() {
-        faults.push("not every live pass is dispatched once".to_owned());
+    if dispatched != expected {
+        faults.push(format!("dispatched {dispatched:?}, not {expected:?}"));
     }
     for resource in &plan.resources {
         let id = resource.resource;
-        let clear = clears.get(&id.0);
-        if cleared(&graph.resource(id).kind) != clear.is_some() {
-            faults.push(format!("{}: clear missing or not asked for", graph.resource(id).name));
+        let of = graph.resource(id);
+        let transient = resource.lifetime != raxel_graph::plan::Lifetime::Persistent;
+        let asked = cleared(&of.kind) || case.poison && transient;
+        let ticks: Vec<Option<u32>> = match of.clock {
+            Some(clock) if graph.passes.iter().any(|pass| pass.every == Some(Every::Clock(clock))) => {
+                (0..graph.clock(clock).most).map(Some).collect()
+            }
+            Some(_) => Vec::new(),
+            None => vec![None],
+        };
+        if clears.keys().filter(|(of, _)| *of == id.0).count() != if asked { ticks.len() } else { 0 } {
+            faults.push(format!("{}: clears missing or not asked for", of.name));
         }
-        if let (Some(clear), Some(touch)) = (clear, touched_at.get(&id.0))
-            && clear > touch
-        {
-            faults.push(format!("{}: touched before its clear", graph.resource(id).name));
+        for tick in ticks.iter().filter(|_| asked) {
+            match (clears.get(&(id.0, *tick)), touched_at.get(&(id.0, *tick))) {
+                (None, _) => faults.push(format!("{}: not cleared, {tick:?}", of.name)),
+                (Some(clear), Some(touch)) if clear > touch => {
+                    faults.push(format!("{}: touched before its clear", of.name))
+                }
+                _ => {}
+            }
         }
     }
     let used = |id: ResourceId| plan.resources.iter().any(|r| r.resource == id);

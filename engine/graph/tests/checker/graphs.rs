@@ -54,6 +54,7 @@ pub struct Case {
     pub sources: BTreeMap<String, SourceSize>,
     pub memory: RandomMemory,
     pub alias: bool,
+    pub poison: bool,
 }
 
 impl Case {
@@ -80,6 +81,7 @@ impl Case {
             world: WorldInput { extent: WORLD, materials: None },
             memory: &self.memory,
             alias: self.alias,
+            poison: self.poison,
             limits: Limits::PORTABLE,
         };
         raxel_graph::plan(self.graph.clone(), &input)
@@ -149,6 +151,8 @@ pub fn case(seed: u64) -> Case {
         }
         passes.push(made);
     }
+    let mut resources = resources;
+    let clocks = clocks(r, &mut resources, &mut passes);
     let any = |r: &mut Random| ResourceId(r.below(resources.iter().filter(|of| !of.made).count() as u32));
     let present = stored.last().copied().filter(|_| r.percent(80)).unwrap_or_else(|| any(r));
     let of = &resources[present.0 as usize];
@@ -169,6 +173,7 @@ pub fn case(seed: u64) -> Case {
         about: String::new(),
         present: present.resource,
         params: Vec::new(),
+        clocks,
         resources,
         loops: Vec::new(),
         passes,
@@ -185,6 +190,7 @@ pub fn case(seed: u64) -> Case {
         ]),
         memory: RandomMemory { seed: r.next(), granularity: r.pick(&[1, 1, 64, 1024]), kinds_apart: r.percent(30) },
         alias: r.percent(85),
+        poison: r.percent(20),
     }
 }
 
@@ -250,7 +256,16 @@ fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
         };
         let source = kind.source().is_some();
         let history = if source { 0 } else { history };
-        made.push(Resource { name: format!("r{number}"), kind, history, made: false, place: place() });
+        let keep = !source && r.percent(rarely(12));
+        made.push(Resource {
+            name: format!("r{number}"),
+            kind,
+            history,
+            keep,
+            clock: None,
+            made: false,
+            place: place(),
+        });
     }
     made
 }
@@ -265,6 +280,32 @@ fn counted(r: &mut Random, resources: &[Resource]) -> Option<ResourceId> {
     };
     let all: Vec<u32> = (0..resources.len() as u32).filter(|index| counted(&resources[*index as usize])).collect();
     (!all.is_empty()).then(|| ResourceId(r.pick(&all)))
+}
+
+/// Gives a third of the graphs one or two clocks: each drives passes that stand together, and turns some of what only they write.
+fn clocks(r: &mut Random, resources: &mut [Resource], passes: &mut [Pass]) -> Vec<Clock> {
+    let mut clocks = Vec::new();
+    let mut at = 0;
+    while clocks.len() < 2 && at < passes.len() && r.percent(35) {
+        let id = ClockId(clocks.len() as u32);
+        let first = at + r.below((passes.len() - at) as u32) as usize;
+        let end = first + 1 + r.below(3.min((passes.len() - first) as u32)) as usize;
+        for pass in &mut passes[first..end] {
+            pass.every = Some(Every::Clock(id));
+        }
+        for (index, resource) in resources.iter_mut().enumerate() {
+            let writes = |pass: &Pass| pass.accesses.iter().any(|a| a.resource.0 == index as u32 && a.access.writes());
+            let of_clock = (first..end).any(|pass| writes(&passes[pass]));
+            let of_others = (0..passes.len()).any(|pass| !(first..end).contains(&pass) && writes(&passes[pass]));
+            if of_clock && !of_others && r.percent(75) {
+                resource.clock = Some(id);
+                resource.history += r.below(3);
+            }
+        }
+        clocks.push(Clock { name: format!("c{}", id.0), hz: 60.0, most: 1 + r.below(3), place: place() });
+        at = end;
+    }
+    clocks
 }
 
 fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<ResourceId>, tame: bool) -> Pass {
@@ -336,7 +377,7 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         shader: shader(),
         dispatch,
         accesses,
-        push: Vec::new(),
+        push: if r.percent(70) { vec![moving(r)] } else { Vec::new() },
         uniforms: Vec::new(),
         specialization: Vec::new(),
         made: false,
@@ -366,7 +407,15 @@ fn queue(r: &mut Random, pass: &mut Pass, resources: &mut Vec<Resource>, stored:
     let arguments = ResourceId(resources.len() as u32);
     let name = format!("{}.arguments", pass.name);
     let kind = ResourceKind::Buffer(Buffer { size: BufferSize::Bytes(16), clear: None, init: None });
-    resources.push(Resource { name: name.clone(), kind, history: 0, made: true, place: place() });
+    resources.push(Resource {
+        name: name.clone(),
+        kind,
+        history: 0,
+        keep: false,
+        clock: None,
+        made: true,
+        place: place(),
+    });
     let maker = Pass {
         name,
         dispatch: Dispatch::Groups([1; 3]),
@@ -409,6 +458,13 @@ fn bound(
     BoundAccess { resource, age, mips, layers, access, usage, binding: None, sampler: None }
 }
 
+/// A push constant that is another in every frame.
+fn moving(r: &mut Random) -> Fill {
+    let from = r.pick(&[Builtin::FrameTime, Builtin::CameraCell, Builtin::CursorPosition]);
+    let (scalar, shape) = from.ty();
+    Fill { member: "value".to_owned(), offset: 0, scalar, shape, stride: 0, from: Source::Builtin(from) }
+}
+
 fn place() -> Span {
     Span::new("graphs/random.toml", 0..0)
 }
@@ -434,14 +490,17 @@ pub fn text(case: &Case) -> String {
     let graph = &case.graph;
     let mut out = String::new();
     let name = |id: ResourceId| &graph.resource(id).name;
+    let _ = writeln!(out, "{:?}", graph.clocks);
     let _ = writeln!(out, "present {:?}, pinned {:?}, facts {:?}", case.present, case.pinned, case.facts);
     for resource in &graph.resources {
-        let _ = writeln!(out, "{}: history {} {:?}", resource.name, resource.history, resource.kind);
+        let Resource { name, history, keep, clock, kind, .. } = resource;
+        let _ = writeln!(out, "{name}: history {history} keep {keep} {clock:?} {kind:?}");
     }
     for pass in &graph.passes {
         let on = if case.runs(pass) { "" } else { " (off)" };
-        let every = if pass.every.is_some() { " (every)" } else { "" };
-        let _ = write!(out, "{}{on}{every}:", pass.name);
+        let every = pass.every.map_or(String::new(), |every| format!(" ({every:?})"));
+        let moves = if pass.push.is_empty() { "" } else { " (moves)" };
+        let _ = write!(out, "{}{on}{every}{moves}:", pass.name);
         for a in &pass.accesses {
             let _ = write!(
                 out,

@@ -37,6 +37,12 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let mut faults = Vec::new();
     let mut placed = Vec::new();
     for (index, resource) in plan.resources.iter().enumerate() {
+        if resource.varies != varies(plan, index) {
+            let name = &case.graph.resource(resource.resource).name;
+            faults.push(format!("{name}: varies is {}", resource.varies));
+        }
+    }
+    for (index, resource) in plan.resources.iter().enumerate() {
         let name = &case.graph.resource(resource.resource).name;
         let Lifetime::Transient { first, last, place } = resource.lifetime else { continue };
         let uses = uses(plan, index);
@@ -47,6 +53,9 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
             faults.push(format!("{name}: transient, but {why}"));
         }
         if let Some(place) = place {
+            if !varies(plan, index) {
+                faults.push(format!("{name}: shares memory, though it is the same in every frame"));
+            }
             if !case.alias {
                 faults.push(format!("{name}: shares memory, which was not asked for"));
             }
@@ -98,13 +107,82 @@ fn uses(plan: &Plan, index: usize) -> Vec<u32> {
     let id = plan.resources[index].resource;
     let touches = |step: &Step| match step {
         Step::Barrier(_) => false,
-        Step::Clear { resource } => *resource as usize == index,
+        Step::Clear { resource, .. } => *resource as usize == index,
         Step::Dispatch { pass } => {
             plan.graph.pass(plan.passes[*pass as usize].pass).accesses.iter().any(|a| a.resource == id)
         }
         Step::Present => plan.present.resource == id,
     };
     (0..).zip(&plan.steps).filter(|(_, step)| touches(step)).map(|(at, _)| at).collect()
+}
+
+fn asks_for_clear(kind: &ResourceKind) -> bool {
+    match kind {
+        ResourceKind::Target(target) => target.clear.is_some(),
+        ResourceKind::Buffer(buffer) => buffer.clear.is_some(),
+    }
+}
+
+/// Whether a resource may hold something else in every frame: walks back through everything that it is made from.
+fn varies(plan: &Plan, index: usize) -> bool {
+    let graph = &plan.graph;
+    let live = || plan.passes.iter().map(|planned| graph.pass(planned.pass));
+    let mut open = vec![plan.resources[index].resource];
+    let mut known = open.clone();
+    while let Some(id) = open.pop() {
+        let writers = || live().filter(|pass| pass.accesses.iter().any(|a| a.resource == id && a.access.writes()));
+        let older = live().flat_map(|pass| &pass.accesses).any(|a| a.resource == id && a.age > 0);
+        let older = older || plan.present.resource == id && plan.present.age > 0;
+        let stored = writers().next().is_some();
+        let grows = older || graph.resource(id).clock.is_some() || loaded_first(plan, id);
+        if stored && grows || writers().any(|pass| !pass.push.is_empty()) {
+            return true;
+        }
+        for read in writers().flat_map(|pass| &pass.accesses).filter(|a| a.access.reads()) {
+            if !known.contains(&read.resource) {
+                known.push(read.resource);
+                open.push(read.resource);
+            }
+        }
+    }
+    false
+}
+
+/// Whether a frame loads what an earlier one left there.
+fn loaded_first(plan: &Plan, id: ResourceId) -> bool {
+    let index = plan.resources.iter().position(|r| r.resource == id);
+    if index.is_none_or(|index| plan.resources[index].lifetime != Lifetime::Persistent) {
+        return false;
+    }
+    let (mips, layers) = subresources(&plan.graph)[id.0 as usize];
+    let mut parts = (0..mips).flat_map(|mip| (0..layers).map(move |layer| (mip, layer)));
+    parts.any(|part| {
+        let touches = |a: &&BoundAccess| a.resource == id && touched(a, (mips, layers)).contains(&part);
+        for step in &plan.steps {
+            match step {
+                Step::Clear { resource, .. } if Some(*resource as usize) == index => return false,
+                Step::Dispatch { pass } => {
+                    let accesses = &plan.graph.pass(plan.passes[*pass as usize].pass).accesses;
+                    if accesses.iter().filter(touches).any(|a| a.access.reads()) {
+                        return true;
+                    }
+                    if accesses.iter().any(|a| touches(&a)) {
+                        return false;
+                    }
+                }
+                Step::Present if plan.present.resource == id => {
+                    let volume = matches!(&plan.resources[index.unwrap_or(0)].desc, ResourceDesc::Image(i) if i.volume);
+                    let layer = if volume { 0 } else { plan.present.layer };
+                    let buffer = matches!(plan.graph.resource(id).kind, ResourceKind::Buffer(_));
+                    if buffer || part == (plan.present.mip, layer) {
+                        return true;
+                    }
+                }
+                _ => {}
+            }
+        }
+        false
+    })
 }
 
 /// Why the contents of a resource matter beyond the frame that stores them.
@@ -124,6 +202,12 @@ fn outlives_frame(case: &Case, plan: &Plan, index: usize) -> Option<&'static str
     if resource.history > 0 {
         return Some("it has history");
     }
+    if resource.keep {
+        return Some("it is to be kept");
+    }
+    if resource.clock.is_some() {
+        return Some("it turns with a clock");
+    }
     if id == case.present.resource || case.pinned.contains(&id) {
         return Some("it is looked at from outside");
     }
@@ -141,7 +225,12 @@ fn outlives_frame(case: &Case, plan: &Plan, index: usize) -> Option<&'static str
             for step in &plan.steps {
                 let touches = |a: &&BoundAccess| a.resource == id && touched(a, (mips, layers)).contains(&(mip, layer));
                 match step {
-                    Step::Clear { resource } if *resource as usize == index => break,
+                    // What is only filled to be watched hides no load.
+                    Step::Clear { resource: cleared, .. }
+                        if *cleared as usize == index && asks_for_clear(&resource.kind) =>
+                    {
+                        break;
+                    }
                     Step::Dispatch { pass } => {
                         let accesses = &graph.pass(plan.passes[*pass as usize].pass).accesses;
                         if accesses.iter().filter(touches).any(|a| a.access.reads()) {

@@ -15,7 +15,13 @@ pub fn faults(case: &graphs::Case, plan: &Plan) -> Vec<String> {
     if faults.is_empty() {
         faults.extend(sizes::faults(case, plan));
         faults.extend(memory::faults(case, plan));
-        faults.extend(sync::faults(plan, &sync::Run::full(plan, case.memory.granularity)));
+        for ticks in sync::rhythms(plan) {
+            let full = sync::Run::full(plan, case.memory.granularity);
+            faults.extend(sync::faults(plan, &sync::Run { ticks, frames: full.frames.max(6), ..full }));
+            if !faults.is_empty() {
+                break;
+            }
+        }
     }
     faults
 }

@@ -12,6 +12,7 @@ use raxel_graph::plan::*;
 use raxel_shader::interface::Access;
 
 use super::flow::{subresources, touched};
+use super::graphs::Random;
 use super::memory::share;
 
 /// How a plan is run.
@@ -22,15 +23,25 @@ pub struct Run {
     pub remembered: u32,
     /// (frame, live pass) that is left out.
     pub skip: Box<dyn Fn(u32, u32) -> bool>,
+    /// Ticks that are due: of a frame, of a clock. At most as many as the clock catches up.
+    pub ticks: Ticks,
     /// `bufferImageGranularity`.
     pub granularity: u64,
 }
+
+pub type Ticks = Box<dyn Fn(u32, ClockId) -> u32>;
 
 impl Run {
     /// All of several rounds through the longest ring of copies.
     pub fn full(plan: &Plan, granularity: u64) -> Run {
         let ring = plan.resources.iter().map(|r| r.copies).max().unwrap_or(1);
-        Run { frames: 2 * ring + 2, remembered: u32::MAX, skip: Box::new(|_, _| false), granularity }
+        Run {
+            frames: 2 * ring + 2,
+            remembered: u32::MAX,
+            skip: Box::new(|_, _| false),
+            ticks: all_ticks(plan),
+            granularity,
+        }
     }
 
     /// As much as finds every fault of a plan that repeats.
@@ -38,6 +49,31 @@ impl Run {
         let ring = plan.resources.iter().map(|r| r.copies).max().unwrap_or(1);
         Run { frames: ring + 1, remembered: 1, ..Run::full(plan, granularity) }
     }
+}
+
+/// Every tick that a frame may catch up.
+fn all_ticks(plan: &Plan) -> Ticks {
+    let graph = plan.graph.clone();
+    Box::new(move |_, clock| graph.clock(clock).most)
+}
+
+/// Ways in which the ticks of a plan may fall: as many in every frame, and at random. One where it has no clock.
+pub fn rhythms(plan: &Plan) -> Vec<Ticks> {
+    let most = plan.graph.clocks.iter().map(|clock| clock.most).max();
+    let Some(most) = most else { return vec![all_ticks(plan)] };
+    let graph = &plan.graph;
+    let regular = (0..=most).map(|ticks| -> Ticks {
+        let graph = graph.clone();
+        Box::new(move |_, clock| graph.clock(clock).most.min(ticks))
+    });
+    let irregular = (0..40_u64).map(|seed| -> Ticks {
+        let graph = graph.clone();
+        Box::new(move |frame, clock| {
+            let mut random = Random::new(seed << 20 | u64::from(frame) << 8 | u64::from(clock.0));
+            random.below(graph.clock(clock).most + 1)
+        })
+    });
+    regular.chain(irregular).collect()
 }
 
 /// An access, or the transition of an image, that has been made.
@@ -86,7 +122,11 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
     let mut faults = scopes(plan);
     let mut made: Vec<Made> = Vec::new();
     let mut time = 0;
+    let spans = spans(plan);
+    // By clock: the number of the first tick of the frame, many from the start.
+    let mut ticks = vec![1 << 20_u32; plan.graph.clocks.len()];
     for frame in 0..run.frames {
+        let due: Vec<u32> = (0..ticks.len()).map(|clock| (run.ticks)(frame, ClockId(clock as u32))).collect();
         // When each image was taken into use in this frame.
         let mut active: BTreeMap<usize, u32> = BTreeMap::new();
         let mut used = vec![false; count];
@@ -148,10 +188,27 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
             {
                 continue;
             }
+            let tick = tick_of(plan, at);
+            let within = |clock: usize| spans[clock].is_some_and(|(first, last)| (first..=last).contains(&at));
+            if tick.is_some_and(|tick| (0..due.len()).any(|clock| within(clock) && tick >= due[clock])) {
+                continue;
+            }
             let mut now = Vec::new();
             for ask in &steps[at] {
                 let copies = plan.resources[ask.resource].copies;
-                let copy = (frame + copies * 2 - ask.age) % copies;
+                let turns = match plan.graph.resource(plan.resources[ask.resource].resource).clock {
+                    None => frame + copies * 2,
+                    Some(ClockId(clock)) => {
+                        let clock = clock as usize;
+                        let behind = spans[clock].is_none_or(|(_, last)| at > last);
+                        match tick {
+                            Some(tick) if within(clock) => ticks[clock] + tick,
+                            _ if behind => ticks[clock] + due[clock] - 1,
+                            _ => ticks[clock] - 1,
+                        }
+                    }
+                };
+                let copy = (turns - ask.age) % copies;
                 used[ask.resource] = true;
                 let since = if placed[ask.resource] && image[ask.resource] {
                     let Some(since) = active.get(&ask.resource) else {
@@ -200,8 +257,36 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
                 return faults;
             }
         }
+        for (ticks, due) in ticks.iter_mut().zip(&due) {
+            *ticks += due;
+        }
     }
     faults
+}
+
+fn tick_of(plan: &Plan, step: usize) -> Option<u32> {
+    match plan.steps[step] {
+        Step::Clear { tick, .. } => tick,
+        Step::Dispatch { pass } => plan.passes[pass as usize].tick,
+        _ => None,
+    }
+}
+
+/// By clock: the first and last step of its ticks.
+fn spans(plan: &Plan) -> Vec<Option<(usize, usize)>> {
+    let graph = &plan.graph;
+    let of = |step: &Step, clock: ClockId| match *step {
+        Step::Clear { resource, tick } => {
+            tick.is_some() && graph.resource(plan.resources[resource as usize].resource).clock == Some(clock)
+        }
+        Step::Dispatch { pass } => graph.pass(plan.passes[pass as usize].pass).every == Some(Every::Clock(clock)),
+        _ => false,
+    };
+    let span = |clock| {
+        let first = plan.steps.iter().position(|step| of(step, clock))?;
+        Some((first, plan.steps.iter().rposition(|step| of(step, clock))?))
+    };
+    (0..graph.clocks.len()).map(|clock| span(ClockId(clock as u32))).collect()
 }
 
 /// Whether a source scope names an access with its stage.
@@ -259,7 +344,7 @@ fn asked(plan: &Plan) -> Vec<Vec<Asked>> {
         .iter()
         .map(|step| match step {
             Step::Barrier(_) => Vec::new(),
-            Step::Clear { resource } => vec![Asked {
+            Step::Clear { resource, .. } => vec![Asked {
                 resource: *resource as usize,
                 age: 0,
                 parts: u64::MAX,

@@ -121,6 +121,7 @@ fn a_queue_becomes_two_passes() {
         world: raxel_graph::plan::WorldInput::ON_PAPER,
         memory: &raxel_graph::EstimatedMemory,
         alias: true,
+        poison: false,
         limits: raxel_graph::plan::Limits::PORTABLE,
     };
     let plan = raxel_graph::plan(std::sync::Arc::new(graph), &input).unwrap_or_else(|found| panic!("{found:#?}"));

@@ -1,5 +1,6 @@
 //! The front end: graph files and shaders in, a checked graph or diagnostics out. Shaders go through the real compiler.
 
+mod clocks;
 mod errors;
 mod extends;
 mod files;

@@ -9,9 +9,10 @@ use serde_json::Value;
 use crate::files::{GRAPH, Project};
 
 /// Where an unknown key is put, and the pointer to the same table in the schema (several, where a table may be one of several).
-const TABLES: [(&str, &[&str]); 14] = [
+const TABLES: [(&str, &[&str]); 15] = [
     ("zzzzzzzz = 1", &[""]),
     ("[params.x]\nzzzzzzzz = 1", &["/definitions/param"]),
+    ("[clocks.x]\nzzzzzzzz = 1", &["/definitions/clock"]),
     ("[targets.x]\nzzzzzzzz = 1", &["/definitions/target"]),
     ("[targets.x.size]\nzzzzzzzz = 1", &["/definitions/target/properties/size/anyOf/2"]),
     ("[targets.x.display]\nzzzzzzzz = 1", &["/definitions/target/properties/display/anyOf/1"]),
@@ -33,7 +34,11 @@ const TABLES: [(&str, &[&str]); 14] = [
     ("[[passes]]\nname = \"p\"\npush = { x = { type = \"f32\", zzzzzzzz = 1 } }", &["/definitions/member/anyOf/2"]),
     (
         "[[passes]]\nname = \"p\"\nevery = { zzzzzzzz = 1 }",
-        &["/definitions/pass/properties/every/anyOf/0", "/definitions/pass/properties/every/anyOf/1"],
+        &[
+            "/definitions/pass/properties/every/anyOf/1",
+            "/definitions/pass/properties/every/anyOf/2",
+            "/definitions/pass/properties/every/anyOf/3",
+        ],
     ),
 ];
 

@@ -168,6 +168,7 @@ fn plans_take_it_as_it_is() {
             world: WorldInput::ON_PAPER,
             memory: &EstimatedMemory,
             alias: true,
+            poison: false,
             limits: Limits { image_3d, ..Limits::PORTABLE },
         };
         plan(graph.clone(), &input)

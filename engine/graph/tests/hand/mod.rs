@@ -9,7 +9,7 @@ use raxel_graph::EstimatedMemory;
 use raxel_graph::checked::*;
 use raxel_graph::plan::{Limits, Plan, PlanInput, Present, WorldInput};
 use raxel_shader::format::Format;
-use raxel_shader::interface::{Access, Interface, LocalSize};
+use raxel_shader::interface::{Access, Interface, LocalSize, Scalar};
 use raxel_shader::{Request, Shader};
 
 /// A graph in the making; resources and passes are named.
@@ -18,6 +18,7 @@ pub struct Hand {
     pub facts: bool,
     pub after: Option<&'static str>,
     pub alias: bool,
+    pub poison: bool,
     pub output: [u32; 2],
     pub world: [u32; 3],
     pub limits: Limits,
@@ -35,6 +36,7 @@ impl Hand {
             about: String::new(),
             present: ResourceId(0),
             params: Vec::new(),
+            clocks: Vec::new(),
             resources: Vec::new(),
             loops: Vec::new(),
             passes: Vec::new(),
@@ -45,6 +47,7 @@ impl Hand {
             facts: true,
             after: None,
             alias: true,
+            poison: false,
             output: [320, 180],
             world: [100, 60, 40],
             limits: Limits::PORTABLE,
@@ -75,11 +78,34 @@ impl Hand {
 
     fn resource(&mut self, name: &str, kind: ResourceKind, history: u32) -> &mut Hand {
         let place = Span::new("graphs/hand.toml", 0..0);
-        self.graph.resources.push(Resource { name: name.to_owned(), kind, history, made: false, place });
+        self.graph.resources.push(Resource {
+            name: name.to_owned(),
+            kind,
+            history,
+            keep: false,
+            clock: None,
+            made: false,
+            place,
+        });
         self
     }
 
+    /// A clock of 60 ticks a second.
+    pub fn clock(&mut self, name: &str, most: u32) -> ClockId {
+        let place = Span::new("graphs/hand.toml", 0..0);
+        self.graph.clocks.push(Clock { name: name.to_owned(), hz: 60.0, most, place });
+        ClockId(self.graph.clocks.len() as u32 - 1)
+    }
+
+    /// A pass that takes `frame.time`, so that what it makes is another thing in every frame.
     pub fn pass(&mut self, name: &str, binds: &[Bind]) -> &mut Pass {
+        let pass = self.still_pass(name, binds);
+        pass.push.push(from(Source::Builtin(Builtin::FrameTime)));
+        pass
+    }
+
+    /// A pass that takes nothing but what it binds.
+    pub fn still_pass(&mut self, name: &str, binds: &[Bind]) -> &mut Pass {
         let accesses = binds.iter().map(|bind| self.bind(bind)).collect::<Vec<_>>();
         let indirect = accesses.iter().find(|a| a.usage == Usage::IndirectArguments);
         let stored = accesses.iter().find(|a| a.usage == Usage::StorageImage && a.access.writes());
@@ -152,10 +178,16 @@ impl Hand {
             world: WorldInput { extent: self.world, materials: None },
             memory: &EstimatedMemory,
             alias: self.alias,
+            poison: self.poison,
             limits: self.limits,
         };
         use_(graph.clone(), &input)
     }
+}
+
+/// A push constant.
+pub fn from(from: Source) -> Fill {
+    Fill { member: "value".to_owned(), offset: 0, scalar: Scalar::F32, shape: (1, 1), stride: 0, from }
 }
 
 /// A shader that is never looked into, with workgroups of 8 × 8.

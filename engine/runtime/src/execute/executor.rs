@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use raxel_gpu::{Barrier, CommandBuffer, Device, Image, ReadbackRing, TimelineValue};
-use raxel_graph::plan::Plan;
+use raxel_graph::plan::{Lifetime, Plan};
 
 use super::FRAMES;
 use super::error::ExecuteError;
@@ -163,7 +163,13 @@ impl Executor {
             let before = old.and_then(|old| old.resources.iter().position(|before| Arc::ptr_eq(before, physical)));
             match (old, before) {
                 (Some(old), Some(before)) => {
-                    next.replay.memo.carry(index, &old.replay.memo, before);
+                    let now = &next.plan().resources[index];
+                    if now.lifetime == Lifetime::Persistent && is_poisoned(old.plan(), before) {
+                        // What it held was made to be noticed, not to be kept.
+                        physical.initialized.store(false, Ordering::Relaxed);
+                    } else {
+                        next.replay.memo.carry(index, &old.replay.memo, before);
+                    }
                     report.kept.push(physical.name.clone());
                 }
                 _ => report.created.push(physical.name.clone()),
@@ -439,6 +445,12 @@ impl Drop for Executor {
     }
 }
 
+/// Whether a plan fills a resource although the graph does not clear it.
+fn is_poisoned(plan: &Plan, index: usize) -> bool {
+    let planned = &plan.resources[index];
+    planned.clear.is_some() && !plan.graph.resource(planned.resource).kind.is_cleared()
+}
+
 fn count(report: &mut FrameReport, counts: Counts) {
     report.dispatched = counts.dispatched;
     report.skipped = counts.skipped;
@@ -454,7 +466,7 @@ struct NullRecorder;
 impl super::replay::Recorder for NullRecorder {
     fn uniforms(&mut self, _: &[u8]) {}
     fn barrier(&mut self, _: usize) {}
-    fn clear(&mut self, _: usize) {}
+    fn clear(&mut self, _: usize, _: usize) {}
     fn bind(&mut self, _: usize) {}
     fn push(&mut self, _: usize, _: &[u8]) {}
     fn dispatch(&mut self, _: usize) {}

@@ -14,7 +14,7 @@ pub struct FrameInputs<'a> {
     pub params: &'a [Value],
     /// Members whose values are replaced, whatever the file says.
     pub overrides: &'a [Override],
-    /// Seconds of the session's clock: decides which passes with `every = { hz }` are due.
+    /// Seconds of the session's clock: decides which passes with `every = { hz }` are due, and how many ticks of each clock.
     pub clock: f64,
     /// Passes of the file that are switched off, in every round. They leave their outputs as they are.
     pub disabled: &'a [PassId],
@@ -62,6 +62,8 @@ pub struct Builtins {
     pub frame_time: f32,
     /// `frame.delta`, seconds.
     pub frame_delta: f32,
+    /// `frame.still`, frames; also decides which passes with `every = { still }` are due.
+    pub frame_still: u32,
     /// `output.size`, pixels.
     pub output_size: [i32; 2],
     /// `output.aspect`.
@@ -74,6 +76,8 @@ pub struct Builtins {
     pub world_max: [i32; 3],
     /// `world.voxels`.
     pub world_voxels: u32,
+    /// `world.serial`.
+    pub world_serial: u32,
 }
 
 const IDENTITY: [[f32; 4]; 4] =
@@ -96,12 +100,14 @@ impl Default for Builtins {
             frame_index: 0,
             frame_time: 0.0,
             frame_delta: 0.0,
+            frame_still: 0,
             output_size: [1; 2],
             output_aspect: 1.0,
             cursor_position: [-1; 2],
             world_min: [0; 3],
             world_max: [0; 3],
             world_voxels: 0,
+            world_serial: 0,
         }
     }
 }
@@ -148,12 +154,14 @@ impl Builtins {
             Builtin::FrameIndex => Value::U32(self.frame_index),
             Builtin::FrameTime => Value::F32(self.frame_time),
             Builtin::FrameDelta => Value::F32(self.frame_delta),
+            Builtin::FrameStill => Value::U32(self.frame_still),
             Builtin::OutputSize => Value::IVec2(self.output_size),
             Builtin::OutputAspect => Value::F32(self.output_aspect),
             Builtin::CursorPosition => Value::IVec2(self.cursor_position),
             Builtin::WorldMin => Value::IVec3(self.world_min),
             Builtin::WorldMax => Value::IVec3(self.world_max),
             Builtin::WorldVoxels => Value::U32(self.world_voxels),
+            Builtin::WorldSerial => Value::U32(self.world_serial),
         }
     }
 }

@@ -12,8 +12,11 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use raxel_graph::plan::{Lifetime, Plan, ResourceDesc, Step};
+use raxel_graph::checked::ClockId;
+use raxel_graph::plan::{Lifetime, Plan, ResourceDesc, Step, Turn};
 use raxel_shader::interface::Access;
+
+use super::ticks::Ticks;
 
 /// Content of one mip of one copy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,7 +45,12 @@ struct Slot {
 struct SlotAccess {
     slot: u32,
     age: u32,
+    turn: Turn,
+    /// Index in `Memo::content` of mip 0 of the copy that it is about in this frame.
+    base: usize,
     mips: (u32, u32),
+    /// All layers of the mips.
+    whole: bool,
     reads: bool,
     writes: bool,
 }
@@ -51,6 +59,8 @@ struct SlotAccess {
 #[derive(Clone, Debug)]
 struct Node {
     step: u32,
+    /// The tick that it belongs to: it runs when so many are due.
+    tick: Option<(ClockId, u32)>,
     maker: Maker,
     accesses: Vec<SlotAccess>,
     /// Index of its first access in `Memo::seen`.
@@ -61,7 +71,11 @@ struct Node {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Maker {
     Clear(u64),
-    Pass(u32),
+    /// The number of the pass in the plan, and in the graph: a pass of a clock makes the same in every tick.
+    Pass {
+        pass: u32,
+        salt: u32,
+    },
     Present,
 }
 
@@ -104,37 +118,47 @@ impl Memo {
             memo.slot(resource.copies, mips, aliased, transient);
         }
         for (step, kind) in plan.steps.iter().enumerate() {
-            let slot_access = |resource, age, (first, count): (u32, u32), access: Access| {
+            let slot_access = |resource, age, (first, count): (u32, u32), layers, access: Access| {
                 let slot = index_of(resource)? as u32;
                 let mips = memo.slots[slot as usize].mips;
                 let first = first.min(mips - 1);
                 let count = if count == 0 { mips - first } else { count.min(mips - first) };
-                Some(SlotAccess { slot, age, mips: (first, count), reads: access.reads(), writes: access.writes() })
+                let turn = plan.turn(step, resource);
+                let (reads, writes) = (access.reads(), access.writes());
+                let whole = match &plan.resources[slot as usize].desc {
+                    ResourceDesc::Image(image) => layers == (0, 0) || layers == (0, image.layers),
+                    _ => true,
+                };
+                Some(SlotAccess { slot, age, turn, base: 0, mips: (first, count), whole, reads, writes })
             };
             let (maker, accesses): (_, Vec<SlotAccess>) = match kind {
                 Step::Barrier(_) => continue,
-                Step::Clear { resource } => {
+                Step::Clear { resource, .. } => {
                     let resource = &plan.resources[*resource as usize];
                     let value = resource.clear.map_or(0, |value| hash_text(&format!("{value:?}")));
                     (
                         Maker::Clear(value),
-                        slot_access(resource.resource, 0, (0, 0), Access::Write).into_iter().collect(),
+                        slot_access(resource.resource, 0, (0, 0), (0, 0), Access::Write).into_iter().collect(),
                     )
                 }
                 Step::Dispatch { pass } => {
                     let declared = &plan.graph.pass(plan.passes[*pass as usize].pass).accesses;
-                    let accesses = declared.iter().filter_map(|a| slot_access(a.resource, a.age, a.mips, a.access));
-                    (Maker::Pass(*pass), accesses.collect())
+                    let accesses =
+                        declared.iter().filter_map(|a| slot_access(a.resource, a.age, a.mips, a.layers, a.access));
+                    (Maker::Pass { pass: *pass, salt: plan.passes[*pass as usize].pass.0 }, accesses.collect())
                 }
                 Step::Present => {
                     let shown = plan.present;
                     (
                         Maker::Present,
-                        slot_access(shown.resource, shown.age, (shown.mip, 1), Access::Read).into_iter().collect(),
+                        slot_access(shown.resource, shown.age, (shown.mip, 1), (0, 0), Access::Read)
+                            .into_iter()
+                            .collect(),
                     )
                 }
             };
-            memo.node(step as u32, maker, accesses);
+            let tick = plan.clock_of(step).zip(plan.tick_of(step));
+            memo.node(step as u32, tick, maker, accesses);
         }
         memo.finish();
         memo
@@ -159,9 +183,9 @@ impl Memo {
         self.slots.push(Slot { first, copies, mips, aliased, transient });
     }
 
-    fn node(&mut self, step: u32, maker: Maker, accesses: Vec<SlotAccess>) {
+    fn node(&mut self, step: u32, tick: Option<(ClockId, u32)>, maker: Maker, accesses: Vec<SlotAccess>) {
         let first_seen = self.nodes.last().map_or(0, |node| node.first_seen + node.accesses.len());
-        self.nodes.push(Node { step, maker, accesses, first_seen });
+        self.nodes.push(Node { step, tick, maker, accesses, first_seen });
     }
 
     fn finish(&mut self) {
@@ -198,29 +222,39 @@ impl Memo {
         }
     }
 
-    /// Decides frame `frame` (the number that rotates histories). `keys` has for each of the plan's passes a hash of its pipeline,
+    /// Decides frame `frame` (the number that rotates histories, beside the ticks). `keys` has for each of the plan's passes a hash of its pipeline,
     /// workgroups, push and uniform bytes, or `None` when it does not run in this frame (not due, or disabled); `present` is a hash of
     /// how the picture is shown. Gives for each step whether it is to run (barriers: always true), and takes it that they do.
-    pub fn decide(&mut self, frame: u64, keys: &[Option<u64>], present: u64) -> &[bool] {
-        self.predict_contents(frame, keys, present);
+    pub fn decide(&mut self, frame: u64, ticks: &Ticks, keys: &[Option<u64>], present: u64) -> &[bool] {
+        self.find_copies(frame, ticks);
+        self.predict_contents(ticks, keys, present);
         self.mark_dirty();
-        self.propagate_dirty(frame, keys);
-        self.commit(frame);
+        self.propagate_dirty(ticks, keys);
+        self.commit();
         &self.run
     }
 
+    /// Finds the contents that each access is about in this frame.
+    fn find_copies(&mut self, frame: u64, ticks: &Ticks) {
+        for node in &mut self.nodes {
+            for access in &mut node.accesses {
+                let slot = &self.slots[access.slot as usize];
+                access.base = slot.base(ticks.rotation(frame, access.turn), access.age);
+            }
+        }
+    }
+
     /// What a full frame would leave behind.
-    fn predict_contents(&mut self, frame: u64, keys: &[Option<u64>], present: u64) {
+    fn predict_contents(&mut self, ticks: &Ticks, keys: &[Option<u64>], present: u64) {
         self.wanted.copy_from_slice(&self.content);
         for slot in self.slots.iter().filter(|slot| slot.transient) {
-            let first = slot.base(frame, 0);
-            self.wanted[first..first + slot.mips as usize].fill(UNDEFINED);
+            self.wanted[slot.copy_range(0)].fill(UNDEFINED);
         }
         for node in &self.nodes {
-            let Some(key) = node.maker.key(keys, present) else { continue };
+            let Some(key) = node.key(ticks, keys, present) else { continue };
             let mut run = mix(node.maker.salt(), key);
             for (i, access) in node.accesses.iter().enumerate() {
-                let range = access.contents(&self.slots, frame);
+                let range = access.contents();
                 if access.reads {
                     let id = self.wanted[range].iter().fold(mix(1, i as u64), |hash, content| mix(hash, content.id));
                     self.seen[node.first_seen + i] = id;
@@ -228,11 +262,12 @@ impl Memo {
                 }
             }
             for (i, access) in node.accesses.iter().enumerate().filter(|(_, access)| access.writes) {
-                for (mip, content) in self.wanted[access.contents(&self.slots, frame)].iter_mut().enumerate() {
+                for (mip, content) in self.wanted[access.contents()].iter_mut().enumerate() {
                     let run = mix(mix(run, i as u64), mip as u64);
                     if content.run != run || access.reads {
-                        let before = if matches!(node.maker, Maker::Clear(_)) { 0 } else { content.id };
-                        *content = Content { id: mix(run, before), run };
+                        // A store to all of it leaves nothing of what was there.
+                        let id = if access.whole && !access.reads { run } else { mix(run, content.id) };
+                        *content = Content { id, run };
                     }
                 }
             }
@@ -257,7 +292,7 @@ impl Memo {
     }
 
     /// Every writer of a dirty copy runs; every copy that a running step writes, or needs other than it is, is dirty.
-    fn propagate_dirty(&mut self, frame: u64, keys: &[Option<u64>]) {
+    fn propagate_dirty(&mut self, ticks: &Ticks, keys: &[Option<u64>]) {
         for node in &self.nodes {
             self.run[node.step as usize] = false;
         }
@@ -265,11 +300,11 @@ impl Memo {
             let mut stable = true;
             // Backwards: most of what must run is found by following inputs to their makers.
             for node in self.nodes.iter().rev() {
-                if node.maker.key(keys, 0).is_none() {
+                if node.key(ticks, keys, 0).is_none() {
                     continue;
                 }
                 let picture = node.maker == Maker::Present && self.dirty[self.content.len() - 1];
-                let dirty = |t: &SlotAccess| t.writes && self.dirty[self.slots[t.slot as usize].base(frame, t.age)];
+                let dirty = |t: &SlotAccess| t.writes && self.dirty[t.base];
                 if !self.run[node.step as usize] && (picture || node.accesses.iter().any(dirty)) {
                     self.run[node.step as usize] = true;
                     stable = false;
@@ -279,9 +314,9 @@ impl Memo {
                 }
                 for (i, access) in node.accesses.iter().enumerate() {
                     let slot = &self.slots[access.slot as usize];
-                    let base = slot.base(frame, access.age);
+                    let base = access.base;
                     let in_place = || {
-                        let now = &self.content[access.contents(&self.slots, frame)];
+                        let now = &self.content[access.contents()];
                         now.iter().fold(mix(1, i as u64), |hash, content| mix(hash, content.id))
                             == self.seen[node.first_seen + i]
                     };
@@ -298,9 +333,8 @@ impl Memo {
     }
 
     /// What is in place when the decided steps have run.
-    fn commit(&mut self, frame: u64) {
+    fn commit(&mut self) {
         for slot in &self.slots {
-            let current = slot.base(frame, 0);
             for copy in 0..slot.copies {
                 let range = slot.copy_range(copy);
                 if slot.aliased {
@@ -308,7 +342,7 @@ impl Memo {
                         self.fresh += 1;
                         *content = Content { id: mix(0xa1, self.fresh), run: 0 };
                     }
-                } else if range.start == current || self.dirty[range.start] {
+                } else if self.dirty[range.start] {
                     self.content[range.clone()].copy_from_slice(&self.wanted[range]);
                 }
             }
@@ -319,10 +353,10 @@ impl Memo {
 }
 
 impl Slot {
-    /// Index of mip 0 of the copy that holds the content of `age` frames ago.
-    fn base(&self, frame: u64, age: u32) -> usize {
+    /// Index of mip 0 of the copy that holds the content of `age` frames (or ticks) ago.
+    fn base(&self, rotation: u64, age: u32) -> usize {
         let copies = u64::from(self.copies);
-        let copy = (frame + copies - u64::from(age) % copies) % copies;
+        let copy = (rotation + copies - u64::from(age) % copies) % copies;
         self.first + (copy as usize) * self.mips as usize
     }
 
@@ -333,25 +367,31 @@ impl Slot {
 }
 
 impl SlotAccess {
-    fn contents(&self, slots: &[Slot], frame: u64) -> std::ops::Range<usize> {
-        let first = slots[self.slot as usize].base(frame, self.age) + self.mips.0 as usize;
+    fn contents(&self) -> std::ops::Range<usize> {
+        let first = self.base + self.mips.0 as usize;
         first..first + self.mips.1 as usize
     }
 }
 
-impl Maker {
-    fn key(self, keys: &[Option<u64>], present: u64) -> Option<u64> {
-        match self {
+impl Node {
+    /// The part of its key that is not an input; `None` when it does not run in this frame.
+    fn key(&self, ticks: &Ticks, keys: &[Option<u64>], present: u64) -> Option<u64> {
+        if self.tick.is_some_and(|(clock, tick)| !ticks.is_due(clock, tick)) {
+            return None;
+        }
+        match self.maker {
             Maker::Clear(value) => Some(value),
-            Maker::Pass(pass) => keys[pass as usize],
+            Maker::Pass { pass, .. } => keys[pass as usize],
             Maker::Present => Some(present),
         }
     }
+}
 
+impl Maker {
     fn salt(self) -> u64 {
         match self {
             Maker::Clear(_) => 0xc1,
-            Maker::Pass(pass) => 0x1_0000 + u64::from(pass),
+            Maker::Pass { salt, .. } => 0x1_0000 + u64::from(salt),
             Maker::Present => 0xd1,
         }
     }

@@ -17,6 +17,7 @@ mod report;
 mod retained;
 mod source;
 mod texel;
+mod ticks;
 mod upload;
 mod values;
 

@@ -10,7 +10,7 @@ use raxel_gpu::{
     Resource, Timestamps, vk,
 };
 use raxel_graph::checked::{BoundAccess, Dispatch, PassId};
-use raxel_graph::plan::{Plan, Step};
+use raxel_graph::plan::{Plan, Step, Turn};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
 
@@ -77,17 +77,56 @@ pub struct Prepared {
 
 pub(super) struct PreparedPass {
     pub(super) pipeline: Arc<ComputePipeline>,
-    /// For each rotation of the histories it touches, for each frame in flight if it has uniform blocks.
+    /// For each way the copies it touches can stand, for each frame in flight if it has uniform blocks.
     pub(super) sets: Vec<Descriptors>,
-    pub(super) rotations: u64,
+    pub(super) rotations: Rotations,
     pub(super) groups: Groups,
     pub(super) label: CString,
 }
 
 pub(super) enum Groups {
     Direct([u32; 3]),
-    /// Copies of the argument buffer, age, byte offset.
-    Indirect(Vec<Arc<Buffer>>, u32, u64),
+    /// Copies of the argument buffer, age, by what they turn, byte offset.
+    Indirect(Vec<Arc<Buffer>>, u32, Turn, u64),
+}
+
+/// The ways in which the copies that a pass touches can stand: by what they turn, and after how many turns they stand as before. There are
+/// as many ways as the product of those numbers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rotations(Vec<(Turn, u64)>);
+
+impl Rotations {
+    fn of(turns: impl Iterator<Item = (Turn, u64)>) -> Rotations {
+        let mut rotations: Vec<(Turn, u64)> = Vec::new();
+        for (turn, copies) in turns {
+            match rotations.iter_mut().find(|(known, _)| *known == turn) {
+                Some((_, period)) => *period = lcm(*period, copies),
+                None => rotations.push((turn, copies)),
+            }
+        }
+        Rotations(rotations)
+    }
+
+    /// Number of ways.
+    pub(super) fn count(&self) -> u64 {
+        self.0.iter().map(|(_, period)| period).product()
+    }
+
+    /// Which way it is, where `rotation` gives the number of each turn.
+    pub(super) fn way(&self, rotation: impl Fn(Turn) -> u64) -> u64 {
+        self.0.iter().fold(0, |way, &(turn, period)| way * period + rotation(turn) % period)
+    }
+
+    /// A number of that turn in one of the ways.
+    fn rotation(&self, mut way: u64, of: Turn) -> u64 {
+        for &(turn, period) in self.0.iter().rev() {
+            if turn == of {
+                return way % period;
+            }
+            way /= period;
+        }
+        0
+    }
 }
 
 pub(super) struct PreparedDisplay {
@@ -95,6 +134,7 @@ pub(super) struct PreparedDisplay {
     /// For each copy of the debug target.
     pub(super) sets: Vec<Descriptors>,
     pub(super) age: u32,
+    pub(super) turn: Turn,
     pub(super) push: display::Push,
     pub(super) groups: [u32; 3],
     pub(super) picture: Arc<PictureImage>,
@@ -309,18 +349,21 @@ impl Builder {
         };
         let pipeline = self.shared.pipelines.of_pass(&self.shared.device, pass, &planned.specialization)?;
         // Descriptors name physical copies, so there is a set for every way the copies it touches can stand.
-        let counts = pass.accesses.iter().filter_map(physical).map(|p| u64::from(p.count().max(1)));
-        let rotations = counts.fold(1, lcm);
+        let step = plan.steps.iter().position(|step| *step == Step::Dispatch { pass: index as u32 }).unwrap_or(0);
+        let turn = |access: &BoundAccess| plan.turn(step, access.resource);
+        let turns = pass.accesses.iter().filter_map(|a| Some((turn(a), u64::from(physical(a)?.count().max(1)))));
+        let rotations = Rotations::of(turns);
         let frames = if pass.uniforms.is_empty() { 1 } else { FRAMES as u64 };
         let places = replay.uniform_places(index);
         let mut sets = Vec::new();
-        for rotation in 0..rotations {
+        for way in 0..rotations.count() {
             for slot in 0..frames {
                 let mut elements = Vec::with_capacity(pass.shader.interface.bindings.len());
                 for (b, binding) in pass.shader.interface.bindings.iter().enumerate() {
                     let mut bound = Vec::new();
                     for access in pass.accesses.iter().filter(|access| access.binding == Some(b as u32)) {
                         if let Some(physical) = physical(access) {
+                            let rotation = rotations.rotation(way, turn(access));
                             bound.extend(self.element(physical, access, binding, rotation)?);
                         }
                     }
@@ -339,7 +382,8 @@ impl Builder {
                 let arguments = pass.accesses.iter().find(of);
                 let physical = arguments.and_then(physical);
                 let copies = physical.map(|p| (0..p.count()).filter_map(|c| p.buffer(c as usize).cloned()).collect());
-                Groups::Indirect(copies.unwrap_or_default(), arguments.map_or(0, |access| access.age), *offset)
+                let turn = arguments.map_or(Turn::Frame, turn);
+                Groups::Indirect(copies.unwrap_or_default(), arguments.map_or(0, |access| access.age), turn, *offset)
             }
             (_, groups) => Groups::Direct(groups.unwrap_or([0; 3])),
         };
@@ -423,6 +467,7 @@ impl Builder {
             pipeline,
             sets,
             age: shown.age,
+            turn: plan.turn(plan.steps.iter().position(|step| *step == Step::Present).unwrap_or(0), shown.resource),
             push,
             groups: [plan.output[0].div_ceil(display::GROUP), plan.output[1].div_ceil(display::GROUP), 1],
             picture,
@@ -482,7 +527,10 @@ pub(super) fn pass_name(plan: &Plan, pass: usize) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{copy_of, lcm};
+    use raxel_graph::checked::ClockId;
+    use raxel_graph::plan::Turn;
+
+    use super::{Rotations, copy_of, lcm};
 
     #[test]
     fn histories_rotate() {
@@ -491,5 +539,22 @@ mod tests {
         assert_eq!(copy_of(0, 1, 2), 1);
         assert_eq!(copy_of(5, 2, 3), 0);
         assert_eq!(copy_of(7, 3, 1), 0);
+    }
+
+    #[test]
+    fn every_way_of_standing_has_its_number() {
+        let after = Turn::After(ClockId(0));
+        let rotations = Rotations::of([(Turn::Frame, 2), (after, 3), (Turn::Frame, 3)].into_iter());
+        assert_eq!(rotations.count(), 18);
+        let mut seen = [false; 18];
+        for frame in 0..6 {
+            for tick in 100..103 {
+                let way = rotations.way(|turn| if turn == after { tick } else { frame });
+                assert!(!std::mem::replace(&mut seen[way as usize], true));
+                assert_eq!(rotations.rotation(way, Turn::Frame), frame % 6);
+                assert_eq!(rotations.rotation(way, after), tick % 3);
+            }
+        }
+        assert_eq!(Rotations::default().count(), 1);
     }
 }

@@ -57,7 +57,7 @@ impl Executor {
     ) -> Result<ReadTicket<Texels>, ExecuteError> {
         let (planned, physical) = self.live(resource, age)?;
         let (ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc), Some(image)) =
-            (&planned.desc, physical.image(copy_of(self.last_frame(), age, physical.count())))
+            (&planned.desc, physical.image(copy_of(self.last_rotation(resource), age, physical.count())))
         else {
             return Err(out_of_range(physical, "texels: it is a buffer".to_owned()));
         };
@@ -83,7 +83,7 @@ impl Executor {
         bytes: Range<u64>,
     ) -> Result<ReadTicket<Vec<u8>>, ExecuteError> {
         let (planned, physical) = self.live(resource, age)?;
-        let Some(buffer) = physical.buffer(copy_of(self.last_frame(), age, physical.count())) else {
+        let Some(buffer) = physical.buffer(copy_of(self.last_rotation(resource), age, physical.count())) else {
             return Err(out_of_range(physical, "bytes: it is a target".to_owned()));
         };
         let size = match &planned.desc {
@@ -139,9 +139,10 @@ impl Executor {
         bytes.map(&ticket.assemble).map_err(|error| self.attribute_loss(error.into()))
     }
 
-    /// The number of the last frame, which rotates histories.
-    fn last_frame(&self) -> u64 {
-        self.frame.saturating_sub(1)
+    /// The number of the last frame, or of the last tick for a resource with a clock.
+    fn last_rotation(&self, resource: ResourceId) -> u64 {
+        let frame = self.frame.saturating_sub(1);
+        self.running.as_ref().map_or(frame, |running| running.replay.rotation_after(frame, resource))
     }
 
     fn live(&self, resource: ResourceId, age: u32) -> Result<(&ResourcePlan, &Physical), ExecuteError> {

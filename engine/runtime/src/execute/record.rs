@@ -1,6 +1,7 @@
 //! Records a frame into a command buffer of the device.
 
 use raxel_gpu::{Barrier, Recording, vk};
+use raxel_graph::plan::Turn;
 
 use super::device::{color, pattern};
 use super::physical::{Copies, Physical};
@@ -19,6 +20,12 @@ pub(super) struct DeviceRecorder<'a, 'r> {
     pub(super) ran: &'a mut Vec<u32>,
 }
 
+impl DeviceRecorder<'_, '_> {
+    fn rotation(&self, turn: Turn) -> u64 {
+        self.prepared.replay.ticks.rotation(self.frame, turn)
+    }
+}
+
 impl Recorder for DeviceRecorder<'_, '_> {
     fn uniforms(&mut self, bytes: &[u8]) {
         if let Some(buffer) = &self.prepared.uniforms {
@@ -33,10 +40,12 @@ impl Recorder for DeviceRecorder<'_, '_> {
         }
     }
 
-    fn clear(&mut self, resource: usize) {
+    fn clear(&mut self, step: usize, resource: usize) {
         let physical = &self.prepared.resources[resource];
-        let copy = copy_of(self.frame, 0, physical.count());
-        if let Some(clear) = self.prepared.replay.plan().resources[resource].clear {
+        let plan = self.prepared.replay.plan();
+        let planned = &plan.resources[resource];
+        let copy = copy_of(self.rotation(plan.turn(step, planned.resource)), 0, physical.count());
+        if let Some(clear) = planned.clear {
             fill(self.recording, physical, copy, clear);
         }
     }
@@ -47,8 +56,8 @@ impl Recorder for DeviceRecorder<'_, '_> {
         if let Some(timestamps) = &self.prepared.instrumentation.timestamps[self.slot] {
             self.recording.timestamp(timestamps, 2 * pass as u32, false);
         }
-        let per_rotation = prepared.sets.len() as u64 / prepared.rotations;
-        let set = (self.frame % prepared.rotations) * per_rotation + self.slot as u64 % per_rotation;
+        let each = prepared.sets.len() as u64 / prepared.rotations.count();
+        let set = prepared.rotations.way(|turn| self.rotation(turn)) * each + self.slot as u64 % each;
         self.recording.bind(&prepared.pipeline, &prepared.sets[set as usize]);
     }
 
@@ -59,8 +68,8 @@ impl Recorder for DeviceRecorder<'_, '_> {
     fn dispatch(&mut self, pass: usize) {
         match &self.prepared.passes[pass].groups {
             Groups::Direct(groups) => self.recording.dispatch(*groups),
-            Groups::Indirect(copies, age, offset) => {
-                if let Some(buffer) = copies.get(copy_of(self.frame, *age, copies.len() as u32)) {
+            Groups::Indirect(copies, age, turn, offset) => {
+                if let Some(buffer) = copies.get(copy_of(self.rotation(*turn), *age, copies.len() as u32)) {
                     self.recording.dispatch_indirect(buffer, *offset);
                 }
             }
@@ -79,7 +88,7 @@ impl Recorder for DeviceRecorder<'_, '_> {
     fn present(&mut self) {
         let display = &self.prepared.display;
         self.recording.barrier(&display.before);
-        let set = copy_of(self.frame, display.age, display.sets.len() as u32);
+        let set = copy_of(self.rotation(display.turn), display.age, display.sets.len() as u32);
         self.recording.bind(&display.pipeline, &display.sets[set]);
         self.recording.push(&display.pipeline, bytemuck::bytes_of(&display.push));
         self.recording.dispatch(display.groups);

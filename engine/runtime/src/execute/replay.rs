@@ -3,12 +3,13 @@
 
 use std::sync::Arc;
 
-use raxel_graph::checked::{Every, Fill, PassId, Source, Value};
-use raxel_graph::plan::{Plan, Step};
+use raxel_graph::checked::{ClockId, Every, Fill, PassId, ResourceId, Source, Value};
+use raxel_graph::plan::{Plan, Step, Turn};
 use raxel_shader::interface::ByteRanges;
 
 use super::inputs::FrameInputs;
 use super::memo::{Memo, hash_bytes, mix};
+use super::ticks::Ticks;
 use super::values;
 
 /// What a frame is recorded into: the device's command buffer, or nothing at all to measure the walk itself.
@@ -17,8 +18,8 @@ pub trait Recorder {
     fn uniforms(&mut self, bytes: &[u8]);
     /// The barrier at a step.
     fn barrier(&mut self, step: usize);
-    /// The clear of a resource's current copy (index into the plan's resources).
-    fn clear(&mut self, resource: usize);
+    /// The clear of a resource's current copy (index into the plan's resources) at a step.
+    fn clear(&mut self, step: usize, resource: usize);
     /// Pipeline and descriptors of a pass (index into the plan's passes).
     fn bind(&mut self, pass: usize);
     /// The push constants of the bound pass.
@@ -64,6 +65,8 @@ struct Pass {
     /// For `every = { hz }`: the tick of the last run.
     tick: Option<i64>,
     due: bool,
+    /// Where each clock of the graph stands when it runs.
+    clocks: Vec<Turn>,
 }
 
 /// A plan made ready to be walked, with the state that lasts from frame to frame.
@@ -74,6 +77,7 @@ pub struct Replay {
     keys: Vec<Option<u64>>,
     run: Vec<bool>,
     pub(super) memo: Memo,
+    pub(super) ticks: Ticks,
     memo_on: bool,
     display: u64,
     any: bool,
@@ -89,8 +93,12 @@ impl Replay {
         let passes: Vec<Pass> = plan
             .passes
             .iter()
-            .map(|planned| {
+            .enumerate()
+            .map(|(index, planned)| {
                 let pass = plan.graph.pass(planned.pass);
+                let step = plan.steps.iter().position(|step| *step == Step::Dispatch { pass: index as u32 });
+                let clocks = (0..plan.graph.clocks.len() as u32).map(ClockId);
+                let clocks = clocks.map(|clock| step.map_or(Turn::After(clock), |step| plan.clock_at(step, clock)));
                 let places = pass
                     .uniforms
                     .iter()
@@ -111,6 +119,7 @@ impl Replay {
                     base: hash_bytes(key, base.as_bytes()),
                     tick: None,
                     due: true,
+                    clocks: clocks.collect(),
                 }
             })
             .collect();
@@ -119,6 +128,7 @@ impl Replay {
             run: vec![true; plan.steps.len()],
             memo: Memo::new(plan),
             memo_on: true,
+            ticks: Ticks::new(&plan.graph),
             uniforms: vec![0; end as usize],
             any: true,
             plan: plan.clone(),
@@ -151,6 +161,7 @@ impl Replay {
     /// Nothing is in place any more but `init`: everything runs in the next frame, passes with `every` too.
     pub fn reset(&mut self) {
         self.memo.forget();
+        self.ticks.reset();
         for pass in &mut self.passes {
             pass.tick = None;
         }
@@ -158,6 +169,7 @@ impl Replay {
 
     /// Takes over when passes of the same name ran last, so that a swap does not make `every` fire.
     pub(super) fn carry_ticks(&mut self, old: &Replay) {
+        self.ticks.carry(&old.ticks);
         for (pass, planned) in self.passes.iter_mut().zip(&self.plan.passes) {
             let now = self.plan.graph.pass(planned.pass);
             let before =
@@ -173,6 +185,7 @@ impl Replay {
 
     /// Writes the frame's values and decides what runs. `frame` is the number that rotates histories. `false`: nothing need run.
     pub fn decide(&mut self, frame: u64, inputs: &FrameInputs<'_>) -> bool {
+        self.ticks.advance(inputs.clock);
         self.schedule(inputs);
         self.fill(inputs);
         if self.memo_on {
@@ -187,9 +200,12 @@ impl Replay {
                     mix(blocks, 1)
                 });
             }
-            self.run.copy_from_slice(self.memo.decide(frame, &self.keys, self.display));
+            self.run.copy_from_slice(self.memo.decide(frame, &self.ticks, &self.keys, self.display));
         } else {
-            self.run.fill(true);
+            for (index, run) in self.run.iter_mut().enumerate() {
+                let tick = self.plan.clock_of(index).zip(self.plan.tick_of(index));
+                *run = tick.is_none_or(|(clock, tick)| self.ticks.is_due(clock, tick));
+            }
         }
         self.any = self.plan.steps.iter().zip(&self.run).any(|(step, run)| match step {
             Step::Barrier(_) => false,
@@ -214,8 +230,8 @@ impl Replay {
                     recorder.barrier(index);
                     counts.barriers += 1;
                 }
-                Step::Clear { resource } if *run => {
-                    recorder.clear(*resource as usize);
+                Step::Clear { resource, .. } if *run => {
+                    recorder.clear(index, *resource as usize);
                     counts.clears += 1;
                 }
                 Step::Dispatch { pass } if *run && self.passes[*pass as usize].due => {
@@ -236,6 +252,12 @@ impl Replay {
             }
         }
         counts
+    }
+
+    /// The number that rotates the copies of a resource as the decided frame leaves it behind.
+    pub(super) fn rotation_after(&self, frame: u64, resource: ResourceId) -> u64 {
+        let turn = self.plan.graph.resource(resource).clock.map_or(Turn::Frame, Turn::After);
+        self.ticks.rotation(frame, turn)
     }
 
     /// Skipped and idle passes of the decided frame.
@@ -263,6 +285,8 @@ impl Replay {
                         pass.tick = Some(0);
                         first || inputs.builtins.frame_index.is_multiple_of(frames.max(1))
                     }
+                    Some(Every::Still(frames)) => inputs.builtins.frame_still < frames,
+                    Some(Every::Clock(clock)) => self.ticks.is_due(clock, planned.tick.unwrap_or(0)),
                     Some(Every::Hz(hz)) => {
                         let tick = (inputs.clock * hz).floor() as i64;
                         let due = pass.tick.is_none_or(|last| tick != last);
@@ -275,16 +299,21 @@ impl Replay {
 
     /// Writes push constants and uniform blocks.
     fn fill(&mut self, inputs: &FrameInputs<'_>) {
-        let Replay { plan, passes, uniforms, .. } = self;
+        let Replay { plan, passes, uniforms, ticks, .. } = self;
         for (state, planned) in passes.iter_mut().zip(&plan.passes) {
             let pass = plan.graph.pass(planned.pass);
+            let clocks = &state.clocks;
+            let value = |fill: &Fill| match fill.from {
+                Source::Clock(clock, of_clock) => ticks.value(clocks[clock.0 as usize], of_clock),
+                _ => value(plan, fill, inputs),
+            };
             for fill in &pass.push {
-                values::write(&mut state.push, fill, &value(plan, fill, inputs));
+                values::write(&mut state.push, fill, &value(fill));
             }
             for (block, place) in pass.uniforms.iter().zip(&state.places) {
                 let bytes = &mut uniforms[place.offset as usize..(place.offset + place.size) as usize];
                 for fill in &block.fills {
-                    values::write(bytes, fill, &value(plan, fill, inputs));
+                    values::write(bytes, fill, &value(fill));
                 }
             }
             for over in inputs.overrides.iter().filter(|over| over.pass == state.declared) {
@@ -324,6 +353,8 @@ fn value(plan: &Plan, fill: &Fill, inputs: &FrameInputs<'_>) -> Value {
             .copied()
             .unwrap_or(Value::U32(0)),
         Source::Builtin(builtin) => inputs.builtins.value(builtin),
+        // Known where the pass stands: see `Replay::fill`.
+        Source::Clock(..) => Value::U32(0),
         Source::Value(_) | Source::ExtentOf(_) | Source::CountOf(_) | Source::Round(_) => {
             plan.constant(&fill.from).unwrap_or(Value::U32(0))
         }

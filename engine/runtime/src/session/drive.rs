@@ -200,6 +200,7 @@ impl Session {
         self.clock.reset();
         self.executor.reset_history();
         self.previous_camera = self.camera;
+        self.still.reset();
     }
 
     /// The user moved something that a demo drives: from here on the demo is only looked at, not followed. Nothing jumps.

@@ -24,9 +24,9 @@ impl Session {
     /// [`FrameError::Plan`] once, when no plan can be made for a new size, debug target or condition; the frames after it run the plan
     /// before.
     pub fn frame(&mut self) -> Result<FrameReport, FrameError> {
-        let time = self.begin()?;
+        let (time, still) = self.begin()?;
         loop {
-            match self.run(&time) {
+            match self.run(&time, still) {
                 Err(error @ ExecuteError::DeviceLost { .. }) => self.recover(error)?,
                 result => return result.map_err(FrameError::Device),
             }
@@ -68,8 +68,8 @@ impl Session {
         self.executor.timings()
     }
 
-    /// Brings everything to the time of the next frame.
-    fn begin(&mut self) -> Result<FrameTime, FrameError> {
+    /// Brings everything to the time of the next frame; gives `frame.still` and `world.serial` with it.
+    fn begin(&mut self) -> Result<(FrameTime, (u32, u32)), FrameError> {
         let time = self.clock.tick(Instant::now());
         self.values.clear();
         self.values.extend_from_slice(self.params.values());
@@ -95,11 +95,17 @@ impl Session {
         if self.needs_replan || !self.condition_params.iter().all(decided) {
             self.replan()?;
         }
-        Ok(time)
+        let builtins = self.builtins(&time, (0, 0));
+        let given = (&self.values[..], &self.overrides[..], &self.disabled[..]);
+        let still = match self.executor.plan() {
+            Some(plan) => self.still.note(&self.world, plan, &builtins, given),
+            None => (0, 0),
+        };
+        Ok((time, still))
     }
 
-    fn run(&mut self, time: &FrameTime) -> Result<FrameReport, ExecuteError> {
-        let builtins = self.builtins(time);
+    fn run(&mut self, time: &FrameTime, still: (u32, u32)) -> Result<FrameReport, ExecuteError> {
+        let builtins = self.builtins(time, still);
         let inputs = FrameInputs {
             builtins: &builtins,
             params: &self.values,
@@ -112,11 +118,13 @@ impl Session {
         Ok(report)
     }
 
-    fn builtins(&self, time: &FrameTime) -> Builtins {
+    fn builtins(&self, time: &FrameTime, (frame_still, world_serial): (u32, u32)) -> Builtins {
         Builtins {
             frame_index: time.index as u32,
             frame_time: time.time as f32,
             frame_delta: time.delta as f32,
+            frame_still,
+            world_serial,
             cursor_position: self.cursor.unwrap_or([-1; 2]),
             ..Builtins::of(&self.camera, &self.previous_camera, self.selection.output, &self.world)
         }

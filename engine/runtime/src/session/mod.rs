@@ -6,6 +6,7 @@ mod frame;
 mod open;
 mod recover;
 mod reload;
+mod still;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -139,6 +140,7 @@ pub struct Session {
     camera: Camera,
     previous_camera: Camera,
     cursor: Option<[i32; 2]>,
+    still: still::Still,
     params: Params,
     /// Values of the params in this frame: the user's, under those of the demo.
     values: Vec<Value>,

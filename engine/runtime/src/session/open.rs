@@ -66,6 +66,7 @@ impl Session {
             clock: Clock::new(options.step.map_or(Pace::Live, Pace::Fixed)),
             camera,
             previous_camera: camera,
+            still: super::still::Still::default(),
             cursor: None,
             values: params.values().to_vec(),
             params,

@@ -139,6 +139,7 @@ keys = [[1.0, true], [2.0, false]]
             name: "primary".into(),
             about: String::new(),
             present: ResourceId(0),
+            clocks: Vec::new(),
             params: vec![
                 param("exposure", Value::F32(1.0), Some([0.0, 4.0])),
                 param("bounces", Value::I32(1), None),

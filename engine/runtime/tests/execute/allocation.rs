@@ -16,7 +16,7 @@ impl Recorder for Calls {
     fn barrier(&mut self, _: usize) {
         self.0 += 1;
     }
-    fn clear(&mut self, _: usize) {
+    fn clear(&mut self, _: usize, _: usize) {
         self.0 += 1;
     }
     fn bind(&mut self, _: usize) {

@@ -177,7 +177,8 @@ fn load(lab: &mut Lab, files: &[(String, String)], how: &Planned<'_>) -> Arc<Pla
 
 #[test]
 fn aliased_memory_gives_the_same_picture() {
-    let files = chain(6, &[]);
+    // What is the same in every frame shares no memory.
+    let files = chain(6, &[0]);
     let mut pictures = Vec::new();
     for alias in [false, true] {
         let mut lab = Lab::new();

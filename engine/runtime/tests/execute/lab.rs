@@ -32,11 +32,20 @@ pub struct Planned<'a> {
     pub pinned: &'a [&'a str],
     pub alias: bool,
     pub counts: &'a [(raxel_graph::checked::ParamId, u32)],
+    pub poison: bool,
 }
 
 impl Default for Planned<'_> {
     fn default() -> Self {
-        Planned { output: [8, 4], world: [16; 3], present: "color", pinned: &[], alias: true, counts: &[] }
+        Planned {
+            output: [8, 4],
+            world: [16; 3],
+            present: "color",
+            pinned: &[],
+            alias: true,
+            poison: false,
+            counts: &[],
+        }
     }
 }
 
@@ -68,6 +77,7 @@ impl Lab {
             world: WorldInput { extent: how.world, materials: None },
             memory: &DeviceMemory(self.device.clone()),
             alias: how.alias,
+            poison: how.poison,
             limits: limits(&self.device),
         };
         Arc::new(plan(graph.clone(), &input).unwrap_or_else(|errors| panic!("{errors:#?}")))

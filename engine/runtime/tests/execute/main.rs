@@ -6,8 +6,10 @@
 mod allocation;
 mod bindings;
 mod blocks;
+mod clocks;
 mod frames;
 mod hang;
+mod kept;
 mod lab;
 mod lists;
 mod random;

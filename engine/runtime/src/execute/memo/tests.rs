@@ -8,18 +8,27 @@ struct Machine {
     picture: u64,
 }
 
+/// The machine finds copies by itself.
+fn contents(memo: &Memo, access: &SlotAccess, frame: u64) -> std::ops::Range<usize> {
+    let slot = &memo.slots[access.slot as usize];
+    let first = slot.base(frame, access.age) + access.mips.0 as usize;
+    first..first + access.mips.1 as usize
+}
+
 impl Machine {
     fn run(&mut self, memo: &Memo, frame: u64, keys: &[Option<u64>], present: u64, run: &[bool]) {
         for node in &memo.nodes {
-            let Some(key) = node.maker.key(keys, present).filter(|_| run[node.step as usize]) else { continue };
+            let Some(key) = node.key(&Ticks::default(), keys, present).filter(|_| run[node.step as usize]) else {
+                continue;
+            };
             let mut hash = mix(node.maker.salt(), key);
             for access in node.accesses.iter().filter(|t| t.reads) {
-                for value in &self.values[access.contents(&memo.slots, frame)] {
+                for value in &self.values[contents(memo, access, frame)] {
                     hash = mix(hash, *value);
                 }
             }
             for (i, access) in node.accesses.iter().enumerate().filter(|(_, t)| t.writes) {
-                for (mip, value) in self.values[access.contents(&memo.slots, frame)].iter_mut().enumerate() {
+                for (mip, value) in self.values[contents(memo, access, frame)].iter_mut().enumerate() {
                     *value = mix(mix(hash, i as u64), mip as u64);
                 }
             }
@@ -66,13 +75,40 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
                 continue;
             }
             if transient && !written[slot as usize] {
-                accesses.push(SlotAccess { slot, age: 0, mips: (0, mips), reads: false, writes: true });
+                accesses.push(SlotAccess {
+                    slot,
+                    age: 0,
+                    turn: Turn::Frame,
+                    base: 0,
+                    whole: true,
+                    mips: (0, mips),
+                    reads: false,
+                    writes: true,
+                });
             } else if random.below(2) == 0 {
                 let first = random.below(u64::from(mips)) as u32;
-                accesses.push(SlotAccess { slot, age: 0, mips: (first, 1), reads: random.below(3) == 0, writes: true });
+                accesses.push(SlotAccess {
+                    slot,
+                    age: 0,
+                    turn: Turn::Frame,
+                    base: 0,
+                    whole: true,
+                    mips: (first, 1),
+                    reads: random.below(3) == 0,
+                    writes: true,
+                });
             } else {
                 let age = random.below(u64::from(copies)) as u32;
-                accesses.push(SlotAccess { slot, age, mips: (0, mips), reads: true, writes: false });
+                accesses.push(SlotAccess {
+                    slot,
+                    age,
+                    turn: Turn::Frame,
+                    base: 0,
+                    whole: true,
+                    mips: (0, mips),
+                    reads: true,
+                    writes: false,
+                });
             }
         }
         for access in accesses.iter().filter(|t| t.writes) {
@@ -81,19 +117,37 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
         if random.below(8) == 0 {
             let slot = random.below(u64::from(slots)) as u32;
             let mips = memo.slots[slot as usize].mips;
-            let access = SlotAccess { slot, age: 0, mips: (0, mips), reads: false, writes: true };
+            let access = SlotAccess {
+                slot,
+                age: 0,
+                turn: Turn::Frame,
+                base: 0,
+                whole: true,
+                mips: (0, mips),
+                reads: false,
+                writes: true,
+            };
             if step < 3 {
                 written[slot as usize] = true;
-                memo.node(step, Maker::Clear(7), vec![access]);
+                memo.node(step, None, Maker::Clear(7), vec![access]);
                 step += 1;
             }
         }
-        memo.node(step, Maker::Pass(pass), accesses);
+        memo.node(step, None, Maker::Pass { pass: pass, salt: pass }, accesses);
         step += 1;
     }
     let shown = (0..slots).find(|s| !memo.slots[*s as usize].transient || written[*s as usize]);
-    let access = shown.map(|slot| SlotAccess { slot, age: 0, mips: (0, 1), reads: true, writes: false });
-    memo.node(step, Maker::Present, access.into_iter().collect());
+    let access = shown.map(|slot| SlotAccess {
+        slot,
+        age: 0,
+        turn: Turn::Frame,
+        base: 0,
+        whole: true,
+        mips: (0, 1),
+        reads: true,
+        writes: false,
+    });
+    memo.node(step, None, Maker::Present, access.into_iter().collect());
     memo.finish();
     (memo, passes)
 }
@@ -109,7 +163,7 @@ fn skipping_never_changes_a_result() {
         let gated: Vec<bool> = memo
             .nodes
             .iter()
-            .filter(|n| matches!(n.maker, Maker::Pass(_)))
+            .filter(|n| matches!(n.maker, Maker::Pass { pass: _, salt: _ }))
             .map(|n| n.accesses.iter().all(|t| !memo.slots[t.slot as usize].transient))
             .collect();
         let start = || Machine { values: (0..memo.content.len() as u64).map(|i| mix(9, i)).collect(), picture: 0 };
@@ -126,7 +180,7 @@ fn skipping_never_changes_a_result() {
             }
             let all = vec![true; memo.run.len()];
             full.run(&memo, frame, &keys, present, &all);
-            let run = memo.decide(frame, &keys, present).to_vec();
+            let run = memo.decide(frame, &Ticks::default(), &keys, present).to_vec();
             lean.run(&memo, frame, &keys, present, &run);
             skipped += memo.nodes.iter().filter(|n| !run[n.step as usize]).count() as u32;
             for slot in memo.slots.iter().filter(|slot| !slot.aliased) {
@@ -146,11 +200,29 @@ fn chain() -> Memo {
     let mut memo = Memo::empty(3);
     memo.slot(1, 1, true, true);
     memo.slot(1, 1, false, false);
-    let write = |slot| SlotAccess { slot, age: 0, mips: (0, 1), reads: false, writes: true };
-    let read = |slot| SlotAccess { slot, age: 0, mips: (0, 1), reads: true, writes: false };
-    memo.node(0, Maker::Pass(0), vec![write(0)]);
-    memo.node(1, Maker::Pass(1), vec![read(0), write(1)]);
-    memo.node(2, Maker::Present, vec![read(1)]);
+    let write = |slot| SlotAccess {
+        slot,
+        age: 0,
+        turn: Turn::Frame,
+        base: 0,
+        whole: true,
+        mips: (0, 1),
+        reads: false,
+        writes: true,
+    };
+    let read = |slot| SlotAccess {
+        slot,
+        age: 0,
+        turn: Turn::Frame,
+        base: 0,
+        whole: true,
+        mips: (0, 1),
+        reads: true,
+        writes: false,
+    };
+    memo.node(0, None, Maker::Pass { pass: 0, salt: 0 }, vec![write(0)]);
+    memo.node(1, None, Maker::Pass { pass: 1, salt: 1 }, vec![read(0), write(1)]);
+    memo.node(2, None, Maker::Present, vec![read(1)]);
     memo.finish();
     memo
 }
@@ -159,23 +231,51 @@ fn chain() -> Memo {
 fn a_still_frame_runs_nothing() {
     let mut memo = chain();
     let keys = [Some(1), Some(2)];
-    assert_eq!(memo.decide(0, &keys, 0), [true; 3]);
-    assert_eq!(memo.decide(1, &keys, 0), [false; 3]);
+    assert_eq!(memo.decide(0, &Ticks::default(), &keys, 0), [true; 3]);
+    assert_eq!(memo.decide(1, &Ticks::default(), &keys, 0), [false; 3]);
     // Another way of showing reruns the picture only; a changed pass reruns what its inputs need.
-    assert_eq!(memo.decide(2, &keys, 1), [false, false, true]);
-    assert_eq!(memo.decide(3, &[Some(1), Some(9)], 1), [true; 3]);
+    assert_eq!(memo.decide(2, &Ticks::default(), &keys, 1), [false, false, true]);
+    assert_eq!(memo.decide(3, &Ticks::default(), &[Some(1), Some(9)], 1), [true; 3]);
     memo.forget();
-    assert_eq!(memo.decide(4, &[Some(1), Some(9)], 1), [true; 3]);
+    assert_eq!(memo.decide(4, &Ticks::default(), &[Some(1), Some(9)], 1), [true; 3]);
 }
 
 #[test]
 fn accumulation_always_runs() {
     let mut memo = Memo::empty(2);
     memo.slot(1, 1, false, false);
-    memo.node(0, Maker::Pass(0), vec![SlotAccess { slot: 0, age: 0, mips: (0, 1), reads: true, writes: true }]);
-    memo.node(1, Maker::Present, vec![SlotAccess { slot: 0, age: 0, mips: (0, 1), reads: true, writes: false }]);
+    memo.node(
+        0,
+        None,
+        Maker::Pass { pass: 0, salt: 0 },
+        vec![SlotAccess {
+            slot: 0,
+            age: 0,
+            turn: Turn::Frame,
+            base: 0,
+            whole: true,
+            mips: (0, 1),
+            reads: true,
+            writes: true,
+        }],
+    );
+    memo.node(
+        1,
+        None,
+        Maker::Present,
+        vec![SlotAccess {
+            slot: 0,
+            age: 0,
+            turn: Turn::Frame,
+            base: 0,
+            whole: true,
+            mips: (0, 1),
+            reads: true,
+            writes: false,
+        }],
+    );
     memo.finish();
     for frame in 0..4 {
-        assert_eq!(memo.decide(frame, &[Some(1)], 0), [true; 2]);
+        assert_eq!(memo.decide(frame, &Ticks::default(), &[Some(1)], 0), [true; 2]);
     }
 }

@@ -1,0 +1,74 @@
+//! Varies: which resources may hold something else in every frame. What is made from params, the world and the output alone is the
+//! same for many frames, so it keeps its memory to itself: the memo then finds it in place. (A table of a sky that shares memory would be
+//! made again in every frame.)
+
+use crate::checked::{Builtin, Fill, Graph, ResourceId, Source};
+use crate::cull::Cull;
+use crate::lifetimes::{Life, read_before_written};
+use crate::order::{Order, Touch};
+use crate::plan::AccessMask;
+
+/// By used resource: its contents depend on the camera, the cursor, the frame or a clock, directly, through what a pass reads, or
+/// because they grow out of what was there in the frame before.
+pub(crate) fn varies(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) -> Vec<bool> {
+    let mut varies: Vec<bool> =
+        (0..cull.used.len()).map(|index| feeds_back(graph, cull, order, lives, index)).collect();
+    let index = |id: ResourceId| cull.used.binary_search(&id).ok();
+    loop {
+        let before = varies.clone();
+        for &id in &cull.live {
+            let pass = graph.pass(id);
+            let mut fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
+            let moves = fills.any(moves)
+                || pass.accesses.iter().any(|a| a.access.reads() && index(a.resource).is_some_and(|at| varies[at]));
+            for stored in pass.accesses.iter().filter(|access| moves && access.access.writes()) {
+                if let Some(at) = index(stored.resource) {
+                    varies[at] = true;
+                }
+            }
+        }
+        if varies == before {
+            return varies;
+        }
+    }
+}
+
+/// Whether passes store to it, and load what an earlier frame stored.
+fn feeds_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life], index: usize) -> bool {
+    let touches: Vec<Touch> = order.touches.iter().filter(|touch| touch.resource as usize == index).copied().collect();
+    let resource = graph.resource(cull.used[index]);
+    let stored = touches.iter().any(|touch| touch.access == AccessMask::STORAGE_WRITE);
+    let older = touches.iter().any(|touch| touch.age > 0);
+    stored && (older || resource.clock.is_some() || lives[index] == Life::Persistent && read_before_written(&touches))
+}
+
+/// Whether a value may be another in every frame.
+fn moves(fill: &Fill) -> bool {
+    match fill.from {
+        Source::Value(_) | Source::Param(_) | Source::ExtentOf(_) | Source::CountOf(_) | Source::Round(_) => false,
+        Source::Clock(..) => true,
+        Source::Builtin(builtin) => match builtin {
+            Builtin::OutputSize
+            | Builtin::OutputAspect
+            | Builtin::WorldMin
+            | Builtin::WorldMax
+            | Builtin::WorldVoxels
+            | Builtin::WorldSerial => false,
+            Builtin::CameraCell
+            | Builtin::CameraFrac
+            | Builtin::CameraViewToWorld
+            | Builtin::CameraWorldToView
+            | Builtin::CameraFov
+            | Builtin::CameraTanHalfFov
+            | Builtin::CameraPreviousCell
+            | Builtin::CameraPreviousFrac
+            | Builtin::CameraPreviousViewToWorld
+            | Builtin::CameraPreviousWorldToView
+            | Builtin::FrameIndex
+            | Builtin::FrameTime
+            | Builtin::FrameDelta
+            | Builtin::FrameStill
+            | Builtin::CursorPosition => true,
+        },
+    }
+}

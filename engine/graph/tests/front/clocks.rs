@@ -1,0 +1,129 @@
+//! Clocks, kept resources and partial stores in files: what they become, and every mistake about them.
+
+use raxel_diagnostics::Diagnostic;
+use raxel_graph::checked::{ClockId, ClockValue, Every, Graph, Source};
+use raxel_shader::interface::Access;
+
+use crate::files::Project;
+
+/// Codes that are tried here.
+pub const CODES: [&str; 5] = ["RX0136", "RX0165", "RX0166", "RX0167", "RX0168"];
+
+const GRAPH: &str = r#"
+name = "waves"
+present = "color"
+[clocks.sim]
+hz = 60
+[targets.height]
+format = "r32f"
+clock = "sim"
+history = 1
+[targets.color]
+format = "r32f"
+keep = true
+clear = 0.5
+[[passes]]
+name = "step"
+shader = "step.comp"
+every = "sim"
+dispatch = { threads = "height" }
+bind = { before = "height@1", outColor = "height" }
+push = { value = "clock.sim.delta" }
+[[passes]]
+name = "show"
+shader = "step.comp"
+dispatch = { threads = "color" }
+bind = { before = "height", outColor = { target = "color", partial = true } }
+push = { value = "clock.sim.phase" }
+"#;
+
+const STEP: &str = "#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(r32f) readonly uniform image2D before;
+layout(r32f) writeonly uniform image2D outColor;
+layout(push_constant) uniform Push { float value; };
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(outColor, p, imageLoad(before, p) + value);
+}";
+
+fn project(old: &str, new: &str) -> Project {
+    let mut project = Project::new();
+    project.put("shaders/step.comp", STEP);
+    project.put("graphs/waves.toml", GRAPH);
+    if old.is_empty() { project } else { project.edit("graphs/waves.toml", old, new) }
+}
+
+fn graph(project: &Project) -> (Graph, Vec<Diagnostic>) {
+    project.compile("graphs/waves.toml").0.unwrap_or_else(|found| panic!("{found:#?}"))
+}
+
+#[test]
+fn what_a_file_says_is_what_the_graph_has() {
+    let (graph, warnings) = graph(&project("", ""));
+    assert!(warnings.is_empty(), "{warnings:#?}");
+    let clock = &graph.clocks[0];
+    assert_eq!((clock.name.as_str(), clock.most, graph.clocks.len()), ("sim", 4, 1));
+    let [height, color] = &graph.resources[..] else { panic!("{:#?}", graph.resources) };
+    assert_eq!((height.clock, height.keep, height.history), (Some(ClockId(0)), false, 1));
+    assert_eq!((color.clock, color.keep), (None, true));
+    assert_eq!(graph.passes[0].every, Some(Every::Clock(ClockId(0))));
+    assert_eq!(graph.passes[0].push[0].from, Source::Clock(ClockId(0), ClockValue::Delta));
+    // What is stored in part is loaded too.
+    let stored = |pass: usize| graph.passes[pass].accesses.iter().find(|a| a.access.writes()).map(|a| a.access);
+    assert_eq!((stored(0), stored(1)), (Some(Access::Write), Some(Access::ReadWrite)));
+}
+
+#[test]
+fn a_variant_changes_a_clock() {
+    let mut project = project("", "");
+    project.put("graphs/fast.toml", "extends = \"waves.toml\"\n[clocks.sim]\nhz = 240\nmost = 8\n");
+    let graph = project.compile("graphs/fast.toml").0.unwrap_or_else(|found| panic!("{found:#?}")).0;
+    assert!((graph.clocks[0].hz - 240.0).abs() < 1e-9 && graph.clocks[0].most == 8);
+    project.put("graphs/none.toml", "extends = \"waves.toml\"\n[clocks.sim]\nremove = true\n");
+    let talk = project.talk("graphs/none.toml");
+    assert_eq!(talk.matches("[RX0165]").count(), 4, "{talk}");
+    project.put("graphs/none.toml", "extends = \"waves.toml\"\n[clocks.smi]\nremove = true\n");
+    assert!(project.talk("graphs/none.toml").contains("[RX0165]: the base has no clock `smi`"));
+}
+
+#[test]
+fn mistakes_are_told() {
+    let show = "name = \"show\"\nshader = \"step.comp\"";
+    let other = "[[passes]]\nname = \"other\"\nshader = \"step.comp\"\ndispatch = [1, 1]\npush = { value = 1.0 }\n";
+    let color = "bind = { before = \"height\", outColor = \"color\" }\n";
+    let between = format!("{other}{color}[[passes]]\n{show}\nevery = \"sim\"");
+    let second = GRAPH.find(&format!("[[passes]]\n{show}")).expect("it is there");
+    let whole = format!("[[passes]]\n{show}");
+    assert_eq!(&GRAPH[second..second + whole.len()], whole);
+    let writer = format!("{other}bind = {{ before = \"color\", outColor = \"height\" }}\n{whole}");
+    // `far` is cleared in every frame, and written twenty times a second.
+    let cleared = "clear = 0.5\n[targets.far]\nformat = \"r32f\"\nclear = 1.0\n".to_owned()
+        + &other.replace("[[passes]]", "[[passes]]\nevery = { hz = 20 }")
+        + "bind = { before = \"height\", outColor = \"far\" }\n"
+        + &other.replace("other", "far")
+        + "bind = { before = \"far\", outColor = \"color\" }\n";
+    let cases: [(&str, &str, &str); 13] = [
+        ("RX0136", "before = \"height\",", "before = { target = \"height\", partial = true },"),
+        ("RX0165", "every = \"sim\"", "every = \"simm\""),
+        ("RX0165", "clock.sim.phase", "clock.sin.phase"),
+        ("RX0165", "clock = \"sim\"", "clock = \"frames\""),
+        ("RX0104", "clock.sim.phase", "clock.sim.time"),
+        ("RX0166", &whole, &between),
+        ("RX0167", &whole, &writer),
+        ("RX0168", "clock = \"sim\"\n", ""),
+        ("RX0168", "clear = 0.5\n", &cleared),
+        ("RX0013", "hz = 60", "most = 3"),
+        ("RX0014", "hz = 60", "hz = 60\nmost = 17"),
+        ("RX0014", "hz = 60", "hz = 0.0001"),
+        ("RX0161", "every = \"sim\"", "every = { still = 9 }"),
+    ];
+    let mut said = String::new();
+    for (code, old, new) in cases {
+        let project = project(old, new);
+        let talk = project.talk("graphs/waves.toml");
+        assert!(talk.contains(&format!("[{code}]")), "{code} is not in\n{talk}\nafter {old:?} → {new:?}");
+        said += &format!("──── {old:?} → {new:?}\n{talk}\n");
+    }
+    insta::assert_snapshot!("clocks", said);
+}

@@ -1,0 +1,90 @@
+//! Since when nothing but the time has changed: `frame.still` and `world.serial`.
+
+use std::sync::Arc;
+
+use raxel_graph::checked::{MOST_STILL, PassId, Value};
+use raxel_graph::plan::Plan;
+
+use crate::execute::{Builtins, Override};
+use crate::world::SessionWorld;
+
+/// Compares each frame with the one before it.
+#[derive(Default)]
+pub(super) struct Still {
+    frames: u32,
+    serial: u32,
+    last: Option<Last>,
+}
+
+/// What a picture depends on besides the time, as the last frame had it.
+struct Last {
+    world: Arc<SessionWorld>,
+    plan: Arc<Plan>,
+    builtins: Builtins,
+    values: Vec<Value>,
+    overrides: Vec<Override>,
+    disabled: Vec<PassId>,
+}
+
+impl Still {
+    /// Notes a frame, and gives `frame.still` and `world.serial` for it. `builtins` are those of the frame but for these two.
+    pub(super) fn note(
+        &mut self,
+        world: &Arc<SessionWorld>,
+        plan: &Arc<Plan>,
+        builtins: &Builtins,
+        (values, overrides, disabled): (&[Value], &[Override], &[PassId]),
+    ) -> (u32, u32) {
+        // The camera of the frame before follows the camera; time is no change.
+        let timeless = Builtins {
+            camera_previous_cell: builtins.camera_cell,
+            camera_previous_frac: builtins.camera_frac,
+            camera_previous_view_to_world: builtins.camera_view_to_world,
+            camera_previous_world_to_view: builtins.camera_world_to_view,
+            frame_index: 0,
+            frame_time: 0.0,
+            frame_delta: 0.0,
+            ..*builtins
+        };
+        let Some(last) = &mut self.last else {
+            self.last = Some(Last {
+                world: world.clone(),
+                plan: plan.clone(),
+                builtins: timeless,
+                values: values.to_vec(),
+                overrides: overrides.to_vec(),
+                disabled: disabled.to_vec(),
+            });
+            return (0, self.serial);
+        };
+        if !Arc::ptr_eq(&last.world, world) {
+            self.serial = self.serial.wrapping_add(1);
+        }
+        let same = Arc::ptr_eq(&last.world, world)
+            && Arc::ptr_eq(&last.plan, plan)
+            && last.builtins == timeless
+            && last.values == values
+            && last.overrides == overrides
+            && last.disabled == disabled;
+        if same {
+            self.frames = (self.frames + 1).min(MOST_STILL);
+        } else {
+            self.frames = 0;
+            // In place: a frame allocates nothing while the numbers of params stay the same.
+            (last.world, last.plan, last.builtins) = (world.clone(), plan.clone(), timeless);
+            last.values.clear();
+            last.values.extend_from_slice(values);
+            last.overrides.clear();
+            last.overrides.extend_from_slice(overrides);
+            last.disabled.clear();
+            last.disabled.extend_from_slice(disabled);
+        }
+        (self.frames, self.serial)
+    }
+
+    /// The next frame is the first that is still.
+    pub(super) fn reset(&mut self) {
+        self.frames = 0;
+        self.last = None;
+    }
+}
