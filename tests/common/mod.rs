@@ -3,11 +3,13 @@
 #![allow(dead_code, unused_imports, reason = "each test file uses a part of this")]
 
 mod child;
+mod display;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 pub use child::{Running, output};
+pub use display::{Display, eventually};
 
 /// The root of the repository.
 pub fn repository() -> &'static Path {
