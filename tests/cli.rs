@@ -194,3 +194,52 @@ fn hlsl_that_stops_the_compiler_is_a_diagnostic() {
     let run = project.raxel(&["check", "graphs/h.toml"]).exits(3);
     assert!(run.stdout.contains("RX0210") && run.stdout.contains("shaders/p.hlsl"), "{}", run.stdout);
 }
+
+/// The same range as in the files of worlds and demos, and a camera cannot look at where it is.
+#[test]
+fn a_camera_of_the_command_line_is_held_to_the_rules_of_files() {
+    let project = Project::shipped();
+    let render = |camera: &[&str]| {
+        let line = [&["render", "--world", "worlds/menger.toml", "--size", "32x18", "-o", "a.png"], camera].concat();
+        project.raxel(&line)
+    };
+    let run = render(&["--camera", "1e300,0,0"]).exits(2);
+    assert!(run.stderr.contains("it must be in -2147483648…2147483648"), "{}", run.stderr);
+    render(&["--camera", "0,0,nan"]).exits(2);
+    render(&["--look-at", "0,-3e9,0"]).exits(2);
+    let run = render(&["--camera", "0.1,7.5,-3", "--look-at", "0.1,7.5,-3"]).exits(2);
+    assert!(run.stderr.contains("is where the camera is"), "{}", run.stderr);
+    assert!(!project.path("a.png").exists());
+    render(&["--camera", "0.1,7.5,-3", "--look-at", "0.1,-80,-3"]).exits(0);
+}
+
+/// Two models without a scene graph are the frames of an animation.
+#[test]
+fn a_frame_of_an_animation_is_imported() {
+    let project = Project::shipped();
+    let mut content = Vec::new();
+    for voxels in [&[[0u8, 0, 0, 1]][..], &[[0, 0, 0, 1], [1, 0, 0, 1], [2, 0, 0, 1]]] {
+        for (id, body) in [
+            (b"SIZE", [3u32, 1, 1].iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>()),
+            (b"XYZI", (voxels.len() as u32).to_le_bytes().into_iter().chain(voxels.concat()).collect()),
+        ] {
+            content.extend(id);
+            content.extend((body.len() as u32).to_le_bytes());
+            content.extend([0; 4]);
+            content.extend(body);
+        }
+    }
+    let mut file = b"VOX \x96\0\0\0MAIN\0\0\0\0".to_vec();
+    file.extend((content.len() as u32).to_le_bytes());
+    file.extend(content);
+    project.write("flame.vox", file);
+    let solids = |world: &str| {
+        project.raxel(&["world", "info", world, "--format", "json"]).exits(0).json()[0]["info"]["solids"].clone()
+    };
+    project.raxel(&["world", "import", "flame.vox"]).exits(0);
+    assert_eq!(solids("worlds/flame.toml"), 1);
+    project.raxel(&["world", "import", "flame.vox", "--frame", "1", "-o", "worlds/second.toml", "--force"]).exits(0);
+    assert_eq!(solids("worlds/second.toml"), 3);
+    let run = project.raxel(&["world", "import", "flame.vox", "--frame", "2", "--force"]).exits(3);
+    assert!(run.stderr.contains("RX0324") && run.stderr.contains("2 frames, 0 to 1"), "{}", run.stderr);
+}

@@ -1,8 +1,7 @@
-//! The CPU port of the tree64 tracer against the exact tracer, and that against brute force.
+//! The CPU port of the tree64 tracer against the exact tracer.
 
 use glam::IVec3;
 use proptest::prelude::*;
-use raxel_oracle::brute::{self, Verdict};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::scenes::{self, Scene};
@@ -102,41 +101,6 @@ fn sets_hit_and_meet_ties() {
     for (name, hits, ties) in [("pinhole", 300, 0), ("lattice", 200, 300), ("inside", 700, 0), ("far", 50, 0)] {
         let errors = compare(&world, &RaySet::find(name).expect("a set").rays(&world, 2000, 3));
         assert!(errors.hits >= hits && errors.ties >= ties, "{name}: {errors:?}");
-    }
-}
-
-#[test]
-fn exact_tracer_agrees_with_brute_force() {
-    for name in ["sparse", "menger", "checkerboard"] {
-        let world = Scene::find(name).expect("a scene").world(IVec3::new(-9, 3, 2), 5);
-        let mut hits = 0;
-        for set in ["pinhole", "incoherent", "edges", "lattice", "faces", "inside", "zeros"] {
-            let mut unsure = 0;
-            for ray in RaySet::find(set).expect("a set").rays(&world, 120, 11) {
-                let answer = exact::first_hit(&world, &ray);
-                let voxel = answer.hit.map(|hit| hit.voxel);
-                match brute::first_hit(&world, &ray) {
-                    Verdict::Miss => assert_eq!(voxel, None, "{name} {set} {ray:?}"),
-                    Verdict::Hit(expected, _) => {
-                        hits += 1;
-                        assert_eq!(voxel, Some(expected), "{name} {set} {ray:?}");
-                    }
-                    Verdict::Unsure(either, or_none) => {
-                        unsure += 1;
-                        assert!(
-                            voxel.map_or(or_none, |v| either.contains(&v)),
-                            "{name} {set} {ray:?}: {voxel:?} {either:?}"
-                        );
-                    }
-                }
-            }
-            // Rays from faces and through edges are never sure; the others nearly always are.
-            assert!(
-                unsure < 12 || !["pinhole", "incoherent"].contains(&set),
-                "{name} {set}: unsure of {unsure} of 120"
-            );
-        }
-        assert!(hits > 40, "{name}: brute force is sure of {hits} hits");
     }
 }
 
