@@ -67,7 +67,7 @@ fn triple(text: &str) -> std::result::Result<Triple, String> {
         (numbers.and_then(|n| n.try_into().ok())).ok_or_else(|| "write three numbers, e.g. 10,24.5,-3".to_owned())?;
     match numbers.iter().find(|n| !CAMERA_COORDINATES.contains(n)) {
         Some(n) => Err(format!(
-            "{n} is out of range; it must be in {}…{}",
+            "{n:?} is out of range; it must be in {}…{}",
             CAMERA_COORDINATES.start(),
             CAMERA_COORDINATES.end()
         )),
