@@ -76,6 +76,45 @@ fn passes_may_be_left_out() {
     }
 }
 
+/// Loops are written out as they should be, and what they become is planned like everything else.
+#[test]
+fn every_plan_of_loops_is_right() {
+    let (mut rounds, mut swapped, mut refused, mut graphs) = (0, 0, 0, 0);
+    for seed in 0..GRAPHS {
+        let Some(mut case) = checker::loops::looped(seed) else { continue };
+        let expected = checker::loops::written_out(&case);
+        let plan = match case.plan() {
+            Ok(plan) => plan,
+            Err(found) => {
+                let carried = found.iter().any(|d| d.code.as_str() == "RX0195");
+                let other = found.iter().all(|d| matches!(d.code.as_str(), "RX0172" | "RX0179"));
+                assert!(carried || other, "seed {seed}: {found:?}");
+                assert!(!carried || expected.is_err(), "seed {seed}: nothing is carried\n{}", text(&case));
+                refused += u32::from(carried);
+                continue;
+            }
+        };
+        let (flat, shown) = expected.unwrap_or_else(|_| panic!("seed {seed}: a name is carried\n{}", text(&case)));
+        let faults = checker::loops::faults(&flat, shown, &plan);
+        assert!(faults.is_empty(), "seed {seed}\n{}\n{:?}\n{faults:#?}", text(&case), case.graph.loops);
+        swapped += u32::from(case.graph.loops.iter().any(|repeated| !repeated.swap.is_empty()));
+        rounds += flat.passes.len() as i64 - case.graph.passes.len() as i64;
+        graphs += 1;
+        // From here on it is a graph like any other.
+        (case.graph, case.present) = (std::sync::Arc::new(flat), shown);
+        let faults = checker::faults(&case, &plan);
+        assert!(faults.is_empty(), "seed {seed}\n{}\n{:#?}\n{faults:#?}", text(&case), plan.steps);
+        if seed % 3 == 0 {
+            let run = Run::short(&plan, case.memory.granularity);
+            for (what, less) in sync::with_one_less(&plan) {
+                assert!(!sync::faults(&less, &run).is_empty(), "seed {seed}: {what} is as good\n{}", text(&case));
+            }
+        }
+    }
+    let enough = graphs > 1500 && rounds > 1000 && swapped > 500 && refused > 20;
+    assert!(enough, "{graphs} graphs, {rounds} more passes, {swapped} with swaps, {refused} refused");
+}
+
 /// A way to break a plan; `None` where it cannot be applied.
 type Break = fn(&checker::graphs::Case, &Plan) -> Option<Plan>;
 

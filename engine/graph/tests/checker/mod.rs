@@ -3,6 +3,7 @@
 
 pub mod flow;
 pub mod graphs;
+pub mod loops;
 pub mod memory;
 pub mod sizes;
 pub mod sync;
