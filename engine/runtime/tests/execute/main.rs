@@ -12,6 +12,7 @@ mod hang;
 mod kept;
 mod lab;
 mod lists;
+mod loops;
 mod random;
 mod shown;
 mod sources;

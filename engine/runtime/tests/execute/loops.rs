@@ -1,0 +1,167 @@
+//! Loops on the device: rounds, names that change places, mips, and what is said to a pass of a loop.
+
+use raxel_graph::checked::{ParamId, Value};
+use raxel_runtime::execute::{Builtins, FrameInputs, Override};
+
+use crate::lab::{Lab, Planned, graph};
+
+/// Each round appends its index as a decimal digit.
+const DIGITS: &str = r#"
+name = "digits"
+present = "color"
+[params.rounds]
+type = "i32"
+default = 3
+range = [0, 8]
+[loops.append]
+count = "param.rounds"
+order = "up"
+swap = [["color", "other"]]
+[targets.color]
+format = "rgba32f"
+[targets.other]
+format = "rgba32f"
+[[passes]]
+name = "start"
+shader = "start.comp"
+dispatch = { threads = "color" }
+bind = { result = "color" }
+[[passes]]
+name = "append"
+loop = "append"
+shader = "append.comp"
+dispatch = { threads = "color" }
+bind = { before = "color", result = "other" }
+push = { index = "loop.index", base = 10.0 }
+specialization = { NEXT = "loop.next" }
+"#;
+
+const START: (&str, &str) = (
+    "shaders/start.comp",
+    "#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) writeonly uniform image2D result;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (all(lessThan(p, imageSize(result)))) imageStore(result, p, vec4(9.0, 0.0, 0.0, 1.0));
+}",
+);
+
+const APPEND: (&str, &str) = (
+    "shaders/append.comp",
+    "#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = 0) const uint NEXT = 0;
+layout(rgba32f) readonly uniform image2D before;
+layout(rgba32f) writeonly uniform image2D result;
+layout(push_constant) uniform Push { int index; float base; } push;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, imageSize(result)))) return;
+    vec4 value = imageLoad(before, p);
+    imageStore(result, p, vec4(push.base * value.x + float(push.index), value.y + float(NEXT), 0.0, 1.0));
+}",
+);
+
+#[test]
+fn rounds_follow_each_other_whatever_their_number() {
+    let mut lab = Lab::new();
+    let files = [("graphs/test.toml", DIGITS), START, APPEND];
+    // Digits of the rounds behind the first, and the sum of `loop.next`.
+    for (count, digits, sum) in [(0, 9.0, 0.0), (1, 90.0, 1.0), (2, 901.0, 3.0), (3, 9012.0, 6.0), (5, 901_234.0, 15.0)]
+    {
+        let counts = [(ParamId(0), count)];
+        lab.load(&files, &Planned { counts: &counts, ..Planned::default() });
+        let report = lab.frame();
+        assert_eq!(report.dispatched, 1 + count);
+        assert_eq!(lab.floats("color", 0, 0, 0)[9], [digits, sum, 0.0, 1.0], "{count} rounds");
+        let report = lab.frame();
+        assert_eq!((report.dispatched, report.displayed), (0, false), "a still frame dispatches nothing");
+    }
+    // Downwards: the last digit is that of round 0.
+    let down = DIGITS.replace("order = \"up\"", "order = \"down\"");
+    lab.load(&[("graphs/test.toml", &down), START, APPEND], &Planned::default());
+    lab.frame();
+    assert_eq!(lab.floats("color", 0, 0, 0)[0], [9210.0, 6.0, 0.0, 1.0]);
+}
+
+/// A value that replaces the graph's, and a pass that is switched off, mean every round.
+#[test]
+fn what_is_said_to_a_pass_is_said_to_all_of_its_rounds() {
+    let mut lab = Lab::new();
+    let files = [("graphs/test.toml", DIGITS), START, APPEND];
+    let declared = graph(&files);
+    let append = declared.find_pass("append").expect("it is there");
+    let base = declared.pass(append).push.iter().position(|fill| fill.member == "base").expect("it is pushed") as u32;
+    lab.load(&files, &Planned { pinned: &["color"], ..Planned::default() });
+    let over = [Override { pass: append, uniform: None, fill: base, value: Value::F32(2.0) }];
+    let builtins = Builtins::default();
+    let inputs =
+        |overrides, disabled| FrameInputs { builtins: &builtins, params: &[], overrides, clock: 0.0, disabled };
+    lab.executor.frame(&inputs(&over, &[])).expect("it runs");
+    // ((9 · 2 + 0) · 2 + 1) · 2 + 2
+    assert_eq!(lab.floats("color", 0, 0, 0)[0][0], 76.0);
+    let report = lab.executor.frame(&inputs(&[], &[append])).expect("it runs");
+    assert_eq!((report.dispatched, report.idle), (0, 3));
+}
+
+const PYRAMID: &str = r#"
+name = "pyramid"
+present = "color"
+[loops.down]
+count = { mips = "pyramid" }
+[targets.color]
+format = "rgba32f"
+[targets.pyramid]
+format = "rgba32f"
+size = [16, 16]
+mips = "full"
+[[passes]]
+name = "start"
+shader = "start.comp"
+dispatch = { threads = "pyramid" }
+bind = { result = { target = "pyramid", mip = 0 } }
+[[passes]]
+name = "down"
+loop = "down"
+shader = "down.comp"
+dispatch = { threads = "pyramid", mip = "loop.next" }
+bind = { fine = { target = "pyramid", mip = "loop.index" }, coarse = { target = "pyramid", mip = "loop.next" } }
+[[passes]]
+name = "show"
+shader = "append.comp"
+dispatch = { threads = "color" }
+bind = { before = { target = "pyramid", mip = 4 }, result = "color" }
+push = { index = 0, base = 1.0 }
+"#;
+
+const DOWN: (&str, &str) = (
+    "shaders/down.comp",
+    "#version 460
+layout(local_size_x = 4, local_size_y = 4) in;
+layout(rgba32f) readonly uniform image2D fine;
+layout(rgba32f) writeonly uniform image2D coarse;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, imageSize(coarse)))) return;
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < 4; ++i) sum += imageLoad(fine, 2 * p + ivec2(i & 1, i >> 1));
+    imageStore(coarse, p, sum);
+}",
+);
+
+#[test]
+fn a_loop_goes_from_mip_to_mip() {
+    let mut lab = Lab::new();
+    lab.load(
+        &[("graphs/test.toml", PYRAMID), START, DOWN, APPEND],
+        &Planned { pinned: &["pyramid"], ..Planned::default() },
+    );
+    assert_eq!(lab.frame().dispatched, 1 + 4 + 1);
+    for mip in 0..5 {
+        let texels = lab.floats("pyramid", 0, mip, 0);
+        assert_eq!(texels.len(), 256 >> (2 * mip));
+        assert_eq!(texels[texels.len() - 1][0], 9.0 * f32::from(1_u16 << (2 * mip)), "mip {mip}");
+    }
+    assert_eq!(lab.floats("color", 0, 0, 0)[0][0], 9.0 * 256.0);
+}
