@@ -23,8 +23,8 @@ void main() {
         ivec2 offset = ivec2(i % 3, i / 3) - 1;
         ivec2 at = clamp(pixel + (offset << push.round), ivec2(0), size - 1);
         float weight = (offset.x == 0 ? 0.5 : 0.25) * (offset.y == 0 ? 0.5 : 0.25);
-        weight *= max(dot(normal, imageLoad(normals, at).xyz), 0.0);
-        weight *= exp(-8.0 * abs(imageLoad(depths, at).x - depth) / max(depth, 1.0));
+        weight *= 0.02 + 0.98 * max(dot(normal, imageLoad(normals, at).xyz), 0.0);
+        weight *= exp(-4.0 * abs(imageLoad(depths, at).x - depth) / max(depth, 1.0));
         sum += weight * imageLoad(noisy, at);
         weights += weight;
     }

@@ -22,5 +22,5 @@ void main() {
     vec3 light = 2.5 * max(dot(normal, sun), 0.0) * rx_sun_color(sun) + 0.5 * rx_sky(vec3(0.0, 1.0, 0.0), sun);
     light = frame.exposure * (albedo.a > 0.5 ? albedo.rgb * light : rx_sky(dir, sun));
     imageStore(outLight, pixel, vec4(light, 1.0));
-    imageStore(outGlow, pixel, vec4(max(light - 0.7, 0.0), 1.0));
+    imageStore(outGlow, pixel, vec4(max(light - 0.5, 0.0), 1.0));
 }

@@ -34,7 +34,7 @@ void main() {
         if (!found) break;
         uint state = rx_hash(ivec3(pixel, 7));
         // Cosine-weighted around the normal.
-        vec3 dir = rx_normal(hit.face) + 0.999 * rx_random_direction(state);
+        vec3 dir = normalize(rx_normal(hit.face) + 0.999 * rx_random_direction(state));
         ray = rx_ray_from_face(hit.voxel, hit.face, hit.uv, dir);
         ray.t_max = push.reach;
     }
