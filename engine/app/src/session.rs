@@ -232,7 +232,7 @@ pub(crate) fn print_validation(session: &Session, console: &Console) -> bool {
         match console.format() {
             Format::Human => console.message(&format!("validation {severity}[{}]: {}", message.id, message.text)),
             _ => {
-                console.message(&format!("validation {severity}[{}]: {}", message.id, message.text.replace('\n', " ")))
+                console.message(&format!("validation {severity}[{}]: {}", message.id, message.text.replace('\n', " ")));
             }
         }
     }

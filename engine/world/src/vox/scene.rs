@@ -18,7 +18,7 @@ pub(super) fn frames(file: &VoxFile) -> u32 {
     if file.root.is_none() {
         return file.models.len().max(1) as u32;
     }
-    let keys = file.nodes.values().flat_map(|(_, node)| match node {
+    let keys = file.nodes.values().filter_map(|(_, node)| match node {
         Node::Transform { frames, .. } => frames.iter().map(key).max(),
         Node::Shape { models, .. } => models.iter().map(|(_, attributes)| key(attributes)).max(),
         Node::Group { .. } => None,
