@@ -10,6 +10,7 @@ use raxel_graph::plan::{Limits, Plan, PlanInput, Present, ResourceDesc, SourceSi
 use raxel_shader::Compiler;
 use raxel_world::layout::Layout;
 
+pub use crate::build_error::BuildError;
 use crate::execute::{self, ExecuteError, Executor};
 use crate::params::Params;
 use crate::project::Project;
@@ -221,25 +222,6 @@ pub struct Assembly {
     pub plan: Arc<Plan>,
     /// The sources.
     pub sources: execute::Sources,
-}
-
-/// Why a graph cannot run on this device.
-#[derive(Debug)]
-pub enum BuildError {
-    /// The author can change something about it.
-    Diagnosed(Vec<Diagnostic>),
-    /// The device fails.
-    Device(ExecuteError),
-}
-
-impl BuildError {
-    /// As something that can be told to the author, whatever it is.
-    pub fn into_diagnostics(self) -> Vec<Diagnostic> {
-        match self {
-            Self::Diagnosed(diagnostics) => diagnostics,
-            Self::Device(error) => vec![Diagnostic::error(codes::session::DEVICE_REFUSES, error.to_string())],
-        }
-    }
 }
 
 /// Plans a graph, and encodes and uploads the layouts that its live passes bind.

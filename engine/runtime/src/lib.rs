@@ -19,6 +19,7 @@
 //! ```
 
 pub mod build;
+mod build_error;
 pub mod camera;
 pub mod clock;
 pub mod debug_target;

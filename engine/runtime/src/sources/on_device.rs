@@ -12,7 +12,7 @@ use raxel_world::layout::{EncodedImage, Layout, Limits};
 
 use super::SourceName;
 use super::catalog::VOXEL_FORMAT;
-use crate::build::BuildError;
+use crate::build_error::BuildError;
 use crate::execute::{self, Builder, DeviceSource};
 use crate::world::{SessionWorld, WorldIdentity};
 
