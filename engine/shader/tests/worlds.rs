@@ -134,8 +134,7 @@ fn a_voxel_is_set_in_the_layouts_that_have_room_for_it() {
         assert_eq!(warnings, "", "{layout}");
         for binding in &shader.interface.bindings {
             let written = match &binding.kind {
-                BindingKind::StorageBuffer(_) => binding.access.writes(),
-                BindingKind::StorageImage { .. } => binding.access.writes(),
+                BindingKind::StorageBuffer(_) | BindingKind::StorageImage { .. } => binding.access.writes(),
                 _ => false,
             };
             let image = layout == "TEXTURE3D";
