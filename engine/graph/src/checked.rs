@@ -399,6 +399,17 @@ pub enum Dispatch {
         /// The mip.
         mip: u32,
     },
+    /// At least one thread per voxel of the world's bounds.
+    ThreadsOfWorld,
+    /// One workgroup for each tile of mip `mip` of the target, those that reach over its edge included.
+    GroupsOf {
+        /// The target.
+        target: ResourceId,
+        /// The mip.
+        mip: u32,
+        /// Texels of a tile, each at least 1.
+        tile: [u32; 3],
+    },
     /// At least one thread per element of a buffer. What the device does not take along x goes on along y.
     ElementsOf {
         /// The buffer, which has elements.

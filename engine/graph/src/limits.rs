@@ -54,7 +54,7 @@ pub(crate) fn check(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
     }
     for &id in &cull.live {
         let pass = graph.pass(id);
-        dispatch(pass, sizes, &input.limits, &mut found);
+        dispatch(pass, sizes, input.world.extent, &input.limits, &mut found);
         blocks(pass, &input.limits, &mut found);
         for access in &pass.accesses {
             if is_made(graph.resource(access.resource), input) {
@@ -220,7 +220,7 @@ fn over(code: Code, resource: &Resource, message: String, (name, limit): (&str, 
         .note(format!("the limit is `{name}` = {limit}"))
 }
 
-fn dispatch(pass: &Pass, sizes: &[Size], limits: &Limits, found: &mut Vec<Diagnostic>) {
+fn dispatch(pass: &Pass, sizes: &[Size], world: [u32; 3], limits: &Limits, found: &mut Vec<Diagnostic>) {
     let local = local_size(pass, &specialization(pass, sizes));
     if local.contains(&0) {
         let [x, y, z] = local;
@@ -233,7 +233,7 @@ fn dispatch(pass: &Pass, sizes: &[Size], limits: &Limits, found: &mut Vec<Diagno
         );
         return;
     }
-    if let Some(groups) = groups(pass, sizes, limits) {
+    if let Some(groups) = groups(pass, sizes, world, limits) {
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             let (count, limit) = (groups[axis], limits.workgroup_count[axis]);
             if count > limit {

@@ -293,10 +293,19 @@ pub enum Every {
 /// `dispatch`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Dispatch {
-    /// `{ threads = "hit", mip = 1 }`, `{ threads = "rays" }`.
+    /// `{ threads = "hit", mip = 1 }`, `{ threads = "rays" }`, `{ threads = "world" }`.
     ThreadsOf {
-        /// The target or buffer.
+        /// The target or buffer, or the world.
         target: At<String>,
+        /// Mip 0 when the file gives none.
+        mip: At<Mip>,
+    },
+    /// `{ groups = "hit", tile = [16, 16], mip = 1 }`.
+    GroupsOf {
+        /// The target.
+        target: At<String>,
+        /// Texels of a workgroup; one when the file gives none.
+        tile: [u32; 3],
         /// Mip 0 when the file gives none.
         mip: At<Mip>,
     },

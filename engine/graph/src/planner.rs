@@ -101,7 +101,7 @@ fn bake(
     let passes = (order.passes.iter())
         .map(|&Instance { pass: id, tick }| {
             let pass = graph.pass(id);
-            let groups = groups(pass, &sizes, &input.limits);
+            let groups = groups(pass, &sizes, input.world.extent, &input.limits);
             PassPlan { pass: id, tick, groups, specialization: specialization(pass, &sizes) }
         })
         .collect();

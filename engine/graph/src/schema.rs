@@ -309,12 +309,19 @@ fn dispatch() -> Value {
             reference("counts"),
             table("Threads.", &json!({
                 "threads": {
-                    "description": "One thread per texel of a target, one per element of a buffer (`rx_thread()` of `raxel/thread.glsl` is its index), or [x, y, z] threads.",
+                    "description": "One thread per texel of a target, one per element of a buffer (`rx_thread()` of `raxel/thread.glsl` is its index), one per voxel of the bounds of the `world`, or [x, y, z] threads.",
                     "anyOf": [{ "type": "string" }, reference("counts")],
                 },
                 "mip": mip("The mip whose texels are meant."),
             })),
-            table("Workgroups.", &json!({ "groups": reference("counts") })),
+            table("Workgroups.", &json!({
+                "groups": {
+                    "description": "Workgroups, or one for each texel or tile of a target.",
+                    "anyOf": [{ "type": "string" }, reference("counts")],
+                },
+                "tile": { "description": "Texels of a workgroup; one when left out.", "allOf": [reference("counts")] },
+                "mip": mip("The mip whose texels are meant."),
+            })),
             table("Threads of a queue.", &json!({
                 "count": text("The buffer that holds the number of threads, one `uint`. raxel makes the workgroups of it; `rx_thread()` of `raxel/thread.glsl` is the index."),
                 "offset": { "description": "Bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4 },

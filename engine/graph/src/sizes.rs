@@ -188,10 +188,15 @@ pub fn local_size(pass: &Pass, specialization: &[(u32, Value)]) -> [u32; 3] {
 }
 
 /// Workgroups of a pass, or `None` for an indirect dispatch.
-pub fn groups(pass: &Pass, sizes: &[Size], limits: &Limits) -> Option<[u32; 3]> {
+pub fn groups(pass: &Pass, sizes: &[Size], world: [u32; 3], limits: &Limits) -> Option<[u32; 3]> {
     let local = local_size(pass, &specialization(pass, sizes)).map(|axis| axis.max(1));
     let threads = match pass.dispatch {
         Dispatch::ThreadsOf { target, mip } => sizes[target.0 as usize].texels(mip).unwrap_or([1; 3]),
+        Dispatch::ThreadsOfWorld => world,
+        Dispatch::GroupsOf { target, mip, tile } => {
+            let texels = sizes[target.0 as usize].texels(mip).unwrap_or([1; 3]);
+            return Some([0, 1, 2].map(|axis| texels[axis].div_ceil(tile[axis].max(1))));
+        }
         Dispatch::ElementsOf { buffer } => {
             let threads = sizes[buffer.0 as usize].elements();
             return Some(in_rows(threads.div_ceil(product(local)), limits.workgroup_count[0]));

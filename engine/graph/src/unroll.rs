@@ -132,7 +132,9 @@ fn pass_of_round(graph: &Graph, id: PassId, index: Option<u32>, stands_for: &[Re
 /// Puts the numbers of a round into a pass.
 fn resolve_round(pass: &mut Pass, in_loop: &InLoop, index: u32) {
     pass.accesses = checked::accesses_of_round(&pass.accesses, in_loop, index);
-    if let (Some(of_round), Dispatch::ThreadsOf { mip, .. }) = (in_loop.dispatch_mip, &mut pass.dispatch) {
+    if let (Some(of_round), Dispatch::ThreadsOf { mip, .. } | Dispatch::GroupsOf { mip, .. }) =
+        (in_loop.dispatch_mip, &mut pass.dispatch)
+    {
         *mip = of_round.at(index);
     }
     let number = |from: &mut Source| {

@@ -28,8 +28,15 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<Bound
             None
         }
         // How many are too many only the device can say.
-        Dispatch::Groups(_) | Dispatch::Threads(_) | Dispatch::ElementsOf { .. } => None,
-        Dispatch::ThreadsOf { target, mip } => {
+        Dispatch::Groups(_) | Dispatch::Threads(_) | Dispatch::ElementsOf { .. } | Dispatch::ThreadsOfWorld => None,
+        Dispatch::GroupsOf { tile, .. } if tile.contains(&0) => {
+            found.push(
+                error(codes::graph::DISPATCH_SIZE, format!("a tile of {tile:?} has no texel"))
+                    .help("every axis is at least 1"),
+            );
+            None
+        }
+        Dispatch::ThreadsOf { target, mip } | Dispatch::GroupsOf { target, mip, .. } => {
             let count = mip_count(context.graph, *target);
             let beyond = |mip: u32, count: u32| {
                 let resource = &context.graph.resources[target.0 as usize].item;

@@ -100,9 +100,9 @@ fn mentioned(graph: &Graph, id: ResourceId) -> bool {
     });
     let by_pass = graph.passes.iter().any(|pass| {
         let dispatched = match pass.dispatch {
-            Dispatch::ThreadsOf { target, .. } => target == id,
+            Dispatch::ThreadsOf { target, .. } | Dispatch::GroupsOf { target, .. } => target == id,
             Dispatch::ElementsOf { buffer } => buffer == id,
-            Dispatch::Threads(_) | Dispatch::Groups(_) | Dispatch::Indirect { .. } => false,
+            Dispatch::Threads(_) | Dispatch::ThreadsOfWorld | Dispatch::Groups(_) | Dispatch::Indirect { .. } => false,
         };
         let fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
         let sources = fills.map(|fill| &fill.from).chain(pass.specialization.iter().map(|(_, source)| source));

@@ -80,7 +80,7 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
     }
     let table = node.table()?;
     let (threads, mip) = (table.get("threads"), table.get("mip"));
-    let groups = table.get("groups");
+    let (groups, tile) = (table.get("groups"), table.get("tile"));
     let (indirect, count, offset) = (table.get("indirect"), table.get("count"), table.get("offset"));
     table.finish();
     let given = [("threads", &threads), ("groups", &groups), ("indirect", &indirect), ("count", &count)];
@@ -92,9 +92,12 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
             node.name
         ));
     }
-    let whole = threads.as_ref().is_some_and(Node::is_string);
-    if let (Some(mip), false) = (&mip, whole) {
-        return mip.bad_value(format!("`{}` needs `threads` to name a target", mip.name));
+    let named = |node: &Option<Node<'_, '_>>| node.as_ref().is_some_and(Node::is_string);
+    if let (Some(mip), false) = (&mip, named(&threads) || named(&groups)) {
+        return mip.bad_value(format!("`{}` needs `threads` or `groups` to name a target", mip.name));
+    }
+    if let (Some(tile), false) = (&tile, named(&groups)) {
+        return tile.bad_value(format!("`{}` needs `groups` to name a target", tile.name));
     }
     if let (Some(offset), None) = (&offset, indirect.as_ref().or(count.as_ref())) {
         return offset.bad_value(format!("`{}` needs `indirect` or `count`", offset.name));
@@ -106,10 +109,7 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
         if !node.is_string() {
             return node.wrong_type("the name of a target or buffer, or `[x, y, z]`");
         }
-        let mip = match mip {
-            Some(given) => at(&given, loops::mip(&given))?,
-            None => At::new(Mip::Level(0), node.span.clone()),
-        };
+        let mip = dispatch_mip(mip, &node)?;
         return Some(Dispatch::ThreadsOf { target: At::new(node.string()?, node.span.clone()), mip });
     }
     let queue = count.is_some();
@@ -121,7 +121,23 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
         let buffer = At::new(node.string()?, node.span.clone());
         return Some(if queue { Dispatch::Queue { buffer, offset } } else { Dispatch::Indirect { buffer, offset } });
     }
-    counts(&groups?).map(Dispatch::Groups)
+    let node = groups?;
+    if !node.is_string() {
+        return counts(&node).map(Dispatch::Groups);
+    }
+    let tile = match tile {
+        Some(tile) => counts(&tile)?,
+        None => [1; 3],
+    };
+    let mip = dispatch_mip(mip, &node)?;
+    Some(Dispatch::GroupsOf { target: At::new(node.string()?, node.span.clone()), tile, mip })
+}
+
+fn dispatch_mip(given: Option<Node<'_, '_>>, target: &Node<'_, '_>) -> Option<At<Mip>> {
+    match given {
+        Some(given) => at(&given, loops::mip(&given)),
+        None => Some(At::new(Mip::Level(0), target.span.clone())),
+    }
 }
 
 /// One to three counts; those that are left out are 1.

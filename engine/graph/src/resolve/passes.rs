@@ -203,12 +203,21 @@ fn dispatch(
     let dispatch = match &given.value {
         model::Dispatch::Threads(threads) => checked::Dispatch::Threads(*threads),
         model::Dispatch::Groups(groups) => checked::Dispatch::Groups(*groups),
+        model::Dispatch::ThreadsOf { target, .. } if target.value == "world" => checked::Dispatch::ThreadsOfWorld,
         model::Dispatch::ThreadsOf { target, mip } => match (counted(target, mip.value, scope, found)?, mip.value) {
             ((id, true), Mip::Level(mip)) => checked::Dispatch::ThreadsOf { target: id, mip },
             // Which one a round covers, the loop says.
             ((id, true), Mip::Round(index)) => checked::Dispatch::ThreadsOf { target: id, mip: index.at(0) },
             ((id, false), _) => checked::Dispatch::ElementsOf { buffer: id },
         },
+        model::Dispatch::GroupsOf { target, tile, mip } => {
+            let target = of_kind(target, scope, "target", found)?;
+            let mip = match mip.value {
+                Mip::Level(mip) => mip,
+                Mip::Round(index) => index.at(0),
+            };
+            checked::Dispatch::GroupsOf { target, mip, tile: *tile }
+        }
         model::Dispatch::Indirect { buffer, offset } => {
             let id = of_kind(buffer, scope, "buffer", found)?;
             checked::Dispatch::Indirect { buffer: id, offset: offset.value }
@@ -257,7 +266,7 @@ fn elements(id: ResourceId, name: &At<String>, scope: &Scope<'_>, found: &mut Ve
 }
 
 fn dispatch_mip(given: &model::Dispatch) -> Option<At<RoundIndex>> {
-    let model::Dispatch::ThreadsOf { mip, .. } = given else { return None };
+    let (model::Dispatch::ThreadsOf { mip, .. } | model::Dispatch::GroupsOf { mip, .. }) = given else { return None };
     let Mip::Round(index) = mip.value else { return None };
     Some(At::new(index, mip.span.clone()))
 }
