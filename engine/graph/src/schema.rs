@@ -17,8 +17,10 @@ pub fn schema() -> Value {
         "description": "A compute render graph: targets, buffers, params, blocks and passes.",
         "type": "object",
         "additionalProperties": false,
+        // A graph that extends another may have that one's name.
+        "anyOf": [{ "required": ["name"] }, { "required": ["extends"] }],
         "properties": {
-            "name": text("Name of the graph."),
+            "name": text("Name of the graph: needed, unless it extends another."),
             "about": text("What it shows, in one line."),
             "present": text("The target or buffer that is shown when nobody chooses another."),
             "extends": text("Another graph file, relative to this one, of which only the differences are written here: tables are laid over each other by name, key by key; passes by `name`."),

@@ -1,6 +1,7 @@
 //! Turns what the shader compiler prints into diagnostics. It names a file and a line, and often a word in quotes, but no column:
 //! the word is looked for on its line.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use raxel_diagnostics::{Code, Diagnostic, Severity, Span, codes};
@@ -27,12 +28,13 @@ struct Message<'t> {
 
 /// The diagnostics in the compiler's output, errors first by order of appearance.
 pub(crate) fn diagnostics(output: &str, sources: &Sources<'_>) -> Vec<Diagnostic> {
-    let mut messages: Vec<Message<'_>> = Vec::new();
-    for message in output.lines().filter_map(Message::parse) {
-        if !message.is_noise() && !messages.contains(&message) {
-            messages.push(message);
-        }
-    }
+    let mut seen = HashSet::new();
+    let messages: Vec<Message<'_>> = output
+        .lines()
+        .filter(|line| seen.insert(*line))
+        .filter_map(Message::parse)
+        .filter(|message| !message.is_noise())
+        .collect();
     let mut found = some(&messages, Severity::Error, MAX_ERRORS, sources);
     found.extend(some(&messages, Severity::Warning, MAX_WARNINGS, sources));
     found
@@ -88,6 +90,7 @@ impl<'t> Message<'t> {
     fn diagnostic(&self, sources: &Sources<'_>) -> Diagnostic {
         let message = match self.token {
             _ if self.code() == codes::shader::NO_ENTRY => "there is no `void main()`".to_owned(),
+            Some("#error") => format!("`#error`: {}", self.author(sources).unwrap_or(&self.text)),
             Some(token) => format!("`{token}`: {}", self.text),
             None => self.text.clone(),
         };
@@ -119,6 +122,15 @@ impl<'t> Message<'t> {
             diagnostic = diagnostic.help(format!("did you mean `{close}`?"));
         }
         sources.with_chain(diagnostic, self.file)
+    }
+
+    /// What the author of an `#error` wrote: the compiler prints its tokens with spaces between them.
+    fn author<'s>(&self, sources: &'s Sources<'_>) -> Option<&'s str> {
+        let text: &str = sources.text(self.file)?;
+        let range = lexer::line_ranges(text).into_iter().nth(self.line?.checked_sub(1)?)?;
+        let directive = text[range].trim_start().strip_prefix('#')?.trim_start().strip_prefix("error")?;
+        let said = directive.split("//").next()?.trim();
+        (!said.is_empty()).then_some(said)
     }
 
     fn is_unknown_name(&self) -> bool {

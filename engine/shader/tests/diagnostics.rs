@@ -180,6 +180,15 @@ fn an_error_directive_is_an_error() {
     )]));
 }
 
+/// The compiler prints the tokens of an `#error` with spaces between them.
+#[test]
+fn an_error_directive_says_what_its_author_wrote() {
+    let text = "#define N 3\n  # error it's N-wide (8x8), isn't it?   // a note\nvoid main() {}\n";
+    assert!(
+        said([("shaders/a.comp", body(text))]).starts_with("error[RX0210]: `#error`: it's N-wide (8x8), isn't it?\n")
+    );
+}
+
 #[test]
 fn odd_requests_are_refused() {
     let file = [("shaders/a.comp", body("void main() {}\n"))];

@@ -293,6 +293,27 @@ fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind,
         .label(declared.detail.clone(), "the size");
         let place = member.place.as_ref().or(binding.place.as_ref());
         let diagnostic = context.in_shader(diagnostic, place, format!("elements of type `{}`", glsl(element)));
-        found.push(diagnostic.help(format!("change `stride` to {stride}")));
+        found.push(diagnostic.help(other_stride(&buffer.size, declared_stride, *stride)));
+    }
+}
+
+/// What makes the elements those of the shader, and keeps the bytes where that can be done with as many whole elements.
+fn other_stride(size: &BufferSize, declared: u32, wanted: u32) -> String {
+    let as_many = format!("`stride = {wanted}`");
+    let times = declared.checked_div(wanted).filter(|times| *times > 1 && declared.is_multiple_of(wanted));
+    let same_bytes = times.and_then(|times| match size {
+        BufferSize::Elements { count, .. } => {
+            Some(format!("`count = {}, stride = {wanted}`", count * u64::from(times)))
+        }
+        BufferSize::Of { per, .. } | BufferSize::World { per, .. } => {
+            Some(format!("`per = {}, stride = {wanted}`", per * times))
+        }
+        BufferSize::Bytes(_) | BufferSize::Source(_) => None,
+    });
+    match same_bytes {
+        Some(same) => {
+            format!("write {same} for the same number of bytes, or {as_many} for as many elements in fewer bytes")
+        }
+        None => format!("write {as_many}"),
     }
 }

@@ -1,11 +1,12 @@
 //! Dispatch: some workgroups, over mips that exist; indirect arguments inside their buffer.
 
-use raxel_diagnostics::{Code, Diagnostic, codes};
+use raxel_diagnostics::{Code, Diagnostic, Severity, codes};
 use raxel_shader::interface::Access;
 
 use super::extents::mip_count;
 use super::{Context, loops};
 use crate::checked::{BoundAccess, BufferSize, Dispatch, ResourceId, ResourceKind, Usage};
+use crate::plan::Limits;
 
 /// Bytes of the arguments of an indirect dispatch: three `uint`s.
 const ARGUMENTS: u64 = 12;
@@ -27,8 +28,16 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<Bound
             );
             None
         }
-        // How many are too many only the device can say.
-        Dispatch::Groups(_) | Dispatch::Threads(_) | Dispatch::ElementsOf { .. } | Dispatch::ThreadsOfWorld => None,
+        Dispatch::Groups(_) | Dispatch::Threads(_) => {
+            // Whether it is an error only the device can say.
+            let warning = |message: String| Diagnostic {
+                severity: Severity::Warning,
+                ..error(codes::graph::NOT_PORTABLE, message)
+            };
+            found.extend(too_many_groups(context, &dispatch.value).map(warning));
+            None
+        }
+        Dispatch::ElementsOf { .. } | Dispatch::ThreadsOfWorld => None,
         Dispatch::GroupsOf { tile, .. } if tile.contains(&0) => {
             found.push(
                 error(codes::graph::DISPATCH_SIZE, format!("a tile of {tile:?} has no texel"))
@@ -64,6 +73,23 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<Bound
             indirect(context, *buffer, *offset, &error, found)
         }
     }
+}
+
+/// An axis along which a dispatch has more workgroups than every device allows. A local size that the graph may set is left to the plan.
+fn too_many_groups(context: &Context<'_>, dispatch: &Dispatch) -> Option<String> {
+    (0..3).find_map(|axis| {
+        let local = context.interface().local_size[axis];
+        let groups = match dispatch {
+            Dispatch::Groups(groups) => groups[axis],
+            Dispatch::Threads(threads) if local.spec_id.is_none() => threads[axis].div_ceil(local.value.max(1)),
+            _ => return None,
+        };
+        let limit = Limits::PORTABLE.workgroup_count[axis];
+        (groups > limit).then(|| {
+            let name = ["x", "y", "z"][axis];
+            format!("{groups} workgroups along {name} are more than the {limit} that every device allows")
+        })
+    })
 }
 
 fn indirect(

@@ -480,6 +480,14 @@ fn show(name: &str, display: &At<Display>, format: Format, found: &mut Vec<Diagn
         );
         return None;
     }
+    if range.is_some() && matches!(map, DisplayMap::Raw | DisplayMap::Normal | DisplayMap::Id) {
+        let message = format!("the `range` of target `{name}` does nothing: the display map `{word}` has none");
+        found.push(
+            Diagnostic::warning(codes::graph::DISPLAY, message)
+                .label(display.span.clone(), format!("`{word}` shows values as they are"))
+                .help("take `range` out, or choose `color`, `gray`, `turbo` or `viridis`"),
+        );
+    }
     let range = range.map_or([0.0, 1.0], |range| range.map(|end| end as f32));
     Some(checked::Display { map, range, channel: channel.as_ref().map_or(0, |channel| channel.value) })
 }

@@ -139,6 +139,8 @@ const BINDINGS: &[Case] = &[
     ("RX0133", BASE, "depth = \"half_depth\" }", "depth = { target = \"hit\", filter = \"linear\" } }"),
     ("RX0134", BASE, "size = 64\n", "size = 32\n"),
     ("RX0135", BASE, "{ of = \"hit\", stride = 16 }", "{ of = \"hit\", stride = 12 }"),
+    ("RX0135", BASE, "{ of = \"hit\", stride = 16 }", "{ of = \"hit\", per = 2, stride = 64 }"),
+    ("RX0135", BASE, "{ of = \"hit\", stride = 16 }", "{ count = 10, stride = 32 }"),
 ];
 
 const BLOCKS: &[Case] = &[
@@ -232,6 +234,8 @@ const FLOW: &[Case] = &[
         "#extension GL_EXT_shader_atomic_float : require\nshared float sum;\n#define atomicAdd(a, b) atomicAdd(a, b) + uint(atomicAdd(sum, 1.0))\nlayout(local_size_x = 4",
     ),
     ("RX0163", BASE, "depth = \"half_depth\" }", "depth = { target = \"half_depth\", filter = \"linear\" } }"),
+    ("RX0163", BASE, "dispatch = [4, 4]", "dispatch = [4, 70000]"),
+    ("RX0152", BASE, "display = \"raw\"", "display = { map = \"raw\", range = [0.0, 2.0] }"),
     (
         "RX0163",
         PROBES,

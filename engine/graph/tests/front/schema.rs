@@ -190,6 +190,7 @@ fn the_schema_refuses_what_the_compiler_refuses() {
         (r#"when = "world.has_emission""#, r#"when = "world.emission""#),
         ("dispatch = [4, 4]", "dispatch = [4, 0]"),
         ("layers = 4", "layer = 4"),
+        ("name    = \"base\"\n", ""),
     ] {
         let text = GRAPH.replace(old, new);
         assert_ne!(text, GRAPH);
