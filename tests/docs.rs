@@ -92,7 +92,10 @@ fn layouts() -> String {
 #[test]
 fn every_diagnostic_is_in_the_index() {
     let listed = common::raxel(&["explain"]).exits(0).stdout;
-    let mut text = "# Diagnostics\n\n`raxel explain CODE` prints these pages.\n\n".to_owned();
+    let mut text = "# Diagnostics\n\n`raxel explain CODE` prints these pages. All mistakes are found at once; the first twenty are shown, errors \
+                    before warnings, and the rest is counted. With\n`--format json` the count is a last line: \
+                    `{\"reason\":\"more-diagnostics\",\"errors\":99980,\"warnings\":0}`.\n\n"
+        .to_owned();
     for line in listed.lines() {
         let (code, title) = line.split_once("  ").unwrap();
         let _ = writeln!(text, "* [{code}]({code}.md) {title}");
