@@ -122,6 +122,11 @@ fn validate(schema: &Value, rule: &Value, value: &toml::Value, at: &str) -> Resu
     {
         return fail("is none of the words");
     }
+    for key in rule["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+        if value.get(key).is_none() {
+            return fail(&format!("has no {key}"));
+        }
+    }
     if rule.get("const").is_some_and(|word| word.as_str() != value.as_str()) {
         return fail("is another word");
     }
