@@ -139,6 +139,8 @@ mod tests {
         let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
         session.frame().unwrap();
         let (first, possible) = (session.device().id(), session.selection.clone());
+        // A pass that has not finished would be the suspect, and switched off.
+        session.wait().unwrap();
         session.abandon_device();
         // A new device is opened, and then nothing can be planned for it.
         session.selection.output = [1_000_000; 2];
