@@ -222,6 +222,18 @@ impl Recording<'_> {
         unsafe { self.device().raw.cmd_fill_buffer(self.raw(), buffer.raw, offset, size, pattern) };
     }
 
+    /// Writes bytes into a buffer from its start, out of the command buffer itself: for small tables. Their number is a multiple of 4.
+    pub fn update_buffer(&mut self, buffer: &Buffer, bytes: &[u8]) {
+        // `vkCmdUpdateBuffer` takes so many at a time.
+        const MOST: usize = 65_536;
+        debug_assert!(bytes.len().is_multiple_of(4) && bytes.len() as u64 <= buffer.size());
+        for (number, part) in bytes.chunks(MOST).enumerate() {
+            let offset = (number * MOST) as u64;
+            // SAFETY: as in `clear_image`; the part lies in the buffer and has at most 65,536 bytes, a multiple of 4.
+            unsafe { self.device().raw.cmd_update_buffer(self.raw(), buffer.raw, offset, part) };
+        }
+    }
+
     /// Binds a pipeline and its descriptor sets.
     pub fn bind(&mut self, pipeline: &ComputePipeline, descriptors: &Descriptors) {
         let point = vk::PipelineBindPoint::COMPUTE;

@@ -162,6 +162,7 @@ fn assemble(resolved: &Resolved, passes: Vec<checked::Pass>) -> Option<Graph> {
         resources: resolved.resources.iter().map(|resource| resource.item.clone()).collect(),
         loops: resolved.loops.iter().map(|repeated| repeated.item.clone()).collect(),
         passes,
+        materials: resolved.materials.clone(),
         files,
     })
 }

@@ -15,6 +15,8 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Scalar};
 use serde::Serialize;
 
+use crate::value::ValueType;
+
 /// Index into [`Graph::resources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct ResourceId(pub u32);
@@ -50,6 +52,8 @@ pub struct Graph {
     pub loops: Vec<Loop>,
     /// Passes in program order.
     pub passes: Vec<Pass>,
+    /// Every mention of a material of the world, `material.NAME`. What it is the plan knows, which has a world.
+    pub materials: Vec<Material>,
     /// Every file that the graph was made from: the graph itself first, bases, shaders, includes.
     pub files: Vec<String>,
 }
@@ -89,6 +93,15 @@ impl Graph {
     pub fn find_param(&self, name: &str) -> Option<ParamId> {
         self.params.iter().position(|p| p.name == name).map(|i| ParamId(i as u32))
     }
+}
+
+/// A material of the world that a value names.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Material {
+    /// Its name in the world's file.
+    pub name: String,
+    /// Where it is named.
+    pub place: Span,
 }
 
 /// A live, typed, named value.
@@ -186,6 +199,14 @@ impl ResourceKind {
             ResourceKind::Target(target) => target.source.as_deref(),
             ResourceKind::Buffer(Buffer { size: BufferSize::Source(name), .. }) => Some(name),
             ResourceKind::Buffer(_) => None,
+        }
+    }
+
+    /// What the file writes into it, if it does.
+    pub fn values(&self) -> Option<&Values> {
+        match self {
+            ResourceKind::Buffer(Buffer { size: BufferSize::Values(values), .. }) => Some(values),
+            _ => None,
         }
     }
 
@@ -334,6 +355,34 @@ pub enum BufferSize {
     },
     /// Supplied from outside under this name, e.g. `world.tree64`; its bytes are the supplier's.
     Source(String),
+    /// Elements written in the file. Passes only read them.
+    Values(Values),
+}
+
+/// The contents of a buffer, written in the file.
+#[derive(Clone, PartialEq, Serialize)]
+pub struct Values {
+    /// Type of an element.
+    #[serde(skip)]
+    pub ty: ValueType,
+    /// Bytes from one element to the next, as `std430` lays out an array.
+    pub stride: u32,
+    /// All elements.
+    #[serde(skip)]
+    pub bytes: Arc<[u8]>,
+}
+
+impl Values {
+    /// Number of elements.
+    pub fn count(&self) -> u64 {
+        self.bytes.len() as u64 / u64::from(self.stride.max(1))
+    }
+}
+
+impl std::fmt::Debug for Values {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Values({} × {})", self.count(), self.ty.word())
+    }
 }
 
 impl BufferSize {
@@ -342,6 +391,7 @@ impl BufferSize {
         match self {
             BufferSize::Bytes(bytes) => Some(*bytes),
             BufferSize::Elements { count, stride } => Some(count * u64::from(*stride)),
+            BufferSize::Values(values) => Some(values.bytes.len() as u64),
             BufferSize::Of { .. } | BufferSize::World { .. } | BufferSize::Source(_) => None,
         }
     }
@@ -352,6 +402,7 @@ impl BufferSize {
             BufferSize::Elements { stride, .. } | BufferSize::Of { stride, .. } | BufferSize::World { stride, .. } => {
                 Some(*stride)
             }
+            BufferSize::Values(values) => Some(values.stride),
             BufferSize::Bytes(_) | BufferSize::Source(_) => None,
         }
     }
@@ -512,6 +563,8 @@ pub enum Source {
     ExtentOf(ResourceId),
     /// Number of elements of a buffer.
     CountOf(ResourceId),
+    /// Index of a material of the world: which name is meant, as an index into [`Graph::materials`].
+    Material(u32),
     /// Something that a clock knows: `clock.NAME.tick`.
     Clock(ClockId, ClockValue),
 }

@@ -367,7 +367,14 @@ impl Layer for Buffer {
             (self.clear, self.init, self.history) = (None, None, None);
             (self.keep, self.clock) = (None, None);
         }
-        replace_either(&mut self.size, &mut self.source, (above.size, above.source));
+        // What says its size says what it is.
+        if above.size.is_some() || above.source.is_some() || above.values.is_some() {
+            (self.size, self.source, self.values) = (above.size, above.source, above.values);
+            if self.values.is_none() {
+                self.ty = None;
+            }
+        }
+        replace(&mut self.ty, above.ty);
         replace_either(&mut self.clear, &mut self.init, (above.clear, above.init));
         replace(&mut self.history, above.history);
         replace(&mut self.keep, above.keep);

@@ -1,9 +1,10 @@
 //! Limits: what only an output size and a device can show to be wrong.
 
+use raxel_diagnostics::table::{closest, list};
 use raxel_diagnostics::{Code, Diagnostic, codes};
 
 use crate::checked::{
-    BoundAccess, BufferSize, Dispatch, Extent, Graph, Pass, Resource, ResourceId, ResourceKind, Target,
+    BoundAccess, BufferSize, Dispatch, Extent, Graph, Pass, Resource, ResourceId, ResourceKind, Source, Target, Value,
 };
 use crate::cull::Cull;
 use crate::plan::{Limits, PlanInput};
@@ -38,7 +39,13 @@ pub(crate) fn check_present(graph: &Graph, sizes: &[Size], input: &PlanInput) ->
 }
 
 /// Checks what is created and run against the limits of the device.
-pub(crate) fn check(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cull) -> Result<(), Vec<Diagnostic>> {
+pub(crate) fn check(
+    graph: &Graph,
+    sizes: &[Size],
+    materials: &[u32],
+    input: &PlanInput,
+    cull: &Cull,
+) -> Result<(), Vec<Diagnostic>> {
     let mut found = Vec::new();
     for &id in &cull.used {
         let resource = graph.resource(id);
@@ -54,7 +61,9 @@ pub(crate) fn check(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
     }
     for &id in &cull.live {
         let pass = graph.pass(id);
-        dispatch(pass, sizes, input.world.extent, &input.limits, &mut found);
+        let constants = specialization(pass, sizes, materials);
+        dispatch(pass, sizes, (&constants, input.world.extent), &input.limits, &mut found);
+        unknown_materials(graph, pass, input.world.materials, &mut found);
         blocks(pass, &input.limits, &mut found);
         for access in &pass.accesses {
             if is_made(graph.resource(access.resource), input) {
@@ -153,7 +162,9 @@ fn base(graph: &Graph, resource: &Resource) -> Option<Base> {
             ResourceKind::Buffer(buffer) => match buffer.size {
                 BufferSize::World { .. } => return Some(Base::World),
                 BufferSize::Of { of, .. } => of,
-                BufferSize::Bytes(_) | BufferSize::Elements { .. } | BufferSize::Source(_) => return None,
+                BufferSize::Bytes(_) | BufferSize::Elements { .. } | BufferSize::Source(_) | BufferSize::Values(_) => {
+                    return None;
+                }
             },
         };
         kind = &graph.resource(next).kind;
@@ -207,7 +218,7 @@ fn buffer(
                 BufferSize::Source(name) => {
                     diagnostic = diagnostic.note(format!("`{name}` supplies it; a smaller world has fewer bytes"));
                 }
-                BufferSize::Bytes(_) | BufferSize::Elements { .. } => {}
+                BufferSize::Bytes(_) | BufferSize::Elements { .. } | BufferSize::Values(_) => {}
             }
         }
         found.push(note_base(diagnostic, base(graph, resource), input));
@@ -220,8 +231,40 @@ fn over(code: Code, resource: &Resource, message: String, (name, limit): (&str, 
         .note(format!("the limit is `{name}` = {limit}"))
 }
 
-fn dispatch(pass: &Pass, sizes: &[Size], world: [u32; 3], limits: &Limits, found: &mut Vec<Diagnostic>) {
-    let local = local_size(pass, &specialization(pass, sizes));
+/// Reports the materials that a pass names and the world has not.
+fn unknown_materials(graph: &Graph, pass: &Pass, known: Option<&[String]>, found: &mut Vec<Diagnostic>) {
+    let Some(known) = known else { return };
+    let fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
+    let sources = fills.map(|fill| &fill.from).chain(pass.specialization.iter().map(|(_, source)| source));
+    for source in sources {
+        let Source::Material(at) = source else { continue };
+        let Some(material) = graph.materials.get(*at as usize).filter(|named| !known.contains(&named.name)) else {
+            continue;
+        };
+        let message = format!("the world has no material `{}`", material.name);
+        let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_MATERIAL, message)
+            .label(material.place.clone(), format!("a value of pass `{}`", pass.name));
+        // A mention in a block that several passes take is one mistake.
+        if found.iter().any(|known| known.message == diagnostic.message && known.labels[0].span == material.place) {
+            continue;
+        }
+        let names = || known.iter().map(String::as_str).filter(|name| !name.is_empty());
+        found.push(match closest(&material.name, names()) {
+            Some(name) => diagnostic.help(format!("did you mean `material.{name}`?")),
+            None if names().count() > 16 => diagnostic.note(format!("it has {} materials", names().count())),
+            None => diagnostic.help(format!("it has {}", list(names()))),
+        });
+    }
+}
+
+fn dispatch(
+    pass: &Pass,
+    sizes: &[Size],
+    (constants, world): (&[(u32, Value)], [u32; 3]),
+    limits: &Limits,
+    found: &mut Vec<Diagnostic>,
+) {
+    let local = local_size(pass, constants);
     if local.contains(&0) {
         let [x, y, z] = local;
         found.push(
@@ -233,7 +276,7 @@ fn dispatch(pass: &Pass, sizes: &[Size], world: [u32; 3], limits: &Limits, found
         );
         return;
     }
-    if let Some(groups) = groups(pass, sizes, world, limits) {
+    if let Some(groups) = groups(pass, sizes, constants, world, limits) {
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             let (count, limit) = (groups[axis], limits.workgroup_count[axis]);
             if count > limit {

@@ -166,6 +166,10 @@ pub struct Buffer {
     pub size: Option<At<BufferSize>>,
     /// `source`.
     pub source: Option<At<String>>,
+    /// `values`.
+    pub values: Option<Literal>,
+    /// `type` of the values, a word such as `vec3`.
+    pub ty: Option<At<String>>,
     /// `clear`.
     pub clear: Option<Literal>,
     /// `init`.

@@ -205,6 +205,8 @@ pub struct Plan {
     /// Sizes of all resources of the graph, created or not, in order of [`Graph::resources`].
     #[serde(skip)]
     pub sizes: Vec<Size>,
+    /// Indices of the materials that the graph names, in order of [`Graph::materials`].
+    pub materials: Vec<u32>,
     /// Live passes in program order, those of a clock once for each tick that a frame may catch up.
     pub passes: Vec<PassPlan>,
     /// Where the ticks of each clock are, in order of [`Graph::clocks`].
@@ -240,7 +242,7 @@ pub enum Turn {
 impl Plan {
     /// The value of a source that stays the same while the plan runs; `None` for what changes from frame to frame.
     pub fn constant(&self, source: &Source) -> Option<Value> {
-        crate::sizes::constant(source, &self.sizes)
+        crate::sizes::constant(source, &self.sizes, &self.materials)
     }
 
     /// By what the copies of a resource are counted at a step.

@@ -15,7 +15,7 @@ use crate::order::{Action, Instance, Order, order};
 use crate::plan::{Barrier, ClockPlan, Lifetime, PassPlan, Plan, PlanInput, ResourcePlan, Step};
 use crate::poison::poison;
 use crate::print::{After, Phase};
-use crate::sizes::{groups, sizes, specialization};
+use crate::sizes::{groups, materials, sizes, specialization};
 use crate::unroll::unroll;
 use crate::varies::varies;
 
@@ -44,6 +44,7 @@ fn bake(
 ) -> Result<Plan, Vec<Diagnostic>> {
     // Everything relative to the output or to the world gets its size.
     let sizes = sizes(declared, input);
+    let materials = materials(declared, &input.world);
     watch(&After::Sizes(&sizes), declared);
     limits::check_present(declared, &sizes, input)?;
 
@@ -58,7 +59,7 @@ fn bake(
     watch(&After::Cull(&cull));
 
     // What is left must fit the device.
-    limits::check(&graph, &sizes, input, &cull)?;
+    limits::check(&graph, &sizes, &materials, input, &cull)?;
     let mut resources = describe(&graph, &sizes, &cull.used, input.memory);
 
     // A frame is what the file says in the order of the file; clears and the present step find their places.
@@ -101,8 +102,9 @@ fn bake(
     let passes = (order.passes.iter())
         .map(|&Instance { pass: id, tick }| {
             let pass = graph.pass(id);
-            let groups = groups(pass, &sizes, input.world.extent, &input.limits);
-            PassPlan { pass: id, tick, groups, specialization: specialization(pass, &sizes) }
+            let specialization = specialization(pass, &sizes, &materials);
+            let groups = groups(pass, &sizes, &specialization, input.world.extent, &input.limits);
+            PassPlan { pass: id, tick, groups, specialization }
         })
         .collect();
     Ok(Plan {
@@ -111,6 +113,7 @@ fn bake(
         resources,
         blocks: alias.blocks,
         sizes,
+        materials,
         passes,
         clocks,
         culled: cull.culled,

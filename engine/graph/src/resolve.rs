@@ -10,6 +10,7 @@ mod resources;
 pub use passes::FACTS;
 pub use resources::supplied_image;
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 
 use raxel_diagnostics::table::{closest, list};
@@ -44,6 +45,8 @@ pub struct Resolved {
     pub loops: Vec<Loop>,
     /// In program order.
     pub passes: Vec<Pass>,
+    /// Every mention of a material of the world.
+    pub materials: Vec<checked::Material>,
     /// The graph's files.
     pub files: Vec<String>,
 }
@@ -175,6 +178,7 @@ pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnos
         resources: &resources,
         names: &resource_names,
         loop_names: &loop_names,
+        materials: RefCell::default(),
     };
     let loops = model.loops.iter().map(|repeated| loops::loop_(repeated, &scope, found)).collect();
     check_names("block", model.blocks.iter().map(|block| &block.fills.name), found);
@@ -183,7 +187,8 @@ pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnos
     let mut arguments = (declared as u32..resources.len() as u32).map(ResourceId);
     let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, &mut arguments, found)).collect();
     let present = present(&model, &scope, &start, found);
-    Resolved { name, about, present, params, clocks, resources, blocks, loops, passes, files }
+    let materials = scope.materials.into_inner();
+    Resolved { name, about, present, params, clocks, resources, blocks, loops, passes, materials, files }
 }
 
 /// What a pass can name.
@@ -194,6 +199,8 @@ struct Scope<'a> {
     resources: &'a [Declared<checked::Resource>],
     names: &'a Names,
     loop_names: &'a Names,
+    /// Mentions of materials, collected.
+    materials: RefCell<Vec<checked::Material>>,
 }
 
 impl Scope<'_> {

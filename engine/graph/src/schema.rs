@@ -216,6 +216,14 @@ fn buffer() -> Value {
                 ],
             },
             "source": text("What supplies it from outside, e.g. `world.tree64`."),
+            "values": {
+                "description": "What is in it: numbers, or arrays of as many as a vector has components. Passes only read it.",
+                "type": "array",
+                "items": reference("literal"),
+                "minItems": 1,
+                "maxItems": 4096,
+            },
+            "type": words("Type of the values, `f32` when left out; laid out as std430 does, a `vec3` in 16 bytes, a `bool` as a `uint`.", ValueType::words()),
             "clear": { "description": "32-bit pattern that fills it at the start of each frame.", "type": "integer" },
             "init": { "description": "32-bit pattern that fills it at creation and on reset.", "type": "integer" },
             "history": reference("history"),
@@ -384,6 +392,7 @@ fn from() -> Value {
         json!({ "type": "string", "pattern": "^target\\.[A-Za-z0-9_-]+\\.size$", "description": "Extent of a target in texels." }),
         json!({ "type": "string", "pattern": "^buffer\\.[A-Za-z0-9_-]+\\.count$", "description": "Number of elements of a buffer." }),
         json!({ "type": "string", "pattern": "^clock\\.[A-Za-z0-9_-]+\\.(tick|delta|phase)$", "description": "Of a clock: the number of the tick (u32), the seconds between ticks (f32), the part of them that has passed since the last one (f32)." }),
+        json!({ "type": "string", "pattern": "^material\\..+$", "description": "Index of a named material of the world, a `u32`." }),
     ];
     any.extend(builtins);
     any.extend(RoundIndex::ALL.map(|index| json!({ "const": index.name(), "description": index.about() })));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::checked::{
     Buffer, BufferSize, Dispatch, Extent, Graph, Pass, ResourceId, ResourceKind, Source, Target, Value,
 };
-use crate::plan::{Limits, PlanInput, SourceSize};
+use crate::plan::{Limits, PlanInput, SourceSize, WorldInput};
 
 /// Size of a resource for one output size and one world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,6 +131,7 @@ impl From<'_> {
                 return Size::Buffer { bytes: self.sources.get(name).map(|source| source.bytes), elements: 0 };
             }
             BufferSize::Elements { count, .. } => *count,
+            BufferSize::Values(values) => values.count(),
             BufferSize::World { scale, per, .. } => product(self.of_world(*scale)).saturating_mul((*per).into()),
             BufferSize::Of { of, per, .. } if links > 0 => {
                 self.size(*of, links - 1).elements().saturating_mul((*per).into())
@@ -158,7 +159,7 @@ fn scaled(axis: u32, scale: f64) -> u32 {
 }
 
 /// The value of a source that sizes decide, or the file; `None` for what changes from frame to frame.
-pub(crate) fn constant(source: &Source, sizes: &[Size]) -> Option<Value> {
+pub(crate) fn constant(source: &Source, sizes: &[Size], materials: &[u32]) -> Option<Value> {
     Some(match source {
         Source::Value(value) => *value,
         Source::ExtentOf(target) => {
@@ -166,13 +167,20 @@ pub(crate) fn constant(source: &Source, sizes: &[Size]) -> Option<Value> {
             Value::IVec4([x, y, z, 1])
         }
         Source::CountOf(buffer) => Value::U32(u32::try_from(sizes[buffer.0 as usize].elements()).unwrap_or(u32::MAX)),
+        Source::Material(at) => Value::U32(materials.get(*at as usize).copied().unwrap_or(0)),
         Source::Param(_) | Source::Builtin(_) | Source::Clock(..) | Source::Round(_) => return None,
     })
 }
 
+/// The indices of the materials that a graph names. One that the world has not, or that nobody knows the world of, is 0, which is air.
+pub(crate) fn materials(graph: &Graph, world: &WorldInput<'_>) -> Vec<u32> {
+    let index = |name: &str| world.materials?.iter().position(|known| known == name);
+    graph.materials.iter().map(|material| index(&material.name).unwrap_or(0) as u32).collect()
+}
+
 /// The specialization constants of a pass. The front end refuses those that change from frame to frame.
-pub(crate) fn specialization(pass: &Pass, sizes: &[Size]) -> Vec<(u32, Value)> {
-    pass.specialization.iter().filter_map(|(id, source)| Some((*id, constant(source, sizes)?))).collect()
+pub(crate) fn specialization(pass: &Pass, sizes: &[Size], materials: &[u32]) -> Vec<(u32, Value)> {
+    pass.specialization.iter().filter_map(|(id, source)| Some((*id, constant(source, sizes, materials)?))).collect()
 }
 
 /// Threads of one workgroup per axis, specialization constants applied; 0 where a constant makes it so.
@@ -188,8 +196,14 @@ pub fn local_size(pass: &Pass, specialization: &[(u32, Value)]) -> [u32; 3] {
 }
 
 /// Workgroups of a pass, or `None` for an indirect dispatch.
-pub fn groups(pass: &Pass, sizes: &[Size], world: [u32; 3], limits: &Limits) -> Option<[u32; 3]> {
-    let local = local_size(pass, &specialization(pass, sizes)).map(|axis| axis.max(1));
+pub fn groups(
+    pass: &Pass,
+    sizes: &[Size],
+    constants: &[(u32, Value)],
+    world: [u32; 3],
+    limits: &Limits,
+) -> Option<[u32; 3]> {
+    let local = local_size(pass, constants).map(|axis| axis.max(1));
     let threads = match pass.dispatch {
         Dispatch::ThreadsOf { target, mip } => sizes[target.0 as usize].texels(mip).unwrap_or([1; 3]),
         Dispatch::ThreadsOfWorld => world,

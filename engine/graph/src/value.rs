@@ -74,6 +74,12 @@ impl ValueType {
         self == Self::new(Scalar::I32, (1, 1))
     }
 
+    /// Bytes from one element of an array to the next in `std430`: those of a vector of three are padded to four components.
+    pub const fn stride(self) -> u32 {
+        let rows = if self.shape.0 == 3 { 4 } else { self.shape.0 };
+        4 * rows * self.shape.1
+    }
+
     /// Whether a value of this type can be put into a member of type `member`. SPIR-V has no booleans in blocks: a shader's `bool`
     /// arrives here as an unsigned integer.
     pub fn fits(self, member: ValueType) -> bool {
@@ -101,6 +107,29 @@ impl Value {
             Value::Mat4(_) => (Scalar::F32, (4, 4)),
         };
         ValueType::new(scalar, shape)
+    }
+
+    /// Appends it as an element of an array in `std430`, padded to [`ValueType::stride`].
+    pub fn lay_out(&self, bytes: &mut Vec<u8>) {
+        let end = bytes.len() + self.ty().stride() as usize;
+        let mut word = |word: u32| bytes.extend(word.to_le_bytes());
+        match self {
+            Value::Bool(value) => word(u32::from(*value)),
+            Value::I32(value) => word(*value as u32),
+            Value::U32(value) => word(*value),
+            Value::F32(value) => word(value.to_bits()),
+            Value::IVec2(value) => value.iter().for_each(|value| word(*value as u32)),
+            Value::IVec3(value) => value.iter().for_each(|value| word(*value as u32)),
+            Value::IVec4(value) => value.iter().for_each(|value| word(*value as u32)),
+            Value::UVec2(value) => value.iter().for_each(|value| word(*value)),
+            Value::UVec3(value) => value.iter().for_each(|value| word(*value)),
+            Value::UVec4(value) => value.iter().for_each(|value| word(*value)),
+            Value::Vec2(value) => value.iter().for_each(|value| word(value.to_bits())),
+            Value::Vec3(value) => value.iter().for_each(|value| word(value.to_bits())),
+            Value::Vec4(value) => value.iter().for_each(|value| word(value.to_bits())),
+            Value::Mat4(columns) => columns.iter().flatten().for_each(|value| word(value.to_bits())),
+        }
+        bytes.resize(end, 0);
     }
 }
 

@@ -45,7 +45,12 @@ fn feeds_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life], index: 
 /// Whether a value may be another in every frame.
 fn moves(fill: &Fill) -> bool {
     match fill.from {
-        Source::Value(_) | Source::Param(_) | Source::ExtentOf(_) | Source::CountOf(_) | Source::Round(_) => false,
+        Source::Value(_)
+        | Source::Param(_)
+        | Source::ExtentOf(_)
+        | Source::CountOf(_)
+        | Source::Material(_)
+        | Source::Round(_) => false,
         Source::Clock(..) => true,
         Source::Builtin(builtin) => match builtin {
             Builtin::OutputSize

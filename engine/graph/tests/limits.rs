@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use hand::Hand;
 use raxel_graph::checked::{
-    Buffer, BufferSize, Dispatch, Extent, ResourceId, ResourceKind, Source, UniformBlock, Value,
+    Buffer, BufferSize, Dispatch, Extent, Material, ResourceId, ResourceKind, Source, UniformBlock, Value,
 };
 use raxel_graph::plan::Limits;
 use raxel_shader::format::Format;
@@ -196,4 +196,23 @@ fn long_lists_take_rows() {
         (&planned.passes[0].specialization[..], planned.passes[0].groups),
         (&[(3, Value::U32(16))][..], Some([39_063, 1, 1]))
     );
+}
+
+/// Which index a material has only the world says; one that it has not is an error where it is named, of passes that run.
+#[test]
+fn materials_are_those_of_the_world() {
+    let mut hand = Hand::new("materials");
+    hand.target("color", Format::R32f, |_, _| {}).target("other", Format::R32f, |_, _| {});
+    for (number, (pass, name)) in [("w color", "lamp"), ("w other", "pine 3")].into_iter().enumerate() {
+        let made = hand.pass(name, &[pass]);
+        made.specialization = vec![(0, Source::Material(number as u32))];
+        let place = made.place.clone();
+        hand.graph.materials.push(Material { name: name.to_owned(), place });
+    }
+    assert_eq!(hand.plan("color").unwrap().passes[0].specialization, [(0, Value::U32(0))], "nobody knows the world");
+    hand.materials = Some(["air", "stone", "lamp"].map(str::to_owned).to_vec());
+    assert_eq!(hand.plan("color").unwrap().passes[0].specialization, [(0, Value::U32(2))]);
+    hand.materials = Some(["air", "lamps"].map(str::to_owned).to_vec());
+    let text = said(&hand, "color") + &said(&hand, "other");
+    insta::assert_snapshot!(text);
 }

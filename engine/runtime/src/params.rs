@@ -328,6 +328,7 @@ mod tests {
             resources: Vec::new(),
             loops: Vec::new(),
             passes: Vec::new(),
+            materials: Vec::new(),
             files: Vec::new(),
         }
     }

@@ -19,6 +19,8 @@ pub struct SessionWorld {
     loaded: Loaded,
     identity: Arc<WorldIdentity>,
     costs: Mutex<BTreeMap<Layout, LayoutCost>>,
+    /// Names of the materials by index.
+    materials: Vec<String>,
 }
 
 /// Tells a world from every other one, those of the same file before and after an edit included. It lives as long as the world.
@@ -47,7 +49,7 @@ impl SessionWorld {
             cameras: Vec::new(),
             files: Vec::new(),
         };
-        Self { path: None, loaded, identity: Arc::default(), costs: Mutex::default() }
+        Self::new(None, loaded)
     }
 
     /// Loads the world at a project path, with its warnings.
@@ -57,8 +59,12 @@ impl SessionWorld {
         texts: &mut SourceMap,
     ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (loaded, warnings) = raxel_world::file::load(path, files, texts)?;
-        let path = Some(path.to_owned());
-        Ok((Self { path, loaded, identity: Arc::default(), costs: Mutex::default() }, warnings))
+        Ok((Self::new(Some(path.to_owned()), loaded), warnings))
+    }
+
+    fn new(path: Option<String>, loaded: Loaded) -> Self {
+        let materials = loaded.world.materials().iter().map(|material| material.name.clone()).collect();
+        Self { path, loaded, identity: Arc::default(), costs: Mutex::default(), materials }
     }
 
     /// Its name.
@@ -90,7 +96,10 @@ impl SessionWorld {
     /// What plans follow of it.
     pub fn input(&self) -> WorldInput<'_> {
         let [min, max] = self.bounds();
-        WorldInput { extent: std::array::from_fn(|axis| max[axis].abs_diff(min[axis])), materials: None }
+        WorldInput {
+            extent: std::array::from_fn(|axis| max[axis].abs_diff(min[axis])),
+            materials: Some(&self.materials),
+        }
     }
 
     /// From where to look at it first: where its file says, else from a corner above, at a distance from which it is seen whole.

@@ -141,6 +141,8 @@ declare! {
     PRESENT_OUT_OF_RANGE = "RX0179";
     /// The shared variables of a workgroup exceed the device's.
     SHARED_TOO_LARGE = "RX0180";
+    /// A value names a material that the world has not.
+    UNKNOWN_MATERIAL = "RX0181";
     /// A loop that the graph does not declare.
     UNKNOWN_LOOP = "RX0190";
     /// Passes of a loop with another pass between them.

@@ -2,13 +2,13 @@
 
 use raxel_diagnostics::table::closest;
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_shader::interface::{Access, Binding, BindingKind, Block, Type};
+use raxel_shader::interface::{Access, Binding, BindingKind, Block, Member, Type};
 
 use super::given::Given;
 use super::{Context, images, sources};
-use crate::checked::{BoundAccess, BufferSize, ResourceKind, Usage};
-use crate::resolve::Bind;
-use crate::value::glsl;
+use crate::checked::{BoundAccess, BufferSize, Resource, ResourceKind, Usage, Values};
+use crate::resolve::{Bind, Declared};
+use crate::value::{ValueType, glsl};
 
 /// Checks all bindings of a pass; gives the accesses that they are.
 pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAccess> {
@@ -232,6 +232,8 @@ fn writable(context: &Context<'_>, binding: &Binding, entry: &Bind, found: &mut 
         "an earlier frame cannot be changed"
     } else if resource.kind.source().is_some() {
         "what comes from outside cannot be changed by a pass"
+    } else if resource.kind.values().is_some() {
+        "what the file writes stays as it is"
     } else {
         return;
     };
@@ -279,6 +281,9 @@ fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind,
         }
         _ => {}
     }
+    if let (Some(values), [member]) = (declared.item.kind.values(), block.members.as_slice()) {
+        element_type(context, (binding, member), entry, (values, declared), found);
+    }
     // Only a block that is one runtime array has elements that the file's `stride` can mean.
     let [member] = block.members.as_slice() else { return };
     let Type::Array { element, len: None, stride } = &member.ty else { return };
@@ -308,7 +313,7 @@ fn other_stride(size: &BufferSize, declared: u32, wanted: u32) -> String {
         BufferSize::Of { per, .. } | BufferSize::World { per, .. } => {
             Some(format!("`per = {}, stride = {wanted}`", per * times))
         }
-        BufferSize::Bytes(_) | BufferSize::Source(_) => None,
+        BufferSize::Bytes(_) | BufferSize::Source(_) | BufferSize::Values(_) => None,
     });
     match same_bytes {
         Some(same) => {
@@ -316,4 +321,35 @@ fn other_stride(size: &BufferSize, declared: u32, wanted: u32) -> String {
         }
         None => format!("write {as_many}"),
     }
+}
+
+/// The values that a file writes are of the type that the shader reads.
+fn element_type(
+    context: &Context<'_>,
+    (binding, member): (&Binding, &Member),
+    entry: &Bind,
+    (values, declared): (&Values, &Declared<Resource>),
+    found: &mut Vec<Diagnostic>,
+) {
+    let Type::Array { element, .. } = &member.ty else { return };
+    if !declared.sound || ValueType::of_member(element).is_some_and(|ty| values.ty.fits(ty)) {
+        return;
+    }
+    let name = &declared.item.name;
+    let (of_file, of_shader) = (values.ty.word(), glsl(element));
+    let diagnostic = Diagnostic::error(
+        codes::graph::VALUE_TYPE,
+        format!(
+            "a value of buffer `{name}` is `{of_file}`, but an element of the shader's `{}` is `{of_shader}`",
+            binding.name
+        ),
+    )
+    .label(declared.detail.clone(), format!("values of type `{of_file}`"));
+    let place = member.place.as_ref().or(binding.place.as_ref());
+    let diagnostic =
+        context.in_shader(diagnostic, place, "the shader says").label(entry.name.span.clone(), "bound here");
+    found.push(match ValueType::of_member(element) {
+        Some(ty) => diagnostic.help(format!("give the buffer the key `type = \"{}\"`", ty.word())),
+        None => diagnostic,
+    });
 }

@@ -87,7 +87,8 @@ fn has_content(kind: &ResourceKind) -> bool {
     match kind {
         ResourceKind::Target(target) => target.clear.is_some() || target.init.is_some() || target.source.is_some(),
         ResourceKind::Buffer(buffer) => {
-            buffer.clear.is_some() || buffer.init.is_some() || matches!(buffer.size, BufferSize::Source(_))
+            let given = matches!(buffer.size, BufferSize::Source(_) | BufferSize::Values(_));
+            buffer.clear.is_some() || buffer.init.is_some() || given
         }
     }
 }

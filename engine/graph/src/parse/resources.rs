@@ -4,7 +4,7 @@ use raxel_diagnostics::table::{Node, Table};
 
 use super::{at, literal, remove, text};
 use crate::checked::DisplayMap;
-use crate::model::{At, Buffer, BufferSize, Display, Size, Target};
+use crate::model::{At, Buffer, BufferSize, Display, Literal, Size, Target};
 
 /// Texels on an axis that any device may have at most (`maxImageDimension2D` of today's devices is 16384 or 32768).
 const LONGEST_AXIS: i64 = 65_536;
@@ -145,6 +145,8 @@ pub fn buffer(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Buffe
         flawed: false,
         size: table.get("size").and_then(|node| at(&node, buffer_size(&node))),
         source: text(table, "source"),
+        values: table.get("values").and_then(|node| values(&node)),
+        ty: text(table, "type"),
         clear: table.get("clear").and_then(|node| literal(&node)),
         init: table.get("init").and_then(|node| literal(&node)),
         history: history(table),
@@ -156,9 +158,23 @@ pub fn buffer(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Buffe
             table.conflict("source", key, "the contents of a source come from outside");
         }
     }
+    for key in ["size", "source", "clear", "init", "history"] {
+        table.conflict("values", key, "what is written in the file has its size, and stays as it is");
+    }
     table.finish();
     buffer.flawed = table.reporter().count() > before;
     buffer
+}
+
+/// An array with something in it.
+fn values(node: &Node<'_, '_>) -> Option<Literal> {
+    if !node.is_array() {
+        return node.wrong_type("an array of numbers, or of arrays of them");
+    }
+    if node.array()?.is_empty() {
+        return node.bad_value(format!("`{}` is empty", node.name));
+    }
+    literal(node)
 }
 
 fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {

@@ -9,8 +9,8 @@ use super::params::unknown_type;
 use super::resources::{extent_from_outside, no_elements};
 use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing, unknown};
 use crate::checked::{
-    self, Builtin, ClockValue, Condition, Every, Extent, Fact, LoopId, ResourceId, ResourceKind, RoundIndex, Source,
-    Value,
+    self, Builtin, ClockValue, Condition, Every, Extent, Fact, LoopId, Material, ResourceId, ResourceKind, RoundIndex,
+    Source, Value,
 };
 use crate::model::{self, At, Fills, Mip};
 use crate::queues::Queue;
@@ -348,7 +348,7 @@ fn constant(value: &model::Constant, scope: &Scope<'_>, found: &mut Vec<Diagnost
     }
 }
 
-/// The word of `from`: `param.NAME`, `target.NAME.size`, `buffer.NAME.count`, `clock.NAME.tick`, or a builtin.
+/// The word of `from`: `param.NAME`, `target.NAME.size`, `buffer.NAME.count`, `material.NAME`, `clock.NAME.tick`, or a builtin.
 fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Feed> {
     let word = from.value.as_str();
     if let Some(name) = word.strip_prefix("param.") {
@@ -371,6 +371,12 @@ fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
     }
     if let Some(index) = RoundIndex::ALL.into_iter().find(|index| index.name() == word) {
         return Some(Feed::From(Source::Round(index), ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1))));
+    }
+    if let Some(name) = word.strip_prefix("material.").filter(|name| !name.is_empty()) {
+        let mut materials = scope.materials.borrow_mut();
+        materials.push(Material { name: name.to_owned(), place: from.span.clone() });
+        let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
+        return Some(Feed::From(Source::Material(materials.len() as u32 - 1), ty));
     }
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == word) {
         let (scalar, shape) = builtin.ty();
@@ -402,8 +408,10 @@ fn unknown_source(word: &str, place: &Span, scope: &Scope<'_>) -> Diagnostic {
         .or_else(|| closest(word, params.iter().map(String::as_str).chain(builtins().map(|name| -> &str { name }))))
     {
         Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
-        None => diagnostic
-            .help(format!("`param.NAME`, `target.NAME.size`, `buffer.NAME.count` or one of: {}", list(builtins()))),
+        None => diagnostic.help(format!(
+            "`param.NAME`, `target.NAME.size`, `buffer.NAME.count`, `material.NAME` or one of: {}",
+            list(builtins())
+        )),
     }
 }
 

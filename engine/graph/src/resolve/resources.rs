@@ -5,12 +5,13 @@ use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
+use super::params::unknown_type;
 use super::{Declared, Names, clock_id, missing, resource, unknown};
 use crate::SourceLayout;
 use crate::checked::{self, Clear, ClockId, DisplayMap, Extent, Resource, ResourceId, ResourceKind};
 use crate::model::{At, Buffer, BufferSize, Data, Dispatch, Display, File, Literal, Pass, Size, Target, WORLD};
 use crate::queues;
-use crate::value::{describe, float, integer};
+use crate::value::{ValueType, describe, float, integer, typed};
 
 /// Resolves targets, then buffers.
 pub fn resources(
@@ -136,15 +137,27 @@ impl Scope<'_> {
         let name = &buffer.name;
         let size = match (&buffer.source, &buffer.size) {
             (Some(source), _) => self.source(source, found),
+            (None, _) if buffer.values.is_some() => values(buffer, found).map(checked::BufferSize::Values),
             (None, Some(size)) => self.buffer_size(&size.value, found),
             (None, None) => {
                 if !buffer.flawed {
                     let whose = format!("`buffers.{}`", name.value);
-                    found.push(missing(&whose, "size", &name.span).help("or `source`, for what comes from outside"));
+                    found.push(
+                        missing(&whose, "size", &name.span)
+                            .help("or `source`, for what comes from outside, or `values`"),
+                    );
                 }
                 None
             }
         };
+        if let (Some(ty), None) = (&buffer.ty, &buffer.values) {
+            let message = format!("buffer `{}` has a `type` and no `values`", name.value);
+            found.push(
+                Diagnostic::error(codes::files::CONFLICTING_KEYS, message)
+                    .label(ty.span.clone(), "the type of what?")
+                    .help("the shader says what is in a buffer; `type` is that of `values = […]`"),
+            );
+        }
         let mut fill = |literal: &Option<Literal>, key| pattern(&name.value, key, literal.as_ref()?, found);
         let (clear, init) = (fill(&buffer.clear, "clear"), fill(&buffer.init, "init"));
         let clock = self.clock(buffer.clock.as_ref(), found);
@@ -152,6 +165,7 @@ impl Scope<'_> {
         let size = size.unwrap_or(checked::BufferSize::Bytes(4));
         let kind = ResourceKind::Buffer(checked::Buffer { size, clear, init });
         let places = buffer.source.as_ref().map(|source| &source.span);
+        let places = places.or(buffer.values.as_ref().map(|values| &values.span));
         let detail = places.or(buffer.size.as_ref().map(|size| &size.span)).unwrap_or(&name.span).clone();
         declared(name, kind, kept(buffer.history.as_ref(), buffer.keep.as_ref(), clock), sound, detail)
     }
@@ -215,6 +229,9 @@ impl Scope<'_> {
         else {
             return self.target_id(name, found);
         };
+        if buffer.values.is_some() {
+            return Some(id);
+        }
         match (&buffer.source, &buffer.size) {
             (None, Some(At { value: BufferSize::Elements { .. } | BufferSize::Of { .. }, .. })) => return Some(id),
             // A size that is missing or wrong is reported where it is.
@@ -233,6 +250,42 @@ impl Scope<'_> {
         found.push(unknown(codes::graph::UNKNOWN_SOURCE, "source", &source.value, &source.span, known));
         None
     }
+}
+
+/// The elements that a file writes, laid out as `std430` does.
+fn values(buffer: &Buffer, found: &mut Vec<Diagnostic>) -> Option<checked::Values> {
+    let literal = buffer.values.as_ref()?;
+    let Data::Array(elements) = &literal.data else { return None };
+    let word = buffer.ty.as_ref().map_or("f32", |ty| ty.value.as_str());
+    let Some(ty) = ValueType::from_word(word) else {
+        let place = buffer.ty.as_ref().map_or(&literal.span, |ty| &ty.span);
+        found.push(unknown_type(word, place, ValueType::words()));
+        return None;
+    };
+    let mut bytes = Vec::with_capacity(elements.len() * ty.stride() as usize);
+    let mut wrong = elements.iter().filter(|element| {
+        let value = typed(element, ty);
+        if let Some(value) = value {
+            value.lay_out(&mut bytes);
+        }
+        value.is_none()
+    });
+    if let Some(element) = wrong.next() {
+        let more = wrong.count();
+        let message =
+            format!("a value of buffer `{}` is {}, which is no `{}`", buffer.name.value, describe(element), ty.word());
+        let mut diagnostic = Diagnostic::error(codes::graph::LITERAL, message).label(element.span.clone(), "");
+        diagnostic = match &buffer.ty {
+            Some(ty) => diagnostic.label(ty.span.clone(), "the type"),
+            None => diagnostic.help("say what they are, e.g. `type = \"vec4\"`; without `type` each is a float"),
+        };
+        if more > 0 {
+            diagnostic = diagnostic.note(format!("{more} more of its values are none"));
+        }
+        found.push(diagnostic);
+        return None;
+    }
+    Some(checked::Values { ty, stride: ty.stride(), bytes: bytes.into() })
 }
 
 /// The image of a source as a target.

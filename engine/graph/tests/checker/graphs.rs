@@ -177,6 +177,7 @@ pub fn case(seed: u64) -> Case {
         resources,
         loops: Vec::new(),
         passes,
+        materials: Vec::new(),
         files: Vec::new(),
     };
     Case {

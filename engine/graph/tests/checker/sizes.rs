@@ -38,6 +38,7 @@ fn elements(graph: &Graph, id: ResourceId) -> Option<u64> {
     Some(match &buffer.size {
         BufferSize::Bytes(_) | BufferSize::Source(_) => return None,
         BufferSize::Elements { count, .. } => *count,
+        BufferSize::Values(values) => values.count(),
         BufferSize::World { scale, per, .. } => {
             of_world(*scale).into_iter().map(u64::from).product::<u64>() * u64::from(*per)
         }

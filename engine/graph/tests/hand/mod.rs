@@ -21,6 +21,7 @@ pub struct Hand {
     pub poison: bool,
     pub output: [u32; 2],
     pub world: [u32; 3],
+    pub materials: Option<Vec<String>>,
     pub limits: Limits,
     pub pinned: Vec<&'static str>,
     pub counts: Vec<(ParamId, u32)>,
@@ -40,6 +41,7 @@ impl Hand {
             resources: Vec::new(),
             loops: Vec::new(),
             passes: Vec::new(),
+            materials: Vec::new(),
             files: Vec::new(),
         };
         Hand {
@@ -50,6 +52,7 @@ impl Hand {
             poison: false,
             output: [320, 180],
             world: [100, 60, 40],
+            materials: None,
             limits: Limits::PORTABLE,
             pinned: Vec::new(),
             counts: Vec::new(),
@@ -175,7 +178,7 @@ impl Hand {
             facts: &|_| self.facts,
             counts: &self.counts,
             sources: &sources,
-            world: WorldInput { extent: self.world, materials: None },
+            world: WorldInput { extent: self.world, materials: self.materials.as_deref() },
             memory: &EstimatedMemory,
             alias: self.alias,
             poison: self.poison,

@@ -19,6 +19,7 @@ pub(super) struct Physical {
     pub(super) name: String,
     desc: ResourceDesc,
     init: Clear,
+    values: Option<Arc<[u8]>>,
     /// Key of the shared memory block with all its occupants, and the place in it.
     place: Option<(BlockKey, u64)>,
     pub(super) copies: Copies,
@@ -95,6 +96,11 @@ impl Physical {
         self.init
     }
 
+    /// What the file writes into it at creation and on reset, in the place of `init`.
+    pub(super) fn values(&self) -> Option<&[u8]> {
+        self.values.as_deref()
+    }
+
     /// Whether frames find contents in it that nobody put there in the frame.
     pub(super) fn needs_init(&self) -> bool {
         !self.is_placed() && self.source().is_none() && !self.initialized.load(Ordering::Relaxed)
@@ -102,10 +108,18 @@ impl Physical {
 
     /// Whether it is what a plan wants; the contents stay. Not if no pass of that plan writes what passes wrote before: a pass that
     /// is off leaves its outputs at `init`.
-    fn suits(&self, planned: &ResourcePlan, name: &str, place: Option<&(BlockKey, u64)>, written: bool) -> bool {
+    fn suits(
+        &self,
+        plan: &Plan,
+        planned: &ResourcePlan,
+        name: &str,
+        place: Option<&(BlockKey, u64)>,
+        written: bool,
+    ) -> bool {
         self.name == name
             && self.desc == planned.desc
             && self.init == planned.init
+            && self.values == values_of(plan, planned)
             && self.count() == planned.copies
             && self.place.as_ref() == place
             && (written || !self.written.load(Ordering::Relaxed))
@@ -127,11 +141,11 @@ pub(super) fn make(
         let at = placed(planned);
         let place = at.map(|place| (keys[place.block as usize].clone(), place.offset));
         if let ResourceDesc::Source(source) | ResourceDesc::SourceImage(source, _) = &planned.desc {
-            made.push(supplied(name, source, planned, running, sources)?);
+            made.push(supplied(plan, name, source, planned, running, sources)?);
             continue;
         }
         let written = is_written(plan, planned.resource);
-        if let Some(kept) = running.iter().find(|old| old.suits(planned, name, place.as_ref(), written)) {
+        if let Some(kept) = running.iter().find(|old| old.suits(plan, planned, name, place.as_ref(), written)) {
             kept.written.fetch_or(written, Ordering::Relaxed);
             made.push(kept.clone());
             continue;
@@ -174,6 +188,7 @@ pub(super) fn make(
             name: name.clone(),
             desc: planned.desc.clone(),
             init: planned.init,
+            values: values_of(plan, planned),
             place,
             copies,
             initialized: AtomicBool::new(false),
@@ -184,6 +199,7 @@ pub(super) fn make(
 }
 
 fn supplied(
+    plan: &Plan,
     name: &str,
     source: &str,
     planned: &ResourcePlan,
@@ -198,19 +214,25 @@ fn supplied(
     };
     let supplied = supplied.ok_or_else(missing)?;
     let same = |old: &&Arc<Physical>| {
-        old.suits(planned, name, None, false) && old.source().is_some_and(|old| Arc::ptr_eq(old, source))
+        old.suits(plan, planned, name, None, false) && old.source().is_some_and(|old| Arc::ptr_eq(old, source))
     };
     Ok(running.iter().find(same).cloned().unwrap_or_else(|| {
         Arc::new(Physical {
             name: name.to_owned(),
             desc: planned.desc.clone(),
             init: planned.init,
+            values: None,
             place: None,
             copies: Copies::Source(source.clone(), supplied),
             initialized: AtomicBool::new(true),
             written: AtomicBool::new(false),
         })
     }))
+}
+
+/// What the file writes into a resource.
+fn values_of(plan: &Plan, planned: &ResourcePlan) -> Option<Arc<[u8]>> {
+    plan.graph.resource(planned.resource).kind.values().map(|values| values.bytes.clone())
 }
 
 /// Whether a pass that runs writes this frame's contents of a resource.

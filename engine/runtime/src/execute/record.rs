@@ -139,7 +139,10 @@ fn fill(recording: &mut Recording<'_>, physical: &Physical, copy: usize, clear: 
         }
         Copies::Buffers(buffers) => {
             if let Some(buffer) = buffers.get(copy) {
-                recording.fill_buffer(buffer, 0, buffer.size(), pattern(clear));
+                match physical.values() {
+                    Some(bytes) => recording.update_buffer(buffer, bytes),
+                    None => recording.fill_buffer(buffer, 0, buffer.size(), pattern(clear)),
+                }
             }
         }
         Copies::Source(..) => {}

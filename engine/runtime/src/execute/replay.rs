@@ -355,7 +355,7 @@ fn value(plan: &Plan, fill: &Fill, inputs: &FrameInputs<'_>) -> Value {
         Source::Builtin(builtin) => inputs.builtins.value(builtin),
         // Known where the pass stands: see `Replay::fill`.
         Source::Clock(..) => Value::U32(0),
-        Source::Value(_) | Source::ExtentOf(_) | Source::CountOf(_) | Source::Round(_) => {
+        Source::Value(_) | Source::ExtentOf(_) | Source::CountOf(_) | Source::Material(_) | Source::Round(_) => {
             plan.constant(&fill.from).unwrap_or(Value::U32(0))
         }
     }

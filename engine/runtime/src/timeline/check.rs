@@ -148,6 +148,7 @@ keys = [[1.0, true], [2.0, false]]
             resources: Vec::new(),
             loops: Vec::new(),
             passes: Vec::new(),
+            materials: Vec::new(),
             files: Vec::new(),
         }
     }

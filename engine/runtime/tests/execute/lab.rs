@@ -74,7 +74,7 @@ impl Lab {
             facts: &facts,
             counts: how.counts,
             sources: &sizes,
-            world: WorldInput { extent: how.world, materials: None },
+            world: WorldInput { extent: how.world, materials: Some(&["air", "stone", "lamp"].map(str::to_owned)) },
             memory: &DeviceMemory(self.device.clone()),
             alias: how.alias,
             poison: how.poison,

@@ -203,3 +203,57 @@ fn a_queue_gets_a_thread_for_each_element() {
         assert_eq!((report.dispatched, report.skipped), (0, 3), "a queue that did not change is not run again");
     }
 }
+
+const VALUES_GRAPH: &str = r#"
+name = "values"
+present = "color"
+[targets.color]
+format = "rgba32f"
+[buffers.kernel]
+values = [0.0625, 0.25, 0.375, 1]
+[buffers.points]
+values = [[1, 2, 3], [-4, 5, -6]]
+type = "ivec3"
+[[passes]]
+name = "show"
+shader = "show.comp"
+dispatch = { threads = "kernel" }
+bind = { outColor = "color", Kernel = "kernel", Points = "points" }
+push = { count = "buffer.kernel.count" }
+specialization = { LAMP = "material.lamp" }
+"#;
+
+const SHOW: &str = "#version 460
+layout(local_size_x = 8) in;
+layout(constant_id = 0) const uint LAMP = 0;
+layout(rgba32f) uniform writeonly image2D outColor;
+layout(std430) readonly buffer Kernel { float kernel[]; };
+layout(std430) readonly buffer Points { ivec3 points[]; };
+layout(push_constant) uniform Push { uint count; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < count) imageStore(outColor, ivec2(i, 0), vec4(kernel[i], vec2(points[i % 2u].xz), LAMP));
+}";
+
+/// What the file writes is in the buffer, laid out as the shader reads it; an edit of it is seen by what read it.
+#[test]
+fn values_are_in_their_buffer() {
+    let mut lab = Lab::new();
+    let mut shown = |graph: &str| {
+        lab.load(&[("graphs/test.toml", graph), ("shaders/show.comp", SHOW)], &Planned::default());
+        lab.frame();
+        lab.floats("color", 0, 0, 0)[..4].to_vec()
+    };
+    let first = shown(VALUES_GRAPH);
+    assert_eq!(
+        first,
+        [[0.0625, 1.0, 3.0, 2.0], [0.25, -4.0, -6.0, 2.0], [0.375, 1.0, 3.0, 2.0], [1.0, -4.0, -6.0, 2.0]]
+    );
+    let edited = shown(&VALUES_GRAPH.replace("0.25", "0.5"));
+    assert_eq!(edited[1], [0.5, -4.0, -6.0, 2.0]);
+    assert_eq!([edited[0], edited[2], edited[3]], [first[0], first[2], first[3]]);
+    // On reset it is written anew.
+    lab.executor.reset_history();
+    lab.frame();
+    assert_eq!(lab.floats("color", 0, 0, 0)[1][0], 0.5);
+}
