@@ -138,6 +138,8 @@ mod tests {
         let options = crate::Options { project, size: [8, 8], ..crate::Options::default() };
         let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
         session.frame().unwrap();
+        // A pass that has finished is not suspected.
+        session.wait().unwrap();
         let (first, possible) = (session.device().id(), session.selection.clone());
         // A pass that has not finished would be the suspect, and switched off.
         session.wait().unwrap();
