@@ -101,16 +101,13 @@ pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
     let mut at = 0;
     while at < graph.passes.len() {
         let first = at;
-        match graph.passes[at].every {
-            Some(Every::Clock(clock)) => {
-                let of_clock = graph.passes[at..].iter().take_while(|pass| pass.every == Some(Every::Clock(clock)));
-                at += of_clock.count();
-                ordering.ticks(clock, first..at);
-            }
-            _ => {
-                at += 1;
-                ordering.dispatch(first);
-            }
+        if let Some(Every::Clock(clock)) = graph.passes[at].every {
+            let of_clock = graph.passes[at..].iter().take_while(|pass| pass.every == Some(Every::Clock(clock)));
+            at += of_clock.count();
+            ordering.ticks(clock, first..at);
+        } else {
+            at += 1;
+            ordering.dispatch(first);
         }
         // What is taken after a pass of a clock is taken after all ticks of the frame.
         if input.present.after.is_some_and(|after| (first..at).contains(&(after.0 as usize))) {

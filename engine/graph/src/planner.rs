@@ -21,11 +21,13 @@ use crate::varies::varies;
 
 /// Compiles a checked graph for one output size, present point and state of the conditions. The errors are those that only a size or
 /// a device can show, all at once.
+#[allow(clippy::needless_pass_by_value, reason = "a plan keeps its graph, as it is or written out")]
 pub fn plan(graph: Arc<Graph>, input: &PlanInput) -> Result<Plan, Vec<Diagnostic>> {
     bake(&graph, input, &mut |_, _| {})
 }
 
 /// What is known after a phase, as text: one line for each fact.
+#[allow(clippy::needless_pass_by_value, reason = "a plan keeps its graph, as it is or written out")]
 pub fn dump(graph: Arc<Graph>, input: &PlanInput, phase: Phase) -> Result<String, Vec<Diagnostic>> {
     let mut text = String::new();
     let done = bake(&graph, input, &mut |after, graph| {

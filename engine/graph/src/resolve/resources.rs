@@ -359,6 +359,7 @@ pub(super) fn extent_from_outside(name: &At<String>, source: &Span) -> Diagnosti
 }
 
 /// What of a resource outlives a frame.
+#[derive(Clone, Copy)]
 struct Kept {
     history: u32,
     keep: bool,
