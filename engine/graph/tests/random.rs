@@ -49,7 +49,7 @@ fn nothing_can_be_removed() {
                 let short = Run::short(&plan, case.memory.granularity);
                 // Frames without a tick put off the time when a copy comes round.
                 let frames = if plan.graph.clocks.is_empty() { short.frames } else { 2 * short.frames };
-                Run { ticks, frames, ..short }
+                Run { frames, ticks, ..short }
             })
             .collect();
         for (what, less) in sync::with_one_less(&plan) {

@@ -296,7 +296,7 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
             match (clears.get(&(id.0, *tick)), touched_at.get(&(id.0, *tick))) {
                 (None, _) => faults.push(format!("{}: not cleared, {tick:?}", of.name)),
                 (Some(clear), Some(touch)) if clear > touch => {
-                    faults.push(format!("{}: touched before its clear", of.name))
+                    faults.push(format!("{}: touched before its clear", of.name));
                 }
                 _ => {}
             }

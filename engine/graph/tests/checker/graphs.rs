@@ -151,7 +151,6 @@ pub fn case(seed: u64) -> Case {
         }
         passes.push(made);
     }
-    let mut resources = resources;
     let clocks = clocks(r, &mut resources, &mut passes);
     let any = |r: &mut Random| ResourceId(r.below(resources.iter().filter(|of| !of.made).count() as u32));
     let present = stored.last().copied().filter(|_| r.percent(80)).unwrap_or_else(|| any(r));

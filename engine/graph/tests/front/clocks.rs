@@ -1,5 +1,7 @@
 //! Clocks, kept resources and partial stores in files: what they become, and every mistake about them.
 
+use std::fmt::Write as _;
+
 use raxel_diagnostics::Diagnostic;
 use raxel_graph::checked::{ClockId, ClockValue, Every, Graph, Source};
 use raxel_shader::interface::Access;
@@ -123,7 +125,7 @@ fn mistakes_are_told() {
         let project = project(old, new);
         let talk = project.talk("graphs/waves.toml");
         assert!(talk.contains(&format!("[{code}]")), "{code} is not in\n{talk}\nafter {old:?} → {new:?}");
-        said += &format!("──── {old:?} → {new:?}\n{talk}\n");
+        writeln!(said, "──── {old:?} → {new:?}\n{talk}").expect("a string takes all");
     }
     insta::assert_snapshot!("clocks", said);
 }
