@@ -60,7 +60,7 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
     let files = Arc::new(MemoryFiles::new([("graphs/chain.toml", graph_file().as_str()), ("shaders/link.comp", LINK)]));
     let compiler = Compiler::new(files.clone());
     let mut texts = SourceMap::default();
-    let (graph, _) = raxel_graph::compile("graphs/chain.toml", &*files, &compiler, &[], &mut texts)
+    let (graph, _) = raxel_graph::compile("graphs/chain.toml", &*files, &compiler, &Vec::new(), &mut texts)
         .unwrap_or_else(|errors| panic!("{errors:#?}"));
     let facts = |_: &Fact| true;
     let input = PlanInput {
@@ -126,6 +126,9 @@ impl Recorder for Null {
         self.calls += black_box(step) as u64;
     }
     fn clear(&mut self, _: usize, resource: usize) {
+        self.calls += black_box(resource) as u64;
+    }
+    fn copy(&mut self, resource: usize) {
         self.calls += black_box(resource) as u64;
     }
     fn bind(&mut self, pass: usize) {

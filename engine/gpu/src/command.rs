@@ -382,18 +382,21 @@ impl Recording<'_> {
         unsafe { self.device().raw.cmd_blit_image2(self.raw(), &info) };
     }
 
-    /// Copies the texels of one image to another of the same extent and texel size, bit by bit; both in `GENERAL`.
-    pub(crate) fn copy_image(&mut self, from: &Image, to: &Image) {
-        let [width, height, depth] = from.info().extent;
-        let region = vk::ImageCopy {
-            src_subresource: subresource(0, 0),
-            dst_subresource: subresource(0, 0),
-            extent: vk::Extent3D { width, height, depth },
-            ..Default::default()
-        };
+    /// Copies the texels of one image to another of the same extent and texel size, bit by bit, in every mip that both have; both in
+    /// `GENERAL`.
+    pub fn copy_image(&mut self, from: &Image, to: &Image) {
         let general = vk::ImageLayout::GENERAL;
-        // SAFETY: as in `clear_image`.
-        unsafe { self.device().raw.cmd_copy_image(self.raw(), from.raw, general, to.raw, general, &[region]) };
+        for mip in 0..from.info().mips.min(to.info().mips) {
+            let [width, height, depth] = from.mip_extent(mip);
+            let region = vk::ImageCopy {
+                src_subresource: subresource(mip, 0),
+                dst_subresource: subresource(mip, 0),
+                extent: vk::Extent3D { width, height, depth },
+                ..Default::default()
+            };
+            // SAFETY: as in `clear_image`.
+            unsafe { self.device().raw.cmd_copy_image(self.raw(), from.raw, general, to.raw, general, &[region]) };
+        }
     }
 }
 

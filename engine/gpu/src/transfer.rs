@@ -40,12 +40,12 @@ pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Duration)
     Ok(buffer)
 }
 
-/// Bytes of one staging buffer for a volume, unless a single slice has more.
+/// Bytes of one staging buffer for an image, unless a single slice has more.
 const STAGING_BYTES: u64 = 64 << 20;
 
-/// Makes a 3-D image whose mips hold `mips`: texels of `texel_bytes` bytes, x first, then y, then z, without padding. It is in `GENERAL`
+/// Makes an image of one layer whose mips hold `mips`: texels of `texel_bytes` bytes, x first, then y, then z, without padding. It is in `GENERAL`
 /// and visible to everything after. Waits for the copies; may be called from any thread.
-pub fn upload_volume(
+pub fn upload_image(
     device: &Arc<Device>,
     name: &str,
     info: &ImageInfo,

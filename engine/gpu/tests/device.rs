@@ -2,7 +2,7 @@
 
 use raxel_gpu::{
     Device, DeviceKind, DeviceOptions, Error, ImageInfo, Validation, download_buffer, download_image, upload,
-    upload_volume, vk,
+    upload_image, vk,
 };
 
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(60);
@@ -85,7 +85,7 @@ fn volumes_are_uploaded_mip_by_mip_in_pieces() {
             })
             .collect();
         let parts: Vec<&[u8]> = texels.iter().map(Vec::as_slice).collect();
-        let image = upload_volume(&device, "volume", &info, 1, &parts, PATIENCE).expect("it fits");
+        let image = upload_image(&device, "volume", &info, 1, &parts, PATIENCE).expect("it fits");
         for (mip, texels) in (0..mips).zip(&texels) {
             let [width, height, depth] = image.mip_extent(mip);
             let slice = (width * height) as usize;

@@ -132,7 +132,7 @@ impl Files for One {
 }
 
 fn checked(files: &One) -> Graph {
-    match compile("graphs/chain.toml", files, &Ready, &[], &mut SourceMap::default()) {
+    match compile("graphs/chain.toml", files, &Ready, &Vec::new(), &mut SourceMap::default()) {
         Ok((graph, _)) => graph,
         Err(found) => panic!("the benchmark's own graph is wrong: {found:#?}"),
     }

@@ -207,6 +207,7 @@ mod tests {
             memory: Requirements { size, alignment: 16, type_bits: 1 },
             copies: 1,
             clear: None,
+            copy: None,
             init: Clear::Uint([0; 4]),
             lifetime: Lifetime::Persistent,
             varies: true,

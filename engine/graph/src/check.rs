@@ -22,18 +22,18 @@ use raxel_diagnostics::{Diagnostic, Span};
 use raxel_shader::Shader;
 use raxel_shader::interface::Interface;
 
-use crate::SourceLayout;
 use crate::checked::{self, Graph};
 use crate::queues;
 use crate::reflect::Reflected;
 use crate::resolve::{Pass, Resolved};
+use crate::supply::Catalog;
 
 /// A pass beside its shader.
 struct Context<'a> {
     graph: &'a Resolved,
     pass: &'a Pass,
     shader: &'a Arc<Shader>,
-    sources: &'a [SourceLayout],
+    sources: &'a dyn Catalog,
     /// No earlier pass uses the shader: what is to be said of the shader alone is said now.
     first_use: bool,
 }
@@ -56,7 +56,7 @@ impl Context<'_> {
 pub fn check(
     resolved: &Resolved,
     reflected: &Reflected,
-    sources: &[SourceLayout],
+    sources: &dyn Catalog,
     found: &mut Vec<Diagnostic>,
 ) -> Option<Graph> {
     // Extents of targets by themselves: no size in terms of itself, no more mips than texels.

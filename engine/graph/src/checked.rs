@@ -15,6 +15,7 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Scalar};
 use serde::Serialize;
 
+use crate::supply::FileContents;
 use crate::value::ValueType;
 
 /// Index into [`Graph::resources`].
@@ -171,8 +172,46 @@ pub struct Resource {
     pub clock: Option<ClockId>,
     /// Made by raxel for a pass of the file; no file declares it.
     pub made: bool,
+    /// Where its contents come from.
+    #[serde(skip)]
+    pub origin: Origin,
     /// Where it is declared, or the pass it is made for.
     pub place: Span,
+}
+
+impl Resource {
+    /// Who supplies it from outside, e.g. `world.tree64`. `None` for a copy, which is the graph's own.
+    pub fn source(&self) -> Option<&str> {
+        self.kind.supplied_by().filter(|_| !matches!(self.origin, Origin::Copy))
+    }
+
+    /// What it is filled with when that changes, e.g. `world.tree64`.
+    pub fn copied_from(&self) -> Option<&str> {
+        self.kind.supplied_by().filter(|_| matches!(self.origin, Origin::Copy))
+    }
+
+    /// Whether passes may write it.
+    pub fn is_writable(&self) -> bool {
+        match &self.origin {
+            Origin::Graph | Origin::Copy => true,
+            Origin::Source(access) => access.writes(),
+            Origin::File(_) => false,
+        }
+    }
+}
+
+/// Where the contents of a resource come from, before a pass has written it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Origin {
+    /// From the graph: zero, `clear` or `init`.
+    #[default]
+    Graph,
+    /// It is a source itself: no memory of the graph's.
+    Source(Access),
+    /// From a file of the project, which was read with the graph. It is a source too.
+    File(Arc<FileContents>),
+    /// It is a copy of a source that passes may write: filled when the source changes, at creation and on reset.
+    Copy,
 }
 
 /// What a resource is.
@@ -193,8 +232,8 @@ impl ResourceKind {
         }
     }
 
-    /// Who supplies it from outside, e.g. `world.tree64`.
-    pub fn source(&self) -> Option<&str> {
+    /// Who supplies it from outside, or supplies what it is a copy of, e.g. `world.tree64`.
+    pub fn supplied_by(&self) -> Option<&str> {
         match self {
             ResourceKind::Target(target) => target.source.as_deref(),
             ResourceKind::Buffer(Buffer { size: BufferSize::Source(name), .. }) => Some(name),
@@ -226,7 +265,7 @@ pub struct Target {
     pub format: Format,
     /// Extent rule.
     pub extent: Extent,
-    /// Supplied from outside under this name, e.g. `world.texture3d`; then the extent is [`Extent::Source`].
+    /// Supplied from outside under this name, e.g. `world.texture3d`, or a copy of it.
     pub source: Option<String>,
     /// Number of mips; 0 means the full chain down to one texel.
     pub mips: u32,
@@ -252,7 +291,7 @@ pub enum Extent {
     Fixed2([u32; 2]),
     /// Fixed 3-D extent in texels.
     Fixed3([u32; 3]),
-    /// Three dimensions of the supplier's.
+    /// Three dimensions of the supplier's, which are not known before the contents are there.
     Source,
     /// A part of another target's extent (same dimension as that target).
     Of {
@@ -353,7 +392,7 @@ pub enum BufferSize {
         /// Bytes of an element.
         stride: u32,
     },
-    /// Supplied from outside under this name, e.g. `world.tree64`; its bytes are the supplier's.
+    /// Supplied from outside under this name, e.g. `world.tree64`, or a copy of it; its bytes are the supplier's.
     Source(String),
     /// Elements written in the file. Passes only read them.
     Values(Values),

@@ -2,23 +2,11 @@
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap};
 use raxel_shader::ShaderSource;
-use raxel_shader::format::Format;
-use raxel_shader::interface::Block;
 
 use crate::checked::Graph;
 use crate::model::File;
+use crate::supply::Catalog;
 use crate::{check, extends, imply, reflect, resolve};
-
-/// What the runtime can supply: `source = "world.tree64"`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SourceLayout {
-    /// Its name, e.g. `world.tree64`.
-    pub name: String,
-    /// How the bytes of its buffer are laid out; a shader's block must agree member by member.
-    pub block: Block,
-    /// The texels of its 3-D image, if it has one besides: what a target with this source is.
-    pub image: Option<Format>,
-}
 
 /// The checked graph with warnings, or everything that is wrong with it (warnings included).
 pub type Compiled = Result<(Graph, Vec<Diagnostic>), Vec<Diagnostic>>;
@@ -32,7 +20,7 @@ pub fn compile(
     path: &str,
     files: &dyn Files,
     shaders: &dyn ShaderSource,
-    sources: &[SourceLayout],
+    sources: &dyn Catalog,
     texts: &mut SourceMap,
 ) -> Compiled {
     compile_with(path, files, shaders, sources, &|_| None, texts)
@@ -44,7 +32,7 @@ pub fn compile_with(
     path: &str,
     files: &dyn Files,
     shaders: &dyn ShaderSource,
-    sources: &[SourceLayout],
+    sources: &dyn Catalog,
     replace: Replace<'_>,
     texts: &mut SourceMap,
 ) -> Compiled {
@@ -67,7 +55,7 @@ pub fn compile_with(
     }
 }
 
-fn replace_sources(model: &mut File, replace: Replace<'_>, sources: &[SourceLayout]) {
+fn replace_sources(model: &mut File, replace: Replace<'_>, sources: &dyn Catalog) {
     for source in model.buffers.iter_mut().filter_map(|buffer| buffer.source.as_mut()) {
         source.value = replace(&source.value).unwrap_or_else(|| source.value.clone());
     }
@@ -75,7 +63,7 @@ fn replace_sources(model: &mut File, replace: Replace<'_>, sources: &[SourceLayo
     model.targets.retain_mut(|target| {
         let Some(source) = &mut target.source else { return true };
         let Some(other) = replace(&source.value) else { return true };
-        let stays = sources.iter().any(|layout| layout.name == other && layout.image.is_some());
+        let stays = sources.source(&other).is_some_and(|layout| layout.image.is_some());
         source.value = other;
         if !stays {
             gone.push(target.name.value.clone());

@@ -29,15 +29,15 @@ pub(crate) fn describe(
             let (desc, clear, init) = match (&resource.kind, sizes[id.0 as usize]) {
                 (ResourceKind::Target(target), size) => {
                     let image = image(target, size, uses);
-                    let desc = match &target.source {
-                        Some(name) => ResourceDesc::SourceImage(name.clone(), image),
+                    let desc = match resource.source() {
+                        Some(name) => ResourceDesc::SourceImage(name.to_owned(), image),
                         None => ResourceDesc::Image(image),
                     };
                     (desc, target.clear, target.init)
                 }
                 (ResourceKind::Buffer(buffer), size) => {
                     let size = size.bytes().unwrap_or(0);
-                    let desc = match graph.resource(id).kind.source() {
+                    let desc = match resource.source() {
                         Some(name) => ResourceDesc::Source(name.to_owned()),
                         None => {
                             ResourceDesc::Buffer(BufferDesc { size, uniform: uses.uniform, indirect: uses.indirect })
@@ -64,6 +64,7 @@ pub(crate) fn describe(
                 desc,
                 memory,
                 copies: resource.history + 1,
+                copy: resource.copied_from().map(str::to_owned),
                 clear,
                 lifetime: Lifetime::Persistent,
                 varies: true,

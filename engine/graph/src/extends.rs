@@ -11,6 +11,7 @@ use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
 
 use crate::model::{At, Bind, Buffer, Clock, File, Fills, Loop, Member, Param, Pass, SharedBlock, Target};
 use crate::parse::parse;
+use crate::supply::FILE;
 
 /// Files that may extend each other in a row.
 const LONGEST_CHAIN: usize = 16;
@@ -330,16 +331,20 @@ impl Layer for Target {
     }
     fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
         self.flawed |= above.flawed;
-        if above.source.is_some() {
+        let is_file = |source: &At<String>| source.value.starts_with(FILE);
+        if above.source.is_some() || above.copy.is_some() {
             // A source brings its own format, extent and contents.
             (self.format, self.size, self.mips, self.layers) = (None, None, None, None);
             (self.clear, self.init, self.history) = (None, None, None);
             (self.keep, self.clock) = (None, None);
-        } else if above.format.is_some() {
+            (self.slices, self.srgb) = (None, None);
+        } else if above.size.is_some() || above.format.is_some() && !self.source.as_ref().is_some_and(is_file) {
             // The same target, made here.
-            self.source = None;
+            (self.source, self.copy, self.slices, self.srgb) = (None, None, None, None);
         }
-        replace(&mut self.source, above.source);
+        replace_either(&mut self.source, &mut self.copy, (above.source, above.copy));
+        replace(&mut self.slices, above.slices);
+        replace(&mut self.srgb, above.srgb);
         replace(&mut self.format, above.format);
         replace(&mut self.size, above.size);
         replace(&mut self.mips, above.mips);
@@ -362,14 +367,15 @@ impl Layer for Buffer {
     }
     fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
         self.flawed |= above.flawed;
-        if above.source.is_some() {
+        if above.source.is_some() || above.copy.is_some() {
             // A source brings its own size and contents.
             (self.clear, self.init, self.history) = (None, None, None);
             (self.keep, self.clock) = (None, None);
         }
         // What says its size says what it is.
-        if above.size.is_some() || above.source.is_some() || above.values.is_some() {
+        if above.size.is_some() || above.source.is_some() || above.copy.is_some() || above.values.is_some() {
             (self.size, self.source, self.values) = (above.size, above.source, above.values);
+            self.copy = above.copy;
             if self.values.is_none() {
                 self.ty = None;
             }

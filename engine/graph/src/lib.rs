@@ -25,12 +25,14 @@ mod region;
 mod resolve;
 mod schema;
 pub mod sizes;
+mod supply;
 mod unroll;
 mod value;
 mod varies;
 
-pub use compile::{Compiled, Replace, SourceLayout, compile, compile_with};
+pub use compile::{Compiled, Replace, compile, compile_with};
 pub use memory::EstimatedMemory;
 pub use planner::{dump, plan};
 pub use schema::schema;
+pub use supply::{Catalog, FileContents, FileImage, ImageRequest, Refusal, SourceLayout};
 pub use value::ValueType;

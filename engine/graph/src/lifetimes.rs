@@ -18,7 +18,7 @@ pub(crate) enum Life {
 /// Finds the lifetime of every used resource.
 ///
 /// A resource is transient when no frame reads what the frame before it left there: it has no history, `init`, `keep` or clock, nobody
-/// outside looks at it, every pass that touches it runs in every frame, and the first access of every part of it is a clear or a
+/// outside looks at it or supplies it, every pass that touches it runs in every frame, and the first access of every part of it is a clear or a
 /// store by a pass that cannot load it. The latter rests on one assumption: a pass that binds a resource `writeonly` stores every
 /// texel that is loaded later in the frame. A shader that leaves texels as they were says so by `partial = true` in its `bind`, which
 /// makes the access a load too.
@@ -33,9 +33,8 @@ pub(crate) fn lifetimes(graph: &Graph, input: &PlanInput, cull: &Cull, order: &O
         .map(|(&id, touches)| {
             let resource = graph.resource(id);
             let (Some(first), Some(last)) = (touches.first(), touches.last()) else { return Life::Persistent };
-            let outside = id == input.present.resource
-                || input.pinned.contains(&id)
-                || graph.resource(id).kind.source().is_some();
+            let outside =
+                id == input.present.resource || input.pinned.contains(&id) || resource.kind.supplied_by().is_some();
             let survives = outside
                 || resource.kind.is_initialised()
                 || resource.history > 0
@@ -52,7 +51,7 @@ pub(crate) fn lifetimes(graph: &Graph, input: &PlanInput, cull: &Cull, order: &O
 fn runs_now_and_then(graph: &Graph, order: &Order, touch: &Touch) -> bool {
     match order.actions[touch.action as usize] {
         Action::Dispatch(pass) => graph.pass(order.passes[pass as usize].pass).every.is_some(),
-        Action::Clear(..) | Action::Present => false,
+        Action::Clear(..) | Action::Copy(_) | Action::Present => false,
     }
 }
 

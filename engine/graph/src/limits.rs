@@ -9,7 +9,7 @@ use crate::checked::{
 use crate::cull::Cull;
 use crate::plan::{Limits, PlanInput};
 use crate::queues::counted_by;
-use crate::sizes::{Size, full_chain, groups, local_size, specialization};
+use crate::sizes::{self, Size, full_chain, groups, local_size, specialization};
 
 /// Checks that the present point exists.
 pub(crate) fn check_present(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Result<(), Vec<Diagnostic>> {
@@ -84,8 +84,8 @@ pub(crate) fn check(
 /// Whether its extent is known: that of an image from outside is not before its supplier has made it.
 fn is_made(resource: &Resource, input: &PlanInput) -> bool {
     match &resource.kind {
-        ResourceKind::Target(Target { source: Some(source), .. }) => {
-            input.sources.get(source).is_some_and(|source| source.image.is_some())
+        ResourceKind::Target(Target { extent: Extent::Source, .. }) => {
+            sizes::supplied(resource, input.sources).is_some_and(|source| source.image.is_some())
         }
         _ => true,
     }

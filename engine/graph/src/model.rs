@@ -99,6 +99,12 @@ pub struct Target {
     pub flawed: bool,
     /// `source`.
     pub source: Option<At<String>>,
+    /// `copy`.
+    pub copy: Option<At<String>>,
+    /// `slices` of a file.
+    pub slices: Option<At<u32>>,
+    /// `encoding` of a file: sRGB, else linear.
+    pub srgb: Option<At<bool>>,
     /// `format`.
     pub format: Option<At<String>>,
     /// `size`.
@@ -170,6 +176,8 @@ pub struct Buffer {
     pub values: Option<Literal>,
     /// `type` of the values, a word such as `vec3`.
     pub ty: Option<At<String>>,
+    /// `copy`.
+    pub copy: Option<At<String>>,
     /// `clear`.
     pub clear: Option<Literal>,
     /// `init`.

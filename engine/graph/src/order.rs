@@ -11,6 +11,8 @@ use crate::sizes::Size;
 pub(crate) enum Action {
     /// Clears the current copy of a resource (index among the used ones), at the start of a tick if it has a clock.
     Clear(u32, Option<u32>),
+    /// Fills a copy of a source (index among the used ones), in frames in which the source has changed.
+    Copy(u32),
     /// Dispatches a pass (index into [`Order::passes`]).
     Dispatch(u32),
     /// Takes the debug target.
@@ -85,7 +87,8 @@ pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
     }
     let clock_of = |id: &ResourceId| graph.resource(*id).clock;
     let cleared = |(at, id): (usize, &ResourceId)| {
-        clock_of(id).is_none() && (graph.resource(*id).kind.is_cleared() || poisoned.get(at) == Some(&true))
+        let filled = graph.resource(*id).kind.is_cleared() || graph.resource(*id).copied_from().is_some();
+        clock_of(id).is_none() && (filled || poisoned.get(at) == Some(&true))
     };
     let mut ordering = Ordering {
         graph,
@@ -130,7 +133,7 @@ struct Ordering<'a> {
     cull: &'a Cull,
     /// By resource of the graph: its index among the used ones.
     index: Vec<Option<u32>>,
-    /// By used resource: it is to be cleared before its next use.
+    /// By used resource: it is to be cleared, or filled as a copy, before its next use.
     to_clear: Vec<bool>,
     /// The tick that is being put in order.
     tick: Option<(ClockId, u32)>,
@@ -177,8 +180,8 @@ impl Ordering<'_> {
         }
         let mut touches = Vec::new();
         for access in &self.graph.pass(id).accesses {
-            // Sources are written by nobody in a frame; the runtime replaces them between frames.
-            if self.graph.resource(access.resource).kind.source().is_none()
+            // What no pass may write is written by nobody in a frame; the runtime replaces it between frames.
+            if self.graph.resource(access.resource).is_writable()
                 && let Some(resource) = self.index[access.resource.0 as usize]
             {
                 let region = Region::of(access, &self.sizes[access.resource.0 as usize]);
@@ -213,7 +216,10 @@ impl Ordering<'_> {
         let action = self.order.actions.len() as u32;
         // A clear for the frame may stand within a tick: it belongs to none.
         let tick = self.graph.resource(id).clock.and(self.tick).map(|(_, tick)| tick);
-        self.order.actions.push(Action::Clear(resource, tick));
+        self.order.actions.push(match self.graph.resource(id).copied_from() {
+            Some(_) => Action::Copy(resource),
+            None => Action::Clear(resource, tick),
+        });
         let turn = self.turn(resource);
         let access = AccessMask::TRANSFER_WRITE;
         self.order.touches.push(Touch { action, resource, age: 0, turn, region, access });
@@ -235,7 +241,7 @@ impl Ordering<'_> {
             ResourceKind::Buffer(_) => AccessMask::STORAGE_READ,
         };
         let touch = match self.index[present.resource.0 as usize] {
-            Some(index) if resource.kind.source().is_none() => {
+            Some(index) if resource.is_writable() => {
                 vec![(index, present.age, presented(present, self.sizes), mask)]
             }
             _ => Vec::new(),

@@ -30,7 +30,7 @@ pub struct PlanInput<'a> {
     pub facts: &'a dyn Fn(&Fact) -> bool,
     /// Rounds of the loops that follow a param; a param that is not here has its default.
     pub counts: &'a [(ParamId, u32)],
-    /// Sizes of each source, e.g. `world.tree64`.
+    /// Sizes of each source, e.g. `world.tree64`, and of what copies of a source need, under [`copy_name`].
     pub sources: &'a BTreeMap<String, SourceSize>,
     /// The world that sizes follow.
     pub world: WorldInput<'a>,
@@ -57,6 +57,11 @@ pub struct WorldInput<'a> {
 impl WorldInput<'_> {
     /// What stands for the world where none is at hand (`check`, `graph`).
     pub const ON_PAPER: WorldInput<'static> = WorldInput { extent: [256; 3], materials: None };
+}
+
+/// The name under which [`PlanInput::sources`] has the size of a copy of a source: a layout that shaders write may need more room.
+pub fn copy_name(source: &str) -> String {
+    format!("copy of {source}")
 }
 
 /// Sizes of what is supplied from outside under one name.
@@ -267,7 +272,7 @@ impl Plan {
         match self.steps[step] {
             Step::Clear { tick, .. } => tick,
             Step::Dispatch { pass } => self.passes[pass as usize].tick,
-            Step::Barrier(_) | Step::Present => None,
+            Step::Barrier(_) | Step::Copy { .. } | Step::Present => None,
         }
     }
 
@@ -292,6 +297,8 @@ pub struct ResourcePlan {
     pub copies: u32,
     /// Contents at the start of each frame, if it is cleared (or filled for [`PlanInput::poison`]).
     pub clear: Option<Clear>,
+    /// The source that it is filled from, if it is a copy of one, e.g. `world.octree`.
+    pub copy: Option<String>,
     /// Contents at creation and on reset.
     pub init: Clear,
     /// Whether the contents must survive the frame.
@@ -308,9 +315,9 @@ pub enum ResourceDesc {
     Image(ImageDesc),
     /// A buffer.
     Buffer(BufferDesc),
-    /// A buffer that the runtime supplies under this name, read-only.
+    /// A buffer that the runtime supplies under this name.
     Source(String),
-    /// An image that the runtime supplies under this name, read-only.
+    /// An image that the runtime supplies under this name.
     SourceImage(String, ImageDesc),
 }
 
@@ -393,6 +400,12 @@ pub enum Step {
         resource: u32,
         /// The tick at whose start it is cleared, for a resource with a clock.
         tick: Option<u32>,
+    },
+    /// `vkCmdCopyBuffer`, or `vkCmdCopyImage` of all mips, from the source of a copy ([`ResourcePlan::copy`]). Runs in frames in which the
+    /// source has changed since the last time, and after creation and reset; its barriers are there in every frame.
+    Copy {
+        /// Index into [`Plan::resources`].
+        resource: u32,
     },
     /// A dispatch.
     Dispatch {

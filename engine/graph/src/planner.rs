@@ -139,6 +139,7 @@ fn flatten(
         step_of.push(steps.len() as u32);
         steps.push(match *action {
             Action::Clear(resource, tick) => Step::Clear { resource, tick },
+            Action::Copy(resource) => Step::Copy { resource },
             Action::Dispatch(pass) => Step::Dispatch { pass },
             Action::Present => Step::Present,
         });

@@ -8,8 +8,8 @@ use raxel_shader::interface::{Access, Scalar};
 use raxel_shader::{Compiler, Request, Shader, ShaderSource};
 
 use crate::checked::{
-    self, BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Pass, Resource, ResourceId, ResourceKind, Source,
-    Usage, Value,
+    self, BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Origin, Pass, Resource, ResourceId, ResourceKind,
+    Source, Usage, Value,
 };
 
 /// Path that the shader of the arguments has in messages; it is in the library, not in the project.
@@ -35,6 +35,7 @@ pub(crate) fn arguments(pass: &str, place: Span) -> Resource {
         keep: false,
         clock: None,
         made: true,
+        origin: Origin::Graph,
         place,
     }
 }

@@ -6,9 +6,10 @@ mod loops;
 mod params;
 mod passes;
 mod resources;
+mod supplied;
 
 pub use passes::FACTS;
-pub use resources::supplied_image;
+pub use supplied::supplied_image;
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -17,11 +18,11 @@ use raxel_diagnostics::table::{closest, list};
 use raxel_diagnostics::{Code, Diagnostic, Span, codes};
 use raxel_shader::Request;
 
-use crate::SourceLayout;
 use crate::checked::{self, ClockId, Condition, Every, LoopId, ParamId, ResourceId, RoundIndex};
 use crate::extends::Loaded;
 use crate::model::{self, At, File, Fills, Literal, Mip};
 use crate::queues::Queue;
+use crate::supply::Catalog;
 use crate::value::ValueType;
 
 /// A graph whose names are resolved.
@@ -151,7 +152,7 @@ pub enum Feed {
 type Names = HashMap<String, u32>;
 
 /// Resolves every name of a model. `sources` are the buffer sources that the runtime can supply.
-pub fn resolve(loaded: Loaded, sources: &[SourceLayout], found: &mut Vec<Diagnostic>) -> Resolved {
+pub fn resolve(loaded: Loaded, sources: &dyn Catalog, found: &mut Vec<Diagnostic>) -> Resolved {
     let Loaded { model, files } = loaded;
     let start = Span::new(model.path.clone(), 0..0);
     // Names first: a resource may be mentioned before it is declared.

@@ -147,11 +147,14 @@ fn target() -> Value {
     table(
         "An image.",
         &json!({
-            "source": text("What supplies it from outside, e.g. `world.texture3d`: format, extent, mips and contents are the source's, and passes only read it."),
-            "format": words("Texel format, named by GLSL's own layout qualifier.", Format::ALL.iter().map(|f| f.name())),
+            "source": text("What supplies it from outside, and passes only read: `world.texture3d`, `model.NAME.texture3d`, or a file of the project, e.g. `file.textures/grass.png` (.png or .exr)."),
+            "copy": text("What fills it when that changes, at creation and on reset, and passes may write: `world.texture3d` or `model.NAME.texture3d`."),
+            "slices": integer("Of a file: it is a strip of so many pictures, one below the other, that are the slices of a 3-D image.", 1, 2048),
+            "encoding": words("Of a file: `srgb` brings its colours into linear light, `linear` (when left out) takes the numbers as they are.", ["linear", "srgb"].into_iter()),
+            "format": words("Texel format, named by GLSL's own layout qualifier. A file has one of its own, and can be brought into others.", Format::ALL.iter().map(|f| f.name())),
             "size": size(),
             "mips": {
-                "description": "Number of mips; \"full\" goes down to one texel.",
+                "description": "Number of mips; \"full\" goes down to one texel. Those of a file are made by a box filter.",
                 "anyOf": [{ "type": "integer", "minimum": 1, "maximum": 17 }, { "const": "full" }],
             },
             "layers": integer("Array layers.", 1, 2048),
@@ -215,7 +218,6 @@ fn buffer() -> Value {
                     })),
                 ],
             },
-            "source": text("What supplies it from outside, e.g. `world.tree64`."),
             "values": {
                 "description": "What is in it: numbers, or arrays of as many as a vector has components. Passes only read it.",
                 "type": "array",
@@ -224,6 +226,8 @@ fn buffer() -> Value {
                 "maxItems": 4096,
             },
             "type": words("Type of the values, `f32` when left out; laid out as std430 does, a `vec3` in 16 bytes, a `bool` as a `uint`.", ValueType::words()),
+            "source": text("What supplies it from outside, and passes only read: `world.tree64` or another layout, `model.NAME.tree64`, or the bytes of a file, e.g. `file.data/table.bin`."),
+            "copy": text("What fills it when that changes, at creation and on reset, and passes may write: `world.octree` or another layout, or `model.NAME.octree`."),
             "clear": { "description": "32-bit pattern that fills it at the start of each frame.", "type": "integer" },
             "init": { "description": "32-bit pattern that fills it at creation and on reset.", "type": "integer" },
             "history": reference("history"),

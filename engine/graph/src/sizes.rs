@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::checked::{
-    Buffer, BufferSize, Dispatch, Extent, Graph, Pass, ResourceId, ResourceKind, Source, Target, Value,
+    Buffer, BufferSize, Dispatch, Extent, Graph, Origin, Pass, Resource, ResourceId, ResourceKind, Source, Target,
+    Value,
 };
-use crate::plan::{Limits, PlanInput, SourceSize, WorldInput};
+use crate::plan::{Limits, PlanInput, SourceSize, WorldInput, copy_name};
 
 /// Size of a resource for one output size and one world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,15 +85,16 @@ struct From<'a> {
 impl From<'_> {
     /// `links` bounds the walk along `of`; a checked graph has no cycle.
     fn size(&self, id: ResourceId, links: usize) -> Size {
-        match &self.graph.resource(id).kind {
-            ResourceKind::Target(target) => self.image(target, links),
-            ResourceKind::Buffer(buffer) => self.buffer(buffer, links),
+        let resource = self.graph.resource(id);
+        match &resource.kind {
+            ResourceKind::Target(target) => self.image(resource, target, links),
+            ResourceKind::Buffer(buffer) => self.buffer(resource, buffer, links),
         }
     }
 
-    fn image(&self, target: &Target, links: usize) -> Size {
-        if let Some(source) = &target.source {
-            let extent = self.sources.get(source).and_then(|source| source.image).unwrap_or([1; 3]);
+    fn image(&self, resource: &Resource, target: &Target, links: usize) -> Size {
+        if target.extent == Extent::Source {
+            let extent = supplied(resource, self.sources).and_then(|source| source.image).unwrap_or([1; 3]);
             return Size::Image { extent, volume: true, mips: full_chain(extent), layers: 1 };
         }
         let (extent, volume) = self.extent(target, links);
@@ -124,11 +126,15 @@ impl From<'_> {
         self.world.map(|axis| ((f64::from(axis) * scale).ceil() as u32).max(1))
     }
 
-    fn buffer(&self, buffer: &Buffer, links: usize) -> Size {
+    fn buffer(&self, resource: &Resource, buffer: &Buffer, links: usize) -> Size {
         let elements = match &buffer.size {
             BufferSize::Bytes(bytes) => return Size::Buffer { bytes: Some(*bytes), elements: 0 },
-            BufferSize::Source(name) => {
-                return Size::Buffer { bytes: self.sources.get(name).map(|source| source.bytes), elements: 0 };
+            BufferSize::Source(_) => {
+                let bytes = match &resource.origin {
+                    Origin::File(contents) => Some(contents.bytes()),
+                    _ => supplied(resource, self.sources).map(|source| source.bytes),
+                };
+                return Size::Buffer { bytes, elements: 0 };
             }
             BufferSize::Elements { count, .. } => *count,
             BufferSize::Values(values) => values.count(),
@@ -140,6 +146,14 @@ impl From<'_> {
         };
         let stride = buffer.size.stride().unwrap_or(4);
         Size::Buffer { bytes: Some(elements.saturating_mul(stride.into())), elements }
+    }
+}
+
+/// The sizes of what supplies or fills a resource from outside, once it is there.
+pub(crate) fn supplied(resource: &Resource, sources: &BTreeMap<String, SourceSize>) -> Option<SourceSize> {
+    match (resource.copied_from(), resource.source()) {
+        (Some(copied), _) => sources.get(&copy_name(copied)).copied(),
+        (None, source) => sources.get(source?).copied(),
     }
 }
 

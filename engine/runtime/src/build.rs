@@ -4,9 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, DiskFiles, Files, SourceMap, Span, codes};
-use raxel_graph::SourceLayout;
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Rounds, count_of};
-use raxel_graph::plan::{Limits, Plan, PlanInput, Present, ResourceDesc, SourceSize};
+use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize};
 use raxel_shader::Compiler;
 use raxel_world::layout::Layout;
 
@@ -15,7 +14,7 @@ use crate::execute::{self, ExecuteError, Executor};
 use crate::params::Params;
 use crate::project::Project;
 use crate::recording_files::{Content, RecordingFiles};
-use crate::sources::{OnDevice, SourceName, catalog};
+use crate::sources::{OnDevice, SourceCatalog, SourceName};
 use crate::timeline::{self, Demo};
 use crate::world::SessionWorld;
 
@@ -24,7 +23,7 @@ pub struct Loader {
     files: Arc<dyn Files>,
     shader_files: Arc<RecordingFiles>,
     compiler: Compiler,
-    layouts: Vec<SourceLayout>,
+    sources: SourceCatalog,
     /// Takes the place of the layout of every world buffer.
     layout: Option<Layout>,
 }
@@ -94,7 +93,9 @@ impl Loader {
     pub fn with_files(files: Arc<dyn Files>) -> Self {
         let shader_files = Arc::new(RecordingFiles::new(files.clone()));
         let compiler = Compiler::new(shader_files.clone());
-        Self { files, shader_files, compiler, layouts: catalog(), layout: None }
+        // Files of sources are recorded with the shaders': a graph depends on both.
+        let sources = SourceCatalog::new(shader_files.clone());
+        Self { files, shader_files, compiler, sources, layout: None }
     }
 
     /// Loads graphs as if every buffer with a world in it had this layout. `None` leaves them as they are.
@@ -120,7 +121,7 @@ impl Loader {
             SourceName::world_layout(source).and(layout).map(|layout| SourceName::World(layout).to_string())
         };
         let files = &*self.shader_files;
-        let result = raxel_graph::compile_with(path, files, &self.compiler, &self.layouts, &replace, &mut texts);
+        let result = raxel_graph::compile_with(path, files, &self.compiler, &self.sources, &replace, &mut texts);
         Part::new(result, texts, self.shader_files.take())
     }
 
@@ -246,10 +247,10 @@ pub fn sources(plan: &Plan, world: &SessionWorld, context: &DeviceContext) -> Re
     let mut sources = execute::Sources::default();
     let mut found = Vec::new();
     for resource in &plan.resources {
-        let (ResourceDesc::Source(name) | ResourceDesc::SourceImage(name, _)) = &resource.desc else { continue };
-        let place = plan.graph.resource(resource.resource);
-        match context.sources.supply(name, place, world, &context.builder) {
-            Ok(source) => sources.insert(&place.name, source),
+        let resource = plan.graph.resource(resource.resource);
+        match context.sources.supply(resource, world, &context.builder) {
+            Ok(Some(source)) => sources.insert(&resource.name, source),
+            Ok(None) => {}
             Err(BuildError::Diagnosed(diagnostics)) => found.extend(diagnostics),
             Err(BuildError::Device(error)) => return Err(refusal(error, &plan.graph)),
         }
@@ -284,9 +285,9 @@ fn make_plan(
     raxel_graph::plan(graph.clone(), &input).map_err(BuildError::Diagnosed)
 }
 
-/// Names of the sources that a graph declares.
+/// Names of the sources that a graph declares, to read or to copy.
 pub fn source_names(graph: &Graph) -> BTreeSet<String> {
-    graph.resources.iter().filter_map(|resource| resource.kind.source()).map(str::to_owned).collect()
+    graph.resources.iter().filter_map(|resource| resource.kind.supplied_by()).map(str::to_owned).collect()
 }
 
 /// Creates everything that a plan needs, next to what is running.

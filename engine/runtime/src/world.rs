@@ -27,6 +27,9 @@ pub struct SessionWorld {
 #[derive(Debug, Default)]
 pub struct WorldIdentity(());
 
+/// A world in a layout: the buffer, and the image of a layout that has one.
+pub type EncodeResult = Result<(Encoded, Option<EncodedImage>), LayoutError>;
+
 /// What it took to bring a world into a layout.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct LayoutCost {
@@ -47,6 +50,7 @@ impl SessionWorld {
             world: raxel_world::World::empty(),
             camera: None,
             cameras: Vec::new(),
+            models: Vec::new(),
             files: Vec::new(),
         };
         Self::new(None, loaded)
@@ -133,18 +137,32 @@ impl SessionWorld {
         &self.identity
     }
 
-    /// The world in a layout: the words of its buffer, and the image of a layout that has one.
-    pub fn encode(&self, layout: Layout, limits: Limits) -> Result<(Encoded, Option<EncodedImage>), LayoutError> {
+    /// The world in a layout, for reading or for a copy that passes write: the words of its buffer, and the image of a layout that has
+    /// one.
+    pub fn encode(&self, layout: Layout, copied: bool, limits: Limits) -> EncodeResult {
         let began = Instant::now();
-        let encoded = layout.encode(&self.loaded.world, limits)?;
-        let image = layout.encode_image(&self.loaded.world, limits)?;
+        let (encoded, image) = encode(&self.loaded.world, layout, copied, limits)?;
         let cost = LayoutCost {
             geometry_bytes: encoded.geometry_bytes,
             attribute_bytes: encoded.attribute_bytes,
             encode_seconds: began.elapsed().as_secs_f64(),
         };
-        self.costs.lock().unwrap_or_else(PoisonError::into_inner).insert(layout, cost);
+        // A copy may be encoded more loosely than what is only read.
+        if !copied {
+            self.costs.lock().unwrap_or_else(PoisonError::into_inner).insert(layout, cost);
+        }
         Ok((encoded, image))
+    }
+
+    /// The same of a model of its file; `None` when it has no model of that name.
+    pub fn encode_model(&self, model: &str, layout: Layout, copied: bool, limits: Limits) -> Option<EncodeResult> {
+        let (_, voxels) = self.loaded.models.iter().find(|(name, _)| name == model)?;
+        Some(encode(voxels, layout, copied, limits))
+    }
+
+    /// Names of the models of its file.
+    pub fn model_names(&self) -> impl Iterator<Item = &str> {
+        self.loaded.models.iter().map(|(name, _)| name.as_str())
     }
 
     /// What a layout took when it was encoded; `None` when it never was.
@@ -160,6 +178,11 @@ impl std::fmt::Debug for SessionWorld {
             .field("name", &self.loaded.name)
             .finish_non_exhaustive()
     }
+}
+
+fn encode(world: &raxel_world::World, layout: Layout, copied: bool, limits: Limits) -> EncodeResult {
+    let encoded = if copied { layout.encode_writable(world, limits) } else { layout.encode(world, limits) }?;
+    Ok((encoded, layout.encode_image(world, limits)?))
 }
 
 fn camera_of(hint: &CameraHint) -> Camera {

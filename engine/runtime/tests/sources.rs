@@ -1,10 +1,15 @@
-//! Sources in sessions: a part of a world's buffer is written between frames. On a real device with the validation layer on.
+//! Sources in sessions: worlds that are written in part, files, models, copies. On a real device with the validation layer on.
 #![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
 
 mod project;
 
-use project::{TestProject, red, red_after_frame};
+use std::fs;
+use std::time::Duration;
+
+use project::{TestProject, red, red_after_frame, texel};
 use raxel_runtime::execute::WriteError;
+use raxel_runtime::reload::ReloadEvent;
+use raxel_runtime::{OpenError, Options, Session};
 use raxel_world::layout::Layout;
 
 /// 4³ voxels without the four at y = z = 3.
@@ -57,5 +62,223 @@ fn a_world_that_is_written_in_part_shows_in_the_next_frame() {
     // A layout that nothing binds is not there.
     let missing = session.write_source("world.svo", 0, &[0; 4]);
     assert_eq!(missing, Err(WriteError::NotThere { name: "world.svo".to_owned() }));
+    project::assert_silent(&session);
+}
+
+const FILES_GRAPH: &str = r#"
+name = "files"
+present = "color"
+[targets.picture]
+source = "file.textures/a.png"
+mips = "full"
+[targets.half]
+format = "rgba32f"
+size = { of = "picture", scale = 0.5 }
+[targets.color]
+format = "rgba32f"
+[buffers.table]
+source = "file.data/table.bin"
+[[passes]]
+name = "half"
+shader = "half.comp"
+dispatch = { threads = "half" }
+bind = { picture = { target = "picture", filter = "linear", wrap = "repeat" }, outColor = "half" }
+[[passes]]
+name = "files"
+shader = "files.comp"
+dispatch = { threads = "color" }
+bind = { picture = { target = "picture", mip = 0 }, small = "half", table = "table", outColor = "color" }
+[passes.push]
+size = "target.picture.size"
+"#;
+
+const HALF: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+uniform sampler2D picture;
+layout(rgba32f) uniform writeonly image2D outColor;
+void main() {
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(textureLod(picture, vec2(0.5), 1.0).r));
+}
+";
+
+/// A texel of the file, the mean by its mip, a word of the table, the width of the file.
+const FILES: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(r8) uniform readonly image2D picture;
+layout(rgba32f) uniform readonly image2D small;
+readonly buffer Table { float values[]; } table;
+layout(rgba32f) uniform writeonly image2D outColor;
+layout(push_constant) uniform PC { ivec2 size; } pc;
+void main() {
+    // 25.000002 of 255 is 25.
+    float texel = round(imageLoad(picture, ivec2(1, 0)).r * 255.0), mean = round(imageLoad(small, ivec2(0)).r * 255.0);
+    vec4 found = vec4(texel, mean, table.values[1], pc.size.x);
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), found);
+}
+";
+
+/// A grey PNG of two rows.
+fn png(rows: [&[u8]; 2]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, rows[0].len() as u32, 2);
+    encoder.set_color(png::ColorType::Grayscale);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&rows.concat()).unwrap();
+    writer.finish().unwrap();
+    file
+}
+
+fn floats(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+fn files_project() -> TestProject {
+    let project = TestProject::new();
+    project.write("graphs/files.toml", FILES_GRAPH);
+    project.write("shaders/half.comp", HALF);
+    project.write("shaders/files.comp", FILES);
+    project.write("textures/a.png", "");
+    project.write("data/table.bin", "");
+    fs::write(project.path("textures/a.png"), png([&[10, 20], &[30, 40]])).unwrap();
+    fs::write(project.path("data/table.bin"), floats(&[1.0, 2.5])).unwrap();
+    project
+}
+
+#[test]
+fn files_are_sources_and_edits_of_them_are_swapped_in() {
+    let project = files_project();
+    let mut session = project.open_graph("graphs/files.toml");
+    session.frame().unwrap();
+    assert_eq!(texel(&mut session), [20.0, 25.0, 2.5, 2.0]);
+    assert_eq!(session.frame().unwrap().dispatched, 0);
+
+    fs::write(project.path("textures/a.png"), png([&[0, 50, 0, 0], &[0, 50, 0, 0]])).unwrap();
+    let events = session.wait_reload(Duration::from_secs(10));
+    assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    session.frame().unwrap();
+    let [red, _, table, width] = texel(&mut session);
+    assert_eq!([red, table, width], [50.0, 2.5, 4.0]);
+
+    // A file that is broken stops the edit, names itself and the graph, and what ran runs on.
+    fs::write(project.path("textures/a.png"), &png([&[7, 7], &[7, 7]])[..40]).unwrap();
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
+    assert_eq!(failed.changed, ["textures/a.png"]);
+    let [error] = failed.diagnostics.as_slice() else { panic!("{failed:#?}") };
+    assert!(error.message.contains("textures/a.png"), "{error:?}");
+    assert_eq!(&*error.labels[0].span.file, "graphs/files.toml");
+    session.frame().unwrap();
+    assert_eq!(texel(&mut session)[0], 50.0);
+
+    // Mended, and the table is edited with it.
+    fs::write(project.path("data/table.bin"), floats(&[0.0, 8.0, 9.0])).unwrap();
+    fs::write(project.path("textures/a.png"), png([&[1, 2], &[3, 4]])).unwrap();
+    let events = session.wait_reload(Duration::from_secs(10));
+    assert!(matches!(events.last(), Some(ReloadEvent::Reloaded(_))), "{events:#?}");
+    session.frame().unwrap();
+    let [red, _, table, width] = texel(&mut session);
+    assert_eq!([red, table, width], [2.0, 8.0, 2.0]);
+    project::assert_silent(&session);
+}
+
+#[test]
+fn files_that_cannot_be_had_are_diagnosed() {
+    let project = files_project();
+    let refused = |graph: &str| {
+        project.write("graphs/refused.toml", graph);
+        let options = Options { graph: Some("graphs/refused.toml".into()), ..project.options() };
+        match Session::open(options) {
+            Err(OpenError::Project { diagnostics, .. }) => diagnostics.iter().map(|d| d.message.clone()).collect(),
+            other => vec![format!("{:?}", other.err())],
+        }
+    };
+    let with = |from: &str, to: &str| refused(&FILES_GRAPH.replace(from, to)).join("; ");
+    let missing = with("a.png", "b.png");
+    assert!(missing.contains("`textures/b.png` does not exist"), "{missing}");
+    let outside = with("file.textures/a.png", "file.../a.png");
+    assert!(outside.contains("no path inside the project"), "{outside}");
+    let kind = with("file.textures/a.png", "file.data/table.bin");
+    assert!(kind.contains("no picture"), "{kind}");
+    let format = with("mips = \"full\"", "format = \"rg8\"");
+    assert!(format.contains("1 channel of 8 bits, which `rg8` does not fit"), "{format}");
+    let size = with("mips = \"full\"", "size = [2, 2]");
+    assert!(size.contains("size"), "{size}");
+}
+
+const COPY_GRAPH: &str = r#"
+name = "copy"
+present = "color"
+[buffers.mine]
+copy = "world.octree"
+[buffers.pine]
+source = "model.pine.svo"
+[targets.color]
+format = "rgba32f"
+[[passes]]
+name = "dig"
+shader = "dig.comp"
+dispatch = [1, 1, 1]
+bind = { world = "mine" }
+every = { frames = 1000 }
+[[passes]]
+name = "count"
+shader = "count.comp"
+dispatch = { threads = "color" }
+bind = { world = "mine", pine = "pine", outColor = "color" }
+"#;
+
+const DIG: &str = r"#version 460
+#define RX_WRITE_world
+#include <raxel/world.glsl>
+layout(local_size_x = 2, local_size_y = 2, local_size_z = 2) in;
+void main() { rx_set(ivec3(gl_LocalInvocationID), 0u); }
+";
+
+/// Solid voxels in a box of the copy and of the model.
+const COUNT_SOLID: &str = r"#version 460
+#include <raxel/world.glsl>
+#include <raxel/world/pine.glsl>
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform writeonly image2D outColor;
+void main() {
+    uvec2 solid = uvec2(0u);
+    for (int i = 0; i < 16 * 16 * 16; ++i) {
+        ivec3 cell = ivec3(i % 16, i / 16 % 16, i / 256) - 4;
+        solid += uvec2(rx_material(cell) != 0u ? 1u : 0u, pine_material(cell) != 0u ? 1u : 0u);
+    }
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(solid, 0.0, 0.0));
+}
+";
+
+#[test]
+fn shaders_dig_into_a_copy_beside_a_model_and_an_edit_of_the_world_fills_it_again() {
+    let project = TestProject::new();
+    project.write("graphs/copy.toml", COPY_GRAPH);
+    project.write("shaders/dig.comp", DIG);
+    project.write("shaders/count.comp", COUNT_SOLID);
+    let model = "\n[models.pine]\nfile = \"pine.vox\"\n";
+    project.write("worlds/box.toml", &(project::box_world(6) + model));
+    let cells = (0..5).map(|x| (glam::IVec3::new(x, 0, 0), 1));
+    let pine = raxel_world::World::from_voxels(vec![raxel_world::Material::air(); 2], cells);
+    fs::write(project.path("worlds/pine.vox"), raxel_world::vox::export(&pine).unwrap()).unwrap();
+    let mut session = project.open_graph("graphs/copy.toml");
+    session.frame().unwrap();
+    assert_eq!(texel(&mut session)[..2], [6.0 * 6.0 * 6.0 - 8.0, 5.0]);
+    assert_eq!(session.frame().unwrap().dispatched, 0);
+    // The world itself is as it was, and a reset fills the copy with it before the pass digs again.
+    session.reset();
+    session.frame().unwrap();
+    assert_eq!(red(&mut session), 208.0);
+    project.write("worlds/box.toml", &(project::box_world(3) + model));
+    let events = session.wait_reload(Duration::from_secs(10));
+    assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    // The pass that digs is not due; what it dug is gone with the old world.
+    session.frame().unwrap();
+    assert_eq!(red(&mut session), 27.0);
+    // A model that the world does not have.
+    project.write("worlds/box.toml", &project::box_world(3));
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
+    assert!(failed.diagnostics[0].message.contains("there is no model `pine`"), "{failed:#?}");
     project::assert_silent(&session);
 }

@@ -101,6 +101,8 @@ declare! {
     NOTHING_TO_OVERLAY = "RX0154";
     /// More things than a graph may have.
     TOO_MANY = "RX0155";
+    /// A file that cannot be what a target or buffer is to be.
+    FILE_SOURCE = "RX0156";
     /// Something is read that nothing writes.
     NEVER_WRITTEN = "RX0160";
     /// Something is declared that nothing uses.

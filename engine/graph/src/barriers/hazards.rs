@@ -191,7 +191,7 @@ fn shared_memory(frame: &Frame, resource: usize, touches: &[Vec<Touch>], tight: 
 fn pass_of(frame: &Frame, action: u32) -> Option<PassId> {
     match frame.order.actions[action as usize] {
         Action::Dispatch(pass) => Some(frame.order.passes[pass as usize].pass),
-        Action::Clear(..) | Action::Present => None,
+        Action::Clear(..) | Action::Copy(_) | Action::Present => None,
     }
 }
 

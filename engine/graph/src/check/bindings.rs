@@ -230,7 +230,7 @@ fn writable(context: &Context<'_>, binding: &Binding, entry: &Bind, found: &mut 
     let resource = &context.graph.resources[id.0 as usize].item;
     let why = if age > 0 {
         "an earlier frame cannot be changed"
-    } else if resource.kind.source().is_some() {
+    } else if !resource.is_writable() {
         "what comes from outside cannot be changed by a pass"
     } else if resource.kind.values().is_some() {
         "what the file writes stays as it is"

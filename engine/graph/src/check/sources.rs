@@ -18,7 +18,7 @@ pub fn check(
     declared: &Declared<Resource>,
     found: &mut Vec<Diagnostic>,
 ) {
-    let Some(layout) = context.sources.iter().find(|layout| layout.name == source) else { return };
+    let Some(layout) = context.sources.source(source) else { return };
     let Some(difference) = difference("", &layout.block, block) else { return };
     let diagnostic = Diagnostic::error(
         codes::graph::SOURCE_LAYOUT,

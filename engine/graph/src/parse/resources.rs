@@ -5,6 +5,7 @@ use raxel_diagnostics::table::{Node, Table};
 use super::{at, literal, remove, text};
 use crate::checked::DisplayMap;
 use crate::model::{At, Buffer, BufferSize, Display, Literal, Size, Target};
+use crate::supply::FILE;
 
 /// Texels on an axis that any device may have at most (`maxImageDimension2D` of today's devices is 16384 or 32768).
 const LONGEST_AXIS: i64 = 65_536;
@@ -33,6 +34,9 @@ pub const DISPLAY_MAPS: [(&str, DisplayMap); 8] = [
     ("integer", DisplayMap::Integer),
 ];
 
+/// The words of `encoding`, and whether they mean sRGB.
+const ENCODINGS: [(&str, bool); 2] = [("linear", false), ("srgb", true)];
+
 pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Target {
     let before = table.reporter().count();
     table.conflict("clear", "init", "`clear` fills the target each frame, `init` once");
@@ -41,6 +45,9 @@ pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Targe
         remove: remove(table, &["remove"]),
         flawed: false,
         source: text(table, "source"),
+        copy: text(table, "copy"),
+        slices: table.get("slices").and_then(|node| at(&node, node.integer(1..=MOST_LAYERS).map(|n| n as u32))),
+        srgb: table.get("encoding").and_then(|node| at(&node, node.word(&ENCODINGS))),
         format: text(table, "format"),
         size: table.get("size").and_then(|node| at(&node, size(&node))),
         mips: table.get("mips").and_then(|node| at(&node, mips(&node))),
@@ -52,9 +59,21 @@ pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Targe
         clock: text(table, "clock"),
         display: table.get("display").and_then(|node| at(&node, display(&node))),
     };
+    table.conflict("source", "copy", "a copy of a source is the graph's own");
     if target.source.is_some() {
-        for key in ["format", "size", "mips", "layers", "history", "clear", "init", "keep", "clock"] {
+        // A file may be brought into a shape that the graph says.
+        let file = target.source.as_ref().is_some_and(|source| source.value.starts_with(FILE));
+        let all =
+            ["size", "layers", "history", "clear", "init", "keep", "clock", "format", "mips", "slices", "encoding"];
+        for key in &all[..if file { 7 } else { all.len() }] {
             table.conflict("source", key, "what a source is and holds comes from outside");
+        }
+    }
+    if target.copy.is_some() {
+        for key in
+            ["size", "layers", "history", "clear", "init", "keep", "clock", "format", "mips", "slices", "encoding"]
+        {
+            table.conflict("copy", key, "a copy is as its source is");
         }
     }
     table.finish();
@@ -147,18 +166,22 @@ pub fn buffer(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Buffe
         source: text(table, "source"),
         values: table.get("values").and_then(|node| values(&node)),
         ty: text(table, "type"),
+        copy: text(table, "copy"),
         clear: table.get("clear").and_then(|node| literal(&node)),
         init: table.get("init").and_then(|node| literal(&node)),
         history: history(table),
         keep: table.get("keep").and_then(|node| at(&node, node.boolean())),
         clock: text(table, "clock"),
     };
-    if buffer.source.is_some() {
+    table.conflict("source", "copy", "a copy of a source is the graph's own");
+    for (origin, why) in
+        [("source", "the contents of a source come from outside"), ("copy", "a copy is as its source is")]
+    {
         for key in ["size", "clear", "init", "history", "keep", "clock"] {
-            table.conflict("source", key, "the contents of a source come from outside");
+            table.conflict(origin, key, why);
         }
     }
-    for key in ["size", "source", "clear", "init", "history"] {
+    for key in ["size", "source", "copy", "clear", "init", "history"] {
         table.conflict("values", key, "what is written in the file has its size, and stays as it is");
     }
     table.finish();

@@ -206,6 +206,7 @@ fn renamed(graph: &Graph, declared: &Graph, pass: &Pass) -> String {
 
 fn action_text(graph: &Graph, cull: &Cull, order: &Order, action: Action) -> String {
     match action {
+        Action::Copy(resource) => format!("fill {}", words::name_of(graph, cull.used[resource as usize])),
         Action::Clear(resource, tick) => {
             format!("clear {}{}", words::name_of(graph, cull.used[resource as usize]), words::tick(tick))
         }

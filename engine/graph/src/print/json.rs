@@ -85,6 +85,11 @@ fn pass(plan: &Plan, planned: &PassPlan) -> Value {
 fn step(plan: &Plan, step: &Step) -> Value {
     match step {
         Step::Barrier(barrier) => self::barrier(plan, barrier),
+        Step::Copy { resource } => json!({
+            "step": "copy",
+            "resource": words::resource_name(plan, *resource),
+            "source": plan.resources[*resource as usize].copy,
+        }),
         Step::Clear { resource, tick } => {
             json!({ "step": "clear", "resource": words::resource_name(plan, *resource), "tick": tick })
         }

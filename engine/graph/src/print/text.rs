@@ -59,6 +59,11 @@ fn steps(plan: &Plan, out: &mut String) {
                 let _ =
                     writeln!(out, "{number:>4}  clear {}{}", words::resource_name(plan, *resource), words::tick(*tick));
             }
+            Step::Copy { resource } => {
+                let source = plan.resources[*resource as usize].copy.as_deref().unwrap_or_default();
+                let name = words::resource_name(plan, *resource);
+                let _ = writeln!(out, "{number:>4}  copy {source} to {name}, when it has changed");
+            }
             Step::Present => {
                 let _ = writeln!(out, "{number:>4}  present {}", words::present(graph, plan.present));
             }
@@ -146,7 +151,7 @@ fn digit(number: usize) -> char {
 fn mark(plan: &Plan, index: usize, id: ResourceId, step: &Step) -> char {
     match step {
         Step::Barrier(_) => '│',
-        Step::Clear { resource, .. } if *resource as usize == index => 'c',
+        Step::Clear { resource, .. } | Step::Copy { resource } if *resource as usize == index => 'c',
         Step::Present if plan.present.resource == id => 'p',
         Step::Dispatch { pass } => {
             let accesses = &plan.graph.pass(plan.passes[*pass as usize].pass).accesses;

@@ -100,7 +100,9 @@ pub(super) fn hazard(plan: &Plan, at: usize, hazard: &Hazard) -> String {
     // A barrier behind the later access's place in the frame is about that access in the next one.
     let ends_here = plan.steps[at..].iter().any(|step| match (step, hazard.to) {
         (Step::Dispatch { pass }, Some(to)) => plan.passes[*pass as usize].pass == to,
-        (Step::Clear { resource, .. }, None) => plan.resources[*resource as usize].resource == hazard.resource,
+        (Step::Clear { resource, .. } | Step::Copy { resource }, None) => {
+            plan.resources[*resource as usize].resource == hazard.resource
+        }
         (Step::Present, None) => hazard.kind == HazardKind::ReadAfterWrite,
         _ => false,
     });

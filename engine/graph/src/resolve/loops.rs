@@ -95,7 +95,7 @@ fn unlike(
         let twice = &scope.resources[twice.0 as usize].item.name;
         return Some(error(format!("`{twice}` changes places with two others in one round")));
     }
-    if let Some(supplied) = [a, b].into_iter().find(|declared| declared.item.kind.source().is_some()) {
+    if let Some(supplied) = [a, b].into_iter().find(|declared| declared.item.kind.supplied_by().is_some()) {
         let why = format!("`{}` comes from outside, and nothing can change places with it", supplied.item.name);
         return Some(error(why).label(supplied.detail.clone(), "the source"));
     }

@@ -6,7 +6,8 @@ use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_shader::Request;
 
 use super::params::unknown_type;
-use super::resources::{extent_from_outside, no_elements};
+use super::resources::no_elements;
+use super::supplied::extent_from_outside;
 use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing, unknown};
 use crate::checked::{
     self, Builtin, ClockValue, Condition, Every, Extent, Fact, LoopId, Material, ResourceId, ResourceKind, RoundIndex,
@@ -14,6 +15,7 @@ use crate::checked::{
 };
 use crate::model::{self, At, Fills, Mip};
 use crate::queues::Queue;
+use crate::supply::layout_of;
 use crate::value::ValueType;
 
 /// The facts of `when` that are no param.
@@ -115,8 +117,8 @@ fn request(
     }
     for entry in bind {
         let Some(target) = &entry.target else { continue };
-        let source = scope.resources[target.value.0.0 as usize].item.kind.source();
-        if let Some(layout) = source.and_then(|source| source.strip_prefix("world.")) {
+        let source = scope.resources[target.value.0.0 as usize].item.kind.supplied_by();
+        if let Some(layout) = source.and_then(layout_of) {
             let define = layout_define(layout, &entry.name.value);
             // What is no macro name is no name of a binding either, and that is reported when it is held against the shader.
             if is_macro_name(&define) {
@@ -169,7 +171,7 @@ fn reference(name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) 
         Some(age) if age <= history => return Some(At::new((id, age), name.span.clone())),
         // A history that could not be read says nothing.
         Some(_) if !declared.sound => {}
-        Some(_) if declared.item.kind.source().is_some() => found.push(
+        Some(_) if declared.item.kind.supplied_by().is_some() => found.push(
             Diagnostic::error(codes::graph::HISTORY, format!("`{plain}` comes from outside and has no earlier frames"))
                 .label(name.span.clone(), "an earlier frame")
                 .label(declared.detail.clone(), "supplied by this source")
@@ -283,14 +285,14 @@ fn in_loop(name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) ->
 /// A resource that must be a target or must be a buffer.
 pub fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
     let id = scope.resource(&name.value, &name.span, found)?;
-    let Declared { item: declared, detail, .. } = &scope.resources[id.0 as usize];
+    let Declared { item: declared, detail, sound, .. } = &scope.resources[id.0 as usize];
     let is = match declared.kind {
         ResourceKind::Target(_) => "target",
         ResourceKind::Buffer(_) => "buffer",
     };
     if is == kind {
         // Whoever asks for a target asks for its extent.
-        if is == "target" && declared.kind.source().is_some() {
+        if matches!(&declared.kind, ResourceKind::Target(target) if target.extent == Extent::Source && *sound) {
             found.push(extent_from_outside(name, detail));
             return None;
         }

@@ -6,11 +6,12 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
 use super::params::unknown_type;
-use super::{Declared, Names, clock_id, missing, resource, unknown};
-use crate::SourceLayout;
-use crate::checked::{self, Clear, ClockId, DisplayMap, Extent, Resource, ResourceId, ResourceKind};
+use super::supplied::{extent_from_outside, only_of_files};
+use super::{Declared, Names, clock_id, missing, resource};
+use crate::checked::{self, Clear, ClockId, DisplayMap, Extent, Origin, Resource, ResourceId, ResourceKind};
 use crate::model::{At, Buffer, BufferSize, Data, Dispatch, Display, File, Literal, Pass, Size, Target, WORLD};
 use crate::queues;
+use crate::supply::{Catalog, FILE};
 use crate::value::{ValueType, describe, float, integer, typed};
 
 /// Resolves targets, then buffers.
@@ -18,10 +19,10 @@ pub fn resources(
     model: &File,
     names: &Names,
     clocks: &Names,
-    sources: &[SourceLayout],
+    catalog: &dyn Catalog,
     found: &mut Vec<Diagnostic>,
 ) -> Vec<Declared<Resource>> {
-    let scope = Scope { names, clocks, targets: &model.targets, buffers: &model.buffers, sources };
+    let scope = Scope { names, clocks, targets: &model.targets, buffers: &model.buffers, catalog };
     world_is_the_world(model, found);
     let mut resources = Vec::with_capacity(model.targets.len() + model.buffers.len());
     for target in &model.targets {
@@ -33,21 +34,28 @@ pub fn resources(
     resources
 }
 
-struct Scope<'a> {
+pub(super) struct Scope<'a> {
     names: &'a Names,
     clocks: &'a Names,
     targets: &'a [Target],
     buffers: &'a [Buffer],
-    sources: &'a [SourceLayout],
+    pub(super) catalog: &'a dyn Catalog,
 }
 
 impl Scope<'_> {
     fn target(&self, target: &Target, found: &mut Vec<Diagnostic>) -> Declared<Resource> {
-        if let Some(source) = &target.source {
-            return self.supplied(target, source, found);
+        match (&target.source, &target.copy) {
+            (Some(source), _) if source.value.starts_with(FILE) => {
+                // A format that does not exist is reported, and then it is as if none were wanted.
+                let format = target.format.as_ref().and_then(|_| format(target, found));
+                return self.file_target(target, source, format, found);
+            }
+            (Some(source), _) | (None, Some(source)) => return self.supplied(target, source, found),
+            (None, None) => {}
         }
         let before = found.len();
         let name = &target.name;
+        only_of_files(target, found);
         let format = format(target, found);
         let extent = match target.size.as_ref().map(|size| &size.value) {
             None => Extent::Output { scale: [1.0; 2] },
@@ -86,59 +94,14 @@ impl Scope<'_> {
         declared(name, kind, kept(target.history.as_ref(), target.keep.as_ref(), clock), sound, detail)
     }
 
-    /// A target that comes from outside: all of it but how it is shown.
-    fn supplied(&self, target: &Target, source: &At<String>, found: &mut Vec<Diagnostic>) -> Declared<Resource> {
-        let before = found.len();
-        let name = &target.name;
-        let images = || self.sources.iter().filter_map(|known| Some((known.name.as_str(), known.image?)));
-        let format = images().find(|(known, _)| *known == source.value).map(|(_, format)| format);
-        if format.is_none() {
-            let buffer = self.sources.iter().any(|known| known.name == source.value);
-            let known = images().map(|(name, _)| name);
-            found.push(if buffer {
-                let message = format!("`{}` supplies a buffer and no image", source.value);
-                Diagnostic::error(codes::graph::WRONG_KIND, message)
-                    .label(source.span.clone(), "an image is needed here")
-                    .help(format!("declare it in `[buffers.{}]`; images come from {}", name.value, list(known)))
-            } else {
-                unknown(codes::graph::UNKNOWN_SOURCE, "source of images", &source.value, &source.span, known)
-            });
-        }
-        // Keys of a file that this one extends are met here; those beside it in the same table are reported already.
-        let written = [
-            ("format", target.format.as_ref().map(|value| &value.span)),
-            ("size", target.size.as_ref().map(|value| &value.span)),
-            ("mips", target.mips.as_ref().map(|value| &value.span)),
-            ("layers", target.layers.as_ref().map(|value| &value.span)),
-            ("history", target.history.as_ref().map(|value| &value.span)),
-            ("clear", target.clear.as_ref().map(|value| &value.span)),
-            ("init", target.init.as_ref().map(|value| &value.span)),
-            ("keep", target.keep.as_ref().map(|value| &value.span)),
-            ("clock", target.clock.as_ref().map(|value| &value.span)),
-        ];
-        for (key, place) in written.into_iter().filter_map(|(key, place)| Some((key, place?))) {
-            if !target.flawed {
-                let message = format!("target `{}` comes from outside and takes no `{key}`", name.value);
-                let error = Diagnostic::error(codes::files::CONFLICTING_KEYS, message);
-                found.push(error.label(place.clone(), "this one").label(source.span.clone(), "and this one"));
-            }
-        }
-        let shape = format.unwrap_or(Format::R16ui);
-        let display = target.display.as_ref().filter(|_| format.is_some());
-        let display = display.and_then(|display| show(&name.value, display, shape, found));
-        let sound = !target.flawed && found.len() == before;
-        let image = supplied_image(name.value.clone(), source.value.clone(), shape, display, source.span.clone());
-        let item = Resource { place: name.span.clone(), ..image.item };
-        Declared { item, sound, ..image }
-    }
-
     fn buffer(&self, buffer: &Buffer, found: &mut Vec<Diagnostic>) -> Declared<Resource> {
         let before = found.len();
         let name = &buffer.name;
-        let size = match (&buffer.source, &buffer.size) {
-            (Some(source), _) => self.source(source, found),
-            (None, _) if buffer.values.is_some() => values(buffer, found).map(checked::BufferSize::Values),
-            (None, Some(size)) => self.buffer_size(&size.value, found),
+        let supplied = buffer.source.as_ref().or(buffer.copy.as_ref());
+        let (size, origin) = match (supplied, &buffer.size) {
+            (Some(_), _) => self.supplied_bytes(buffer, found).unzip(),
+            (None, _) if buffer.values.is_some() => (values(buffer, found).map(checked::BufferSize::Values), None),
+            (None, Some(size)) => (self.buffer_size(&size.value, found), None),
             (None, None) => {
                 if !buffer.flawed {
                     let whose = format!("`buffers.{}`", name.value);
@@ -147,7 +110,7 @@ impl Scope<'_> {
                             .help("or `source`, for what comes from outside, or `values`"),
                     );
                 }
-                None
+                (None, None)
             }
         };
         if let (Some(ty), None) = (&buffer.ty, &buffer.values) {
@@ -164,10 +127,13 @@ impl Scope<'_> {
         let sound = size.is_some() && !buffer.flawed && found.len() == before;
         let size = size.unwrap_or(checked::BufferSize::Bytes(4));
         let kind = ResourceKind::Buffer(checked::Buffer { size, clear, init });
-        let places = buffer.source.as_ref().map(|source| &source.span);
+        let places = supplied.map(|source| &source.span);
         let places = places.or(buffer.values.as_ref().map(|values| &values.span));
         let detail = places.or(buffer.size.as_ref().map(|size| &size.span)).unwrap_or(&name.span).clone();
-        declared(name, kind, kept(buffer.history.as_ref(), buffer.keep.as_ref(), clock), sound, detail)
+        let kept = kept(buffer.history.as_ref(), buffer.keep.as_ref(), clock);
+        let declared = declared(name, kind, kept, sound, detail);
+        let item = Resource { origin: origin.unwrap_or_default(), ..declared.item };
+        Declared { item, ..declared }
     }
 
     fn clock(&self, name: Option<&At<String>>, found: &mut Vec<Diagnostic>) -> Option<ClockId> {
@@ -205,7 +171,9 @@ impl Scope<'_> {
     fn target_id(&self, name: &At<String>, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
         let id = resource(self.names, &name.value, &name.span, found)?;
         match self.targets.get(id.0 as usize) {
-            Some(Target { source: Some(source), .. }) => {
+            Some(Target { source: Some(source), .. } | Target { copy: Some(source), .. })
+                if !source.value.starts_with(FILE) =>
+            {
                 found.push(extent_from_outside(name, &source.span));
                 return None;
             }
@@ -232,22 +200,13 @@ impl Scope<'_> {
         if buffer.values.is_some() {
             return Some(id);
         }
-        match (&buffer.source, &buffer.size) {
+        match (buffer.source.as_ref().or(buffer.copy.as_ref()), &buffer.size) {
             (None, Some(At { value: BufferSize::Elements { .. } | BufferSize::Of { .. }, .. })) => return Some(id),
             // A size that is missing or wrong is reported where it is.
             (None, None) => {}
             (Some(source), _) => found.push(no_elements(name, &source.span)),
             (None, Some(size)) => found.push(no_elements(name, &size.span)),
         }
-        None
-    }
-
-    fn source(&self, source: &At<String>, found: &mut Vec<Diagnostic>) -> Option<checked::BufferSize> {
-        if self.sources.iter().any(|known| known.name == source.value) {
-            return Some(checked::BufferSize::Source(source.value.clone()));
-        }
-        let known = self.sources.iter().map(|source| source.name.as_str());
-        found.push(unknown(codes::graph::UNKNOWN_SOURCE, "source", &source.value, &source.span, known));
         None
     }
 }
@@ -288,36 +247,6 @@ fn values(buffer: &Buffer, found: &mut Vec<Diagnostic>) -> Option<checked::Value
     Some(checked::Values { ty, stride: ty.stride(), bytes: bytes.into() })
 }
 
-/// The image of a source as a target.
-pub fn supplied_image(
-    name: String,
-    source: String,
-    format: Format,
-    display: Option<checked::Display>,
-    place: Span,
-) -> Declared<Resource> {
-    let target = checked::Target {
-        format,
-        extent: Extent::Source,
-        source: Some(source),
-        mips: 0,
-        layers: 1,
-        clear: None,
-        init: None,
-        display,
-    };
-    let item = Resource {
-        name,
-        kind: ResourceKind::Target(target),
-        history: 0,
-        keep: false,
-        clock: None,
-        made: false,
-        place: place.clone(),
-    };
-    Declared { item, sound: true, detail: place }
-}
-
 /// The buffer for the indirect arguments of a pass that dispatches a queue.
 pub fn arguments(pass: &Pass) -> Option<Declared<Resource>> {
     let dispatch = pass.dispatch.as_ref().filter(|dispatch| matches!(dispatch.value, Dispatch::Queue { .. }))?;
@@ -327,10 +256,10 @@ pub fn arguments(pass: &Pass) -> Option<Declared<Resource>> {
 
 /// In sizes `world` is the world. A resource of that name that is something else would be mistaken for it.
 fn world_is_the_world(model: &File, found: &mut Vec<Diagnostic>) {
-    let of_target = model.targets.iter().map(|target| (&target.name, &target.source));
-    let of_buffer = model.buffers.iter().map(|buffer| (&buffer.name, &buffer.source));
+    let of_target = model.targets.iter().map(|target| (&target.name, target.source.as_ref().or(target.copy.as_ref())));
+    let of_buffer = model.buffers.iter().map(|buffer| (&buffer.name, buffer.source.as_ref().or(buffer.copy.as_ref())));
     for (name, source) in of_target.chain(of_buffer).filter(|(name, _)| name.value == WORLD) {
-        if source.as_ref().is_none_or(|source| !source.value.starts_with("world.")) {
+        if source.is_none_or(|source| !source.value.starts_with("world.")) {
             found.push(
                 Diagnostic::error(codes::graph::BAD_NAME, "`world` is not the world".to_owned())
                     .label(name.span.clone(), "this has the name of the world, and something else in it")
@@ -349,15 +278,6 @@ pub(super) fn no_elements(name: &At<String>, size: &Span) -> Diagnostic {
         .help("give its size as `{ count = …, stride = … }` or `{ of = \"…\", stride = … }`")
 }
 
-/// Nothing can be as large as what comes from outside: its extent is not known until it is there.
-pub(super) fn extent_from_outside(name: &At<String>, source: &Span) -> Diagnostic {
-    let message = format!("`{}` comes from outside, and its extent cannot be used here", name.value);
-    Diagnostic::error(codes::graph::WRONG_KIND, message)
-        .label(name.span.clone(), "a target of this graph is needed")
-        .label(source.clone(), "supplied by this source")
-        .help("ask for its extent in the shader, with `textureSize` or `imageSize`")
-}
-
 /// What of a resource outlives a frame.
 #[derive(Clone, Copy)]
 struct Kept {
@@ -372,7 +292,8 @@ fn kept(history: Option<&At<u32>>, keep: Option<&At<bool>>, clock: Option<ClockI
 
 fn declared(name: &At<String>, kind: ResourceKind, kept: Kept, sound: bool, detail: Span) -> Declared<Resource> {
     let Kept { history, keep, clock } = kept;
-    let item = Resource { name: name.value.clone(), kind, history, keep, clock, made: false, place: name.span.clone() };
+    let (name, place) = (name.value.clone(), name.span.clone());
+    let item = Resource { name, kind, history, keep, clock, made: false, origin: Origin::Graph, place };
     Declared { item, sound, detail }
 }
 
@@ -503,7 +424,12 @@ fn pattern(name: &str, key: &str, literal: &Literal, found: &mut Vec<Diagnostic>
 }
 
 /// `display`, with the format's own map where the file names none.
-fn show(name: &str, display: &At<Display>, format: Format, found: &mut Vec<Diagnostic>) -> Option<checked::Display> {
+pub(super) fn show(
+    name: &str,
+    display: &At<Display>,
+    format: Format,
+    found: &mut Vec<Diagnostic>,
+) -> Option<checked::Display> {
     let (channels, float) = (format.channels(), format.scalar() == ScalarKind::Float);
     let Display { map, range, channel } = &display.value;
     let map = map.unwrap_or(default_map(format));

@@ -243,6 +243,14 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
                     faults.push(format!("step {at}: a barrier before nothing"));
                 }
             }
+            Step::Copy { resource } => {
+                if clears.insert((plan.resources[*resource as usize].resource.0, None), at).is_some() {
+                    faults.push(format!("step {at}: filled twice"));
+                }
+                if plan.resources[*resource as usize].copy.is_none() {
+                    faults.push(format!("step {at}: not a copy"));
+                }
+            }
             Step::Clear { resource, tick } => {
                 if clears.insert((plan.resources[*resource as usize].resource.0, *tick), at).is_some() {
                     faults.push(format!("step {at}: cleared twice"));
@@ -281,7 +289,7 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
         let id = resource.resource;
         let of = graph.resource(id);
         let transient = resource.lifetime != raxel_graph::plan::Lifetime::Persistent;
-        let asked = cleared(&of.kind) || case.poison && transient;
+        let asked = cleared(&of.kind) || of.origin == Origin::Copy || case.poison && transient;
         let ticks: Vec<Option<u32>> = match of.clock {
             Some(clock) if graph.passes.iter().any(|pass| pass.every == Some(Every::Clock(clock))) => {
                 (0..graph.clock(clock).most).map(Some).collect()

@@ -8,6 +8,7 @@ use raxel_diagnostics::{Diagnostic, Span};
 use raxel_graph::checked::*;
 use raxel_graph::plan::{
     BufferDesc, ImageDesc, Limits, MemoryModel, Plan, PlanInput, Present, Requirements, SourceSize, WorldInput,
+    copy_name,
 };
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Interface, LocalSize};
@@ -186,6 +187,8 @@ pub fn case(seed: u64) -> Case {
         facts: [r.percent(50), r.percent(50), r.percent(50)],
         sources: BTreeMap::from([
             ("world.tree64".to_owned(), 4096.into()),
+            (copy_name("world.tree64"), 8192.into()),
+            (copy_name("world.texture3d"), SourceSize { bytes: 64, image: Some(SOURCE_IMAGE) }),
             ("world.texture3d".to_owned(), SourceSize { bytes: 64, image: Some(SOURCE_IMAGE) }),
         ]),
         memory: RandomMemory { seed: r.next(), granularity: r.pick(&[1, 1, 64, 1024]), kinds_apart: r.percent(30) },
@@ -254,8 +257,12 @@ fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
                 display: None,
             })
         };
-        let source = kind.source().is_some();
-        let history = if source { 0 } else { history };
+        let source = kind.supplied_by().is_some();
+        let (origin, history) = match source {
+            true if r.percent(40) => (Origin::Copy, 0),
+            true => (Origin::Source(r.pick(&[Access::Read, Access::Read, Access::ReadWrite])), 0),
+            false => (Origin::Graph, history),
+        };
         let keep = !source && r.percent(rarely(12));
         made.push(Resource {
             name: format!("r{number}"),
@@ -264,6 +271,7 @@ fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
             keep,
             clock: None,
             made: false,
+            origin,
             place: place(),
         });
     }
@@ -297,7 +305,7 @@ fn clocks(r: &mut Random, resources: &mut [Resource], passes: &mut [Pass]) -> Ve
             let writes = |pass: &Pass| pass.accesses.iter().any(|a| a.resource.0 == index as u32 && a.access.writes());
             let of_clock = (first..end).any(|pass| writes(&passes[pass]));
             let of_others = (0..passes.len()).any(|pass| !(first..end).contains(&pass) && writes(&passes[pass]));
-            if of_clock && !of_others && r.percent(75) {
+            if of_clock && !of_others && resource.kind.supplied_by().is_none() && r.percent(75) {
                 resource.clock = Some(id);
                 resource.history += r.below(3);
             }
@@ -340,7 +348,7 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         }
         let of = &resources[resource.0 as usize];
         let usage = match &of.kind {
-            kind if kind.source().is_some() => continue,
+            _ if !of.is_writable() => continue,
             ResourceKind::Target(_) => Usage::StorageImage,
             ResourceKind::Buffer(_) => Usage::StorageBuffer,
         };
@@ -397,7 +405,7 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
 fn queue(r: &mut Random, pass: &mut Pass, resources: &mut Vec<Resource>, stored: &[ResourceId]) -> Option<Pass> {
     let buffer = |id: &&ResourceId| {
         let kind = &resources[id.0 as usize].kind;
-        matches!(kind, ResourceKind::Buffer(_)) && kind.source().is_none()
+        matches!(kind, ResourceKind::Buffer(_)) && kind.supplied_by().is_none()
     };
     let queues: Vec<ResourceId> = stored.iter().filter(buffer).copied().collect();
     if queues.is_empty() || matches!(pass.dispatch, Dispatch::Indirect { .. }) {
@@ -414,6 +422,7 @@ fn queue(r: &mut Random, pass: &mut Pass, resources: &mut Vec<Resource>, stored:
         keep: false,
         clock: None,
         made: true,
+        origin: Origin::Graph,
         place: place(),
     });
     let maker = Pass {

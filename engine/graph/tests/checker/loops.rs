@@ -33,7 +33,7 @@ fn repeat(r: &mut Random, graph: &mut Graph, group: std::ops::Range<usize>) {
     let sizes = subresources(graph);
     let pyramids: Vec<ResourceId> = (0..graph.resources.len() as u32)
         .map(ResourceId)
-        .filter(|id| sizes[id.0 as usize].0 > 1 && graph.resource(*id).kind.source().is_none())
+        .filter(|id| sizes[id.0 as usize].0 > 1 && graph.resource(*id).kind.supplied_by().is_none())
         .collect();
     let rounds =
         if !pyramids.is_empty() && r.percent(40) { Rounds::Mips(r.pick(&pyramids)) } else { Rounds::Fixed(r.below(4)) };
@@ -56,7 +56,7 @@ fn repeat(r: &mut Random, graph: &mut Graph, group: std::ops::Range<usize>) {
         }
         let id = r.pick(&accesses);
         let taken = swap.iter().flatten().any(|other| *other == id);
-        if taken || graph.resource(id).kind.source().is_some() || graph.resource(id).made {
+        if taken || graph.resource(id).kind.supplied_by().is_some() || graph.resource(id).made {
             continue;
         }
         let twin = ResourceId(graph.resources.len() as u32);

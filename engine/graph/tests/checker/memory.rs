@@ -107,7 +107,7 @@ fn uses(plan: &Plan, index: usize) -> Vec<u32> {
     let id = plan.resources[index].resource;
     let touches = |step: &Step| match step {
         Step::Barrier(_) => false,
-        Step::Clear { resource, .. } => *resource as usize == index,
+        Step::Clear { resource, .. } | Step::Copy { resource } => *resource as usize == index,
         Step::Dispatch { pass } => {
             plan.graph.pass(plan.passes[*pass as usize].pass).accesses.iter().any(|a| a.resource == id)
         }
@@ -198,6 +198,9 @@ fn outlives_frame(case: &Case, plan: &Plan, index: usize) -> Option<&'static str
     let stored_by = |pass: &&Pass| pass.accesses.iter().any(|a| a.resource == id && a.access.writes());
     if init {
         return Some("it has `init`");
+    }
+    if resource.kind.supplied_by().is_some() {
+        return Some("it is a source or a copy of one");
     }
     if resource.history > 0 {
         return Some("it has history");

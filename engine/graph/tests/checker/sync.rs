@@ -344,7 +344,7 @@ fn asked(plan: &Plan) -> Vec<Vec<Asked>> {
         .iter()
         .map(|step| match step {
             Step::Barrier(_) => Vec::new(),
-            Step::Clear { resource, .. } => vec![Asked {
+            Step::Clear { resource, .. } | Step::Copy { resource } => vec![Asked {
                 resource: *resource as usize,
                 age: 0,
                 parts: u64::MAX,

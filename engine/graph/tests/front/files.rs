@@ -8,7 +8,7 @@ use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap};
 use raxel_graph::{Compiled, SourceLayout, compile};
 use raxel_shader::Compiler;
 use raxel_shader::format::Format;
-use raxel_shader::interface::{Block, Member, Scalar, Type};
+use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 
 /// The graph that errors are made in. It has every construct, and no mistake.
 pub const GRAPH: &str = include_str!("base.toml");
@@ -98,6 +98,7 @@ pub fn sources() -> Vec<SourceLayout> {
     let words = Type::Array { element: Box::new(Type::Scalar(Scalar::U32)), len: None, stride: 4 };
     let layout = |name: &str, image| SourceLayout {
         name: name.to_owned(),
+        access: Access::Read,
         image,
         block: Block {
             name: "RxWorld".to_owned(),

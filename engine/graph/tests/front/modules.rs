@@ -79,7 +79,7 @@ fn project() -> Project {
 #[test]
 fn equal_requests_are_compiled_once() {
     let modules = Modules::default();
-    let compiled = compile("graphs/modules.toml", &project(), &modules, &[], &mut SourceMap::default());
+    let compiled = compile("graphs/modules.toml", &project(), &modules, &Vec::new(), &mut SourceMap::default());
     let (graph, _) = compiled.unwrap();
     assert_eq!(modules.asked.load(Ordering::Relaxed), 2);
     assert_eq!(graph.pass(graph.find_pass("third").unwrap()).shader.request.defines.len(), 1);
@@ -88,7 +88,7 @@ fn equal_requests_are_compiled_once() {
 #[test]
 fn a_module_without_its_source_is_named() {
     let modules = Modules { arrays: 3, ..Modules::default() };
-    let compiled = compile("graphs/modules.toml", &project(), &modules, &[], &mut SourceMap::default());
+    let compiled = compile("graphs/modules.toml", &project(), &modules, &Vec::new(), &mut SourceMap::default());
     let found = compiled.unwrap_err();
     assert_eq!(found[0].code.as_str(), "RX0131");
     assert_eq!(found[0].message, "`result[4]` is an array of bindings, which a graph cannot bind");

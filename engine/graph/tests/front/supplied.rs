@@ -70,7 +70,7 @@ fn bound(graph: &Graph) -> Vec<(&str, &str, Option<&str>)> {
     let names = pass.accesses.iter().map(|access| {
         let resource = graph.resource(access.resource);
         let binding = &pass.shader.interface.bindings[access.binding.unwrap() as usize];
-        (binding.name.as_str(), resource.name.as_str(), resource.kind.source())
+        (binding.name.as_str(), resource.name.as_str(), resource.source())
     });
     let mut names: Vec<_> = names.collect();
     names.sort_unstable();
@@ -263,4 +263,32 @@ fn a_base_with_a_source_is_overlaid() {
         talk.contains("[RX0015]") && talk.contains("graphs/over.toml:3") && talk.contains("graphs/volume.toml:8"),
         "{talk}"
     );
+}
+
+/// Codes that are met here.
+pub const CODES: [&str; 1] = ["RX0156"];
+
+#[test]
+fn a_file_that_cannot_be_read_is_an_error_at_its_name() {
+    let graph = r#"
+name = "files"
+present = "color"
+[targets.color]
+source = "file.textures/a.png"
+encoding = "srgb"
+"#;
+    let talk = |text: &str| {
+        let mut project = Project::new();
+        project.put(PATH, text);
+        project.talk(PATH)
+    };
+    let said = talk(graph);
+    assert!(said.contains("[RX0156]") && said.contains("textures/a.png") && said.contains("named here"), "{said}");
+    // Keys of files are of files only, and a file has its own extent.
+    let said = talk(&graph.replace("source = \"file.textures/a.png\"", "format = \"rgba8\""));
+    assert!(said.contains("is from no file and takes no `encoding`"), "{said}");
+    let said = talk(&graph.replace("encoding = \"srgb\"", "size = [4, 4]"));
+    assert!(said.contains("[RX0015]"), "{said}");
+    let said = talk(&graph.replace("file.textures/a.png", "file.../a.png"));
+    assert!(said.contains("[RX0005]"), "{said}");
 }

@@ -81,7 +81,9 @@ impl Hand {
 
     fn resource(&mut self, name: &str, kind: ResourceKind, history: u32) -> &mut Hand {
         let place = Span::new("graphs/hand.toml", 0..0);
+        let origin = kind.supplied_by().map_or(Origin::Graph, |_| Origin::Source(Access::Read));
         self.graph.resources.push(Resource {
+            origin,
             name: name.to_owned(),
             kind,
             history,

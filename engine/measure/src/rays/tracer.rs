@@ -14,7 +14,7 @@ use super::error::RayError;
 use super::masks;
 use super::stream::PATIENCE;
 use super::stream::Pace;
-use raxel_runtime::execute::upload_image;
+use raxel_runtime::execute::{Texture, upload_image};
 use raxel_runtime::sources::{VOXEL_FORMAT, layout_limits};
 
 /// How hits are found: a layout, and a marcher of `<raxel/march.glsl>` over it.
@@ -178,7 +178,8 @@ impl Tracer {
 
     fn image(&self, voxels: &EncodedImage) -> Result<Resource, RayError> {
         let mips: Vec<&[u8]> = voxels.mips.iter().map(|mip| bytemuck::cast_slice(mip)).collect();
-        let image = upload_image(&self.device, "world voxels", VOXEL_FORMAT, voxels.size, &mips, PATIENCE)?;
+        let texture = Texture { format: VOXEL_FORMAT, extent: voxels.size, volume: true };
+        let image = upload_image(&self.device, "world voxels", texture, &mips, PATIENCE)?;
         let info = ViewInfo { ty: vk::ImageViewType::TYPE_3D, mips: (0, mips.len() as u32), layers: (0, 1) };
         let view = Arc::new(ImageView::new(&self.device, &image, &info)?);
         Ok(Resource::SampledImage(view, Arc::new(Sampler::new(&self.device, false, false)?)))

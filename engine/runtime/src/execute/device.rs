@@ -64,18 +64,28 @@ pub(super) fn image_info(device: &Device, desc: &ImageDesc) -> ImageInfo {
     ImageInfo { format, volume, extent, mips, layers, usage }
 }
 
-/// Puts texels into a 3-D image: every mip, x first, then y, then z, without padding. It is in `GENERAL`, and can be bound in every way
+/// What texels from outside are put into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Texture {
+    /// Texel format.
+    pub format: Format,
+    /// Texels of mip 0; the third is 1 unless `volume`.
+    pub extent: [u32; 3],
+    /// 3-D, else 2-D.
+    pub volume: bool,
+}
+
+/// Puts texels into an image: every mip, x first, then y, then z, without padding. It is in `GENERAL`, and can be bound in every way
 /// that the device allows for its format. Waits for the copies.
 pub fn upload_image(
     device: &Arc<Device>,
     name: &str,
-    format: Format,
-    extent: [u32; 3],
+    texture: Texture,
     mips: &[&[u8]],
     timeout: Duration,
 ) -> raxel_gpu::Result<Arc<Image>> {
-    let info = volume_info(device, format, extent, mips.len() as u32);
-    raxel_gpu::upload_volume(device, name, &info, format.bytes(), mips, timeout)
+    let info = texture_info(device, texture, mips.len() as u32);
+    raxel_gpu::upload_image(device, name, &info, texture.format.bytes(), mips, timeout)
 }
 
 /// Bytes that an image for [`upload_image`] may have: what the driver allows for one image, and what there is room for. Devices that have
@@ -86,13 +96,13 @@ pub fn largest_image(device: &Device, format: Format) -> u64 {
         DeviceKind::Discrete => capabilities.memory,
         _ => capabilities.memory / 4,
     };
-    device.largest_image(&volume_info(device, format, [1; 3], 1)).min(room)
+    device.largest_image(&texture_info(device, Texture { format, extent: [1; 3], volume: true }, 1)).min(room)
 }
 
-fn volume_info(device: &Device, format: Format, extent: [u32; 3], mips: u32) -> ImageInfo {
+fn texture_info(device: &Device, Texture { format, extent, volume }: Texture, mips: u32) -> ImageInfo {
     let storage = device.format_features(vulkan_format(format)).contains(vk::FormatFeatureFlags::STORAGE_IMAGE);
     let usage = ImageUsage { storage, sampled: true };
-    image_info(device, &ImageDesc { format, volume: true, extent, mips, layers: 1, usage })
+    image_info(device, &ImageDesc { format, volume, extent, mips, layers: 1, usage })
 }
 
 pub(super) fn buffer_info(desc: &BufferDesc) -> BufferInfo {

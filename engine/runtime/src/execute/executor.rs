@@ -10,6 +10,7 @@ use raxel_graph::plan::{Lifetime, Plan};
 use super::FRAMES;
 use super::error::ExecuteError;
 use super::inputs::FrameInputs;
+use super::physical::Filling;
 use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, lock, pass_name};
 use super::record::{DeviceRecorder, initialize_resources};
 use super::replay::Counts;
@@ -48,6 +49,8 @@ pub struct Executor {
     uploads: Uploads,
     /// The versions of the running plan's sources that its memo knows: index of the resource, version.
     versions: Vec<(usize, u64)>,
+    /// The running plan's copies of sources: indices of resources.
+    copies: Vec<usize>,
     memo: bool,
     times: Vec<PassTime>,
     /// Nanoseconds from the begin of the first pass to the end of the last.
@@ -119,6 +122,7 @@ impl Executor {
             slots,
             uploads: Uploads::new(shared.writes.clone()),
             versions: Vec::new(),
+            copies: Vec::new(),
             readbacks: ReadbackRing::new(&shared.device),
             progress: Observed { reached: TimelineValue::default(), since: Instant::now() },
             shared,
@@ -172,7 +176,12 @@ impl Executor {
                     }
                     report.kept.push(physical.name.clone());
                 }
-                _ => report.created.push(physical.name.clone()),
+                _ => {
+                    report.created.push(physical.name.clone());
+                    if let Some(source) = physical.source() {
+                        next.replay.memo.supply(index, source.version());
+                    }
+                }
             }
         }
         if let Some(old) = old {
@@ -212,6 +221,9 @@ impl Executor {
         if let Some(running) = &mut self.running {
             for physical in running.resources.iter().filter(|p| p.source().is_none()) {
                 physical.initialized.store(false, Ordering::Relaxed);
+                if let Some(filling) = &physical.filling {
+                    filling.reset();
+                }
             }
             running.replay.reset();
             self.supply_sources();
@@ -250,6 +262,10 @@ impl Executor {
                 running.replay.memo.supply(*index, version);
             }
         }
+        for index in &self.copies {
+            let due = running.resources[*index].filling.as_ref().and_then(Filling::due);
+            running.replay.memo.fill_copy(*index, due);
+        }
         let number = self.frame;
         let decided = running.replay.decide(number, inputs);
         let uninitialized = running.resources.iter().any(|p| p.needs_init())
@@ -286,10 +302,20 @@ impl Executor {
             slot: slot_index,
             ran: &mut slot.ran,
         };
-        count(&mut report, running.replay.walk(&mut recorder));
+        let counts = running.replay.walk(&mut recorder);
+        count(&mut report, counts);
         recording.submit()?;
         self.progress.since = start;
         self.uploads.submitted();
+        if counts.copies > 0 {
+            for index in &self.copies {
+                if let (Some(filling), Some(version)) =
+                    (&running.resources[*index].filling, running.replay.memo.copy_due(*index))
+                {
+                    filling.filled(version);
+                }
+            }
+        }
         if uninitialized {
             running.resources.iter().for_each(|physical| physical.initialized.store(true, Ordering::Relaxed));
             running.display.picture.initialized.store(true, Ordering::Relaxed);
@@ -401,10 +427,17 @@ impl Executor {
     fn supply_sources(&mut self) {
         let Some(running) = &mut self.running else { return };
         self.versions.clear();
+        self.copies.clear();
         for (index, physical) in running.resources.iter().enumerate() {
+            if physical.filling.is_some() {
+                self.copies.push(index);
+            }
             if let Some(source) = physical.source() {
                 let version = source.version();
-                running.replay.memo.supply(index, version);
+                // What passes made of it is not what its version says.
+                if !physical.is_written() {
+                    running.replay.memo.supply(index, version);
+                }
                 self.versions.push((index, version));
             }
         }
@@ -467,6 +500,7 @@ impl super::replay::Recorder for NullRecorder {
     fn uniforms(&mut self, _: &[u8]) {}
     fn barrier(&mut self, _: usize) {}
     fn clear(&mut self, _: usize, _: usize) {}
+    fn copy(&mut self, _: usize) {}
     fn bind(&mut self, _: usize) {}
     fn push(&mut self, _: usize, _: &[u8]) {}
     fn dispatch(&mut self, _: usize) {}

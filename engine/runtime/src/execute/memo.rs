@@ -71,6 +71,8 @@ struct Node {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Maker {
     Clear(u64),
+    /// Index of the resource.
+    Copy(u32),
     /// The number of the pass in the plan, and in the graph: a pass of a clock makes the same in every tick.
     Pass {
         pass: u32,
@@ -93,6 +95,8 @@ pub struct Memo {
     /// By access of each node, in order: the id read there.
     seen: Vec<u64>,
     run: Vec<bool>,
+    /// By resource: the version of its source that a copy is to be filled with.
+    copies: Vec<Option<u64>>,
     fresh: u64,
 }
 
@@ -141,6 +145,10 @@ impl Memo {
                         slot_access(resource.resource, 0, (0, 0), (0, 0), Access::Write).into_iter().collect(),
                     )
                 }
+                Step::Copy { resource } => {
+                    let copy = plan.resources[*resource as usize].resource;
+                    (Maker::Copy(*resource), slot_access(copy, 0, (0, 0), (0, 0), Access::Write).into_iter().collect())
+                }
                 Step::Dispatch { pass } => {
                     let declared = &plan.graph.pass(plan.passes[*pass as usize].pass).accesses;
                     let accesses =
@@ -173,6 +181,7 @@ impl Memo {
             dirty: Vec::new(),
             seen: Vec::new(),
             run: vec![true; steps],
+            copies: Vec::new(),
             // Made-up ids are told apart across memos, since a swap carries contents from one to the next.
             fresh: FRESH.fetch_add(1 << 32, Ordering::Relaxed),
         }
@@ -193,6 +202,7 @@ impl Memo {
         self.content = vec![Content::default(); contents];
         self.wanted = self.content.clone();
         self.dirty = vec![false; contents];
+        self.copies = vec![None; self.slots.len()];
         self.seen = vec![0; self.nodes.iter().map(|node| node.accesses.len()).sum()];
         self.forget();
     }
@@ -212,6 +222,16 @@ impl Memo {
             let count = (to.copies * to.mips) as usize;
             self.content[to.first..to.first + count].copy_from_slice(&old.content[from.first..from.first + count]);
         }
+    }
+
+    /// Says that a copy (index of its resource) is to be filled in the next frame, with which version of its source, or that it is not.
+    pub fn fill_copy(&mut self, resource: usize, version: Option<u64>) {
+        self.copies[resource] = version;
+    }
+
+    /// The version that a copy is to be filled with in the frame that was decided.
+    pub fn copy_due(&self, resource: usize) -> Option<u64> {
+        self.copies[resource]
     }
 
     /// Says which content a resource has that the runtime supplies (a source): equal ids, equal bytes.
@@ -251,7 +271,7 @@ impl Memo {
             self.wanted[slot.copy_range(0)].fill(UNDEFINED);
         }
         for node in &self.nodes {
-            let Some(key) = node.key(ticks, keys, present) else { continue };
+            let Some(key) = node.key(&self.copies, ticks, keys, present) else { continue };
             let mut run = mix(node.maker.salt(), key);
             for (i, access) in node.accesses.iter().enumerate() {
                 let range = access.contents();
@@ -300,7 +320,7 @@ impl Memo {
             let mut stable = true;
             // Backwards: most of what must run is found by following inputs to their makers.
             for node in self.nodes.iter().rev() {
-                if node.key(ticks, keys, 0).is_none() {
+                if node.key(&self.copies, ticks, keys, 0).is_none() {
                     continue;
                 }
                 let picture = node.maker == Maker::Present && self.dirty[self.content.len() - 1];
@@ -375,12 +395,13 @@ impl SlotAccess {
 
 impl Node {
     /// The part of its key that is not an input; `None` when it does not run in this frame.
-    fn key(&self, ticks: &Ticks, keys: &[Option<u64>], present: u64) -> Option<u64> {
+    fn key(&self, copies: &[Option<u64>], ticks: &Ticks, keys: &[Option<u64>], present: u64) -> Option<u64> {
         if self.tick.is_some_and(|(clock, tick)| !ticks.is_due(clock, tick)) {
             return None;
         }
         match self.maker {
             Maker::Clear(value) => Some(value),
+            Maker::Copy(resource) => copies[resource as usize],
             Maker::Pass { pass, .. } => keys[pass as usize],
             Maker::Present => Some(present),
         }
@@ -391,6 +412,7 @@ impl Maker {
     fn salt(self) -> u64 {
         match self {
             Maker::Clear(_) => 0xc1,
+            Maker::Copy(_) => 0xc2,
             Maker::Pass { salt, .. } => 0x1_0000 + u64::from(salt),
             Maker::Present => 0xd1,
         }

@@ -21,7 +21,7 @@ mod ticks;
 mod upload;
 mod values;
 
-pub use device::{DeviceMemory, largest_image, limits, upload_image};
+pub use device::{DeviceMemory, Texture, largest_image, limits, upload_image};
 
 pub use error::ExecuteError;
 pub use executor::{Executor, ExecutorOptions, FramePicture, Progress};

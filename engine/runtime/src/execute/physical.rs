@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use raxel_gpu::{Backing, Block, Buffer, Device, Image, ImageView, ViewInfo, vk};
 use raxel_graph::checked::{Clear, ResourceId};
@@ -23,6 +23,8 @@ pub(super) struct Physical {
     /// Key of the shared memory block with all its occupants, and the place in it.
     place: Option<(BlockKey, u64)>,
     pub(super) copies: Copies,
+    /// What it is filled from, if it is a copy of a source.
+    pub(super) filling: Option<Filling>,
     /// Has its `init` contents, or what frames made of them. Resources in shared memory have no contents to begin with.
     pub(super) initialized: AtomicBool,
     /// Some pass of some plan that it was made or taken over for writes it.
@@ -35,6 +37,35 @@ pub(super) enum Copies {
     Buffers(Vec<Arc<Buffer>>),
     /// Supplied from outside.
     Source(Arc<DeviceSource>, Supplied),
+}
+
+/// The source of a copy.
+#[derive(Debug)]
+pub(super) struct Filling {
+    pub(super) source: Arc<DeviceSource>,
+    /// The version that it was filled with last; 0 before the first time.
+    filled: AtomicU64,
+}
+
+impl Filling {
+    fn new(source: &Arc<DeviceSource>) -> Self {
+        Self { source: source.clone(), filled: AtomicU64::new(0) }
+    }
+
+    /// The version that the copy is to be filled with, if that is not what it was filled with last.
+    pub(super) fn due(&self) -> Option<u64> {
+        let version = self.source.version();
+        (version != self.filled.load(Ordering::Relaxed)).then_some(version)
+    }
+
+    pub(super) fn filled(&self, version: u64) {
+        self.filled.store(version, Ordering::Relaxed);
+    }
+
+    /// It is to be filled again, changed or not.
+    pub(super) fn reset(&self) {
+        self.filled(0);
+    }
 }
 
 /// The part of a source that a resource is.
@@ -101,6 +132,11 @@ impl Physical {
         self.values.as_deref()
     }
 
+    /// Whether passes write it, or did so.
+    pub(super) fn is_written(&self) -> bool {
+        self.written.load(Ordering::Relaxed)
+    }
+
     /// Whether frames find contents in it that nobody put there in the frame.
     pub(super) fn needs_init(&self) -> bool {
         !self.is_placed() && self.source().is_none() && !self.initialized.load(Ordering::Relaxed)
@@ -141,11 +177,20 @@ pub(super) fn make(
         let at = placed(planned);
         let place = at.map(|place| (keys[place.block as usize].clone(), place.offset));
         if let ResourceDesc::Source(source) | ResourceDesc::SourceImage(source, _) = &planned.desc {
-            made.push(supplied(plan, name, source, planned, running, sources)?);
+            let written = is_written(plan, planned.resource);
+            made.push(supplied(plan, name, source, planned, written, running, sources)?);
             continue;
         }
         let written = is_written(plan, planned.resource);
-        if let Some(kept) = running.iter().find(|old| old.suits(plan, planned, name, place.as_ref(), written)) {
+        let filling = match &planned.copy {
+            Some(source) => Some(sources.get(name).ok_or_else(|| missing(name, source))?),
+            None => None,
+        };
+        let suits = |old: &&Arc<Physical>| {
+            old.suits(plan, planned, name, place.as_ref(), written)
+                && old.filling.as_ref().map(|filling| Arc::as_ptr(&filling.source)) == filling.map(Arc::as_ptr)
+        };
+        if let Some(kept) = running.iter().find(suits) {
             kept.written.fetch_or(written, Ordering::Relaxed);
             made.push(kept.clone());
             continue;
@@ -191,6 +236,7 @@ pub(super) fn make(
             values: values_of(plan, planned),
             place,
             copies,
+            filling: filling.map(Filling::new),
             initialized: AtomicBool::new(false),
             written: AtomicBool::new(written),
         }));
@@ -203,31 +249,46 @@ fn supplied(
     name: &str,
     source: &str,
     planned: &ResourcePlan,
+    written: bool,
     running: &[Arc<Physical>],
     sources: &Sources,
 ) -> Result<Arc<Physical>, ExecuteError> {
-    let missing = || ExecuteError::MissingSource { buffer: name.to_owned(), source_name: source.to_owned() };
+    let missing = || missing(name, source);
     let source = sources.get(name).ok_or_else(missing)?;
     let supplied = match &planned.desc {
         ResourceDesc::SourceImage(..) => source.image().cloned().map(Supplied::Image),
         _ => source.buffer().cloned().map(Supplied::Buffer),
     };
     let supplied = supplied.ok_or_else(missing)?;
+    if let (ResourceDesc::SourceImage(_, desc), Supplied::Image(image)) = (&planned.desc, &supplied)
+        && desc.usage.storage
+        && !image.info().usage.contains(vk::ImageUsageFlags::STORAGE)
+    {
+        let (target, format, usage) = (name.to_owned(), desc.format.name(), "a storage image".to_owned());
+        return Err(ExecuteError::Format { target, format, usage });
+    }
     let same = |old: &&Arc<Physical>| {
-        old.suits(plan, planned, name, None, false) && old.source().is_some_and(|old| Arc::ptr_eq(old, source))
+        old.suits(plan, planned, name, None, true) && old.source().is_some_and(|old| Arc::ptr_eq(old, source))
     };
-    Ok(running.iter().find(same).cloned().unwrap_or_else(|| {
-        Arc::new(Physical {
-            name: name.to_owned(),
-            desc: planned.desc.clone(),
-            init: planned.init,
-            values: None,
-            place: None,
-            copies: Copies::Source(source.clone(), supplied),
-            initialized: AtomicBool::new(true),
-            written: AtomicBool::new(false),
-        })
+    if let Some(kept) = running.iter().find(same) {
+        kept.written.fetch_or(written, Ordering::Relaxed);
+        return Ok(kept.clone());
+    }
+    Ok(Arc::new(Physical {
+        name: name.to_owned(),
+        desc: planned.desc.clone(),
+        init: planned.init,
+        values: None,
+        place: None,
+        copies: Copies::Source(source.clone(), supplied),
+        filling: None,
+        initialized: AtomicBool::new(true),
+        written: AtomicBool::new(written),
     }))
+}
+
+fn missing(name: &str, source: &str) -> ExecuteError {
+    ExecuteError::MissingSource { buffer: name.to_owned(), source_name: source.to_owned() }
 }
 
 /// What the file writes into a resource.

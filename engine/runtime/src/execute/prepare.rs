@@ -15,7 +15,7 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
 
 use super::FRAMES;
-use super::device::{self, scope};
+use super::device::{self, Texture, scope};
 use super::display::{self, SourceKind, Variant};
 use super::error::ExecuteError;
 use super::executor::ExecutorOptions;
@@ -222,16 +222,10 @@ impl Builder {
             .map_err(|error| self.shared.error(error))
     }
 
-    /// Puts texels into a 3-D image on the device, to be supplied as a source: every mip down to one texel, x first, then y, then z,
-    /// without padding. Waits for the copies.
-    pub fn upload_image(
-        &self,
-        name: &str,
-        format: Format,
-        extent: [u32; 3],
-        mips: &[&[u8]],
-    ) -> Result<Arc<Image>, ExecuteError> {
-        device::upload_image(&self.shared.device, name, format, extent, mips, self.shared.watchdog())
+    /// Puts texels into an image on the device, to be supplied as a source: every mip, x first, then y, then z, without padding. Waits
+    /// for the copies.
+    pub fn upload_image(&self, name: &str, texture: Texture, mips: &[&[u8]]) -> Result<Arc<Image>, ExecuteError> {
+        device::upload_image(&self.shared.device, name, texture, mips, self.shared.watchdog())
             .map_err(|error| self.shared.error(error))
     }
 

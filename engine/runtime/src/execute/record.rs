@@ -50,6 +50,16 @@ impl Recorder for DeviceRecorder<'_, '_> {
         }
     }
 
+    fn copy(&mut self, resource: usize) {
+        let physical = &self.prepared.resources[resource];
+        let Some(filling) = &physical.filling else { return };
+        if let (Some(from), Some(to)) = (filling.source.image(), physical.image(0)) {
+            self.recording.copy_image(from, to);
+        } else if let (Some(from), Some(to)) = (filling.source.buffer(), physical.buffer(0)) {
+            self.recording.copy_buffer((from, 0), (to, 0), from.size().min(to.size()));
+        }
+    }
+
     fn bind(&mut self, pass: usize) {
         let prepared = &self.prepared.passes[pass];
         self.recording.label(&prepared.label);

@@ -20,6 +20,8 @@ pub trait Recorder {
     fn barrier(&mut self, step: usize);
     /// The clear of a resource's current copy (index into the plan's resources) at a step.
     fn clear(&mut self, step: usize, resource: usize);
+    /// The copy of a source's contents (index into the plan's resources).
+    fn copy(&mut self, resource: usize);
     /// Pipeline and descriptors of a pass (index into the plan's passes).
     fn bind(&mut self, pass: usize);
     /// The push constants of the bound pass.
@@ -51,6 +53,8 @@ pub struct Counts {
     pub barriers: u32,
     /// Clears.
     pub clears: u32,
+    /// Copies of sources that were filled.
+    pub copies: u32,
     /// The debug target was displayed.
     pub displayed: bool,
 }
@@ -210,6 +214,7 @@ impl Replay {
         self.any = self.plan.steps.iter().zip(&self.run).any(|(step, run)| match step {
             Step::Barrier(_) => false,
             Step::Dispatch { pass } => *run && self.passes[*pass as usize].due,
+            Step::Copy { resource } => *run && self.memo.copy_due(*resource as usize).is_some(),
             Step::Clear { .. } | Step::Present => *run,
         });
         self.any
@@ -234,6 +239,10 @@ impl Replay {
                     recorder.clear(index, *resource as usize);
                     counts.clears += 1;
                 }
+                Step::Copy { resource } if *run && self.memo.copy_due(*resource as usize).is_some() => {
+                    recorder.copy(*resource as usize);
+                    counts.copies += 1;
+                }
                 Step::Dispatch { pass } if *run && self.passes[*pass as usize].due => {
                     let pass = *pass as usize;
                     recorder.bind(pass);
@@ -248,7 +257,7 @@ impl Replay {
                     recorder.present();
                     counts.displayed = true;
                 }
-                Step::Clear { .. } | Step::Dispatch { .. } | Step::Present => {}
+                Step::Clear { .. } | Step::Copy { .. } | Step::Dispatch { .. } | Step::Present => {}
             }
         }
         counts

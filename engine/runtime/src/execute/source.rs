@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use raxel_gpu::{Buffer, Image};
-use raxel_graph::plan::SourceSize;
+use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_shader::format::Format;
 
 /// Bytes of writes that may wait for the next frame, over all sources of a device.
@@ -214,8 +214,11 @@ impl Sources {
         self.by_resource.get(resource)
     }
 
-    /// Sizes by the names of the sources, for the planner.
+    /// Sizes by the names that the planner knows: what is supplied may be read and copied.
     pub fn sizes(&self) -> BTreeMap<String, SourceSize> {
-        self.by_resource.values().map(|source| (source.name.clone(), source.size())).collect()
+        let sources = self.by_resource.values();
+        sources
+            .flat_map(|source| [source.name.clone(), copy_name(&source.name)].map(|name| (name, source.size())))
+            .collect()
     }
 }

@@ -16,6 +16,7 @@ use crate::present::Viewport;
 use crate::project::Project;
 use crate::reload::builder::Reloader;
 use crate::reload::project_state::{BuildSettings, ProjectState};
+use crate::sources::SourceName;
 use crate::world::SessionWorld;
 
 impl Session {
@@ -202,7 +203,7 @@ fn load(
         || open_device(options).map_err(OpenError::from),
     );
     if let (Ok(loaded), Some(error)) = (&graph.result, no_world)
-        && build::source_names(loaded).iter().any(|name| name.starts_with("world."))
+        && build::source_names(loaded).iter().any(|name| SourceName::parse(name).is_some())
     {
         graph.result = Err(vec![*error]);
     }

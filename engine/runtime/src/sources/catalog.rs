@@ -1,26 +1,55 @@
 //! What the graph compiler is told of the sources: which there are, and what a shader must declare for each.
 
-use raxel_graph::SourceLayout;
+use std::sync::Arc;
+
+use raxel_diagnostics::Files;
+use raxel_graph::{Catalog, FileContents, ImageRequest, Refusal, SourceLayout};
 use raxel_shader::format::Format;
-use raxel_shader::interface::{Block, Member, Scalar, Type};
+use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 use raxel_world::layout::{BlockMember, Layout};
 
 use super::SourceName;
+use super::file::FileSources;
 
 /// The texels of a layout's image.
 pub const VOXEL_FORMAT: Format = Format::R16ui;
 
-/// Every layout of the session's world.
-pub fn catalog() -> Vec<SourceLayout> {
-    Layout::ALL.iter().map(|layout| described(&SourceName::World(*layout), *layout)).collect()
+/// The sources of a project: every layout of the session's world, models in every layout, and the project's files.
+pub struct SourceCatalog {
+    worlds: Vec<SourceLayout>,
+    files: Arc<dyn Files>,
+    read: FileSources,
 }
 
-/// A source that is a world, or a part of one, in a layout.
-fn described(name: &SourceName, layout: Layout) -> SourceLayout {
+impl SourceCatalog {
+    /// Reads files by `files`.
+    pub fn new(files: Arc<dyn Files>) -> Self {
+        let worlds = Layout::ALL.iter().map(|layout| described(&SourceName::World(*layout))).collect();
+        Self { worlds, files, read: FileSources::default() }
+    }
+}
+
+impl Catalog for SourceCatalog {
+    fn sources(&self) -> &[SourceLayout] {
+        &self.worlds
+    }
+
+    fn source(&self, name: &str) -> Option<SourceLayout> {
+        SourceName::parse(name).map(|name| described(&name))
+    }
+
+    fn file(&self, path: &str, image: Option<&ImageRequest>) -> Result<Arc<FileContents>, Refusal> {
+        self.read.read(&*self.files, path, image)
+    }
+}
+
+fn described(name: &SourceName) -> SourceLayout {
+    let layout = name.layout();
     SourceLayout {
         name: name.to_string(),
         block: block(&layout.block()),
         image: layout.has_image().then_some(VOXEL_FORMAT),
+        access: Access::Read,
     }
 }
 
@@ -56,11 +85,14 @@ fn block(members: &[BlockMember]) -> Block {
 
 #[cfg(test)]
 mod tests {
+    use raxel_diagnostics::MemoryFiles;
+
     use super::*;
 
     #[test]
     fn every_layout_is_offered_with_its_runtime_array() {
-        let sources = catalog();
+        let catalog = SourceCatalog::new(Arc::new(MemoryFiles::default()));
+        let sources = catalog.sources();
         let names: Vec<String> = Layout::ALL.iter().map(|layout| format!("world.{}", layout.name())).collect();
         assert_eq!(sources.iter().map(|source| &source.name).collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());
         for source in sources {
@@ -68,5 +100,8 @@ mod tests {
             assert!(matches!(last.ty, Type::Array { len: None, stride: 4 | 16, .. }), "{last:?}");
             assert_eq!(source.block.size, last.offset);
         }
+        let model = catalog.source("model.pine.texture3d").unwrap();
+        assert_eq!((model.block, model.image), (sources.last().unwrap().block.clone(), Some(VOXEL_FORMAT)));
+        assert_eq!(catalog.source("model.pine.tree"), None);
     }
 }

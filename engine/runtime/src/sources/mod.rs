@@ -2,9 +2,10 @@
 //! compiler holds shaders against (block, image, access), and, on a device, a buffer or an image with a version.
 
 mod catalog;
+mod file;
 mod name;
 mod on_device;
 
-pub use catalog::{VOXEL_FORMAT, catalog};
+pub use catalog::{SourceCatalog, VOXEL_FORMAT};
 pub use name::SourceName;
 pub use on_device::{OnDevice, layout_limits};

@@ -4,26 +4,43 @@ use std::fmt;
 
 use raxel_world::layout::Layout;
 
-/// The name of a source.
+/// The name of a source that is made from voxels.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SourceName {
-    /// `world.<layout>`: the session's world in a layout.
+    /// `world.<layout>`: the session's world.
     World(Layout),
+    /// `model.<name>.<layout>`: a model of the world's file.
+    Model(String, Layout),
 }
 
 impl SourceName {
     /// The source that a word of a graph names.
     pub fn parse(text: &str) -> Option<Self> {
-        let (kind, rest) = text.split_once('.')?;
-        match kind {
-            "world" => Layout::from_name(rest).map(Self::World),
+        match text.split_once('.')? {
+            ("world", layout) => Layout::from_name(layout).map(Self::World),
+            ("model", rest) => {
+                let (name, layout) = rest.rsplit_once('.')?;
+                Layout::from_name(layout)
+                    .filter(|_| !name.is_empty())
+                    .map(|layout| Self::Model(name.to_owned(), layout))
+            }
             _ => None,
         }
     }
 
     /// The layout of the session's world, if that is what it names.
     pub fn world_layout(text: &str) -> Option<Layout> {
-        Self::parse(text).map(|Self::World(layout)| layout)
+        match Self::parse(text)? {
+            Self::World(layout) => Some(layout),
+            Self::Model(..) => None,
+        }
+    }
+
+    /// The layout.
+    pub fn layout(&self) -> Layout {
+        match self {
+            Self::World(layout) | Self::Model(_, layout) => *layout,
+        }
     }
 }
 
@@ -31,6 +48,7 @@ impl fmt::Display for SourceName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::World(layout) => write!(f, "world.{}", layout.name()),
+            Self::Model(name, layout) => write!(f, "model.{name}.{}", layout.name()),
         }
     }
 }
@@ -42,10 +60,12 @@ mod tests {
     #[test]
     fn names_are_read_back() {
         for layout in Layout::ALL {
-            let name = SourceName::World(*layout);
-            assert_eq!(SourceName::parse(&name.to_string()), Some(name));
+            for name in [SourceName::World(*layout), SourceName::Model("old.pine".to_owned(), *layout)] {
+                assert_eq!(SourceName::parse(&name.to_string()), Some(name.clone()));
+                assert_eq!(name.layout(), *layout);
+            }
         }
-        for wrong in ["", "world", "world.", "world.tree", "tree64", "worlds.tree64"] {
+        for wrong in ["", "world", "world.", "world.tree", "tree64", "worlds.tree64", "model.tree64", "model..tree64"] {
             assert_eq!(SourceName::parse(wrong), None, "{wrong}");
         }
     }

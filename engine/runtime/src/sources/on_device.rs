@@ -6,17 +6,18 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use raxel_diagnostics::table::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_graph::checked::Resource;
-use raxel_graph::plan::SourceSize;
+use raxel_graph::checked::{Origin, Resource};
+use raxel_graph::plan::{SourceSize, copy_name};
+use raxel_graph::{FileContents, FileImage};
 use raxel_world::layout::{EncodedImage, Layout, Limits};
 
 use super::SourceName;
 use super::catalog::VOXEL_FORMAT;
 use crate::build_error::BuildError;
-use crate::execute::{self, Builder, DeviceSource};
+use crate::execute::{self, Builder, DeviceSource, ExecuteError, Texture};
 use crate::world::{SessionWorld, WorldIdentity};
 
-/// The sources of one device. What belongs to a world goes when the world does, as soon as no plan uses it any more.
+/// The sources of one device. What belongs to a world or a file goes when that does, as soon as no plan uses it any more.
 #[derive(Debug, Default)]
 pub struct OnDevice {
     entries: Mutex<Vec<Entry>>,
@@ -24,48 +25,95 @@ pub struct OnDevice {
 
 #[derive(Debug)]
 struct Entry {
-    name: SourceName,
-    world: Weak<WorldIdentity>,
+    key: Key,
     source: Arc<DeviceSource>,
 }
 
+/// What a source on the device was made from.
+#[derive(Clone, Debug)]
+enum Key {
+    /// Voxels of a world in a layout; those that fill copies apart from those that are only read.
+    Voxels { name: SourceName, copied: bool, world: Weak<WorldIdentity> },
+    /// The contents of a file.
+    File(Weak<FileContents>),
+}
+
+impl Key {
+    fn is_alive(&self) -> bool {
+        match self {
+            Key::Voxels { world, .. } => world.strong_count() > 0,
+            Key::File(contents) => contents.strong_count() > 0,
+        }
+    }
+}
+
+impl PartialEq for Key {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (
+                Key::Voxels { name, copied, world },
+                Key::Voxels { name: other_name, copied: other_copied, world: other_world },
+            ) => (name, copied) == (other_name, other_copied) && world.ptr_eq(other_world),
+            (Key::File(contents), Key::File(other)) => contents.ptr_eq(other),
+            _ => false,
+        }
+    }
+}
+
 impl OnDevice {
-    /// What a name such as `world.tree64` stands for, encoded and uploaded at its first use. `resource` wants it.
+    /// What supplies a resource, or fills a copy: encoded and uploaded at its first use. `None` for a resource of the graph's own.
     pub fn supply(
         &self,
-        name: &str,
         resource: &Resource,
         world: &SessionWorld,
         builder: &Builder,
-    ) -> Result<Arc<DeviceSource>, BuildError> {
-        let Some(parsed) = SourceName::parse(name) else {
-            return Err(BuildError::Diagnosed(vec![unknown(name, resource)]));
+    ) -> Result<Option<Arc<DeviceSource>>, BuildError> {
+        let Some(name) = resource.kind.supplied_by() else { return Ok(None) };
+        let key = match &resource.origin {
+            Origin::File(contents) => Key::File(Arc::downgrade(contents)),
+            origin => {
+                let parsed = SourceName::parse(name).ok_or_else(|| diagnosed(unknown(name, resource)))?;
+                let world = Arc::downgrade(world.identity());
+                Key::Voxels { name: parsed, copied: *origin == Origin::Copy, world }
+            }
         };
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
-        entries.retain(|entry| entry.world.strong_count() > 0);
-        let known = entries.iter().find(|entry| entry.name == parsed && is_of(entry, world));
-        if let Some(known) = known {
-            return Ok(known.source.clone());
+        entries.retain(|entry| entry.key.is_alive());
+        if let Some(known) = entries.iter().find(|entry| entry.key == key) {
+            return Ok(Some(known.source.clone()));
         }
-        let source = match parsed {
-            SourceName::World(layout) => upload_world(name, layout, resource, world, builder)?,
+        let source = match (&key, &resource.origin) {
+            (Key::Voxels { name: parsed, copied, .. }, _) => {
+                upload_voxels(name, parsed, *copied, resource, world, builder)?
+            }
+            (Key::File(_), Origin::File(contents)) => upload_file(name, contents, resource, builder)?,
+            (Key::File(_), _) => return Ok(None),
         };
-        entries.push(Entry { name: parsed, world: Arc::downgrade(world.identity()), source: source.clone() });
-        Ok(source)
+        entries.push(Entry { key, source: source.clone() });
+        Ok(Some(source))
     }
 
-    /// Sizes of what is there of a world, by name.
+    /// Sizes of what is there of a world, by the names that the planner knows.
     pub fn sizes(&self, world: &SessionWorld) -> BTreeMap<String, SourceSize> {
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
-        let of_world = entries.iter().filter(|entry| is_of(entry, world));
-        of_world.map(|entry| (entry.name.to_string(), entry.source.size())).collect()
+        let named = |entry: &Entry| match &entry.key {
+            Key::Voxels { name, copied, world: of } if is(of, world) => {
+                let name = name.to_string();
+                Some((if *copied { copy_name(&name) } else { name }, entry.source.size()))
+            }
+            _ => None,
+        };
+        entries.iter().filter_map(named).collect()
     }
 
-    /// What is there under a name, of a world.
+    /// What is there of a world under a name, e.g. `world.tree64`.
     pub fn find(&self, name: &str, world: &SessionWorld) -> Option<Arc<DeviceSource>> {
-        let name = SourceName::parse(name)?;
+        let wanted = SourceName::parse(name)?;
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
-        entries.iter().find(|entry| entry.name == name && is_of(entry, world)).map(|entry| entry.source.clone())
+        let found = entries.iter().find(
+            |entry| matches!(&entry.key, Key::Voxels { name, copied: false, world: of } if *name == wanted && is(of, world)),
+        );
+        found.map(|entry| entry.source.clone())
     }
 
     /// Drops everything that no plan uses.
@@ -74,32 +122,70 @@ impl OnDevice {
     }
 }
 
-fn is_of(entry: &Entry, world: &SessionWorld) -> bool {
-    std::ptr::eq(entry.world.as_ptr(), Arc::as_ptr(world.identity()))
+fn is(identity: &Weak<WorldIdentity>, world: &SessionWorld) -> bool {
+    std::ptr::eq(identity.as_ptr(), Arc::as_ptr(world.identity()))
 }
 
-fn upload_world(
+fn upload_voxels(
     name: &str,
-    layout: Layout,
+    parsed: &SourceName,
+    copied: bool,
     resource: &Resource,
     world: &SessionWorld,
     builder: &Builder,
 ) -> Result<Arc<DeviceSource>, BuildError> {
-    let (encoded, image) = world.encode(layout, layout_limits(builder.device())).map_err(|error| {
+    let limits = layout_limits(builder.device());
+    let encoded = match parsed {
+        SourceName::World(layout) => world.encode(*layout, copied, limits),
+        SourceName::Model(model, layout) => {
+            let Some(encoded) = world.encode_model(model, *layout, copied, limits) else {
+                return Err(diagnosed(no_model(model, resource, world)));
+            };
+            encoded
+        }
+    };
+    let (encoded, image) = encoded.map_err(|error| {
         let whose = world.path.as_deref().unwrap_or("the empty world");
-        let diagnostic =
-            Diagnostic::error(codes::session::LAYOUT_TOO_LARGE, format!("`{whose}` does not fit: {error}"))
-                .label(resource.place.clone(), "for this")
-                .help("build a smaller world, or bind a more compact layout (`raxel world info` compares them)");
-        BuildError::Diagnosed(vec![diagnostic])
+        let message = match parsed {
+            SourceName::World(_) => format!("`{whose}` does not fit: {error}"),
+            SourceName::Model(model, _) => format!("model `{model}` of `{whose}` does not fit: {error}"),
+        };
+        let diagnostic = Diagnostic::error(codes::session::LAYOUT_TOO_LARGE, message)
+            .label(resource.place.clone(), "for this")
+            .help("build a smaller world, or bind a more compact layout (`raxel world info` compares them)");
+        diagnosed(diagnostic)
     })?;
-    let buffer = builder.upload_buffer(bytemuck::cast_slice(&encoded.words), name).map_err(BuildError::Device)?;
+    let label = if copied { copy_name(name) } else { name.to_owned() };
+    let refused = |error| refused(error, resource);
+    let buffer = builder.upload_buffer(bytemuck::cast_slice(&encoded.words), &label).map_err(refused)?;
     let upload = |image: EncodedImage| {
         let mips: Vec<&[u8]> = image.mips.iter().map(|mip| bytemuck::cast_slice(mip)).collect();
-        builder.upload_image(name, VOXEL_FORMAT, image.size, &mips).map_err(BuildError::Device)
+        let texture = Texture { format: VOXEL_FORMAT, extent: image.size, volume: true };
+        builder.upload_image(&label, texture, &mips).map_err(refused)
     };
     let image = image.map(upload).transpose()?.map(|image| (image, VOXEL_FORMAT));
     Ok(builder.source(name, Some(buffer), image))
+}
+
+fn upload_file(
+    name: &str,
+    contents: &FileContents,
+    resource: &Resource,
+    builder: &Builder,
+) -> Result<Arc<DeviceSource>, BuildError> {
+    let refused = |error| refused(error, resource);
+    match contents {
+        FileContents::Bytes(bytes) => {
+            let buffer = builder.upload_buffer(bytes, name).map_err(refused)?;
+            Ok(builder.source(name, Some(buffer), None))
+        }
+        FileContents::Image(FileImage { format, extent, volume, mips }) => {
+            let mips: Vec<&[u8]> = mips.iter().map(Vec::as_slice).collect();
+            let texture = Texture { format: *format, extent: *extent, volume: *volume };
+            let image = builder.upload_image(name, texture, &mips).map_err(refused)?;
+            Ok(builder.source(name, None, Some((image, *format))))
+        }
+    }
 }
 
 /// What a device can hold of a layout.
@@ -112,11 +198,40 @@ pub fn layout_limits(device: &raxel_gpu::Device) -> Limits {
     }
 }
 
+fn diagnosed(diagnostic: Diagnostic) -> BuildError {
+    BuildError::Diagnosed(vec![diagnostic])
+}
+
+/// A device without room or without the format is the author's to deal with; any other error is the device's.
+fn refused(error: ExecuteError, resource: &Resource) -> BuildError {
+    use raxel_gpu::Error::{FormatUnsupported, OutOfMemory, TooLarge};
+    match &error {
+        ExecuteError::Gpu(OutOfMemory { .. } | TooLarge { .. } | FormatUnsupported { .. }) => diagnosed(
+            Diagnostic::error(codes::session::DEVICE_REFUSES, error.to_string())
+                .label(resource.place.clone(), "for this"),
+        ),
+        _ => BuildError::Device(error),
+    }
+}
+
+fn no_model(model: &str, resource: &Resource, world: &SessionWorld) -> Diagnostic {
+    let names = || world.model_names();
+    let whose = world.path.as_deref().unwrap_or("the empty world");
+    let diagnostic =
+        Diagnostic::error(codes::session::UNKNOWN_SOURCE, format!("there is no model `{model}` in `{whose}`"))
+            .label(resource.place.clone(), "for this");
+    match closest(model, names()) {
+        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+        None if names().next().is_none() => diagnostic.help(format!("declare it there: [models.{model}]")),
+        None => diagnostic.help(format!("its models: {}", list(names()))),
+    }
+}
+
 fn unknown(name: &str, resource: &Resource) -> Diagnostic {
     let names: Vec<String> = Layout::ALL.iter().map(|layout| SourceName::World(*layout).to_string()).collect();
     let names = || names.iter().map(String::as_str);
     let diagnostic = Diagnostic::error(codes::session::UNKNOWN_SOURCE, format!("nothing supplies `{name}`"))
-        .label(resource.place.clone(), "for this buffer");
+        .label(resource.place.clone(), "for this");
     match closest(name, names()) {
         Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
         None => diagnostic.help(format!("sources: {}", list(names()))),

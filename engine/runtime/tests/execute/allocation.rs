@@ -19,6 +19,9 @@ impl Recorder for Calls {
     fn clear(&mut self, _: usize, _: usize) {
         self.0 += 1;
     }
+    fn copy(&mut self, _: usize) {
+        self.0 += 1;
+    }
     fn bind(&mut self, _: usize) {
         self.0 += 1;
     }

@@ -13,7 +13,7 @@ use raxel_runtime::execute::{
 };
 use raxel_shader::Compiler;
 use raxel_shader::format::Format;
-use raxel_shader::interface::{Block, Member, Scalar, Type};
+use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 
 /// A device with an executor. When it is dropped, any message of the validation layer fails the test.
 pub struct Lab {
@@ -159,12 +159,18 @@ impl Drop for Lab {
 
 /// Compiles `graphs/test.toml` of the given files, with the source `test.words`: an array of `uint`, and an `r16ui` image.
 pub fn graph(files: &[(&str, &str)]) -> Arc<Graph> {
+    graph_with(files, Access::Read)
+}
+
+/// The same, with what passes may do with the source.
+pub fn graph_with(files: &[(&str, &str)], access: Access) -> Arc<Graph> {
     let files = Arc::new(MemoryFiles::new(files.iter().copied()));
     let element = Box::new(Type::Scalar(Scalar::U32));
     let words =
         Member { name: "words".to_owned(), offset: 0, ty: Type::Array { element, len: None, stride: 4 }, place: None };
     let block = Block { name: "Words".to_owned(), size: 0, members: vec![words] };
-    let sources = [SourceLayout { name: "test.words".to_owned(), block, image: Some(Format::R16ui) }];
+    let name = "test.words".to_owned();
+    let sources = vec![SourceLayout { name, block, image: Some(Format::R16ui), access }];
     let mut texts = SourceMap::default();
     let compiler = Compiler::new(files.clone());
     match compile("graphs/test.toml", &*files, &compiler, &sources, &mut texts) {

@@ -363,7 +363,7 @@ fn judge(seeds: std::ops::Range<u64>) {
     for seed in seeds.clone() {
         let toml = graph_file(&mut Random(seed.wrapping_mul(0xD1B5_4A32_D192_ED03)));
         let files = MemoryFiles::new([("graphs/random.toml", toml.as_str())]);
-        let (graph, _) = compile("graphs/random.toml", &files, &compiler, &[], &mut SourceMap::default())
+        let (graph, _) = compile("graphs/random.toml", &files, &compiler, &Vec::new(), &mut SourceMap::default())
             .unwrap_or_else(|errors| panic!("seed {seed}\n{toml}\n{errors:#?}"));
         let graph = Arc::new(graph);
         let (slow, _) = run(&mut lab, &graph, false, false, false);

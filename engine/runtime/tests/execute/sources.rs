@@ -1,10 +1,11 @@
 //! Sources that are written in part while plans read them.
 
 use raxel_gpu::Device;
-use raxel_runtime::execute::{DeviceSource, WriteError};
+use raxel_runtime::execute::{DeviceSource, Texture, WriteError};
 use raxel_shader::format::Format;
+use raxel_shader::interface::Access;
 
-use crate::lab::{Lab, Planned, graph};
+use crate::lab::{Lab, Planned, at, graph, graph_with};
 
 const TOML: &str = r#"
 name = "sources"
@@ -21,6 +22,8 @@ shader = "show.comp"
 dispatch = { threads = "color" }
 bind = { words = "words", voxels = "voxels", outColor = "color" }
 "#;
+
+const TEXTURE: Texture = Texture { format: Format::R16ui, extent: [8, 1, 1], volume: true };
 
 /// The first rows show words, the last one texels.
 const SHOW: &str = "#version 460
@@ -42,7 +45,7 @@ fn lab() -> (Lab, std::sync::Arc<DeviceSource>) {
     let buffer = builder.upload_buffer(bytemuck::cast_slice(&words), "words").expect("it fits");
     let mips: Vec<Vec<u16>> = (0..4).map(|mip| vec![2; 8 >> mip]).collect();
     let mips: Vec<&[u8]> = mips.iter().map(|mip| bytemuck::cast_slice(mip)).collect();
-    let image = builder.upload_image("voxels", Format::R16ui, [8, 1, 1], &mips).expect("it fits");
+    let image = builder.upload_image("voxels", TEXTURE, &mips).expect("it fits");
     let source = builder.source("test.words", Some(buffer), Some((image, Format::R16ui)));
     lab.sources.insert("words", source.clone());
     lab.sources.insert("voxels", source.clone());
@@ -149,4 +152,105 @@ fn parts_that_are_not_there_are_refused() {
     source.write(0, &[]).unwrap();
     lab.frame();
     source.write(0, &words).unwrap();
+}
+
+/// Adds one to each word of a writable source, then shows them; every dispatch sees what the last one stored.
+const COUNTING: &str = r#"
+name = "counting"
+present = "color"
+[buffers.words]
+ORIGIN
+[targets.color]
+format = "r32ui"
+[[passes]]
+name = "count"
+shader = "count.comp"
+dispatch = { threads = [32, 1, 1] }
+bind = { words = "words" }
+every = { frames = 2 }
+[[passes]]
+name = "show"
+shader = "show.comp"
+dispatch = { threads = "color" }
+bind = { words = "words", outColor = "color" }
+[[passes]]
+name = "count_again"
+shader = "count.comp"
+dispatch = { threads = [32, 1, 1] }
+bind = { words = "words" }
+every = { frames = 2 }
+"#;
+
+const COUNT: &str = "#version 460
+layout(local_size_x = 8) in;
+buffer Words { uint words[]; } words;
+void main() { words.words[gl_GlobalInvocationID.x] += 1u; }";
+
+const SHOW_WORDS: &str = "#version 460
+layout(local_size_x = 8, local_size_y = 4) in;
+readonly buffer Words { uint words[]; } words;
+layout(r32ui) writeonly uniform uimage2D outColor;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(outColor, p, uvec4(words.words[p.y * 8 + p.x]));
+}";
+
+/// A lab in which passes count in a source itself, or in a copy of it. The passes run in even frames.
+fn counting(origin: &str, access: Access) -> (Lab, std::sync::Arc<DeviceSource>) {
+    let mut lab = Lab::new();
+    let source = lab.supply("words", bytemuck::cast_slice(&[10_u32; 32]));
+    let toml = COUNTING.replace("ORIGIN", origin);
+    let files = [("graphs/test.toml", toml.as_str()), ("shaders/count.comp", COUNT), ("shaders/show.comp", SHOW_WORDS)];
+    let plan = lab.plan(&graph_with(&files, access), &Planned::default());
+    let prepared = lab.prepare(&plan).expect("it suits the device");
+    lab.executor.swap(prepared);
+    (lab, source)
+}
+
+fn shown_at(lab: &mut Lab, frame: u32) -> u32 {
+    lab.frame_with(&at(frame), &[]);
+    let shown = shown(lab);
+    assert!(shown.iter().all(|word| *word == shown[0]), "{shown:?}");
+    shown[0]
+}
+
+#[test]
+fn a_source_that_passes_may_write_has_its_hazards_in_the_plan() {
+    let (mut lab, source) = counting("source = \"test.words\"", Access::ReadWrite);
+    // Of two rounds a frame the picture shows the first.
+    assert_eq!([0, 1, 2, 3, 4].map(|frame| shown_at(&mut lab, frame)), [11, 12, 13, 14, 15]);
+    assert_eq!(lab.frame_with(&at(5), &[]).dispatched, 1);
+    assert_eq!(lab.frame_with(&at(7), &[]).dispatched, 0);
+    // What the runtime writes lies over what passes made of it, and what passes made of the rest stays.
+    source.write(0, bytemuck::cast_slice(&[100_u32; 32])).unwrap();
+    assert_eq!(shown_at(&mut lab, 9), 100);
+    // A swap keeps it.
+    let plan = lab.executor.plan().expect("it runs").clone();
+    let prepared = lab.prepare(&plan).expect("it suits the device");
+    lab.executor.swap(prepared);
+    assert_eq!([10, 11].map(|frame| shown_at(&mut lab, frame)), [101, 102]);
+    assert!(plan.steps.iter().filter(|step| matches!(step, raxel_graph::plan::Step::Barrier(_))).count() >= 2);
+}
+
+#[test]
+fn a_copy_is_filled_when_its_source_changes_and_on_reset() {
+    let (mut lab, source) = counting("copy = \"test.words\"", Access::Read);
+    assert_eq!([0, 1, 2].map(|frame| shown_at(&mut lab, frame)), [11, 12, 13]);
+    // The source changes in part: the copy is filled whole, and what passes did is gone.
+    source.write(0, bytemuck::cast_slice(&[50_u32; 32])).unwrap();
+    assert_eq!([3, 4, 5].map(|frame| shown_at(&mut lab, frame)), [50, 51, 52]);
+    assert_eq!(lab.frame_with(&at(7), &[]).dispatched, 0);
+    lab.executor.reset_history();
+    // After a reset passes with `every` run at once.
+    assert_eq!([9, 11].map(|frame| shown_at(&mut lab, frame)), [51, 52]);
+    // A swap keeps what passes did.
+    let plan = lab.executor.plan().expect("it runs").clone();
+    let prepared = lab.prepare(&plan).expect("it suits the device");
+    assert!(lab.executor.swap(prepared).kept.contains(&"words".to_owned()));
+    assert_eq!([13, 14].map(|frame| shown_at(&mut lab, frame)), [52, 53]);
+    // Another source in its place.
+    lab.supply("words", bytemuck::cast_slice(&[7_u32; 32]));
+    let prepared = lab.prepare(&plan).expect("it suits the device");
+    lab.executor.swap(prepared);
+    assert_eq!(shown_at(&mut lab, 15), 7);
 }

@@ -37,6 +37,8 @@ pub struct Loaded {
     pub camera: Option<CameraHint>,
     /// Other places to look from, by name, in the order of the file.
     pub cameras: Vec<(String, CameraHint)>,
+    /// Its models by name, each a world of its own around its origin, with its own materials.
+    pub models: Vec<(String, Arc<World>)>,
     /// Every file that was read, the world file first: a change of any of them changes the world.
     pub files: Vec<String>,
 }
@@ -49,6 +51,7 @@ struct Description {
     cameras: Vec<(String, CameraHint)>,
     palette: Palette,
     operations: Vec<(Operation, Span)>,
+    models: Vec<(String, Arc<World>)>,
     files: Vec<String>,
 }
 
@@ -87,6 +90,7 @@ pub fn load(
         world,
         camera: description.camera,
         cameras: description.cameras,
+        models: description.models,
         files: description.files,
     };
     Ok((loaded, found))
@@ -107,7 +111,10 @@ fn load_vox(path: &str, files: &dyn Files) -> Result<(Loaded, Vec<Diagnostic>), 
     let world = vox::import(&bytes).map_err(|error| Box::new(error.diagnostic(path, None)))?;
     let found = empty(&world, path).into_iter().collect();
     let files = vec![path.to_owned()];
-    Ok((Loaded { name: stem(path), about: None, world, camera: None, cameras: Vec::new(), files }, found))
+    Ok((
+        Loaded { name: stem(path), about: None, world, camera: None, cameras: Vec::new(), models: Vec::new(), files },
+        found,
+    ))
 }
 
 fn empty(world: &World, path: &str) -> Option<Diagnostic> {
@@ -133,8 +140,9 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
     root.finish();
     let (palette, models) = reader.into_parts();
     let mut all_files = vec![path.to_owned()];
-    all_files.extend(models.into_files());
-    Description { name, about, camera, cameras, palette, operations, files: all_files }
+    let (models, files) = models.into_parts();
+    all_files.extend(files);
+    Description { name, about, camera, cameras, palette, operations, models, files: all_files }
 }
 
 fn build_diagnostic(error: &BuildError, path: &str, places: &[Span]) -> Diagnostic {

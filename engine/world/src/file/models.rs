@@ -56,8 +56,10 @@ impl Models {
         models
     }
 
-    pub(super) fn into_files(self) -> Vec<String> {
-        self.files
+    /// The models that could be read, by name, and all files.
+    pub(super) fn into_parts(self) -> (Vec<(String, Arc<World>)>, Vec<String>) {
+        let models = self.by_name.into_iter().filter_map(|(name, entry)| Some((name, entry.model?)));
+        (models.collect(), self.files)
     }
 
     /// The model that a value names; its materials join the palette at its first use.

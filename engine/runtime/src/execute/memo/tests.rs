@@ -18,7 +18,7 @@ fn contents(memo: &Memo, access: &SlotAccess, frame: u64) -> std::ops::Range<usi
 impl Machine {
     fn run(&mut self, memo: &Memo, frame: u64, keys: &[Option<u64>], present: u64, run: &[bool]) {
         for node in &memo.nodes {
-            let Some(key) = node.key(&Ticks::default(), keys, present).filter(|_| run[node.step as usize]) else {
+            let Some(key) = node.key(&[], &Ticks::default(), keys, present).filter(|_| run[node.step as usize]) else {
                 continue;
             };
             let mut hash = mix(node.maker.salt(), key);

@@ -1,0 +1,132 @@
+//! Supply: what can come into a graph from outside, as far as the compiler must know it.
+
+use std::fmt;
+use std::sync::Arc;
+
+use raxel_diagnostics::{Code, codes};
+use raxel_shader::format::Format;
+use raxel_shader::interface::{Access, Block};
+
+/// A source: `source = "world.tree64"`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceLayout {
+    /// Its name, e.g. `world.tree64`.
+    pub name: String,
+    /// How the bytes of its buffer are laid out; a shader's block must agree member by member.
+    pub block: Block,
+    /// The texels of its 3-D image, if it has one besides: what a target with this source is.
+    pub image: Option<Format>,
+    /// What passes may do with it.
+    pub access: Access,
+}
+
+/// Everything that can come from outside.
+pub trait Catalog {
+    /// The sources that are known by their names alone.
+    fn sources(&self) -> &[SourceLayout];
+
+    /// The source of that name, one that is not listed included: that of a model, whose name only its world knows.
+    fn source(&self, name: &str) -> Option<SourceLayout> {
+        self.sources().iter().find(|source| source.name == name).cloned()
+    }
+
+    /// Reads a file of the project, for the source `file.<path>` of a buffer or, with a request, of a target.
+    fn file(&self, path: &str, image: Option<&ImageRequest>) -> Result<Arc<FileContents>, Refusal>;
+}
+
+/// What a graph says of a file with texels, besides its path.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImageRequest {
+    /// `format`; the file's own when `None`.
+    pub format: Option<Format>,
+    /// `mips`; 0 is the full chain.
+    pub mips: u32,
+    /// `slices`: the file is a strip of so many pictures, one below the other, that are the slices of a 3-D image.
+    pub slices: Option<u32>,
+    /// `encoding = "srgb"`: colours are brought into linear light.
+    pub srgb: bool,
+}
+
+/// Why a file is no source.
+#[derive(Clone, Debug)]
+pub struct Refusal {
+    /// The diagnostic's code.
+    pub code: Code,
+    /// The key that is to blame: `source`, `format`, `mips`, `slices` or `encoding`.
+    pub key: &'static str,
+    /// What is wrong, with the name of the file.
+    pub message: String,
+    /// What to do.
+    pub help: Option<String>,
+}
+
+/// Contents of a file, ready for the device.
+#[derive(Clone, PartialEq)]
+pub enum FileContents {
+    /// Of a buffer; a multiple of 4 bytes.
+    Bytes(Vec<u8>),
+    /// Of a target.
+    Image(FileImage),
+}
+
+/// Texels of a file.
+#[derive(Clone, PartialEq)]
+pub struct FileImage {
+    /// Texel format.
+    pub format: Format,
+    /// Texels of mip 0; the third is 1 unless `volume`.
+    pub extent: [u32; 3],
+    /// 3-D, else 2-D.
+    pub volume: bool,
+    /// Each mip: x first, then y, then z, without padding.
+    pub mips: Vec<Vec<u8>>,
+}
+
+impl FileContents {
+    /// Bytes of all of it, mips included.
+    pub fn bytes(&self) -> u64 {
+        match self {
+            FileContents::Bytes(bytes) => bytes.len() as u64,
+            FileContents::Image(image) => image.mips.iter().map(|mip| mip.len() as u64).sum(),
+        }
+    }
+}
+
+impl fmt::Debug for FileContents {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FileContents::Bytes(bytes) => write!(f, "{} bytes", bytes.len()),
+            FileContents::Image(image) => image.fmt(f),
+        }
+    }
+}
+
+impl fmt::Debug for FileImage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {:?}, {} mips", self.format.name(), self.extent, self.mips.len())
+    }
+}
+
+/// What stands before the path of a file in a source's name.
+pub(crate) const FILE: &str = "file.";
+
+/// The layout that a source such as `world.tree64` or `model.pine.tree64` has.
+pub(crate) fn layout_of(source: &str) -> Option<&str> {
+    match source.split_once('.')? {
+        ("world", layout) => Some(layout),
+        ("model", rest) => rest.rsplit_once('.').map(|(_, layout)| layout),
+        _ => None,
+    }
+}
+
+impl Catalog for Vec<SourceLayout> {
+    fn sources(&self) -> &[SourceLayout] {
+        self
+    }
+
+    /// There are none.
+    fn file(&self, path: &str, _: Option<&ImageRequest>) -> Result<Arc<FileContents>, Refusal> {
+        let message = format!("`{path}` cannot be read: there are no files here");
+        Err(Refusal { code: codes::graph::FILE_SOURCE, key: "source", message, help: None })
+    }
+}

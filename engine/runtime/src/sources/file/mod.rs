@@ -1,0 +1,231 @@
+//! Files as sources: PNG and OpenEXR become texels of a target, everything else bytes of a buffer. Decoded contents are kept as long as a
+//! graph uses them, so that an edit of something else does not decode them again.
+
+mod exr;
+mod mips;
+mod png;
+mod texels;
+
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+use raxel_diagnostics::{Files, codes};
+use raxel_graph::{FileContents, FileImage, ImageRequest, Refusal};
+
+use texels::{Channel, linear};
+
+/// Most texels along a side of a picture.
+const MOST_SIDE: u32 = 16384;
+
+/// Most bytes of a decoded picture, mips not counted.
+const MOST_BYTES: u64 = 256 << 20;
+
+/// Reads files as sources.
+#[derive(Debug, Default)]
+pub(super) struct FileSources {
+    decoded: Mutex<Vec<Decoded>>,
+}
+
+#[derive(Debug)]
+struct Decoded {
+    path: String,
+    request: Option<ImageRequest>,
+    hash: blake3::Hash,
+    contents: Weak<FileContents>,
+}
+
+impl FileSources {
+    /// The contents of a file; those that are still in use somewhere if the file has not changed.
+    pub(super) fn read(
+        &self,
+        files: &dyn Files,
+        path: &str,
+        request: Option<&ImageRequest>,
+    ) -> Result<Arc<FileContents>, Refusal> {
+        let bytes = files.read(path).map_err(|error| {
+            let diagnostic = error.diagnostic(path, None);
+            Refusal { code: diagnostic.code, key: "source", message: diagnostic.message, help: None }
+        })?;
+        let hash = blake3::hash(&bytes);
+        let known = |entry: &&Decoded| entry.path == path && entry.request.as_ref() == request && entry.hash == hash;
+        let lock = || self.decoded.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(contents) = lock().iter().find(known).and_then(|entry| entry.contents.upgrade()) {
+            return Ok(contents);
+        }
+        let contents = Arc::new(match request {
+            Some(request) => FileContents::Image(image(path, &bytes, request)?),
+            None => FileContents::Bytes(buffer(path, &bytes)?),
+        });
+        let mut decoded = lock();
+        decoded.retain(|entry| entry.contents.strong_count() > 0);
+        let (path, request) = (path.to_owned(), request.cloned());
+        decoded.push(Decoded { path, request, hash, contents: Arc::downgrade(&contents) });
+        Ok(contents)
+    }
+}
+
+/// A picture as it is in its file.
+struct Picture {
+    extent: [u32; 2],
+    /// How a channel is stored in the file, and in `bytes`.
+    channel: Channel,
+    /// 1, 2, 3 or 4.
+    channels: usize,
+    /// Rows from the top, channels next to each other.
+    bytes: Vec<u8>,
+}
+
+fn buffer(path: &str, bytes: &[u8]) -> Result<Vec<u8>, Refusal> {
+    if bytes.is_empty() {
+        return Err(refused("source", format!("`{path}` is empty, and a buffer has at least 4 bytes")));
+    }
+    let mut bytes = bytes.to_vec();
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    Ok(bytes)
+}
+
+fn image(path: &str, bytes: &[u8], request: &ImageRequest) -> Result<FileImage, Refusal> {
+    let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
+    let decode: fn(&[u8]) -> Result<Picture, String> = match extension.as_deref() {
+        Some("png") => png::decode,
+        Some("exr") => exr::decode,
+        _ => {
+            let message = format!("`{path}` is no picture that raxel reads");
+            let help = "a target takes .png and .exr; a buffer takes any file as bytes".to_owned();
+            return Err(Refusal { help: Some(help), ..refused("source", message) });
+        }
+    };
+    // A decoder that panics on a broken file must not end the thread that waits for its repair.
+    let decoded = std::panic::catch_unwind(|| decode(bytes)).unwrap_or_else(|_| Err("it is damaged".to_owned()));
+    let picture = decoded.map_err(|reason| refused("source", format!("`{path}` cannot be read: {reason}")))?;
+    shape(path, &picture, request)
+}
+
+/// Brings a picture into the format and the shape that a graph wants.
+fn shape(path: &str, picture: &Picture, request: &ImageRequest) -> Result<FileImage, Refusal> {
+    let Picture { extent: [width, height], channel: stored, channels: given, .. } = *picture;
+    let channels = if given == 3 { 4 } else { given };
+    if request.srgb && !matches!(stored, Channel::Unorm8 | Channel::Unorm16) {
+        return Err(refused("encoding", format!("`{path}` holds linear light already")));
+    }
+    let channel = match request.format {
+        None if request.srgb => Channel::Half,
+        None => stored,
+        Some(format) => {
+            let channel = Channel::of(format).filter(|to| format.channels() as usize == channels && fits(stored, *to));
+            let float = request.srgb && matches!(channel, Some(Channel::Half | Channel::Float));
+            match channel {
+                Some(channel) if float || !request.srgb => channel,
+                _ => return Err(wrong_format(path, picture, request)),
+            }
+        }
+    };
+    let (extent, volume) = match request.slices {
+        None => ([width, height, 1], false),
+        Some(slices) if height.is_multiple_of(slices) => ([width, height / slices, slices], true),
+        Some(slices) => {
+            let message = format!("`{path}` has {height} rows, which are not {slices} slices of equal height");
+            let help = "the slices of a strip lie below each other".to_owned();
+            return Err(Refusal { help: Some(help), ..refused("slices", message) });
+        }
+    };
+    let full = u32::BITS - extent.into_iter().max().unwrap_or(1).max(1).leading_zeros();
+    let count = if request.mips == 0 { full } else { request.mips };
+    if count > full {
+        return Err(refused("mips", format!("`{path}` has {full} mips down to one texel, not {count}")));
+    }
+    if count > 1 && channel.is_integer() {
+        let message = format!("`{path}` becomes integers, which have no mean and so no mips");
+        return Err(refused("mips", message));
+    }
+    let texels = u64::from(width) * u64::from(height);
+    let bytes = texels * (channels * channel.bytes()) as u64;
+    if bytes > MOST_BYTES {
+        return Err(refused("source", format!("`{path}` takes {bytes} bytes, and at most {MOST_BYTES} are loaded")));
+    }
+    let mut mips = vec![convert(picture, channel, channels, request.srgb)];
+    mips::append(&mut mips, extent, channel, channels, count);
+    Ok(FileImage { format: channel.format(channels), extent, volume, mips })
+}
+
+/// Whether a channel of a file loses nothing that matters in a channel of a format: integers take the stored numbers as they are.
+fn fits(stored: Channel, to: Channel) -> bool {
+    match stored {
+        Channel::Unorm8 => true,
+        Channel::Unorm16 => !matches!(to, Channel::Unorm8 | Channel::Uint8),
+        Channel::Half | Channel::Float => matches!(to, Channel::Half | Channel::Float),
+        Channel::Uint8 | Channel::Uint16 | Channel::Uint32 => to == Channel::Uint32,
+    }
+}
+
+fn convert(picture: &Picture, to: Channel, channels: usize, srgb: bool) -> Vec<u8> {
+    let from = picture.channel;
+    if from == to && picture.channels == channels {
+        return picture.bytes.clone();
+    }
+    // What 1 is in the file: a colour without alpha is opaque. Integers take what is stored.
+    let scale = match (from, to.is_integer()) {
+        (Channel::Unorm8, true) => 255.0,
+        (Channel::Unorm16, true) => 65535.0,
+        _ => 1.0,
+    };
+    let texels = picture.extent.map(|side| side as usize).iter().product::<usize>();
+    let mut bytes = Vec::with_capacity(texels * channels * to.bytes());
+    let alpha = if picture.channels.is_multiple_of(2) { picture.channels - 1 } else { picture.channels };
+    for texel in 0..texels {
+        for channel in 0..channels {
+            let value = if channel < picture.channels {
+                from.get(&picture.bytes, texel * picture.channels + channel)
+            } else {
+                1.0
+            };
+            to.put(if srgb && channel < alpha { linear(value) } else { value * scale }, &mut bytes);
+        }
+    }
+    bytes
+}
+
+fn wrong_format(path: &str, picture: &Picture, request: &ImageRequest) -> Refusal {
+    let name = request.format.map_or("", |format| format.name());
+    let channels = if picture.channels == 3 { 4 } else { picture.channels };
+    let all = [
+        Channel::Unorm8,
+        Channel::Unorm16,
+        Channel::Half,
+        Channel::Float,
+        Channel::Uint8,
+        Channel::Uint16,
+        Channel::Uint32,
+    ];
+    let linear = |channel: &Channel| !request.srgb || matches!(channel, Channel::Half | Channel::Float);
+    let fitting = all.iter().filter(|channel| fits(picture.channel, **channel) && linear(channel));
+    let names: Vec<&str> = fitting.map(|channel| channel.format(channels).name()).collect();
+    let of = match picture.channels {
+        1 => "1 channel".to_owned(),
+        channels => format!("{channels} channels"),
+    };
+    let bits = picture.channel.bytes() * 8;
+    Refusal {
+        help: Some(format!("formats for it: {}", names.join(", "))),
+        ..refused("format", format!("`{path}` has {of} of {bits} bits, which `{name}` does not fit"))
+    }
+}
+
+/// Whether a picture may be decoded at all.
+fn check_extent(width: u64, height: u64, texel_bytes: u64) -> Result<[u32; 2], String> {
+    let side = u64::from(MOST_SIDE);
+    if width == 0 || height == 0 || width > side || height > side {
+        return Err(format!("it is {width}×{height} texels, and a side has 1 to {MOST_SIDE}"));
+    }
+    let bytes = width * height * texel_bytes;
+    if bytes > MOST_BYTES {
+        return Err(format!("it takes {bytes} bytes, and at most {MOST_BYTES} are loaded"));
+    }
+    Ok([width as u32, height as u32])
+}
+
+fn refused(key: &'static str, message: String) -> Refusal {
+    Refusal { code: codes::graph::FILE_SOURCE, key, message, help: None }
+}
+
+#[cfg(test)]
+mod tests;
