@@ -5,7 +5,7 @@
 use crate::checked::{Builtin, Fill, Graph, ResourceId, Source};
 use crate::cull::Cull;
 use crate::lifetimes::{Life, read_before_written};
-use crate::order::{Order, Touch};
+use crate::order::{Action, Order, Touch};
 use crate::plan::AccessMask;
 
 /// By used resource: its contents depend on the camera, the cursor, the frame or a clock, directly, through what a pass reads, or
@@ -35,7 +35,10 @@ pub(crate) fn varies(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) 
 
 /// Whether passes store to it, and load what an earlier frame stored.
 fn feeds_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life], index: usize) -> bool {
-    let touches: Vec<Touch> = order.touches.iter().filter(|touch| touch.resource as usize == index).copied().collect();
+    // A copy of a source is not filled in every frame: what passes made of it stays.
+    let fills = |touch: &&Touch| matches!(order.actions[touch.action as usize], Action::Copy(_));
+    let of_it = order.touches.iter().filter(|touch| touch.resource as usize == index && !fills(touch));
+    let touches: Vec<Touch> = of_it.copied().collect();
     let resource = graph.resource(cull.used[index]);
     let stored = touches.iter().any(|touch| touch.access == AccessMask::STORAGE_WRITE);
     let older = touches.iter().any(|touch| touch.age > 0);
