@@ -9,7 +9,8 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, codes};
 
 use crate::checked::{
-    self, Dispatch, Fill, Graph, InLoop, LoopId, MOST_ROUNDS, Pass, PassId, ResourceId, Round, Rounds, Source, Value,
+    self, Dispatch, Every, Fill, Graph, InLoop, LoopId, MOST_ROUNDS, Pass, PassId, ResourceId, Round, Rounds, Source,
+    Value,
 };
 use crate::plan::{PlanInput, Present};
 use crate::region::{Parts, Region};
@@ -59,6 +60,7 @@ pub(crate) fn unroll(
     let present = Present { resource: shown, after: after.map(|index| PassId(index as u32)), ..input.present };
     let passes = passes.into_iter().map(|(_, pass)| pass).collect();
     let flat = Graph { passes, loops: Vec::new(), ..(**graph).clone() };
+    runs_now_and_then(graph, sizes, input)?;
     carried(graph, &flat, &stands_for, sizes, input)?;
     Ok((Arc::new(flat), present))
 }
@@ -147,6 +149,41 @@ fn resolve_round(pass: &mut Pass, in_loop: &InLoop, index: u32) {
     pass.specialization.iter_mut().for_each(|(_, from)| number(from));
 }
 
+/// Names are resolved once for all frames. So a loop that one frame skips and another runs several times (the ticks of a clock) must
+/// leave every name where it was.
+fn runs_now_and_then(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Result<(), Vec<Diagnostic>> {
+    let mut found = Vec::new();
+    for (index, repeated) in graph.loops.iter().enumerate() {
+        let of = |pass: &&Pass| pass.in_loop.as_ref().is_some_and(|in_loop| in_loop.of.0 as usize == index);
+        let mut running = graph.passes.iter().filter(of).filter(|pass| is_on(pass, input)).peekable();
+        let count = rounds(graph, repeated.rounds, sizes, input);
+        let (Some(&first), Some([a, b])) = (running.peek(), repeated.swap.first()) else { continue };
+        if count.is_multiple_of(2) || running.any(|pass| pass.every.is_none()) {
+            continue;
+        }
+        let [a, b] = [a, b].map(|id| &graph.resource(*id).name);
+        let (when, how) = match first.every {
+            Some(Every::Clock(clock)) => {
+                (format!("in each tick of clock `{}`", graph.clock(clock).name), "runs once a tick")
+            }
+            _ => (format!("in loop `{}`, which not every frame runs", repeated.name), "runs only now and then"),
+        };
+        let message = format!("`{a}` and `{b}` change places an odd number of times {when}");
+        found.push(
+            Diagnostic::error(codes::graph::SWAP_CARRIED, message)
+                .label(repeated.place.clone(), swaps(count))
+                .label(first.place.clone(), how)
+                .help("use an even number of rounds: a frame may run this loop several times or not at all"),
+        );
+    }
+    if found.is_empty() { Ok(()) } else { Err(found) }
+}
+
+fn swaps(rounds: u32) -> String {
+    let s = if rounds == 1 { "" } else { "s" };
+    format!("{rounds} round{s}, with a swap after each")
+}
+
 /// A name that stands for another resource when a frame starts than when it ends must be made anew in each frame.
 fn carried(
     graph: &Graph,
@@ -172,11 +209,7 @@ fn carried(
         .label(resource.place.clone(), "declared here")
         .label(reader.place.clone(), "this pass reads what the last frame left");
         let error = match swapping {
-            Some(repeated) => {
-                let count = rounds(graph, repeated.rounds, sizes, input);
-                let s = if count == 1 { "" } else { "s" };
-                error.label(repeated.place.clone(), format!("{count} round{s}, with a swap after each"))
-            }
+            Some(repeated) => error.label(repeated.place.clone(), swaps(rounds(graph, repeated.rounds, sizes, input))),
             None => error,
         };
         found.push(error.help(format!("use an even number of rounds, or give `{name}` the key `clear`")));
@@ -184,20 +217,22 @@ fn carried(
     if found.is_empty() { Ok(()) } else { Err(found) }
 }
 
-/// The pass that reads what the last frame left in a resource: it reads a part that no pass before it stored.
+/// The pass that reads what the last frame left in a resource: it reads a part that no pass before it stored. What a pass stores only
+/// now and then is new for passes that run just when it does.
 fn first_reader<'g>(flat: &'g Graph, id: ResourceId, size: &Size, input: &PlanInput) -> Option<&'g Pass> {
     let touches = |pass: &'g Pass| pass.accesses.iter().filter(move |access| access.resource == id && access.age == 0);
     let running = || flat.passes.iter().filter(|pass| is_on(pass, input));
     let parts = Parts::new(running().flat_map(touches).map(|access| Region::of(access, size)));
-    let mut stored = vec![false; parts.count()];
+    let mut stored: Vec<Vec<Option<Every>>> = vec![Vec::new(); parts.count()];
     for pass in running() {
+        let is_new = |part: usize| stored[part].iter().any(|every| every.is_none() || *every == pass.every);
         for access in touches(pass).filter(|access| access.access.reads()) {
-            if parts.of(Region::of(access, size)).any(|part| !stored[part]) {
+            if parts.of(Region::of(access, size)).any(|part| !is_new(part)) {
                 return Some(pass);
             }
         }
         for access in touches(pass).filter(|access| access.access.writes()) {
-            parts.of(Region::of(access, size)).for_each(|part| stored[part] = true);
+            parts.of(Region::of(access, size)).for_each(|part| stored[part].push(pass.every));
         }
     }
     None

@@ -5,7 +5,7 @@ mod hand;
 
 use hand::Hand;
 use raxel_graph::checked::*;
-use raxel_graph::plan::Plan;
+use raxel_graph::plan::{Plan, Step};
 use raxel_shader::format::Format;
 
 fn repeated(hand: &mut Hand, name: &str, rounds: Rounds, swap: &[[&str; 2]]) -> LoopId {
@@ -16,8 +16,8 @@ fn repeated(hand: &mut Hand, name: &str, rounds: Rounds, swap: &[[&str; 2]]) -> 
     LoopId(hand.graph.loops.len() as u32 - 1)
 }
 
-fn inside(of: LoopId) -> Option<InLoop> {
-    Some(InLoop { of, mips: Vec::new(), dispatch_mip: None })
+fn inside(of: LoopId) -> InLoop {
+    InLoop { of, mips: Vec::new(), dispatch_mip: None }
 }
 
 /// Each live pass with the resources that it accesses, in the order of its binds.
@@ -39,7 +39,7 @@ fn relaxing(rounds: u32) -> Hand {
     }
     let relax = repeated(&mut hand, "relax", Rounds::Fixed(rounds), &[["a", "b"]]);
     hand.pass("start", &["w a"]);
-    hand.pass("relax", &["r a", "w b"]).in_loop = inside(relax);
+    hand.pass("relax", &["r a", "w b"]).in_loop = Some(inside(relax));
     hand.pass("finish", &["r a", "w color"]);
     hand
 }
@@ -168,6 +168,69 @@ fn what_is_carried_from_frame_to_frame_needs_an_even_number_of_swaps() {
     off.facts = false;
     off.graph.passes[0].when = Some(Condition { fact: Fact::WorldHasVoxels, negated: false });
     assert_eq!(passes(&off.plan("color").unwrap()), ["finish a color"]);
+}
+
+/// `relaxing`, all of it but `finish` run by a clock of at most two ticks a frame.
+fn ticking(rounds: u32) -> Hand {
+    let mut hand = relaxing(rounds);
+    let clock = hand.clock("sim", 2);
+    for pass in &mut hand.graph.passes[..2] {
+        pass.every = Some(Every::Clock(clock));
+    }
+    hand
+}
+
+#[test]
+fn a_tick_runs_all_rounds() {
+    let mut hand = ticking(2);
+    for resource in &mut hand.graph.resources[..2] {
+        resource.clock = Some(ClockId(0));
+        if let ResourceKind::Target(target) = &mut resource.kind {
+            target.clear = Some(Clear::Float([0.0; 4]));
+        }
+    }
+    let plan = hand.plan("color").unwrap();
+    let tick = ["start a", "relax[0] a b", "relax[1] b a"];
+    assert_eq!(passes(&plan), [&tick[..], &tick[..], &["finish a color"]].concat());
+    let ticks: Vec<Option<u32>> = plan.passes.iter().map(|pass| pass.tick).collect();
+    assert_eq!(ticks, [Some(0), Some(0), Some(0), Some(1), Some(1), Some(1), None]);
+    let clears: Vec<(u32, Option<u32>)> = (plan.steps.iter())
+        .filter_map(|step| if let Step::Clear { resource, tick } = step { Some((*resource, *tick)) } else { None })
+        .collect();
+    assert_eq!(clears, [(0, Some(0)), (1, Some(0)), (0, Some(1)), (1, Some(1))], "once a tick, not once a round");
+}
+
+#[test]
+fn a_loop_that_not_every_frame_runs_leaves_names_where_they_were() {
+    let refused = |hand: &Hand| {
+        let found = hand.plan("color").unwrap_err();
+        assert!(found.len() == 1 && found[0].code.as_str() == "RX0195", "{found:?}");
+        found[0].message.clone()
+    };
+    assert!(ticking(4).plan("color").is_ok());
+    assert_eq!(refused(&ticking(3)), "`a` and `b` change places an odd number of times in each tick of clock `sim`");
+    // Without a running pass nothing changes places.
+    let mut off = ticking(3);
+    off.facts = false;
+    off.graph.passes[1].when = Some(Condition { fact: Fact::WorldHasVoxels, negated: false });
+    assert!(off.plan("color").is_ok());
+    let rare = |rounds: u32| {
+        let mut hand = relaxing(rounds);
+        hand.graph.passes[1].every = Some(Every::Frames(3));
+        hand
+    };
+    assert!(rare(2).plan("color").is_ok());
+    assert_eq!(
+        refused(&rare(3)),
+        "`a` and `b` change places an odd number of times in loop `relax`, which not every frame runs"
+    );
+    // What is made only now and then is carried through the other frames.
+    let mut made = relaxing(3);
+    made.graph.passes[0].every = Some(Every::Frames(3));
+    assert_eq!(
+        refused(&made),
+        "`a` changes places an odd number of times in a frame, but is carried from frame to frame"
+    );
 }
 
 /// The frames of a plan without loops are as they ever were: not even the graph is another.

@@ -5,6 +5,7 @@ mod checker;
 
 use checker::graphs::{Random, case, text};
 use checker::sync::{self, Run};
+use raxel_graph::checked::{Every, Pass};
 use raxel_graph::plan::{Activation, CullReason, Culled, Lifetime, Place, Plan, ResourceDesc, Step};
 
 /// Graphs of the normal test run.
@@ -79,7 +80,7 @@ fn passes_may_be_left_out() {
 /// Loops are written out as they should be, and what they become is planned like everything else.
 #[test]
 fn every_plan_of_loops_is_right() {
-    let (mut rounds, mut swapped, mut refused, mut graphs) = (0, 0, 0, 0);
+    let (mut rounds, mut swapped, mut ticking, mut refused, mut graphs) = (0, 0, 0, 0, 0);
     for seed in 0..GRAPHS {
         let Some(mut case) = checker::loops::looped(seed) else { continue };
         let expected = checker::loops::written_out(&case);
@@ -98,6 +99,8 @@ fn every_plan_of_loops_is_right() {
         let faults = checker::loops::faults(&flat, shown, &plan);
         assert!(faults.is_empty(), "seed {seed}\n{}\n{:?}\n{faults:#?}", text(&case), case.graph.loops);
         swapped += u32::from(case.graph.loops.iter().any(|repeated| !repeated.swap.is_empty()));
+        let of_tick = |pass: &Pass| pass.in_loop.is_some() && matches!(pass.every, Some(Every::Clock(_)));
+        ticking += u32::from(case.graph.passes.iter().any(of_tick));
         rounds += flat.passes.len() as i64 - case.graph.passes.len() as i64;
         graphs += 1;
         // From here on it is a graph like any other.
@@ -111,8 +114,11 @@ fn every_plan_of_loops_is_right() {
             }
         }
     }
-    let enough = graphs > 1500 && rounds > 1000 && swapped > 500 && refused > 20;
-    assert!(enough, "{graphs} graphs, {rounds} more passes, {swapped} with swaps, {refused} refused");
+    let enough = graphs > 1500 && rounds > 1000 && swapped > 500 && ticking > 100 && refused > 20;
+    assert!(
+        enough,
+        "{graphs} graphs, {rounds} more passes, {swapped} with swaps, {ticking} with a clock, {refused} refused"
+    );
 }
 
 /// A way to break a plan; `None` where it cannot be applied.

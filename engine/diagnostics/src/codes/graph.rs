@@ -115,9 +115,9 @@ declare! {
     CAPABILITY = "RX0164";
     /// A clock that the graph does not declare.
     UNKNOWN_CLOCK = "RX0165";
-    /// Passes of a clock with another pass between them.
+    /// Passes of a clock with another pass between them, or in one loop with it.
     CLOCK_GROUP = "RX0166";
-    /// A resource that turns with a clock is written by a pass of another rhythm.
+    /// A resource that turns with a clock is written, or changes places, at another rhythm.
     CLOCK_WRITER = "RX0167";
     /// History or a clear that turns with the frames, of something that not every frame writes.
     CLOCK_MISSING = "RX0168";
@@ -155,6 +155,6 @@ declare! {
     LOOP_COUNT = "RX0193";
     /// `loop.index` or `loop.next` where there is no loop.
     NO_LOOP = "RX0194";
-    /// An odd number of swaps of what is carried from frame to frame.
+    /// An odd number of swaps of what is carried from frame to frame, or in a loop that not every frame runs.
     SWAP_CARRIED = "RX0195";
 }

@@ -1,9 +1,9 @@
-//! Clocks: their passes stand together, what turns with a clock is written by its passes alone, and what only some frames write does
-//! not turn with the frames.
+//! Clocks: their passes stand together, also when loops are written out; what turns with a clock is written by its passes alone, and
+//! what only some frames write does not turn with the frames.
 
 use raxel_diagnostics::{Diagnostic, codes};
 
-use crate::checked::{ClockId, Every, Graph, Pass, Resource, ResourceId};
+use crate::checked::{ClockId, Every, Graph, Loop, LoopId, Pass, Resource, ResourceId};
 use crate::resolve::Resolved;
 
 /// Checks the clocks of a graph whose passes are all known. As in [`super::flow`], warnings are given only where nothing is wrong.
@@ -12,6 +12,9 @@ pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
     let mut clocks = Vec::new();
     for index in 0..graph.clocks.len() {
         passes_stand_together(graph, ClockId(index as u32), &mut clocks);
+    }
+    for (index, repeated) in graph.loops.iter().enumerate() {
+        loop_is_of_one_rhythm(graph, LoopId(index as u32), repeated, &mut clocks);
     }
     for (index, declared) in resolved.resources.iter().enumerate().filter(|(_, declared)| declared.sound) {
         let id = ResourceId(index as u32);
@@ -60,6 +63,48 @@ fn passes_stand_together(graph: &Graph, clock: ClockId, found: &mut Vec<Diagnost
             return;
         }
         last = pass;
+    }
+}
+
+/// A tick runs all rounds of a loop. Of a loop with passes of several rhythms, the second round would stand between the passes of the
+/// clock; and names that change places there must not be those of another clock.
+fn loop_is_of_one_rhythm(graph: &Graph, id: LoopId, repeated: &Loop, found: &mut Vec<Diagnostic>) {
+    let passes = || graph.passes.iter().filter(|pass| pass.in_loop.as_ref().is_some_and(|in_loop| in_loop.of == id));
+    let clock_of = |pass: &Pass| if let Some(Every::Clock(clock)) = pass.every { Some(clock) } else { None };
+    let Some(first) = passes().next() else { return };
+    let clocked = passes().find_map(|pass| clock_of(pass).map(|clock| (pass, clock)));
+    if let Some((of_clock, clock)) = clocked
+        && let Some(other) = passes().find(|pass| clock_of(pass) != Some(clock))
+    {
+        let name = &graph.clock(clock).name;
+        let message = format!(
+            "loop `{}` repeats pass `{}`, which runs by clock `{name}`, together with `{}`, which does not",
+            repeated.name, of_clock.name, other.name
+        );
+        found.push(
+            Diagnostic::error(codes::graph::CLOCK_GROUP, message)
+                .label(of_clock.place.clone(), "runs once a tick")
+                .label(other.place.clone(), "runs at another rhythm")
+                .label(repeated.place.clone(), "the loop")
+                .help(format!(
+                    "a tick runs all rounds of a loop: give all of its passes `every = \"{name}\"`, or none"
+                )),
+        );
+        return;
+    }
+    for resource in repeated.swap.iter().map(|[a, _]| graph.resource(*a)) {
+        let Some(clock) = resource.clock.filter(|clock| clock_of(first) != Some(*clock)) else { continue };
+        let name = &graph.clock(clock).name;
+        let message = format!(
+            "loop `{}` lets `{}` change places, which turns with clock `{name}`, but does not run by that clock",
+            repeated.name, resource.name
+        );
+        found.push(
+            Diagnostic::error(codes::graph::CLOCK_WRITER, message)
+                .label(first.place.clone(), "changes its place at another rhythm")
+                .label(resource.place.clone(), format!("turns with `{name}`"))
+                .help(format!("give the passes of the loop `every = \"{name}\"`, or swap other resources")),
+        );
     }
 }
 

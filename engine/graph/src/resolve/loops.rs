@@ -104,7 +104,7 @@ fn unlike(
         error(format!("`{first}` and `{second}` cannot change places: they differ in {what}"))
             .label(a.item.place.clone(), format!("`{first}`"))
             .label(b.item.place.clone(), format!("`{second}`"))
-            .help("declare both with the same format, size, mips, layers, history, `clear` and `init`"),
+            .help("declare both with the same format, size, mips, layers, history, `clock`, `clear` and `init`"),
     )
 }
 
@@ -112,6 +112,9 @@ fn unlike(
 fn difference(a: &Resource, b: &Resource) -> Option<&'static str> {
     if a.history != b.history {
         return Some("`history`");
+    }
+    if a.clock != b.clock {
+        return Some("`clock`");
     }
     match (&a.kind, &b.kind) {
         (ResourceKind::Target(a), ResourceKind::Target(b)) => {

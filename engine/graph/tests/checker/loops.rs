@@ -1,7 +1,7 @@
 //! Loops of random graphs, and what they are when they are written out: worked out forwards, by following which memory every name
 //! stands for, where the compiler goes backwards.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use raxel_graph::checked::*;
@@ -21,11 +21,18 @@ pub fn looped(seed: u64) -> Option<Case> {
     }
     let mut first = r.below(graph.passes.len() as u32) as usize;
     while first < graph.passes.len() && graph.loops.len() < 2 {
-        let end = (first + 1 + r.below(3) as usize).min(graph.passes.len());
+        let most = (first + 1 + r.below(3) as usize).min(graph.passes.len());
+        // A loop with passes of a clock has no others.
+        let of = clock(&graph.passes[first]);
+        let end = (first..most).find(|&pass| clock(&graph.passes[pass]) != of).unwrap_or(most);
         repeat(r, graph, first..end);
         first = end + r.below(3) as usize;
     }
     Some(case)
+}
+
+fn clock(pass: &Pass) -> Option<ClockId> {
+    if let Some(Every::Clock(clock)) = pass.every { Some(clock) } else { None }
 }
 
 fn repeat(r: &mut Random, graph: &mut Graph, group: std::ops::Range<usize>) {
@@ -56,7 +63,9 @@ fn repeat(r: &mut Random, graph: &mut Graph, group: std::ops::Range<usize>) {
         }
         let id = r.pick(&accesses);
         let taken = swap.iter().flatten().any(|other| *other == id);
-        if taken || graph.resource(id).kind.supplied_by().is_some() || graph.resource(id).made {
+        // What turns with a clock changes places in loops of that clock alone.
+        let turns_apart = graph.resource(id).clock.is_some_and(|of| clock(&graph.passes[group.start]) != Some(of));
+        if taken || turns_apart || graph.resource(id).kind.supplied_by().is_some() || graph.resource(id).made {
             continue;
         }
         let twin = ResourceId(graph.resources.len() as u32);
@@ -106,6 +115,12 @@ pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
             Rounds::Mips(of) => sizes[of.0 as usize].0 - 1,
             Rounds::Param(_) => 0,
         };
+        // Frames and ticks that skip the loop would leave the names elsewhere than those that run it.
+        let running = || group.clone().map(|index| &graph.passes[index]).filter(|pass| case.runs(pass));
+        let skipped = running().next().is_some() && running().all(|pass| pass.every.is_some());
+        if skipped && count % 2 == 1 && !repeated.swap.is_empty() {
+            return Err(Carried);
+        }
         for round in 0..count {
             let number = if repeated.down { count - round - 1 } else { round };
             for index in group.clone() {
@@ -117,7 +132,7 @@ pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
                 }
                 passes.push((index as u32, pass, memory.clone()));
             }
-            if group.clone().any(|index| case.runs(&graph.passes[index])) {
+            if running().next().is_some() {
                 for [a, b] in &repeated.swap {
                     memory.swap(a.0 as usize, b.0 as usize);
                 }
@@ -152,7 +167,8 @@ pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
     // At the start of the next frame a name stands for what it stood for at the end of this one: itself. The passes take it for what
     // follows from the swaps. Where the two differ, nothing of the last frame may be looked at.
     let start: Vec<u32> = (0..graph.resources.len() as u32).map(called).collect();
-    let mut stored: BTreeSet<(u32, u32, u32)> = BTreeSet::new();
+    // Parts, and when the passes run that stored them.
+    let mut stored: BTreeMap<(u32, u32, u32), Vec<Option<Every>>> = BTreeMap::new();
     for pass in flat.passes.iter().filter(|pass| case.runs(pass)) {
         let now = |writes: bool| {
             let of = pass
@@ -163,12 +179,15 @@ pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
         };
         for part in now(false) {
             let stands_elsewhere = start.iter().position(|cell| *cell == part.0) != Some(part.0 as usize);
-            if stands_elsewhere && !flat.resources[part.0 as usize].kind.is_cleared() && !stored.contains(&part) {
+            let always = |every: &Option<Every>| every.is_none() || *every == pass.every;
+            let is_new = stored.get(&part).is_some_and(|by| by.iter().any(always));
+            if stands_elsewhere && !flat.resources[part.0 as usize].kind.is_cleared() && !is_new {
                 return Err(Carried);
             }
         }
-        let stores: Vec<_> = now(true).collect();
-        stored.extend(stores);
+        for part in now(true) {
+            stored.entry(part).or_default().push(pass.every);
+        }
     }
     Ok((flat, shown))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use raxel_graph::checked::{Dispatch, Graph, RoundIndex, Rounds, Source};
+use raxel_graph::checked::{ClockId, Dispatch, Graph, RoundIndex, Rounds, Source};
 
 use crate::files::Project;
 
@@ -203,6 +203,48 @@ fn mistakes() {
         writeln!(said, "──── {old:?} → {new:?}\n{talk}").unwrap();
     }
     insta::assert_snapshot!(said);
+}
+
+#[test]
+fn a_loop_with_passes_of_a_clock_has_no_others() {
+    let clock = "\n[clocks.sim]\nhz = 60\n[params.rounds]";
+    let mix = GRAPH.find("\n[[passes]]\nname = \"mix\"").unwrap();
+    let second = GRAPH[mix..].replace("name = \"mix\"", "name = \"again\"");
+    let graph = format!("{GRAPH}{second}").replacen("\n[params.rounds]", clock, 1);
+    let of_clock = |name: &str, graph: &str| {
+        graph.replace(&format!("name = \"{name}\"\n"), &format!("name = \"{name}\"\nevery = \"sim\"\n"))
+    };
+    let told = |graph: &str| {
+        let mut project = project();
+        project.put(PATH, graph);
+        project.talk(PATH)
+    };
+    let both = of_clock("again", &of_clock("mix", &graph));
+    let mut right = project();
+    right.put(PATH, &both);
+    assert_eq!(compiled(&right).passes.len(), 4);
+    // The second round of `mix` would stand behind the first of `again`.
+    let talk = told(&of_clock("mix", &graph));
+    let one =
+        "[RX0166]: loop `relax` repeats pass `mix`, which runs by clock `sim`, together with `again`, which does not";
+    assert!(talk.contains(one), "{talk}");
+    assert!(told(&of_clock("again", &graph)).contains("[RX0166]: loop `relax` repeats pass `again`"));
+    // What turns with a clock changes places with it.
+    let turning = |graph: &str| {
+        let turn = |graph: String, name: &str| {
+            let target = format!("[targets.{name}]\n");
+            graph.replace(&target, &format!("{target}clock = \"sim\"\n"))
+        };
+        turn(turn(graph.to_owned(), "color"), "other")
+    };
+    let all = of_clock("start", &of_clock("down", &both));
+    let mut right = project();
+    right.put(PATH, &turning(&all));
+    assert_eq!(compiled(&right).resources[1].clock, Some(ClockId(0)));
+    let talk = told(&turning(&of_clock("start", &graph)));
+    assert!(talk.contains("[RX0167]: loop `relax` lets `color` change places, which turns with clock `sim`"), "{talk}");
+    let talk = told(&both.replace("[targets.other]\n", "[targets.other]\nclock = \"sim\"\n"));
+    assert!(talk.contains("[RX0192]: `color` and `other` cannot change places: they differ in `clock`"), "{talk}");
 }
 
 #[test]
