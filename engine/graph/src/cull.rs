@@ -59,8 +59,9 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
             if input.present.after.is_some_and(|after| group.contains(&(after.0 as usize))) {
                 mark(&mut needs[input.present.resource.0 as usize], presented.iter().copied());
             }
+            let repeated = catches_up(graph, &graph.passes[group.start]);
             loop {
-                let before_tick = needs.clone();
+                let before_tick = repeated.then(|| needs.clone());
                 for (index, pass) in
                     group.clone().map(|index| (index, &graph.passes[index])).rev().filter(|(i, _)| on[*i])
                 {
@@ -76,7 +77,7 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
                     }
                 }
                 // What a tick needs when it starts may be made by the tick before it.
-                if needs == before_tick || !catches_up(graph, &graph.passes[group.start]) {
+                if before_tick.is_none_or(|before| needs == before) {
                     break;
                 }
             }
