@@ -81,6 +81,13 @@ impl Project {
         project
     }
 
+    /// A copy of a folder of the repository that is a project.
+    pub fn copy_of(folder: &str) -> Self {
+        let project = Self::empty();
+        copy(&repository().join(folder), project.root());
+        project
+    }
+
     /// A project without a file.
     pub fn empty() -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
