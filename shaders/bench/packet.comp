@@ -1,0 +1,32 @@
+// The first hit of each pixel, found for tiles of 16 x 16 pixels at a time; pixels that are not decided so go into a queue.
+#version 460
+#include <raxel/world.glsl>
+#include <raxel/packet.glsl>
+
+layout(local_size_x = 32) in;
+layout(rgba32i) uniform writeonly iimage2D outHit;  // voxel; face, or -1 where nothing is hit
+layout(std430) buffer RestCount { uint count; } restCount;
+layout(std430) writeonly buffer Rest { uvec2 pixels[]; } rest;  // pixel, time until which its ray is free
+
+layout(push_constant) uniform Push {
+    mat4 view_to_world;
+    ivec3 camera_cell;
+    vec3 camera_frac;
+    vec2 tan_half_fov;
+} push;
+
+void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
+    imageStore(outHit, pixel, ivec4(voxel, face));
+}
+
+void rx_tile_miss(ivec2 pixel) {
+    imageStore(outHit, pixel, ivec4(0, 0, 0, -1));
+}
+
+void rx_tile_rest(ivec2 pixel, float t_free) {
+    rest.pixels[atomicAdd(restCount.count, 1u)] = uvec2(uint(pixel.x) | (uint(pixel.y) << 16), floatBitsToUint(t_free));
+}
+
+void main() {
+    rx_trace_tile(ivec2(gl_WorkGroupID.xy), push.camera_cell, push.camera_frac, push.view_to_world, push.tan_half_fov, imageSize(outHit));
+}

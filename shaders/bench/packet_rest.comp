@@ -1,0 +1,28 @@
+// The first hit of each pixel in the queue, ray by ray.
+#version 460
+#include <raxel/world.glsl>
+#include <raxel/camera.glsl>
+#include <raxel/thread.glsl>
+
+layout(local_size_x = 64) in;
+layout(rgba32i) uniform writeonly iimage2D outHit;
+layout(std430) readonly buffer RestCount { uint count; } restCount;
+layout(std430) readonly buffer Rest { uvec2 pixels[]; } rest;
+
+layout(push_constant) uniform Push {
+    mat4 view_to_world;
+    ivec3 camera_cell;
+    vec3 camera_frac;
+    vec2 tan_half_fov;
+} push;
+
+void main() {
+    uint i = rx_thread();
+    if (i >= restCount.count) return;
+    ivec2 pixel = ivec2(rest.pixels[i].x & 0xffffu, rest.pixels[i].x >> 16);
+    RxHit hit;
+    RxRay ray = rx_camera_ray(push.camera_cell, push.camera_frac, push.view_to_world, push.tan_half_fov, pixel, imageSize(outHit));
+    // A little less than the time at which doubt began, which has an error of its own.
+    bool found = rx_trace_from(ray, 0.9999 * uintBitsToFloat(rest.pixels[i].y), hit);
+    imageStore(outHit, pixel, found ? ivec4(hit.voxel, hit.face) : ivec4(0, 0, 0, -1));
+}

@@ -1,0 +1,443 @@
+// Camera rays, a tile of 16 x 16 pixels at a time: one subgroup of 32 invocations walks the tree once for all of the tile's rays.
+//
+// 1. Each invocation tests two of a node's 64 children against the frustum of the tile (intervals, conservative); two ballots say which
+//    are visited. In ascending mirrored order they are front to back for every ray of an octant. Nodes go on a stack in shared memory,
+//    leaves into a list, one for each invocation.
+// 2. Of a leaf's 64 voxels, those that the frustum touches are collected in order as candidates. Up to 32 at a time are turned into the rows
+//    and columns of pixels that they can cover, and one transposition of 32 x 32 bits gives each column and each row its set of
+//    candidates; those of a pixel are the intersection of its column's and its row's.
+// 3. Each pixel tests its candidates in order, as slabs in f32 with a bound on the error. Groups of 8 x 4 pixels that are done drop out, and
+//    the frustum shrinks to those that are left.
+// 4. What f32 cannot tell, what is left of a tile that has looked at too many leaves, and everything outside of what the bounds are proven
+//    for, is handed on, to be traced ray by ray.
+//
+// What is decided here is what rx_trace finds. A shader includes this file and defines
+//
+//     void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
+//     void rx_tile_miss(ivec2 pixel);
+//     void rx_tile_rest(ivec2 pixel, float t_free);   not decided: rx_trace_from says what this pixel hits
+//
+// and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. One of the three is called once for each pixel of the tile on the output, in
+// any order. Where a subgroup is not 32 wide, every pixel is handed on.
+#ifndef RAXEL_PACKET_GLSL
+#define RAXEL_PACKET_GLSL
+
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_vote : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+
+#include "camera.glsl"
+
+void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
+void rx_tile_miss(ivec2 pixel);
+void rx_tile_rest(ivec2 pixel, float t_free);
+
+const int RX_TILE = 16;                          // pixels along an edge of a tile
+const uint RX_TILE_LEAVES = 192u;                // leaves that a tile may look at before its rays are handed on
+const float RX_TILE_SLACK = 1.0 / 256.0;         // voxels: more than a place is off by rounding, within RX_TILE_REACH of the camera
+const int RX_TILE_REACH = 1 << 13;
+const float RX_TILE_ERROR = 9.5367431640625e-7;  // 2^-20, of a direction's length and of a time, see docs/exactness.md
+const float RX_TILE_MARGIN = 1.0 / 64.0;         // pixels: more than the projection of a voxel is off, below
+const float RX_TILE_SCALE = 16384.0;             // pixels that a place one voxel aside and one voxel deep is from the middle
+
+// What a node is: its index, the height of its children above bit 28, or that all of it is full and has no node.
+const uint RX_TILE_FULL = 0x80000000u;
+
+// Shared memory is what limits how many tiles are in work at once on some devices, so there is little of it.
+// Voxels that the frustum touches, x + 16 y + 256 z from the corner of their node of 16^3, in mirrored axes. The last entries take what
+// nobody wants.
+shared uint rx_tile_candidates[98];
+// Nodes on the way down, by the height of their children: what the node is, and the children that are still to be visited; place of the corner less
+// RX_TILE_SLACK, relative to the origin.
+shared uvec4 rx_tile_nodes[7];
+shared vec4 rx_tile_places[7];
+// From places to pixels.
+shared vec4 rx_tile_project[4];
+// Direction through the first pixel, and what a pixel to the right and one down add to it; all in mirrored axes. Fraction of the origin.
+shared vec4 rx_tile_frame[4];
+
+uint rx_tile_rotate(uint x, uint by) {
+    return (x << by) | (x >> (32u - by));
+}
+
+// 32 x 32 bits: bit i of lane j becomes bit j of lane i.
+uint rx_tile_transpose(uint x, uint lane) {
+    uint y;
+    for (uint width = 16u; width != 0u; width >>= 1) {
+        bool high = (lane & width) != 0u;
+        uint low_bits = width == 16u ? 0x0000ffffu : width == 8u ? 0x00ff00ffu : width == 4u ? 0x0f0f0f0fu : width == 2u ? 0x33333333u : 0x55555555u;
+        uint keep = high ? ~low_bits : low_bits;
+        y = rx_tile_rotate(subgroupShuffleXor(x, width), high ? 32u - width : width);
+        x = (x & keep) | (y & ~keep);
+    }
+    return x;
+}
+
+// A float to an integer of at least 0, rounded up or down.
+uint rx_tile_up(float x) {
+    return uint(ceil(clamp(x, 0.0, 1.0e6)));
+}
+
+uint rx_tile_down(float x) {
+    return uint(floor(clamp(x, 0.0, 1.0e6)));
+}
+
+// Components, without their signs, of the lattice direction through a pixel, in lengths of the ray's direction. `oblique`: none is below a
+// 128th of the largest, so that the lattice takes no bit away from it.
+vec3 rx_tile_direction(vec3 dir, bool oblique) {
+    if (oblique) return abs(dir);
+    uvec3 bits = floatBitsToUint(dir);
+    uint top = rx_lattice_top(dir);
+    uvec3 d = uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
+    return vec3(d) * (9.31322574615478515625e-10 * uintBitsToFloat(top << 23));
+}
+
+// A leaf's mask, halves in mirrored order, without voxels that no ray can hit first: those whose seven neighbours towards the origin are solid.
+uvec2 rx_tile_bare(uvec2 mask, bool down_x, bool down_y, bool down_z) {
+    if (down_y) mask = mask.yx;
+    uint step_x = down_x ? 31u : 1u, within_x = down_x ? 0x77777777u : 0xeeeeeeeeu;
+    uint step_z = down_z ? 28u : 4u, within_z = down_z ? 0x0fff0fffu : 0xfff0fff0u;
+    uint a = mask.x, b = mask.y, second = down_y ? 0x0000ffffu : 0xffff0000u;
+    a &= rx_tile_rotate(a, step_x) & within_x;
+    b &= rx_tile_rotate(b, step_x) & within_x;
+    a &= rx_tile_rotate(a, step_z) & within_z;
+    b &= rx_tile_rotate(b, step_z) & within_z;
+    uint s = rx_tile_rotate(a, 16u), t = rx_tile_rotate(b, 16u);
+    return mask & ~uvec2(a & s & second, b & ((t & second) | (s & ~second)));
+}
+
+// Without the layers that are not ahead of the origin on some axis.
+uvec2 rx_tile_ahead(uvec2 mask, vec3 corner, bool down_x, bool down_y, bool down_z) {
+    uvec3 past = uvec3(clamp(-corner, vec3(0.0), vec3(4.0)));
+    uint x = (down_x ? 0xfu >> past.x : (0xfu << past.x) & 0xfu) * 0x11111111u;
+    uint z = down_z ? 0xffffu >> (4u * past.z) : (0xffffu << (4u * past.z)) & 0xffffu;
+    z |= z << 16;
+    uint nearest = down_y ? 0xffff0000u : 0x0000ffffu;
+    mask &= uvec2(x & z);
+    if (past.y > 0u) mask.x &= ~nearest;
+    if (past.y > 1u) mask.x = 0u;
+    if (past.y > 2u) mask.y &= ~nearest;
+    if (past.y > 3u) mask.y = 0u;
+    return mask;
+}
+
+void rx_tile_fence() {
+    subgroupMemoryBarrierShared();
+    subgroupBarrier();
+}
+
+// The frustum of the pixels `rect` (first and last, from the tile's first) as intervals of 1 / direction.
+void rx_tile_frustum(uint lane, ivec4 rect, float slack, out vec3 slow, out vec3 fast) {
+    vec3 d = rx_tile_frame[0].xyz + float((lane & 1u) != 0u ? rect.z : rect.x) * rx_tile_frame[1].xyz + float((lane & 2u) != 0u ? rect.w : rect.y) * rx_tile_frame[2].xyz;
+    d = max(d, vec3(0.0));
+    vec3 e = subgroupShuffleXor(d, 1u);
+    vec3 most = max(d, e), least = min(d, e);
+    most = max(most, subgroupShuffleXor(most, 2u)) + slack;
+    least = max(min(least, subgroupShuffleXor(least, 2u)) - slack, vec3(1.0e-7));
+    slow = (1.0 - 2.0 * RX_TILE_ERROR) / most;
+    fast = (1.0 + 2.0 * RX_TILE_ERROR) / least;
+}
+
+void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 size) {
+    const uint lane = gl_LocalInvocationIndex;
+    const ivec2 first = tile * RX_TILE;
+    // Group s of 8 x 4 pixels is at (s & 1, s >> 1); invocation l has its pixel l.
+    const ivec2 in_group = ivec2(lane & 7u, lane >> 3);
+    const uint last = (1u << world.log2_size) - 1u;
+    const ivec3 from = cell - world.origin;
+    const float reach = sqrt(1.0 + dot(tan_half_fov, tan_half_fov));  // the longest direction at depth 1
+    const vec3 lattice_frac = floor(frac * 16777216.0) * 5.9604644775390625e-8;
+
+    // Everything that the bounds do not hold for is handed on.
+    bool proven = gl_SubgroupSize == 32u && (1 << world.log2_size) <= RX_TILE_REACH && all(lessThan(frac, vec3(1.0))) && all(greaterThanEqual(frac, vec3(0.0)))
+        && all(lessThan(abs(from), ivec3(RX_TILE_REACH)))
+        && all(lessThan((0.5 / tan_half_fov + 0.5) * vec2(size) * reach, vec2(RX_TILE_SCALE))) && rx_material(cell) == 0u;
+    if (!proven) {
+        for (int s = 0; s < 8; ++s) {
+            ivec2 pixel = first + ivec2(8 * (s & 1), 4 * (s >> 1)) + in_group;
+            if (all(lessThan(pixel, size))) rx_tile_rest(pixel, 0.0);
+        }
+        return;
+    }
+
+    // The rays of group `lane` that lie on the output.
+    uint all_rays = 0u;
+    {
+        ivec2 corner = first + ivec2(8u * (lane & 1u), 4u * ((lane >> 1) & 3u));
+        ivec2 there = clamp(size - corner, ivec2(0), ivec2(8, 4));
+        if (lane < 8u && there.x > 0 && there.y > 0) all_rays = ((0xffu >> (8 - there.x)) * 0x01010101u) >> (8 * (4 - there.y));
+    }
+    const float slack = 2.0 * RX_TILE_ERROR * reach;
+    uint octant;
+    bool one_octant, oblique;
+    {
+        vec2 pixel_size = 2.0 * tan_half_fov / vec2(size), start = (1.0 / vec2(size) - 1.0) * tan_half_fov;
+        vec2 at = start + pixel_size * vec2(first + ivec2((lane & 1u) != 0u ? RX_TILE - 1 : 0, (lane & 2u) != 0u ? RX_TILE - 1 : 0));
+        vec3 corner = view_to_world[0].xyz * at.x - view_to_world[1].xyz * at.y - view_to_world[2].xyz;
+        octant = (subgroupAny(corner.x < 0.0) ? 1u : 0u) | (subgroupAny(corner.y < 0.0) ? 2u : 0u) | (subgroupAny(corner.z < 0.0) ? 4u : 0u);
+        vec3 turned = mix(corner, -corner, bvec3((octant & 1u) != 0u, (octant & 2u) != 0u, (octant & 4u) != 0u));
+        one_octant = !subgroupAny(min(turned.x, min(turned.y, turned.z)) < slack);
+        oblique = !subgroupAny(min(turned.x, min(turned.y, turned.z)) < 0.01 * reach);
+    }
+
+    // A tile with rays in several octants is traced once for each.
+    for (uint o = one_octant ? octant : 0u; o < 8u; o += one_octant ? 8u : 1u) {
+        const bool down_x = (o & 1u) != 0u, down_y = (o & 2u) != 0u, down_z = (o & 4u) != 0u;
+        uint live = all_rays;
+        if (!one_octant) {
+            live = 0u;
+            for (uint s = 0u; s < 8u; ++s) {
+                vec3 dir = rx_camera_direction(view_to_world, tan_half_fov, vec2(first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group) + 0.5, vec2(size));
+                vec3 d = rx_tile_direction(dir, false);
+                uint there = (dir.x < 0.0 && d.x != 0.0 ? 1u : 0u) | (dir.y < 0.0 && d.y != 0.0 ? 2u : 0u) | (dir.z < 0.0 && d.z != 0.0 ? 4u : 0u);
+                uint mine = subgroupBallot(there == o).x;
+                if (lane == s) live = mine & all_rays;
+            }
+        }
+        uint groups = subgroupBallot(live != 0u).x;
+        if (groups == 0u) continue;
+
+        {
+            vec3 sign_of = vec3(down_x ? -1.0 : 1.0, down_y ? -1.0 : 1.0, down_z ? -1.0 : 1.0);
+            vec2 pixel_size = 2.0 * tan_half_fov / vec2(size);
+            if (lane < 3u) {
+                // The pixel of a place relative to the camera, counted from the tile's first one, in mirrored axes.
+                vec3 ahead = -view_to_world[2].xyz, row = ahead, step_of = vec3(0.0);
+                vec2 start = (1.0 / vec2(size) - 1.0) * tan_half_fov + pixel_size * vec2(first);
+                if (lane == 0u) {
+                    row = view_to_world[0].xyz / pixel_size.x + (0.5 * float(size.x - 1) - float(first.x)) * ahead;
+                    step_of = view_to_world[0].xyz * start.x - view_to_world[1].xyz * start.y - view_to_world[2].xyz;
+                }
+                if (lane == 1u) {
+                    row = -view_to_world[1].xyz / pixel_size.y + (0.5 * float(size.y - 1) - float(first.y)) * ahead;
+                    step_of = view_to_world[0].xyz * pixel_size.x;
+                }
+                if (lane == 2u) step_of = -view_to_world[1].xyz * pixel_size.y;
+                row *= sign_of;
+                rx_tile_project[lane] = vec4(row, 0.5 * (row.x + row.y + row.z));
+                rx_tile_project[3][lane] = 0.5 * (abs(row.x) + abs(row.y) + abs(row.z));
+                rx_tile_frame[lane] = vec4(step_of * sign_of, 0.0);
+            }
+            vec3 g = vec3(down_x ? 1.0 - lattice_frac.x : lattice_frac.x, down_y ? 1.0 - lattice_frac.y : lattice_frac.y, down_z ? 1.0 - lattice_frac.z : lattice_frac.z);
+            if (lane == 0u) {
+                vec3 origin = vec3(down_x ? int(last) - from.x : from.x, down_y ? int(last) - from.y : from.y, down_z ? int(last) - from.z : from.z);
+                rx_tile_frame[3] = vec4(g, 0.0);
+                rx_tile_places[0] = vec4(-origin - (g + RX_TILE_SLACK), 0.0);
+            }
+        }
+        rx_tile_fence();
+        // Child l and child l + 32 of a node, voxel l and voxel l + 32 of a leaf are this invocation's; places in mirrored axes.
+        const uvec3 child = uvec3(lane & 3u, lane >> 4, (lane >> 2) & 3u);
+        const vec3 child_at = vec3(child);
+        const uint child_bit = 1u << (lane ^ ((down_x ? 3u : 0u) | (down_z ? 12u : 0u) | (down_y ? 16u : 0u)));
+        const uint below = (1u << lane) - 1u, child_code = child.x | (child.y << 4) | (child.z << 8);
+
+        vec3 slow, fast;
+        rx_tile_frustum(lane, ivec4(0, 0, RX_TILE - 1, RX_TILE - 1), slack, slow, fast);
+        uint shown = 3u | (3u << 8);  // columns of groups that are left, last and first row of them
+        uint looked_at = 0u;
+        bool too_much = false;
+        const uint top = (world.log2_size >> 1) - 1u;
+        uint height = top, id = world.root;
+        vec3 place = rx_tile_places[0].xyz;
+        rx_tile_fence();
+        for (;;) {
+            // Visit a node.
+            uvec4 node = uvec4(0xffffffffu, 0xffffffffu, 0u, RX_FILLED);
+            if ((id & RX_TILE_FULL) == 0u) node = world.quads[id];
+            uint mask_1 = down_y ? node.y : node.x, mask_2 = down_y ? node.x : node.y;
+            bool visit_1, visit_2;
+            {
+                float side = uintBitsToFloat((height << 24) + 0x3f800000u);  // 4^height
+                vec3 at = fma(child_at, vec3(side), place);
+                vec3 near = at * slow, far = (at + (side + 2.0 * RX_TILE_SLACK)) * fast;
+                float enter = max(max(near.x, near.z), 0.0), leave = min(far.x, far.z);
+                visit_1 = max(enter, near.y) <= min(leave, far.y) && (mask_1 & child_bit) != 0u;
+                visit_2 = max(enter, fma(2.0 * side, slow.y, near.y)) <= min(leave, fma(2.0 * side, fast.y, far.y)) && (mask_2 & child_bit) != 0u;
+            }
+            uint ones = subgroupBallot(visit_1).x, twos = subgroupBallot(visit_2).x;
+            if (height > 1u) {
+                if (lane == 0u) {
+                    rx_tile_nodes[height] = uvec4(id, ones, twos, 0u);
+                    rx_tile_places[height] = vec4(place, 0.0);
+                }
+                rx_tile_fence();
+            } else if ((ones | twos) != 0u) {
+                looked_at += uint(bitCount(ones)) + uint(bitCount(twos));
+                if (looked_at > RX_TILE_LEAVES) {
+                    too_much = true;
+                    break;
+                }
+                // The corner of the node, exactly, in cells from the origin's.
+                precise vec3 rounded = (place + (rx_tile_frame[3].xyz + RX_TILE_SLACK)) + RX_ROUND;
+                precise vec3 corner = rounded - RX_ROUND;
+                // Masks of the leaves, without voxels that no ray can hit first.
+                uvec2 leaf_1 = uvec2(0xffffffffu), leaf_2 = uvec2(0xffffffffu);
+                if ((node.w & RX_FILLED) == 0u) {
+                    uint half_count = uint(bitCount(node.x));
+                    if (visit_1) leaf_1 = rx_leaf(node.z + (down_y ? half_count : 0u) + uint(bitCount(mask_1 & (child_bit - 1u))));
+                    if (visit_2) leaf_2 = rx_leaf(node.z + (down_y ? 0u : half_count) + uint(bitCount(mask_2 & (child_bit - 1u))));
+                }
+                leaf_1 = rx_tile_bare(leaf_1, down_x, down_y, down_z);
+                leaf_2 = rx_tile_bare(leaf_2, down_x, down_y, down_z);
+                vec3 leaf_at = fma(child_at, vec3(4.0), corner);
+                if (min(min(corner.x, corner.y), corner.z) < 0.0) {
+                    leaf_1 = rx_tile_ahead(leaf_1, leaf_at, down_x, down_y, down_z);
+                    leaf_2 = rx_tile_ahead(leaf_2, vec3(leaf_at.x, leaf_at.y + 8.0, leaf_at.z), down_x, down_y, down_z);
+                }
+
+                uint candidates = 0u;
+                for (;;) {
+                    bool more = (ones | twos) != 0u;
+                    if (candidates >= (more ? 32u : 1u)) {
+                        for (uint chunk = 0u; chunk < candidates && groups != 0u; chunk += 32u) {
+                            // Candidate c is in lane 31 - c, so that the first is the highest bit of a set.
+                            vec3 q;
+                            uint sets;
+                            {
+                                uint c = chunk + 31u - lane, code = rx_tile_candidates[c];
+                                q = (corner + vec3(code & 15u, (code >> 4) & 15u, code >> 8)) - rx_tile_frame[3].xyz;
+                                // Which columns and rows of pixels it can cover.
+                                vec4 row_x = rx_tile_project[0], row_y = rx_tile_project[1], row_z = rx_tile_project[2], half_of = rx_tile_project[3];
+                                float x = dot(row_x.xyz, q) + row_x.w, y = dot(row_y.xyz, q) + row_y.w, z = dot(row_z.xyz, q) + row_z.w;
+                                float nearest = z - half_of.z, inv_near = 1.0 / nearest, inv_far = 1.0 / (z + half_of.z);
+                                uint x_1 = min(rx_tile_down(fma(x + half_of.x, inv_near, 1.0 + RX_TILE_MARGIN)), 16u);
+                                uint x_0 = min(rx_tile_up(fma(x - half_of.x, inv_far, -RX_TILE_MARGIN)), x_1);
+                                uint y_1 = min(rx_tile_down(fma(y + half_of.y, inv_near, 1.0 + RX_TILE_MARGIN)), 16u);
+                                uint y_0 = min(rx_tile_up(fma(y - half_of.y, inv_far, -RX_TILE_MARGIN)), y_1);
+                                uint cover = ((1u << x_1) - (1u << x_0)) | (((1u << y_1) - (1u << y_0)) << 16);
+                                if (nearest < 1.0) cover = 0xffffffffu;  // beside the camera
+                                sets = rx_tile_transpose(c < candidates ? cover : 0u, lane);  // lane i: of column i; lane 16 + j: of row j
+                            }
+                            uint todo;
+                            {
+                                uint some = sets | subgroupShuffleXor(sets, 1u);
+                                some |= subgroupShuffleXor(some, 2u);
+                                uint wide = some | subgroupShuffleXor(some, 4u);
+                                uint of_group = subgroupShuffle(wide, 8u * (lane & 1u)) & subgroupShuffle(some, 16u + 4u * ((lane >> 1) & 3u));
+                                todo = subgroupBallot(of_group != 0u && live != 0u).x;
+                            }
+                            while (todo != 0u) {
+                                uint s = uint(findLSB(todo));
+                                todo &= todo - 1u;
+                                uvec2 at = uvec2(8u * (s & 1u), 4u * (s >> 1)) + uvec2(in_group);
+                                uint alive = subgroupShuffle(live, s);
+                                uint mine = subgroupShuffle(sets, at.x) & subgroupShuffle(sets, 16u + at.y);
+                                if (((alive >> lane) & 1u) == 0u) mine = 0u;
+                                vec3 inv = 1.0 / max(rx_tile_direction(rx_camera_direction(view_to_world, tan_half_fov, vec2(first + ivec2(at)) + 0.5, vec2(size)), oblique), vec3(8.6736174e-19));
+                                uint hit_at = 32u;
+                                bool unsure = false;
+                                while (subgroupAny(mine != 0u)) {
+                                    uint c = uint(findMSB(mine)) & 31u;
+                                    vec3 v = vec3(subgroupShuffle(q.x, c), subgroupShuffle(q.y, c), subgroupShuffle(q.z, c));
+                                    // Not v * inv + inv: where that is not fused, it cancels.
+                                    vec3 t_in = v * inv, t_out = (v + 1.0) * inv;
+                                    float enters = max(t_in.x, max(t_in.y, t_in.z)), leaves = min(t_out.x, min(t_out.y, t_out.z));
+                                    float inside = leaves - enters;
+                                    bool doubt = abs(inside) <= leaves * RX_TILE_ERROR && mine != 0u, hit = (inside > 0.0 && mine != 0u) || doubt;
+                                    unsure = unsure || doubt;
+                                    hit_at = hit ? c : hit_at;
+                                    mine = hit ? 0u : mine & ~(1u << c);
+                                }
+                                uint hits = subgroupBallot(hit_at != 32u).x;
+                                if (hits != 0u) {
+                                    if (lane == s) live &= ~hits;
+                                    if (hits == alive) groups &= ~(1u << s);
+                                    uint c = hit_at & 31u;
+                                    vec3 v = vec3(subgroupShuffle(q.x, c), subgroupShuffle(q.y, c), subgroupShuffle(q.z, c)), t_in = v * inv;
+                                    float enters = max(t_in.x, max(t_in.y, t_in.z)), limit = enters - abs(enters) * RX_TILE_ERROR;
+                                    bool x = t_in.x >= limit, y = t_in.y >= limit, z = t_in.z >= limit;
+                                    unsure = unsure || (x && y) || (z && (x || y));
+                                    uint axis = x ? 0u : y ? 1u : 2u;
+                                    ivec3 n = ivec3(round(v + rx_tile_frame[3].xyz));
+                                    ivec2 pixel = first + ivec2(at);
+                                    if (hit_at != 32u) {
+                                        if (unsure) rx_tile_rest(pixel, enters);
+                                        else rx_tile_hit(pixel, cell + ivec3(down_x ? -n.x : n.x, down_y ? -n.y : n.y, down_z ? -n.z : n.z), 2u * axis + ((o >> axis) & 1u));
+                                    }
+                                }
+                            }
+                        }
+                        candidates = 0u;
+                        if (groups == 0u) break;
+                        // The frustum of what is left.
+                        uint now = ((groups & 0x55u) != 0u ? 1u : 0u) | ((groups & 0xaau) != 0u ? 2u : 0u) | (uint(findMSB(groups)) >> 1) << 8 | (uint(findLSB(groups)) >> 1) << 16;
+                        if (now != shown) {
+                            shown = now;
+                            ivec4 rect = ivec4((now & 3u) == 2u ? 8 : 0, 4u * (now >> 16), (now & 3u) == 1u ? 7 : 15, 4u * ((now >> 8) & 255u) + 3u);
+                            rx_tile_frustum(lane, rect, slack, slow, fast);
+                        }
+                        rx_tile_fence();
+                    }
+                    if (!more) break;
+                    // A leaf: 4 x 4 x 4 voxels.
+                    bool low = ones != 0u;
+                    uint l = uint(findLSB(low ? ones : twos));
+                    if (low) ones &= ones - 1u;
+                    else twos &= twos - 1u;
+                    uvec3 leaf = uvec3(l & 3u, (l >> 4) + (low ? 0u : 2u), (l >> 2) & 3u);
+                    uvec2 mask = low ? leaf_1 : leaf_2;
+                    mask = uvec2(subgroupShuffle(mask.x, l), subgroupShuffle(mask.y, l));
+                    vec3 at = ((corner + 4.0 * vec3(leaf)) + child_at) - rx_tile_frame[3].xyz;
+                    vec3 from_low = (at - RX_TILE_SLACK) * slow, to_high = (at + (1.0 + RX_TILE_SLACK)) * fast;
+                    float in_at = max(max(from_low.x, from_low.z), 0.0), out_at = min(to_high.x, to_high.z);
+                    bool touch_1 = max(in_at, from_low.y) <= min(out_at, to_high.y) && (mask.x & child_bit) != 0u;
+                    bool touch_2 = max(in_at, fma(2.0, slow.y, from_low.y)) <= min(out_at, fma(2.0, fast.y, to_high.y)) && (mask.y & child_bit) != 0u;
+                    uint some_1 = subgroupBallot(touch_1).x, some_2 = subgroupBallot(touch_2).x;
+                    if ((some_1 | some_2) != 0u) {
+                        uint code = child_code + 4u * (leaf.x | (leaf.y << 4) | (leaf.z << 8));
+                        rx_tile_candidates[touch_1 ? candidates + uint(bitCount(some_1 & below)) : 97u] = code;
+                        candidates += uint(bitCount(some_1));
+                        rx_tile_candidates[touch_2 ? candidates + uint(bitCount(some_2 & below)) : 97u] = code + 32u;
+                        candidates += uint(bitCount(some_2));
+                        rx_tile_fence();
+                    }
+                }
+                if (groups == 0u) break;
+            }
+
+            // The next node: a child that waits, of the lowest node that has one.
+            uvec4 above = uvec4(0u);
+            while (height <= top) {
+                if (height > 1u) {
+                    above = rx_tile_nodes[height];
+                    if ((above.y | above.z) != 0u) break;
+                }
+                ++height;
+            }
+            if (height > top) break;
+            bool low = above.y != 0u;
+            uint l = uint(findLSB(low ? above.y : above.z));
+            uint from_id = subgroupBroadcastFirst(above.x);
+            node = uvec4(0xffffffffu, 0xffffffffu, 0u, RX_FILLED);
+            if ((from_id & RX_TILE_FULL) == 0u) node = world.quads[from_id];
+            uint occupied = low != down_y ? node.x : node.y;
+            uint bit = 1u << (l ^ ((down_x ? 3u : 0u) | (down_z ? 12u : 0u) | (down_y ? 16u : 0u)));
+            id = (node.w & RX_FILLED) != 0u ? RX_TILE_FULL : node.z + (low != down_y ? 0u : uint(bitCount(node.x))) + uint(bitCount(occupied & (bit - 1u)));
+            float side = uintBitsToFloat((height << 24) + 0x3f800000u);
+            place = fma(vec3(l & 3u, (l >> 4) + (low ? 0u : 2u), (l >> 2) & 3u), vec3(side), rx_tile_places[height].xyz);
+            rx_tile_fence();
+            if (lane == 0u) {
+                if (low) rx_tile_nodes[height].y = above.y & (above.y - 1u);
+                else rx_tile_nodes[height].z = above.z & (above.z - 1u);
+            }
+            rx_tile_fence();
+            --height;
+        }
+        // What is left hits nothing, or is handed on.
+        while (groups != 0u) {
+            uint s = uint(findLSB(groups));
+            groups &= groups - 1u;
+            uint alive = subgroupShuffle(live, s);
+            if (((alive >> lane) & 1u) != 0u) {
+                ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
+                if (too_much) rx_tile_rest(pixel, 0.0);
+                else rx_tile_miss(pixel);
+            }
+        }
+        rx_tile_fence();
+    }
+}
+
+#endif
