@@ -76,7 +76,9 @@ fn assert_blue(noise: &[u8], extent: [usize; 3], low: f64) {
     let (time, all) = (power_in_time(noise, extent, |f| f < 0.13), power_in_time(noise, extent, |_| true));
     assert!(time < 0.2 * all, "in time: {time} of {all}");
     let mut counts = [0_usize; 256];
-    noise.iter().for_each(|value| counts[usize::from(*value)] += 1);
+    for value in noise {
+        counts[usize::from(*value)] += 1;
+    }
     let each = noise.len() / 256;
     assert!(counts.iter().all(|count| count.abs_diff(each) <= 1), "{counts:?}");
     for picture in noise.chunks_exact(width * height) {

@@ -219,6 +219,77 @@ fn a_debug_target_that_is_edited_away_gives_way_to_the_graphs_own() {
     project::assert_silent(&session);
 }
 
+const FOLLOWS_GRAPH: &str = r#"
+name = "follows"
+present = "color"
+[targets.color]
+format = "rgba32f"
+history = 1
+[targets.cells]
+format = "r32ui"
+size = { of = "world", scale = 0.5 }
+init = 0
+[[passes]]
+name = "follow"
+shader = "follow.comp"
+dispatch = { threads = "color" }
+bind = { before = "color@1", after = "color", cells = "cells" }
+push = { extent = "target.cells.size", red = "material.red" }
+"#;
+
+const FOLLOW_SHADER: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform readonly image2D before;
+layout(rgba32f) uniform writeonly image2D after;
+layout(r32ui) uniform uimage3D cells;
+layout(push_constant) uniform PC { ivec3 extent; uint red; } pc;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    float frames = imageLoad(before, pixel).x + 1.0;
+    float seen = float(imageLoad(cells, ivec3(0)).x);
+    imageStore(after, pixel, vec4(frames, float(pc.extent.x * imageSize(cells).z), float(pc.red), seen));
+    if (pixel == ivec2(0)) imageStore(cells, ivec3(0), uvec4(7));
+}
+";
+
+/// An edit of the world resizes what follows its bounds, which starts again, and renumbers its materials; all else stays.
+#[test]
+fn what_follows_the_world_follows_its_edits() {
+    let project = TestProject::new();
+    project.write("graphs/follows.toml", FOLLOWS_GRAPH);
+    project.write("shaders/follow.comp", FOLLOW_SHADER);
+    project.write("worlds/box.toml", &project::box_world(4));
+    let mut session = TestProject::open_with(Options {
+        graph: Some("graphs/follows.toml".into()),
+        world: Some("worlds/box.toml".into()),
+        ..project.options()
+    });
+    session.frame().unwrap();
+    session.frame().unwrap();
+    assert_eq!(project::texel(&mut session), [2.0, 4.0, 1.0, 7.0]);
+    let lamp = "[materials]\nlamp = { albedo = \"#ffffff\" }\n";
+    project.write("worlds/box.toml", &project::box_world(7).replace("[materials]\n", lamp));
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
+    assert_eq!(
+        (&reloaded.resources.kept[..], &reloaded.resources.created[..]),
+        (&["color".to_owned()][..], &["cells".to_owned()][..])
+    );
+    session.frame().unwrap();
+    assert_eq!(project::texel(&mut session), [3.0, 16.0, 2.0, 0.0]);
+    // A world without the material is refused, at the place where the graph names it, and the old one runs on.
+    project.write("worlds/box.toml", &project::box_world(3).replace("red", "blue"));
+    let events = session.wait_reload(Duration::from_secs(10));
+    let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
+    let found = &failed.diagnostics[0];
+    assert_eq!(found.message, "the world has no material `red`");
+    assert_eq!((found.code.as_str(), &found.labels[0].span.file[..]), ("RX0181", "graphs/follows.toml"));
+    assert!(found.help[0].contains("`blue`"), "{found:?}");
+    session.frame().unwrap();
+    assert_eq!(project::texel(&mut session), [4.0, 16.0, 2.0, 7.0]);
+    project::assert_silent(&session);
+}
+
 #[test]
 fn world_and_demo_edits_reload_what_they_concern() {
     let project = TestProject::new();

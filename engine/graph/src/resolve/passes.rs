@@ -291,8 +291,9 @@ pub fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec
         ResourceKind::Buffer(_) => "buffer",
     };
     if is == kind {
-        // Whoever asks for a target asks for its extent.
-        if matches!(&declared.kind, ResourceKind::Target(target) if target.extent == Extent::Source && *sound) {
+        // Whoever asks for a target asks for its extent. That of a copy is known when a plan is made.
+        let outside = matches!(&declared.kind, ResourceKind::Target(target) if target.extent == Extent::Source);
+        if outside && *sound && declared.copied_from().is_none() {
             found.push(extent_from_outside(name, detail));
             return None;
         }
@@ -361,6 +362,9 @@ fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
     if let Some(name) = word.strip_prefix("target.").and_then(|rest| rest.strip_suffix(".size")) {
         let name = At::new(name.to_owned(), from.span.clone());
         let id = of_kind(&name, scope, "target", found)?;
+        if !scope.resources[id.0 as usize].sound {
+            return None;
+        }
         let rows = if has_third_axis(id, scope) { 3 } else { 2 };
         let ty = ValueType::new(raxel_shader::interface::Scalar::I32, (rows, 1));
         return Some(Feed::From(Source::ExtentOf(id), ty));

@@ -31,6 +31,17 @@ pub fn resources(
     for buffer in &model.buffers {
         resources.push(scope.buffer(buffer, found));
     }
+    // What is as large as something that is wrong has an extent that stands in for another; a chain of these is as long as there are resources.
+    for _ in 0..resources.len() {
+        let stands_in = |resource: &Declared<Resource>| match &resource.item.kind {
+            ResourceKind::Target(checked::Target { extent: Extent::Of { target, .. }, .. }) => {
+                resource.sound && !resources[target.0 as usize].sound
+            }
+            _ => false,
+        };
+        let Some(index) = resources.iter().position(stands_in) else { break };
+        resources[index].sound = false;
+    }
     resources
 }
 

@@ -165,23 +165,20 @@ impl Executor {
         let old = self.running.as_ref();
         for (index, physical) in next.resources.iter().enumerate() {
             let before = old.and_then(|old| old.resources.iter().position(|before| Arc::ptr_eq(before, physical)));
-            match (old, before) {
-                (Some(old), Some(before)) => {
-                    let now = &next.plan().resources[index];
-                    if now.lifetime == Lifetime::Persistent && is_poisoned(old.plan(), before) {
-                        // What it held was made to be noticed, not to be kept.
-                        physical.initialized.store(false, Ordering::Relaxed);
-                    } else {
-                        next.replay.memo.carry(index, &old.replay.memo, before);
-                    }
-                    report.kept.push(physical.name.clone());
+            if let (Some(old), Some(before)) = (old, before) {
+                let now = &next.plan().resources[index];
+                if now.lifetime == Lifetime::Persistent && is_poisoned(old.plan(), before) {
+                    // What it held was made to be noticed, not to be kept.
+                    physical.initialized.store(false, Ordering::Relaxed);
+                } else {
+                    next.replay.memo.carry(index, &old.replay.memo, before);
                 }
-                _ => {
-                    report.created.push(physical.name.clone());
-                    if let Some(source) = physical.source() {
-                        next.replay.memo.supply(index, source.version());
-                    }
-                }
+                report.kept.push(physical.name.clone());
+                continue;
+            }
+            report.created.push(physical.name.clone());
+            if let Some(source) = physical.source() {
+                next.replay.memo.supply(index, source.version());
             }
         }
         if let Some(old) = old {

@@ -133,7 +133,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
                 step += 1;
             }
         }
-        memo.node(step, None, Maker::Pass { pass: pass, salt: pass }, accesses);
+        memo.node(step, None, Maker::Pass { pass, salt: pass }, accesses);
         step += 1;
     }
     let shown = (0..slots).find(|s| !memo.slots[*s as usize].transient || written[*s as usize]);

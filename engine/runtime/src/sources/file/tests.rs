@@ -41,7 +41,7 @@ fn exr_of(channels: Vec<(&str, FlatSamples)>, extent: [usize; 2]) -> Vec<u8> {
 
 fn read(path: &str, bytes: &[u8], request: &ImageRequest) -> Result<FileImage, Refusal> {
     let files = MemoryFiles::default();
-    files.insert(path, bytes.to_vec());
+    files.insert(path, bytes);
     let contents = FileSources::default().read(&files, path, Some(request))?;
     match &*contents {
         FileContents::Image(image) => Ok(image.clone()),

@@ -109,7 +109,9 @@ mod tests {
             (Channel::Uint32, [0.0, 70000.0, 4_294_967_295.0]),
         ] {
             let mut bytes = Vec::new();
-            values.iter().for_each(|value| channel.put(*value, &mut bytes));
+            for value in values {
+                channel.put(value, &mut bytes);
+            }
             assert_eq!(bytes.len(), 3 * channel.bytes());
             assert_eq!([0, 1, 2].map(|index| channel.get(&bytes, index)), values, "{channel:?}");
             for channels in [1, 2, 4] {
