@@ -1,8 +1,8 @@
 // Camera rays, a tile of 16 x 16 pixels at a time: one subgroup of 32 invocations walks the tree once for all of the tile's rays.
 //
 // 1. Each invocation tests two of a node's 64 children against the frustum of the tile (intervals, conservative); two ballots say which
-//    are visited. In ascending mirrored order they are front to back for every ray of an octant. Nodes go on a stack in shared memory,
-//    leaves into a list, one for each invocation.
+//    are visited. In ascending mirrored order they are front to back for every ray of an octant. Nodes on
+//    the way down keep which of their children wait; the masks of a node's leaves are loaded by one invocation each.
 // 2. Of a leaf's 64 voxels, those that the frustum touches are collected in order as candidates. Up to 32 at a time are turned into the rows
 //    and columns of pixels that they can cover, and one transposition of 32 x 32 bits gives each column and each row its set of
 //    candidates; those of a pixel are the intersection of its column's and its row's.
