@@ -154,6 +154,11 @@ impl SessionWorld {
         Ok((encoded, image))
     }
 
+    /// The words of the buffer of `world.lights`.
+    pub fn encode_lights(&self, limits: Limits) -> Result<Vec<u32>, LayoutError> {
+        raxel_world::lights::encode(&self.loaded.world, limits)
+    }
+
     /// The same of a model of its file; `None` when it has no model of that name.
     pub fn encode_model(&self, model: &str, layout: Layout, copied: bool, limits: Limits) -> Option<EncodeResult> {
         let (_, voxels) = self.loaded.models.iter().find(|(name, _)| name == model)?;

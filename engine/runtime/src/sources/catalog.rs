@@ -14,7 +14,7 @@ use super::file::FileSources;
 /// The texels of a layout's image.
 pub const VOXEL_FORMAT: Format = Format::R16ui;
 
-/// The sources of a project: every layout of the session's world, models in every layout, and the project's files.
+/// The sources of a project: every layout of the session's world, its lights, models in every layout, and the project's files.
 pub struct SourceCatalog {
     worlds: Vec<SourceLayout>,
     files: Arc<dyn Files>,
@@ -24,7 +24,8 @@ pub struct SourceCatalog {
 impl SourceCatalog {
     /// Reads files by `files`.
     pub fn new(files: Arc<dyn Files>) -> Self {
-        let worlds = Layout::ALL.iter().map(|layout| described(&SourceName::World(*layout))).collect();
+        let layouts = Layout::ALL.iter().map(|layout| SourceName::World(*layout));
+        let worlds = layouts.chain([SourceName::Lights]).map(|name| described(&name)).collect();
         Self { worlds, files, read: FileSources::default() }
     }
 }
@@ -47,19 +48,22 @@ fn described(name: &SourceName) -> SourceLayout {
     let layout = name.layout();
     SourceLayout {
         name: name.to_string(),
-        block: block(&layout.block()),
-        image: layout.has_image().then_some(VOXEL_FORMAT),
+        block: match layout {
+            Some(layout) => block("RxWorld", &layout.block()),
+            None => block("RxLights", &raxel_world::lights::block()),
+        },
+        image: layout.filter(|layout| layout.has_image()).map(|_| VOXEL_FORMAT),
         access: Access::Read,
     }
 }
 
-fn block(members: &[BlockMember]) -> Block {
+fn block(name: &str, members: &[BlockMember]) -> Block {
     let sized_end = |member: &BlockMember| match member.stride {
         Some(_) => member.offset,
         None => member.offset + if member.ty == "ivec3" { 12 } else { 4 },
     };
     Block {
-        name: "RxWorld".to_owned(),
+        name: name.to_owned(),
         size: members.iter().map(sized_end).max().unwrap_or(0),
         members: members
             .iter()
@@ -93,7 +97,8 @@ mod tests {
     fn every_layout_is_offered_with_its_runtime_array() {
         let catalog = SourceCatalog::new(Arc::new(MemoryFiles::default()));
         let sources = catalog.sources();
-        let names: Vec<String> = Layout::ALL.iter().map(|layout| format!("world.{}", layout.name())).collect();
+        let layouts = Layout::ALL.iter().map(|layout| layout.name());
+        let names: Vec<String> = layouts.chain(["lights"]).map(|layout| format!("world.{layout}")).collect();
         assert_eq!(sources.iter().map(|source| &source.name).collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());
         for source in sources {
             let last = source.block.members.last().unwrap();
@@ -101,7 +106,8 @@ mod tests {
             assert_eq!(source.block.size, last.offset);
         }
         let model = catalog.source("model.pine.texture3d").unwrap();
-        assert_eq!((model.block, model.image), (sources.last().unwrap().block.clone(), Some(VOXEL_FORMAT)));
+        let texture3d = sources.iter().find(|source| source.name == "world.texture3d").unwrap();
+        assert_eq!((model.block, model.image), (texture3d.block.clone(), Some(VOXEL_FORMAT)));
         assert_eq!(catalog.source("model.pine.tree"), None);
     }
 }

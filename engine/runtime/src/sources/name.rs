@@ -11,12 +11,15 @@ pub enum SourceName {
     World(Layout),
     /// `model.<name>.<layout>`: a model of the world's file.
     Model(String, Layout),
+    /// `world.lights`: the faces of the session's world that give off light.
+    Lights,
 }
 
 impl SourceName {
     /// The source that a word of a graph names.
     pub fn parse(text: &str) -> Option<Self> {
         match text.split_once('.')? {
+            ("world", "lights") => Some(Self::Lights),
             ("world", layout) => Layout::from_name(layout).map(Self::World),
             ("model", rest) => {
                 let (name, layout) = rest.rsplit_once('.')?;
@@ -32,14 +35,15 @@ impl SourceName {
     pub fn world_layout(text: &str) -> Option<Layout> {
         match Self::parse(text)? {
             Self::World(layout) => Some(layout),
-            Self::Model(..) => None,
+            Self::Model(..) | Self::Lights => None,
         }
     }
 
-    /// The layout.
-    pub fn layout(&self) -> Layout {
+    /// The layout of the voxels, if it has some.
+    pub fn layout(&self) -> Option<Layout> {
         match self {
-            Self::World(layout) | Self::Model(_, layout) => *layout,
+            Self::World(layout) | Self::Model(_, layout) => Some(*layout),
+            Self::Lights => None,
         }
     }
 }
@@ -49,6 +53,7 @@ impl fmt::Display for SourceName {
         match self {
             Self::World(layout) => write!(f, "world.{}", layout.name()),
             Self::Model(name, layout) => write!(f, "model.{name}.{}", layout.name()),
+            Self::Lights => f.write_str("world.lights"),
         }
     }
 }
@@ -62,9 +67,11 @@ mod tests {
         for layout in Layout::ALL {
             for name in [SourceName::World(*layout), SourceName::Model("old.pine".to_owned(), *layout)] {
                 assert_eq!(SourceName::parse(&name.to_string()), Some(name.clone()));
-                assert_eq!(name.layout(), *layout);
+                assert_eq!(name.layout(), Some(*layout));
             }
         }
+        assert_eq!(SourceName::parse("world.lights"), Some(SourceName::Lights));
+        assert_eq!((SourceName::Lights.to_string().as_str(), SourceName::Lights.layout()), ("world.lights", None));
         for wrong in ["", "world", "world.", "world.tree", "tree64", "worlds.tree64", "model.tree64", "model..tree64"] {
             assert_eq!(SourceName::parse(wrong), None, "{wrong}");
         }

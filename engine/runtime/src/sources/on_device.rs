@@ -9,7 +9,7 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Origin, Resource};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
-use raxel_world::layout::{EncodedImage, Layout, Limits};
+use raxel_world::layout::{Encoded, EncodedImage, Layout, Limits};
 
 use super::SourceName;
 use super::catalog::VOXEL_FORMAT;
@@ -135,19 +135,21 @@ fn upload_voxels(
     builder: &Builder,
 ) -> Result<Arc<DeviceSource>, BuildError> {
     let limits = layout_limits(builder.device());
+    let words = |(encoded, image): (Encoded, Option<EncodedImage>)| (encoded.words, image);
     let encoded = match parsed {
-        SourceName::World(layout) => world.encode(*layout, copied, limits),
+        SourceName::World(layout) => world.encode(*layout, copied, limits).map(words),
+        SourceName::Lights => world.encode_lights(limits).map(|words| (words, None)),
         SourceName::Model(model, layout) => {
             let Some(encoded) = world.encode_model(model, *layout, copied, limits) else {
                 return Err(diagnosed(no_model(model, resource, world)));
             };
-            encoded
+            encoded.map(words)
         }
     };
-    let (encoded, image) = encoded.map_err(|error| {
+    let (words, image) = encoded.map_err(|error| {
         let whose = world.path.as_deref().unwrap_or("the empty world");
         let message = match parsed {
-            SourceName::World(_) => format!("`{whose}` does not fit: {error}"),
+            SourceName::World(_) | SourceName::Lights => format!("`{whose}` does not fit: {error}"),
             SourceName::Model(model, _) => format!("model `{model}` of `{whose}` does not fit: {error}"),
         };
         let diagnostic = Diagnostic::error(codes::session::LAYOUT_TOO_LARGE, message)
@@ -157,7 +159,7 @@ fn upload_voxels(
     })?;
     let label = if copied { copy_name(name) } else { name.to_owned() };
     let refused = |error| refused(error, resource);
-    let buffer = builder.upload_buffer(bytemuck::cast_slice(&encoded.words), &label).map_err(refused)?;
+    let buffer = builder.upload_buffer(bytemuck::cast_slice(&words), &label).map_err(refused)?;
     let upload = |image: EncodedImage| {
         let mips: Vec<&[u8]> = image.mips.iter().map(|mip| bytemuck::cast_slice(mip)).collect();
         let texture = Texture { format: VOXEL_FORMAT, extent: image.size, volume: true };
@@ -228,7 +230,8 @@ fn no_model(model: &str, resource: &Resource, world: &SessionWorld) -> Diagnosti
 }
 
 fn unknown(name: &str, resource: &Resource) -> Diagnostic {
-    let names: Vec<String> = Layout::ALL.iter().map(|layout| SourceName::World(*layout).to_string()).collect();
+    let layouts = Layout::ALL.iter().map(|layout| SourceName::World(*layout));
+    let names: Vec<String> = layouts.chain([SourceName::Lights]).map(|name| name.to_string()).collect();
     let names = || names.iter().map(String::as_str);
     let diagnostic = Diagnostic::error(codes::session::UNKNOWN_SOURCE, format!("nothing supplies `{name}`"))
         .label(resource.place.clone(), "for this");

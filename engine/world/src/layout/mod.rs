@@ -125,6 +125,16 @@ pub enum LayoutError {
         /// Largest extent allowed.
         limit: u64,
     },
+    /// More lamps than the buffer may have.
+    #[error("{faces} faces of the world give off light and take {bytes} bytes, and the largest storage buffer has {limit} bytes")]
+    TooManyLights {
+        /// Bare faces of emissive voxels.
+        faces: u64,
+        /// Bytes needed.
+        bytes: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
 }
 
 impl Layout {
