@@ -126,7 +126,9 @@ pub enum LayoutError {
         limit: u64,
     },
     /// More lamps than the buffer may have.
-    #[error("{faces} faces of the world give off light and take {bytes} bytes, and the largest storage buffer has {limit} bytes")]
+    #[error(
+        "{faces} faces of the world give off light and take {bytes} bytes, and the largest storage buffer has {limit} bytes"
+    )]
     TooManyLights {
         /// Bare faces of emissive voxels.
         faces: u64,
