@@ -68,6 +68,117 @@ fn frames_and_their_shards_are_the_same_files() {
     assert!(read("whole", 0) != read("whole", 2), "the camera flies");
 }
 
+/// Runs `raxel render --format json` and gives what it says.
+fn rendered(arguments: &[&str]) -> serde_json::Value {
+    raxel(&[&["render"], arguments, &["--format", "json"]].concat()).exits(0).json().remove(0)
+}
+
+#[test]
+fn a_part_runs_no_frame_that_it_does_not_need() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let film = ["worlds/valley.demo.toml", "--size", "48x27", "--fps", "4"];
+    rendered(&[&film[..], &["--frames", "12", "-o", &inside("whole/%02d.png")]].concat());
+    let whole = |frame: u32| std::fs::read(folder.path().join(format!("whole/{frame:02}.png"))).unwrap();
+    // The valley's graph keeps nothing from frame to frame; the camera of the frame before is known.
+    let shard = rendered(&[&film[..], &["--frames", "12", "--shard", "3/3", "-o", &inside("part/%02d.png")]].concat());
+    assert_eq!((&shard["frames"], &shard["run"]), (&serde_json::json!([8, 12]), &serde_json::json!([7, 12])));
+    for frame in 8..12 {
+        assert!(std::fs::read(folder.path().join(format!("part/{frame:02}.png"))).unwrap() == whole(frame), "{frame}");
+    }
+    let at = rendered(&[&film[..], &["--at", "2.5s", "-o", &inside("at.png")]].concat());
+    assert_eq!(at["run"], serde_json::json!([9, 11]));
+    assert!(std::fs::read(inside("at.png")).unwrap() == whole(10));
+}
+
+#[test]
+fn a_graph_that_looks_back_runs_from_its_start() {
+    let project = Project::empty();
+    let graph = "name = 'sum'\npresent = 'sum'\n[targets.sum]\nformat = 'r32f'\nsize = [8, 8]\nhistory = 1\n\
+                 display = { map = 'gray', range = [0.0, 16.0] }\n[[passes]]\nname = 'add'\nshader = 'add.comp'\n\
+                 dispatch = { threads = 'sum' }\nbind = { before = 'sum@1', after = 'sum' }\n";
+    let shader = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) readonly uniform image2D before;\n\
+                  layout(r32f) writeonly uniform image2D after;\nvoid main() {\n    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n\
+                  imageStore(after, p, imageLoad(before, p) + 1.0);\n}\n";
+    project.write("graphs/sum.toml", graph).write("shaders/add.comp", shader);
+    let arguments = ["render", "--size", "8x8", "--frames", "10", "--shard", "2/2", "--format", "json", "-o"];
+    let run = project.raxel(&[&arguments[..], &["f/%02d.exr"]].concat()).exits(0);
+    assert_eq!(run.json()[0]["run"], serde_json::json!([0, 10]));
+    let image = exr::prelude::read_first_flat_layer_from_file(project.path("f/09.exr")).unwrap();
+    let found = image.layer_data.channel_data.list[0].sample_data.values_as_f32().next();
+    assert_eq!(found, Some(10.0), "ten frames were added up");
+}
+
+#[test]
+fn samples_smooth_edges_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = |samples: &str, size: &str| {
+        let path = folder.path().join(format!("{samples}-{size}.png"));
+        let arguments = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--target", "normal"];
+        raxel(&[&arguments[..], &["--size", size, "--samples", samples, "-o", path.to_str().unwrap()]].concat())
+            .exits(0);
+        (std::fs::read(&path).unwrap(), decoded(&path))
+    };
+    let (bytes, smooth) = picture("16", "64x36");
+    assert!(bytes == picture("16", "64x36").0, "it is the same in every run");
+    let (_, plain) = picture("1", "64x36");
+    // The truth: every pixel as the mean of 64 that are in it, in linear light.
+    let (_, large) = picture("1", "512x288");
+    let linear = |v: u8| (f64::from(v) / 255.0).powf(2.2);
+    let truth = |x: u32, y: u32| {
+        let inside = (0..8).flat_map(|j| (0..8).map(move |i| (i, j)));
+        inside.map(|(i, j)| linear(large.get_pixel(x * 8 + i, y * 8 + j).0[0])).sum::<f64>() / 64.0
+    };
+    let error = |picture: &image::RgbImage| {
+        picture.enumerate_pixels().map(|(x, y, pixel)| (linear(pixel.0[0]) - truth(x, y)).powi(2)).sum::<f64>()
+    };
+    assert!(error(&smooth) * 4.0 < error(&plain), "{} against {}", error(&smooth), error(&plain));
+}
+
+#[test]
+fn several_targets_are_the_layers_of_one_exr() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("layers.exr");
+    menger(&["--layers", "depth,normal", "-o", path.to_str().unwrap()]).exits(0);
+    let image = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+    let layers: Vec<_> = image
+        .layer_data
+        .iter()
+        .map(|layer| (layer.attributes.layer_name.as_ref().unwrap().to_string(), layer.channel_data.list.len()))
+        .collect();
+    assert_eq!(layers[0], ("depth".to_owned(), 1));
+    assert_eq!(layers[1].0, "normal");
+    let run = menger(&["--layers", "depth,nromal", "-o", path.to_str().unwrap()]).exits(2);
+    assert!(run.stderr.contains("did you mean `normal`?"), "{}", run.stderr);
+    menger(&["--layers", "depth", "-o", "a.png"]).exits(2);
+}
+
+#[test]
+fn frames_go_through_a_pipe() {
+    let arguments = [&MENGER[..], &["--frames", "3", "--as", "raw", "-o", "-"]].concat();
+    let piped = output(&mut command(common::repository(), &arguments));
+    assert!(piped.status.success(), "{}", String::from_utf8_lossy(&piped.stderr));
+    assert_eq!(piped.stdout.len(), 3 * 96 * 54 * 4);
+    let picture = output(&mut command(common::repository(), &[&MENGER[..], &["-o", "-"]].concat())).stdout;
+    let picture = image::load_from_memory_with_format(&picture, image::ImageFormat::Png).unwrap().into_rgba8();
+    assert!(picture.as_raw()[..] == piped.stdout[..96 * 54 * 4], "the same pixels in either form");
+    menger(&["-o", "-", "--time"]).exits(2);
+}
+
+#[test]
+fn jpg_and_hdr_are_what_they_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    menger(&["-o", &inside("a.jpg"), "--quality", "95"]).exits(0);
+    menger(&["-o", &inside("a.png"), "--compression", "high"]).exits(0);
+    let (lossy, exact) = (decoded(Path::new(&inside("a.jpg"))), decoded(Path::new(&inside("a.png"))));
+    let apart: u64 = lossy.iter().zip(exact.iter()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    assert!(apart > 0 && apart < 4 * exact.len() as u64, "{apart}");
+    menger(&["--target", "depth", "-o", &inside("d.hdr")]).exits(0);
+    let depth = image::open(inside("d.hdr")).unwrap().into_rgb32f();
+    assert!(depth.iter().any(|&d| d > 1.0 && d < 1000.0), "the sponge is some voxels away");
+}
+
 #[test]
 fn a_film_needs_ffmpeg_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
@@ -85,7 +196,7 @@ fn an_output_that_cannot_be_written_is_said_before_anything_runs() {
     let inside = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::create_dir(inside("d.png")).unwrap();
     // The graph does not exist either; the output is looked at first.
-    for output in [inside("no/a.png"), inside("a"), inside("a.jpg"), inside("%d%d.png")] {
+    for output in [inside("no/a.png"), inside("a"), inside("a.tga"), inside("%d%d.png")] {
         let run = raxel(&["render", "graphs/none.toml", "-o", &output]).exits(2);
         assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
     }

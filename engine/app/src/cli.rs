@@ -47,6 +47,8 @@ pub(crate) struct Cli {
 pub(crate) enum Verb {
     Run(verbs::run::Args),
     Render(verbs::render::Args),
+    Film(verbs::film::Args),
+    Compare(verbs::compare::Args),
     Check(verbs::check::Args),
     Graph(verbs::graph::Args),
     World(verbs::world::Args),
@@ -67,6 +69,8 @@ impl Verb {
         match self {
             Verb::Run(args) => args.messages.format,
             Verb::Render(args) => args.messages.format,
+            Verb::Film(args) => args.messages.format,
+            Verb::Compare(args) => args.messages.format,
             Verb::Check(args) => args.messages.format,
             Verb::Graph(args) if args.format == verbs::graph::Form::Json => Format::Json,
             Verb::World(args) => args.format(),
@@ -95,6 +99,8 @@ impl Cli {
         match self.verb {
             Verb::Run(args) => verbs::run::run(&args, &device, console),
             Verb::Render(args) => verbs::render::run(&args, &device, console),
+            Verb::Film(args) => verbs::film::run(&args, console),
+            Verb::Compare(args) => verbs::compare::run(&args, console),
             Verb::Check(args) => verbs::check::run(&args, console),
             Verb::Graph(args) => verbs::graph::run(&args, console),
             Verb::World(args) => verbs::world::run(&args, console),

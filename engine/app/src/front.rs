@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
-use raxel_graph::checked::Graph;
+use raxel_graph::checked::{Fact, Graph, ResourceId};
 use raxel_graph::memory::EstimatedMemory;
 use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize, WorldInput};
 use raxel_graph::print::Phase;
@@ -142,6 +142,20 @@ impl Front {
     /// Plans a graph for an output size on paper: the largest device, estimated memory, every condition true.
     pub fn plan(graph: &Arc<Graph>, output: [u32; 2], present: Present) -> std::result::Result<Plan, Vec<Diagnostic>> {
         on_paper(graph, output, present, |input| raxel_graph::plan(graph.clone(), input))
+    }
+
+    /// Whether frames of a graph depend on those before them by more than the camera, whatever is shown and whichever conditions hold.
+    /// What cannot be planned on paper counts as if they did.
+    pub fn looks_back(graph: &Arc<Graph>, output: [u32; 2]) -> bool {
+        let present = Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None };
+        let all: Vec<ResourceId> = (0..graph.resources.len() as u32).map(ResourceId).collect();
+        let facts: [&dyn Fn(&Fact) -> bool; 2] = [&|_| true, &|_| false];
+        facts.iter().any(|facts| {
+            let planned = on_paper(graph, output, present, |input| {
+                raxel_graph::plan(graph.clone(), &PlanInput { pinned: &all, facts, ..input.clone() })
+            });
+            planned.map_or(true, |plan| plan.looks_back)
+        })
     }
 
     /// What a phase of the planner leaves behind, on paper.

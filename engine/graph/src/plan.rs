@@ -220,6 +220,10 @@ pub struct Plan {
     pub culled: Vec<Culled>,
     /// The frame.
     pub steps: Vec<Step>,
+    /// Whether a frame depends on more of the frames before it than the camera of the last one. If not, any frame can be made without those
+    /// before it.
+    #[serde(skip)]
+    pub looks_back: bool,
 }
 
 /// The ticks of a clock in a frame: steps in a row, tick after tick. A frame with n ticks due runs the first n of them.

@@ -17,7 +17,7 @@ use crate::poison::poison;
 use crate::print::{After, Phase};
 use crate::sizes::{groups, materials, sizes, specialization};
 use crate::unroll::unroll;
-use crate::varies::varies;
+use crate::varies::{looks_back, varies};
 
 /// Compiles a checked graph for one output size, present point and state of the conditions. The errors are those that only a size or
 /// a device can show, all at once.
@@ -89,6 +89,7 @@ fn bake(
         resource.varies = *varies;
     }
     watch(&After::Varies(&varies, &cull));
+    let looks_back = looks_back(&graph, &cull, &order, &lives);
 
     // the rest shares memory with what lives at other times.
     let alias = alias(&resources, &lives, input.memory.granularity(), input.alias);
@@ -120,6 +121,7 @@ fn bake(
         clocks,
         culled: cull.culled,
         steps,
+        looks_back,
         graph,
     })
 }

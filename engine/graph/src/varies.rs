@@ -45,6 +45,25 @@ fn feeds_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life], index: 
     stored && (older || resource.clock.is_some() || lives[index] == Life::Persistent && read_before_written(&touches))
 }
 
+/// Whether a frame depends on more of the frames before it than the camera of the last one: whether something grows from frame to frame,
+/// a pass runs only now and then, or a shader is told how long the picture has been still. A frame of a graph that does not look back
+/// can be made without those before it.
+pub(crate) fn looks_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) -> bool {
+    let carried = (0..cull.used.len()).any(|index| {
+        let resource = graph.resource(cull.used[index]);
+        // Passes may store to a part of it only: the rest stays, once it was filled.
+        let stays = resource.kind.is_initialised() || resource.keep;
+        let stored = || order.touches.iter().any(|touch| touch.resource as usize == index && touch.writes());
+        stays && stored() || feeds_back(graph, cull, order, lives, index)
+    });
+    carried
+        || cull.live.iter().map(|id| graph.pass(*id)).any(|pass| {
+            let mut fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
+            pass.every.is_some()
+                || fills.any(|fill| matches!(fill.from, Source::Clock(..) | Source::Builtin(Builtin::FrameStill)))
+        })
+}
+
 /// Whether a value may be another in every frame.
 fn moves(fill: &Fill) -> bool {
     match fill.from {

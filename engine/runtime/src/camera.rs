@@ -141,6 +141,16 @@ impl Camera {
         Mat4::from_mat3(self.rotation().transpose().as_mat3())
     }
 
+    /// `camera.view_to_world` and its inverse such that the ray through (x, y, −1) in view space goes where the one through (x + shift\[0\],
+    /// y + shift\[1\], −1) went: a shear along the line of sight.
+    pub fn sheared(&self, shift: [f64; 2]) -> (Mat4, Mat4) {
+        let shear =
+            |sign: f64| DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(-sign * shift[0], -sign * shift[1], 1.0));
+        let rotation = self.rotation();
+        let (to_world, to_view) = (rotation * shear(1.0), shear(-1.0) * rotation.transpose());
+        (Mat4::from_mat3(to_world.as_mat3()), Mat4::from_mat3(to_view.as_mat3()))
+    }
+
     /// `camera.tan_half_fov`: tangent of half the field of view, horizontal and vertical, for an aspect of width over height.
     pub fn tan_half_fov(&self, aspect: f64) -> Vec2 {
         let vertical = (self.fov * 0.5).tan();
@@ -197,6 +207,18 @@ mod tests {
         camera.translate(DVec3::new(5.0, -5.0, -1.0));
         assert_eq!(camera.cell, IVec3::new(i32::MAX, i32::MIN, i32::MAX - 1));
         assert!(camera.frac.cmplt(Vec3::ONE).all());
+    }
+
+    #[test]
+    fn a_shear_moves_every_ray_by_the_same_part_of_a_pixel() {
+        let camera = Camera { yaw: 0.7, pitch: -0.3, ..Camera::default() };
+        let (to_world, to_view) = camera.sheared([0.25, -0.125]);
+        for [x, y] in [[0.0, 0.0], [0.5, -1.0], [-2.0, 0.25]] {
+            let sheared = to_world.transform_vector3(Vec3::new(x, y, -1.0));
+            let shifted = camera.rotation() * DVec3::new(f64::from(x) + 0.25, f64::from(y) - 0.125, -1.0);
+            assert!(sheared.as_dvec3().abs_diff_eq(shifted, 1e-6));
+            assert!(to_view.transform_vector3(sheared).abs_diff_eq(Vec3::new(x, y, -1.0), 1e-6));
+        }
     }
 
     #[test]

@@ -36,6 +36,8 @@ pub struct Clock {
     woken: Option<Instant>,
     /// Added to every time, by [`Clock::seek`].
     origin: f64,
+    /// Index of the first frame.
+    first: u64,
 }
 
 /// A live frame that took longer (a moved window, a breakpoint) counts as this many seconds.
@@ -47,7 +49,7 @@ const LIVE_STEP: f64 = 1.0 / 60.0;
 impl Clock {
     /// A clock at its start.
     pub fn new(pace: Pace) -> Self {
-        Self { pace, now: None, paused: false, steps: 0, woken: None, origin: 0.0 }
+        Self { pace, now: None, paused: false, steps: 0, woken: None, origin: 0.0, first: 0 }
     }
 
     /// How time passes.
@@ -70,9 +72,15 @@ impl Clock {
         *self = Self { paused: self.paused, ..Self::new(self.pace) };
     }
 
+    /// Starts over at a later frame: the next one is frame `index`, at the time that it has at a fixed pace.
+    pub fn start_at(&mut self, index: u64) {
+        self.reset();
+        self.first = index;
+    }
+
     /// Puts the next frame at `time` seconds.
     pub fn seek(&mut self, time: f64) {
-        let index = self.now.map_or(0, |now| now.index + 1);
+        let index = self.now.map_or(self.first, |now| now.index + 1);
         self.origin = match self.pace {
             Pace::Fixed(step) => time - index as f64 * step,
             Pace::Live => time,
@@ -114,7 +122,13 @@ impl Clock {
     pub fn tick(&mut self, wall: Instant) -> FrameTime {
         let stepped = self.steps > 0;
         let time = match self.now {
-            None => FrameTime { index: 0, time: self.origin, delta: 0.0, advanced: true },
+            None => {
+                let passed = match self.pace {
+                    Pace::Fixed(step) => self.first as f64 * step,
+                    Pace::Live => 0.0,
+                };
+                FrameTime { index: self.first, time: self.origin + passed, delta: 0.0, advanced: true }
+            }
             Some(now) if self.paused && !stepped => FrameTime { delta: 0.0, advanced: false, ..now },
             Some(now) => {
                 let index = now.index + 1;
@@ -175,6 +189,20 @@ mod tests {
         assert!((clock.tick(at(9000)).time - stepped.time).abs() < 1e-9);
         // Nor is a frame that hung counted in full.
         assert!((clock.tick(at(19_000)).delta - LONGEST_FRAME).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_later_start_gives_the_frames_of_the_whole_run() {
+        let (mut whole, mut part) = (Clock::new(Pace::Fixed(1.0 / 24.0)), Clock::new(Pace::Fixed(1.0 / 24.0)));
+        let wall = Instant::now();
+        part.start_at(100);
+        let frames: Vec<FrameTime> = (0..110).map(|_| whole.tick(wall)).collect();
+        // The first of the part has no frame before it; those after it are the same in every bit.
+        let first = part.tick(wall);
+        assert_eq!((first.index, first.time), (frames[100].index, frames[100].time));
+        for expected in &frames[101..] {
+            assert_eq!(part.tick(wall), *expected);
+        }
     }
 
     #[test]

@@ -6,14 +6,25 @@ use std::io::Cursor;
 
 use exr::image::write::WritableImage;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec, Text, f16,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
+    SmallVec, Text, f16,
 };
 use raxel_runtime::execute::Texels;
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
-/// The bytes of the EXR file; `name` becomes the layer's name. Equal texels give equal bytes.
-pub(crate) fn encode(texels: &Texels, name: &str) -> exr::error::Result<Vec<u8>> {
+/// The bytes of the EXR file: a layer of each target. Equal texels give equal bytes.
+pub(super) fn encode(targets: &[(String, Texels)]) -> exr::error::Result<Vec<u8>> {
+    let layers: SmallVec<[_; 2]> = targets.iter().map(|(name, texels)| layer(texels, name)).collect();
+    // What is displayed: the extents of the layers may differ.
+    let size = |axis: fn(&Texels) -> u32| targets.iter().map(|(_, texels)| axis(texels)).max().unwrap_or(1) as usize;
+    let window = IntegerBounds::from_dimensions((size(|t| t.width), size(|t| t.height)));
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layers(ImageAttributes::new(window), layers).write().non_parallel().to_buffered(&mut bytes)?;
+    Ok(bytes.into_inner())
+}
+
+fn layer(texels: &Texels, name: &str) -> Layer<AnyChannels<FlatSamples>> {
     let names: &[&str] = match texels.format.channels() {
         1 => &["Y"],
         2 => &["R", "G"],
@@ -43,14 +54,11 @@ pub(crate) fn encode(texels: &Texels, name: &str) -> exr::error::Result<Vec<u8>>
         ..LayerAttributes::default()
     };
     let size = (texels.width as usize, texels.height as usize);
-    let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
-    let mut bytes = Cursor::new(Vec::new());
-    Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes)?;
-    Ok(bytes.into_inner())
+    Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels))
 }
 
 /// Whether negative numbers are written as 2³² more: 32-bit floats do not hold all integers of this format.
-pub(crate) fn wraps(format: Format) -> bool {
+fn wraps(format: Format) -> bool {
     matches!(format, Format::R32i | Format::Rg32i | Format::Rgba32i)
 }
 
@@ -64,7 +72,8 @@ mod tests {
     fn signed_integers_keep_every_bit() {
         let far = [16_777_217, -16_777_217, i32::MIN, i32::MAX, -1, 0];
         let bytes = far.iter().flat_map(|v| v.to_le_bytes()).collect();
-        let encoded = encode(&Texels { format: Format::R32i, width: 6, height: 1, bytes }, "hit").unwrap();
+        let encoded =
+            encode(&[("hit".to_owned(), Texels { format: Format::R32i, width: 6, height: 1, bytes })]).unwrap();
         let image = read()
             .no_deep_data()
             .largest_resolution_level()
@@ -87,8 +96,9 @@ mod tests {
             height: 2,
             bytes: depth.iter().flat_map(|v| v.to_le_bytes()).collect(),
         };
-        let bytes = encode(&texels, "depth").unwrap();
-        assert_eq!(bytes, encode(&texels, "depth").unwrap());
+        let targets = [("depth".to_owned(), texels)];
+        let bytes = encode(&targets).unwrap();
+        assert_eq!(bytes, encode(&targets).unwrap());
         let image = read()
             .no_deep_data()
             .largest_resolution_level()
@@ -100,5 +110,27 @@ mod tests {
         let channel = &image.layer_data.channel_data.list[0];
         assert_eq!(channel.name.to_string(), "Y");
         assert_eq!(channel.sample_data.values_as_f32().collect::<Vec<_>>(), depth);
+    }
+
+    #[test]
+    fn targets_of_any_extent_become_layers() {
+        let texels = |width: u32, value: f32| {
+            let bytes = (0..width * 2).flat_map(|_| value.to_le_bytes()).collect();
+            Texels { format: Format::R32f, width, height: 2, bytes }
+        };
+        let targets = [("depth".to_owned(), texels(4, 1.5)), ("half".to_owned(), texels(2, -2.0))];
+        let image = exr::prelude::read_all_flat_layers_from_file;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        std::fs::write(&path, encode(&targets).unwrap()).unwrap();
+        let layers = image(&path).unwrap().layer_data;
+        let found: Vec<_> = layers
+            .iter()
+            .map(|layer| {
+                let name = layer.attributes.layer_name.as_ref().unwrap().to_string();
+                (name, layer.size.0, layer.channel_data.list[0].sample_data.values_as_f32().next().unwrap())
+            })
+            .collect();
+        assert_eq!(found, [("depth".to_owned(), 4, 1.5), ("half".to_owned(), 2, -2.0)]);
     }
 }

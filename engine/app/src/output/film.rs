@@ -5,8 +5,6 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use raxel_runtime::execute::Picture;
-
 use super::Pending;
 use super::leftovers::{Listed, on_stop};
 use crate::failure::{Exit, Failure, Result};
@@ -82,10 +80,10 @@ impl Film {
         Ok(Self { ffmpeg, frames, pending: Some(pending), _listed: listed })
     }
 
-    /// Adds a frame.
-    pub fn frame(&mut self, picture: &Picture) -> Result {
+    /// Adds a frame: width × height × 4 bytes, red, green, blue, alpha.
+    pub fn frame(&mut self, rgba: &[u8]) -> Result {
         let Some(pipe) = &mut self.frames else { return Ok(()) };
-        if pipe.write_all(&picture.rgba).is_err() {
+        if pipe.write_all(rgba).is_err() {
             // It has stopped reading: it says why on its stderr.
             return Err(self.failure());
         }

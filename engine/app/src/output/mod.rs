@@ -1,33 +1,34 @@
-//! Where pictures go: one PNG or EXR, numbered frames, or a film. Whether a place can be written is found out before anything is
+//! Where pictures go: one file, numbered frames, a film, or stdout. Whether a place can be written is found out before anything is
 //! rendered; what is written appears under its name only when it is whole.
 
+mod coding;
 mod csv;
 mod exr;
 mod film;
 mod folders;
 mod leftovers;
 mod pending;
+mod pipeline;
+mod place;
 mod png;
+mod shoot;
+mod supersample;
 
 use std::path::{Path, PathBuf};
 
-use raxel_runtime::execute::{Picture, Texels};
+use raxel_runtime::execute::Picture;
 
+use self::coding::rgb;
+pub(crate) use self::coding::{Coding, Kind};
 pub(crate) use self::csv::Table;
-pub(crate) use self::film::{Film, version as ffmpeg_version};
+pub(crate) use self::film::version as ffmpeg_version;
 pub(crate) use self::folders::{Folders, Scratch};
 pub(crate) use self::leftovers::{Listed, on_stop, watch_signals};
 pub(crate) use self::pending::Pending;
+pub(crate) use self::place::Place;
+pub(crate) use self::png::Compression;
+pub(crate) use self::shoot::{Layer, Layers, MOST_LAYERS, Mode, Shoot, Stages};
 use crate::failure::{Failure, Result};
-
-/// The form of one picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// 8 bits a channel, as the display map shows it.
-    Png,
-    /// The texels of the target as they are.
-    Exr,
-}
 
 /// What `-o` asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,6 +39,8 @@ pub(crate) enum Output {
     Frames(Kind, Pattern),
     /// A film of all frames.
     Film(PathBuf),
+    /// stdout (`-o -`): frame after frame.
+    Stream(Kind),
 }
 
 /// A file name with one number in it, e.g. `frames/%04d.png`.
@@ -49,40 +52,55 @@ pub(crate) struct Pattern {
 }
 
 impl Output {
-    /// Reads the argument of `-o`.
-    pub fn parse(argument: &str) -> Result<Self> {
+    /// Reads the argument of `-o`. `kind` is the form that was asked for, where the name does not say it.
+    pub fn parse(argument: &str, kind: Option<Kind>) -> Result<Self> {
+        if argument == "-" {
+            return Ok(Output::Stream(kind.unwrap_or(Kind::Png)));
+        }
         let folder = argument.trim_end_matches(['/', '\\']);
         let path = PathBuf::from(argument);
         if argument.ends_with(['/', '\\']) || path.is_dir() {
             // Somebody who writes the name of a picture or a film means no folder of that name.
-            if let Some(extension) = written(Path::new(folder)) {
+            if let Some((extension, _)) = written(Path::new(folder)) {
                 return Err(Failure::usage(format!("`{argument}` is a folder, and its name is that of a file"))
                     .help(format!("a name that is free, or a number for each frame: {folder}/%04d.png"))
                     .help(format!("`.{extension}` says what to write")));
             }
             let before = if folder.is_empty() { "/".to_owned() } else { format!("{folder}/") };
-            return Ok(Output::Frames(Kind::Png, Pattern { before, digits: 4, after: ".png".to_owned() }));
+            let kind = kind.unwrap_or(Kind::Png);
+            return Ok(Output::Frames(kind, Pattern { before, digits: 4, after: format!(".{}", kind.extension()) }));
         }
-        let kind = match written(&path).as_deref() {
-            Some("png") => Kind::Png,
-            Some("exr") => Kind::Exr,
-            Some(_) => return Ok(Output::Film(path)),
-            None => {
+        let pattern = Pattern::parse(argument)?;
+        let kind = match (written(&path), kind) {
+            (Some((_, Some(named))), None) => named,
+            (Some((_, Some(named))), Some(kind)) if named == kind => kind,
+            (Some((extension, _)), Some(_)) => {
+                return Err(Failure::usage(format!("`{argument}` says by its `.{extension}` what it is"))
+                    .help("leave `--as` out; it is for `-o -`, folders and names without an extension"));
+            }
+            (Some((_, None)), None) => return Ok(Output::Film(path)),
+            (None, Some(kind)) if path.extension().is_none() || kind == Kind::Raw => kind,
+            (None, _) => {
+                let pictures = Kind::EXTENSIONS.map(|(extension, _)| extension).join(", .");
                 return Err(Failure::usage(format!("`{argument}` does not say what to write")).help(format!(
-                    "a name that ends in .png or .exr, one with a number such as frames/%04d.png, a folder (frames/), or a film: .{}",
+                    "a name that ends in .{pictures}, one with a number such as frames/%04d.png, a folder (frames/), `-` for stdout, or a \
+                     film: .{}",
                     film::EXTENSIONS.join(", .")
                 )));
             }
         };
-        Ok(match Pattern::parse(argument)? {
+        Ok(match pattern {
             Some(pattern) => Output::Frames(kind, pattern),
             None => Output::Single(kind, path),
         })
     }
 
-    /// Whether raw texels are needed, rather than the displayed picture.
-    pub fn wants_texels(&self) -> bool {
-        matches!(self, Output::Single(Kind::Exr, _) | Output::Frames(Kind::Exr, _))
+    /// The form of a frame: what is encoded. A film takes raw ones.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Output::Single(kind, _) | Output::Frames(kind, _) | Output::Stream(kind) => *kind,
+            Output::Film(_) => Kind::Raw,
+        }
     }
 
     /// The extension in words, for messages.
@@ -90,15 +108,16 @@ impl Output {
         match self {
             Output::Single(_, path) | Output::Film(path) => path.display().to_string(),
             Output::Frames(_, pattern) => pattern.describe(),
+            Output::Stream(_) => "stdout".to_owned(),
         }
     }
 }
 
-/// The extension of a name, in lower case, if it says what to write.
-fn written(path: &Path) -> Option<String> {
+/// The extension of a name, in lower case, if it says what to write, with the form of a picture; a film has none.
+fn written(path: &Path) -> Option<(String, Option<Kind>)> {
     let extension = path.extension()?.to_string_lossy().to_lowercase();
-    (["png", "exr"].contains(&extension.as_str()) || film::EXTENSIONS.contains(&extension.as_str()))
-        .then_some(extension)
+    let kind = Kind::EXTENSIONS.iter().find(|(known, _)| *known == extension).map(|(_, kind)| *kind);
+    (kind.is_some() || film::EXTENSIONS.contains(&extension.as_str())).then_some((extension, kind))
 }
 
 impl Pattern {
@@ -140,17 +159,10 @@ impl Pattern {
     }
 }
 
-/// Encodes a displayed picture and puts it in place.
+/// Writes a displayed picture as PNG.
 pub(crate) fn write_picture(pending: Pending, picture: &Picture) -> Result {
-    let bytes = png::encode(picture).map_err(|error| Failure::usage(format!("the PNG could not be made: {error}")))?;
-    pending.finish(&bytes)
-}
-
-/// Encodes texels and puts them in place.
-pub(crate) fn write_texels(pending: Pending, texels: &Texels, name: &str) -> Result {
-    let bytes =
-        exr::encode(texels, name).map_err(|error| Failure::usage(format!("the EXR could not be made: {error}")))?;
-    pending.finish(&bytes)
+    let bytes = png::encode(picture, Compression::default());
+    pending.finish(&bytes.map_err(|error| Failure::usage(format!("the PNG could not be made: {error}")))?)
 }
 
 /// A path as a message shows it: absolute, if that can be had.
@@ -164,20 +176,27 @@ mod tests {
 
     #[test]
     fn outputs_are_told_apart_by_name() {
-        assert_eq!(Output::parse("a.PNG").unwrap(), Output::Single(Kind::Png, "a.PNG".into()));
-        assert_eq!(Output::parse("b/d.exr").unwrap(), Output::Single(Kind::Exr, "b/d.exr".into()));
-        assert_eq!(Output::parse("film.mp4").unwrap(), Output::Film("film.mp4".into()));
-        let Output::Frames(Kind::Exr, pattern) = Output::parse("out/f%03d.exr").unwrap() else { panic!() };
+        let parse = |argument: &str| Output::parse(argument, None);
+        assert_eq!(parse("a.PNG").unwrap(), Output::Single(Kind::Png, "a.PNG".into()));
+        assert_eq!(parse("b/d.exr").unwrap(), Output::Single(Kind::Exr, "b/d.exr".into()));
+        assert_eq!(parse("b/d.jpeg").unwrap(), Output::Single(Kind::Jpg, "b/d.jpeg".into()));
+        assert_eq!(parse("film.mp4").unwrap(), Output::Film("film.mp4".into()));
+        assert_eq!(parse("-").unwrap(), Output::Stream(Kind::Png));
+        assert_eq!(Output::parse("-", Some(Kind::Raw)).unwrap(), Output::Stream(Kind::Raw));
+        let Output::Frames(Kind::Exr, pattern) = parse("out/f%03d.exr").unwrap() else { panic!() };
         assert_eq!(pattern.file(7), Path::new("out/f007.exr"));
         assert_eq!(pattern.file(12345), Path::new("out/f12345.exr"));
-        let Output::Frames(Kind::Png, pattern) = Output::parse("frames/").unwrap() else { panic!() };
+        let Output::Frames(Kind::Png, pattern) = parse("frames/").unwrap() else { panic!() };
         assert_eq!(pattern.file(3), Path::new("frames/0003.png"));
         assert_eq!(pattern.describe(), "frames/%04d.png");
+        let Output::Frames(Kind::Jpg, pattern) = Output::parse("frames/", Some(Kind::Jpg)).unwrap() else { panic!() };
+        assert_eq!(pattern.file(3), Path::new("frames/0003.jpg"));
+        assert!(Output::parse("a.png", Some(Kind::Jpg)).unwrap_err().message.unwrap().contains("by its `.png`"));
         for wrong in ["o.png/", "o.mkv/", "a/b.EXR/"] {
-            assert!(Output::parse(wrong).unwrap_err().message.unwrap().contains("is a folder"), "{wrong}");
+            assert!(parse(wrong).unwrap_err().message.unwrap().contains("is a folder"), "{wrong}");
         }
-        for wrong in ["", "a", "a.jpg", "%d%d.png", "%4d.png", "%x.png", "%0d.png", "%099d.png"] {
-            assert!(Output::parse(wrong).is_err(), "{wrong}");
+        for wrong in ["", "a", "a.tga", "%d%d.png", "%4d.png", "%x.png", "%0d.png", "%099d.png"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -2,49 +2,76 @@
 
 use std::fmt::Write;
 use std::io::IsTerminal;
-use std::time::Instant;
+use std::ops::Range;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_gpu::DeviceOptions;
-use raxel_runtime::execute::Picture;
 use raxel_runtime::session::Session;
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};
 use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
-use crate::output::{self, Film, Folders, Kind, Output, Pending, shown};
+use crate::front::Front;
+use crate::output::{Coding, Compression, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown};
 use crate::session::{What, frame_failure, print_validation, validated};
 
-/// Renders to PNG (as displayed), EXR (the target's own texels), numbered frames, or a film. Time is frame × step: the same command
-/// gives the same bytes.
+/// Renders to PNG or JPEG (as displayed), EXR or HDR (the target's own texels), numbered frames, a film, or stdout. Time is
+/// frame × step: the same command gives the same bytes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  raxel render -o p.png\n  \
-                        raxel render graphs/inspect.toml --world worlds/menger.toml --target depth -o depth.exr\n  \
+                        raxel render graphs/inspect.toml --world worlds/menger.toml --layers depth,normal -o layers.exr\n  \
                         raxel render worlds/valley.demo.toml -o valley.mp4\n  \
+                        raxel render worlds/valley.demo.toml --at 2.5s --samples 16 -o smooth.png\n  \
+                        raxel render worlds/valley.demo.toml --as raw -o - | ffmpeg -f rawvideo -pix_fmt rgba -s 1280x720 -r 30 -i - a.mkv\n  \
                         raxel render graphs/primary.toml --frames 120 --shard 1/4 -o frames/%04d.png")]
 pub(crate) struct Args {
     #[command(flatten)]
     what: What,
 
-    /// What to write: FILE.png, FILE.exr, frames/%04d.png, a folder, FILE.mp4 (also mkv, mov, webm, gif; needs ffmpeg). EXR has no
-    /// signed integers: those of 32 bits are written as unsigned ones, in two's complement.
+    /// What to write: FILE.png, .jpg, .exr, .hdr, frames/%04d.png, a folder, FILE.mp4 (also mkv, mov, webm, gif; needs ffmpeg), or `-`
+    /// for stdout, frame after frame. EXR has no signed integers: those of 32 bits are written as unsigned ones, in two's complement.
     #[arg(short, long, value_name = "FILE")]
     output: String,
+
+    /// The form of a picture where its name does not say it: on stdout, in a folder.
+    #[arg(long = "as", value_enum, value_name = "KIND")]
+    kind: Option<Kind>,
+
+    /// How much time goes into making a PNG small.
+    #[arg(long, value_enum, default_value_t, value_name = "LEVEL")]
+    compression: Compression,
+
+    /// Of JPEG: 1 is the smallest file, 100 the best picture.
+    #[arg(long, value_name = "N", default_value_t = 90, value_parser = clap::value_parser!(u8).range(1..=100))]
+    quality: u8,
+
+    /// Write these targets as the layers of an EXR, rather than the one that is shown.
+    #[arg(long, value_name = "TARGET,…", value_delimiter = ',', conflicts_with_all = ["target", "after"])]
+    layers: Vec<String>,
 
     /// Pixels.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
     size: Size,
 
+    /// Average so many pictures for each frame, their rays at different places in the pixels: smooth edges.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    samples: u32,
+
     /// How many frames to run. By default 1 for a picture, the whole demo for frames and films. A single picture is of the last one.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
+
+    /// Write the frame at this time only, e.g. 2.5s: the same bytes as in the whole film.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with_all = ["frames", "shard"])]
+    at: Option<f64>,
 
     /// Frames a second: of the film, and of the time that passes. The demo's, or 60 by default.
     #[arg(long, value_name = "RATE", value_parser = rate)]
     fps: Option<f64>,
 
-    /// Write the I-th of N equal parts of the frames only (I from 1); the parts together are all frames.
+    /// Write the I-th of N equal parts of the frames only (I from 1); the parts together are all frames. Frames before the part are run
+    /// only if the graph keeps something from frame to frame.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
 
@@ -56,7 +83,13 @@ pub(crate) struct Args {
     pub messages: Messages,
 }
 
-fn rate(text: &str) -> std::result::Result<f64, String> {
+fn seconds(text: &str) -> std::result::Result<f64, String> {
+    let number = text.strip_suffix('s').unwrap_or(text).trim();
+    (number.parse().ok().filter(|seconds| (0.0..=86_400.0).contains(seconds)))
+        .ok_or_else(|| "seconds from 0 to 86400, e.g. 2.5s".to_owned())
+}
+
+pub(super) fn rate(text: &str) -> std::result::Result<f64, String> {
     text.parse()
         .ok()
         .filter(|rate| (0.001..=1000.0).contains(rate))
@@ -87,145 +120,113 @@ impl Shard {
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
-    let output = Output::parse(&args.output)?;
-    if args.shard.is_some() && !matches!(output, Output::Frames(..)) {
-        return Err(Failure::usage("`--shard` divides numbered frames").help("-o frames/%04d.png"));
-    }
+    let output = Output::parse(&args.output, args.kind)?;
+    args.check(&output, console)?;
     let demo = args.what.demo_length();
     let fps = args.fps.or(demo.map(|(_, fps)| fps)).unwrap_or(60.0);
-    let frames = args.frames.unwrap_or(match (&output, demo) {
-        (Output::Frames(..) | Output::Film(_), Some((seconds, _))) => (seconds * fps).round().max(1.0) as u64,
-        _ => 1,
-    });
-    let range = args.shard.map_or(0..frames, |shard| shard.range(frames));
+    let wanted = args.wanted(&output, demo, fps);
 
     // Whether the result can be written is found out before anything else.
-    let mut sink = Sink::prepare(&output, args.size.0, fps, range.start)?;
+    let place = Place::prepare(&output, args.size.0, fps, wanted.start)?;
 
     let mut options = args.what.options(device)?;
     options.size = args.size.0;
     options.step = Some(1.0 / fps);
+    options.pinned.clone_from(&args.layers);
     let mut session = args.what.open(options, console)?;
-    let target = Raw::of(&session, &output)?;
-
-    let start = Instant::now();
-    let bar = progress(range.end, console);
+    let shoot = Shoot {
+        run: start(&mut session, &wanted, args.size.0)..wanted.end,
+        layers: args.layers(&session, output.kind())?,
+        wanted,
+        coding: Coding { kind: output.kind(), compression: args.compression, quality: args.quality },
+        samples: args.samples,
+        mode: Mode::AtOnce,
+    };
+    let bar = progress(shoot.run.end - shoot.run.start, console);
     let mut times = Times::default();
-    for frame in 0..range.end {
-        session.frame().map_err(|error| frame_failure(error, console))?;
+    let each = |session: &mut Session, _| {
         if args.time {
-            times.add(&mut session, console)?;
-        }
-        let wanted = if sink.is_single() { frame + 1 == range.end } else { range.contains(&frame) };
-        if wanted {
-            sink.frame(&mut session, target.as_ref(), frame)?;
+            times.add(session, console)?;
         }
         bar.inc(1);
-    }
+        Ok(())
+    };
+    let frame = |session: &mut Session| session.frame().map(drop).map_err(|error| frame_failure(error, console));
+    let stages = shoot.run(&mut session, place, each, frame)?;
     bar.finish_and_clear();
     let complaints = print_validation(&session, console);
-    let size = sink.finish()?.unwrap_or(args.size.0);
-
-    let seconds = start.elapsed().as_secs_f64();
-    report(&output, size, &session, &range, seconds, &times, console);
+    report(&output, &session, &shoot, &stages, &times, console);
     validated(complaints)
 }
 
-/// The raw texels that an EXR is made of.
-struct Raw {
-    resource: String,
-    age: u32,
-    mip: u32,
-    layer: u32,
+/// The first frame that must be run for those that are wanted, where the session then stands. The camera of the frame before is known to
+/// every frame, so one more is run.
+fn start(session: &mut Session, wanted: &Range<u64>, size: [u32; 2]) -> u64 {
+    let first = wanted.start.saturating_sub(1);
+    if first == 0 || Front::looks_back(session.graph(), size) {
+        return 0;
+    }
+    session.start_at(first);
+    first
 }
 
-impl Raw {
-    fn of(session: &Session, output: &Output) -> Result<Option<Self>> {
-        if !output.wants_texels() {
-            return Ok(None);
+impl Args {
+    /// What does not go together.
+    fn check(&self, output: &Output, console: &Console) -> Result {
+        if self.shard.is_some() && !matches!(output, Output::Frames(..)) {
+            return Err(Failure::usage("`--shard` divides numbered frames").help("-o frames/%04d.png"));
         }
-        let shown = session.debug_target();
-        if shown.after.is_some() {
+        if matches!(output, Output::Stream(_)) && (self.time || console.format() == Format::Json) {
+            let what = if self.time { "--time" } else { "--format json" };
+            return Err(Failure::usage(format!("`-o -` and `{what}` both write to stdout")));
+        }
+        if !self.layers.is_empty() && output.kind() != Kind::Exr {
+            return Err(Failure::usage("`--layers` makes an EXR").help("-o layers.exr"));
+        }
+        if self.layers.len() > MOST_LAYERS {
+            return Err(Failure::usage(format!("{} layers; {MOST_LAYERS} is the most", self.layers.len())));
+        }
+        if output.kind().wants_texels() && self.what.after.is_some() {
             return Err(Failure::usage(
                 "`--after` shows a target as a picture; an EXR has the texels at the end of the frame",
             )
             .help("write a .png, or leave `--after` out"));
         }
-        let graph = session.graph();
-        let resource =
-            if shown.resource.is_empty() { graph.resource(graph.present).name.clone() } else { shown.resource.clone() };
-        Ok(Some(Self { resource, age: shown.age, mip: shown.mip, layer: shown.layer }))
-    }
-}
-
-/// Where frames go while they are made.
-struct Sink<'o> {
-    to: To<'o>,
-    /// The extent of the last picture in pixels.
-    size: Option<[u32; 2]>,
-}
-
-enum To<'o> {
-    Single(Kind, Option<Pending>),
-    Frames { kind: Kind, pattern: &'o output::Pattern, _folders: Folders },
-    Film(Film),
-}
-
-impl<'o> Sink<'o> {
-    fn prepare(output: &'o Output, size: [u32; 2], fps: f64, first: u64) -> Result<Self> {
-        let to = match output {
-            Output::Single(kind, path) => To::Single(*kind, Some(Pending::new(path)?)),
-            Output::Frames(kind, pattern) => To::Frames { kind: *kind, pattern, _folders: pattern.prepare(first)? },
-            Output::Film(path) => To::Film(Film::start(path, size, fps)?),
-        };
-        Ok(Self { to, size: None })
-    }
-
-    /// Whether one picture is made, of the last frame.
-    fn is_single(&self) -> bool {
-        matches!(self.to, To::Single(..))
-    }
-
-    fn frame(&mut self, session: &mut Session, raw: Option<&Raw>, frame: u64) -> Result {
-        let size = match &mut self.to {
-            To::Single(kind, pending) => match pending.take() {
-                Some(pending) => write(*kind, pending, session, raw)?,
-                None => return Ok(()),
-            },
-            To::Frames { kind, pattern, .. } => write(*kind, Pending::new(&pattern.file(frame))?, session, raw)?,
-            To::Film(film) => {
-                let picture = picture(session)?;
-                film.frame(&picture)?;
-                [picture.width, picture.height]
-            }
-        };
-        self.size = Some(size);
         Ok(())
     }
 
-    /// The extent of what was written; `None` if no frame was.
-    fn finish(self) -> Result<Option<[u32; 2]>> {
-        if let To::Film(film) = self.to {
-            film.finish()?;
+    /// The frames to write.
+    fn wanted(&self, output: &Output, demo: Option<(f64, f64)>, fps: f64) -> Range<u64> {
+        if let Some(at) = self.at {
+            let frame = (at * fps).round() as u64;
+            return frame..frame + 1;
         }
-        Ok(self.size)
+        let frames = self.frames.unwrap_or(match (output, demo) {
+            (Output::Single(..), _) | (_, None) => 1,
+            (_, Some((seconds, _))) => (seconds * fps).round().max(1.0) as u64,
+        });
+        match (output, self.shard) {
+            (Output::Single(..), _) => frames - 1..frames,
+            (_, Some(shard)) => shard.range(frames),
+            (_, None) => 0..frames,
+        }
     }
-}
 
-fn picture(session: &mut Session) -> Result<Picture> {
-    Ok(session.read_presented()?)
-}
-
-/// Writes a frame, and gives its extent.
-fn write(kind: Kind, pending: Pending, session: &mut Session, raw: Option<&Raw>) -> Result<[u32; 2]> {
-    if let (Kind::Exr, Some(raw)) = (kind, raw) {
-        let texels = session.read_texels(&raw.resource, raw.age, raw.mip, raw.layer)?;
-        output::write_texels(pending, &texels, &raw.resource)?;
-        return Ok([texels.width, texels.height]);
+    /// What is read back of each frame.
+    fn layers(&self, session: &Session, kind: Kind) -> Result<Layers> {
+        if !kind.wants_texels() {
+            return Ok(Layers::Picture);
+        }
+        if !self.layers.is_empty() {
+            let layer = |name: &String| Layer { resource: name.clone(), age: 0, mip: 0, layer: 0 };
+            return Ok(Layers::Targets(self.layers.iter().map(layer).collect()));
+        }
+        let shown = session.debug_target();
+        let graph = session.graph();
+        let resource =
+            if shown.resource.is_empty() { graph.resource(graph.present).name.clone() } else { shown.resource.clone() };
+        Ok(Layers::Targets(vec![Layer { resource, age: shown.age, mip: shown.mip, layer: shown.layer }]))
     }
-    let picture = picture(session)?;
-    output::write_picture(pending, &picture)?;
-    Ok([picture.width, picture.height])
 }
 
 /// GPU times of the passes over the frames.
@@ -272,19 +273,13 @@ fn progress(frames: u64, console: &Console) -> ProgressBar {
     ProgressBar::new(frames).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-fn report(
-    output: &Output,
-    [width, height]: [u32; 2],
-    session: &Session,
-    range: &std::ops::Range<u64>,
-    seconds: f64,
-    times: &Times,
-    console: &Console,
-) {
+fn report(output: &Output, session: &Session, shoot: &Shoot, stages: &Stages, times: &Times, console: &Console) {
     let written = match output {
         Output::Single(_, path) | Output::Film(path) => shown(path),
-        Output::Frames(..) => output.describe(),
+        Output::Frames(..) | Output::Stream(_) => output.describe(),
     };
+    let [width, height] = stages.size.unwrap_or_else(|| session.size());
+    let seconds = stages.wall.as_secs_f64();
     let medians = times.medians();
     if console.format() == Format::Json {
         let passes: Vec<_> = medians
@@ -296,7 +291,8 @@ fn report(
             "file": written,
             "graph": session.graph_path(),
             "size": [width, height],
-            "frames": [range.start, range.end],
+            "frames": [shoot.wanted.start, shoot.wanted.end],
+            "run": [shoot.run.start, shoot.run.end],
             "seconds": seconds,
             "device": session.device().capabilities().name,
             "passes": passes,
@@ -310,10 +306,13 @@ fn report(
             if *frames > 1 { format!("  (median of {frames})") } else { String::new() }
         );
     }
-    console::data(&text);
-    let frames = range.end - range.start;
-    let what = if frames == 1 { String::new() } else { format!(", {frames} frames") };
+    if !text.is_empty() {
+        console::data(&text);
+    }
+    let what = if stages.frames == 1 { String::new() } else { format!(", {} frames", stages.frames) };
     console.message(&format!("wrote {written} ({width}×{height}{what}, {seconds:.2} s)"));
+    let shares = stages.shares().map(|(stage, share)| format!("{stage} {:.0} %", share * 100.0)).join(", ");
+    console.detail(&format!("busy: {shares}; bound by {}", stages.bound()));
 }
 
 #[cfg(test)]

@@ -134,7 +134,8 @@ impl Executor {
         Ok(ReadTicket::new(readback, assemble))
     }
 
-    fn redeem<T>(&self, ticket: &ReadTicket<T>) -> Result<T, ExecuteError> {
+    /// Waits for something that was asked for, for as long as the watchdog allows.
+    pub fn redeem<T>(&self, ticket: &ReadTicket<T>) -> Result<T, ExecuteError> {
         let bytes = ticket.readback.wait(self.shared.watchdog());
         bytes.map(&ticket.assemble).map_err(|error| self.attribute_loss(error.into()))
     }

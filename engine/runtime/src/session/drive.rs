@@ -195,6 +195,19 @@ impl Session {
         self.clock.seek(seconds);
     }
 
+    /// Starts over at a later frame: the next one is frame `index`, at its time. With a fixed step, the frame after it is the one that a run
+    /// from the start gives, unless the graph looks back ([`raxel_graph::plan::Plan::looks_back`]).
+    pub fn start_at(&mut self, index: u64) {
+        self.reset();
+        self.clock.start_at(index);
+    }
+
+    /// Shifts the rays of all pixels by a part of a pixel, right and down, until it is changed: by a shear of the camera's matrices,
+    /// which shaders need not know of. Pictures of many shifts, averaged, have smooth edges. `[0.0, 0.0]` shifts nothing.
+    pub fn set_subpixel(&mut self, offset: [f64; 2]) {
+        self.subpixel = offset;
+    }
+
     /// Starts over: clock, history and every resource as at the first frame. Params, camera and debug target stay.
     pub fn reset(&mut self) {
         self.clock.reset();

@@ -119,7 +119,7 @@ impl Session {
     }
 
     fn builtins(&self, time: &FrameTime, (frame_still, world_serial): (u32, u32)) -> Builtins {
-        Builtins {
+        let mut builtins = Builtins {
             frame_index: time.index as u32,
             frame_time: time.time as f32,
             frame_delta: time.delta as f32,
@@ -127,7 +127,17 @@ impl Session {
             world_serial,
             cursor_position: self.cursor.unwrap_or([-1; 2]),
             ..Builtins::of(&self.camera, &self.previous_camera, self.selection.output, &self.world)
+        };
+        if self.subpixel != [0.0; 2] {
+            let aspect = f64::from(builtins.output_aspect);
+            let tan = self.camera.tan_half_fov(aspect).as_dvec2().to_array();
+            // A pixel is 2 / extent wide where the picture reaches from −1 to 1.
+            let shift = |axis: usize| 2.0 * self.subpixel[axis] / f64::from(self.selection.output[axis]) * tan[axis];
+            let (view_to_world, world_to_view) = self.camera.sheared([shift(0), -shift(1)]);
+            builtins.camera_view_to_world = view_to_world.to_cols_array_2d();
+            builtins.camera_world_to_view = world_to_view.to_cols_array_2d();
         }
+        builtins
     }
 
     /// Makes the plan for what is wanted now, if the running one is for something else. What was refused is not tried again.
@@ -235,6 +245,11 @@ impl Session {
     pub fn request_buffer(&mut self, name: &str, bytes: Range<u64>) -> Result<ReadTicket<Vec<u8>>, ReadError> {
         let resource = self.resource(name)?;
         Ok(self.executor.request_buffer(resource, 0, bytes)?)
+    }
+
+    /// Waits for something that was asked for.
+    pub fn redeem<T>(&self, ticket: &ReadTicket<T>) -> Result<T, ReadError> {
+        Ok(self.executor.redeem(ticket)?)
     }
 
     fn resource(&self, name: &str) -> Result<ResourceId, SetError> {

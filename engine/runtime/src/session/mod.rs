@@ -140,6 +140,8 @@ pub struct Session {
     camera: Camera,
     previous_camera: Camera,
     cursor: Option<[i32; 2]>,
+    /// Shift of all rays in pixels, right and down.
+    subpixel: [f64; 2],
     still: still::Still,
     params: Params,
     /// Values of the params in this frame: the user's, under those of the demo.

@@ -69,6 +69,7 @@ impl Session {
             previous_camera: camera,
             still: super::still::Still::default(),
             cursor: None,
+            subpixel: [0.0; 2],
             values: params.values().to_vec(),
             params,
             pushes: BTreeMap::new(),

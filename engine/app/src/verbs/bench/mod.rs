@@ -3,6 +3,7 @@
 mod chart;
 mod export;
 mod files;
+mod film;
 mod labels;
 mod matrix;
 mod reload;
@@ -21,6 +22,7 @@ use crate::failure::Result;
                   raxel bench first_hit --layouts tree64,svo              one graph over two layouts\n  \
                   raxel bench --worlds terrain --cameras ground,down --size 3840x2160\n  \
                   raxel bench --export out/ --worlds menger               voxels, rays and hits for other tracers\n  \
+                  raxel bench film worlds/valley.demo.toml --frames 240   what bounds the making of frames\n  \
                   raxel bench reload                                      from a save to the picture"
 )]
 pub(crate) struct Args {
@@ -33,6 +35,7 @@ pub(crate) struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Bench {
+    Film(film::Args),
     Reload(reload::Args),
 }
 
@@ -40,6 +43,7 @@ impl Args {
     /// The form of messages asked for.
     pub fn format(&self) -> Format {
         match &self.what {
+            Some(Bench::Film(film)) => film.messages.format,
             Some(Bench::Reload(reload)) => reload.messages.format,
             None => self.matrix.messages.format,
         }
@@ -48,6 +52,7 @@ impl Args {
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     match &args.what {
+        Some(Bench::Film(film)) => film::run(film, device, console),
         Some(Bench::Reload(reload)) => reload::run(reload, device, console),
         None => matrix::run(&args.matrix, device, console),
     }

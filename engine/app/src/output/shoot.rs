@@ -1,0 +1,230 @@
+//! Shooting: a session runs frame by frame, and each frame that is wanted is read back and handed on, while the next ones are rendered.
+
+use std::collections::VecDeque;
+use std::num::NonZero;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use raxel_runtime::execute::{Picture, ReadTicket, Texels};
+use raxel_runtime::{ReadError, Session};
+
+use super::coding::{Coding, Shot};
+use super::pipeline::{Busy, Pipeline};
+use super::place::Place;
+use super::supersample::{Sum, offset};
+use crate::failure::{Failure, Result};
+
+/// Most targets that are read back in one frame: as many as the device copies at once.
+pub(crate) const MOST_LAYERS: usize = 8;
+
+/// What is read back.
+#[derive(Clone, Debug)]
+pub(crate) enum Layers {
+    /// The displayed picture.
+    Picture,
+    /// Texels of targets, [`MOST_LAYERS`] at most.
+    Targets(Vec<Layer>),
+}
+
+/// One mip and layer of a target, so many frames ago.
+#[derive(Clone, Debug)]
+pub(crate) struct Layer {
+    pub resource: String,
+    pub age: u32,
+    pub mip: u32,
+    pub layer: u32,
+}
+
+/// How the stages follow each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Mode {
+    /// Rendering, read-back, encoding and writing at the same time.
+    AtOnce,
+    /// Each frame is on disk before the next one begins: what [`Mode::AtOnce`] is measured against.
+    OneByOne,
+}
+
+/// Frames to be made.
+pub(crate) struct Shoot {
+    /// Frames that are run: the clock stands before the first of them.
+    pub run: Range<u64>,
+    /// Those that are wanted.
+    pub wanted: Range<u64>,
+    pub layers: Layers,
+    pub coding: Coding,
+    /// Pictures that are averaged for each frame.
+    pub samples: u32,
+    pub mode: Mode,
+}
+
+/// Where the time went.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Stages {
+    /// Frames that were written.
+    pub frames: u64,
+    /// Extent of the last of them in pixels.
+    pub size: Option<[u32; 2]>,
+    pub wall: Duration,
+    /// Making frames and waiting for the device.
+    pub render: Duration,
+    /// Waiting for copies, and taking the bytes over.
+    pub read_back: Duration,
+    /// Waiting for encoders and the writer to be ready for one more.
+    pub held_up: Duration,
+    pub busy: Busy,
+    /// Encoders.
+    pub workers: usize,
+}
+
+impl Stages {
+    /// Each stage with the part of the time in which it was busy, 0 to 1; the one with the highest bounds the whole.
+    pub fn shares(&self) -> [(&'static str, f64); 4] {
+        let wall = self.wall.as_secs_f64().max(1e-9);
+        [
+            ("render", self.render.as_secs_f64() / wall),
+            ("read back", self.read_back.as_secs_f64() / wall),
+            ("encode", self.busy.encode.as_secs_f64() / wall / self.workers.max(1) as f64),
+            ("write", self.busy.write.as_secs_f64() / wall),
+        ]
+    }
+
+    /// The stage that bounds the whole.
+    pub fn bound(&self) -> &'static str {
+        self.shares().into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or("", |(stage, _)| stage)
+    }
+}
+
+/// A frame on its way from the device.
+enum Requested {
+    Picture(ReadTicket<Picture>),
+    Targets(Vec<(String, ReadTicket<Texels>)>),
+}
+
+impl Shoot {
+    /// Runs the frames. `each` is called after each of them; it may look at the session.
+    pub fn run(
+        &self,
+        session: &mut Session,
+        place: Place,
+        mut each: impl FnMut(&mut Session, u64) -> Result,
+        mut frame_of: impl FnMut(&mut Session) -> Result,
+    ) -> Result<Stages> {
+        let start = Instant::now();
+        let workers = match self.mode {
+            Mode::AtOnce => std::thread::available_parallelism().map_or(1, NonZero::get),
+            Mode::OneByOne => 1,
+        };
+        let mut stages = Stages { workers, ..Stages::default() };
+        let mut pipeline = Pipeline::start(self.coding, place, workers);
+        let mut ahead: VecDeque<(u64, Requested)> = VecDeque::new();
+        for frame in self.run.clone() {
+            let rendering = Instant::now();
+            let wanted = self.wanted.contains(&frame);
+            if wanted && self.samples > 1 {
+                let shot = self.sampled(session, &mut frame_of)?;
+                stages.render += rendering.elapsed();
+                each(session, frame)?;
+                self.hand_over(&mut pipeline, frame, shot, &mut stages)?;
+                continue;
+            }
+            frame_of(session)?;
+            if self.mode == Mode::OneByOne {
+                session.wait_picture(Duration::MAX).map_err(|error| Failure::usage(error.to_string()))?;
+            }
+            stages.render += rendering.elapsed();
+            each(session, frame)?;
+            if wanted {
+                ahead.push_back((frame, self.layers.request(session)?));
+            }
+            while ahead.len() > self.frames_ahead() {
+                let Some((frame, requested)) = ahead.pop_front() else { break };
+                let reading = Instant::now();
+                let shot = requested.redeem(session)?;
+                stages.read_back += reading.elapsed();
+                self.hand_over(&mut pipeline, frame, shot, &mut stages)?;
+            }
+        }
+        for (frame, requested) in ahead {
+            let reading = Instant::now();
+            let shot = requested.redeem(session)?;
+            stages.read_back += reading.elapsed();
+            self.hand_over(&mut pipeline, frame, shot, &mut stages)?;
+        }
+        let ending = Instant::now();
+        stages.busy = pipeline.finish()?;
+        stages.held_up += ending.elapsed();
+        stages.wall = start.elapsed();
+        Ok(stages)
+    }
+
+    /// Frames that may be rendered before one is taken over from the device.
+    fn frames_ahead(&self) -> usize {
+        let layers = match &self.layers {
+            Layers::Picture => 1,
+            Layers::Targets(layers) => layers.len().max(1),
+        };
+        match self.mode {
+            Mode::AtOnce => (MOST_LAYERS / layers).saturating_sub(1).min(2),
+            Mode::OneByOne => 0,
+        }
+    }
+
+    fn hand_over(&self, pipeline: &mut Pipeline, frame: u64, shot: Shot, stages: &mut Stages) -> Result {
+        stages.frames += 1;
+        stages.size = Some(shot.size());
+        let waiting = Instant::now();
+        pipeline.push(frame, shot)?;
+        if self.mode == Mode::OneByOne {
+            pipeline.settle();
+        }
+        stages.held_up += waiting.elapsed();
+        Ok(())
+    }
+
+    /// The average of several pictures of the next moment: the clock stands still between them.
+    fn sampled(&self, session: &mut Session, frame_of: &mut impl FnMut(&mut Session) -> Result) -> Result<Shot> {
+        let mut sum = Sum::default();
+        let mut last = None;
+        for sample in 0..self.samples {
+            session.set_subpixel(offset(sample, self.samples));
+            frame_of(session)?;
+            session.pause(true);
+            let shot = self.layers.request(session)?.redeem(session)?;
+            sum.add(&shot)?;
+            last = Some(shot);
+        }
+        session.pause(false);
+        session.set_subpixel([0.0; 2]);
+        match last {
+            Some(last) => Ok(sum.average(last)),
+            None => Ok(self.layers.request(session)?.redeem(session)?),
+        }
+    }
+}
+
+impl Layers {
+    fn request(&self, session: &mut Session) -> std::result::Result<Requested, ReadError> {
+        match self {
+            Layers::Picture => session.request_picture().map(Requested::Picture),
+            Layers::Targets(layers) => {
+                let request = |layer: &Layer| {
+                    let ticket = session.request_texels(&layer.resource, layer.age, layer.mip, layer.layer)?;
+                    Ok((layer.resource.clone(), ticket))
+                };
+                layers.iter().map(request).collect::<std::result::Result<_, _>>().map(Requested::Targets)
+            }
+        }
+    }
+}
+
+impl Requested {
+    fn redeem(self, session: &Session) -> std::result::Result<Shot, ReadError> {
+        Ok(match self {
+            Requested::Picture(ticket) => Shot::Picture(session.redeem(&ticket)?),
+            Requested::Targets(tickets) => {
+                let redeem = |(name, ticket)| Ok((name, session.redeem::<Texels>(&ticket)?));
+                Shot::Texels(tickets.into_iter().map(redeem).collect::<std::result::Result<_, ReadError>>()?)
+            }
+        })
+    }
+}

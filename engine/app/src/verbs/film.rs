@@ -1,0 +1,82 @@
+//! `raxel film`: numbered frames, made by as many machines as you like, as one film.
+
+use std::path::PathBuf;
+
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use serde_json::json;
+
+use crate::args::Messages;
+use crate::console::{self, Console, Format};
+use crate::failure::{Failure, Result};
+use crate::output::{Output, Place, shown};
+
+/// Makes a film of numbered frames through ffmpeg. The film is the same, byte for byte, as one that `raxel render` makes of the demo at
+/// once.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  raxel render worlds/valley.demo.toml --shard 1/2 -o frames/%04d.png\n  \
+                        raxel render worlds/valley.demo.toml --shard 2/2 -o frames/%04d.png\n  \
+                        raxel film frames/%04d.png --fps 30 -o valley.mp4")]
+pub(crate) struct Args {
+    /// PNG files with a number in their names, from 0 on: frames/%04d.png, or the folder of such.
+    #[arg(value_name = "FRAMES")]
+    frames: String,
+
+    /// FILE.mp4; also mkv, mov, webm, gif.
+    #[arg(short, long, value_name = "FILE")]
+    output: String,
+
+    /// Frames a second.
+    #[arg(long, value_name = "RATE", default_value_t = 30.0, value_parser = super::render::rate)]
+    fps: f64,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+/// Frames that are decoded at once.
+const AT_ONCE: u64 = 16;
+
+pub(crate) fn run(args: &Args, console: &Console) -> Result {
+    let Output::Frames(_, pattern) = Output::parse(&args.frames, None)? else {
+        return Err(Failure::usage(format!("`{}` names no numbered frames", args.frames)).help("frames/%04d.png"));
+    };
+    let output = Output::parse(&args.output, None)?;
+    if !matches!(output, Output::Film(_)) {
+        return Err(Failure::usage(format!("`{}` is no film", args.output)).help("-o film.mp4"));
+    }
+    let count = (0..).take_while(|frame| pattern.file(*frame).is_file()).count() as u64;
+    if count == 0 {
+        return Err(Failure::usage(format!("there is no `{}`", pattern.file(0).display())));
+    }
+    let first = decode(pattern.file(0))?;
+    let size = [first.width(), first.height()];
+    let mut place = Place::prepare(&output, size, args.fps, 0)?;
+    for start in (0..count).step_by(AT_ONCE as usize) {
+        let end = count.min(start + AT_ONCE);
+        let frames: Vec<_> = (start..end).into_par_iter().map(|frame| decode(pattern.file(frame))).collect();
+        for (frame, picture) in (start..end).zip(frames) {
+            let picture = picture?;
+            if [picture.width(), picture.height()] != size {
+                let file = pattern.file(frame);
+                let [width, height] = size;
+                return Err(Failure::usage(format!("`{}` is not {width}×{height} pixels", file.display())));
+            }
+            place.write(frame, picture.as_raw())?;
+        }
+    }
+    place.finish()?;
+    let (path, [width, height]) = (shown(&PathBuf::from(&args.output)), size);
+    if console.format() == Format::Json {
+        console::json(&json!({ "reason": "film", "file": path, "size": size, "frames": count }));
+    } else {
+        console.message(&format!("wrote {path} ({width}×{height}, {count} frames)"));
+    }
+    Ok(())
+}
+
+fn decode(path: PathBuf) -> Result<image::RgbaImage> {
+    let failed =
+        |error: &dyn std::fmt::Display| Failure::usage(format!("`{}` cannot be read: {error}", path.display()));
+    let bytes = std::fs::read(&path).map_err(|error| failed(&error))?;
+    Ok(image::load_from_memory(&bytes).map_err(|error| failed(&error))?.into_rgba8())
+}

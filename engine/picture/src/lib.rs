@@ -1,0 +1,29 @@
+//! Pictures in files, and how far two of them are apart: FLIP, root mean square, largest difference.
+
+mod compare;
+mod read;
+
+pub use compare::{CompareError, Comparison, compare};
+pub use read::{ReadError, decode, read};
+
+/// Three numbers a pixel, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// `width × height` pixels: red, green, blue. One channel of a file is grey; alpha is left out.
+    pub pixels: Vec<[f32; 3]>,
+    /// What the numbers mean.
+    pub encoding: Encoding,
+}
+
+/// What the numbers of a picture mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// sRGB-encoded, 0 to 1: a PNG or JPEG.
+    Display,
+    /// Any numbers, shown as linear light: an EXR or HDR.
+    Linear,
+}

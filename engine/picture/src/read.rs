@@ -1,0 +1,125 @@
+//! Reads PNG, JPEG, Radiance HDR and OpenEXR, told apart by their contents.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers};
+use image::ImageFormat;
+
+use crate::{Encoding, Picture};
+
+/// Why a file is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+    /// It is neither PNG, JPEG, HDR nor EXR, or is broken.
+    #[error("{0}")]
+    Format(String),
+    /// The EXR has no such layer.
+    #[error("it has no layer `{name}`; it has {}", .known.join(", "))]
+    Layer {
+        /// The layer that was asked for.
+        name: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+}
+
+/// Reads a picture from a file; of an EXR one layer, by default the first.
+pub fn read(path: &Path, layer: Option<&str>) -> Result<Picture, ReadError> {
+    decode(&std::fs::read(path)?, layer)
+}
+
+/// Reads a picture from the bytes of a file.
+pub fn decode(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> {
+    if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+        return decode_exr(bytes, layer);
+    }
+    if let Some(name) = layer {
+        return Err(ReadError::Layer { name: name.to_owned(), known: vec!["no layers: it is no EXR".to_owned()] });
+    }
+    let broken = |error: image::ImageError| ReadError::Format(error.to_string());
+    let format = image::guess_format(bytes)
+        .map_err(|_| ReadError::Format("it is no picture: neither PNG, JPEG, HDR nor EXR".to_owned()))?;
+    let image = image::load_from_memory_with_format(bytes, format).map_err(broken)?;
+    let (width, height) = (image.width(), image.height());
+    Ok(if format == ImageFormat::Hdr {
+        let pixels = image.into_rgb32f().pixels().map(|pixel| pixel.0).collect();
+        Picture { width, height, pixels, encoding: Encoding::Linear }
+    } else {
+        let pixels = image.into_rgb8().pixels().map(|pixel| pixel.0.map(|value| f32::from(value) / 255.0)).collect();
+        Picture { width, height, pixels, encoding: Encoding::Display }
+    })
+}
+
+fn decode_exr(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| ReadError::Format(error.to_string()))?;
+    let name_of = |name: &Option<exr::prelude::Text>| name.as_ref().map(ToString::to_string).unwrap_or_default();
+    let found = match layer {
+        None => image.layer_data.first(),
+        Some(name) => image.layer_data.iter().find(|layer| name_of(&layer.attributes.layer_name) == name),
+    };
+    let Some(found) = found else {
+        let known =
+            image.layer_data.iter().map(|layer| format!("`{}`", name_of(&layer.attributes.layer_name))).collect();
+        return Err(ReadError::Layer { name: layer.unwrap_or_default().to_owned(), known });
+    };
+    let channel = |name: &str| {
+        let list = &found.channel_data.list;
+        list.iter().find(|channel| channel.name.to_string() == name).map(|channel| &channel.sample_data)
+    };
+    let value = |samples: Option<&FlatSamples>, at: usize| match samples {
+        Some(FlatSamples::F32(values)) => values[at],
+        Some(FlatSamples::F16(values)) => values[at].to_f32(),
+        Some(FlatSamples::U32(values)) => values[at] as f32,
+        None => 0.0,
+    };
+    let (width, height) = (found.size.width(), found.size.height());
+    let grey = channel("Y").or_else(|| match found.channel_data.list.as_slice() {
+        [only] => Some(&only.sample_data),
+        _ => None,
+    });
+    let channels = match grey {
+        Some(grey) => [Some(grey); 3],
+        None => [channel("R"), channel("G"), channel("B")],
+    };
+    if channels.iter().all(Option::is_none) {
+        return Err(ReadError::Format("it has neither channels R, G, B nor a single one".to_owned()));
+    }
+    let pixels = (0..width * height).map(|at| channels.map(|samples| value(samples, at))).collect();
+    Ok(Picture { width: width as u32, height: height as u32, pixels, encoding: Encoding::Linear })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_picture_is_said() {
+        for bytes in [&b""[..], b"hello", &[0x76, 0x2f, 0x31, 0x01, 0, 0], b"\x89PNG\r\n\x1a\n\0\0"] {
+            assert!(matches!(decode(bytes, None), Err(ReadError::Format(_))), "{bytes:?}");
+        }
+    }
+
+    #[test]
+    fn a_png_is_what_it_displays() {
+        let mut bytes = Cursor::new(Vec::new());
+        image::RgbaImage::from_raw(2, 1, vec![255, 0, 51, 7, 0, 0, 0, 255])
+            .unwrap()
+            .write_to(&mut bytes, ImageFormat::Png)
+            .unwrap();
+        let picture = decode(bytes.get_ref(), None).unwrap();
+        assert_eq!(picture.encoding, Encoding::Display);
+        assert_eq!(picture.pixels, [[1.0, 0.0, 0.2], [0.0; 3]]);
+        assert!(decode(bytes.get_ref(), Some("depth")).is_err());
+    }
+}

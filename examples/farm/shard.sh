@@ -1,0 +1,16 @@
+#!/bin/sh
+# Renders one part of a film, as one task of many: which part, and of how many, is what Slurm or Kubernetes says.
+# A graph that keeps nothing from frame to frame renders only the frames of the part.
+set -eu
+if [ -n "${SLURM_ARRAY_TASK_ID:-}" ]; then
+    part=$((SLURM_ARRAY_TASK_ID - SLURM_ARRAY_TASK_MIN + 1))
+    parts=$SLURM_ARRAY_TASK_COUNT
+elif [ -n "${JOB_COMPLETION_INDEX:-}" ]; then
+    part=$((JOB_COMPLETION_INDEX + 1))
+    parts=${PARTS:?PARTS is the number of completions of the job}
+else
+    echo "neither SLURM_ARRAY_TASK_ID nor JOB_COMPLETION_INDEX is set: this is no task of an array or an indexed job" >&2
+    exit 2
+fi
+exec "${RAXEL:-raxel}" render "${DEMO:-worlds/valley.demo.toml}" --size "${SIZE:-1920x1080}" ${FRAMES:+--frames "$FRAMES"} \
+    --shard "$part/$parts" -o "${OUT:-frames}/%05d.png"

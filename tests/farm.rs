@@ -1,0 +1,75 @@
+//! A film made in parts is the film made at once, byte for byte: as tasks of a Slurm array, and as pods of a Kubernetes job.
+
+#![cfg(unix)]
+
+mod common;
+
+use std::path::Path;
+use std::process::Command;
+
+use common::{Run, output, raxel, repository};
+
+const DEMO: [&str; 6] = ["render", "worlds/valley.demo.toml", "--size", "48x26", "--frames", "7"];
+
+/// Runs one task as the scheduler would.
+fn task(out: &Path, environment: &[(&str, String)]) -> Run {
+    let mut shell = Command::new(repository().join("examples/farm/shard.sh"));
+    shell.current_dir(repository()).env("RAXEL", env!("CARGO_BIN_EXE_raxel")).env("OUT", out);
+    shell.env("SIZE", "48x26").env("FRAMES", "7").env_remove("SLURM_ARRAY_TASK_ID").env_remove("JOB_COMPLETION_INDEX");
+    output(shell.envs(environment.iter().map(|(name, value)| (name, value)))).into()
+}
+
+fn frames(folder: &Path) -> Vec<Vec<u8>> {
+    (0..7).map(|frame| std::fs::read(folder.join(format!("{frame:05}.png"))).unwrap()).collect()
+}
+
+#[test]
+fn parts_are_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = |name: &str| folder.path().join(name);
+    raxel(&[&DEMO[..], &["-o", inside("whole/%05d.png").to_str().unwrap()]].concat()).exits(0);
+    let whole = frames(&inside("whole"));
+    for index in 0..3 {
+        let slurm = [
+            ("SLURM_ARRAY_TASK_ID", (index + 4).to_string()),
+            ("SLURM_ARRAY_TASK_MIN", "4".to_owned()),
+            ("SLURM_ARRAY_TASK_COUNT", "3".to_owned()),
+        ];
+        task(&inside("slurm"), &slurm).exits(0);
+        task(&inside("pods"), &[("JOB_COMPLETION_INDEX", index.to_string()), ("PARTS", "3".to_owned())]).exits(0);
+    }
+    assert!(frames(&inside("slurm")) == whole && frames(&inside("pods")) == whole);
+    assert!(task(&inside("none"), &[]).exits(2).stderr.contains("JOB_COMPLETION_INDEX"));
+
+    // The film of the frames is the film.
+    let film = |name: &str| inside(name).to_str().unwrap().to_owned();
+    raxel(&[&DEMO[..], &["-o", &film("once.mp4")]].concat()).exits(0);
+    let pattern = inside("pods/%05d.png");
+    raxel(&["film", pattern.to_str().unwrap(), "--fps", "30", "-o", &film("parts.mp4")]).exits(0);
+    assert!(std::fs::read(inside("once.mp4")).unwrap() == std::fs::read(inside("parts.mp4")).unwrap());
+    let run = raxel(&["film", inside("empty/%d.png").to_str().unwrap(), "-o", &film("a.mp4")]).exits(2);
+    assert!(run.stderr.contains("there is no `"), "{}", run.stderr);
+}
+
+#[test]
+fn the_files_agree_with_each_other() {
+    let read = |name: &str| std::fs::read_to_string(repository().join("examples/farm").join(name)).unwrap();
+    let job = read("job.yaml");
+    let number = |key: &str| job.lines().find_map(|line| line.trim().strip_prefix(key)).unwrap().trim().to_owned();
+    assert_eq!(number("completions:"), number("parallelism:"));
+    assert!(job.contains(&format!(
+        "- name: PARTS # the number of completions\n              value: \"{}\"",
+        number("completions:")
+    )));
+    assert!(job.contains("completionMode: Indexed"));
+    assert!(read("film.sbatch").contains("exec examples/farm/shard.sh"));
+    // What the image copies is there.
+    for line in read("Containerfile").lines().filter(|line| line.starts_with("COPY ") && !line.contains("--from")) {
+        let from = line.split_whitespace().nth(1).unwrap();
+        assert!(repository().join(from).exists(), "{line}");
+    }
+    for script in ["shard.sh", "film.sbatch"] {
+        let path = repository().join("examples/farm").join(script);
+        assert!(output(Command::new("bash").arg("-n").arg(path)).status.success(), "{script}");
+    }
+}
