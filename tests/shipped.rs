@@ -10,11 +10,12 @@ fn repository() -> Project {
     Project::at(env!("CARGO_MANIFEST_DIR").as_ref()).unwrap()
 }
 
-/// The graphs that are run by name, and the examples of the language.
+/// The graphs that are run by name, the examples of the language, and the lighting systems.
 fn graphs(project: &Project) -> Vec<String> {
     let examples = project.graphs_in("graphs/examples");
-    assert!(!examples.is_empty());
-    project.graphs().into_iter().chain(examples).collect()
+    let light = project.graphs_in("graphs/light");
+    assert!(!examples.is_empty() && !light.is_empty());
+    project.graphs().into_iter().chain(examples).chain(light).collect()
 }
 
 /// A graph that binds a model runs over the worlds that have it.

@@ -1,0 +1,114 @@
+// A hash table whose keys are the faces of voxels, exactly. The shader that includes this declares
+//
+//     layout(std430) buffer FaceKeys { uint face_keys[]; };      // RX_FACE_SLOTS elements, `init = 0`; add `readonly` where it only looks
+//
+// A key has 46 bits: a voxel in the world's box of at most 16384 x 4096 x 16384 voxels, a face, and which part of the face. They are
+// mixed by a permutation. 20 of the mixed bits choose the slot where the search for a key begins; the other 26 and the distance from
+// that slot, 5 bits, are what the slot keeps. One 32-bit word thus names its key without doubt and is taken by one atomic operation:
+// no fingerprint that two keys may share, and no key that is half written (Cleary, "Compact hash tables using bidirectional linear
+// probing", 1984).
+#ifndef RAXEL_LIGHT_FACE_TABLE_GLSL
+#define RAXEL_LIGHT_FACE_TABLE_GLSL
+
+#include "../ray.glsl"
+#include "../random.glsl"
+
+const uint RX_FACE_LOG2_SLOTS = 20u;
+const uint RX_FACE_SLOTS = 1u << RX_FACE_LOG2_SLOTS;
+const uint RX_FACE_PROBES = 32u;        // slots that a key may lie in
+const uint RX_NO_FACE = 0xffffffffu;    // in place of a slot
+const uint RX_FACE_FREED = 1u;          // a slot that was given back: free to take, but the search goes on behind it
+
+// A key, mixed: `home` has 20 bits, `rest` 26.
+struct RxFaceKey {
+    uint home;
+    uint rest;
+};
+
+const uint RX_FACE_REST = (1u << 26) - 1u;
+
+// Whether keys have room for a voxel. `origin` is the smallest corner of the world.
+bool rx_face_fits(ivec3 voxel, ivec3 origin) {
+    uvec3 p = uvec3(voxel - origin);
+    return ((p.x | p.z) >> 14 | p.y >> 12) == 0u;
+}
+
+// `part` is 0 for a whole face, 1 to 4 for its quarters (rx_face_quarter). The face is not RX_FACE_INSIDE.
+RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part, ivec3 origin) {
+    uvec3 p = uvec3(voxel - origin);
+    uint home = p.x | (p.z & 63u) << 14;
+    uint rest = p.z >> 6 | p.y << 8 | face << 20 | part << 23;
+    // Three rounds of a Feistel network, which is a permutation whatever the hash is.
+    home ^= rx_hash(rest) >> 12;
+    rest ^= rx_hash(home) >> 6;
+    home ^= rx_hash(rest + 0x9e3779b9u) >> 12;
+    return RxFaceKey(home, rest);
+}
+
+// What the key was made of.
+void rx_face_of(RxFaceKey key, ivec3 origin, out ivec3 voxel, out uint face, out uint part) {
+    key.home ^= rx_hash(key.rest + 0x9e3779b9u) >> 12;
+    key.rest ^= rx_hash(key.home) >> 6;
+    key.home ^= rx_hash(key.rest) >> 12;
+    voxel = origin + ivec3(key.home & 16383u, key.rest >> 8 & 4095u, key.home >> 14 | (key.rest & 255u) << 6);
+    face = key.rest >> 20 & 7u;
+    part = key.rest >> 23;
+}
+
+// The quarter of a face that a place on it lies in, 1 to 4.
+uint rx_face_quarter(vec2 uv) {
+    return 1u + (uv.x >= 0.5 ? 1u : 0u) + (uv.y >= 0.5 ? 2u : 0u);
+}
+
+// Smallest corner and side of a part, on the face.
+vec3 rx_face_part(uint part) {
+    return part == 0u ? vec3(0.0, 0.0, 1.0) : vec3(0.5 * float(part - 1u & 1u), 0.5 * float(part - 1u >> 1), 0.5);
+}
+
+uint rx_face_word(RxFaceKey key, uint probe) {
+    return 0x80000000u | probe << 26 | key.rest;
+}
+
+uint rx_face_slot(RxFaceKey key, uint probe) {
+    return key.home + probe & RX_FACE_SLOTS - 1u;
+}
+
+// The key in a slot; false if there is none.
+bool rx_face_in_slot(uint slot, out RxFaceKey key) {
+    uint word = face_keys[slot];
+    key = RxFaceKey(slot - (word >> 26 & 31u) & RX_FACE_SLOTS - 1u, word & RX_FACE_REST);
+    return word >> 31 != 0u;
+}
+
+// The slot of a key, or RX_NO_FACE.
+uint rx_face_find(RxFaceKey key) {
+    for (uint probe = 0u; probe < RX_FACE_PROBES; ++probe) {
+        uint slot = rx_face_slot(key, probe), word = face_keys[slot];
+        if (word == rx_face_word(key, probe)) return slot;
+        if (word == 0u) break;
+    }
+    return RX_NO_FACE;
+}
+
+#ifdef RX_FACE_INSERT
+
+// The slot of a key, taken for it if it has none; RX_NO_FACE if all that it may lie in are taken. Threads may insert the same key at once
+// and get the same slot, as long as no slot is given back in the same dispatch.
+uint rx_face_insert(RxFaceKey key) {
+    uint found = rx_face_find(key);
+    for (uint probe = 0u; found == RX_NO_FACE && probe < RX_FACE_PROBES; ++probe) {
+        uint slot = rx_face_slot(key, probe), mine = rx_face_word(key, probe);
+        uint word = face_keys[slot];
+        // What was free when it was looked at may be taken by now, perhaps for this very key.
+        for (uint turn = 0u; turn < 2u && (word == 0u || word == RX_FACE_FREED); ++turn) {
+            uint before = atomicCompSwap(face_keys[slot], word, mine);
+            if (before == word) before = mine;
+            word = before;
+        }
+        if (word == mine) found = slot;
+    }
+    return found;
+}
+
+#endif
+#endif

@@ -1,0 +1,69 @@
+// Temporal anti-aliasing: each frame looks through another place of each pixel, and what the pixel showed before goes into a mean. In motion,
+// what was seen before must lie within what is around the pixel now; at rest, the mean is of all frames.
+#version 460
+#include "../scene.glsl"
+#include <raxel/light/reproject.glsl>
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32i) uniform readonly iimage2D hits;
+layout(rgba32f) uniform readonly image2D places;
+layout(rgba16f) uniform readonly image2D seen;
+layout(rgba32f) uniform readonly image2D before;   // light, frames
+layout(rgba32f) uniform writeonly image2D outAverage;
+layout(rgba16f) uniform writeonly image2D outPicture;
+layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;
+
+const float MOST_IN_MOTION = 10.0;
+
+// Bright colours count less, so that one bright sample in a mean does not flicker.
+vec3 pressed(vec3 light) {
+    return light / (1.0 + max(light.x, max(light.y, light.z)));
+}
+
+vec3 released(vec3 light) {
+    return light / max(1.0 - max(light.x, max(light.y, light.z)), 1e-4);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outAverage);
+    if (any(greaterThanEqual(pixel, size))) return;
+    vec3 now = pressed(imageLoad(seen, pixel).rgb);
+    vec3 result = now;
+    float frames = 1.0;
+    if (frame.still > 0u) {
+        vec4 old = imageLoad(before, pixel);
+        frames = min(old.w, float(frame.still)) + 1.0;
+        // What came from the frames in motion has little weight against what follows.
+        result = mix(pressed(old.rgb), now, 1.0 / frames);
+    } else {
+        bool sky = imageLoad(hits, pixel).w < 0;
+        vec3 dir = pixel_direction(pixel, size);
+        // The middle of the pixel is followed, not the place that this frame has looked through.
+        vec3 way = sky ? 1e5 * dir : vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + imageLoad(places, pixel).z * dir;
+        vec2 at;
+        if (rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) {
+            at -= pixel_place(pixel) - (vec2(pixel) + 0.5);
+            vec3 mean = vec3(0.0), square = vec3(0.0);
+            for (int i = 0; i < 9; ++i) {
+                vec3 c = pressed(imageLoad(seen, clamp(pixel + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1)).rgb);
+                mean += c / 9.0;
+                square += c * c / 9.0;
+            }
+            vec3 wide = 1.25 * sqrt(max(square - mean * mean, 0.0));
+            ivec2 base = ivec2(floor(at - 0.5));
+            vec2 part = at - 0.5 - vec2(base);
+            vec4 old = vec4(0.0);
+            for (int i = 0; i < 4; ++i) {
+                vec4 tap = imageLoad(before, clamp(base + ivec2(i & 1, i >> 1), ivec2(0), size - 1));
+                old += ((i & 1) != 0 ? part.x : 1.0 - part.x) * ((i >> 1) != 0 ? part.y : 1.0 - part.y) * vec4(pressed(tap.rgb), tap.w);
+            }
+            if (old.w > 0.0) {
+                frames = min(old.w, MOST_IN_MOTION - 1.0) + 1.0;
+                result = mix(clamp(old.rgb, mean - wide, mean + wide), now, 1.0 / frames);
+            }
+        }
+    }
+    vec3 light = released(result);
+    imageStore(outAverage, pixel, vec4(light, frames));
+    imageStore(outPicture, pixel, vec4(light, 1.0));
+}

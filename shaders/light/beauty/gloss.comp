@@ -1,0 +1,149 @@
+// Smooth surfaces mirror what is around them, and clear ones show what lies below them. The mirrored ray reads the light that faces keep.
+// Leaves light to add, and the share of the surface's own light that stays.
+#version 460
+#include <raxel/world.glsl>
+#include "../scene.glsl"
+#include <raxel/light/bsdf.glsl>
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32i) uniform readonly iimage2D hits;
+layout(rgba32f) uniform readonly image2D places;
+layout(r32ui) uniform readonly uimage2D slots;
+layout(rg32f) uniform readonly image2D sun;
+layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
+layout(std430) readonly buffer Light { vec4 light[]; };
+layout(rgba16f) uniform writeonly image2D outGloss;
+#include <raxel/light/face_table.glsl>
+
+const int DEEPEST = 40;        // voxels looked through
+const float ETA = 1.333;
+
+// Light on a face, without direct sun; what the sky would give where the cache has nothing.
+vec3 kept(ivec3 voxel, uint face, vec2 uv, vec3 to_sun) {
+    if (rx_face_fits(voxel, world.origin)) {
+        uint slot = rx_face_find(rx_face_key(voxel, face, 0u, world.origin));
+        if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(voxel, face, rx_face_quarter(uv), world.origin));
+        if (slot != RX_NO_FACE && light[slot].w > 0.0) return light[slot].rgb;
+    }
+    return 0.5 * sky_radiance(normalize(rx_normal(face) + vec3(0.0, 0.6, 0.0)), to_sun);
+}
+
+// Small waves that stand still: slopes of sums of sines, so that faces stay the faces that they are. They fade where they are smaller than
+// a pixel.
+vec3 ripples(vec3 place, float distance) {
+    vec2 slope = vec2(0.0), way = vec2(0.8, 0.6);
+    float size = 0.55, strength = 0.030;
+    for (int i = 0; i < 4; ++i) {
+        slope += way * (strength * cos(dot(way, place.xz) * size + float(i) * 2.1));
+        way = mat2(0.28, 0.96, -0.96, 0.28) * way;
+        size *= 1.9;
+        strength *= 0.8;
+    }
+    return normalize(vec3(-slope.x, 1.0, -slope.y) * vec3(1.0 / (1.0 + 0.01 * distance), 1.0, 1.0 / (1.0 + 0.01 * distance)));
+}
+
+// Where a ray inside a clear body leaves its material: cells are walked one by one.
+bool through_body(ivec3 cell, vec3 frac, vec3 dir, uint body, out ivec3 last, out uint face, out float t) {
+    ivec3 step = ivec3(sign(dir));
+    vec3 invert = 1.0 / max(abs(dir), vec3(1e-9));
+    vec3 next = mix(frac, 1.0 - frac, greaterThan(dir, vec3(0.0))) * invert;
+    t = 0.0;
+    last = cell;
+    face = RX_FACE_POS_Y;
+    for (int i = 0; i < DEEPEST; ++i) {
+        uint axis = next.x <= next.y && next.x <= next.z ? 0u : next.y <= next.z ? 1u : 2u;
+        t = next[axis];
+        next[axis] += invert[axis];
+        cell[axis] += step[axis];
+        uint there = rx_material(cell);
+        if (there == body) continue;
+        last = cell;
+        face = 2u * axis + (step[axis] < 0 ? 1u : 0u);
+        return there != 0u;
+    }
+    return false;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outGloss);
+    if (any(greaterThanEqual(pixel, size))) return;
+    ivec4 seen = imageLoad(hits, pixel);
+    uint face = hit_face(seen.w);
+    vec4 result = vec4(0.0, 0.0, 0.0, 1.0);
+    RxMaterial material;
+    if (seen.w >= 0 && face != RX_FACE_INSIDE) material = rx_material_properties(hit_material(seen.w));
+    else material.roughness = 1.0;
+    if (material.roughness < 0.4) {
+        vec3 to_sun = frame_sun(), dir = pixel_direction(pixel, size);
+        vec4 place = imageLoad(places, pixel);
+        vec3 plane = rx_normal(face), normal = plane;
+        bool clear = material.transparency > 0.0;
+        if (clear && face == RX_FACE_POS_Y) {
+            vec3 at = vec3(seen.xyz - world.origin) + vec3(place.x, 1.0, place.y);
+            normal = ripples(at, place.z);
+        }
+        uint seed = scene_seed(uint(pixel.x) + rx_hash(uint(pixel.y) + 77u));
+        if (!clear) {
+            vec3 t, b;
+            rx_basis(plane, t, b);
+            vec3 v = vec3(dot(-dir, t), dot(-dir, b), max(dot(-dir, plane), 1e-3));
+            vec3 h = rx_ggx_visible_normal(v, rx_ggx_alpha(material.roughness), rx_sobol(frame.index, 0u, seed));
+            normal = h.x * t + h.y * b + h.z * plane;
+        }
+        vec3 mirrored = reflect(dir, normal);
+        if (dot(mirrored, plane) <= 0.0) mirrored = reflect(dir, plane);
+        vec3 share = clear ? vec3(rx_fresnel_dielectric(clamp(-dot(dir, normal), 0.02, 1.0), ETA))
+                           : rx_fresnel(mix(vec3(0.04), material.albedo, material.metallic), clamp(-dot(dir, normal), 0.0, 1.0));
+
+        // The mirrored ray, and from what it hits one to the sun.
+        RxHit hit;
+        vec3 light_there = vec3(0.0), waiting = vec3(0.0);
+        RxRay ray = rx_ray_from_face(seen.xyz, face, place.xy, mirrored);
+        for (int turn = 0; turn < 2; ++turn) {
+            RxHit next;
+            bool found = rx_trace(ray, next);
+            if (turn == 1) {
+                if (!found) light_there += waiting;
+                break;
+            }
+            if (!found) {
+                light_there = sky_radiance(mirrored, to_sun);
+                // The sun on water, as wide as small waves make it.
+                if (clear) light_there += sun_irradiance(to_sun) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
+                break;
+            }
+            if (next.face == RX_FACE_INSIDE) break;
+            hit = next;
+            RxMaterial other = rx_material_properties(hit.material);
+            light_there = other.albedo * (frame.lamp_strength * other.emission + kept(hit.voxel, hit.face, hit.uv, to_sun));
+            float cosine = dot(rx_normal(hit.face), to_sun);
+            if (cosine <= 0.0) break;
+            waiting = other.albedo * sun_irradiance(to_sun) * (cosine / RX_PI);
+            ray = rx_ray_from_face(hit.voxel, hit.face, hit.uv, to_sun);
+        }
+        result = vec4(share * light_there, (1.0 - share.y) * (clear ? 1.0 : 1.0 - material.metallic));
+
+        if (clear) {
+            // What comes up through the body: light that went straight down and back, taken away by its colour on the way.
+            vec3 inward = refract(dir, normal, 1.0 / ETA);
+            RxRay from = rx_ray_from_face(seen.xyz, face, place.xy, inward);
+            uint axis = rx_face_axis(face);
+            from.frac[axis] = 1.0 - from.frac[axis];
+            ivec3 bottom;
+            uint bottom_face;
+            float depth;
+            bool ground = through_body(seen.xyz, from.frac, inward, hit_material(seen.w), bottom, bottom_face, depth);
+            uint slot = imageLoad(slots, pixel).x;
+            vec3 on_surface = (slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb) + sun_irradiance(to_sun) * (imageLoad(sun, pixel).x / RX_PI);
+            // Per voxel; a colour of 1 takes nothing away.
+            vec3 loss = -log(clamp(material.albedo, 0.02, 0.99)) * mix(0.4, 0.04, material.transparency);
+            vec3 way = exp(-loss * (ground ? 2.0 * depth : 80.0));
+            vec3 below = ground ? rx_material_properties(rx_material(bottom)).albedo : vec3(0.0);
+            // What the body itself scatters back.
+            vec3 body = material.albedo * 0.22 * (1.0 - way);
+            result.rgb += (1.0 - share) * on_surface * (below * way * 0.9 + body);
+            result.a = 0.0;
+        }
+    }
+    imageStore(outGloss, pixel, result);
+}

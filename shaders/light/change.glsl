@@ -1,0 +1,14 @@
+// What watch.comp has noticed about the light since the last frame. `STATE_ACCESS` is defined as nothing by the shader that writes it.
+#ifndef STATE_ACCESS
+#define STATE_ACCESS readonly
+#endif
+
+layout(std430) STATE_ACCESS buffer State {
+    uint generation;    // one more with each change of the light or the world
+    float cap;          // samples of the generation before that still count
+    uint changed;       // 1 in the frame of a change
+    uint serial;
+    vec4 sun;           // direction, strength
+    float sky_strength;
+    float lamp_strength;
+} state;

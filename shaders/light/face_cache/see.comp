@@ -1,0 +1,42 @@
+// What each pixel sees, and a list of all faces that are seen, each once.
+#version 460
+#include <raxel/world.glsl>
+#include "../scene.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32i) uniform writeonly iimage2D outHit;
+layout(rgba32f) uniform writeonly image2D outPlace;
+layout(r32ui) uniform writeonly uimage2D outSlot;
+layout(std430) buffer FaceKeys { uint face_keys[]; };
+layout(std430) buffer Asked { uint asked[]; };
+layout(std430) buffer Queue { uint count; uint work; uint per_face; uint unused; } queue;
+layout(std430) writeonly buffer Faces { uint faces[]; };
+layout(push_constant) uniform Push { float quarters; } push;
+#define RX_FACE_INSERT
+#include <raxel/light/face_table.glsl>
+
+// Pixels across a face, from the distance between its middle and the camera, so that all of its pixels agree.
+float pixels_across(ivec3 voxel, uint face, float height) {
+    vec3 middle = vec3(voxel - frame.camera_cell) - frame.camera_frac + 0.5 + 0.5 * rx_normal(face);
+    return 0.5 * height / (frame.tan_half_fov.y * max(length(middle), 1e-3));
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outHit);
+    if (any(greaterThanEqual(pixel, size))) return;
+    RxRay ray = rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, size));
+    RxHit hit;
+    bool found = rx_trace(ray, hit);
+    imageStore(outHit, pixel, found ? ivec4(hit.voxel, pack_hit(hit.material, hit.face)) : ivec4(0, 0, 0, -1));
+    imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(0.0));
+    uint slot = RX_NO_FACE;
+    if (found && hit.face != RX_FACE_INSIDE && rx_face_fits(hit.voxel, world.origin)) {
+        uint part = pixels_across(hit.voxel, hit.face, float(size.y)) < push.quarters ? 0u : rx_face_quarter(hit.uv);
+        slot = rx_face_insert(rx_face_key(hit.voxel, hit.face, part, world.origin));
+        // Frames count from 1 here: 0 is a slot that nobody has asked for. The list holds as many faces as there are pixels.
+        uint now = frame.index + 1u;
+        if (slot != RX_NO_FACE && asked[slot] != now && atomicExchange(asked[slot], now) != now)
+            faces[atomicAdd(queue.count, 1u)] = slot;
+    }
+    imageStore(outSlot, pixel, uvec4(slot));
+}

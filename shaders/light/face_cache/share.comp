@@ -1,0 +1,11 @@
+// How many paths each listed face gets, so that all together are about as many as was asked for.
+#version 460
+layout(local_size_x = 1) in;
+layout(std430) buffer Queue { uint count; uint work; uint per_face; uint unused; } queue;
+layout(push_constant) uniform Push { uint pixels; float paths; } push;
+
+void main() {
+    uint budget = uint(clamp(push.paths, 0.0, 2.0) * float(push.pixels));
+    queue.per_face = clamp(budget / max(queue.count, 1u), 1u, 8u);
+    queue.work = queue.count * queue.per_face;
+}

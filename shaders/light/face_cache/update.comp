@@ -1,0 +1,43 @@
+// One path from a random place on each listed face: skylight, lamps and all light that other faces send back, without direct sun. Where a
+// face that is hit keeps light itself, the path ends with that. Only what the last frame has left is read, so the order of threads does
+// not matter.
+#version 460
+#include <raxel/world.glsl>
+#include <raxel/thread.glsl>
+#include "../scene.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
+layout(std430) readonly buffer Queue { uint count; uint work; uint per_face; uint unused; } queue;
+layout(std430) readonly buffer Faces { uint faces[]; };
+layout(std430) readonly buffer Light { vec4 light[]; };      // irradiance / pi, samples
+layout(std430) writeonly buffer Fresh { vec4 fresh[]; };
+layout(push_constant) uniform Push { int ready; int candidates; } push;
+#include <raxel/light/face_table.glsl>
+
+// Light that a face keeps, as one value or in quarters.
+vec4 kept(RxHit hit) {
+    if (!rx_face_fits(hit.voxel, world.origin)) return vec4(0.0);
+    uint slot = rx_face_find(rx_face_key(hit.voxel, hit.face, 0u, world.origin));
+    if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(hit.voxel, hit.face, rx_face_quarter(hit.uv), world.origin));
+    if (slot == RX_NO_FACE || light[slot].w < float(push.ready)) return vec4(0.0);
+    return light[slot];
+}
+
+#define PATH_KEPT
+#define PATH_CANDIDATES push.candidates
+#include "../path.glsl"
+
+void main() {
+    uint i = rx_thread();
+    if (i >= queue.work) return;
+    RxFaceKey key;
+    if (!rx_face_in_slot(faces[i / queue.per_face], key)) return;
+    ivec3 voxel;
+    uint face, part;
+    rx_face_of(key, world.origin, voxel, face, part);
+    RxSampler numbers = rx_sampler(frame.index * queue.per_face + i % queue.per_face, scene_seed(rx_hash(key.home) ^ key.rest));
+    vec3 corner = rx_face_part(part);
+    vec2 uv = corner.xy + corner.z * rx_next2(numbers);
+    fresh[i] = vec4(path_light(voxel, face, uv, numbers), 1.0);
+}

@@ -1,0 +1,65 @@
+// What lights the scene of a system: the sun and the sky, which are the same for all that are compared (frame.glsl), or a physical sky where
+// a graph defines SKY_TABLE and binds the tables of base/scene.toml.
+#ifndef LIGHT_SCENE_GLSL
+#define LIGHT_SCENE_GLSL
+
+#include "frame.glsl"
+#include <raxel/light/sampler.glsl>
+
+#ifdef SKY_TABLE
+#include <raxel/light/atmosphere.glsl>
+uniform sampler2D sky_view;
+layout(std430) readonly buffer SunLight { vec4 sun_light; };  // irradiance through the air, for a strength of 1
+
+// Irradiance on a plane that faces the sun.
+vec3 sun_irradiance(vec3 sun) {
+    return frame.sun_strength * sun_light.rgb;
+}
+
+// Radiance from a direction, without the sun's disc.
+vec3 sky_radiance(vec3 dir, vec3 sun) {
+    return frame.sky_strength * textureLod(sky_view, rx_sky_view_place(dir, sun), 0.0).rgb;
+}
+#else
+vec3 sun_irradiance(vec3 sun) {
+    return rx_sun_light(sun, frame.sun_strength);
+}
+
+vec3 sky_radiance(vec3 dir, vec3 sun) {
+    return rx_sky_light(dir, sun, frame.sky_strength);
+}
+#endif
+
+// Where the ray of a pixel goes through it, in pixels from the top left: the middle, or with JITTER places that fill the pixels evenly over
+// the frames (Roberts' sequence R2).
+vec2 pixel_place(ivec2 pixel) {
+#ifdef JITTER
+    return vec2(pixel) + fract(vec2(frame.index & 65535u) * vec2(0.7548776662466927, 0.5698402909980532));
+#else
+    return vec2(pixel) + 0.5;
+#endif
+}
+
+vec3 pixel_direction(ivec2 pixel, ivec2 size) {
+    return rx_camera_direction(frame.view_to_world, frame.tan_half_fov, pixel_place(pixel), vec2(size));
+}
+
+// The number that begins all random numbers of a pixel or face in a run.
+uint scene_seed(uint own) {
+    return rx_hash(own ^ rx_hash(frame.seed));
+}
+
+// What a first hit keeps in one word: material and face; -1 where there is only sky.
+int pack_hit(uint material, uint face) {
+    return int(material | face << 16);
+}
+
+uint hit_material(int word) {
+    return uint(word) & 0xffffu;
+}
+
+uint hit_face(int word) {
+    return uint(word) >> 16 & 7u;
+}
+
+#endif

@@ -1,0 +1,30 @@
+// Notices that the light or the world is another than in the last frame, and begins a new generation of what is kept. The less has changed,
+// the more samples of older light still count.
+#version 460
+#include "scene.glsl"
+#define STATE_ACCESS
+#include "change.glsl"
+
+layout(local_size_x = 1) in;
+layout(push_constant) uniform Push { uint world_serial; } push;
+
+float ratio(float a, float b) {
+    return abs(a - b) / max(max(abs(a), abs(b)), 1e-6);
+}
+
+void main() {
+    vec4 sun = vec4(frame_sun(), frame.sun_strength);
+    // One degree of the sun counts as much as a tenth of its strength.
+    float change = max(ratio(state.sun.w, sun.w), 5.7 * distance(sun.xyz, state.sun.xyz));
+    change = max(change, max(ratio(state.sky_strength, frame.sky_strength), ratio(state.lamp_strength, frame.lamp_strength)));
+    bool changed = change > 1e-5 || state.serial != push.world_serial || state.generation == 0u;
+    state.changed = changed ? 1u : 0u;
+    if (changed) {
+        state.generation += 1u;
+        state.cap = state.serial == push.world_serial ? clamp(0.1 / change, 0.5, 64.0) : 0.5;
+    }
+    state.serial = push.world_serial;
+    state.sun = sun;
+    state.sky_strength = frame.sky_strength;
+    state.lamp_strength = frame.lamp_strength;
+}

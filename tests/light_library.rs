@@ -1,0 +1,91 @@
+//! The pieces that lighting systems share, `shaders/include/raxel/light` and `tone.glsl`, each held to what it promises by a compute shader.
+
+mod common;
+
+use common::{Project, repository};
+use raxel::{Options, Session, Validation};
+
+/// What `tests/light_library/NAME.comp` has written to its buffer `results` of so many floats.
+fn results(name: &str, buffers: &str, passes: &str, count: usize) -> Vec<f32> {
+    let project = Project::empty();
+    let shader = std::fs::read(repository().join(format!("tests/light_library/{name}.comp"))).unwrap();
+    let world = "name = \"one\"\n[materials.stone]\nalbedo = \"#808080\"\n\
+                 [[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\nmaterial = \"stone\"\n";
+    project.write("worlds/one.toml", world).write("shaders/check.comp", shader).write(
+        "graphs/check.toml",
+        format!(
+            "name = \"check\"\npresent = \"results\"\n[buffers.results]\nsize = {{ count = {count}, stride = 4 }}\ninit = 0\n{buffers}\n{passes}"
+        ),
+    );
+    let mut session = Session::open(Options {
+        project: Some(project.root().into()),
+        graph: Some(project.path("graphs/check.toml")),
+        world: Some(project.path("worlds/one.toml")),
+        size: [8, 8],
+        validation: Validation::Required,
+        ..Options::default()
+    })
+    .unwrap_or_else(|error| panic!("{name}: {error}"));
+    session.frame().unwrap_or_else(|error| panic!("{name}: {error}"));
+    let bytes = session.read_buffer("results", 0..4 * count as u64).unwrap();
+    let messages = session.device().log().take();
+    assert!(messages.is_empty(), "{name}: {messages:#?}");
+    bytes.chunks_exact(4).map(|word| f32::from_le_bytes(word.try_into().unwrap())).collect()
+}
+
+const ONE_PASS: &str =
+    "[[passes]]\nname = \"check\"\nshader = \"check.comp\"\ndispatch = [1, 1, 1]\nbind = { Results = \"results\" }\n";
+
+#[test]
+fn faces_find_their_slots_and_slots_their_faces() {
+    let buffers = "[buffers.keys]\nsize = { count = 1048576, stride = 4 }\ninit = 0\n\
+                   [buffers.met]\nsize = { count = 1048576, stride = 4 }\ninit = 0\n";
+    let pass = |name: &str, stage: u32| {
+        format!(
+            "[[passes]]\nname = \"{name}\"\nshader = \"check.comp\"\ndispatch = {{ threads = [262144, 1, 1] }}\n\
+             defines = {{ STAGE = {stage} }}\nbind = {{ FaceKeys = \"keys\", Met = \"met\", Results = \"results\" }}\n"
+        )
+    };
+    let found = results("face_table", buffers, &(pass("insert", 0) + &pass("look", 1)), 4);
+    // Words of integers: keys that do not come back as they were, that got no slot, that were not found, that share a slot.
+    let words: Vec<u32> = found.iter().map(|number| number.to_bits()).collect();
+    assert_eq!(words, [0, 0, 0, 0], "of 131,072 faces, each inserted by two threads at once");
+}
+
+#[test]
+fn tone_curves_are_monotonic_and_the_neutral_one_has_an_inverse() {
+    let found = results("tone", "", ONE_PASS, 6);
+    for (curve, name) in ["Narkowicz", "Reinhard", "AgX", "Neutral"].into_iter().enumerate() {
+        assert!(found[curve] >= -1e-6, "{name} falls by {}", -found[curve]);
+    }
+    assert!(found[4] < 1e-6, "black becomes {}", found[4]);
+    assert!(found[5] < 1e-4, "there and back differ by {}", found[5]);
+}
+
+#[test]
+fn surfaces_are_reciprocal_and_keep_energy() {
+    let found = results("bsdf", "", ONE_PASS, 5);
+    assert!(found[0] < 1e-5, "GGX in both directions differs by {}", found[0]);
+    assert!(found[1] < 1e-5, "rough matt surfaces in both directions differ by {}", found[1]);
+    assert!(found[2] < 0.03, "a white rough metal in a white furnace is off by {}", found[2]);
+    assert!(found[3] < 0.01, "a white rough matt surface in a white furnace is off by {}", found[3]);
+    assert!(found[4] < 0.01, "two ways to integrate GGX differ by {}", found[4]);
+}
+
+#[test]
+fn the_tables_of_the_air_are_read_where_they_are_written_and_phases_are_densities() {
+    let found = results("atmosphere", "", ONE_PASS, 5);
+    assert!(found[0] < 1e-3, "transmittance is off by {} of a table's side", found[0]);
+    assert!(found[1] < 1e-3, "the sky is off by {} of a table's side", found[1]);
+    assert!((found[2] - 1.0).abs() < 1e-3, "Rayleigh's phase adds up to {}", found[2]);
+    assert!((found[3] - 1.0).abs() < 5e-3, "the phase of haze adds up to {}", found[3]);
+    // Straight up through the air, in green light: what a clear day has.
+    assert!((0.80..0.92).contains(&found[4]), "{}", found[4]);
+}
+
+#[test]
+fn a_place_is_found_on_the_picture_before() {
+    let found = results("reproject", "", ONE_PASS, 2);
+    assert!(found[0] < 2e-3, "off by {} pixels", found[0]);
+    assert!(found[1] == 0.0, "a place behind the camera is on its picture");
+}
