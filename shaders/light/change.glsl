@@ -4,8 +4,8 @@
 #endif
 
 layout(std430) STATE_ACCESS buffer State {
-    uint generation;    // one more with each change of the light or the world
-    float cap;          // samples of the generation before that still count
+    uint generation;    // one more with each great change of the light or the world
+    float cap;          // samples from before the change that still count
     uint changed;       // 1 in the frame of a change
     uint serial;
     vec4 sun;           // direction, strength

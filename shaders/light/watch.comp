@@ -1,5 +1,5 @@
-// Notices that the light or the world is another than in the last frame, and begins a new generation of what is kept. The less has changed,
-// the more samples of older light still count.
+// Notices that the light or the world is another than in the last frame. The less has changed, the more samples of older light still count;
+// much begins a new generation.
 #version 460
 #include "scene.glsl"
 #define STATE_ACCESS
@@ -17,11 +17,13 @@ void main() {
     // One degree of the sun counts as much as a tenth of its strength.
     float change = max(ratio(state.sun.w, sun.w), 5.7 * distance(sun.xyz, state.sun.xyz));
     change = max(change, max(ratio(state.sky_strength, frame.sky_strength), ratio(state.lamp_strength, frame.lamp_strength)));
-    bool changed = change > 1e-5 || state.serial != push.world_serial || state.generation == 0u;
+    bool edited = state.serial != push.world_serial || state.generation == 0u;
+    bool changed = change > 1e-5 || edited;
     state.changed = changed ? 1u : 0u;
     if (changed) {
-        state.generation += 1u;
-        state.cap = state.serial == push.world_serial ? clamp(0.1 / change, 0.5, 64.0) : 0.5;
+        state.cap = edited ? 0.5 : clamp(0.3 / change, 0.5, 64.0);
+        // A sun that goes on slowly does not end what is known.
+        if (state.cap < 4.0) state.generation += 1u;
     }
     state.serial = push.world_serial;
     state.sun = sun;

@@ -13,7 +13,7 @@ layout(rgba32f) uniform writeonly image2D outAverage;
 layout(rgba16f) uniform writeonly image2D outPicture;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;
 
-const float MOST_IN_MOTION = 10.0;
+const float MOST_IN_MOTION = 6.0;
 
 // Bright colours count less, so that one bright sample in a mean does not flicker.
 vec3 pressed(vec3 light) {
@@ -49,7 +49,7 @@ void main() {
                 mean += c / 9.0;
                 square += c * c / 9.0;
             }
-            vec3 wide = 1.25 * sqrt(max(square - mean * mean, 0.0));
+            vec3 wide = 1.0 * sqrt(max(square - mean * mean, 0.0));
             ivec2 base = ivec2(floor(at - 0.5));
             vec2 part = at - 0.5 - vec2(base);
             vec4 old = vec4(0.0);

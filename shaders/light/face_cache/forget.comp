@@ -1,18 +1,26 @@
-// Empties the list of faces, and gives slots back whose faces nobody has asked for in a long time: a 256th of the table in each frame.
+// Empties the list of faces, decides how many of those in sight are listed, and gives slots back whose faces nobody has asked for in a long time: a 256th of the table in each frame.
 #version 460
 #include "../scene.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430) buffer FaceKeys { uint face_keys[]; };
 layout(std430) readonly buffer Asked { uint asked[]; };
-layout(std430) buffer Queue { uint count; uint work; uint per_face; uint unused; } queue;
+#define QUEUE_ACCESS
+#include "queue.glsl"
 layout(std430) writeonly buffer Light { vec4 light[]; };
+layout(push_constant) uniform Push { uint pixels; float paths; } push;
 #include <raxel/light/face_table.glsl>
 
 const uint AGE = 600u;  // frames
 
 void main() {
-    if (gl_GlobalInvocationID.x == 0u) queue.count = 0u;
+    if (gl_GlobalInvocationID.x == 0u) {
+        // As many faces are in sight as in the last frame, about.
+        float budget = max(push.paths * float(push.pixels), 1.0);
+        queue.every = uint(clamp(ceil(float(queue.seen) / budget), 1.0, 16.0));
+        queue.seen = 0u;
+        queue.count = 0u;
+    }
     uint slot = (frame.index & 255u) * 4096u + gl_GlobalInvocationID.x;
     if (face_keys[slot] >> 31 == 0u || frame.index + 1u - asked[slot] < AGE) return;
     face_keys[slot] = RX_FACE_FREED;

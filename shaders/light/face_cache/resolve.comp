@@ -3,7 +3,7 @@
 #include <raxel/thread.glsl>
 
 layout(local_size_x = 64) in;
-layout(std430) readonly buffer Queue { uint count; uint work; uint per_face; uint unused; } queue;
+#include "queue.glsl"
 layout(std430) readonly buffer Faces { uint faces[]; };
 layout(std430) readonly buffer Fresh { vec4 fresh[]; };
 #include "../change.glsl"
@@ -20,10 +20,9 @@ void main() {
     float added = float(queue.per_face);
 
     vec4 old = light[slot];
-    // Light of the generation before counts as far as the change was small; of older ones, hardly.
-    uint behind = state.generation - generation[slot];
-    if (behind == 1u) old.w = min(old.w, state.cap);
-    else if (behind > 1u) old.w = min(old.w, 0.5);
+    // Light from before a change counts as far as the change was small; that of older generations, hardly.
+    if (state.changed != 0u) old.w = min(old.w, state.cap);
+    if (generation[slot] != state.generation) old.w = min(old.w, 0.5);
     generation[slot] = state.generation;
     float n = min(old.w, max(float(push.history) - added, 0.0)) + added;
     light[slot] = vec4(old.rgb + (sum - added * old.rgb) / n, n);

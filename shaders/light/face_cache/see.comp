@@ -1,4 +1,5 @@
-// What each pixel sees, and a list of all faces that are seen, each once.
+// What each pixel sees, and a list of the faces that get new samples, each once: all that are new, and of the others as many as there are
+// paths for, in turn.
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
@@ -9,7 +10,9 @@ layout(rgba32f) uniform writeonly image2D outPlace;
 layout(r32ui) uniform writeonly uimage2D outSlot;
 layout(std430) buffer FaceKeys { uint face_keys[]; };
 layout(std430) buffer Asked { uint asked[]; };
-layout(std430) buffer Queue { uint count; uint work; uint per_face; uint unused; } queue;
+#define QUEUE_ACCESS
+#include "queue.glsl"
+layout(std430) readonly buffer Light { vec4 light[]; };
 layout(std430) writeonly buffer Faces { uint faces[]; };
 layout(push_constant) uniform Push { float quarters; } push;
 #define RX_FACE_INSERT
@@ -32,11 +35,16 @@ void main() {
     uint slot = RX_NO_FACE;
     if (found && hit.face != RX_FACE_INSIDE && rx_face_fits(hit.voxel, world.origin)) {
         uint part = pixels_across(hit.voxel, hit.face, float(size.y)) < push.quarters ? 0u : rx_face_quarter(hit.uv);
-        slot = rx_face_insert(rx_face_key(hit.voxel, hit.face, part, world.origin));
+        RxFaceKey key = rx_face_key(hit.voxel, hit.face, part, world.origin);
+        slot = rx_face_insert(key);
         // Frames count from 1 here: 0 is a slot that nobody has asked for. The list holds as many faces as there are pixels.
         uint now = frame.index + 1u;
-        if (slot != RX_NO_FACE && asked[slot] != now && atomicExchange(asked[slot], now) != now)
-            faces[atomicAdd(queue.count, 1u)] = slot;
+        if (slot != RX_NO_FACE && asked[slot] != now && atomicExchange(asked[slot], now) != now) {
+            atomicAdd(queue.seen, 1u);
+            // By the key, because slots depend on the order of threads.
+            bool turn = (rx_hash(key.home ^ key.rest) + frame.index) % max(queue.every, 1u) == 0u;
+            if (turn || light[slot].w == 0.0) faces[atomicAdd(queue.count, 1u)] = slot;
+        }
     }
     imageStore(outSlot, pixel, uvec4(slot));
 }

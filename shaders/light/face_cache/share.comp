@@ -1,7 +1,8 @@
 // How many paths each listed face gets, so that all together are about as many as was asked for.
 #version 460
 layout(local_size_x = 1) in;
-layout(std430) buffer Queue { uint count; uint work; uint per_face; uint unused; } queue;
+#define QUEUE_ACCESS
+#include "queue.glsl"
 layout(push_constant) uniform Push { uint pixels; float paths; } push;
 
 void main() {

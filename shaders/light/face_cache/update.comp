@@ -8,19 +8,21 @@
 
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
-layout(std430) readonly buffer Queue { uint count; uint work; uint per_face; uint unused; } queue;
+#include "queue.glsl"
+#include "../change.glsl"
 layout(std430) readonly buffer Faces { uint faces[]; };
 layout(std430) readonly buffer Light { vec4 light[]; };      // irradiance / pi, samples
+layout(std430) readonly buffer Generation { uint generation[]; };
 layout(std430) writeonly buffer Fresh { vec4 fresh[]; };
 layout(push_constant) uniform Push { int ready; int candidates; } push;
 #include <raxel/light/face_table.glsl>
 
-// Light that a face keeps, as one value or in quarters.
+// Light that a face keeps, as one value or in quarters. What was kept before the light changed is not passed on.
 vec4 kept(RxHit hit) {
     if (!rx_face_fits(hit.voxel, world.origin)) return vec4(0.0);
     uint slot = rx_face_find(rx_face_key(hit.voxel, hit.face, 0u, world.origin));
     if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(hit.voxel, hit.face, rx_face_quarter(hit.uv), world.origin));
-    if (slot == RX_NO_FACE || light[slot].w < float(push.ready)) return vec4(0.0);
+    if (slot == RX_NO_FACE || generation[slot] != state.generation || light[slot].w < float(push.ready)) return vec4(0.0);
     return light[slot];
 }
 
