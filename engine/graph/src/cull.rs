@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use crate::checked::{BoundAccess, Every, Graph, Pass, PassId, ResourceId};
 use crate::plan::{CullReason, Culled, PlanInput, Present};
-use crate::region::{Parts, Region};
 use crate::sizes::Size;
+use crate::subresources::{SubresourcePartition, SubresourceRange};
 
 /// What is left of a graph.
 #[derive(Clone, Debug)]
@@ -32,7 +32,7 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
         .map(|pass| pass.when.as_ref().is_none_or(|when| (input.facts)(&when.fact) != when.negated))
         .collect();
     let parts = parts(graph, sizes, input.present);
-    let region = |access: &BoundAccess| -> Vec<usize> { region_parts(&parts, sizes, access).collect() };
+    let range = |access: &BoundAccess| -> Vec<usize> { parts_of(&parts, sizes, access).collect() };
 
     // What must be in the resources when a frame ends: what is read from outside, and by later frames. The latter is not known
     // before the passes that read it are, so this grows until it stays the same.
@@ -68,11 +68,11 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
                     live[index] |= pass
                         .accesses
                         .iter()
-                        .any(|a| a.access.writes() && region(a).iter().any(|&part| needs[a.resource.0 as usize][part]));
+                        .any(|a| a.access.writes() && range(a).iter().any(|&part| needs[a.resource.0 as usize][part]));
                     if live[index] {
                         for access in pass.accesses.iter().filter(|a| a.access.reads()) {
                             let point = if access.age == 0 { &mut needs } else { &mut at_end };
-                            mark(&mut point[access.resource.0 as usize], region(access));
+                            mark(&mut point[access.resource.0 as usize], range(access));
                         }
                     }
                 }
@@ -84,7 +84,7 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
             end = group.start;
         }
         // What is needed when a frame starts must be there when the last one ends, unless the frame makes it anew.
-        let anew = made_anew(graph, &live, input.present, &parts, &presented, region);
+        let anew = made_anew(graph, &live, input.present, &parts, &presented, range);
         for (index, anew) in anew.iter().enumerate() {
             let needed = (0..anew.len()).filter(|&part| needs[index][part] && !anew[part]);
             mark(&mut at_end[index], needed);
@@ -146,9 +146,9 @@ fn made_anew(
     graph: &Graph,
     live: &[bool],
     present: Present,
-    parts: &[Parts],
+    parts: &[SubresourcePartition],
     presented: &[usize],
-    region: impl Fn(&BoundAccess) -> Vec<usize>,
+    range: impl Fn(&BoundAccess) -> Vec<usize>,
 ) -> Needs {
     let mut anew: Needs = parts.iter().map(|parts| vec![false; parts.count()]).collect();
     let mut touched = anew.clone();
@@ -163,11 +163,11 @@ fn made_anew(
         if live[index] {
             let now = || pass.accesses.iter().filter(|access| access.age == 0);
             for access in now().filter(|access| access.access.reads()) {
-                mark(&mut touched[access.resource.0 as usize], region(access));
+                mark(&mut touched[access.resource.0 as usize], range(access));
             }
             for access in now().filter(|access| access.access.writes()) {
                 let resource = access.resource.0 as usize;
-                for part in region(access) {
+                for part in range(access) {
                     anew[resource][part] |= !touched[resource][part] && pass.every.is_none();
                     touched[resource][part] = true;
                 }
@@ -181,31 +181,31 @@ fn made_anew(
 }
 
 /// What the present step reads.
-pub(crate) fn presented(present: Present, sizes: &[Size]) -> Region {
+pub(crate) fn presented(present: Present, sizes: &[Size]) -> SubresourceRange {
     match sizes[present.resource.0 as usize] {
-        Size::Image { volume, .. } => Region::one(present.mip, if volume { 0 } else { present.layer }),
-        size @ Size::Buffer { .. } => Region::whole(&size),
+        Size::Image { volume, .. } => SubresourceRange::one(present.mip, if volume { 0 } else { present.layer }),
+        size @ Size::Buffer { .. } => SubresourceRange::whole(&size),
     }
 }
 
 /// The parts of every resource that accesses and the present point tell apart.
-fn parts(graph: &Graph, sizes: &[Size], present: Present) -> Vec<Parts> {
-    let mut regions: Vec<Vec<Region>> = sizes.iter().map(|size| vec![Region::whole(size)]).collect();
+fn parts(graph: &Graph, sizes: &[Size], present: Present) -> Vec<SubresourcePartition> {
+    let mut ranges: Vec<Vec<SubresourceRange>> = sizes.iter().map(|size| vec![SubresourceRange::whole(size)]).collect();
     for access in graph.passes.iter().flat_map(|pass| &pass.accesses) {
         let resource = access.resource.0 as usize;
-        regions[resource].push(Region::of(access, &sizes[resource]));
+        ranges[resource].push(SubresourceRange::of(access, &sizes[resource]));
     }
-    regions[present.resource.0 as usize].push(presented(present, sizes));
-    regions.into_iter().map(Parts::new).collect()
+    ranges[present.resource.0 as usize].push(presented(present, sizes));
+    ranges.into_iter().map(SubresourcePartition::new).collect()
 }
 
-fn region_parts<'a>(
-    parts: &'a [Parts],
+fn parts_of<'a>(
+    parts: &'a [SubresourcePartition],
     sizes: &'a [Size],
     access: &BoundAccess,
 ) -> impl Iterator<Item = usize> + use<> {
     let resource = access.resource.0 as usize;
-    parts[resource].of(Region::of(access, &sizes[resource]))
+    parts[resource].of(SubresourceRange::of(access, &sizes[resource]))
 }
 
 fn mark(needs: &mut [bool], parts: impl IntoIterator<Item = usize>) {

@@ -3,8 +3,8 @@
 use crate::checked::{BoundAccess, ClockId, Every, Graph, PassId, ResourceId, ResourceKind, Usage};
 use crate::cull::{Cull, presented};
 use crate::plan::{AccessMask, PlanInput, Stages, Turn};
-use crate::region::Region;
 use crate::sizes::Size;
+use crate::subresources::SubresourceRange;
 
 /// A step that is no barrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,9 +19,9 @@ pub(crate) enum Action {
     Present,
 }
 
-/// One way in which one action accesses one resource.
+/// An access of a range of subresources by an action, of one kind. A binding that loads and stores is two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Touch {
+pub(crate) struct ResourceAccess {
     /// Index into [`Order::actions`].
     pub action: u32,
     /// Index among the used resources.
@@ -31,29 +31,29 @@ pub(crate) struct Touch {
     /// By what the copies are counted there.
     pub turn: Turn,
     /// Mips and layers.
-    pub region: Region,
-    /// Exactly one access.
-    pub access: AccessMask,
+    pub range: SubresourceRange,
+    /// Exactly one bit.
+    pub mask: AccessMask,
 }
 
-impl Touch {
+impl ResourceAccess {
     /// Whether it stores.
     pub fn writes(&self) -> bool {
-        is_write(self.access)
+        is_write(self.mask)
     }
 }
 
 /// Whether an access stores.
 pub(crate) fn is_write(access: AccessMask) -> bool {
-    (AccessMask::STORAGE_WRITE | AccessMask::TRANSFER_WRITE).contains(access)
+    (AccessMask::SHADER_STORAGE_WRITE | AccessMask::TRANSFER_WRITE).contains(access)
 }
 
 /// The stage that makes an access.
 pub(crate) fn stage_of(access: AccessMask) -> Stages {
     match access {
-        AccessMask::INDIRECT_READ => Stages::INDIRECT,
+        AccessMask::INDIRECT_COMMAND_READ => Stages::DRAW_INDIRECT,
         AccessMask::TRANSFER_WRITE => Stages::CLEAR,
-        _ => Stages::COMPUTE,
+        _ => Stages::COMPUTE_SHADER,
     }
 }
 
@@ -63,7 +63,7 @@ pub(crate) struct Order {
     /// What is done, in order.
     pub actions: Vec<Action>,
     /// Every access, in order of the action.
-    pub touches: Vec<Touch>,
+    pub accesses: Vec<ResourceAccess>,
     /// The passes that run.
     pub passes: Vec<Instance>,
     /// By clock: its first action, and one past the last.
@@ -178,41 +178,41 @@ impl Ordering<'_> {
         if self.cull.live.binary_search(&id).is_err() {
             return;
         }
-        let mut touches = Vec::new();
+        let mut accesses = Vec::new();
         for access in &self.graph.pass(id).accesses {
             // What no pass may write is written by nobody in a frame; the runtime replaces it between frames.
             if self.graph.resource(access.resource).is_writable()
                 && let Some(resource) = self.index[access.resource.0 as usize]
             {
-                let region = Region::of(access, &self.sizes[access.resource.0 as usize]);
-                touches.extend(accesses(access).map(|mask| (resource, access.age, region, mask)));
+                let range = SubresourceRange::of(access, &self.sizes[access.resource.0 as usize]);
+                accesses.extend(masks(access).map(|mask| (resource, access.age, range, mask)));
             }
         }
         let number = self.order.passes.len() as u32;
         self.order.passes.push(Instance { pass: id, tick: self.tick.map(|(_, tick)| tick) });
-        self.act(Action::Dispatch(number), &touches);
+        self.act(Action::Dispatch(number), &accesses);
     }
 
-    fn act(&mut self, action: Action, touches: &[(u32, u32, Region, AccessMask)]) {
-        for &(resource, age, ..) in touches {
+    fn act(&mut self, action: Action, accesses: &[(u32, u32, SubresourceRange, AccessMask)]) {
+        for &(resource, age, ..) in accesses {
             if age == 0 && std::mem::take(&mut self.to_clear[resource as usize]) {
                 self.clear(resource);
             }
         }
         let number = self.order.actions.len() as u32;
         self.order.actions.push(action);
-        for &(resource, age, region, access) in touches {
+        for &(resource, age, range, mask) in accesses {
             let turn = self.turn(resource);
-            let touch = Touch { action: number, resource, age, turn, region, access };
-            if !self.order.touches.ends_with(&[touch]) {
-                self.order.touches.push(touch);
+            let access = ResourceAccess { action: number, resource, age, turn, range, mask };
+            if !self.order.accesses.ends_with(&[access]) {
+                self.order.accesses.push(access);
             }
         }
     }
 
     fn clear(&mut self, resource: u32) {
         let id = self.cull.used[resource as usize];
-        let region = Region::whole(&self.sizes[id.0 as usize]);
+        let range = SubresourceRange::whole(&self.sizes[id.0 as usize]);
         let action = self.order.actions.len() as u32;
         // A clear for the frame may stand within a tick: it belongs to none.
         let tick = self.graph.resource(id).clock.and(self.tick).map(|(_, tick)| tick);
@@ -221,8 +221,8 @@ impl Ordering<'_> {
             None => Action::Clear(resource, tick),
         });
         let turn = self.turn(resource);
-        let access = AccessMask::TRANSFER_WRITE;
-        self.order.touches.push(Touch { action, resource, age: 0, turn, region, access });
+        let mask = AccessMask::TRANSFER_WRITE;
+        self.order.accesses.push(ResourceAccess { action, resource, age: 0, turn, range, mask });
     }
 
     fn clear_rest(&mut self) {
@@ -237,16 +237,16 @@ impl Ordering<'_> {
         let present = self.input.present;
         let resource = self.graph.resource(present.resource);
         let mask = match resource.kind {
-            ResourceKind::Target(_) => AccessMask::SAMPLED_READ,
-            ResourceKind::Buffer(_) => AccessMask::STORAGE_READ,
+            ResourceKind::Target(_) => AccessMask::SHADER_SAMPLED_READ,
+            ResourceKind::Buffer(_) => AccessMask::SHADER_STORAGE_READ,
         };
-        let touch = match self.index[present.resource.0 as usize] {
+        let accesses = match self.index[present.resource.0 as usize] {
             Some(index) if resource.is_writable() => {
                 vec![(index, present.age, presented(present, self.sizes), mask)]
             }
             _ => Vec::new(),
         };
-        self.act(Action::Present, &touch);
+        self.act(Action::Present, &accesses);
     }
 
     /// By what the copies of a used resource are counted here.
@@ -261,12 +261,14 @@ impl Ordering<'_> {
 }
 
 /// The accesses of one binding, one bit each.
-fn accesses(access: &BoundAccess) -> impl Iterator<Item = AccessMask> {
+fn masks(access: &BoundAccess) -> impl Iterator<Item = AccessMask> {
     let (read, write) = match access.usage {
-        Usage::SampledImage => (AccessMask::SAMPLED_READ, AccessMask::NONE),
-        Usage::StorageImage | Usage::StorageBuffer => (AccessMask::STORAGE_READ, AccessMask::STORAGE_WRITE),
-        Usage::UniformBuffer => (AccessMask::UNIFORM_READ, AccessMask::NONE),
-        Usage::IndirectArguments => (AccessMask::INDIRECT_READ, AccessMask::NONE),
+        Usage::SampledImage => (AccessMask::SHADER_SAMPLED_READ, AccessMask::empty()),
+        Usage::StorageImage | Usage::StorageBuffer => {
+            (AccessMask::SHADER_STORAGE_READ, AccessMask::SHADER_STORAGE_WRITE)
+        }
+        Usage::UniformBuffer => (AccessMask::UNIFORM_READ, AccessMask::empty()),
+        Usage::IndirectArguments => (AccessMask::INDIRECT_COMMAND_READ, AccessMask::empty()),
     };
     let read = access.access.reads().then_some(read);
     let write = access.access.writes().then_some(write);

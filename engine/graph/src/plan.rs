@@ -9,8 +9,10 @@
 //! that does not run in a frame (`every`, or its result is still valid) leaves its barriers in place, which keeps all others covered.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
+use bitflags::bitflags;
 use raxel_shader::format::Format;
 use serde::Serialize;
 
@@ -449,105 +451,67 @@ pub struct Scope {
     pub access: AccessMask,
 }
 
-macro_rules! bits {
-    ($(#[$doc:meta])* $name:ident { $($(#[$bit_doc:meta])* $bit:ident = $value:expr, $text:literal;)* }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        pub struct $name(pub u32);
+bitflags! {
+    /// Pipeline stages that a plan uses, by their Vulkan names.
+    #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    pub struct Stages: u32 {
+        /// Dispatches.
+        const COMPUTE_SHADER = 1;
+        /// Image clears and buffer fills.
+        const CLEAR = 2;
+        /// Fetch of indirect arguments.
+        const DRAW_INDIRECT = 4;
+    }
+}
 
-        impl $name {
-            $($(#[$bit_doc])* pub const $bit: $name = $name($value);)*
-            /// No bit.
-            pub const NONE: $name = $name(0);
-            /// Every bit with its Vulkan name.
-            pub const ALL: &[($name, &'static str)] = &[$(($name::$bit, $text)),*];
+bitflags! {
+    /// Accesses that a plan uses, by their Vulkan names.
+    #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    pub struct AccessMask: u32 {
+        /// Storage image or storage buffer load.
+        const SHADER_STORAGE_READ = 1;
+        /// Storage image or storage buffer store.
+        const SHADER_STORAGE_WRITE = 2;
+        /// Sampled image fetch.
+        const SHADER_SAMPLED_READ = 4;
+        /// Uniform buffer load.
+        const UNIFORM_READ = 8;
+        /// Clear or fill.
+        const TRANSFER_WRITE = 16;
+        /// Fetch of indirect arguments.
+        const INDIRECT_COMMAND_READ = 32;
+    }
+}
 
-            /// Whether every bit of `other` is set.
-            pub const fn contains(self, other: $name) -> bool {
-                self.0 & other.0 == other.0
-            }
-
-            /// Whether no bit is set.
-            pub const fn is_empty(self) -> bool {
-                self.0 == 0
-            }
-        }
-
-        impl std::ops::BitOr for $name {
-            type Output = $name;
-            fn bitor(self, other: $name) -> $name {
-                $name(self.0 | other.0)
-            }
-        }
-
-        impl std::ops::BitOrAssign for $name {
-            fn bitor_assign(&mut self, other: $name) {
-                self.0 |= other.0;
-            }
-        }
-
-        impl std::fmt::Display for $name {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+/// `A|B`, or `NONE`: in text, in JSON and in debug output alike.
+macro_rules! names_joined {
+    ($($flags:ident)*) => {$(
+        impl fmt::Display for $flags {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 if self.is_empty() {
                     return f.write_str("NONE");
                 }
-                let mut first = true;
-                for (bit, text) in $name::ALL {
-                    if self.contains(*bit) {
-                        if !first {
-                            f.write_str("|")?;
-                        }
-                        f.write_str(text)?;
-                        first = false;
-                    }
+                for (i, (name, _)) in self.iter_names().enumerate() {
+                    write!(f, "{}{name}", if i > 0 { "|" } else { "" })?;
                 }
                 Ok(())
             }
         }
 
-        impl std::fmt::Debug for $name {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        impl fmt::Debug for $flags {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 write!(f, "{self}")
             }
         }
 
-        impl Serialize for $name {
+        impl Serialize for $flags {
             fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
                 serializer.collect_str(self)
             }
         }
-    };
+    )*};
 }
-
-bits! {
-    /// Pipeline stages that a plan uses.
-    Stages {
-        /// Dispatches.
-        COMPUTE = 1, "COMPUTE_SHADER";
-        /// Image clears and buffer fills (`VK_PIPELINE_STAGE_2_CLEAR_BIT`).
-        CLEAR = 2, "CLEAR";
-        /// Fetch of indirect arguments.
-        INDIRECT = 4, "DRAW_INDIRECT";
-    }
-}
-
-bits! {
-    /// Accesses that a plan uses.
-    AccessMask {
-        /// Storage image or storage buffer load.
-        STORAGE_READ = 1, "SHADER_STORAGE_READ";
-        /// Storage image or storage buffer store.
-        STORAGE_WRITE = 2, "SHADER_STORAGE_WRITE";
-        /// Sampled image fetch.
-        SAMPLED_READ = 4, "SHADER_SAMPLED_READ";
-        /// Uniform buffer load.
-        UNIFORM_READ = 8, "UNIFORM_READ";
-        /// Clear or fill.
-        TRANSFER_WRITE = 16, "TRANSFER_WRITE";
-        /// Fetch of indirect arguments.
-        INDIRECT_READ = 32, "INDIRECT_COMMAND_READ";
-    }
-}
+names_joined!(Stages AccessMask);
 
 /// An aliased resource that becomes live. For an image it is recorded as an image barrier `UNDEFINED` → `GENERAL` over all of its
 /// mips and layers; for a buffer the same dependency is part of the memory barrier and this entry only says why.

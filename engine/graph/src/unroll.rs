@@ -13,8 +13,8 @@ use crate::checked::{
     Value,
 };
 use crate::plan::{PlanInput, Present};
-use crate::region::{Parts, Region};
 use crate::sizes::Size;
+use crate::subresources::{SubresourcePartition, SubresourceRange};
 
 /// One thing of a frame in its order, before names are resolved.
 #[derive(Clone, Copy)]
@@ -220,19 +220,20 @@ fn carried(
 /// The pass that reads what the last frame left in a resource: it reads a part that no pass before it stored. What a pass stores only
 /// now and then is new for passes that run just when it does.
 fn first_reader<'g>(flat: &'g Graph, id: ResourceId, size: &Size, input: &PlanInput) -> Option<&'g Pass> {
-    let touches = |pass: &'g Pass| pass.accesses.iter().filter(move |access| access.resource == id && access.age == 0);
+    let accesses = |pass: &'g Pass| pass.accesses.iter().filter(move |access| access.resource == id && access.age == 0);
     let running = || flat.passes.iter().filter(|pass| is_on(pass, input));
-    let parts = Parts::new(running().flat_map(touches).map(|access| Region::of(access, size)));
+    let parts =
+        SubresourcePartition::new(running().flat_map(accesses).map(|access| SubresourceRange::of(access, size)));
     let mut stored: Vec<Vec<Option<Every>>> = vec![Vec::new(); parts.count()];
     for pass in running() {
         let is_new = |part: usize| stored[part].iter().any(|every| every.is_none() || *every == pass.every);
-        for access in touches(pass).filter(|access| access.access.reads()) {
-            if parts.of(Region::of(access, size)).any(|part| !is_new(part)) {
+        for access in accesses(pass).filter(|access| access.access.reads()) {
+            if parts.of(SubresourceRange::of(access, size)).any(|part| !is_new(part)) {
                 return Some(pass);
             }
         }
-        for access in touches(pass).filter(|access| access.access.writes()) {
-            parts.of(Region::of(access, size)).for_each(|part| stored[part].push(pass.every));
+        for access in accesses(pass).filter(|access| access.access.writes()) {
+            parts.of(SubresourceRange::of(access, size)).for_each(|part| stored[part].push(pass.every));
         }
     }
     None

@@ -5,7 +5,7 @@
 use crate::checked::{Builtin, Fill, Graph, ResourceId, Source};
 use crate::cull::Cull;
 use crate::lifetimes::{Life, read_before_written};
-use crate::order::{Action, Order, Touch};
+use crate::order::{Action, Order, ResourceAccess};
 use crate::plan::AccessMask;
 
 /// By used resource: its contents depend on the camera, the cursor, the frame or a clock, directly, through what a pass reads, or
@@ -36,13 +36,13 @@ pub(crate) fn varies(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) 
 /// Whether passes store to it, and load what an earlier frame stored.
 fn feeds_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life], index: usize) -> bool {
     // A copy of a source is not filled in every frame: what passes made of it stays.
-    let fills = |touch: &&Touch| matches!(order.actions[touch.action as usize], Action::Copy(_));
-    let of_it = order.touches.iter().filter(|touch| touch.resource as usize == index && !fills(touch));
-    let touches: Vec<Touch> = of_it.copied().collect();
+    let fills = |access: &&ResourceAccess| matches!(order.actions[access.action as usize], Action::Copy(_));
+    let of_it = order.accesses.iter().filter(|access| access.resource as usize == index && !fills(access));
+    let accesses: Vec<ResourceAccess> = of_it.copied().collect();
     let resource = graph.resource(cull.used[index]);
-    let stored = touches.iter().any(|touch| touch.access == AccessMask::STORAGE_WRITE);
-    let older = touches.iter().any(|touch| touch.age > 0);
-    stored && (older || resource.clock.is_some() || lives[index] == Life::Persistent && read_before_written(&touches))
+    let stored = accesses.iter().any(|access| access.mask == AccessMask::SHADER_STORAGE_WRITE);
+    let older = accesses.iter().any(|access| access.age > 0);
+    stored && (older || resource.clock.is_some() || lives[index] == Life::Persistent && read_before_written(&accesses))
 }
 
 /// Whether a frame depends on more of the frames before it than the camera of the last one: whether something grows from frame to frame,

@@ -49,13 +49,16 @@ fn one_chain_needs_no_barrier_between_frames() {
     hand.pass("first", &["w a"]);
     hand.pass("second", &["r a", "w b"]);
     let plan = hand.plan("b").unwrap();
-    let write = AccessMask::STORAGE_WRITE;
+    let write = AccessMask::SHADER_STORAGE_WRITE;
     let dependency = |to: AccessMask| {
-        let scope = |access| Scope { stages: Stages::COMPUTE, access };
+        let scope = |access| Scope { stages: Stages::COMPUTE_SHADER, access };
         Some(Dependency { src: scope(write), dst: scope(to) })
     };
     let memory: Vec<_> = barriers(&plan).iter().map(|barrier| barrier.memory).collect();
-    assert_eq!(memory, [dependency(AccessMask::STORAGE_READ | write), dependency(AccessMask::SAMPLED_READ)]);
+    assert_eq!(
+        memory,
+        [dependency(AccessMask::SHADER_STORAGE_READ | write), dependency(AccessMask::SHADER_SAMPLED_READ)]
+    );
     assert!(matches!(plan.steps[0], Step::Dispatch { .. }));
 }
 
@@ -193,8 +196,8 @@ fn indirect_arguments_wait_at_their_own_stage() {
     hand.pass("draw", &["i args", "w color"]);
     let plan = hand.plan("color").unwrap();
     let memory = barriers(&plan)[0].memory.unwrap();
-    assert_eq!(memory.dst.stages, Stages::INDIRECT | Stages::COMPUTE);
-    assert!(memory.dst.access.contains(AccessMask::INDIRECT_READ));
+    assert_eq!(memory.dst.stages, Stages::DRAW_INDIRECT | Stages::COMPUTE_SHADER);
+    assert!(memory.dst.access.contains(AccessMask::INDIRECT_COMMAND_READ));
 }
 
 #[test]

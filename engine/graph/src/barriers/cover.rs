@@ -43,17 +43,13 @@ pub(super) enum NeedKind {
 /// Source stages of a dependency with those that come logically earlier.
 fn before(dependency: &Dependency) -> Stages {
     let stages = dependency.src.stages;
-    if stages.contains(Stages::COMPUTE) { stages | Stages::INDIRECT } else { stages }
+    if stages.contains(Stages::COMPUTE_SHADER) { stages | Stages::DRAW_INDIRECT } else { stages }
 }
 
 /// Destination stages of a dependency with those that come logically later.
 fn behind(dependency: &Dependency) -> Stages {
     let stages = dependency.dst.stages;
-    if stages.contains(Stages::INDIRECT) { stages | Stages::COMPUTE } else { stages }
-}
-
-fn meet(a: Stages, b: Stages) -> bool {
-    a.0 & b.0 != 0
+    if stages.contains(Stages::DRAW_INDIRECT) { stages | Stages::COMPUTE_SHADER } else { stages }
 }
 
 /// The slots that order what `need` asks for, counted from its first one; `None` when they do not.
@@ -65,7 +61,7 @@ pub(super) fn covered(slots: &[Slot], need: &Need) -> Option<(u32, u32)> {
     };
     let stored = from.is_none_or(is_write);
     // Stages that wait for the first access, with it available if it is a store.
-    let mut reached = Stages::NONE;
+    let mut reached = Stages::empty();
     let mut started = None;
     let mut idle = 0;
     for at in 0..need.slots {
@@ -81,9 +77,9 @@ pub(super) fn covered(slots: &[Slot], need: &Need) -> Option<(u32, u32)> {
             let begins = match from {
                 None => of_start,
                 Some(from) if is_write(from) => dependency.src.access.contains(from),
-                Some(from) => meet(before(dependency), stage_of(from)),
+                Some(from) => before(dependency).intersects(stage_of(from)),
             };
-            if !(begins || meet(before(dependency), reached)) {
+            if !(begins || before(dependency).intersects(reached)) {
                 continue;
             }
             next |= behind(dependency);
@@ -91,7 +87,7 @@ pub(super) fn covered(slots: &[Slot], need: &Need) -> Option<(u32, u32)> {
                 // Only the transition itself, in the last slot.
                 None => of_target && at + 1 == need.slots,
                 Some(to) if stored => dependency.dst.access.contains(to),
-                Some(to) => meet(behind(dependency), stage_of(to)),
+                Some(to) => behind(dependency).intersects(stage_of(to)),
             };
             if done {
                 return Some((started.unwrap_or(at), at));

@@ -6,11 +6,11 @@
 //! frame runs more than i ticks.
 
 use crate::checked::Graph;
-use crate::order::Touch;
+use crate::order::ResourceAccess;
 use crate::plan::Turn;
 
-/// The smallest number of frames from `from` to a later `to` in which they may touch one copy of their resource.
-pub(super) fn frames_apart(graph: &Graph, copies: u32, from: &Touch, to: &Touch) -> u32 {
+/// The smallest number of frames from `from` to a later `to` in which they may access one copy of their resource.
+pub(super) fn frames_apart(graph: &Graph, copies: u32, from: &ResourceAccess, to: &ResourceAccess) -> u32 {
     let (Turn::Before(clock) | Turn::Tick(clock, _) | Turn::After(clock)) = from.turn else {
         let frames = (to.age + copies - from.age % copies) % copies;
         return if frames == 0 && to.action <= from.action { copies } else { frames };
@@ -24,16 +24,16 @@ pub(super) fn frames_apart(graph: &Graph, copies: u32, from: &Touch, to: &Touch)
 
 /// The least and the largest number of ticks from the copy of `from` to that of `to`, so many frames later; `None` when no frame runs
 /// both.
-fn ticks_apart(most: i64, from: &Touch, to: &Touch, frames: u32) -> Option<(i64, i64)> {
+fn ticks_apart(most: i64, from: &ResourceAccess, to: &ResourceAccess, frames: u32) -> Option<(i64, i64)> {
     let ages = i64::from(from.age) - i64::from(to.age);
-    let ran = |touch: &Touch| match touch.turn {
+    let ran = |access: &ResourceAccess| match access.turn {
         Turn::Tick(_, tick) => i64::from(tick) + 1,
         _ => 0,
     };
     if frames == 0 {
         // Both are counted from the ticks before the frame, which runs at least as many as its later access says.
         let least = ran(from).max(ran(to));
-        let at = |touch: &Touch, due: i64| match touch.turn {
+        let at = |access: &ResourceAccess, due: i64| match access.turn {
             Turn::Tick(_, tick) => i64::from(tick),
             Turn::After(_) => due - 1,
             Turn::Before(_) | Turn::Frame => -1,

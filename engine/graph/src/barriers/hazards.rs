@@ -8,9 +8,9 @@ use super::Frame;
 use super::frames_apart::frames_apart;
 use crate::checked::PassId;
 use crate::lifetimes::Life;
-use crate::order::{Action, Touch, is_write};
+use crate::order::{Action, ResourceAccess, is_write};
 use crate::plan::{AccessMask, Hazard, HazardKind, ResourceDesc};
-use crate::region::Parts;
+use crate::subresources::SubresourcePartition;
 
 /// Gaps in a row: `count` of them, the last of which is `end`. They may begin in an earlier frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,15 +57,15 @@ pub(super) struct Hazards {
 pub(super) fn find(frame: &Frame) -> Hazards {
     let mut tight = Tight::new(frame.order.actions.len());
     let mut hazards = Hazards::default();
-    let mut touches: Vec<Vec<Touch>> = vec![Vec::new(); frame.resources.len()];
-    for touch in &frame.order.touches {
-        touches[touch.resource as usize].push(*touch);
+    let mut accesses: Vec<Vec<ResourceAccess>> = vec![Vec::new(); frame.resources.len()];
+    for access in &frame.order.accesses {
+        accesses[access.resource as usize].push(*access);
     }
-    for (resource, touches) in touches.iter().enumerate() {
-        same_resource(frame, resource, touches, &mut tight, &mut hazards.reasons);
+    for (resource, accesses) in accesses.iter().enumerate() {
+        same_resource(frame, resource, accesses, &mut tight, &mut hazards.reasons);
     }
-    for resource in 0..touches.len() {
-        shared_memory(frame, resource, &touches, &mut tight, &mut hazards);
+    for resource in 0..accesses.len() {
+        shared_memory(frame, resource, &accesses, &mut tight, &mut hazards);
     }
     hazards.pairs = tight.into_pairs();
     hazards
@@ -74,7 +74,7 @@ pub(super) fn find(frame: &Frame) -> Hazards {
 fn same_resource(
     frame: &Frame,
     resource: usize,
-    touches: &[Touch],
+    accesses: &[ResourceAccess],
     tight: &mut Tight,
     reasons: &mut Vec<(Hazard, Gaps)>,
 ) {
@@ -82,12 +82,12 @@ fn same_resource(
     let plan = &frame.resources[resource];
     // A placed image is taken over anew in each frame: see `shared_memory`.
     let within_frame = frame.alias.places[resource].is_some() && matches!(plan.desc, ResourceDesc::Image(_));
-    let parts = Parts::new(touches.iter().map(|touch| touch.region));
-    let mut earlier: Vec<(u32, &Touch)> = Vec::new();
-    for to in touches {
+    let parts = SubresourcePartition::new(accesses.iter().map(|access| access.range));
+    let mut earlier: Vec<(u32, &ResourceAccess)> = Vec::new();
+    for to in accesses {
         earlier.clear();
-        for from in touches {
-            if !(from.writes() || to.writes()) || !from.region.overlaps(&to.region) {
+        for from in accesses {
+            if !(from.writes() || to.writes()) || !from.range.overlaps(&to.range) {
                 continue;
             }
             let frames = frames_apart(frame.graph, plan.copies, from, to);
@@ -95,7 +95,7 @@ fn same_resource(
                 continue;
             }
             let count = frames * n + to.action - from.action;
-            tight.add(from.access, to.access, Gaps { end: to.action, count });
+            tight.add(from.mask, to.mask, Gaps { end: to.action, count });
             earlier.push((count, from));
         }
         explain(frame, &parts, to, &mut earlier, reasons);
@@ -103,15 +103,21 @@ fn same_resource(
 }
 
 /// Of the hazards of one access, keeps those with nothing in between: a store hides what came before it on the same parts.
-fn explain(frame: &Frame, parts: &Parts, to: &Touch, earlier: &mut [(u32, &Touch)], reasons: &mut Vec<(Hazard, Gaps)>) {
+fn explain(
+    frame: &Frame,
+    parts: &SubresourcePartition,
+    to: &ResourceAccess,
+    earlier: &mut [(u32, &ResourceAccess)],
+    reasons: &mut Vec<(Hazard, Gaps)>,
+) {
     earlier.sort_by_key(|(count, from)| (*count, from.writes()));
-    let mut open: Vec<usize> = parts.of(to.region).collect();
+    let mut open: Vec<usize> = parts.of(to.range).collect();
     let mut loaded: Vec<usize> = Vec::new();
     for (count, from) in earlier {
         if open.is_empty() {
             break;
         }
-        let met: Vec<usize> = parts.of(from.region).filter(|part| open.contains(part)).collect();
+        let met: Vec<usize> = parts.of(from.range).filter(|part| open.contains(part)).collect();
         let kind = match (from.writes(), to.writes()) {
             (true, false) => HazardKind::ReadAfterWrite,
             (true, true) => HazardKind::WriteAfterWrite,
@@ -136,7 +142,13 @@ fn explain(frame: &Frame, parts: &Parts, to: &Touch, earlier: &mut [(u32, &Touch
     }
 }
 
-fn shared_memory(frame: &Frame, resource: usize, touches: &[Vec<Touch>], tight: &mut Tight, hazards: &mut Hazards) {
+fn shared_memory(
+    frame: &Frame,
+    resource: usize,
+    accesses: &[Vec<ResourceAccess>],
+    tight: &mut Tight,
+    hazards: &mut Hazards,
+) {
     let Life::Transient { first, .. } = frame.lives[resource] else { return };
     if frame.alias.neighbours[resource].is_empty() {
         return;
@@ -144,9 +156,9 @@ fn shared_memory(frame: &Frame, resource: usize, touches: &[Vec<Touch>], tight: 
     let n = frame.order.actions.len() as u32;
     let image = matches!(frame.resources[resource].desc, ResourceDesc::Image(_));
     let mut users: Vec<(AccessMask, u32)> = Vec::new();
-    for touch in &touches[resource] {
-        if !users.iter().any(|(access, _)| *access == touch.access) {
-            users.push((touch.access, touch.action));
+    for access in &accesses[resource] {
+        if !users.iter().any(|(mask, _)| *mask == access.mask) {
+            users.push((access.mask, access.action));
         }
     }
     // An image follows itself too: what it held in the last frame was stored to the same memory.
@@ -154,14 +166,14 @@ fn shared_memory(frame: &Frame, resource: usize, touches: &[Vec<Touch>], tight: 
     let mut formers: Vec<(AccessMask, u32)> = Vec::new();
     let mut nearest: Option<(u32, u32)> = None;
     for former in frame.alias.neighbours[resource].iter().copied().chain(itself) {
-        for touch in &touches[former as usize] {
-            let count = if touch.action < first { first - touch.action } else { n + first - touch.action };
-            match formers.iter_mut().find(|(access, _)| *access == touch.access) {
+        for access in &accesses[former as usize] {
+            let count = if access.action < first { first - access.action } else { n + first - access.action };
+            match formers.iter_mut().find(|(mask, _)| *mask == access.mask) {
                 Some((_, least)) => *least = count.min(*least),
-                None => formers.push((touch.access, count)),
+                None => formers.push((access.mask, count)),
             }
             if nearest.is_none_or(|(least, _)| count < least) {
-                nearest = Some((count, touch.action));
+                nearest = Some((count, access.action));
             }
         }
     }
@@ -201,7 +213,7 @@ struct Tight {
     shortest: Vec<u32>,
 }
 
-const KINDS: usize = AccessMask::ALL.len();
+const KINDS: usize = AccessMask::all().bits().count_ones() as usize;
 
 impl Tight {
     fn new(actions: usize) -> Tight {
@@ -209,7 +221,7 @@ impl Tight {
     }
 
     fn add(&mut self, from: AccessMask, to: AccessMask, gaps: Gaps) {
-        let kinds = from.0.trailing_zeros() as usize * KINDS + to.0.trailing_zeros() as usize;
+        let kinds = from.bits().trailing_zeros() as usize * KINDS + to.bits().trailing_zeros() as usize;
         let entry = &mut self.shortest[kinds * self.actions + gaps.end as usize];
         *entry = gaps.count.min(*entry);
     }
@@ -227,8 +239,8 @@ impl Tight {
                 if start(end) > latest {
                     latest = start(end);
                     pairs.push(Pair {
-                        from: AccessMask(1 << (kinds / KINDS)),
-                        to: AccessMask(1 << (kinds % KINDS)),
+                        from: AccessMask::from_bits_retain(1 << (kinds / KINDS)),
+                        to: AccessMask::from_bits_retain(1 << (kinds % KINDS)),
                         gaps: Gaps { end: end as u32, count: shortest[end] },
                     });
                 }

@@ -199,11 +199,11 @@ fn bits(slot: &Slot) -> Vec<Bit> {
     let mut bits = Vec::new();
     for transition in std::iter::once(None).chain((0..slot.transitions.len()).map(Some)) {
         for source in [false, true] {
-            let accesses = AccessMask::ALL.iter().map(|(bit, _)| What::Access(*bit));
+            let accesses = AccessMask::all().iter().map(What::Access);
             bits.extend(accesses.map(|what| Bit { transition, source, what }));
         }
         for source in [false, true] {
-            let stages = Stages::ALL.iter().map(|(bit, _)| What::Stage(*bit));
+            let stages = Stages::all().iter().map(What::Stage);
             bits.extend(stages.map(|what| Bit { transition, source, what }));
         }
     }
@@ -224,15 +224,15 @@ fn remove(slot: &mut Slot, bit: Bit) -> bool {
                 return false;
             }
             let there = scope.access.contains(access);
-            scope.access.0 &= !access.0;
+            scope.access -= access;
             there
         }
         What::Stage(stage) => {
-            let makes = |access: &AccessMask| scope.access.contains(*access) && stage_of(*access) == stage;
-            if !scope.stages.contains(stage) || AccessMask::ALL.iter().any(|(access, _)| makes(access)) {
+            let makes = |access: AccessMask| stage_of(access) == stage;
+            if !scope.stages.contains(stage) || scope.access.iter().any(makes) {
                 return false;
             }
-            scope.stages.0 &= !stage.0;
+            scope.stages -= stage;
             true
         }
     }

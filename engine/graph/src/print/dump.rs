@@ -120,13 +120,13 @@ impl After<'_> {
             After::Order(order, cull) => {
                 for (number, action) in (0..).zip(&order.actions) {
                     let _ = writeln!(out, "{number} {}", action_text(graph, cull, order, *action));
-                    for touch in order.touches.iter().filter(|touch| touch.action == number) {
-                        let (mips, layers) = (touch.region.mips, touch.region.layers);
+                    for access in order.accesses.iter().filter(|access| access.action == number) {
+                        let (mips, layers) = (access.range.mips, access.range.layers);
                         let _ = writeln!(
                             out,
                             "    {} of {}, mips {}..{}, layers {}..{}",
-                            touch.access,
-                            words::aged(graph, cull.used[touch.resource as usize], touch.age),
+                            access.mask,
+                            words::aged(graph, cull.used[access.resource as usize], access.age),
                             mips.0,
                             mips.1,
                             layers.0,

@@ -3,9 +3,7 @@
 use serde_json::{Value, json};
 
 use super::words;
-use crate::plan::{
-    AccessMask, Barrier, Dependency, Lifetime, PassPlan, Plan, ResourceDesc, ResourcePlan, Scope, Stages, Step,
-};
+use crate::plan::{Barrier, Dependency, Lifetime, PassPlan, Plan, ResourceDesc, ResourcePlan, Scope, Step};
 
 /// The plan for programs, indented. Keys are sorted; names refer to `resources` and `passes`.
 pub fn json(plan: &Plan) -> String {
@@ -128,7 +126,7 @@ fn dependency(dependency: &Dependency) -> Value {
 }
 
 fn scope(scope: Scope) -> Value {
-    let stages = Stages::ALL.iter().filter(|(bit, _)| scope.stages.contains(*bit)).map(|(_, name)| *name);
-    let access = AccessMask::ALL.iter().filter(|(bit, _)| scope.access.contains(*bit)).map(|(_, name)| *name);
+    let stages = scope.stages.iter_names().map(|(name, _)| name);
+    let access = scope.access.iter_names().map(|(name, _)| name);
     json!({ "stages": stages.collect::<Vec<_>>(), "access": access.collect::<Vec<_>>() })
 }

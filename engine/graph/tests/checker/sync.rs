@@ -102,12 +102,12 @@ struct Asked {
     store: bool,
 }
 
-fn earlier(stages: Stages) -> u32 {
-    stages.0 | if stages.contains(Stages::COMPUTE) { Stages::INDIRECT.0 } else { 0 }
+fn earlier(stages: Stages) -> Stages {
+    if stages.contains(Stages::COMPUTE_SHADER) { stages | Stages::DRAW_INDIRECT } else { stages }
 }
 
-fn later(stages: Stages) -> u32 {
-    stages.0 | if stages.contains(Stages::INDIRECT) { Stages::COMPUTE.0 } else { 0 }
+fn later(stages: Stages) -> Stages {
+    if stages.contains(Stages::DRAW_INDIRECT) { stages | Stages::COMPUTE_SHADER } else { stages }
 }
 
 /// What is wrong with the synchronisation of a plan. Stops at the end of the frame with the first fault.
@@ -148,12 +148,12 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
                     let scopes = &activation.dependency;
                     for old in made.iter().filter(|old| old.resource == resource || neighbours[resource][old.resource])
                     {
-                        let waited = old.waiting.0 & earlier(scopes.src.stages) != 0;
+                        let waited = old.waiting.intersects(earlier(scopes.src.stages));
                         let ordered = match (old.transition, old.store) {
                             (true, _) => waited,
                             // A chain would do for Vulkan; the Khronos layer wants the access itself.
                             (false, true) => names(scopes.src, old),
-                            (false, false) => waited || earlier(scopes.src.stages) & old.stage.0 != 0,
+                            (false, false) => waited || earlier(scopes.src.stages).intersects(old.stage),
                         };
                         if !ordered {
                             faults.push(format!(
@@ -167,12 +167,12 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
                             resource,
                             copy: 0,
                             parts: u64::MAX,
-                            stage: Stages::NONE,
-                            access: AccessMask::NONE,
+                            stage: Stages::empty(),
+                            access: AccessMask::empty(),
                             store: true,
                             transition: true,
                             time,
-                            waiting: Stages(later(scopes.dst.stages)),
+                            waiting: later(scopes.dst.stages),
                             seen_by: scopes.dst.access,
                         });
                     }
@@ -247,8 +247,8 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
                         store: ask.store,
                         transition: false,
                         time,
-                        waiting: Stages::NONE,
-                        seen_by: AccessMask::NONE,
+                        waiting: Stages::empty(),
+                        seen_by: AccessMask::empty(),
                     });
                 }
             }
@@ -301,10 +301,10 @@ fn pass_barrier(barrier: &Barrier, old: &mut Made) {
         let direct = if old.store {
             !old.transition && names(memory.src, old)
         } else {
-            earlier(memory.src.stages) & old.stage.0 != 0
+            earlier(memory.src.stages).intersects(old.stage)
         };
-        if direct || old.waiting.0 & earlier(memory.src.stages) != 0 {
-            waiting.0 |= later(memory.dst.stages);
+        if direct || old.waiting.intersects(earlier(memory.src.stages)) {
+            waiting |= later(memory.dst.stages);
             seen_by |= memory.dst.access;
         }
     }
@@ -319,14 +319,14 @@ fn scopes(plan: &Plan) -> Vec<String> {
         let Step::Barrier(barrier) = step else { continue };
         let all = barrier.memory.iter().chain(barrier.activate.iter().map(|a| &a.dependency));
         for scope in all.flat_map(|d| [d.src, d.dst]) {
-            for (access, name) in AccessMask::ALL {
-                let stage = match *access {
+            for access in scope.access.iter() {
+                let stage = match access {
                     AccessMask::TRANSFER_WRITE => Stages::CLEAR,
-                    AccessMask::INDIRECT_READ => Stages::INDIRECT,
-                    _ => Stages::COMPUTE,
+                    AccessMask::INDIRECT_COMMAND_READ => Stages::DRAW_INDIRECT,
+                    _ => Stages::COMPUTE_SHADER,
                 };
-                if scope.access.contains(*access) && !scope.stages.contains(stage) {
-                    faults.push(format!("{name} without {stage}"));
+                if !scope.stages.contains(stage) {
+                    faults.push(format!("{access} without {stage}"));
                 }
             }
         }
@@ -358,11 +358,11 @@ fn asked(plan: &Plan) -> Vec<Vec<Asked>> {
                 let (parts, access) = match &plan.resources[resource].desc {
                     ResourceDesc::Image(image) | ResourceDesc::SourceImage(_, image) => {
                         let layer = if image.volume { 0 } else { shown.layer };
-                        (set(&[(shown.mip, layer)], image.layers), AccessMask::SAMPLED_READ)
+                        (set(&[(shown.mip, layer)], image.layers), AccessMask::SHADER_SAMPLED_READ)
                     }
-                    _ => (1, AccessMask::STORAGE_READ),
+                    _ => (1, AccessMask::SHADER_STORAGE_READ),
                 };
-                vec![Asked { resource, age: shown.age, parts, stage: Stages::COMPUTE, access, store: false }]
+                vec![Asked { resource, age: shown.age, parts, stage: Stages::COMPUTE_SHADER, access, store: false }]
             }
             Step::Dispatch { pass } => {
                 let mut all = Vec::new();
@@ -375,10 +375,12 @@ fn asked(plan: &Plan) -> Vec<Vec<Asked>> {
                         Access::ReadWrite => (true, true),
                     };
                     let (stage, loads) = match bound.usage {
-                        Usage::SampledImage => (Stages::COMPUTE, AccessMask::SAMPLED_READ),
-                        Usage::StorageImage | Usage::StorageBuffer => (Stages::COMPUTE, AccessMask::STORAGE_READ),
-                        Usage::UniformBuffer => (Stages::COMPUTE, AccessMask::UNIFORM_READ),
-                        Usage::IndirectArguments => (Stages::INDIRECT, AccessMask::INDIRECT_READ),
+                        Usage::SampledImage => (Stages::COMPUTE_SHADER, AccessMask::SHADER_SAMPLED_READ),
+                        Usage::StorageImage | Usage::StorageBuffer => {
+                            (Stages::COMPUTE_SHADER, AccessMask::SHADER_STORAGE_READ)
+                        }
+                        Usage::UniformBuffer => (Stages::COMPUTE_SHADER, AccessMask::UNIFORM_READ),
+                        Usage::IndirectArguments => (Stages::DRAW_INDIRECT, AccessMask::INDIRECT_COMMAND_READ),
                     };
                     let resource = index[&bound.resource];
                     let ask = |access, store| Asked { resource, age: bound.age, parts, stage, access, store };
@@ -386,7 +388,7 @@ fn asked(plan: &Plan) -> Vec<Vec<Asked>> {
                         all.push(ask(loads, false));
                     }
                     if store {
-                        all.push(ask(AccessMask::STORAGE_WRITE, true));
+                        all.push(ask(AccessMask::SHADER_STORAGE_WRITE, true));
                     }
                 }
                 all
@@ -442,22 +444,16 @@ fn smaller(dependency: Dependency) -> Vec<(String, Dependency)> {
                 if source { Dependency { src: scope, ..dependency } } else { Dependency { dst: scope, ..dependency } };
             all.push((format!("{} {what}", if source { "src" } else { "dst" }), less));
         };
-        for (access, name) in AccessMask::ALL {
-            if scope.access.contains(*access) {
-                put((*name).to_owned(), Scope { access: AccessMask(scope.access.0 & !access.0), ..scope });
-            }
+        for access in scope.access.iter() {
+            put(access.to_string(), Scope { access: scope.access - access, ..scope });
         }
-        for (stage, name) in Stages::ALL {
-            if scope.stages.contains(*stage) {
-                let made = match *stage {
-                    Stages::CLEAR => AccessMask::TRANSFER_WRITE.0,
-                    Stages::INDIRECT => AccessMask::INDIRECT_READ.0,
-                    _ => !(AccessMask::TRANSFER_WRITE.0 | AccessMask::INDIRECT_READ.0),
-                };
-                let less =
-                    Scope { stages: Stages(scope.stages.0 & !stage.0), access: AccessMask(scope.access.0 & !made) };
-                put((*name).to_owned(), less);
-            }
+        for stage in scope.stages.iter() {
+            let made = match stage {
+                Stages::CLEAR => AccessMask::TRANSFER_WRITE,
+                Stages::DRAW_INDIRECT => AccessMask::INDIRECT_COMMAND_READ,
+                _ => !(AccessMask::TRANSFER_WRITE | AccessMask::INDIRECT_COMMAND_READ),
+            };
+            put(stage.to_string(), Scope { stages: scope.stages - stage, access: scope.access - made });
         }
     }
     all

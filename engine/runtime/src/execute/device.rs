@@ -121,10 +121,10 @@ pub(super) fn buffer_info(desc: &BufferDesc) -> BufferInfo {
 pub(super) fn scope(scope: plan::Scope) -> Scope {
     let mut stages = vk::PipelineStageFlags2::empty();
     for (ours, theirs) in [
-        (Stages::COMPUTE, vk::PipelineStageFlags2::COMPUTE_SHADER),
+        (Stages::COMPUTE_SHADER, vk::PipelineStageFlags2::COMPUTE_SHADER),
         // Whether a buffer fill is a clear or a copy has changed between versions of the validation layer: both.
         (Stages::CLEAR, vk::PipelineStageFlags2::CLEAR | vk::PipelineStageFlags2::COPY),
-        (Stages::INDIRECT, vk::PipelineStageFlags2::DRAW_INDIRECT),
+        (Stages::DRAW_INDIRECT, vk::PipelineStageFlags2::DRAW_INDIRECT),
     ] {
         if scope.stages.contains(ours) {
             stages |= theirs;
@@ -132,12 +132,12 @@ pub(super) fn scope(scope: plan::Scope) -> Scope {
     }
     let mut access = vk::AccessFlags2::empty();
     for (ours, theirs) in [
-        (AccessMask::STORAGE_READ, vk::AccessFlags2::SHADER_STORAGE_READ),
-        (AccessMask::STORAGE_WRITE, vk::AccessFlags2::SHADER_STORAGE_WRITE),
-        (AccessMask::SAMPLED_READ, vk::AccessFlags2::SHADER_SAMPLED_READ),
+        (AccessMask::SHADER_STORAGE_READ, vk::AccessFlags2::SHADER_STORAGE_READ),
+        (AccessMask::SHADER_STORAGE_WRITE, vk::AccessFlags2::SHADER_STORAGE_WRITE),
+        (AccessMask::SHADER_SAMPLED_READ, vk::AccessFlags2::SHADER_SAMPLED_READ),
         (AccessMask::UNIFORM_READ, vk::AccessFlags2::UNIFORM_READ),
         (AccessMask::TRANSFER_WRITE, vk::AccessFlags2::TRANSFER_WRITE),
-        (AccessMask::INDIRECT_READ, vk::AccessFlags2::INDIRECT_COMMAND_READ),
+        (AccessMask::INDIRECT_COMMAND_READ, vk::AccessFlags2::INDIRECT_COMMAND_READ),
     ] {
         if scope.access.contains(ours) {
             access |= theirs;

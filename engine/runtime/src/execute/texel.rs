@@ -1,5 +1,6 @@
 //! Texels of every format as numbers on the CPU (Vulkan 1.3, section 43.3, "Format Definition").
 
+use half::f16;
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
@@ -76,8 +77,9 @@ pub fn floats(format: Format, texel: &[u8]) -> [f32; 4] {
             (ScalarKind::Int, ..) => sign_extend(raw[i], width) as f32,
             (ScalarKind::Uint, ..) => raw[i] as f32,
             (ScalarKind::Float, true, _) if width == 32 => f32::from_bits(raw[i]),
-            (ScalarKind::Float, true, _) if width == 16 => small_float(raw[i] & 0x7fff, 10, raw[i] >> 15 == 1),
-            (ScalarKind::Float, true, _) => small_float(raw[i], width - 5, false),
+            (ScalarKind::Float, true, _) if width == 16 => f16::from_bits(raw[i] as u16).to_f32(),
+            // An unsigned float of 11 or 10 bits has the exponent of a half, no sign, and the upper bits of its mantissa.
+            (ScalarKind::Float, true, _) => f16::from_bits((raw[i] << (15 - width)) as u16).to_f32(),
             (ScalarKind::Float, false, true) => {
                 (f64::from(sign_extend(raw[i], width)) / ((1u64 << (width - 1)) - 1) as f64).max(-1.0) as f32
             }
@@ -94,18 +96,6 @@ fn is_float(format: Format) -> bool {
 
 fn is_signed_normalised(format: Format) -> bool {
     format.name().ends_with("_snorm")
-}
-
-/// A float of 5 exponent bits and so many mantissa bits (half, and the unsigned 11- and 10-bit floats).
-fn small_float(value: u32, mantissa_bits: u32, negative: bool) -> f32 {
-    let mantissa = (value & ((1 << mantissa_bits) - 1)) as f32 / (1u32 << mantissa_bits) as f32;
-    let magnitude = match value >> mantissa_bits {
-        0 => mantissa * 2f32.powi(-14),
-        31 if mantissa == 0.0 => f32::INFINITY,
-        31 => f32::NAN,
-        exponent => (1.0 + mantissa) * 2f32.powi(exponent as i32 - 15),
-    };
-    if negative { -magnitude } else { magnitude }
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use raxel_gpu::Device;
 use raxel_measure::bench::{Effort, Measured, Row};
@@ -28,12 +27,11 @@ pub(super) struct About {
 impl About {
     pub fn of(device: &Device, effort: &Effort) -> Self {
         let capabilities = device.capabilities();
-        let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
         Self {
             device: capabilities.name.clone(),
             driver: capabilities.driver.clone(),
             command: command(std::env::args().skip(1)),
-            date: date(seconds),
+            date: jiff::Timestamp::now().strftime("%F").to_string(),
             effort: *effort,
         }
     }
@@ -63,20 +61,6 @@ fn command(mut arguments: impl Iterator<Item = String>) -> String {
         }
     }
     command
-}
-
-/// Seconds since 1970 as year-month-day (H. Hinnant, "chrono-compatible low-level date algorithms", `civil_from_days`).
-fn date(seconds: u64) -> String {
-    let days = (seconds / 86400) as i64 + 719_468;
-    let era = days.div_euclid(146_097);
-    let of_era = days.rem_euclid(146_097);
-    let year_of_era = (of_era - of_era / 1460 + of_era / 36524 - of_era / 146_096) / 365;
-    let day_of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    let year = year_of_era + era * 400 + i64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}")
 }
 
 /// Charts that an earlier run has left in a folder, by the views of its results.json.
@@ -255,12 +239,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dates_and_fields() {
+    fn commands_and_fields() {
         let arguments = "bench dda -o some/folder --size 8x8 --output=there -oelsewhere --frames 3";
         assert_eq!(command(arguments.split(' ').map(str::to_owned)), "raxel bench dda --size 8x8 --frames 3");
-        assert_eq!(date(0), "1970-01-01");
-        assert_eq!(date(951_782_400), "2000-02-29");
-        assert_eq!(date(1_795_212_000), "2026-11-20");
         let head = String::from_utf8(csv(&[]).unwrap()).unwrap();
         assert_eq!(head.trim_end().split(',').count(), numbers(&EMPTY).len() + 7, "{head}");
     }
