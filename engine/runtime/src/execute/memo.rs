@@ -10,21 +10,23 @@
 //! transient resources share memory), and a pass is a function of its inputs. A pass that breaks the latter on purpose (a race won by
 //! chance) is shown as it came out last. Aliased resources never count as in place: their memory is another's when the frame ends.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use raxel_graph::checked::ClockId;
 use raxel_graph::plan::{Lifetime, Plan, ResourceDesc, Step, Turn};
 use raxel_shader::interface::Access;
 
+use super::digest::{self, Digest};
 use super::ticks::Ticks;
 
 /// Content of one mip of one copy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Content {
     /// Equal ids, equal texels.
-    id: u64,
-    /// Hash of the run that made it, without what was there before: the same run over its own result changes nothing.
-    run: u64,
+    id: Digest,
+    /// Digest of the run that made it, without what was there before: the same run over its own result changes nothing.
+    run: Digest,
 }
 
 /// A resource as the memo sees it.
@@ -53,6 +55,8 @@ struct SlotAccess {
     whole: bool,
     reads: bool,
     writes: bool,
+    /// If it reads: index in `Memo::seen` of the id of its first mip.
+    seen: usize,
 }
 
 /// A step that makes something out of something.
@@ -63,14 +67,14 @@ struct Node {
     tick: Option<(ClockId, u32)>,
     maker: Maker,
     accesses: Vec<SlotAccess>,
-    /// Index of its first access in `Memo::seen`.
-    first_seen: usize,
+    /// Its inputs in `Memo::seen`: its key, then the ids of all that it reads.
+    seen: Range<usize>,
 }
 
 /// What gives a node the part of its key that is not an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Maker {
-    Clear(u64),
+    Clear(Digest),
     /// Index of the resource.
     Copy(u32),
     /// The number of the pass in the plan, and in the graph: a pass of a clock makes the same in every tick.
@@ -92,8 +96,10 @@ pub struct Memo {
     wanted: Vec<Content>,
     /// By slot and copy, as indices into `content` of their mip 0.
     dirty: Vec<bool>,
-    /// By access of each node, in order: the id read there.
-    seen: Vec<u64>,
+    /// By node: its key, and the ids of the mips that it reads. In one row, so that it is hashed as it lies there.
+    seen: Vec<Digest>,
+    /// By node: whether it may run in this frame.
+    active: Vec<bool>,
     run: Vec<bool>,
     /// By resource: the version of its source that a copy is to be filled with.
     copies: Vec<Option<u64>>,
@@ -104,6 +110,10 @@ static FRESH: AtomicU64 = AtomicU64::new(1 << 32);
 
 /// What a transient resource holds at the start of a frame.
 const UNDEFINED: Content = Content { id: 0x75_6e64_6566, run: 0 };
+
+/// Tags in the upper half of ids that are counted instead of hashed.
+const MADE_UP: Digest = 0xf0 << 64;
+const SUPPLIED: Digest = 0x50 << 64;
 
 impl Memo {
     /// For a plan of which nothing is in place yet but the `init` contents.
@@ -133,13 +143,13 @@ impl Memo {
                     ResourceDesc::Image(image) => layers == (0, 0) || layers == (0, image.layers),
                     _ => true,
                 };
-                Some(SlotAccess { slot, age, turn, base: 0, mips: (first, count), whole, reads, writes })
+                Some(SlotAccess { slot, age, turn, base: 0, mips: (first, count), whole, reads, writes, seen: 0 })
             };
             let (maker, accesses): (_, Vec<SlotAccess>) = match kind {
                 Step::Barrier(_) => continue,
                 Step::Clear { resource, .. } => {
                     let resource = &plan.resources[*resource as usize];
-                    let value = resource.clear.map_or(0, |value| hash_text(&format!("{value:?}")));
+                    let value = digest::of_debug(0, &resource.clear);
                     (
                         Maker::Clear(value),
                         slot_access(resource.resource, 0, (0, 0), (0, 0), Access::Write).into_iter().collect(),
@@ -180,6 +190,7 @@ impl Memo {
             wanted: Vec::new(),
             dirty: Vec::new(),
             seen: Vec::new(),
+            active: Vec::new(),
             run: vec![true; steps],
             copies: Vec::new(),
             // Made-up ids are told apart across memos, since a swap carries contents from one to the next.
@@ -192,9 +203,14 @@ impl Memo {
         self.slots.push(Slot { first, copies, mips, aliased, transient });
     }
 
-    fn node(&mut self, step: u32, tick: Option<(ClockId, u32)>, maker: Maker, accesses: Vec<SlotAccess>) {
-        let first_seen = self.nodes.last().map_or(0, |node| node.first_seen + node.accesses.len());
-        self.nodes.push(Node { step, tick, maker, accesses, first_seen });
+    fn node(&mut self, step: u32, tick: Option<(ClockId, u32)>, maker: Maker, mut accesses: Vec<SlotAccess>) {
+        let key = self.nodes.last().map_or(0, |node| node.seen.end);
+        let mut end = key + 1;
+        for access in accesses.iter_mut().filter(|access| access.reads) {
+            access.seen = end;
+            end += access.mips.1 as usize;
+        }
+        self.nodes.push(Node { step, tick, maker, accesses, seen: key..end });
     }
 
     fn finish(&mut self) {
@@ -203,7 +219,8 @@ impl Memo {
         self.wanted = self.content.clone();
         self.dirty = vec![false; contents];
         self.copies = vec![None; self.slots.len()];
-        self.seen = vec![0; self.nodes.iter().map(|node| node.accesses.len()).sum()];
+        self.seen = vec![0; self.nodes.last().map_or(0, |node| node.seen.end)];
+        self.active = vec![false; self.nodes.len()];
         self.forget();
     }
 
@@ -211,7 +228,7 @@ impl Memo {
     pub fn forget(&mut self) {
         for content in &mut self.content {
             self.fresh += 1;
-            *content = Content { id: mix(0xf0, self.fresh), run: 0 };
+            *content = Content { id: MADE_UP | Digest::from(self.fresh), run: 0 };
         }
     }
 
@@ -238,18 +255,18 @@ impl Memo {
     pub fn supply(&mut self, slot: usize, id: u64) {
         let slot = &self.slots[slot];
         for content in &mut self.content[slot.first..slot.first + (slot.copies * slot.mips) as usize] {
-            *content = Content { id: mix(0x50, id), run: 0 };
+            *content = Content { id: SUPPLIED | Digest::from(id), run: 0 };
         }
     }
 
-    /// Decides frame `frame` (the number that rotates histories, beside the ticks). `keys` has for each of the plan's passes a hash of its pipeline,
-    /// workgroups, push and uniform bytes, or `None` when it does not run in this frame (not due, or disabled); `present` is a hash of
-    /// how the picture is shown. Gives for each step whether it is to run (barriers: always true), and takes it that they do.
-    pub fn decide(&mut self, frame: u64, ticks: &Ticks, keys: &[Option<u64>], present: u64) -> &[bool] {
+    /// Decides frame `frame` (the number that rotates histories, beside the ticks). `keys` has for each of the plan's passes a digest of its
+    /// pipeline, workgroups, push and uniform bytes, or `None` when it does not run in this frame (not due, or disabled); `present` is one
+    /// of how the picture is shown. Gives for each step whether it is to run (barriers: always true), and takes it that they do.
+    pub fn decide(&mut self, frame: u64, ticks: &Ticks, keys: &[Option<Digest>], present: Digest) -> &[bool] {
         self.find_copies(frame, ticks);
         self.predict_contents(ticks, keys, present);
         self.mark_dirty();
-        self.propagate_dirty(ticks, keys);
+        self.propagate_dirty();
         self.commit();
         &self.run
     }
@@ -265,28 +282,29 @@ impl Memo {
     }
 
     /// What a full frame would leave behind.
-    fn predict_contents(&mut self, ticks: &Ticks, keys: &[Option<u64>], present: u64) {
+    fn predict_contents(&mut self, ticks: &Ticks, keys: &[Option<Digest>], present: Digest) {
         self.wanted.copy_from_slice(&self.content);
         for slot in self.slots.iter().filter(|slot| slot.transient) {
             self.wanted[slot.copy_range(0)].fill(UNDEFINED);
         }
-        for node in &self.nodes {
-            let Some(key) = node.key(&self.copies, ticks, keys, present) else { continue };
-            let mut run = mix(node.maker.salt(), key);
-            for (i, access) in node.accesses.iter().enumerate() {
-                let range = access.contents();
-                if access.reads {
-                    let id = self.wanted[range].iter().fold(mix(1, i as u64), |hash, content| mix(hash, content.id));
-                    self.seen[node.first_seen + i] = id;
-                    run = mix(run, id);
+        for (node, active) in self.nodes.iter().zip(&mut self.active) {
+            let key = node.key(&self.copies, ticks, keys, present);
+            *active = key.is_some();
+            let Some(key) = key else { continue };
+            self.seen[node.seen.start] = key;
+            for access in node.accesses.iter().filter(|access| access.reads) {
+                for (seen, content) in self.seen[access.seen..].iter_mut().zip(&self.wanted[access.contents()]) {
+                    *seen = content.id;
                 }
             }
+            let run = digest::of(node.maker.salt(), &self.seen[node.seen.clone()]);
             for (i, access) in node.accesses.iter().enumerate().filter(|(_, access)| access.writes) {
                 for (mip, content) in self.wanted[access.contents()].iter_mut().enumerate() {
-                    let run = mix(mix(run, i as u64), mip as u64);
+                    let run = result(run, i, mip);
                     if content.run != run || access.reads {
                         // A store to all of it leaves nothing of what was there.
-                        let id = if access.whole && !access.reads { run } else { mix(run, content.id) };
+                        let kept = !access.whole || access.reads;
+                        let id = if kept { digest::of(0, &[run, content.id]) } else { run };
                         *content = Content { id, run };
                     }
                 }
@@ -312,36 +330,31 @@ impl Memo {
     }
 
     /// Every writer of a dirty copy runs; every copy that a running step writes, or needs other than it is, is dirty.
-    fn propagate_dirty(&mut self, ticks: &Ticks, keys: &[Option<u64>]) {
+    fn propagate_dirty(&mut self) {
         for node in &self.nodes {
             self.run[node.step as usize] = false;
         }
         loop {
             let mut stable = true;
             // Backwards: most of what must run is found by following inputs to their makers.
-            for node in self.nodes.iter().rev() {
-                if node.key(&self.copies, ticks, keys, 0).is_none() {
-                    continue;
-                }
+            for (node, _) in self.nodes.iter().zip(&self.active).rev().filter(|(_, active)| **active) {
                 let picture = node.maker == Maker::Present && self.dirty[self.content.len() - 1];
-                let dirty = |t: &SlotAccess| t.writes && self.dirty[t.base];
-                if !self.run[node.step as usize] && (picture || node.accesses.iter().any(dirty)) {
+                let dirty = |access: &SlotAccess| access.writes && self.dirty[access.base];
+                if !self.run[node.step as usize] {
+                    if !picture && !node.accesses.iter().any(dirty) {
+                        continue;
+                    }
                     self.run[node.step as usize] = true;
                     stable = false;
                 }
-                if !self.run[node.step as usize] {
-                    continue;
-                }
-                for (i, access) in node.accesses.iter().enumerate() {
-                    let slot = &self.slots[access.slot as usize];
-                    let base = access.base;
+                for access in &node.accesses {
                     let in_place = || {
                         let now = &self.content[access.contents()];
-                        now.iter().fold(mix(1, i as u64), |hash, content| mix(hash, content.id))
-                            == self.seen[node.first_seen + i]
+                        now.iter().zip(&self.seen[access.seen..]).all(|(content, seen)| content.id == *seen)
                     };
-                    if !self.dirty[base] && (access.writes || slot.aliased || !in_place()) {
-                        self.dirty[base] = true;
+                    let aliased = self.slots[access.slot as usize].aliased;
+                    if !self.dirty[access.base] && (access.writes || aliased || !in_place()) {
+                        self.dirty[access.base] = true;
                         stable = false;
                     }
                 }
@@ -360,7 +373,7 @@ impl Memo {
                 if slot.aliased {
                     for content in &mut self.content[range] {
                         self.fresh += 1;
-                        *content = Content { id: mix(0xa1, self.fresh), run: 0 };
+                        *content = Content { id: MADE_UP | Digest::from(self.fresh), run: 0 };
                     }
                 } else if self.dirty[range.start] {
                     self.content[range.clone()].copy_from_slice(&self.wanted[range]);
@@ -375,19 +388,22 @@ impl Memo {
 impl Slot {
     /// Index of mip 0 of the copy that holds the content of `age` frames (or ticks) ago.
     fn base(&self, rotation: u64, age: u32) -> usize {
+        if self.copies == 1 {
+            return self.first;
+        }
         let copies = u64::from(self.copies);
         let copy = (rotation + copies - u64::from(age) % copies) % copies;
         self.first + (copy as usize) * self.mips as usize
     }
 
-    fn copy_range(&self, copy: u32) -> std::ops::Range<usize> {
+    fn copy_range(&self, copy: u32) -> Range<usize> {
         let first = self.first + (copy * self.mips) as usize;
         first..first + self.mips as usize
     }
 }
 
 impl SlotAccess {
-    fn contents(&self) -> std::ops::Range<usize> {
+    fn contents(&self) -> Range<usize> {
         let first = self.base + self.mips.0 as usize;
         first..first + self.mips.1 as usize
     }
@@ -395,13 +411,13 @@ impl SlotAccess {
 
 impl Node {
     /// The part of its key that is not an input; `None` when it does not run in this frame.
-    fn key(&self, copies: &[Option<u64>], ticks: &Ticks, keys: &[Option<u64>], present: u64) -> Option<u64> {
+    fn key(&self, copies: &[Option<u64>], ticks: &Ticks, keys: &[Option<Digest>], present: Digest) -> Option<Digest> {
         if self.tick.is_some_and(|(clock, tick)| !ticks.is_due(clock, tick)) {
             return None;
         }
         match self.maker {
             Maker::Clear(value) => Some(value),
-            Maker::Copy(resource) => copies[resource as usize],
+            Maker::Copy(resource) => copies[resource as usize].map(Digest::from),
             Maker::Pass { pass, .. } => keys[pass as usize],
             Maker::Present => Some(present),
         }
@@ -419,23 +435,10 @@ impl Maker {
     }
 }
 
-/// Mixes a value into a hash (the finaliser of `SplitMix64`, G. L. Steele et al., 2014).
-pub fn mix(hash: u64, value: u64) -> u64 {
-    let mut x = hash.rotate_left(23) ^ value.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
-}
-
-/// Hash of bytes, eight at a time.
-pub fn hash_bytes(seed: u64, bytes: &[u8]) -> u64 {
-    let (words, rest) = bytes.as_chunks::<8>();
-    let hash = words.iter().fold(mix(seed, bytes.len() as u64), |hash, word| mix(hash, u64::from_le_bytes(*word)));
-    rest.iter().fold(hash, |hash, byte| mix(hash, u64::from(*byte)))
-}
-
-fn hash_text(text: &str) -> u64 {
-    hash_bytes(0, text.as_bytes())
+/// The id of what a run stores by one of its accesses in one mip. Digests of runs are spread evenly over 128 bits, so those with a small
+/// number added to them are no likelier to meet.
+fn result(run: Digest, access: usize, mip: usize) -> Digest {
+    run.wrapping_add((access as Digest + 1) << 32 | mip as Digest)
 }
 
 #[cfg(test)]

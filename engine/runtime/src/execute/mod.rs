@@ -1,7 +1,9 @@
 //! Runs a plan on the device: prepares it off to the side, swaps it in at a frame boundary, walks it frame by frame up to the
 //! picture of the debug target, reads anything back.
 
+mod blocks;
 mod device;
+mod digest;
 mod display;
 mod error;
 mod executor;
@@ -21,8 +23,8 @@ mod ticks;
 mod upload;
 mod values;
 
-pub use device::{DeviceMemory, Texture, largest_image, limits, upload_image};
-
+pub(crate) use device::largest_image;
+pub use device::{DeviceMemory, Texture, limits, upload_image};
 pub use error::ExecuteError;
 pub use executor::{Executor, ExecutorOptions, FramePicture, Progress};
 pub use inputs::{Builtins, FrameInputs, Override};

@@ -16,10 +16,10 @@ use raxel_shader::interface::{Binding, BindingKind, Dim};
 
 use super::FRAMES;
 use super::device::{self, Texture, scope};
+use super::digest;
 use super::display::{self, SourceKind, Variant};
 use super::error::ExecuteError;
 use super::executor::ExecutorOptions;
-use super::memo::{hash_bytes, mix};
 use super::physical::{self, Physical};
 use super::pipelines::Pipelines;
 use super::record::marker_word;
@@ -145,24 +145,28 @@ pub(super) struct PreparedDisplay {
 /// What watches the passes of a plan while they run, for each frame in flight.
 pub(super) struct Instrumentation {
     pub(super) plan: Arc<Plan>,
-    /// A word for each pass: the frame in which it last finished.
+    /// Two words for each pass and frame in flight: the frame in which it last began, and that in which it last finished.
     pub(super) markers: Option<Buffer>,
     /// Two for each pass: before and after.
     pub(super) timestamps: [Option<Timestamps>; FRAMES],
 }
 
 impl Instrumentation {
-    pub(super) fn marker(&self, slot: usize, pass: usize) -> u64 {
-        ((slot * self.plan.passes.len() + pass) * 4) as u64
+    /// Byte offset of the word that a pass leaves when it begins, or when it has finished.
+    pub(super) fn marker(&self, slot: usize, pass: usize, finished: bool) -> u64 {
+        (((slot * self.plan.passes.len() + pass) * 2 + usize::from(finished)) * 4) as u64
     }
 
-    /// Whether a pass that was recorded in a frame has finished. `None` when nothing is known of it.
-    pub(super) fn finished(&self, slot: usize, pass: usize, frame: u64) -> Option<bool> {
-        match (&self.markers, &self.timestamps[slot]) {
-            (Some(markers), _) => Some(markers.word(self.marker(slot, pass)) == Some(marker_word(frame))),
-            (None, Some(timestamps)) => timestamps.is_taken(2 * pass as u32 + 1),
+    /// Whether a pass that was recorded in a frame has begun and not finished. False where nothing is known of it.
+    pub(super) fn is_running(&self, slot: usize, pass: usize, frame: u64) -> bool {
+        let reached = |finished| match (&self.markers, &self.timestamps[slot]) {
+            (Some(markers), _) => {
+                markers.word(self.marker(slot, pass, finished)).map(|word| word == marker_word(frame))
+            }
+            (None, Some(timestamps)) => timestamps.is_taken(2 * pass as u32 + u32::from(finished)),
             (None, None) => None,
-        }
+        };
+        reached(false) == Some(true) && reached(true) == Some(false)
     }
 }
 
@@ -255,9 +259,9 @@ impl Builder {
         if let Some(buffer) = shown.and_then(|(physical, _)| physical.buffer(0)) {
             push = push.with_bytes(buffer.size());
         }
-        let key =
-            mix(hash_bytes(0, bytemuck::bytes_of(&push)), hash_bytes(1, format!("{:?}", plan.present).as_bytes()));
-        let replay = Replay::new(&plan, key);
+        let shown =
+            digest::of(0, &[digest::of_bytes(0, bytemuck::bytes_of(&push)), digest::of_debug(0, &plan.present)]);
+        let replay = Replay::new(&plan, shown);
         let uniforms = match replay.uniform_bytes() {
             0 => None,
             bytes => {
@@ -319,7 +323,7 @@ impl Builder {
             }
         }
         let info = BufferInfo {
-            size: passes * 4 * FRAMES as u64,
+            size: passes * 8 * FRAMES as u64,
             usage: vk::BufferUsageFlags::TRANSFER_DST,
             location: Location::Download,
         };

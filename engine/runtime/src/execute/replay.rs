@@ -3,14 +3,14 @@
 
 use std::sync::Arc;
 
-use raxel_graph::checked::{ClockId, Every, Fill, PassId, ResourceId, Source, Value};
-use raxel_graph::plan::{Plan, Step, Turn};
-use raxel_shader::interface::ByteRanges;
+use raxel_graph::checked::{ClockId, Every, ResourceId};
+use raxel_graph::plan::{PassPlan, Plan, Step, Turn};
 
+use super::blocks::{Blocks, UniformPlace};
+use super::digest::{self, Digest};
 use super::inputs::FrameInputs;
-use super::memo::{Memo, hash_bytes, mix};
+use super::memo::Memo;
 use super::ticks::Ticks;
-use super::values;
 
 /// What a frame is recorded into: the device's command buffer, or nothing at all to measure the walk itself.
 pub trait Recorder {
@@ -30,14 +30,6 @@ pub trait Recorder {
     fn dispatch(&mut self, pass: usize);
     /// The display of the debug target.
     fn present(&mut self);
-}
-
-/// Where a pass's uniform block lies in the uniform bytes of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct UniformPlace {
-    pub(super) binding: u32,
-    pub(super) offset: u64,
-    pub(super) size: u64,
 }
 
 /// What a walk recorded.
@@ -60,83 +52,52 @@ pub struct Counts {
 }
 
 struct Pass {
-    /// The pass of the file that this is a round of, or that it is.
-    declared: PassId,
-    push: Vec<u8>,
-    places: Vec<UniformPlace>,
-    /// Hash of everything but the values: pipeline, workgroups, bindings.
-    base: u64,
+    every: Option<Every>,
     /// For `every = { hz }`: the tick of the last run.
     tick: Option<i64>,
     due: bool,
-    /// Where each clock of the graph stands when it runs.
-    clocks: Vec<Turn>,
+    /// Digest of everything but the values: pipeline, workgroups, bindings.
+    base: Digest,
 }
 
 /// A plan made ready to be walked, with the state that lasts from frame to frame.
 pub struct Replay {
     plan: Arc<Plan>,
     passes: Vec<Pass>,
-    uniforms: Vec<u8>,
-    keys: Vec<Option<u64>>,
+    blocks: Blocks,
+    keys: Vec<Option<Digest>>,
+    /// By step: it is recorded, if anything is.
     run: Vec<bool>,
+    /// The steps that belong to a tick.
+    ticking: Vec<(usize, ClockId, u32)>,
     pub(super) memo: Memo,
     pub(super) ticks: Ticks,
     memo_on: bool,
-    display: u64,
+    display: Digest,
     any: bool,
 }
 
-/// Uniform blocks start at multiples of this: the most that a device may ask for (`minUniformBufferOffsetAlignment`).
-const UNIFORM_ALIGNMENT: u64 = 256;
-
 impl Replay {
     /// For a plan whose `init` contents are in place. `display` says how the debug target is shown: equal numbers, equal pictures.
-    pub fn new(plan: &Arc<Plan>, display: u64) -> Replay {
-        let mut end = 0;
-        let passes: Vec<Pass> = plan
-            .passes
-            .iter()
-            .enumerate()
-            .map(|(index, planned)| {
-                let pass = plan.graph.pass(planned.pass);
-                let step = plan.steps.iter().position(|step| *step == Step::Dispatch { pass: index as u32 });
-                let clocks = (0..plan.graph.clocks.len() as u32).map(ClockId);
-                let clocks = clocks.map(|clock| step.map_or(Turn::After(clock), |step| plan.clock_at(step, clock)));
-                let places = pass
-                    .uniforms
-                    .iter()
-                    .map(|block| {
-                        let place = UniformPlace { binding: block.binding, offset: end, size: u64::from(block.size) };
-                        end = (end + place.size).next_multiple_of(UNIFORM_ALIGNMENT);
-                        place
-                    })
-                    .collect();
-                let bytes = pass.shader.interface.push.as_ref().map_or(0, |block| block.size);
-                let key = hash_bytes(0, &pass.shader.key);
-                let base =
-                    format!("{:?}{:?}{:?}{:?}", planned.groups, pass.dispatch, pass.accesses, planned.specialization);
-                Pass {
-                    declared: plan.graph.declared(planned.pass),
-                    push: vec![0; bytes as usize],
-                    places,
-                    base: hash_bytes(key, base.as_bytes()),
-                    tick: None,
-                    due: true,
-                    clocks: clocks.collect(),
-                }
-            })
-            .collect();
+    pub fn new(plan: &Arc<Plan>, display: u128) -> Replay {
+        let pass = |planned: &PassPlan| {
+            let pass = plan.graph.pass(planned.pass);
+            let rest = (planned.groups, &pass.dispatch, &pass.accesses, &planned.specialization);
+            let base = digest::of(0, &[digest::of_bytes(0, &pass.shader.key), digest::of_debug(0, &rest)]);
+            Pass { every: pass.every, tick: None, due: true, base }
+        };
+        let ticking = |step: usize| Some((step, plan.clock_of(step)?, plan.tick_of(step)?));
         Replay {
-            keys: vec![None; passes.len()],
+            passes: plan.passes.iter().map(pass).collect(),
+            blocks: Blocks::new(plan),
+            keys: vec![None; plan.passes.len()],
             run: vec![true; plan.steps.len()],
+            ticking: (0..plan.steps.len()).filter_map(ticking).collect(),
             memo: Memo::new(plan),
             memo_on: true,
             ticks: Ticks::new(&plan.graph),
-            uniforms: vec![0; end as usize],
             any: true,
             plan: plan.clone(),
-            passes,
             display,
         }
     }
@@ -147,11 +108,11 @@ impl Replay {
     }
 
     pub(super) fn uniform_places(&self, pass: usize) -> &[UniformPlace] {
-        &self.passes[pass].places
+        self.blocks.uniform_places(pass)
     }
 
     pub(super) fn uniform_bytes(&self) -> u64 {
-        self.uniforms.len() as u64
+        self.blocks.uniforms().len() as u64
     }
 
     /// Whether results that are still valid are kept (on at first), or every pass runs in every frame.
@@ -191,43 +152,40 @@ impl Replay {
     pub fn decide(&mut self, frame: u64, inputs: &FrameInputs<'_>) -> bool {
         self.ticks.advance(inputs.clock);
         self.schedule(inputs);
-        self.fill(inputs);
+        self.blocks.fill(&self.plan, inputs, &self.ticks);
         if self.memo_on {
-            for (i, (pass, planned)) in self.passes.iter().zip(&self.plan.passes).enumerate() {
-                let interface = &self.plan.graph.pass(planned.pass).shader.interface;
-                self.keys[i] = pass.due.then(|| {
-                    let pushed = hash_parts(pass.base, &pass.push, &interface.push_reads);
-                    let blocks = pass.places.iter().fold(pushed, |hash, place| {
-                        let block = &self.uniforms[place.offset as usize..(place.offset + place.size) as usize];
-                        hash_parts(hash, block, &interface.bindings[place.binding as usize].reads)
-                    });
-                    mix(blocks, 1)
-                });
+            for (index, (pass, key)) in self.passes.iter().zip(&mut self.keys).enumerate() {
+                *key = pass.due.then(|| self.blocks.digest(index, pass.base));
             }
             self.run.copy_from_slice(self.memo.decide(frame, &self.ticks, &self.keys, self.display));
         } else {
-            for (index, run) in self.run.iter_mut().enumerate() {
-                let tick = self.plan.clock_of(index).zip(self.plan.tick_of(index));
-                *run = tick.is_none_or(|(clock, tick)| self.ticks.is_due(clock, tick));
+            self.run.fill(true);
+            for &(step, clock, tick) in &self.ticking {
+                self.run[step] = self.ticks.is_due(clock, tick);
             }
         }
-        self.any = self.plan.steps.iter().zip(&self.run).any(|(step, run)| match step {
-            Step::Barrier(_) => false,
-            Step::Dispatch { pass } => *run && self.passes[*pass as usize].due,
-            Step::Copy { resource } => *run && self.memo.copy_due(*resource as usize).is_some(),
-            Step::Clear { .. } | Step::Present => *run,
-        });
+        self.any = false;
+        for (step, run) in self.plan.steps.iter().zip(&mut self.run) {
+            match step {
+                Step::Barrier(_) => continue,
+                Step::Dispatch { pass } => *run &= self.passes[*pass as usize].due,
+                Step::Copy { resource } => *run &= self.memo.copy_due(*resource as usize).is_some(),
+                Step::Clear { .. } | Step::Present => {}
+            }
+            self.any |= *run;
+        }
         self.any
     }
 
     /// Records the steps that were decided to run. Barriers are recorded as planned, whichever passes run between them.
     pub fn walk<R: Recorder>(&self, recorder: &mut R) -> Counts {
-        let mut counts = self.counts();
+        let mut counts = Counts::default();
         if !self.any {
-            return counts;
+            let due = self.passes.iter().filter(|pass| pass.due).count() as u32;
+            return Counts { skipped: due, idle: self.passes.len() as u32 - due, ..counts };
         }
-        if !self.uniforms.is_empty() {
-            recorder.uniforms(&self.uniforms);
+        if !self.blocks.uniforms().is_empty() {
+            recorder.uniforms(self.blocks.uniforms());
         }
         for (index, (step, run)) in self.plan.steps.iter().zip(&self.run).enumerate() {
             match step {
@@ -239,25 +197,27 @@ impl Replay {
                     recorder.clear(index, *resource as usize);
                     counts.clears += 1;
                 }
-                Step::Copy { resource } if *run && self.memo.copy_due(*resource as usize).is_some() => {
+                Step::Copy { resource } if *run => {
                     recorder.copy(*resource as usize);
                     counts.copies += 1;
                 }
-                Step::Dispatch { pass } if *run && self.passes[*pass as usize].due => {
+                Step::Dispatch { pass } if *run => {
                     let pass = *pass as usize;
                     recorder.bind(pass);
-                    let push = &self.passes[pass].push;
+                    let push = self.blocks.push(pass);
                     if !push.is_empty() {
                         recorder.push(pass, push);
                     }
                     recorder.dispatch(pass);
                     counts.dispatched += 1;
                 }
+                Step::Dispatch { pass } if self.passes[*pass as usize].due => counts.skipped += 1,
+                Step::Dispatch { .. } => counts.idle += 1,
                 Step::Present if *run => {
                     recorder.present();
                     counts.displayed = true;
                 }
-                Step::Clear { .. } | Step::Copy { .. } | Step::Dispatch { .. } | Step::Present => {}
+                Step::Clear { .. } | Step::Copy { .. } | Step::Present => {}
             }
         }
         counts
@@ -269,25 +229,12 @@ impl Replay {
         self.ticks.rotation(frame, turn)
     }
 
-    /// Skipped and idle passes of the decided frame.
-    fn counts(&self) -> Counts {
-        let mut counts = Counts::default();
-        for (step, run) in self.plan.steps.iter().zip(&self.run) {
-            if let Step::Dispatch { pass } = step {
-                let due = self.passes[*pass as usize].due;
-                counts.idle += u32::from(!due);
-                counts.skipped += u32::from(due && !run);
-            }
-        }
-        counts
-    }
-
     /// Which passes are due in this frame.
     fn schedule(&mut self, inputs: &FrameInputs<'_>) {
-        for (pass, planned) in self.passes.iter_mut().zip(&self.plan.passes) {
-            let disabled = inputs.disabled.contains(&pass.declared);
+        for (index, (pass, planned)) in self.passes.iter_mut().zip(&self.plan.passes).enumerate() {
+            let disabled = inputs.disabled.contains(&self.blocks.declared(index));
             pass.due = !disabled
-                && match self.plan.graph.pass(planned.pass).every {
+                && match pass.every {
                     None => true,
                     Some(Every::Frames(frames)) => {
                         let first = pass.tick.is_none();
@@ -303,69 +250,6 @@ impl Replay {
                         due
                     }
                 };
-        }
-    }
-
-    /// Writes push constants and uniform blocks.
-    fn fill(&mut self, inputs: &FrameInputs<'_>) {
-        let Replay { plan, passes, uniforms, ticks, .. } = self;
-        for (state, planned) in passes.iter_mut().zip(&plan.passes) {
-            let pass = plan.graph.pass(planned.pass);
-            let clocks = &state.clocks;
-            let value = |fill: &Fill| match fill.from {
-                Source::Clock(clock, of_clock) => ticks.value(clocks[clock.0 as usize], of_clock),
-                _ => value(plan, fill, inputs),
-            };
-            for fill in &pass.push {
-                values::write(&mut state.push, fill, &value(fill));
-            }
-            for (block, place) in pass.uniforms.iter().zip(&state.places) {
-                let bytes = &mut uniforms[place.offset as usize..(place.offset + place.size) as usize];
-                for fill in &block.fills {
-                    values::write(bytes, fill, &value(fill));
-                }
-            }
-            for over in inputs.overrides.iter().filter(|over| over.pass == state.declared) {
-                match over.uniform {
-                    None => {
-                        if let Some(fill) = pass.push.get(over.fill as usize) {
-                            values::write(&mut state.push, fill, &over.value);
-                        }
-                    }
-                    Some(block) => {
-                        let fill = pass.uniforms.get(block as usize).and_then(|b| b.fills.get(over.fill as usize));
-                        if let (Some(fill), Some(place)) = (fill, state.places.get(block as usize)) {
-                            let bytes = &mut uniforms[place.offset as usize..(place.offset + place.size) as usize];
-                            values::write(bytes, fill, &over.value);
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Hash of the parts of a block that a shader reads.
-fn hash_parts(seed: u64, block: &[u8], parts: &ByteRanges) -> u64 {
-    parts.iter().fold(mix(seed, block.len() as u64), |hash, [start, end]| {
-        let end = block.len().min(end as usize);
-        hash_bytes(hash, &block[end.min(start as usize)..end])
-    })
-}
-
-fn value(plan: &Plan, fill: &Fill, inputs: &FrameInputs<'_>) -> Value {
-    match fill.from {
-        Source::Param(param) => inputs
-            .params
-            .get(param.0 as usize)
-            .or_else(|| plan.graph.params.get(param.0 as usize).map(|param| &param.default))
-            .copied()
-            .unwrap_or(Value::U32(0)),
-        Source::Builtin(builtin) => inputs.builtins.value(builtin),
-        // Known where the pass stands: see `Replay::fill`.
-        Source::Clock(..) => Value::U32(0),
-        Source::Value(_) | Source::ExtentOf(_) | Source::CountOf(_) | Source::Material(_) | Source::Round(_) => {
-            plan.constant(&fill.from).unwrap_or(Value::U32(0))
         }
     }
 }

@@ -3,6 +3,23 @@
 use raxel_graph::checked::{Fill, Value};
 use raxel_shader::interface::Scalar;
 
+/// Where a value goes in a block, and as what.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Member {
+    offset: u32,
+    scalar: Scalar,
+    /// Rows and columns.
+    shape: (u32, u32),
+    /// Bytes from column to column.
+    stride: u32,
+}
+
+impl Member {
+    pub(super) fn of(fill: &Fill) -> Member {
+        Member { offset: fill.offset, scalar: fill.scalar, shape: fill.shape, stride: fill.stride }
+    }
+}
+
 /// One component on its way from a value to a member.
 #[derive(Clone, Copy)]
 enum Component {
@@ -13,14 +30,43 @@ enum Component {
 
 /// Writes a value at its member's place. Components are converted to the member's type where they differ; components that the value
 /// lacks, and bytes past the end of the block, are left alone.
-pub(super) fn write(block: &mut [u8], fill: &Fill, value: &Value) {
-    let (rows, columns) = fill.shape;
+pub(super) fn write(block: &mut [u8], member: &Member, value: &Value) {
+    let (rows, columns) = member.shape;
     for column in 0..columns {
+        let offset = (member.offset + column * member.stride) as usize;
+        // Nearly every value has the type of its member.
+        if let Some(bytes) = same_bytes(value, column as usize, member.scalar) {
+            let count = bytes.len().min(4 * rows as usize);
+            if let Some(place) = block.get_mut(offset..offset + count) {
+                place.copy_from_slice(&bytes[..count]);
+                continue;
+            }
+        }
         for row in 0..rows {
             let Some(component) = component(value, column as usize, row as usize) else { continue };
-            let offset = fill.offset + column * fill.stride + row * size(fill.scalar);
-            put(block, offset as usize, fill.scalar, component);
+            put(block, offset + (row * size(member.scalar)) as usize, member.scalar, component);
         }
+    }
+}
+
+/// A column of a value as the bytes that a member of a type holds, if the value has that type.
+fn same_bytes(value: &Value, column: usize, scalar: Scalar) -> Option<&[u8]> {
+    match (value, scalar) {
+        (Value::Mat4(columns), Scalar::F32) => columns.get(column).map(|column| bytemuck::bytes_of(column)),
+        _ if column > 0 => None,
+        (Value::F32(value), Scalar::F32) => Some(bytemuck::bytes_of(value)),
+        (Value::Vec2(value), Scalar::F32) => Some(bytemuck::bytes_of(value)),
+        (Value::Vec3(value), Scalar::F32) => Some(bytemuck::bytes_of(value)),
+        (Value::Vec4(value), Scalar::F32) => Some(bytemuck::bytes_of(value)),
+        (Value::I32(value), Scalar::I32) => Some(bytemuck::bytes_of(value)),
+        (Value::IVec2(value), Scalar::I32) => Some(bytemuck::bytes_of(value)),
+        (Value::IVec3(value), Scalar::I32) => Some(bytemuck::bytes_of(value)),
+        (Value::IVec4(value), Scalar::I32) => Some(bytemuck::bytes_of(value)),
+        (Value::U32(value), Scalar::U32) => Some(bytemuck::bytes_of(value)),
+        (Value::UVec2(value), Scalar::U32) => Some(bytemuck::bytes_of(value)),
+        (Value::UVec3(value), Scalar::U32) => Some(bytemuck::bytes_of(value)),
+        (Value::UVec4(value), Scalar::U32) => Some(bytemuck::bytes_of(value)),
+        _ => None,
     }
 }
 
@@ -106,28 +152,29 @@ pub(super) fn specialization(value: &Value) -> u32 {
 #[allow(clippy::float_cmp, reason = "every value is exact")]
 mod tests {
     use super::*;
-    use raxel_graph::checked::Source;
 
-    fn fill(offset: u32, scalar: Scalar, shape: (u32, u32), stride: u32) -> Fill {
-        let from = Source::Value(Value::Bool(false));
-        Fill { member: String::new(), offset, scalar, shape, stride, from }
+    fn member(offset: u32, scalar: Scalar, shape: (u32, u32), stride: u32) -> Member {
+        Member { offset, scalar, shape, stride }
     }
 
     #[test]
     fn vectors_matrices_and_conversions() {
         let mut block = [0u8; 96];
-        write(&mut block, &fill(4, Scalar::I32, (3, 1), 0), &Value::IVec3([-1, 2, 3]));
-        write(&mut block, &fill(16, Scalar::F32, (1, 1), 0), &Value::I32(-2));
-        write(&mut block, &fill(20, Scalar::Bool, (1, 1), 0), &Value::Bool(true));
+        write(&mut block, &member(4, Scalar::I32, (3, 1), 0), &Value::IVec3([-1, 2, 3]));
+        write(&mut block, &member(16, Scalar::F32, (1, 1), 0), &Value::I32(-2));
+        write(&mut block, &member(20, Scalar::Bool, (1, 1), 0), &Value::Bool(true));
         let matrix = [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0], [9.0, 10.0, 11.0, 12.0], [0.0; 4]];
-        write(&mut block, &fill(32, Scalar::F32, (3, 3), 16), &Value::Mat4(matrix));
+        write(&mut block, &member(32, Scalar::F32, (3, 3), 16), &Value::Mat4(matrix));
+        // A vector that reaches past the end is written as far as there is room for whole components.
+        write(&mut block, &member(88, Scalar::F32, (4, 1), 0), &Value::Vec4([9.0; 4]));
         let word = |at: usize| u32::from_le_bytes([block[at], block[at + 1], block[at + 2], block[at + 3]]);
         assert_eq!([word(4) as i32, word(8) as i32, word(12) as i32], [-1, 2, 3]);
         assert_eq!(f32::from_bits(word(16)), -2.0);
         assert_eq!(word(20), 1);
         assert_eq!(f32::from_bits(word(48 + 8)), 7.0);
         assert_eq!(word(32 + 12), 0, "the padding of a column is left alone");
+        assert_eq!([f32::from_bits(word(88)), f32::from_bits(word(92))], [9.0; 2]);
         // Past the end: nothing is written, nothing panics.
-        write(&mut block, &fill(94, Scalar::F32, (1, 1), 0), &Value::F32(1.0));
+        write(&mut block, &member(94, Scalar::F32, (1, 1), 0), &Value::F32(1.0));
     }
 }

@@ -2,6 +2,10 @@
 
 use super::*;
 
+fn mix(hash: u64, value: u64) -> u64 {
+    digest::of_bytes(hash, &value.to_ne_bytes()) as u64
+}
+
 /// A machine that holds a number for each mip of each copy, and runs nodes on them.
 struct Machine {
     values: Vec<u64>,
@@ -16,12 +20,12 @@ fn contents(memo: &Memo, access: &SlotAccess, frame: u64) -> std::ops::Range<usi
 }
 
 impl Machine {
-    fn run(&mut self, memo: &Memo, frame: u64, keys: &[Option<u64>], present: u64, run: &[bool]) {
+    fn run(&mut self, memo: &Memo, frame: u64, keys: &[Option<Digest>], present: Digest, run: &[bool]) {
         for node in &memo.nodes {
             let Some(key) = node.key(&[], &Ticks::default(), keys, present).filter(|_| run[node.step as usize]) else {
                 continue;
             };
-            let mut hash = mix(node.maker.salt(), key);
+            let mut hash = mix(node.maker.salt(), key as u64);
             for access in node.accesses.iter().filter(|t| t.reads) {
                 for value in &self.values[contents(memo, access, frame)] {
                     hash = mix(hash, *value);
@@ -84,6 +88,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
                     mips: (0, mips),
                     reads: false,
                     writes: true,
+                    seen: 0,
                 });
             } else if random.below(2) == 0 {
                 let first = random.below(u64::from(mips)) as u32;
@@ -96,6 +101,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
                     mips: (first, 1),
                     reads: random.below(3) == 0,
                     writes: true,
+                    seen: 0,
                 });
             } else {
                 let age = random.below(u64::from(copies)) as u32;
@@ -108,6 +114,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
                     mips: (0, mips),
                     reads: true,
                     writes: false,
+                    seen: 0,
                 });
             }
         }
@@ -126,6 +133,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
                 mips: (0, mips),
                 reads: false,
                 writes: true,
+                seen: 0,
             };
             if step < 3 {
                 written[slot as usize] = true;
@@ -146,6 +154,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
         mips: (0, 1),
         reads: true,
         writes: false,
+        seen: 0,
     });
     memo.node(step, None, Maker::Present, access.into_iter().collect());
     memo.finish();
@@ -168,15 +177,15 @@ fn skipping_never_changes_a_result() {
             .collect();
         let start = || Machine { values: (0..memo.content.len() as u64).map(|i| mix(9, i)).collect(), picture: 0 };
         let (mut full, mut lean) = (start(), start());
-        let mut keys: Vec<Option<u64>> = (0..passes as u64).map(Some).collect();
+        let mut keys: Vec<Option<Digest>> = (0..passes as Digest).map(Some).collect();
         let mut present = 0;
         for frame in 0..12 {
             if frame % 3 == 2 {
                 let which = random.below(passes as u64) as usize;
-                keys[which] = if gated[which] && random.below(3) == 0 { None } else { Some(random.below(4)) };
+                keys[which] = if gated[which] && random.below(3) == 0 { None } else { Some(random.below(4).into()) };
             }
             if random.below(9) == 0 {
-                present = random.below(3);
+                present = random.below(3).into();
             }
             let all = vec![true; memo.run.len()];
             full.run(&memo, frame, &keys, present, &all);
@@ -209,6 +218,7 @@ fn chain() -> Memo {
         mips: (0, 1),
         reads: false,
         writes: true,
+        seen: 0,
     };
     let read = |slot| SlotAccess {
         slot,
@@ -219,6 +229,7 @@ fn chain() -> Memo {
         mips: (0, 1),
         reads: true,
         writes: false,
+        seen: 0,
     };
     memo.node(0, None, Maker::Pass { pass: 0, salt: 0 }, vec![write(0)]);
     memo.node(1, None, Maker::Pass { pass: 1, salt: 1 }, vec![read(0), write(1)]);
@@ -257,6 +268,7 @@ fn accumulation_always_runs() {
             mips: (0, 1),
             reads: true,
             writes: true,
+            seen: 0,
         }],
     );
     memo.node(
@@ -272,6 +284,7 @@ fn accumulation_always_runs() {
             mips: (0, 1),
             reads: true,
             writes: false,
+            seen: 0,
         }],
     );
     memo.finish();
