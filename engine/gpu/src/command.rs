@@ -325,12 +325,15 @@ impl Recording<'_> {
         unsafe { self.device().raw.cmd_write_timestamp2(self.raw(), stage, timestamps.raw, index) };
     }
 
-    /// Writes a word once all compute work before has finished, for [`crate::Buffer::word`] after a device loss.
-    pub fn mark(&mut self, buffer: &Buffer, offset: u64, word: u32) {
+    /// Writes a word, for [`crate::Buffer::word`] after a device loss: once all compute work before has finished (`after`), or when the
+    /// device gets there. Without `VK_AMD_buffer_marker` a word for the latter is a plain fill, which is in its place only on a device that
+    /// runs commands one after the other.
+    pub fn mark(&mut self, buffer: &Buffer, offset: u64, word: u32, after: bool) {
         if let Some(marker) = &self.device().marker {
+            let stage = vk::PipelineStageFlags::COMPUTE_SHADER;
+            let stage = if after { stage } else { vk::PipelineStageFlags::TOP_OF_PIPE };
             // SAFETY: as in `clear_image`; the extension is on.
             unsafe {
-                let stage = vk::PipelineStageFlags::COMPUTE_SHADER;
                 (marker.fp().cmd_write_buffer_marker_amd)(self.raw(), stage, buffer.raw, offset, word);
             }
             return;
@@ -341,7 +344,9 @@ impl Recording<'_> {
         let info = vk::DependencyInfo::default().memory_barriers(std::slice::from_ref(&memory));
         // SAFETY: as in `clear_image`.
         unsafe {
-            self.device().raw.cmd_pipeline_barrier2(self.raw(), &info);
+            if after {
+                self.device().raw.cmd_pipeline_barrier2(self.raw(), &info);
+            }
             self.device().raw.cmd_fill_buffer(self.raw(), buffer.raw, offset, 4, word);
         }
     }

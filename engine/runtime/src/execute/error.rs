@@ -9,7 +9,7 @@ pub enum ExecuteError {
     /// The device is gone or hangs. Nothing more can be run on it: open another [`raxel_gpu::Device`] and a new executor.
     #[error("the device {}{}", if *.timed_out { "did not finish in time" } else { "was lost" }, suspect_text(.suspect.as_deref()))]
     DeviceLost {
-        /// Name of the pass that was running, as far as the crash markers can tell.
+        /// Name of the first pass that had begun and not finished, by the crash markers; `None` when there was none, or nothing is known.
         suspect: Option<String>,
         /// The watchdog gave up, rather than the driver.
         timed_out: bool,
@@ -79,5 +79,5 @@ impl From<raxel_gpu::Error> for ExecuteError {
 }
 
 fn suspect_text(suspect: Option<&str>) -> String {
-    suspect.map(|pass| format!("; the last pass it started is `{pass}`")).unwrap_or_default()
+    suspect.map(|pass| format!("; pass `{pass}` had begun and not finished")).unwrap_or_default()
 }

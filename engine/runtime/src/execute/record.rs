@@ -24,6 +24,15 @@ impl DeviceRecorder<'_, '_> {
     fn rotation(&self, turn: Turn) -> u64 {
         self.prepared.replay.ticks.rotation(self.frame, turn)
     }
+
+    /// Leaves a crash marker: a pass begins, or has finished.
+    fn mark(&mut self, pass: usize, finished: bool) {
+        let instrumentation = &self.prepared.instrumentation;
+        if let Some(markers) = &instrumentation.markers {
+            let offset = instrumentation.marker(self.slot, pass, finished);
+            self.recording.mark(markers, offset, marker_word(self.frame), finished);
+        }
+    }
 }
 
 impl Recorder for DeviceRecorder<'_, '_> {
@@ -66,6 +75,7 @@ impl Recorder for DeviceRecorder<'_, '_> {
         if let Some(timestamps) = &self.prepared.instrumentation.timestamps[self.slot] {
             self.recording.timestamp(timestamps, 2 * pass as u32, false);
         }
+        self.mark(pass, false);
         let each = prepared.sets.len() as u64 / prepared.rotations.count();
         let set = prepared.rotations.way(|turn| self.rotation(turn)) * each + self.slot as u64 % each;
         self.recording.bind(&prepared.pipeline, &prepared.sets[set as usize]);
@@ -84,13 +94,10 @@ impl Recorder for DeviceRecorder<'_, '_> {
                 }
             }
         }
-        let instrumentation = &self.prepared.instrumentation;
-        if let Some(timestamps) = &instrumentation.timestamps[self.slot] {
+        if let Some(timestamps) = &self.prepared.instrumentation.timestamps[self.slot] {
             self.recording.timestamp(timestamps, 2 * pass as u32 + 1, true);
         }
-        if let Some(markers) = &instrumentation.markers {
-            self.recording.mark(markers, instrumentation.marker(self.slot, pass), marker_word(self.frame));
-        }
+        self.mark(pass, true);
         self.ran.push(pass as u32);
         self.recording.end_label();
     }
@@ -106,7 +113,7 @@ impl Recorder for DeviceRecorder<'_, '_> {
     }
 }
 
-/// What a pass leaves behind when it has finished in a frame; never 0, which is there from the beginning.
+/// What a pass leaves behind when it begins and when it has finished in a frame; never 0, which is there from the beginning.
 pub(super) fn marker_word(frame: u64) -> u32 {
     (frame % u64::from(u32::MAX)) as u32 + 1
 }
