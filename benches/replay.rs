@@ -84,7 +84,7 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
 /// An executor with the plan swapped in.
 fn executor(device: &Arc<Device>, timings: bool, markers: bool) -> Executor {
     let options = ExecutorOptions { timings, markers, ..ExecutorOptions::default() };
-    let mut executor = Executor::with_options(device.clone(), options).expect("a command pool");
+    let mut executor = Executor::new(device.clone(), options).expect("a command pool");
     let prepared = executor.builder().prepare(plan(device), &Sources::new()).expect("it suits the device");
     executor.swap(prepared);
     executor

@@ -7,6 +7,7 @@ mod loops;
 pub(crate) use loops::accesses_of_round;
 pub use loops::{InLoop, Loop, LoopId, MOST_ROUNDS, Round, RoundIndex, Rounds, count_of};
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use raxel_diagnostics::Span;
@@ -88,6 +89,27 @@ impl Graph {
     /// The pass of the file that a pass is a round of; itself, if it is no round.
     pub fn declared(&self, id: PassId) -> PassId {
         self.pass(id).round.map_or(id, |round| round.pass)
+    }
+
+    /// Names of the sources that its resources are filled from or are copies of, e.g. `world.tree64`.
+    pub fn source_names(&self) -> BTreeSet<&str> {
+        self.resources.iter().filter_map(|resource| resource.kind.supplied_by()).collect()
+    }
+
+    /// Whether sizes, dispatches or values follow the bounds or the materials of the world: a plan must know them.
+    pub fn is_sized_by_world(&self) -> bool {
+        let resource = |resource: &Resource| match &resource.kind {
+            ResourceKind::Target(target) => matches!(target.extent, Extent::World { .. }),
+            ResourceKind::Buffer(buffer) => matches!(buffer.size, BufferSize::World { .. }),
+        };
+        let pass = |pass: &Pass| matches!(pass.dispatch, Dispatch::ThreadsOfWorld);
+        !self.materials.is_empty() || self.resources.iter().any(resource) || self.passes.iter().any(pass)
+    }
+
+    /// Whether conditions of passes ask what the world contains.
+    pub fn asks_the_world(&self) -> bool {
+        let condition = |pass: &Pass| pass.when.as_ref().is_some_and(|when| !matches!(when.fact, Fact::Param(_)));
+        self.passes.iter().any(condition)
     }
 
     /// A param by name.

@@ -18,20 +18,23 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod build;
+mod build;
 mod build_error;
 pub mod camera;
 pub mod clock;
 pub mod debug_target;
 pub mod execute;
+pub mod load;
 pub mod params;
 pub mod present;
 pub mod project;
 mod recording_files;
 pub mod reload;
+pub mod runner;
 pub mod session;
 pub mod sources;
 pub mod timeline;
 pub mod world;
 
+pub use build_error::BuildError;
 pub use session::{FrameError, OpenError, Options, ReadError, Session};

@@ -6,10 +6,12 @@ use std::time::Instant;
 
 use raxel_diagnostics::{Diagnostic, MemoryFiles};
 use raxel_gpu::{Device, DeviceOptions, Validation};
-use raxel_graph::plan::Present;
-use raxel_runtime::build::{BuildError, DeviceContext, Loader, Selection, assemble, prepare};
-use raxel_runtime::execute::{Builtins, Executor, FrameInputs, Picture};
+use raxel_runtime::BuildError;
+use raxel_runtime::execute::{Builtins, ExecutorOptions, FrameInputs, Picture};
+use raxel_runtime::load::Loader;
+use raxel_runtime::params::Params;
 use raxel_runtime::project::Project;
+use raxel_runtime::runner::{GraphRunner, Setup};
 use raxel_runtime::world::SessionWorld;
 use serde_json::json;
 
@@ -163,23 +165,13 @@ fn render(device: &Arc<Device>) -> Result<f64> {
         Err(found) => return Err(broken(&found)),
     };
     let start = Instant::now();
-    let mut executor = Executor::new(device.clone())?;
-    let context = DeviceContext::of(&executor);
-    let selection = Selection {
-        output: [SIZE; 2],
-        present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
-        pinned: Vec::new(),
-        facts: Vec::new(),
-        counts: Vec::new(),
-        alias: true,
-    };
-    let prepared = assemble(&graph, &SessionWorld::empty(), &selection, &context)
-        .and_then(|assembly| prepare(&assembly, &context))
-        .map_err(|error| match error {
-            BuildError::Diagnosed(found) => broken(&found),
-            BuildError::Device(error) => error.into(),
-        })?;
-    executor.swap(prepared);
+    let mut runner = GraphRunner::new(device.clone(), ExecutorOptions::default())?;
+    let setup = Setup { output: [SIZE; 2], pinned: Vec::new(), alias: true };
+    runner.load(&graph, &SessionWorld::empty(), &Params::default(), setup).map_err(|error| match error {
+        BuildError::Diagnosed(found) => broken(&found),
+        BuildError::Device(error) => error.into(),
+    })?;
+    let executor = runner.executor();
     let builtins = Builtins::default();
     let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: 0.0, disabled: &[] };
     executor.frame(&inputs)?;

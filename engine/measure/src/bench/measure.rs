@@ -6,15 +6,15 @@ use std::time::Instant;
 use raxel_diagnostics::Diagnostic;
 use raxel_gpu::DeviceKind;
 use raxel_graph::checked::{Graph, PassId, ResourceId, ResourceKind};
-use raxel_graph::plan::Present;
 use raxel_shader::format::Format;
 
 use super::judge::HitTexel;
 use super::{Effort, PassSpread, Refusal, Spread};
-use raxel_runtime::build::{self, BuildError, DeviceContext, Selection};
+use raxel_runtime::BuildError;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::{Builtins, ExecuteError, Executor, FrameInputs};
 use raxel_runtime::params::Params;
+use raxel_runtime::runner::{GraphRunner, Setup};
 use raxel_runtime::world::SessionWorld;
 
 /// Why a case gives nothing.
@@ -104,8 +104,7 @@ const WAKING: f64 = 0.5;
 
 /// Runs a case. The world's layouts are encoded and uploaded if they are not yet.
 pub(super) fn measure(
-    executor: &mut Executor,
-    context: &DeviceContext,
+    runner: &mut GraphRunner,
     graph: &Arc<Graph>,
     world: &SessionWorld,
     camera: &Camera,
@@ -115,19 +114,9 @@ pub(super) fn measure(
     let judged = Judged::of(graph);
     let mut params = Params::default();
     params.adopt(graph);
-    let selection = Selection {
-        output: size,
-        present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
-        pinned: judged.all(),
-        facts: build::facts(graph, world, &params),
-        counts: build::counts(graph, &params),
-        // What a pass leaves once must stay for all frames.
-        alias: false,
-    };
-    let assembly = build::assemble(graph, world, &selection, context)?;
-    let prepared = build::prepare(&assembly, context)?;
-    executor.swap(prepared);
-    executor.reset_history();
+    // What a pass leaves once must stay for all frames.
+    runner.load(graph, world, &params, Setup { output: size, pinned: judged.all(), alias: false })?;
+    let executor = runner.executor();
 
     let mut frames = Frames { executor, graph, world, camera, params: &params, size, index: 0, disabled: Vec::new() };
     let began = Instant::now();

@@ -15,9 +15,10 @@ use raxel_world::layout::Layout;
 use super::judge::{Truth, bounces, judge};
 use super::measure::{CaseError, Run, first, measure};
 use super::{Case, Effort, Matrix, Measured, PassSpread, Refusal, Row};
-use raxel_runtime::build::{DeviceContext, Loader, source_names};
 use raxel_runtime::camera::Camera;
-use raxel_runtime::execute::{self, ExecuteError, Executor, ExecutorOptions};
+use raxel_runtime::execute::{self, ExecuteError, ExecutorOptions};
+use raxel_runtime::load::Loader;
+use raxel_runtime::runner::GraphRunner;
 use raxel_runtime::sources::SourceName;
 use raxel_runtime::world::SessionWorld;
 
@@ -70,8 +71,7 @@ pub struct Runner {
     loader: Arc<Loader>,
     options: DeviceOptions,
     device: Arc<Device>,
-    executor: Executor,
-    context: DeviceContext,
+    runner: GraphRunner,
     graphs: BTreeMap<(String, Option<Layout>), Compiled>,
     /// The last bounced rays with their answers: exact graphs bounce alike over every layout.
     bounced: Option<Truth>,
@@ -80,9 +80,9 @@ pub struct Runner {
 impl Runner {
     /// Opens a device.
     pub fn new(loader: Arc<Loader>, options: &DeviceOptions) -> Result<Self, BenchError> {
-        let (device, executor, context) = open(options)?;
+        let (device, runner) = open(options)?;
         let (options, graphs) = (options.clone(), BTreeMap::new());
-        Ok(Self { loader, options, device, executor, context, graphs, bounced: None })
+        Ok(Self { loader, options, device, runner, graphs, bounced: None })
     }
 
     /// The device.
@@ -99,7 +99,7 @@ impl Runner {
             match part.result {
                 Err(found) => Err(Arc::new(Uncompiled { found, texts })),
                 Ok(graph) => {
-                    let layout = source_names(&graph).iter().find_map(|source| SourceName::world_layout(source));
+                    let layout = graph.source_names().into_iter().find_map(SourceName::world_layout);
                     Ok(Ready { graph, layout, texts: Arc::new(texts) })
                 }
             }
@@ -147,7 +147,7 @@ impl Runner {
                     }
                 }
             }
-            self.context.sources.clear();
+            self.runner.forget_worlds();
         }
         Ok(())
     }
@@ -179,12 +179,11 @@ impl Runner {
             // The errors were printed before.
             Err(wrong) => Err(Refusal::new(first(&wrong.found))),
             Ok(Ready { graph, texts, .. }) => {
-                let (executor, context) = (&mut self.executor, &self.context);
-                match measure(executor, context, &graph, place.world, place.camera, place.size, effort) {
+                match measure(&mut self.runner, &graph, place.world, place.camera, place.size, effort) {
                     Ok(run) => Ok(self.judged(run, bound, place)),
                     Err(CaseError::Refused(refusal)) => Err(Refusal { texts, ..refusal }),
                     Err(CaseError::Lost(error)) => {
-                        (self.device, self.executor, self.context) = open(&self.options)?;
+                        (self.device, self.runner) = open(&self.options)?;
                         Err(Refusal::new(error.to_string()))
                     }
                 }
@@ -265,13 +264,12 @@ pub fn pinhole(camera: &Camera, size: [u32; 2]) -> Pinhole {
 }
 
 /// A device whose executor takes times and nothing else: no memo, no marks after passes.
-fn open(options: &DeviceOptions) -> Result<(Arc<Device>, Executor, DeviceContext), BenchError> {
+fn open(options: &DeviceOptions) -> Result<(Arc<Device>, GraphRunner), BenchError> {
     let device = Device::new(options)?;
     let patience = if device.capabilities().kind == DeviceKind::Cpu { 12 } else { 2 };
-    let executor = Executor::with_options(
+    let runner = GraphRunner::new(
         device.clone(),
         ExecutorOptions { memo: false, timings: true, markers: false, watchdog: Duration::from_secs(10) * patience },
     )?;
-    let context = DeviceContext::of(&executor);
-    Ok((device, executor, context))
+    Ok((device, runner))
 }

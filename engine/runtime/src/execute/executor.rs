@@ -24,7 +24,7 @@ pub struct ExecutorOptions {
     pub memo: bool,
     /// GPU time is taken of every pass.
     pub timings: bool,
-    /// Each pass leaves a mark when it has finished, so that a device loss can be blamed.
+    /// Each pass leaves a mark when it begins and when it has finished, so that the one that ran when the device was lost is known.
     pub markers: bool,
     /// How long a frame may take before the device counts as lost.
     pub watchdog: Duration,
@@ -100,13 +100,8 @@ struct FrameSlot {
 }
 
 impl Executor {
-    /// An executor with default options.
-    pub fn new(device: Arc<Device>) -> Result<Executor, ExecuteError> {
-        Executor::with_options(device, ExecutorOptions::default())
-    }
-
     /// An executor that has nothing to run yet.
-    pub fn with_options(device: Arc<Device>, options: ExecutorOptions) -> Result<Executor, ExecuteError> {
+    pub fn new(device: Arc<Device>, options: ExecutorOptions) -> Result<Executor, ExecuteError> {
         let slot = |name| -> Result<FrameSlot, ExecuteError> {
             Ok(FrameSlot {
                 commands: CommandBuffer::new(&device, name)?,
@@ -154,7 +149,7 @@ impl Executor {
 
     /// Whether a prepared plan shares its resources with the plan that runs now. One that was prepared before the last swap may hold
     /// contents of earlier frames; it is to be prepared again.
-    pub fn is_current(&self, prepared: &Prepared) -> bool {
+    pub(crate) fn is_current(&self, prepared: &Prepared) -> bool {
         lock(&self.shared.running).serial == prepared.swaps_before
     }
 
@@ -453,15 +448,15 @@ impl Executor {
         }
     }
 
-    /// The first pass that was dispatched and left no mark.
+    /// The first pass that has begun and not finished. Passes with no barrier between them run at once, and then any of them may be the one.
     fn suspect(&self) -> Option<String> {
         let mut order: Vec<usize> = (0..FRAMES).collect();
         order.sort_by_key(|slot| self.slots[*slot].frame);
         order.into_iter().find_map(|index| {
             let slot = &self.slots[index];
             let instrumentation = slot.instrumentation.as_ref()?;
-            let unfinished = |pass: &&u32| instrumentation.finished(index, **pass as usize, slot.frame) == Some(false);
-            pass_name(&instrumentation.plan, *slot.ran.iter().find(unfinished)? as usize)
+            let running = |pass: &&u32| instrumentation.is_running(index, **pass as usize, slot.frame);
+            pass_name(&instrumentation.plan, *slot.ran.iter().find(running)? as usize)
         })
     }
 }

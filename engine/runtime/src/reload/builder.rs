@@ -12,8 +12,10 @@ use super::debounce::{Debounce, FileActivity};
 use super::event::{Failed, Rebuilt};
 use super::project_state::{BuildSettings, ProjectState};
 use super::watch::{Notice, Tell, Watcher};
-use crate::build::{self, BuildError, DeviceContext, Loader, Selection};
+use crate::build::{self, DeviceContext, Selection};
+use crate::build_error::BuildError;
 use crate::execute::{ExecuteError, Prepared};
+use crate::load::Loader;
 use crate::recording_files::content;
 
 /// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_graph::checked::Graph;
 
-use crate::build::{self, DeviceContext, Part, Selection};
+use crate::build::{self, DeviceContext, Selection};
 use crate::debug_target::DebugTarget;
+use crate::load::Part;
 use crate::params::Params;
 use crate::recording_files::Content;
 use crate::timeline::Demo;

@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
 
-use crate::build::BuildError;
+use crate::build_error::BuildError;
 use crate::debug_target::DebugTargetError;
 use crate::execute::ExecuteError;
 use crate::params::SetError;

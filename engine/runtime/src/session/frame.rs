@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 use raxel_graph::checked::{Fact, ParamId, ResourceId, Value};
 
 use super::{FrameError, ReadError, Session};
-use crate::build::{self, Assembly, BuildError, Selection};
+use crate::build::{self, Assembly, Selection};
+use crate::build_error::BuildError;
 use crate::clock::FrameTime;
 use crate::execute::{
     Builtins, ExecuteError, FrameInputs, FramePicture, FrameReport, PassTime, Picture, Progress, ReadTicket, Texels,

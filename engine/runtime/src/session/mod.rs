@@ -21,11 +21,12 @@ use raxel_graph::checked::{Graph, ParamId, PassId, Value};
 use raxel_graph::plan::Plan;
 use raxel_world::layout::Layout;
 
-use crate::build::{DeviceContext, Loader, Selection};
+use crate::build::{DeviceContext, Selection};
 use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::DebugTarget;
 use crate::execute::{Executor, ExecutorOptions, Override};
+use crate::load::Loader;
 use crate::params::Params;
 use crate::present::Viewport;
 use crate::project::Project;

@@ -8,9 +8,11 @@ use raxel_diagnostics::{Diagnostic, codes};
 
 use super::recover::Budget;
 use super::{OpenError, Options, Session};
-use crate::build::{self, DeviceContext, Loader, Part};
+use crate::build::{self, DeviceContext};
+use crate::build_error::BuildError;
 use crate::clock::{Clock, Pace};
 use crate::execute::{self, Executor, ExecutorOptions};
+use crate::load::{Loader, Part};
 use crate::params::Params;
 use crate::present::Viewport;
 use crate::project::Project;
@@ -56,8 +58,8 @@ impl Session {
         };
         let selection = settings.selection(&graph, &world);
         let with_texts = |error| match error {
-            build::BuildError::Diagnosed(diagnostics) => project_error(diagnostics),
-            build::BuildError::Device(error) => OpenError::Device(error),
+            BuildError::Diagnosed(diagnostics) => project_error(diagnostics),
+            BuildError::Device(error) => OpenError::Device(error),
         };
         let assembly = build::assemble(&graph, &world, &selection, &context).map_err(with_texts)?;
         let prepared = build::prepare(&assembly, &context).map_err(with_texts)?;
@@ -132,7 +134,7 @@ pub(super) fn start(
 ) -> Result<(Executor, DeviceContext), execute::ExecuteError> {
     let watchdog = options.watchdog * patience(device);
     let executor_options = ExecutorOptions { memo: options.memo, watchdog, ..ExecutorOptions::default() };
-    let executor = Executor::with_options(device.clone(), executor_options)?;
+    let executor = Executor::new(device.clone(), executor_options)?;
     let context = DeviceContext::of(&executor);
     Ok((executor, context))
 }
@@ -204,7 +206,7 @@ fn load(
         || open_device(options).map_err(OpenError::from),
     );
     if let (Ok(loaded), Some(error)) = (&graph.result, no_world)
-        && build::source_names(loaded).iter().any(|name| SourceName::parse(name).is_some())
+        && loaded.source_names().iter().any(|name| SourceName::parse(name).is_some())
     {
         graph.result = Err(vec![*error]);
     }

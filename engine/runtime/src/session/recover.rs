@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use super::{FrameError, Session, open};
-use crate::build::{self, BuildError};
+use crate::build;
+use crate::build_error::BuildError;
 use crate::execute::ExecuteError;
 use crate::reload::ReloadEvent;
 

@@ -58,7 +58,7 @@ impl Lab {
         let device = Device::new(&DeviceOptions { device: None, validation: Validation::Required });
         let device =
             device.expect("these tests need a Vulkan driver and the validation layer: ./raxel test installs both");
-        let executor = Executor::with_options(device.clone(), options).expect("the device has a command pool");
+        let executor = Executor::new(device.clone(), options).expect("the device has a command pool");
         Lab { device, executor, sources: Sources::new(), expect_messages: false }
     }
 

@@ -1,0 +1,143 @@
+//! From files to graphs, worlds and demos, right or wrong. No device is asked.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, DiskFiles, Files, SourceMap};
+use raxel_graph::checked::Graph;
+use raxel_shader::Compiler;
+use raxel_world::layout::Layout;
+
+use crate::project::Project;
+use crate::recording_files::{Content, RecordingFiles};
+use crate::sources::{SourceCatalog, SourceName};
+use crate::timeline::{self, Demo};
+use crate::world::SessionWorld;
+
+/// Loads graphs, worlds and demos of one project. Compiled shaders are kept between loads.
+pub struct Loader {
+    files: Arc<dyn Files>,
+    shader_files: Arc<RecordingFiles>,
+    compiler: Compiler,
+    sources: SourceCatalog,
+    /// Takes the place of the layout of every world buffer.
+    layout: Option<Layout>,
+}
+
+/// Something loaded from files, right or wrong.
+#[derive(Debug)]
+pub struct Part<T> {
+    /// The thing, or everything that is wrong with it.
+    pub result: Result<Arc<T>, Vec<Diagnostic>>,
+    /// Warnings, when it is right.
+    pub warnings: Vec<Diagnostic>,
+    /// The texts that diagnostics point into.
+    pub texts: SourceMap,
+    /// Every file that was asked for, with what was found: a change of any of them changes the thing.
+    pub(crate) files: BTreeMap<String, Content>,
+}
+
+impl<T> Clone for Part<T> {
+    fn clone(&self) -> Self {
+        Self {
+            result: self.result.clone(),
+            warnings: self.warnings.clone(),
+            texts: self.texts.clone(),
+            files: self.files.clone(),
+        }
+    }
+}
+
+impl<T> Part<T> {
+    fn new(
+        result: Result<(T, Vec<Diagnostic>), Vec<Diagnostic>>,
+        texts: SourceMap,
+        files: BTreeMap<String, Content>,
+    ) -> Self {
+        match result {
+            Ok((value, warnings)) => Self { result: Ok(Arc::new(value)), warnings, texts, files },
+            Err(found) => Self { result: Err(found), warnings: Vec::new(), texts, files },
+        }
+    }
+
+    /// Something that comes from no file.
+    pub fn without_file(value: T) -> Self {
+        Self::new(Ok((value, Vec::new())), SourceMap::default(), BTreeMap::new())
+    }
+
+    /// Whether a change of one of these files concerns it.
+    pub fn depends_on(&self, changed: &[String]) -> bool {
+        changed.iter().any(|path| self.files.contains_key(path))
+    }
+
+    /// Everything found: errors, or warnings.
+    pub fn found(&self) -> &[Diagnostic] {
+        match &self.result {
+            Ok(_) => &self.warnings,
+            Err(found) => found,
+        }
+    }
+}
+
+impl Loader {
+    /// For a project on disk.
+    pub fn new(project: &Project) -> std::io::Result<Self> {
+        Ok(Self::with_files(Arc::new(DiskFiles::new(project.root())?)))
+    }
+
+    /// For a project that `files` reads.
+    pub fn with_files(files: Arc<dyn Files>) -> Self {
+        let shader_files = Arc::new(RecordingFiles::new(files.clone()));
+        let compiler = Compiler::new(shader_files.clone());
+        // Files of sources are recorded with the shaders': a graph depends on both.
+        let sources = SourceCatalog::new(shader_files.clone());
+        Self { files, shader_files, compiler, sources, layout: None }
+    }
+
+    /// Loads graphs as if every buffer with a world in it had this layout. `None` leaves them as they are.
+    #[must_use]
+    pub fn with_layout(self, layout: Option<Layout>) -> Self {
+        Self { layout, ..self }
+    }
+
+    /// The files of the project.
+    pub fn files(&self) -> &Arc<dyn Files> {
+        &self.files
+    }
+
+    /// Parses and checks a graph, and compiles its shaders. Graphs are loaded one at a time.
+    pub fn graph(&self, path: &str) -> Part<Graph> {
+        self.graph_over(path, self.layout)
+    }
+
+    /// As [`Self::graph`], with another layout for its world.
+    pub fn graph_over(&self, path: &str, layout: Option<Layout>) -> Part<Graph> {
+        let mut texts = SourceMap::default();
+        let replace = |source: &str| {
+            SourceName::world_layout(source).and(layout).map(|layout| SourceName::World(layout).to_string())
+        };
+        let files = &*self.shader_files;
+        let result = raxel_graph::compile_with(path, files, &self.compiler, &self.sources, &replace, &mut texts);
+        Part::new(result, texts, self.shader_files.take())
+    }
+
+    /// Builds a world.
+    pub fn world(&self, path: &str) -> Part<SessionWorld> {
+        self.recorded(|files, texts| SessionWorld::load(path, files, texts))
+    }
+
+    /// Reads a demo.
+    pub fn demo(&self, path: &str) -> Part<Demo> {
+        self.recorded(|files, texts| timeline::read(files, path, texts))
+    }
+
+    fn recorded<T>(
+        &self,
+        load: impl FnOnce(&dyn Files, &mut SourceMap) -> Result<(T, Vec<Diagnostic>), Vec<Diagnostic>>,
+    ) -> Part<T> {
+        let recorder = RecordingFiles::new(self.files.clone());
+        let mut texts = SourceMap::default();
+        let result = load(&recorder, &mut texts);
+        Part::new(result, texts, recorder.take())
+    }
+}
