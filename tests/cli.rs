@@ -133,6 +133,82 @@ fn plans_are_printed_in_every_form() {
     raxel(&["graph", "graphs/none.toml"]).exits(3);
 }
 
+/// A target over the bounds of the world, a material of it, and a pass that only worlds with lamps have.
+const OVER_A_WORLD: &str = r#"
+name = "over"
+present = "field"
+[targets.field]
+format = "r32ui"
+size = { of = "world", scale = 0.5 }
+[[passes]]
+name = "fill"
+shader = "fill.comp"
+dispatch = { threads = "field" }
+bind = { field = "field" }
+push = { stone = "material.stone" }
+[[passes]]
+name = "glow"
+shader = "fill.comp"
+when = "world.has_emission"
+dispatch = { threads = "field" }
+bind = { field = "field" }
+push = { stone = "material.stone" }
+"#;
+
+/// A box of 64 x 16 x 6 voxels of one material.
+fn box_of(material: &str, emission: f32) -> String {
+    format!(
+        "[materials]\n{material} = {{ albedo = \"#808080\", emission = {emission:?} }}\n\
+         [[build]]\nop = \"box\"\nmin = [0, 0, 0]\nsize = [64, 16, 6]\nmaterial = \"{material}\"\n"
+    )
+}
+
+#[test]
+fn plans_without_a_device_follow_the_world() {
+    let project = common::Project::empty();
+    project.write("graphs/over.toml", OVER_A_WORLD).write(
+        "shaders/fill.comp",
+        "#version 460\nlayout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;\n\
+         layout(r32ui) writeonly uniform uimage3D field;\nlayout(push_constant) uniform Push { uint stone; };\n\
+         void main() { imageStore(field, ivec3(gl_GlobalInvocationID), uvec4(stone)); }\n",
+    );
+    // Without any world there is a stand-in, and both verbs say so.
+    let run = project.raxel(&["check", "graphs/over.toml"]).exits(0);
+    assert!(run.stderr.contains("ok (planned over a world of 256 x 256 x 256 voxels"), "{}", run.stderr);
+    let run = project.raxel(&["graph", "graphs/over.toml"]).exits(0);
+    assert!(run.stdout.contains("128×128×128") || run.stdout.contains("128x128x128"), "{}", run.stdout);
+    assert!(run.stderr.contains("--world"), "{}", run.stderr);
+
+    // The only world of the project is its default.
+    project.write("worlds/box.toml", box_of("stone", 0.0));
+    let run = project.raxel(&["check", "graphs/over.toml"]).exits(0);
+    assert!(run.stderr.contains("ok (planned over `worlds/box.toml`; --world"), "{}", run.stderr);
+    let passes = |arguments: &[&str]| {
+        let run = project.raxel(&[&["graph", "graphs/over.toml", "--format", "json"], arguments].concat()).exits(0);
+        let plan: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        (plan["passes"].as_array().unwrap().len(), run)
+    };
+    let (count, run) = passes(&[]);
+    assert!(
+        run.stdout.contains("[32,8,3]") || run.stdout.replace([' ', '\n'], "").contains("[32,8,3]"),
+        "{}",
+        run.stdout
+    );
+    assert_eq!(count, 1, "nothing glows in it");
+
+    // Another one is named.
+    project.write("worlds/lamps.toml", box_of("stone", 4.0)).write("worlds/sand.toml", box_of("sand", 0.0));
+    let (count, run) = passes(&["--world", "worlds/lamps.toml"]);
+    assert_eq!((count, run.stderr.as_str()), (2, ""));
+    let run = project.raxel(&["check", "graphs/over.toml", "--world", "worlds/sand.toml"]).exits(3);
+    assert!(run.stdout.contains("RX0") && run.stdout.contains("the world has no material `stone`"), "{}", run.stdout);
+    project.raxel(&["graph", "graphs/over.toml", "--world", "worlds/sand.toml"]).exits(3);
+    project.raxel(&["check", "graphs/over.toml", "--world", "worlds/none.toml"]).exits(3);
+    let line =
+        &project.raxel(&["check", "graphs/over.toml", "--world=worlds/lamps.toml", "--format=json"]).exits(0).json()[0];
+    assert_eq!(line["world"], "worlds/lamps.toml");
+}
+
 #[test]
 fn schemas_are_json_and_a_new_project_has_them() {
     for kind in ["graph", "world", "demo"] {

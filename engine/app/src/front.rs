@@ -1,15 +1,16 @@
 //! What the verbs that need no GPU share: the project around a file, its compilers, and the reading of each kind of file.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
-use raxel_graph::checked::{Fact, Graph, ResourceId};
+use raxel_graph::checked::{Fact, Graph, ResourceId, Value};
 use raxel_graph::memory::EstimatedMemory;
 use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize, WorldInput};
 use raxel_graph::print::Phase;
-use raxel_runtime::build::{Loader, Part, source_names};
+use raxel_runtime::load::{Loader, Part};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
 
@@ -71,15 +72,71 @@ impl FileKind {
 pub(crate) struct Front {
     pub project: Project,
     pub loader: Loader,
+    /// Worlds that graphs were planned over, by path: each is built once.
+    worlds: RefCell<BTreeMap<String, Part<SessionWorld>>>,
+}
+
+/// The world that a graph is planned over without a device.
+#[derive(Clone)]
+pub(crate) enum PlannedOver {
+    /// Nothing of the graph depends on the world.
+    Any,
+    /// The world that was named, or that its demo names.
+    Named(Arc<SessionWorld>),
+    /// The world that the project's graphs run over when none is named.
+    Default(Arc<SessionWorld>),
+    /// There is no such world: any material will do, and sizes are those of a world of 256 voxels along each axis.
+    StandIn,
+}
+
+impl PlannedOver {
+    fn world(&self) -> Option<&SessionWorld> {
+        match self {
+            Self::Named(world) | Self::Default(world) => Some(world),
+            Self::Any | Self::StandIn => None,
+        }
+    }
+
+    /// Project path of the world, where there is one.
+    pub fn path(&self) -> Option<&str> {
+        self.world().and_then(|world| world.path.as_deref())
+    }
+
+    /// What was assumed, in words; `None` when nothing was.
+    pub fn assumed(&self) -> Option<String> {
+        match self {
+            Self::Any | Self::Named(_) => None,
+            Self::Default(_) => {
+                Some(format!("planned over `{}`; --world names another", self.path().unwrap_or_default()))
+            }
+            Self::StandIn => {
+                let [x, y, z] = WorldInput::ON_PAPER.extent;
+                Some(format!(
+                    "planned over a world of {x} x {y} x {z} voxels with any material; --world names a real one"
+                ))
+            }
+        }
+    }
+}
+
+/// Which conditions of passes hold on paper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Conditions {
+    /// Every one: each pass is checked.
+    All,
+    /// Those that hold when the graph starts over the world.
+    AtStart,
 }
 
 /// What checking one file gave.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(crate) struct Checked {
     /// Everything found, errors and warnings.
     pub found: Vec<Diagnostic>,
     /// The texts that they point into.
     pub texts: SourceMap,
+    /// For a graph that could be read: the world that it was planned over.
+    pub over: Option<PlannedOver>,
 }
 
 impl Checked {
@@ -103,7 +160,7 @@ impl Front {
             let message = format!("the project cannot be read: {error}");
             Box::new(Diagnostic::error(codes::session::NO_PROJECT, message))
         })?;
-        Ok(Self { project, loader })
+        Ok(Self { project, loader, worlds: RefCell::default() })
     }
 
     /// The project around a file, and the file's project path. Without a file, `default` of the project around the current folder.
@@ -139,9 +196,17 @@ impl Front {
         Self::good(self.loader.world(path), console)
     }
 
-    /// Plans a graph for an output size on paper: the largest device, estimated memory, every condition true.
-    pub fn plan(graph: &Arc<Graph>, output: [u32; 2], present: Present) -> std::result::Result<Plan, Vec<Diagnostic>> {
-        on_paper(graph, output, present, |input| raxel_graph::plan(graph.clone(), input))
+    /// The world to plan a graph over: the named one, or the project's default if `needed`.
+    pub fn planned_over(&self, named: Option<Arc<SessionWorld>>, needed: bool) -> PlannedOver {
+        if let Some(world) = named {
+            return PlannedOver::Named(world);
+        }
+        if !needed {
+            return PlannedOver::Any;
+        }
+        // A world that is not right has its own errors.
+        let default = self.project.default_world().ok().and_then(|path| self.built(&path).result.ok());
+        default.map_or(PlannedOver::StandIn, PlannedOver::Default)
     }
 
     /// Whether frames of a graph depend on those before them by more than the camera, whatever is shown and whichever conditions hold.
@@ -151,68 +216,119 @@ impl Front {
         let all: Vec<ResourceId> = (0..graph.resources.len() as u32).map(ResourceId).collect();
         let facts: [&dyn Fn(&Fact) -> bool; 2] = [&|_| true, &|_| false];
         facts.iter().any(|facts| {
-            let planned = on_paper(graph, output, present, |input| {
+            let paper = Paper { output, present, over: &PlannedOver::Any, conditions: Conditions::All };
+            let planned = on_paper(graph, &paper, |input| {
                 raxel_graph::plan(graph.clone(), &PlanInput { pinned: &all, facts, ..input.clone() })
             });
             planned.map_or(true, |plan| plan.looks_back)
         })
     }
 
-    /// What a phase of the planner leaves behind, on paper.
-    pub fn dump(
-        graph: &Arc<Graph>,
-        output: [u32; 2],
-        present: Present,
-        phase: Phase,
-    ) -> std::result::Result<String, Vec<Diagnostic>> {
-        on_paper(graph, output, present, |input| raxel_graph::dump(graph.clone(), input, phase))
+    /// The world that the command line names.
+    pub fn named_world(&self, named: &Path, console: &Console) -> Result<Arc<SessionWorld>> {
+        let path = self.project.path_of(named).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+        let first = !self.worlds.borrow().contains_key(&path);
+        let world = self.built(&path);
+        if first {
+            return Self::good(world, console);
+        }
+        world.result.map_err(|found| console.stop_in(&found, &world.texts))
     }
 
-    /// Checks a file of the project in every way that needs no GPU.
-    pub fn check(&self, path: &str) -> Checked {
+    /// A world, built at most once.
+    pub fn built(&self, path: &str) -> Part<SessionWorld> {
+        self.worlds.borrow_mut().entry(path.to_owned()).or_insert_with(|| self.loader.world(path)).clone()
+    }
+
+    /// Checks a file of the project in every way that needs no GPU; graphs over `world`, if one is named.
+    pub fn check(&self, path: &str, world: Option<&Arc<SessionWorld>>) -> Checked {
         let mut checked = Checked::default();
         match FileKind::of(path) {
             FileKind::Graph => {
-                self.check_graph(path, &mut checked);
+                self.check_graph(path, world, &mut checked);
             }
-            FileKind::World => checked.add(&self.loader.world(path)),
+            FileKind::World => checked.add(&self.built(path)),
             FileKind::Demo => self.check_demo(path, &mut checked),
         }
         checked
     }
 
-    fn check_graph(&self, path: &str, checked: &mut Checked) -> Option<Arc<Graph>> {
+    fn check_graph(&self, path: &str, world: Option<&Arc<SessionWorld>>, checked: &mut Checked) -> Option<Arc<Graph>> {
         let part = self.loader.graph(path);
         checked.add(&part);
         let graph = part.result.ok()?;
-        let present = Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None };
-        if let Err(errors) = Self::plan(&graph, [1280, 720], present) {
+        let over = self.planned_over(world.cloned(), graph.is_sized_by_world());
+        let paper = Paper {
+            output: [1280, 720],
+            present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
+            over: &over,
+            conditions: Conditions::All,
+        };
+        if let Err(errors) = paper.plan(&graph) {
             checked.found.extend(errors);
         }
+        checked.over = Some(over);
         Some(graph)
     }
 
-    /// A demo is checked against its graph; errors of the graph and the world are reported too, since the demo cannot run.
+    /// A demo is checked against its graph, and that over its world; errors of both are reported too, since the demo cannot run.
     fn check_demo(&self, path: &str, checked: &mut Checked) {
         let part = self.loader.demo(path);
         checked.add(&part);
         let Ok(demo) = part.result else { return };
-        if let Some(graph) = self.check_graph(&demo.graph.value, checked) {
+        let world = self.built(&demo.world.value);
+        if let Some(graph) = self.check_graph(&demo.graph.value, world.result.as_ref().ok(), checked) {
             checked.found.extend(demo.check(&graph));
         }
-        checked.add(&self.loader.world(&demo.world.value));
+        checked.add(&world);
     }
 }
 
-fn on_paper<T>(graph: &Graph, output: [u32; 2], present: Present, make: impl FnOnce(&PlanInput<'_>) -> T) -> T {
+/// What a graph is planned for without a device: the largest one, with estimated memory.
+#[derive(Clone, Copy)]
+pub(crate) struct Paper<'a> {
+    /// Extent of the output in pixels.
+    pub output: [u32; 2],
+    /// What is shown.
+    pub present: Present,
+    /// The world.
+    pub over: &'a PlannedOver,
+    /// Which passes run.
+    pub conditions: Conditions,
+}
+
+impl Paper<'_> {
+    /// The plan of a graph.
+    pub fn plan(&self, graph: &Arc<Graph>) -> std::result::Result<Plan, Vec<Diagnostic>> {
+        on_paper(graph, self, |input| raxel_graph::plan(graph.clone(), input))
+    }
+
+    /// What a phase of the planner leaves behind.
+    pub fn dump(&self, graph: &Arc<Graph>, phase: Phase) -> std::result::Result<String, Vec<Diagnostic>> {
+        on_paper(graph, self, |input| raxel_graph::dump(graph.clone(), input, phase))
+    }
+
+    fn holds(&self, graph: &Graph, fact: &Fact) -> bool {
+        match (self.conditions, fact, self.over.world()) {
+            (Conditions::AtStart, Fact::Param(param), _) => graph.params[param.0 as usize].default == Value::Bool(true),
+            (Conditions::AtStart, _, Some(world)) => world.holds(fact),
+            _ => true,
+        }
+    }
+}
+
+fn on_paper<T>(graph: &Graph, paper: &Paper<'_>, make: impl FnOnce(&PlanInput<'_>) -> T) -> T {
+    let Paper { output, present, over, .. } = *paper;
+    // How large they are is known once they are on a device.
+    let sources = graph.source_names().into_iter().map(|name| (name.to_owned(), SourceSize::default())).collect();
     make(&PlanInput {
         output,
         present,
         pinned: &[],
-        facts: &|_| true,
+        facts: &|fact| paper.holds(graph, fact),
         counts: &[],
-        sources: &source_names(graph).into_iter().map(|name| (name, SourceSize::default())).collect::<BTreeMap<_, _>>(),
-        world: WorldInput::ON_PAPER,
+        sources: &sources,
+        world: over.world().map_or(WorldInput::ON_PAPER, SessionWorld::input),
         memory: &EstimatedMemory,
         alias: true,
         poison: false,

@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::args::{Messages, each_once};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
-use crate::front::{FileKind, Front};
+use crate::front::{Checked, FileKind, Front, PlannedOver};
 
 /// Reports every mistake in graphs, worlds and demos (with the shaders and models they use), without a GPU.
 #[derive(Debug, clap::Args)]
@@ -19,6 +19,10 @@ pub(crate) struct Args {
     /// Graphs, worlds and demos; all of the project's by default.
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
+
+    /// The world that graphs are checked over (its bounds and materials); the project's by default, a demo's for its graph.
+    #[arg(long, value_name = "WORLD")]
+    world: Option<PathBuf>,
 
     #[command(flatten)]
     pub messages: Messages,
@@ -33,14 +37,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         let all: Vec<String> = [project.graphs(), project.worlds(), project.demos()].concat();
         total = all.len();
         for path in &all {
-            bad += u32::from(!check(&front, path, console));
+            bad += u32::from(!check(&front, path, args.world.as_deref(), console)?);
         }
     } else {
         let files = each_once(args.files.clone());
         total = files.len();
         let mut front: Option<Front> = None;
         for named in &files {
-            bad += u32::from(!check_named(&mut front, named, console));
+            bad += u32::from(!check_named(&mut front, named, args.world.as_deref(), console)?);
         }
     }
     if total == 0 {
@@ -57,47 +61,53 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
 
 /// Checks one file that the command line names; a project is opened again only when the file is in another one. True when it has
 /// no error.
-fn check_named(front: &mut Option<Front>, named: &Path, console: &Console) -> bool {
+fn check_named(front: &mut Option<Front>, named: &Path, world: Option<&Path>, console: &Console) -> Result<bool> {
     let opened = match front.take() {
         Some(front) if front.project.path_of(named).is_ok() => Ok(front),
         _ => Front::around(named),
     };
-    let checked = opened.and_then(|opened| {
-        let path = opened.project.path_of(named)?;
-        Ok(check(front.insert(opened), &path, console))
-    });
-    checked.unwrap_or_else(|diagnostic| {
-        console.diagnostics(&[*diagnostic], &raxel_diagnostics::SourceMap::default(), To::Stdout);
-        summary(&named.display().to_string(), None, (1, 0), console);
-        false
-    })
+    match opened.and_then(|opened| Ok((opened.project.path_of(named)?, opened))) {
+        Ok((path, opened)) => check(front.insert(opened), &path, world, console),
+        Err(diagnostic) => {
+            let found = vec![*diagnostic];
+            let checked = Checked { found, ..Checked::default() };
+            console.diagnostics(&checked.found, &checked.texts, To::Stdout);
+            summary(&named.display().to_string(), None, &checked, console);
+            Ok(false)
+        }
+    }
 }
 
 /// Checks one file of a project. True when it has no error.
-fn check(front: &Front, path: &str, console: &Console) -> bool {
-    let checked = front.check(path);
+fn check(front: &Front, path: &str, world: Option<&Path>, console: &Console) -> Result<bool> {
+    let world = world.map(|named| front.named_world(named, console)).transpose()?;
+    let checked = front.check(path, world.as_ref());
     console.diagnostics(&checked.found, &checked.texts, To::Stdout);
-    let counts = checked.counts();
-    summary(path, Some(FileKind::of(path)), counts, console);
-    counts.0 == 0
+    summary(path, Some(FileKind::of(path)), &checked, console);
+    Ok(checked.counts().0 == 0)
 }
 
-fn summary(path: &str, kind: Option<FileKind>, (errors, warnings): (usize, usize), console: &Console) {
+fn summary(path: &str, kind: Option<FileKind>, checked: &Checked, console: &Console) {
+    let (errors, warnings) = checked.counts();
+    let over = checked.over.as_ref();
     if console.format() == Format::Json {
         console::json(&json!({
             "reason": "checked",
             "file": path,
             "kind": kind.map(FileKind::name),
+            "world": over.and_then(PlannedOver::path),
             "errors": errors,
             "warnings": warnings,
         }));
         return;
     }
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
-    console.message(&match (errors, warnings) {
-        (0, 0) => format!("{path}: ok"),
-        (0, _) => format!("{path}: ok, {}", count(warnings, "warning")),
-        (_, 0) => format!("{path}: {}", count(errors, "error")),
-        _ => format!("{path}: {}, {}", count(errors, "error"), count(warnings, "warning")),
-    });
+    let result = match (errors, warnings) {
+        (0, 0) => "ok".to_owned(),
+        (0, _) => format!("ok, {}", count(warnings, "warning")),
+        (_, 0) => count(errors, "error"),
+        _ => format!("{}, {}", count(errors, "error"), count(warnings, "warning")),
+    };
+    let assumed = over.and_then(PlannedOver::assumed).map_or(String::new(), |assumed| format!(" ({assumed})"));
+    console.message(&format!("{path}: {result}{assumed}"));
 }

@@ -9,7 +9,7 @@ use raxel_runtime::project::Project;
 use crate::args::{Size, size};
 use crate::console::{self, Console};
 use crate::failure::{Failure, Result};
-use crate::front::Front;
+use crate::front::{Conditions, Front, Paper};
 
 /// Prints a graph's plan: order, culled passes, lifetimes, memory and barriers. Sizes of memory are estimates.
 #[derive(Debug, clap::Args)]
@@ -33,6 +33,10 @@ pub(crate) struct Args {
     /// Print what this phase of the compiler leaves behind instead: sizes, unroll, cull, order, lifetimes, varies, alias or barriers.
     #[arg(long, value_name = "PHASE", value_parser = phase, conflicts_with = "format")]
     phase: Option<Phase>,
+
+    /// The world that the plan is made for: its bounds, its materials, and what conditions of passes ask of it; the project's by default.
+    #[arg(long, value_name = "WORLD")]
+    world: Option<PathBuf>,
 }
 
 fn phase(name: &str) -> std::result::Result<Phase, String> {
@@ -58,12 +62,18 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         None => DebugTarget::default(),
     };
     let present = target.resolve(&graph).map_err(|error| Failure::usage(error.to_string()))?;
+    let world = args.world.as_deref().map(|named| front.named_world(named, console)).transpose()?;
+    let over = front.planned_over(world, graph.is_sized_by_world() || graph.asks_the_world());
+    if let Some(assumed) = over.assumed() {
+        console.message(&assumed);
+    }
+    let paper = Paper { output: args.size.0, present, over: &over, conditions: Conditions::AtStart };
     if let Some(phase) = args.phase {
-        let text = Front::dump(&graph, args.size.0, present, phase).map_err(|found| console.stop_in(&found, &texts))?;
+        let text = paper.dump(&graph, phase).map_err(|found| console.stop_in(&found, &texts))?;
         console::data(&text);
         return Ok(());
     }
-    let plan = Front::plan(&graph, args.size.0, present).map_err(|found| console.stop_in(&found, &texts))?;
+    let plan = paper.plan(&graph).map_err(|found| console.stop_in(&found, &texts))?;
     console::data(&match args.format {
         Form::Text => print::text(&plan),
         Form::Json => print::json(&plan),
