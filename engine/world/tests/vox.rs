@@ -259,6 +259,7 @@ fn a_world_chooses_frames_of_its_models() {
     let found = load("frame = 2").expect_err("the third of two");
     assert_eq!(found[0].code.as_str(), "RX0324");
     assert_eq!(found.len(), 1);
+    assert!(found[0].message.ends_with("there is no frame 2: the file has 2 frames, 0 to 1"), "{}", found[0].message);
     assert!(load("frame = -1").is_err());
 }
 

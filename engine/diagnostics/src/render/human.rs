@@ -6,7 +6,7 @@ use std::ops::Range;
 use annotate_snippets::{AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet};
 
 use super::extent::{MOST_PARTS, shown};
-use super::position::inside;
+use super::position::{inside, position};
 use super::short::{escaped, one_line};
 use crate::{Diagnostic, Label, Severity, SourceMap};
 
@@ -84,7 +84,7 @@ fn file_elements<'t>(file: &'t str, labels: &'t [Label], texts: &'t SourceMap) -
     }
     // The piece with the primary label comes first.
     pieces.sort_by_key(|piece| !piece.iter().any(|mark| mark.kind == AnnotationKind::Primary));
-    pieces.into_iter().map(|piece| snippet(file, text, piece).into()).collect()
+    pieces.into_iter().flat_map(|piece| snippet(file, text, piece)).collect()
 }
 
 /// A label and the range that is marked for it.
@@ -104,17 +104,27 @@ fn is_near(text: &str, first: &Range<usize>, second: &Range<usize>) -> bool {
 }
 
 /// The lines of some marks that are near each other, cut where they are long.
-fn snippet<'t>(file: &'t str, text: &'t str, marks: Vec<Mark<'t>>) -> Snippet<'t, annotate_snippets::Annotation<'t>> {
+fn snippet<'t>(file: &'t str, text: &'t str, marks: Vec<Mark<'t>>) -> Vec<Element<'t>> {
     let first = marks.iter().map(|mark| mark.range.start).min().unwrap_or(0);
     let last = marks.iter().map(|mark| mark.range.end).max().unwrap_or(0);
     let window = inside(text, &(first.saturating_sub(MAX_LINE)..last.saturating_add(MAX_LINE)));
     let start = text[window.start..first].rfind('\n').map_or(window.start, |at| window.start + at + 1);
     let end = text[last..window.end].find('\n').map_or(window.end, |at| last + at);
     let line = text[..start].bytes().filter(|byte| *byte == b'\n').count() + 1;
-    Snippet::source(&text[start..end]).line_start(line).path(escaped(file)).annotations(marks.into_iter().map(|mark| {
+    let is_cut = start > 0 && !text[..start].ends_with('\n');
+    let named = marks.iter().find(|mark| mark.kind == AnnotationKind::Primary).or(marks.first());
+    let place = named.map(|mark| position(text, mark.range.start)).filter(|_| is_cut);
+    let snippet = Snippet::source(&text[start..end]).line_start(line).annotations(marks.into_iter().map(|mark| {
         let text = Some(one_line(&mark.label.text)).filter(|text| !text.is_empty());
         mark.kind.span(mark.range.start - start..mark.range.end - start).label(text)
-    }))
+    }));
+    match place {
+        // The renderer would count columns from the cut.
+        Some(place) => {
+            vec![Origin::path(escaped(file)).line(place.line).char_column(place.column).into(), snippet.into()]
+        }
+        None => vec![snippet.path(escaped(file)).into()],
+    }
 }
 
 /// The range on character boundaries, cut at the end of its first line: a mark beside many lines says less than one below a word.

@@ -4,12 +4,12 @@ use raxel_diagnostics::{Diagnostic, Span, codes};
 
 /// Why a .vox file was not imported.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{message} (at byte {offset})")]
+#[error("{message}{}", offset.map(|byte| format!(" (at byte {byte})")).unwrap_or_default())]
 pub struct VoxError {
     /// Which sort of mistake.
     pub kind: VoxErrorKind,
-    /// Where in the file, in bytes from its start.
-    pub offset: usize,
+    /// Where in the file, in bytes from its start; `None` for what no place in it is to blame for.
+    pub offset: Option<usize>,
     /// One line, lower case.
     pub message: String,
 }
@@ -31,7 +31,11 @@ pub enum VoxErrorKind {
 
 impl VoxError {
     pub(super) fn new(kind: VoxErrorKind, offset: usize, message: impl Into<String>) -> Self {
-        Self { kind, offset, message: message.into() }
+        Self { kind, offset: Some(offset), message: message.into() }
+    }
+
+    pub(super) fn no_frame(message: impl Into<String>) -> Self {
+        Self { kind: VoxErrorKind::Frame, offset: None, message: message.into() }
     }
 
     /// The diagnostic for the file at a project path. `named_at` is the place that names it, if a file does.

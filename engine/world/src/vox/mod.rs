@@ -25,7 +25,7 @@ pub fn import_frame(bytes: &[u8], frame: u32) -> Result<World, VoxError> {
     let frames = scene::frames(&file);
     if frame > 0 && frame >= frames {
         let has = if frames == 1 { "one frame, 0".to_owned() } else { format!("{frames} frames, 0 to {}", frames - 1) };
-        return Err(VoxError::new(VoxErrorKind::Frame, 0, format!("there is no frame {frame}: the file has {has}")));
+        return Err(VoxError::no_frame(format!("there is no frame {frame}: the file has {has}")));
     }
     let materials = palette::materials(&file);
     let (index_of, used): (Vec<u16>, Vec<Material>) = palette::used(&file, materials);
