@@ -16,12 +16,7 @@
 #endif
 
 layout(std430) readonly buffer RxWorld {
-    ivec3 origin;         // smallest corner of a cube around the world
-    uint log2_size;       // the cube has 2^log2_size voxels a side
-    ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
-    uint material_count;
-    ivec3 bounds_last;
-    uint materials_at;    // word of the first material
+#include "header.glsl"
     uint table_at;        // word of the grid, or of the hash table
     uint log2_slots;      // the hash table has 2^log2_slots slots; 0 if there is a grid
     uint sectors_at;      // word of the first sector

@@ -17,12 +17,7 @@
 #endif
 
 layout(std430) readonly buffer RxWorld {
-    ivec3 origin;         // smallest corner of a cube around the world
-    uint log2_size;       // the cube has 2^log2_size voxels a side
-    ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
-    uint material_count;
-    ivec3 bounds_last;
-    uint materials_at;    // word of the first material
+#include "header.glsl"
     uint nodes_at;        // word of the root node
     uint node_count;
     uint blocks_at;       // word of the first block

@@ -1,12 +1,7 @@
 // Layout `chunks`: a list of 32^3 chunks, each a flat array of voxels, searched from its start for every voxel that is asked for.
 // The simplest way to hold a sparse world, and a slow one: kept as the baseline that the trees are measured against.
 layout(std430) RX_WORLD_ACCESS buffer RxWorld {
-    ivec3 origin;         // smallest corner of a cube around the world
-    uint log2_size;       // the cube has 2^log2_size voxels a side
-    ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
-    uint material_count;
-    ivec3 bounds_last;
-    uint materials_at;    // word of the first material
+#include "header.glsl"
     uint chunks_at;       // word of the list: a key of each chunk, then 4 words each, x, y, z in chunks, and the word of its voxels
     uint chunk_count;
     uint voxels_at;       // word of the first voxel: two a word, x + 32y + 1024z in a chunk

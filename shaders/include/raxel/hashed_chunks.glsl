@@ -1,12 +1,7 @@
 // What the layouts `chunk_table` and `octree` have in common: 32^3 chunks, all of the same number of words, found by the hash table
 // of table.glsl. The value of a chunk's entry is the word where it begins. engine/world/src/layout/hashed_chunks.rs writes it.
 layout(std430) RX_WORLD_ACCESS buffer RxWorld {
-    ivec3 origin;         // smallest corner of a cube around the world
-    uint log2_size;       // the cube has 2^log2_size voxels a side
-    ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
-    uint material_count;
-    ivec3 bounds_last;
-    uint materials_at;    // word of the first material
+#include "header.glsl"
     uint table_at;        // word of the hash table of chunks
     uint log2_slots;      // the table has 2^log2_slots slots
     uint chunks_at;       // word of the first chunk

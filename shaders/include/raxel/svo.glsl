@@ -15,12 +15,7 @@
 #endif
 
 layout(std430) readonly buffer RxWorld {
-    ivec3 origin;         // smallest corner of the root's cube
-    uint log2_size;       // the cube has 2^log2_size voxels a side
-    ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
-    uint material_count;
-    ivec3 bounds_last;
-    uint materials_at;    // word of the first material
+#include "header.glsl"
     uint root;            // word of the root node
     uint upper_count;     // nodes from the root down to the chunks
     uint chunks_at;       // word of the first chunk

@@ -6,12 +6,7 @@
 // where the target `voxels` and the buffer `world` have the source "world.texture3d". Dense: for small worlds. rx_set writes the image
 // as `world_texels = { target = "voxels", mip = 0 }`.
 layout(std430) readonly buffer RxWorld {
-    ivec3 origin;         // smallest corner of a cube around the world: texel (0, 0, 0)
-    uint log2_size;       // the cube has 2^log2_size voxels a side
-    ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
-    uint material_count;
-    ivec3 bounds_last;
-    uint materials_at;    // word of the first material
+#include "header.glsl"
     ivec3 size;           // texels of mip 0, multiples of 64
     uint mip_count;       // down to one texel
     uint words[];

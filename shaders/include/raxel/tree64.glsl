@@ -16,12 +16,7 @@
 #endif
 
 layout(std430) readonly buffer RxWorld {
-    ivec3 origin;         // smallest corner of the root's cube
-    uint log2_size;       // the cube has 2^log2_size voxels a side
-    ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
-    uint material_count;
-    ivec3 bounds_last;
-    uint materials_at;    // word of the first material
+#include "header.glsl"
     uint root;            // the root node, in nodes
     uint node_count;
     uint leaf_count;
