@@ -166,3 +166,76 @@ fn a_loop_goes_from_mip_to_mip() {
     }
     assert_eq!(lab.floats("color", 0, 0, 0)[0][0], 9.0 * 256.0);
 }
+
+/// All rounds run in each tick: a round adds its index and one to what the round before left, and the next tick goes on from there.
+const TICKING: &str = r#"
+name = "ticking"
+present = "color"
+[clocks.sim]
+hz = 10
+most = 3
+[loops.relax]
+count = 4
+swap = [["state", "next"]]
+[targets.state]
+format = "r32f"
+size = [1, 1]
+clock = "sim"
+[targets.next]
+format = "r32f"
+size = [1, 1]
+clock = "sim"
+[targets.color]
+format = "r32f"
+size = [1, 1]
+[[passes]]
+name = "relax"
+loop = "relax"
+every = "sim"
+shader = "relax.comp"
+dispatch = [1, 1, 1]
+bind = { before = "state", result = "next" }
+push = { index = "loop.index", tick = "clock.sim.tick" }
+[[passes]]
+name = "show"
+shader = "show.comp"
+dispatch = [1, 1, 1]
+bind = { state = "state", result = "color" }
+"#;
+
+const RELAX: &str = "#version 460
+layout(local_size_x = 1) in;
+layout(r32f) readonly uniform image2D before;
+layout(r32f) writeonly uniform image2D result;
+layout(push_constant) uniform Push { uint index; uint tick; };
+void main() {
+    float value = imageLoad(before, ivec2(0)).x;
+    imageStore(result, ivec2(0), vec4(value + float(index + 1u) + 100.0 * float(tick)));
+}";
+
+const SHOW_STATE: &str = "#version 460
+layout(local_size_x = 1) in;
+layout(r32f) readonly uniform image2D state;
+layout(r32f) writeonly uniform image2D result;
+void main() { imageStore(result, ivec2(0), imageLoad(state, ivec2(0))); }";
+
+#[test]
+fn a_loop_of_a_clock_runs_all_rounds_in_each_tick() {
+    let mut lab = Lab::new();
+    let files = [("graphs/test.toml", TICKING), ("shaders/relax.comp", RELAX), ("shaders/show.comp", SHOW_STATE)];
+    lab.load(&files, &Planned::default());
+    let builtins = Builtins::default();
+    let mut at = |seconds: f64| {
+        let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: seconds, disabled: &[] };
+        let report = lab.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"));
+        (report.dispatched, report.idle, lab.floats("color", 0, 0, 0)[0][0])
+    };
+    // Four rounds add 1 + 2 + 3 + 4, and four times a hundred times the number of the tick.
+    let after = |ticks: u32| (0..ticks).map(|tick| 10.0 + 400.0 * tick as f32).sum::<f32>();
+    assert_eq!(at(0.0), (4 + 1, 8, after(1)), "the first frame runs tick 0");
+    assert_eq!(at(0.25), (8 + 1, 4, after(3)), "two ticks are due");
+    assert_eq!(at(0.28), (0, 12, after(3)), "no tick is due, and the picture is in place");
+    assert_eq!(at(0.61), (12 + 1, 0, after(6)), "as many as `most` are caught up with");
+    lab.executor.reset_history();
+    assert_eq!(at(0.7), (4 + 1, 8, after(1)), "a reset starts over");
+}

@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_graph::checked::Graph;
-use raxel_graph::compile;
-use raxel_runtime::execute::{Builtins, FrameInputs};
+use raxel_graph::{SourceLayout, compile};
+use raxel_runtime::execute::{Builtins, DeviceSource, FrameInputs};
 use raxel_shader::Compiler;
+use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 
 use crate::lab::{Lab, Planned};
 
@@ -146,10 +147,25 @@ fn shaders() -> Vec<(String, String)> {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Sort {
-    Target { mips: usize },
-    Values,
+    Target {
+        mips: usize,
+    },
+    Floats,
     Arguments,
+    /// Floats written in the file.
+    Table,
+    /// What the test supplies as [`GIVEN`]; passes only read it.
+    Given,
+    /// What the test supplies as [`OPEN`]; passes may write it.
+    Open,
+    /// A copy of [`GIVEN`].
+    Copy,
 }
+
+/// Sources of [`FLOATS`] numbers. The test writes parts of both between frames.
+const GIVEN: &str = "test.given";
+const OPEN: &str = "test.open";
+const FLOATS: usize = 64;
 
 struct Thing {
     name: String,
@@ -170,18 +186,36 @@ fn graph_file(r: &mut Random) -> String {
     for number in 0..count {
         let (name, sort) = match r.below(10) {
             _ if number == 0 => (format!("r{number}"), Sort::Target { mips: 1 }),
-            0..2 => (format!("r{number}"), Sort::Values),
+            0..2 => {
+                let sorts = [Sort::Floats, Sort::Floats, Sort::Table, Sort::Given, Sort::Copy, Sort::Open];
+                let sort = sorts[r.below(sorts.len())];
+                // Two names of one buffer that passes write are refused.
+                let twice = sort == Sort::Open && things.iter().any(|thing| thing.sort == Sort::Open);
+                (format!("r{number}"), if twice { Sort::Copy } else { sort })
+            }
             2 => (format!("r{number}"), Sort::Arguments),
             3 if !chain => (format!("r{number}"), Sort::Target { mips: 2 }),
             _ => (format!("r{number}"), Sort::Target { mips: 1 }),
         };
+        let supplied = match sort {
+            Sort::Table => format!("type = \"f32\"\nvalues = [0.5, {}, 0.125]\n", r.below(8)),
+            Sort::Given => format!("source = \"{GIVEN}\"\n"),
+            Sort::Open => format!("source = \"{OPEN}\"\n"),
+            Sort::Copy => format!("copy = \"{GIVEN}\"\n"),
+            Sort::Target { .. } | Sort::Floats | Sort::Arguments => String::new(),
+        };
+        if !supplied.is_empty() {
+            let _ = write!(tables, "[buffers.{name}]\n{supplied}");
+            things.push(Thing { name, sort, history: 0, clock: false });
+            continue;
+        }
         let history = if r.percent(if chain { 3 } else { 12 }) { 1 + r.below(2) } else { 0 };
         match sort {
             Sort::Target { mips } => {
                 let size = ["[8, 8]", "[16, 8]", "[16, 16]", "[64, 32]"][r.below(4)];
                 let _ = write!(tables, "[targets.{name}]\nformat = \"r32f\"\nsize = {size}\nmips = {mips}\n");
             }
-            Sort::Values | Sort::Arguments => {
+            _ => {
                 let size = if sort == Sort::Arguments { 12 } else { 64 << r.below(6) };
                 let _ = write!(tables, "[buffers.{name}]\nsize = {size}\n");
             }
@@ -207,7 +241,8 @@ fn graph_file(r: &mut Random) -> String {
     }
     let suits = |thing: &Thing, kind: Kind| match thing.sort {
         Sort::Target { .. } => matches!(kind, Sampled | ReadImage | WriteImage | ReadWriteImage),
-        Sort::Values => matches!(kind, ReadBuffer | WriteBuffer),
+        Sort::Floats | Sort::Open | Sort::Copy => matches!(kind, ReadBuffer | WriteBuffer),
+        Sort::Table | Sort::Given => kind == ReadBuffer,
         Sort::Arguments => kind == WriteArguments,
     };
     let mut written: Vec<usize> = Vec::new();
@@ -252,7 +287,7 @@ fn graph_file(r: &mut Random) -> String {
                 continue;
             }
             let fitting: Vec<Kind> = WRITES.into_iter().filter(|kind| suits(thing, *kind)).collect();
-            let kind = fitting[if r.percent(75) { 0 } else { r.below(fitting.len()) }];
+            let Some(&kind) = fitting.get(if r.percent(75) { 0 } else { r.below(fitting.len()) }) else { continue };
             if !taken.insert(at) {
                 continue;
             }
@@ -329,6 +364,7 @@ fn bind(r: &mut Random, thing: &Thing, kind: Kind, name: &str) -> String {
 /// What is shown in each frame.
 fn run(lab: &mut Lab, graph: &Arc<Graph>, alias: bool, memo: bool, poison: bool) -> (Vec<Vec<[f32; 4]>>, u32) {
     let shown = graph.resource(graph.present).name.clone();
+    let [given, open] = supply(lab, graph);
     let plan = lab.plan(graph, &Planned { alias, poison, present: &shown, ..Planned::default() });
     let shared = plan.blocks.len() as u32;
     let prepared = lab.prepare(&plan).unwrap_or_else(|error| panic!("{error}"));
@@ -348,10 +384,49 @@ fn run(lab: &mut Lab, graph: &Arc<Graph>, alias: bool, memo: bool, poison: bool)
             clock: TIMES[moment as usize],
             disabled: &[],
         };
+        // The copies are filled again, and what passes made of the open source is written over in part.
+        if frame == 5 {
+            given.write(4 * 3, bytemuck::bytes_of(&[0.75_f32, 0.25])).expect("it is there");
+        }
+        if frame == 6 {
+            open.write(0, bytemuck::bytes_of(&[0.375_f32])).expect("it is there");
+        }
         lab.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"));
         frames.push(lab.floats(&shown, 0, 0, 0));
     }
     (frames, shared)
+}
+
+/// Supplies a graph with its sources, fresh ones, so that every run finds the same.
+fn supply(lab: &mut Lab, graph: &Graph) -> [Arc<DeviceSource>; 2] {
+    let builder = lab.executor.builder();
+    let source = |name: &str, value: f32| {
+        let buffer = builder.upload_buffer(bytemuck::cast_slice(&[value; FLOATS]), name).expect("it fits");
+        builder.source(name, Some(buffer), None)
+    };
+    let sources = [source(GIVEN, 0.5), source(OPEN, 0.25)];
+    for resource in &graph.resources {
+        if let Some(source) = sources.iter().find(|source| resource.kind.supplied_by() == Some(source.name())) {
+            lab.sources.insert(&resource.name, source.clone());
+        }
+    }
+    sources
+}
+
+/// What the compiler must know of the sources.
+fn layouts() -> Vec<SourceLayout> {
+    let layout = |name: &str, access| {
+        let element = Box::new(Type::Scalar(Scalar::F32));
+        let values = Member {
+            name: "values".to_owned(),
+            offset: 0,
+            ty: Type::Array { element, len: None, stride: 4 },
+            place: None,
+        };
+        let block = Block { name: "Block".to_owned(), size: 0, members: vec![values] };
+        SourceLayout { name: name.to_owned(), block, image: None, access }
+    };
+    vec![layout(GIVEN, Access::Read), layout(OPEN, Access::ReadWrite)]
 }
 
 fn judge(seeds: std::ops::Range<u64>) {
@@ -359,11 +434,13 @@ fn judge(seeds: std::ops::Range<u64>) {
     let texts = shaders();
     let shaders = Arc::new(MemoryFiles::new(texts.iter().map(|(path, text)| (path.as_str(), text.as_str()))));
     let compiler = Compiler::new(shaders);
+    let sources = layouts();
+    let mut supplied = [0_u32; 3];
     let (mut blocks, mut lively) = (0, 0);
     for seed in seeds.clone() {
         let toml = graph_file(&mut Random(seed.wrapping_mul(0xD1B5_4A32_D192_ED03)));
         let files = MemoryFiles::new([("graphs/random.toml", toml.as_str())]);
-        let (graph, _) = compile("graphs/random.toml", &files, &compiler, &Vec::new(), &mut SourceMap::default())
+        let (graph, _) = compile("graphs/random.toml", &files, &compiler, &sources, &mut SourceMap::default())
             .unwrap_or_else(|errors| panic!("seed {seed}\n{toml}\n{errors:#?}"));
         let graph = Arc::new(graph);
         let (slow, _) = run(&mut lab, &graph, false, false, false);
@@ -374,11 +451,15 @@ fn judge(seeds: std::ops::Range<u64>) {
         for (frame, (slow, fast)) in slow.iter().zip(&fast).enumerate() {
             assert_eq!(slow, fast, "seed {seed}, frame {frame}\n{toml}");
         }
+        for (count, word) in supplied.iter_mut().zip(["values = ", OPEN, "copy = "]) {
+            *count += u32::from(toml.contains(word));
+        }
         blocks += shared;
         lively += u32::from(slow.windows(2).any(|pair| pair[0] != pair[1]));
     }
     // The graphs are worth the trouble.
     let count = (seeds.end - seeds.start) as u32;
+    assert!(supplied.iter().all(|graphs| graphs * 20 > count), "{supplied:?} graphs with tables, open sources, copies");
     assert!(blocks * 4 > count && lively * 3 > count, "{blocks} shared blocks, {lively} pictures that change");
 }
 
