@@ -1,5 +1,5 @@
 //! Reads TOML so that every mistake in a file is reported, and not only the first. A [`Table`] hands out values by key, reports a
-//! wrong type where it stands, and at [`Table::finish`] reports every key that nobody asked for, with the closest one that was.
+//! wrong type where it stands, and at [`Table::finish`] reports every key that no reader asked for, with the closest key that one did.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -206,7 +206,7 @@ impl<'a, 't> Table<'a, 't> {
         true
     }
 
-    /// Reports every key that nobody asked for.
+    /// Reports every key that no reader asked for.
     pub fn finish(&self) {
         let asked = self.asked.borrow();
         let mut unknown: Vec<_> =
@@ -420,8 +420,8 @@ fn range_text(range: &RangeInclusive<i64>) -> String {
 /// Names that a misspelt one is compared with: a file may have thousands of mistakes and thousands of names.
 const MOST_COMPARED: usize = 2000;
 
-/// The name closest to a misspelt one, if one of the first [`MOST_COMPARED`] is close enough to be meant. Names of more than 64 bytes are
-/// nobody's misspelling.
+/// The name closest to a misspelt one, if one of the first [`MOST_COMPARED`] is close enough to be meant. There is
+/// none for a name of more than 64 bytes.
 pub fn closest<'n>(wrong: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     if wrong.len() > 64 {
         return None;

@@ -3,7 +3,7 @@
 //! Packing is greedy by size with best fit (Pisarchyk and Lee, "Efficient Memory Management for Deep Neural Net Inference", 2020,
 //! section 5.2): the largest resource first, each at the place in a growing arena, free during its whole life, that makes the arena
 //! grow least and leaves the smallest hole. An arena is then cut where nothing overlaps: every piece with at least two
-//! occupants becomes a block; a resource that shares with nobody gets memory of its own.
+//! occupants becomes a block; a resource that shares with no other gets memory of its own.
 
 use crate::lifetimes::Life;
 use crate::plan::{BlockPlan, Place, Requirements, ResourceDesc, ResourcePlan};

@@ -42,7 +42,7 @@ pub struct Graph {
     pub name: String,
     /// `about`.
     pub about: String,
-    /// The resource shown when nobody chooses another.
+    /// The resource shown by default.
     pub present: ResourceId,
     /// Live values.
     pub params: Vec<Param>,
@@ -132,7 +132,7 @@ pub struct Material {
 pub struct Param {
     /// Name, e.g. `exposure`.
     pub name: String,
-    /// Its value when nobody sets it; also gives its type.
+    /// Its default value, which also gives its type.
     pub default: Value,
     /// Smallest and largest value, per component. `None` for bools and where the file gives none.
     pub range: Option<[f64; 2]>,

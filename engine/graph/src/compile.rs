@@ -46,7 +46,7 @@ pub fn compile_with(
     let reflected = reflect::reflect(&resolved, shaders, texts, &mut found);
     // The image of a source goes with its buffer.
     imply::images(&mut resolved, &reflected, sources);
-    // The graph and its shaders are held against each other.
+    // The graph is compared with its shaders.
     let graph = check::check(&resolved, &reflected, sources, &mut found);
     // A graph with any error is not handed on.
     match graph {

@@ -15,7 +15,7 @@ pub(crate) enum Action {
     Copy(u32),
     /// Dispatches a pass (index into [`Order::passes`]).
     Dispatch(u32),
-    /// Takes the debug target.
+    /// Reads the debug target for display.
     Present,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct ResourceAccess {
     pub resource: u32,
     /// 0 is the current copy, n that of n frames (or ticks) ago.
     pub age: u32,
-    /// By what the copies are counted there.
+    /// Which counter selects its current copy there.
     pub turn: Turn,
     /// Mips and layers.
     pub range: SubresourceRange,
@@ -120,7 +120,7 @@ pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
     if input.present.after.is_none() {
         ordering.present();
     }
-    // What only later frames read is cleared all the same.
+    // Resources that only later frames read must be cleared as well.
     ordering.clear_rest();
     ordering.order
 }
@@ -137,7 +137,7 @@ struct Ordering<'a> {
     to_clear: Vec<bool>,
     /// The tick that is being put in order.
     tick: Option<(ClockId, u32)>,
-    /// By clock: its ticks are behind.
+    /// By clock: all of its ticks in the frame have been put in order.
     passed: Vec<bool>,
     order: Order,
 }
@@ -160,7 +160,7 @@ impl Ordering<'_> {
             for pass in passes.clone() {
                 self.dispatch(pass);
             }
-            // What is read outside the clock alone.
+            // Resources that are read only by passes outside of the clock.
             for resource in (0..).zip(&cleared).filter(|(_, cleared)| **cleared).map(|(resource, _)| resource) {
                 if std::mem::take(&mut self.to_clear[resource as usize]) {
                     self.clear(resource);
@@ -180,7 +180,7 @@ impl Ordering<'_> {
         }
         let mut accesses = Vec::new();
         for access in &self.graph.pass(id).accesses {
-            // What no pass may write is written by nobody in a frame; the runtime replaces it between frames.
+            // Resources that no pass may write cause no hazards within frames: the runtime replaces their contents between frames.
             if self.graph.resource(access.resource).is_writable()
                 && let Some(resource) = self.index[access.resource.0 as usize]
             {
@@ -214,7 +214,7 @@ impl Ordering<'_> {
         let id = self.cull.used[resource as usize];
         let range = SubresourceRange::whole(&self.sizes[id.0 as usize]);
         let action = self.order.actions.len() as u32;
-        // A clear for the frame may stand within a tick: it belongs to none.
+        // The clear of a resource without a clock may come just before a pass of a tick, but belongs to no tick.
         let tick = self.graph.resource(id).clock.and(self.tick).map(|(_, tick)| tick);
         self.order.actions.push(match self.graph.resource(id).copied_from() {
             Some(_) => Action::Copy(resource),
@@ -249,7 +249,7 @@ impl Ordering<'_> {
         self.act(Action::Present, &accesses);
     }
 
-    /// By what the copies of a used resource are counted here.
+    /// Which counter selects the current copy of a used resource at this point.
     fn turn(&self, resource: u32) -> Turn {
         match (self.graph.resource(self.cull.used[resource as usize]).clock, self.tick) {
             (None, _) => Turn::Frame,

@@ -40,24 +40,24 @@ pub struct PlanInput<'a> {
     pub memory: &'a dyn MemoryModel,
     /// Whether transient resources may share memory.
     pub alias: bool,
-    /// Whether transient memory is filled with what nobody can take for a result before its first use in a frame: NaN, magenta or
+    /// Whether transient memory is filled with a value that is plainly wrong before its first use in a frame: NaN, magenta or
     /// 0xDEADBEEF.
     pub poison: bool,
     /// Limits of the device.
     pub limits: Limits,
 }
 
-/// What the sizes and values of a plan depend on of the world.
+/// The properties of the world that sizes and values of a plan depend on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorldInput<'a> {
     /// Voxels along each axis of its bounds; zero for an empty world.
     pub extent: [u32; 3],
-    /// Names of its materials by index. `None` on paper, where any name will do.
+    /// Names of its materials by index. `None` without a world: any name is accepted.
     pub materials: Option<&'a [String]>,
 }
 
 impl WorldInput<'_> {
-    /// What stands for the world where none is at hand (`check`, `graph`).
+    /// The stand-in for plans that are made without a world (`check`, `graph`).
     pub const ON_PAPER: WorldInput<'static> = WorldInput { extent: [256; 3], materials: None };
 }
 
@@ -237,7 +237,7 @@ pub struct ClockPlan {
     pub end: u32,
 }
 
-/// By what the copies of a resource are counted at one step. Copy r mod copies is the current one, where r is a rotation:
+/// Which counter selects the current copy of a resource at one step: copy `counter mod copies` is the current one. The counter is
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub enum Turn {
     /// the number of the frame;
@@ -256,7 +256,7 @@ impl Plan {
         crate::sizes::constant(source, &self.sizes, &self.materials)
     }
 
-    /// By what the copies of a resource are counted at a step.
+    /// Which counter selects the current copy of a resource at a step.
     pub fn turn(&self, step: usize, resource: ResourceId) -> Turn {
         self.graph.resource(resource).clock.map_or(Turn::Frame, |clock| self.clock_at(step, clock))
     }
@@ -334,9 +334,9 @@ pub enum Lifetime {
     Persistent,
     /// From its first to its last step in a frame; memory may be shared.
     Transient {
-        /// First step (index into [`Plan::steps`]) that touches it.
+        /// First step (index into [`Plan::steps`]) that accesses it.
         first: u32,
-        /// Last step that touches it.
+        /// Last step that accesses it.
         last: u32,
         /// Its place, or `None` when it has memory of its own.
         place: Option<Place>,

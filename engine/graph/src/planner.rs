@@ -1,4 +1,4 @@
-//! The back end of the compiler: a checked graph in, a plan out. No device is touched.
+//! The back end of the compiler: a checked graph in, a plan out. No device is asked.
 
 use std::sync::Arc;
 
@@ -56,7 +56,7 @@ fn bake(
     let mut watch = |after: &After| watch(after, &graph);
     watch(&After::Unroll(declared));
 
-    // Passes that nobody will see are left out; so are resources that only they use.
+    // Passes whose results are not used are left out; so are resources that only they use.
     let cull = cull(&graph, &sizes, input);
     watch(&After::Cull(&cull));
 
@@ -66,9 +66,9 @@ fn bake(
 
     // A frame is what the file says in the order of the file; clears and the present step find their places.
     let mut ordered = order(&graph, &sizes, input, &cull, &[]);
-    // What no later frame reads only lives from its first to its last step,
+    // A resource that no later frame reads is transient: it matters from its first to its last step only.
     let mut lives = lifetimes(&graph, input, &cull, &ordered);
-    // and is filled before the first of them, where that is asked for.
+    // For validation, transient resources are filled before their first use.
     if input.poison {
         let transient =
             |(life, resource): (&Life, &ResourcePlan)| *life != Life::Persistent && resource.clear.is_none();

@@ -322,9 +322,7 @@ fn missing(whose: &str, key: &str, place: &Span) -> Diagnostic {
 
 fn present(model: &File, scope: &Scope<'_>, start: &Span, found: &mut Vec<Diagnostic>) -> Option<At<ResourceId>> {
     let Some(present) = &model.present else {
-        found.push(
-            missing("the file", "present", start).help("name the target that is shown when nobody chooses another"),
-        );
+        found.push(missing("the file", "present", start).help("name the target that is shown by default"));
         return None;
     };
     let (name, age) = age(&present.value);

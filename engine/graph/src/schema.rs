@@ -22,7 +22,7 @@ pub fn schema() -> Value {
         "properties": {
             "name": text("Name of the graph: needed, unless it extends another."),
             "about": text("What it shows, in one line."),
-            "present": text("The target or buffer that is shown when nobody chooses another."),
+            "present": text("The target or buffer that is shown by default."),
             "extends": text("Another graph file, relative to this one, of which only the differences are written here: tables are laid over each other by name, key by key; passes by `name`."),
             "params": named("Live values: sliders in the window, tracks in a demo, `--set` on the command line.", "param"),
             "clocks": named("Rhythms of their own, apart from the frames: passes with `every` of a clock run once for each of its ticks.", "clock"),

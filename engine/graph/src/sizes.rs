@@ -24,7 +24,7 @@ pub enum Size {
     },
     /// Of one copy of a buffer.
     Buffer {
-        /// Bytes; `None` for a source that nobody supplies yet.
+        /// Bytes; `None` for a source that is not supplied yet.
         bytes: Option<u64>,
         /// Elements; 0 where the file gives bytes alone, and for a source.
         elements: u64,
@@ -186,7 +186,7 @@ pub(crate) fn constant(source: &Source, sizes: &[Size], materials: &[u32]) -> Op
     })
 }
 
-/// The indices of the materials that a graph names. One that the world has not, or that nobody knows the world of, is 0, which is air.
+/// The indices of the materials that a graph names. A material that the world does not have, or any without a world, is 0, which is air.
 pub(crate) fn materials(graph: &Graph, world: &WorldInput<'_>) -> Vec<u32> {
     let index = |name: &str| world.materials?.iter().position(|known| known == name);
     graph.materials.iter().map(|material| index(&material.name).unwrap_or(0) as u32).collect()

@@ -63,7 +63,7 @@ pub fn voxels(world: &World, corner: [i32; 3], to: &mut dyn Write) -> io::Result
 }
 
 /// A ray whose numbers, relative to a corner, are `f32` without rounding: its origin is put on the nearest such place, and its direction
-/// is cut as the lattice cuts it, so that whoever reads it traces exactly this ray. `None` when it hits nothing by the rule, or its origin
+/// is cut as the lattice cuts it, so that every reader traces exactly this ray. `None` when it hits nothing by the rule, or its origin
 /// leaves the range of coordinates.
 pub fn representable(ray: &Ray, corner: [i32; 3]) -> Option<Exported> {
     let lattice = Lattice::of(ray)?;

@@ -2,13 +2,13 @@
 //!
 //! # Method
 //! Everything is mirrored so that the ray moves up on every axis. With G its fraction and D its direction on the lattice, it crosses
-//! the n-th plane of an axis at n·2²⁴ − G over D; call that numerator N. What is kept is no time but, for each pair of axes, the *cross
-//! difference* of their next crossings
+//! the n-th plane of an axis at the time (n·2²⁴ − G) / D; call the numerator N. Instead of times, the walk keeps for each pair of axes the
+//! *cross difference* of their next crossings
 //!
 //! > e(a, b) = N(a)·D(b) − N(b)·D(a),
 //!
 //! whose sign says which plane is crossed first (a positive one: that of b; zero: both at once). A crossing of a adds 2²⁴·D(b), so
-//! following the ray takes sums alone; how many planes of b are crossed until the ray leaves a block by a plane of a is one division.
+//! following the ray takes additions only; how many planes of b are crossed until the ray leaves a block by a plane of a is one division.
 //! This is the integer form of the walk of Amanatides and Woo (1987), in which nothing is ever rounded.
 //!
 //! # Range
@@ -37,7 +37,7 @@ pub struct Oracle<'w> {
     coarse: Vec<HashSet<u128, BuildHasherDefault<Mix>>>,
 }
 
-/// What a chunk's voxels are asked for.
+/// A chunk with the masks that empty blocks are found by.
 struct Prepared<'w> {
     chunk: &'w Chunk,
     /// Which 16³ nodes have solids.

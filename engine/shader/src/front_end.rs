@@ -1,4 +1,4 @@
-//! The front end proper: one text to one module through shaderc, in this process. It reads no file: whoever runs it answers its
+//! The front end proper: one text to one module through shaderc, in this process. It reads no file: the caller answers its
 //! includes, and knows where what it prints belongs.
 
 use std::cell::RefCell;

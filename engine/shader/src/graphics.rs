@@ -1,4 +1,4 @@
-//! Shaders of the runtime's own triangles. Graphs have none: nothing is reflected, cached or told to a user.
+//! Shaders of the runtime's own triangles. Graphs have no such shaders, so nothing is reflected, cached or reported to a user.
 
 use shaderc::{CompileOptions, EnvVersion, OptimizationLevel, ShaderKind, SpirvVersion, TargetEnv};
 

@@ -1,7 +1,7 @@
 //! Shaders: GLSL, HLSL and SPIR-V in; a module and its interface out.
 //!
 //! A [`Compiler`] compiles in its own process, with limits on the size of texts, macros and types, unless the program has called
-//! [`worker::isolate`]: then child processes do, with limits on time and memory, and no text ends or stops the program.
+//! [`worker::isolate`]: child processes compile from then on, with limits on time and memory, so that no text can end or stop the program.
 
 mod compile;
 mod compiler;

@@ -9,7 +9,7 @@ pub fn text(name: &str) -> Option<&'static str> {
     FILES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text)
 }
 
-/// The file that is the text of `raxel/world/BINDING.glsl` for every binding, and stands in it for the binding's name.
+/// The template of `raxel/world/BINDING.glsl`; `NAME` in it stands for the name of the binding.
 pub(crate) const WORLD_TEMPLATE: &str = "raxel/world/NAME.glsl";
 const PLACEHOLDER: &str = "NAME";
 

@@ -1,9 +1,9 @@
 //! How many frames apart two accesses of one resource first meet in the same copy.
 //!
-//! A resource with C copies that turns with the frames meets itself when d ≡ age(to) − age(from) (mod C). One that turns with a clock is
-//! turned by as many ticks as were due, and a plan cannot know how many: 0 to `most` in each frame. The distance between the two copies,
-//! in ticks, is therefore a range, and the accesses meet when it contains a multiple of C. An access in tick i of a frame says that the
-//! frame runs more than i ticks.
+//! The history of a resource without a clock advances by one copy in each frame: of C copies, the two accesses are to the same one when
+//! d ≡ age(to) − age(from) (mod C). The history of a resource with a clock advances by one copy in each tick, and a frame runs 0 to
+//! `most` ticks, which a plan cannot know. The distance between the two copies, in ticks, is then a range, and the accesses can meet when
+//! the range contains a multiple of C. An access in tick i of a frame implies that the frame runs more than i ticks.
 
 use crate::checked::Graph;
 use crate::order::ResourceAccess;

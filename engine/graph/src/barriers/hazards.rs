@@ -1,6 +1,6 @@
 //! Finds which accesses must be ordered.
 //!
-//! A frame of n actions has n gaps; gap g is in front of action g, and the frame repeats for ever. An access by action i and one by
+//! A frame of n actions has n gaps; gap g is in front of action g, and the frame repeats without end. An access by action i and one by
 //! action j, d frames later, are ordered by a barrier in one of the d·n + j − i gaps that end with gap j. The two meet in one copy of a
 //! resource for some d (see [`frames_apart`]); only the smallest such d matters, for every later one has more gaps to choose from.
 

@@ -37,7 +37,7 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, So
             });
             continue;
         };
-        // A value that nobody knows is reported already.
+        // A value that is not known was reported before.
         let Some(feed) = feed else { continue };
         let ty = ValueType::new(constant.scalar, (1, 1));
         let is = match &feed.value {

@@ -1,4 +1,4 @@
-//! What flows between passes: nothing is presented that nobody makes, and what is read is written somewhere.
+//! What flows between passes: what is presented or read must be written by some pass.
 
 use raxel_diagnostics::{Diagnostic, codes};
 

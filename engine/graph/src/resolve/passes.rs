@@ -291,7 +291,7 @@ pub fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec
         ResourceKind::Buffer(_) => "buffer",
     };
     if is == kind {
-        // Whoever asks for a target asks for its extent. That of a copy is known when a plan is made.
+        // A target is named here for its extent. That of a copy is known once a plan is made.
         let outside = matches!(&declared.kind, ResourceKind::Target(target) if target.extent == Extent::Source);
         if outside && *sound && declared.copied_from().is_none() {
             found.push(extent_from_outside(name, detail));

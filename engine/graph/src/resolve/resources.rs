@@ -282,7 +282,7 @@ fn world_is_the_world(model: &File, found: &mut Vec<Diagnostic>) {
 
 /// Nobody can say how many elements the buffer of that name has.
 pub(super) fn no_elements(name: &At<String>, size: &Span) -> Diagnostic {
-    let message = format!("nobody knows how many elements buffer `{}` has", name.value);
+    let message = format!("the number of elements of buffer `{}` is not known", name.value);
     Diagnostic::error(codes::graph::WRONG_KIND, message)
         .label(name.span.clone(), "a number of elements is needed here")
         .label(size.clone(), "this says bytes alone")

@@ -7,7 +7,7 @@ use super::Limits;
 use super::protocol::{Order, Reply, read, write};
 use crate::front_end::{self, Included, Job};
 
-/// Serves the parent. Without one, or when it is gone, nothing is left to do.
+/// Serves the parent until it is gone.
 pub(super) fn serve() -> ExitCode {
     let mut pipes = (io::stdin(), io::stdout());
     if write(&Reply::Hello(front_end::VERSION.to_owned()), &mut pipes.1).is_err() {

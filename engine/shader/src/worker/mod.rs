@@ -1,6 +1,6 @@
 //! Compiling in child processes. glslang can be made to follow a null pointer (about one in a thousand random small edits of an HLSL shader),
-//! to work for hours (types whose written-out size doubles with each line) and to take all memory; a thread can be guarded against none of
-//! these. A program that must outlive any text calls [`isolate`] first thing in `main`: from then on shaders are compiled by children that
+//! to work for hours (types whose written-out size doubles with each line) and to take all memory; a thread cannot be protected
+//! from any of these. A program that must survive every text calls [`isolate`] first thing in `main`: from then on shaders are compiled by children that
 //! it starts of itself, which stay for the next shader, and are ended and replaced when they break down or reach a limit.
 //!
 //! On Unix the limits are the kernel's: processor time and address space. Elsewhere a child is ended after [`MAX_WAIT`], and its memory has

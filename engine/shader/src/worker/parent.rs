@@ -17,11 +17,11 @@ pub(crate) enum Stopped {
     Time(Limits),
     /// It reached the limit of memory.
     Memory(Limits),
-    /// It followed a null pointer, or the like.
+    /// It crashed, for example on a null pointer.
     Crash,
 }
 
-/// Children that have nothing to do.
+/// Idle children.
 static IDLE: Mutex<Vec<Worker>> = Mutex::new(Vec::new());
 
 /// Compiles in a child. `None` when there are no children: none are asked for, or the system starts none.

@@ -1,4 +1,4 @@
-//! `[models.*]`: .vox files by name, read once each, whoever places them.
+//! `[models.*]`: .vox files by name, each read once, however often it is placed.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -12,7 +12,7 @@ use super::extent;
 use super::materials::Palette;
 use super::operations::{Seed, materials};
 
-/// Longest length of anything in voxels.
+/// Longest edge or radius of a solid, in voxels.
 const LENGTH: i64 = 1 << 32;
 
 pub(super) fn read_box(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette) -> Option<Operation> {

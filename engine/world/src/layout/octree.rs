@@ -8,7 +8,7 @@ use crate::world::World;
 const DEPTHS: u32 = 5;
 /// Nodes of a chunk, empty ones included, one word each.
 const CHUNK_WORDS: usize = first_node(DEPTHS + 1);
-/// Bits of a node all of whose voxels are solid and of one material: all children, and that they are alike.
+/// Bits of a node all of whose voxels are solid and of one material: the mask of all children, and the bit that says so.
 const FILLED: u32 = 0x1ff;
 
 /// Index in a chunk of the first node of a depth: 1 + 8 + … + 8^(depth − 1).

@@ -1,4 +1,4 @@
-//! What encoders go through: the distinct chunks of a world, or their 32³ octants, and where each of them stands.
+//! What encoders iterate over: the distinct chunks of a world, or their 32³ octants, and the places of each.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ pub(super) struct Parts<T> {
 }
 
 impl<T: Copy> Parts<T> {
-    /// What an encoder stores: where voxels are to be written, no part is stored for another one as well.
+    /// What an encoder stores for an access: where voxels will be written, equal parts are stored separately.
     pub fn for_access(self, access: Access) -> Self {
         match access {
             Access::Read => self,
