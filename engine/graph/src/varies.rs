@@ -53,7 +53,7 @@ pub(crate) fn looks_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Lif
         let resource = graph.resource(cull.used[index]);
         // Passes may store to a part of it only: the rest stays, once it was filled.
         let stays = resource.kind.is_initialised() || resource.keep;
-        let stored = || order.touches.iter().any(|touch| touch.resource as usize == index && touch.writes());
+        let stored = || order.accesses.iter().any(|access| access.resource as usize == index && access.writes());
         stays && stored() || feeds_back(graph, cull, order, lives, index)
     });
     carried
