@@ -225,17 +225,17 @@ fn a_loop_of_a_clock_runs_all_rounds_in_each_tick() {
     let files = [("graphs/test.toml", TICKING), ("shaders/relax.comp", RELAX), ("shaders/show.comp", SHOW_STATE)];
     lab.load(&files, &Planned::default());
     let builtins = Builtins::default();
-    let mut at = |seconds: f64| {
+    let at = |lab: &mut Lab, seconds: f64| {
         let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: seconds, disabled: &[] };
         let report = lab.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"));
         (report.dispatched, report.idle, lab.floats("color", 0, 0, 0)[0][0])
     };
     // Four rounds add 1 + 2 + 3 + 4, and four times a hundred times the number of the tick.
     let after = |ticks: u32| (0..ticks).map(|tick| 10.0 + 400.0 * tick as f32).sum::<f32>();
-    assert_eq!(at(0.0), (4 + 1, 8, after(1)), "the first frame runs tick 0");
-    assert_eq!(at(0.25), (8 + 1, 4, after(3)), "two ticks are due");
-    assert_eq!(at(0.28), (0, 12, after(3)), "no tick is due, and the picture is in place");
-    assert_eq!(at(0.61), (12 + 1, 0, after(6)), "as many as `most` are caught up with");
+    assert_eq!(at(&mut lab, 0.0), (4 + 1, 8, after(1)), "the first frame runs tick 0");
+    assert_eq!(at(&mut lab, 0.25), (8 + 1, 4, after(3)), "two ticks are due");
+    assert_eq!(at(&mut lab, 0.28), (0, 12, after(3)), "no tick is due, and the picture is in place");
+    assert_eq!(at(&mut lab, 0.61), (12 + 1, 0, after(6)), "as many as `most` are caught up with");
     lab.executor.reset_history();
-    assert_eq!(at(0.7), (4 + 1, 8, after(1)), "a reset starts over");
+    assert_eq!(at(&mut lab, 0.7), (4 + 1, 8, after(1)), "a reset starts over");
 }
