@@ -184,7 +184,7 @@ fn labels_far_apart_are_pieces() {
 fn a_cut_line_keeps_its_columns() {
     let text = format!("first = 1\nlong = \"{}\" # é\nwrong = 2\n", "x".repeat(1000));
     let mut texts = SourceMap::default();
-    texts.insert("f.toml", &text);
+    texts.insert("f.toml", &*text);
     let at = text.find('#').unwrap();
     let diagnostic = Diagnostic::error(files::BAD_VALUE, "m").label(Span::new("f.toml", at..at + 1), "here");
     let shown = human(std::slice::from_ref(&diagnostic), &texts, false);
