@@ -150,13 +150,15 @@ impl CommandBuffer {
             self.device.watch(self.device.raw.begin_command_buffer(self.raw, &begin).named("vkBeginCommandBuffer"))?;
         }
         self.device.recording_began();
-        Ok(Recording { commands: self })
+        Ok(Recording { commands: self, bound: vk::Pipeline::null() })
     }
 }
 
 /// A command buffer while it is recorded. Dropped without [`Self::submit`], what was recorded is given up.
 pub struct Recording<'a> {
     commands: &'a mut CommandBuffer,
+    /// The compute pipeline that is bound. It outlives the recording, also when it is dropped: no other has its handle.
+    bound: vk::Pipeline,
 }
 
 impl Recording<'_> {
@@ -234,12 +236,15 @@ impl Recording<'_> {
         }
     }
 
-    /// Binds a pipeline and its descriptor sets.
+    /// Binds a pipeline and its descriptor sets. A pipeline that is bound already is not bound again: the rounds of a loop share one.
     pub fn bind(&mut self, pipeline: &ComputePipeline, descriptors: &Descriptors) {
         let point = vk::PipelineBindPoint::COMPUTE;
+        let known = std::mem::replace(&mut self.bound, pipeline.raw) == pipeline.raw;
         // SAFETY: as in `clear_image`; the sets were made for this pipeline's layout.
         unsafe {
-            self.device().raw.cmd_bind_pipeline(self.raw(), point, pipeline.raw);
+            if !known {
+                self.device().raw.cmd_bind_pipeline(self.raw(), point, pipeline.raw);
+            }
             if !descriptors.sets.is_empty() {
                 let (layout, sets) = (pipeline.layout.raw, &descriptors.sets);
                 self.device().raw.cmd_bind_descriptor_sets(self.raw(), point, layout, 0, sets, &[]);
