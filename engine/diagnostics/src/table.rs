@@ -417,8 +417,10 @@ fn range_text(range: &RangeInclusive<i64>) -> String {
     }
 }
 
-/// Names that a misspelt one is compared with: a file may have thousands of mistakes and thousands of names.
+/// Names that a misspelt one is compared with, first by their letters and then, where those allow it, by edits: a file may have thousands
+/// of mistakes and thousands of names.
 const MOST_COMPARED: usize = 2000;
+const MOST_EDITED: usize = 200;
 
 /// The name closest to a misspelt one, if one of the first [`MOST_COMPARED`] is close enough to be meant. There is
 /// none for a name of more than 64 bytes.
@@ -436,6 +438,7 @@ pub fn closest<'n>(wrong: &str, names: impl Iterator<Item = &'n str>) -> Option<
         // Each character more or less is one edit; a character has up to four bytes.
         .filter(|name| name.len() <= 4 * (wrong.len() + limit) && 4 * (name.len() + limit) >= wrong.len())
         .filter(|name| letters.least_edits(&Letters::of(name)) <= limit)
+        .take(MOST_EDITED)
         .map(|name| (strsim::damerau_levenshtein(&wrong, &name.to_lowercase()), name))
         .filter(|(distance, _)| *distance <= limit)
         .min_by_key(|(distance, name)| (*distance, std::cmp::Reverse(alike(&name.to_lowercase())), *name))
