@@ -2,10 +2,12 @@
 //!
 //! * [`bench`]: graphs × layouts × worlds × cameras, each timed on the device and judged ray by ray: `raxel bench`
 //! * [`stress`]: tracers held to the exact one, in as many rays as one likes: `raxel stress`
+//! * [`light`]: lighting systems held to a converged path tracer: `raxel bench light`
 //! * [`rays`]: lists of rays through a world on the device, without a graph: what `stress` and tests trace with
 //! * [`save_latency`]: the time from a save to the picture that shows it: `raxel bench reload`
 
 pub mod bench;
+pub mod light;
 pub mod rays;
 pub mod save_latency;
 pub mod stress;

@@ -31,7 +31,7 @@ impl About {
             device: capabilities.name.clone(),
             driver: capabilities.driver.clone(),
             command: command(std::env::args().skip(1)),
-            date: jiff::Timestamp::now().strftime("%F").to_string(),
+            date: today(),
             effort: *effort,
         }
     }
@@ -50,7 +50,7 @@ impl About {
 }
 
 /// The command that measures the same, without where it writes: that is of no use elsewhere.
-fn command(mut arguments: impl Iterator<Item = String>) -> String {
+pub(super) fn command(mut arguments: impl Iterator<Item = String>) -> String {
     let mut command = "raxel".to_owned();
     while let Some(argument) = arguments.next() {
         if argument == "-o" || argument == "--output" {
@@ -61,6 +61,11 @@ fn command(mut arguments: impl Iterator<Item = String>) -> String {
         }
     }
     command
+}
+
+/// Today, as year-month-day.
+pub(super) fn today() -> String {
+    jiff::Timestamp::now().strftime("%F").to_string()
 }
 
 /// Charts that an earlier run has left in a folder, by the views of its results.json.

@@ -5,6 +5,7 @@ mod export;
 mod files;
 mod film;
 mod labels;
+mod light;
 mod matrix;
 mod reload;
 mod table;
@@ -22,8 +23,11 @@ use crate::failure::Result;
                   raxel bench first_hit --layouts tree64,svo              one graph over two layouts\n  \
                   raxel bench --worlds terrain --cameras ground,down --size 3840x2160\n  \
                   raxel bench --export out/ --worlds menger               voxels, rays and hits for other tracers\n  \
-                  raxel bench film worlds/valley.demo.toml --frames 240   what bounds the making of frames\n  \
-                  raxel bench reload                                      from a save to the picture"
+                  raxel bench film worlds/valley.demo.toml --frames 240   what bounds the making of frames
+  \
+                  raxel bench reload                                      from a save to the picture
+  \
+                  raxel bench light -o out/                               lighting systems against a converged path tracer"
 )]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -37,6 +41,7 @@ pub(crate) struct Args {
 enum Bench {
     Film(film::Args),
     Reload(reload::Args),
+    Light(light::Args),
 }
 
 impl Args {
@@ -45,6 +50,7 @@ impl Args {
         match &self.what {
             Some(Bench::Film(film)) => film.messages.format,
             Some(Bench::Reload(reload)) => reload.messages.format,
+            Some(Bench::Light(light)) => light.messages.format,
             None => self.matrix.messages.format,
         }
     }
@@ -54,6 +60,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     match &args.what {
         Some(Bench::Film(film)) => film::run(film, device, console),
         Some(Bench::Reload(reload)) => reload::run(reload, device, console),
+        Some(Bench::Light(light)) => light::run(light, device, console),
         None => matrix::run(&args.matrix, device, console),
     }
 }

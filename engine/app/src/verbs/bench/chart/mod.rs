@@ -24,9 +24,9 @@ const EDGE: f64 = WIDTH - RIGHT;
 /// Characters of a line at the foot of the page.
 const FOOT: usize = 150;
 
-const INK: &str = "#1f2933";
-const SOFT: &str = "#66727f";
-const GRID: &str = "#e4e8ec";
+pub(super) const INK: &str = "#1f2933";
+pub(super) const SOFT: &str = "#66727f";
+pub(super) const GRID: &str = "#e4e8ec";
 const FRONT: &str = "#c8452f";
 
 /// A tracer as a dot.
@@ -103,7 +103,7 @@ pub(super) fn draw(rows: &[Row], about: &About) -> Option<String> {
 }
 
 /// Breaks the foot of the page between words into two lines at most; what has no room there is left out.
-fn foot_lines(foot: &str) -> Vec<String> {
+pub(super) fn foot_lines(foot: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in foot.split_whitespace() {
         let line = &lines[lines.len() - 1];
@@ -318,7 +318,7 @@ fn lanes(
     bottom
 }
 
-fn text(x: f64, y: f64, size: f64, color: &str, anchor: &str, weight: &str, content: &str) -> String {
+pub(super) fn text(x: f64, y: f64, size: f64, color: &str, anchor: &str, weight: &str, content: &str) -> String {
     format!(
         "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" fill=\"{color}\" text-anchor=\"{anchor}\" font-weight=\"{weight}\">{}</text>\n",
         escaped(content)

@@ -1,0 +1,347 @@
+//! Runs systems: still, moving, and after a lamp went out.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use raxel_gpu::DeviceKind;
+use raxel_graph::checked::{ResourceKind, Value};
+use raxel_graph::plan::{Lifetime, Plan, ResourceDesc};
+use raxel_oracle::{Lattice, Oracle, Ray};
+use raxel_runtime::camera::Camera;
+use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::session::{Options, Session};
+use raxel_shader::interface::ScalarKind;
+
+use super::error::{flicker, judge};
+use super::flip::hdr_flip;
+use super::{Effort, Lag, LightError, Outcome, Pan, Picture, Point, RADIANCE, REFERENCE, References, Scene};
+
+/// Seeds of the two runs.
+const SEEDS: [u32; 2] = [1, 2];
+/// Milliseconds of GPU work that wake a GPU before it is timed.
+const WAKING: f64 = 300.0;
+/// Voxels that the camera moves in a frame while it pans: 53 a second at 60 Hz.
+const STEP: f64 = 53.0 / 60.0;
+
+/// Runs systems over scenes.
+pub struct Bench {
+    effort: Effort,
+    names: Option<[String; 2]>,
+    complaints: Vec<String>,
+}
+
+impl Bench {
+    /// With nothing run yet.
+    pub fn new(effort: Effort) -> Self {
+        Self { effort, names: None, complaints: Vec::new() }
+    }
+
+    /// Name and driver of the device; known once something has run.
+    pub fn device(&self) -> Option<&[String; 2]> {
+        self.names.as_ref()
+    }
+
+    /// What the validation layer has said so far.
+    pub fn complaints(&self) -> &[String] {
+        &self.complaints
+    }
+
+    fn listen(&mut self, session: &Session) {
+        let said = session.device().log().take();
+        self.complaints.extend(said.iter().map(|message| format!("[{}]: {}", message.id, message.text)));
+    }
+
+    /// The effort.
+    pub fn effort(&self) -> &Effort {
+        &self.effort
+    }
+
+    /// Makes the references of a scene.
+    pub fn references(&mut self, scene: &Scene) -> Result<References, LightError> {
+        let mut session = self.open(REFERENCE, scene, &["sum", "squares"])?;
+        let gpu = session.device().capabilities().kind != DeviceKind::Cpu;
+        let made = References::make(&mut session, scene, (self.effort.goal, self.effort.most_paths), gpu);
+        self.listen(&session);
+        made
+    }
+
+    /// Runs a system in a scene, and judges it.
+    pub fn system(&mut self, graph: &str, scene: &Scene, references: &References) -> Result<Outcome, LightError> {
+        let mut session = self.open(graph, scene, &[])?;
+        let both = references.both();
+        wake(&mut session)?;
+        let runs = SEEDS.map(|seed| still(&mut session, seed, self.effort.frames));
+        let [first, second] = runs;
+        let (first, second) = (first?, second?);
+        let times = first.times.cumulative();
+        let still: Vec<Point> = (first.pictures.iter().zip(&second.pictures))
+            .map(|((frame, a), (_, b))| Point {
+                frame: *frame,
+                ms: times[*frame as usize - 1],
+                judged: judge([a, b], both),
+            })
+            .collect();
+        let last = first.pictures.last_key_value().map(|(_, picture)| picture);
+        let pan = (self.effort.pan > 0).then(|| pan(&mut session, self.effort.pan, both)).transpose()?;
+        let dark = references.about.dark.filter(|_| self.effort.lag > 0 && session.param("lamp_strength").is_ok());
+        let lag = dark.map(|dark| lag(&mut session, &self.effort, dark)).transpose()?;
+        self.listen(&session);
+        Ok(Outcome {
+            flip: last.and_then(|last| hdr_flip(both[0], last)),
+            mean: last.map_or(0.0, Picture::mean),
+            flicker: first.before_last.as_ref().zip(last).map_or(0.0, |(before, last)| flicker(before, last, both)),
+            still,
+            first_ms: first.times.first(),
+            frame_ms: first.times.later(),
+            rests: first.rests,
+            bytes: session.plan().map_or(0, |plan| own_bytes(plan)),
+            pan,
+            lag,
+        })
+    }
+
+    fn open(&mut self, graph: &str, scene: &Scene, pinned: &[&str]) -> Result<Session, LightError> {
+        let mut session = Session::open(Options {
+            project: Some(self.effort.project.clone()),
+            graph: Some(graph.into()),
+            world: Some((&scene.world).into()),
+            size: self.effort.size,
+            device: self.effort.device.clone(),
+            validation: self.effort.validation,
+            watchdog: std::time::Duration::from_secs(30),
+            ..Options::default()
+        })?;
+        let floats = session.graph().find_resource(RADIANCE).is_some_and(|id| {
+            matches!(&session.graph().resource(id).kind, ResourceKind::Target(target) if target.format.scalar() == ScalarKind::Float)
+        });
+        if !floats {
+            return Err(LightError::NoRadiance);
+        }
+        // What only makes a picture of the light is not timed.
+        for name in pinned.iter().chain(&[RADIANCE]) {
+            // Both names are in the graph: the reference's are its own, and the other one was found.
+            let _ = session.pin(name);
+        }
+        let _ = session.set_debug_target(DebugTarget::resource(RADIANCE));
+        for (name, value) in &scene.params {
+            if session.param(name).is_ok() {
+                session.set_param(name, Value::F32(*value))?;
+            }
+        }
+        if let Some(camera) = scene.camera {
+            session.set_camera(camera);
+        }
+        self.names.get_or_insert_with(|| super::device_name(session.device()));
+        Ok(session)
+    }
+}
+
+/// Bytes that a plan takes on the device, the world and other sources not counted.
+fn own_bytes(plan: &Plan) -> u64 {
+    let apart = plan.resources.iter().filter(|resource| {
+        let supplied = matches!(resource.desc, ResourceDesc::Source(_) | ResourceDesc::SourceImage(..));
+        !supplied && !matches!(resource.lifetime, Lifetime::Transient { place: Some(_), .. })
+    });
+    let apart = apart.map(|resource| resource.memory.size * u64::from(resource.copies));
+    apart.chain(plan.blocks.iter().map(|block| block.size)).sum()
+}
+
+/// Whether a lamp can go out there.
+pub(super) fn has_lamps(session: &Session) -> bool {
+    session.world().voxels().has_emission() && session.param("lamp_strength").is_ok()
+}
+
+/// Gives a system other random numbers; one without a `seed` has none.
+fn seed(session: &mut Session, seed: u32) -> Result<(), LightError> {
+    match session.param("seed") {
+        Ok(Value::U32(_)) => session.set_param("seed", Value::U32(seed))?,
+        Ok(Value::I32(_)) => session.set_param("seed", Value::I32(seed as i32))?,
+        Ok(_) | Err(_) => {}
+    }
+    Ok(())
+}
+
+/// GPU milliseconds of passes, frame by frame.
+#[derive(Default)]
+struct Times {
+    frames: Vec<BTreeMap<u32, f64>>,
+}
+
+impl Times {
+    /// Runs a frame and notes its passes.
+    fn frame(&mut self, session: &mut Session) -> Result<bool, LightError> {
+        let report = session.frame()?;
+        session.wait()?;
+        let passes = session.timings().iter().filter_map(|time| Some((time.pass.0, time.nanoseconds? / 1e6)));
+        self.frames.push(passes.collect());
+        Ok(report.dispatched > 0)
+    }
+
+    /// Of the first frame, which also makes what stays.
+    fn first(&self) -> f64 {
+        self.frames.first().map_or(0.0, |frame| frame.values().sum())
+    }
+
+    /// The median of each pass over the frames in which it ran, the first one left out where there are others.
+    fn medians(&self) -> BTreeMap<u32, f64> {
+        let mut samples: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+        for frame in self.frames.iter().skip(usize::from(self.frames.len() > 1)) {
+            for (pass, time) in frame {
+                samples.entry(*pass).or_default().push(*time);
+            }
+        }
+        let median = |mut times: Vec<f64>| {
+            times.sort_by(f64::total_cmp);
+            times[times.len() / 2]
+        };
+        samples.into_iter().map(|(pass, times)| (pass, median(times))).collect()
+    }
+
+    /// A later frame: the sum of the medians, each by how often its pass ran.
+    fn later(&self) -> f64 {
+        let medians = self.medians();
+        let skipped = usize::from(self.frames.len() > 1);
+        let sum: f64 =
+            (self.frames.iter().skip(skipped)).flat_map(BTreeMap::keys).filter_map(|pass| medians.get(pass)).sum();
+        sum / (self.frames.len() - skipped).max(1) as f64
+    }
+
+    /// Up to each frame.
+    fn cumulative(&self) -> Vec<f64> {
+        let medians = self.medians();
+        let mut sum = 0.0;
+        let frame = |frame: &BTreeMap<u32, f64>| {
+            sum += frame.iter().map(|(pass, time)| medians.get(pass).unwrap_or(time)).sum::<f64>();
+            sum
+        };
+        self.frames.iter().map(frame).collect()
+    }
+}
+
+/// A GPU lowers its clock while nothing runs: the first frames after took up to twice as long.
+fn wake(session: &mut Session) -> Result<(), LightError> {
+    if session.device().capabilities().kind == DeviceKind::Cpu {
+        return Ok(());
+    }
+    let mut times = Times::default();
+    while times.frames.iter().flat_map(BTreeMap::values).sum::<f64>() < WAKING && times.frames.len() < 400 {
+        times.frame(session)?;
+    }
+    Ok(())
+}
+
+/// One run under a still camera.
+struct Run {
+    /// At the powers of two, and at the end.
+    pictures: BTreeMap<u32, Picture>,
+    before_last: Option<Picture>,
+    times: Times,
+    rests: bool,
+}
+
+fn still(session: &mut Session, number: u32, frames: u32) -> Result<Run, LightError> {
+    seed(session, number)?;
+    session.reset();
+    let mut run = Run { pictures: BTreeMap::new(), before_last: None, times: Times::default(), rests: false };
+    for frame in 1..=frames {
+        run.rests = !run.times.frame(session)?;
+        if frame.is_power_of_two() || frame == frames {
+            run.pictures.insert(frame, Picture::of(&session.read_target(RADIANCE)?));
+        }
+        if frame + 1 == frames {
+            run.before_last = Some(Picture::of(&session.read_target(RADIANCE)?));
+        }
+    }
+    Ok(run)
+}
+
+/// A camera that moves sideways and ends where the references were made from.
+fn pan(session: &mut Session, frames: u32, references: [&Picture; 2]) -> Result<Pan, LightError> {
+    let end = *session.camera();
+    let way = free_way(session, &end, STEP * f64::from(frames - 1));
+    let mut pictures = Vec::new();
+    let mut times = Times::default();
+    for number in SEEDS {
+        seed(session, number)?;
+        session.set_camera(moved(&end, way));
+        session.reset();
+        for frame in 1..=frames {
+            session.set_camera(moved(&end, way * (f64::from(frames - frame) / f64::from((frames - 1).max(1)))));
+            times.frame(session)?;
+        }
+        pictures.push(Picture::of(&session.read_target(RADIANCE)?));
+    }
+    session.set_camera(end);
+    Ok(Pan { voxels: way.length(), frame_ms: times.later(), judged: judge([&pictures[0], &pictures[1]], references) })
+}
+
+fn moved(camera: &Camera, by: DVec3) -> Camera {
+    let mut camera = *camera;
+    if by != DVec3::ZERO {
+        camera.translate(by);
+    }
+    camera
+}
+
+/// The way to the left or right along which a camera can come from furthest, at most so far: short of the first voxel.
+fn free_way(session: &Session, camera: &Camera, most: f64) -> DVec3 {
+    let oracle = Oracle::new(session.world().voxels());
+    let right = camera.rotation() * DVec3::X;
+    let free = |dir: DVec3| {
+        let ray = Ray::new(camera.cell.to_array(), camera.frac.to_array(), dir.as_vec3().to_array());
+        let hit = oracle.first_hit(&ray).hit.zip(Lattice::of(&ray));
+        hit.map_or(most, |(hit, lattice)| (0.8 * hit.time.in_lengths(&lattice)).min(most))
+    };
+    let (to_right, to_left) = (free(right), free(-right));
+    if to_right >= to_left { right * to_right } else { -right * to_left }
+}
+
+/// Lets the light settle, switches the lamps off, and looks how much of their light is left.
+fn lag(session: &mut Session, effort: &Effort, dark: f64) -> Result<Lag, LightError> {
+    seed(session, SEEDS[0])?;
+    session.reset();
+    for _ in 0..effort.frames {
+        session.frame()?;
+    }
+    let before = Picture::of(&session.read_target(RADIANCE)?).mean() - dark;
+    session.set_param("lamp_strength", Value::F32(0.0))?;
+    let mut lag = Lag { to_5_percent: None, to_1_percent: None, left: 1.0, frames: effort.lag };
+    for frame in 1..=effort.lag {
+        session.frame()?;
+        lag.left = (Picture::of(&session.read_target(RADIANCE)?).mean() - dark) / before;
+        for (reached, part) in [(&mut lag.to_5_percent, 0.05), (&mut lag.to_1_percent, 0.01)] {
+            if lag.left.abs() <= part {
+                reached.get_or_insert(frame);
+            } else {
+                *reached = None;
+            }
+        }
+    }
+    session.unset_param("lamp_strength")?;
+    Ok(lag)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_medians_by_how_often_a_pass_ran() {
+        // Pass 0 in each of five frames, pass 1 in the first and in one of the four others.
+        let frame = |passes: &[(u32, f64)]| passes.iter().copied().collect::<BTreeMap<_, _>>();
+        let times = Times {
+            frames: vec![
+                frame(&[(0, 9.0), (1, 5.0), (2, 7.0)]),
+                frame(&[(0, 2.0)]),
+                frame(&[(0, 2.0), (1, 4.0)]),
+                frame(&[(0, 2.0)]),
+                frame(&[(0, 50.0)]),
+            ],
+        };
+        assert!((times.first() - 21.0).abs() < 1e-12);
+        assert!((times.later() - 3.0).abs() < 1e-12);
+        // What ran in the first frame only counts as it was; the others by their medians.
+        let expected = [13.0, 15.0, 21.0, 23.0, 25.0];
+        assert!(times.cumulative().iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+}
