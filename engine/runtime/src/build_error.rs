@@ -15,7 +15,7 @@ pub enum BuildError {
 
 impl BuildError {
     /// As something that can be told to the author, whatever it is.
-    pub fn into_diagnostics(self) -> Vec<Diagnostic> {
+    pub(crate) fn into_diagnostics(self) -> Vec<Diagnostic> {
         match self {
             Self::Diagnosed(diagnostics) => diagnostics,
             Self::Device(error) => vec![Diagnostic::error(codes::session::DEVICE_REFUSES, error.to_string())],

@@ -61,12 +61,12 @@ impl<T> Part<T> {
     }
 
     /// Something that comes from no file.
-    pub fn without_file(value: T) -> Self {
+    pub(crate) fn without_file(value: T) -> Self {
         Self::new(Ok((value, Vec::new())), SourceMap::default(), BTreeMap::new())
     }
 
     /// Whether a change of one of these files concerns it.
-    pub fn depends_on(&self, changed: &[String]) -> bool {
+    pub(crate) fn depends_on(&self, changed: &[String]) -> bool {
         changed.iter().any(|path| self.files.contains_key(path))
     }
 

@@ -25,7 +25,7 @@ pub struct SessionWorld {
 
 /// Tells a world from every other one, those of the same file before and after an edit included. It lives as long as the world.
 #[derive(Debug, Default)]
-pub struct WorldIdentity(());
+pub(crate) struct WorldIdentity(());
 
 /// A world in a layout: the buffer, and the image of a layout that has one.
 pub type EncodeResult = Result<(Encoded, Option<EncodedImage>), LayoutError>;
@@ -133,7 +133,7 @@ impl SessionWorld {
     }
 
     /// What tells it from every other world.
-    pub fn identity(&self) -> &Arc<WorldIdentity> {
+    pub(crate) fn identity(&self) -> &Arc<WorldIdentity> {
         &self.identity
     }
 
@@ -160,13 +160,19 @@ impl SessionWorld {
     }
 
     /// The same of a model of its file; `None` when it has no model of that name.
-    pub fn encode_model(&self, model: &str, layout: Layout, copied: bool, limits: Limits) -> Option<EncodeResult> {
+    pub(crate) fn encode_model(
+        &self,
+        model: &str,
+        layout: Layout,
+        copied: bool,
+        limits: Limits,
+    ) -> Option<EncodeResult> {
         let (_, voxels) = self.loaded.models.iter().find(|(name, _)| name == model)?;
         Some(encode(voxels, layout, copied, limits))
     }
 
     /// Names of the models of its file.
-    pub fn model_names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn model_names(&self) -> impl Iterator<Item = &str> {
         self.loaded.models.iter().map(|(name, _)| name.as_str())
     }
 

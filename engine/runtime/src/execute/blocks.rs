@@ -215,5 +215,5 @@ impl Blocks {
 fn within(block: &Range<usize>, parts: &ByteRanges) -> impl Iterator<Item = Range<usize>> {
     let (start, end) = (block.start, block.end);
     let at = move |offset: u32| (start + offset as usize).min(end);
-    parts.iter().map(move |[first, last]| at(first)..at(last)).collect::<Vec<_>>().into_iter()
+    parts.iter().map(move |[first, last]| at(first)..at(last))
 }

@@ -52,7 +52,7 @@ pub(super) fn write(block: &mut [u8], member: &Member, value: &Value) {
 /// A column of a value as the bytes that a member of a type holds, if the value has that type.
 fn same_bytes(value: &Value, column: usize, scalar: Scalar) -> Option<&[u8]> {
     match (value, scalar) {
-        (Value::Mat4(columns), Scalar::F32) => columns.get(column).map(|column| bytemuck::bytes_of(column)),
+        (Value::Mat4(columns), Scalar::F32) => columns.get(column).map(bytemuck::bytes_of),
         _ if column > 0 => None,
         (Value::F32(value), Scalar::F32) => Some(bytemuck::bytes_of(value)),
         (Value::Vec2(value), Scalar::F32) => Some(bytemuck::bytes_of(value)),

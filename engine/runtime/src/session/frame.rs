@@ -129,7 +129,7 @@ impl Session {
             cursor_position: self.cursor.unwrap_or([-1; 2]),
             ..Builtins::of(&self.camera, &self.previous_camera, self.selection.output, &self.world)
         };
-        if self.subpixel != [0.0; 2] {
+        if self.subpixel.iter().any(|offset| *offset != 0.0) {
             let aspect = f64::from(builtins.output_aspect);
             let tan = self.camera.tan_half_fov(aspect).as_dvec2().to_array();
             // A pixel is 2 / extent wide where the picture reaches from −1 to 1.

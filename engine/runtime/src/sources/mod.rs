@@ -6,6 +6,8 @@ mod file;
 mod name;
 mod on_device;
 
-pub use catalog::{SourceCatalog, VOXEL_FORMAT};
+pub(crate) use catalog::SourceCatalog;
+pub use catalog::VOXEL_FORMAT;
 pub use name::SourceName;
-pub use on_device::{OnDevice, layout_limits};
+pub(crate) use on_device::OnDevice;
+pub use on_device::layout_limits;
