@@ -71,7 +71,7 @@ pub struct Runner {
     loader: Arc<Loader>,
     options: DeviceOptions,
     device: Arc<Device>,
-    runner: GraphRunner,
+    on_device: GraphRunner,
     graphs: BTreeMap<(String, Option<Layout>), Compiled>,
     /// The last bounced rays with their answers: exact graphs bounce alike over every layout.
     bounced: Option<Truth>,
@@ -80,9 +80,9 @@ pub struct Runner {
 impl Runner {
     /// Opens a device.
     pub fn new(loader: Arc<Loader>, options: &DeviceOptions) -> Result<Self, BenchError> {
-        let (device, runner) = open(options)?;
+        let (device, on_device) = open(options)?;
         let (options, graphs) = (options.clone(), BTreeMap::new());
-        Ok(Self { loader, options, device, runner, graphs, bounced: None })
+        Ok(Self { loader, options, device, on_device, graphs, bounced: None })
     }
 
     /// The device.
@@ -147,7 +147,7 @@ impl Runner {
                     }
                 }
             }
-            self.runner.forget_worlds();
+            self.on_device.forget_worlds();
         }
         Ok(())
     }
@@ -179,11 +179,11 @@ impl Runner {
             // The errors were printed before.
             Err(wrong) => Err(Refusal::new(first(&wrong.found))),
             Ok(Ready { graph, texts, .. }) => {
-                match measure(&mut self.runner, &graph, place.world, place.camera, place.size, effort) {
+                match measure(&mut self.on_device, &graph, place.world, place.camera, place.size, effort) {
                     Ok(run) => Ok(self.judged(run, bound, place)),
                     Err(CaseError::Refused(refusal)) => Err(Refusal { texts, ..refusal }),
                     Err(CaseError::Lost(error)) => {
-                        (self.device, self.runner) = open(&self.options)?;
+                        (self.device, self.on_device) = open(&self.options)?;
                         Err(Refusal::new(error.to_string()))
                     }
                 }
