@@ -13,7 +13,7 @@ fn repository() -> Project {
 /// The graphs that are run by name, the examples of the language, and the lighting systems.
 fn graphs(project: &Project) -> Vec<String> {
     let examples = project.graphs_in("graphs/examples");
-    let light = project.graphs_in("graphs/light");
+    let light = [project.graphs_in("graphs/light"), project.graphs_in("graphs/light/views")].concat();
     assert!(!examples.is_empty() && !light.is_empty());
     project.graphs().into_iter().chain(examples).chain(light).collect()
 }

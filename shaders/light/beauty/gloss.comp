@@ -4,6 +4,7 @@
 #include <raxel/world.glsl>
 #include "../scene.glsl"
 #include <raxel/light/bsdf.glsl>
+#include <raxel/light/body.glsl>
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
@@ -15,7 +16,7 @@ layout(std430) readonly buffer Light { vec4 light[]; };
 layout(rgba16f) uniform writeonly image2D outGloss;
 #include <raxel/light/face_table.glsl>
 
-const int DEEPEST = 40;        // voxels looked through
+const uint DEEPEST = 40u;       // voxels looked through
 const float ETA = 1.333;
 
 // Light on a face, without direct sun; what the sky would give where the cache has nothing.
@@ -40,28 +41,6 @@ vec3 ripples(vec3 place, float distance) {
         strength *= 0.8;
     }
     return normalize(vec3(-slope.x, 1.0, -slope.y) * vec3(1.0 / (1.0 + 0.01 * distance), 1.0, 1.0 / (1.0 + 0.01 * distance)));
-}
-
-// Where a ray inside a clear body leaves its material: cells are walked one by one.
-bool through_body(ivec3 cell, vec3 frac, vec3 dir, uint body, out ivec3 last, out uint face, out float t) {
-    ivec3 step = ivec3(sign(dir));
-    vec3 invert = 1.0 / max(abs(dir), vec3(1e-9));
-    vec3 next = mix(frac, 1.0 - frac, greaterThan(dir, vec3(0.0))) * invert;
-    t = 0.0;
-    last = cell;
-    face = RX_FACE_POS_Y;
-    for (int i = 0; i < DEEPEST; ++i) {
-        uint axis = next.x <= next.y && next.x <= next.z ? 0u : next.y <= next.z ? 1u : 2u;
-        t = next[axis];
-        next[axis] += invert[axis];
-        cell[axis] += step[axis];
-        uint there = rx_material(cell);
-        if (there == body) continue;
-        last = cell;
-        face = 2u * axis + (step[axis] < 0 ? 1u : 0u);
-        return there != 0u;
-    }
-    return false;
 }
 
 void main() {
@@ -129,16 +108,12 @@ void main() {
             RxRay from = rx_ray_from_face(seen.xyz, face, place.xy, inward);
             uint axis = rx_face_axis(face);
             from.frac[axis] = 1.0 - from.frac[axis];
-            ivec3 bottom;
-            uint bottom_face;
-            float depth;
-            bool ground = through_body(seen.xyz, from.frac, inward, hit_material(seen.w), bottom, bottom_face, depth);
+            RxBodyEnd end;
+            bool ground = rx_walk_body(seen.xyz, from.frac, inward, hit_material(seen.w), DEEPEST, end) && end.material != 0u;
             uint slot = imageLoad(slots, pixel).x;
             vec3 on_surface = (slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb) + sun_irradiance(to_sun) * (imageLoad(sun, pixel).x / RX_PI);
-            // Per voxel; a colour of 1 takes nothing away.
-            vec3 loss = -log(clamp(material.albedo, 0.02, 0.99)) * mix(0.4, 0.04, material.transparency);
-            vec3 way = exp(-loss * (ground ? 2.0 * depth : 80.0));
-            vec3 below = ground ? rx_material_properties(rx_material(bottom)).albedo : vec3(0.0);
+            vec3 way = exp(-rx_body_loss(material) * (ground ? 2.0 * end.t : 80.0));
+            vec3 below = ground ? rx_material_properties(end.material).albedo : vec3(0.0);
             // What the body itself scatters back.
             vec3 body = material.albedo * 0.22 * (1.0 - way);
             result.rgb += (1.0 - share) * on_surface * (below * way * 0.9 + body);

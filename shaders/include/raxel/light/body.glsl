@@ -1,0 +1,46 @@
+// Inside a clear body: a run of voxels of one material, such as glass or water. Needs <raxel/world.glsl>.
+#ifndef RAXEL_LIGHT_BODY_GLSL
+#define RAXEL_LIGHT_BODY_GLSL
+
+#include "../ray.glsl"
+
+// Where a way through a body ends.
+struct RxBodyEnd {
+    ivec3 inside;   // the last voxel of the body
+    ivec3 beyond;   // the first cell that is not of it
+    uint face;      // the face of `beyond` that was reached
+    vec2 uv;        // place on it
+    float t;        // in lengths of the direction
+    uint material;  // of `beyond`; 0 is air
+};
+
+// Walks from a point of a voxel of the material `body` from cell to cell until the material is another; false if that is not within `most`
+// cells. Steps are those of a plain grid walk in floats: unlike rx_trace it may pass an edge on the wrong side.
+bool rx_walk_body(ivec3 cell, vec3 frac, vec3 dir, uint body, uint most, out RxBodyEnd end) {
+    ivec3 start = cell, way = ivec3(mix(vec3(-1.0), vec3(1.0), greaterThan(dir, vec3(0.0))));
+    vec3 each = 1.0 / max(abs(dir), vec3(1e-9));
+    vec3 next = mix(frac, 1.0 - frac, greaterThan(dir, vec3(0.0))) * each;
+    end = RxBodyEnd(cell, cell, RX_FACE_INSIDE, vec2(0.5), 0.0, body);
+    for (uint i = 0u; i < most; ++i) {
+        uint axis = next.x <= next.y && next.x <= next.z ? 0u : next.y <= next.z ? 1u : 2u;
+        end.t = next[axis];
+        next[axis] += each[axis];
+        end.inside = cell;
+        cell[axis] += way[axis];
+        end.material = rx_material(cell);
+        if (end.material == body) continue;
+        end.beyond = cell;
+        end.face = 2u * axis + (way[axis] < 0 ? 1u : 0u);
+        vec3 place = clamp(frac + end.t * dir - vec3(cell - start), 0.0, 1.0);
+        end.uv = axis == 0u ? place.yz : axis == 1u ? place.xz : place.xy;
+        return true;
+    }
+    return false;
+}
+
+// Loss of light in a body per voxel: what is coloured takes away the other colours, and the clearer it is, the less.
+vec3 rx_body_loss(RxMaterial material) {
+    return -log(clamp(material.albedo, 0.02, 0.99)) * mix(0.4, 0.04, material.transparency);
+}
+
+#endif
