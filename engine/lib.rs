@@ -11,6 +11,8 @@ pub use raxel_runtime::reload::ReloadEvent;
 pub use raxel_runtime::session::Validation;
 pub use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
 
+/// Edits of worlds, queries, saves.
+pub use raxel_edit as edit;
 /// Vulkan: devices, and surfaces for windows of your own.
 pub use raxel_gpu as gpu;
 /// The graph compiler: file, checked graph, plan.

@@ -145,7 +145,7 @@ pub(crate) fn touched(cell: [i64; 3], sign: [i64; 3], crossed: u32, solid: impl 
 }
 
 /// The face by which a voxel is entered: of the axes crossed the steepest, then the first.
-pub(crate) fn face_of(dir: [i64; 3], crossed: [bool; 3]) -> u32 {
+pub fn face_of(dir: [i64; 3], crossed: [bool; 3]) -> u32 {
     let steepest = (0..3).filter(|&axis| crossed[axis]).max_by_key(|&axis| (dir[axis].abs(), 2 - axis));
     steepest.map_or(FACE_INSIDE, |axis| 2 * axis as u32 + u32::from(dir[axis] < 0))
 }

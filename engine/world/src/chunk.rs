@@ -71,15 +71,7 @@ impl Chunk {
     /// Packs a working copy. `None` when it has no solid voxel.
     pub fn pack(dense: &DenseChunk) -> Option<Self> {
         let masks = dense.masks();
-        let mut firsts = Box::new([0u32; BLOCKS]);
-        let mut solids = 0;
-        for (first, mask) in firsts.iter_mut().zip(masks.iter()) {
-            *first = solids;
-            solids += mask.count_ones();
-        }
-        if solids == 0 {
-            return None;
-        }
+        let solids: u32 = masks.iter().map(|mask| mask.count_ones()).sum();
         let mut plain: Vec<MaterialIndex> = Vec::with_capacity(solids as usize);
         for (block, &mask) in masks.iter().enumerate() {
             let voxels = dense.block(block);
@@ -89,12 +81,33 @@ impl Chunk {
                 plain.extend(Bits(mask).map(|bit| voxels[bit as usize]));
             }
         }
-        let materials = Packed::from_plain(plain);
+        Self::from_parts(masks, plain)
+    }
+
+    /// From the occupancy of every block and the materials of the solid voxels in tree order. `None` when it has no solid voxel, or
+    /// when there are not as many materials as solid voxels.
+    pub fn from_parts(masks: &[u64; BLOCKS], materials: Vec<MaterialIndex>) -> Option<Self> {
+        let mut firsts = Box::new([0u32; BLOCKS]);
+        let mut solids = 0;
+        for (first, mask) in firsts.iter_mut().zip(masks.iter()) {
+            *first = solids;
+            solids += mask.count_ones();
+        }
+        if solids == 0 || solids as usize != materials.len() {
+            return None;
+        }
+        let materials = Packed::from_plain(materials);
         let hash = masks.iter().copied().chain(materials.words()).fold(0, |hash: u64, word| {
             // The mixing step of FxHash; chunks with equal hashes are compared in full.
             (hash.rotate_left(5) ^ word).wrapping_mul(0x517c_c1b7_2722_0a95)
         });
         Some(Self { hash, masks: Box::new(*masks), firsts, materials, solids })
+    }
+
+    /// A chunk whose voxels are all solid, of one material.
+    pub fn full(material: MaterialIndex) -> Self {
+        let all = Box::new([u64::MAX; BLOCKS]);
+        Self::from_parts(&all, vec![material; CHUNK_VOXELS]).expect("it has as many materials as solid voxels")
     }
 
     /// A hash of the content.

@@ -1,5 +1,7 @@
 //! A chunk being built: every voxel has its place, and operations work on whole 4³ blocks through masks.
 
+use serde::{Deserialize, Serialize};
+
 use crate::chunk::{BLOCKS, Bits, CHUNK_VOXELS, Chunk, voxel_index};
 use crate::material::{AIR, MaterialIndex};
 
@@ -10,7 +12,7 @@ pub struct DenseChunk {
 }
 
 /// What an operation does with the voxels it covers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// Sets them to its material.
     Add,

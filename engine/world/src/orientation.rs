@@ -39,6 +39,26 @@ impl Orientation {
         Some(Self { axis: [first, second, 3 - first - second], negate: [4, 5, 6].map(|bit| byte >> bit & 1 != 0) })
     }
 
+    /// Whether it turns without mirroring: 24 of the 48 do.
+    pub fn is_rotation(&self) -> bool {
+        let swaps =
+            (0..3).flat_map(|i| (i + 1..3).map(move |j| (i, j))).filter(|&(i, j)| self.axis[i] > self.axis[j]).count();
+        (swaps + self.negate.iter().filter(|negate| **negate).count()).is_multiple_of(2)
+    }
+
+    /// Undoes it.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let from = |axis: usize| self.axis.iter().position(|a| *a == axis).unwrap_or(axis);
+        Self { axis: [0, 1, 2].map(from), negate: [0, 1, 2].map(|axis| self.negate[from(axis)]) }
+    }
+
+    /// The byte of which [`Orientation::from_vox`] makes it.
+    pub fn to_vox(&self) -> u8 {
+        let sign = |axis: usize| u8::from(self.negate[axis]) << (4 + axis);
+        self.axis[0] as u8 | (self.axis[1] as u8) << 2 | sign(0) | sign(1) | sign(2)
+    }
+
     /// Turns a vector.
     pub fn vector(&self, v: [i64; 3]) -> [i64; 3] {
         std::array::from_fn(|i| if self.negate[i] { -v[self.axis[i]] } else { v[self.axis[i]] })
@@ -94,8 +114,12 @@ mod tests {
     fn composition_is_application_in_turn() {
         let all: Vec<_> = (0..128).filter_map(Orientation::from_vox).collect();
         assert_eq!(all.len(), 48);
+        assert_eq!(all.iter().filter(|orientation| orientation.is_rotation()).count(), 24);
         for a in &all {
+            assert_eq!(a.after(&a.inverse()), Orientation::IDENTITY);
+            assert_eq!(Orientation::from_vox(a.to_vox()), Some(*a));
             for b in &all {
+                assert_eq!(a.after(b).is_rotation(), a.is_rotation() == b.is_rotation());
                 let c = [3, -7, 11];
                 assert_eq!(a.after(b).cell(c), a.cell(b.cell(c)));
                 assert_eq!(a.after(b).vector(c), a.vector(b.vector(c)));

@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{I64Vec3, IVec3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::chunk::{CHUNK_EDGE, Chunk, block_index};
 use crate::dense::DenseChunk;
 use crate::material::{AIR, Material, MaterialIndex};
 
 /// Where a chunk lies, in chunks: its first voxel is 64 times this. Every component is in −2²⁵ … 2²⁵ − 1. Ordered by y, z, x.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct ChunkPos {
     /// Height.
     pub y: i32,
@@ -39,7 +39,7 @@ impl ChunkPos {
 }
 
 /// A half-open box of voxels: `min` is inside, `max` is not. 64 bits wide, as `max` can be 2³¹.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bounds {
     /// Smallest coordinates inside.
     pub min: [i64; 3],
@@ -51,6 +51,17 @@ impl Bounds {
     /// Voxels along each axis.
     pub fn size(&self) -> [u64; 3] {
         std::array::from_fn(|i| (self.max[i] - self.min[i]) as u64)
+    }
+
+    /// Chunks that it touches, as half-open ranges of chunk coordinates along x, y, z.
+    pub fn chunk_ranges(&self) -> [std::ops::Range<i64>; 3] {
+        std::array::from_fn(|i| self.min[i] >> 6..(self.max[i] + 63) >> 6)
+    }
+
+    /// Whether every voxel of a chunk is inside.
+    pub fn contains_chunk(&self, pos: ChunkPos) -> bool {
+        let origin = pos.origin().to_array().map(i64::from);
+        (0..3).all(|i| self.min[i] <= origin[i] && origin[i] + i64::from(CHUNK_EDGE) <= self.max[i])
     }
 
     /// Smallest box around both.
@@ -70,6 +81,16 @@ pub struct World {
     chunks: BTreeMap<ChunkPos, Arc<Chunk>>,
     bounds: Option<Bounds>,
     counts: Vec<u64>,
+}
+
+/// Box around the solids of one chunk, in voxels of the world.
+fn solid_bounds(pos: ChunkPos, chunk: &Chunk) -> Bounds {
+    let (low, high) = chunk.bounds();
+    let origin = pos.origin().as_i64vec3().to_array();
+    Bounds {
+        min: std::array::from_fn(|i| origin[i] + i64::from(low[i])),
+        max: std::array::from_fn(|i| origin[i] + i64::from(high[i]) + 1),
+    }
 }
 
 /// Figures about a world.
@@ -159,6 +180,56 @@ impl World {
             Some((pos, Arc::new(Chunk::pack(&dense)?)))
         });
         Self::new(materials, chunks)
+    }
+
+    /// The same world with other chunks at some positions; `None` empties one. `materials` are those of the world, and behind them
+    /// what the other chunks need besides. Only the figures of those chunks are worked out anew.
+    #[must_use]
+    pub fn with_chunks(
+        &self,
+        materials: &[Material],
+        changes: impl IntoIterator<Item = (ChunkPos, Option<Arc<Chunk>>)>,
+    ) -> Self {
+        let mut world = self.clone();
+        world.materials.extend(materials.iter().skip(world.materials.len()).cloned());
+        world.counts.resize(world.materials.len(), 0);
+        let mut shrunk = false;
+        for (pos, chunk) in changes {
+            let before = match &chunk {
+                Some(chunk) => world.chunks.insert(pos, chunk.clone()),
+                None => world.chunks.remove(&pos),
+            };
+            let mut counted = vec![0; world.counts.len()];
+            if let Some(before) = &before {
+                before.count_materials(&mut counted);
+                world.counts.iter_mut().zip(&counted).for_each(|(total, count)| *total -= count);
+                shrunk = true;
+                counted.fill(0);
+            }
+            if let Some(chunk) = &chunk {
+                chunk.count_materials(&mut counted);
+                world.counts.iter_mut().zip(&counted).for_each(|(total, count)| *total += count);
+                let here = solid_bounds(pos, chunk);
+                world.bounds = Some(world.bounds.map_or(here, |all| all.union(here)));
+            }
+        }
+        if shrunk {
+            world.bounds = world.outer_bounds();
+        }
+        world
+    }
+
+    /// Box around all solids, from the outermost chunks of each axis alone.
+    fn outer_bounds(&self) -> Option<Bounds> {
+        let ends = self.chunks.keys().map(|pos| [[pos.x, pos.y, pos.z]; 2]).reduce(|[low, high], [a, b]| {
+            [std::array::from_fn(|i| low[i].min(a[i])), std::array::from_fn(|i| high[i].max(b[i]))]
+        })?;
+        let outermost = |pos: &ChunkPos| {
+            let at = [pos.x, pos.y, pos.z];
+            (0..3).any(|i| at[i] == ends[0][i] || at[i] == ends[1][i])
+        };
+        let outer = self.chunks.iter().filter(|(pos, _)| outermost(pos));
+        outer.map(|(pos, chunk)| solid_bounds(*pos, chunk)).reduce(Bounds::union)
     }
 
     /// A world without voxels.

@@ -34,7 +34,7 @@ pub enum Operation {
 
 /// Chunks that a box of voxels touches, as half-open ranges of chunk coordinates along x, y, z.
 pub(crate) fn chunk_ranges(bounds: &Bounds) -> [std::ops::Range<i64>; 3] {
-    std::array::from_fn(|i| bounds.min[i] >> 6..(bounds.max[i] + 63) >> 6)
+    bounds.chunk_ranges()
 }
 
 /// The part of a box inside one chunk, in chunk-local coordinates; `None` when they do not meet.

@@ -2,9 +2,9 @@
 
 use crate::build::{Target, local_part};
 use crate::chunk::{child_cell, child_index};
-use crate::dense::Mode;
+use crate::dense::{DenseChunk, Mode};
 use crate::material::MaterialIndex;
-use crate::world::Bounds;
+use crate::world::{Bounds, ChunkPos};
 
 /// How a cube of voxels lies to a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +53,11 @@ pub struct Solid {
 }
 
 impl Solid {
+    /// Applies it to the voxels of the chunk at a position.
+    pub fn apply_to(&self, pos: ChunkPos, chunk: &mut DenseChunk) {
+        self.apply(&mut Target { pos, chunk });
+    }
+
     pub(crate) fn apply(&self, target: &mut Target<'_>) {
         let Some((low, high)) = local_part(&self.shape.bounds(), target.pos) else { return };
         let origin = target.pos.origin().to_array().map(i64::from);

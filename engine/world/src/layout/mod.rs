@@ -27,7 +27,7 @@ pub use header::{Extent, MATERIAL_WORDS};
 pub use svdag::SvdagHeader;
 pub use svo::SvoHeader;
 pub use texture3d::{EncodedImage, Texture3dHeader};
-pub use tree64::Tree64Header;
+pub use tree64::{LiveTree64, Patch, Tree64Header};
 
 use crate::world::World;
 

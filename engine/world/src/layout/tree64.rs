@@ -1,8 +1,12 @@
 //! Layout `tree64`: see `shaders/include/raxel/tree64.glsl` for the format.
 
+mod live;
+
 use std::collections::HashMap;
 
 use rayon::prelude::*;
+
+pub use live::{LiveTree64, Patch};
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};

@@ -1,0 +1,219 @@
+//! The chunks that edits have changed, and undo and redo.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use raxel_world::{Chunk, ChunkPos};
+use rayon::prelude::*;
+
+use crate::apply::{Prepared, Target};
+use crate::history::{History, StepChunk, Stored};
+use crate::operation::{EditError, Operation};
+use crate::packed::PackedChunk;
+use crate::scene::{Base, Scene};
+
+/// The chunks that edits have changed, over those of a [`Base`], with what can be undone.
+#[derive(Debug, Default)]
+pub struct Edits {
+    overlay: BTreeMap<ChunkPos, Stored>,
+    history: History,
+}
+
+/// What edits made of the chunk at a position.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Overlay {
+    /// No edit has changed it: the base knows it.
+    Base,
+    /// Its voxels; `None` has no solids.
+    Edited(Option<Arc<Chunk>>),
+}
+
+/// What an edit changed.
+#[derive(Clone, Debug, Default)]
+pub struct Change {
+    /// The chunks that the edit changed, in the order of their positions. Empty: it changed nothing.
+    pub chunks: Vec<ChunkChange>,
+}
+
+/// A chunk before and after an edit.
+#[derive(Clone, Debug)]
+pub struct ChunkChange {
+    /// Where it lies.
+    pub pos: ChunkPos,
+    /// Its voxels before; `None` without solids.
+    pub before: Option<Arc<Chunk>>,
+    /// Its voxels after; `None` without solids.
+    pub after: Option<Arc<Chunk>>,
+    /// Whether it is the edits' own now. False when it is the base's again: after [`Operation::Restore`], and when its first edit was undone.
+    pub edited: bool,
+}
+
+impl Change {
+    /// The change as an operation that leaves the same chunks, whatever was there.
+    pub fn as_put(&self) -> Operation {
+        let put = |chunk: &ChunkChange| (chunk.pos, chunk.edited.then(|| PackedChunk::pack(chunk.after.as_deref())));
+        Operation::Put { chunks: self.chunks.par_iter().map(put).collect() }
+    }
+
+    /// The chunks with what they became.
+    pub fn after(&self) -> impl Iterator<Item = (ChunkPos, Option<Arc<Chunk>>)> + '_ {
+        self.chunks.iter().map(|chunk| (chunk.pos, chunk.after.clone()))
+    }
+}
+
+impl Edits {
+    /// Applies operations in order, as one step that is undone at once. With an error, nothing has changed.
+    pub fn apply(&mut self, operations: &[Operation], scene: &Scene, base: &dyn Base) -> Result<Change, EditError> {
+        let changed = self.run(operations, scene, base)?;
+        if !changed.is_empty() {
+            let step = |(chunk, after): &(ChunkChange, Option<Stored>)| StepChunk {
+                pos: chunk.pos,
+                before: self.overlay.get(&chunk.pos).cloned(),
+                after: after.clone(),
+            };
+            self.history.push(changed.iter().map(step).collect());
+        }
+        Ok(self.commit(changed))
+    }
+
+    /// The same without a step to undo: for operations that a save replays.
+    pub fn replay(&mut self, operations: &[Operation], scene: &Scene, base: &dyn Base) -> Result<Change, EditError> {
+        let changed = self.run(operations, scene, base)?;
+        Ok(self.commit(changed))
+    }
+
+    /// Takes the newest step back. `None` when there is none.
+    pub fn undo(&mut self, base: &dyn Base) -> Option<Change> {
+        let step = self.history.undo()?;
+        let wanted: Vec<_> = step.iter().map(|chunk| (chunk.pos, chunk.before.clone())).collect();
+        Some(self.place(wanted, base))
+    }
+
+    /// Takes the step that was undone last once more. `None` when there is none, or an edit came in between.
+    pub fn redo(&mut self, base: &dyn Base) -> Option<Change> {
+        let step = self.history.redo()?;
+        let wanted: Vec<_> = step.iter().map(|chunk| (chunk.pos, chunk.after.clone())).collect();
+        Some(self.place(wanted, base))
+    }
+
+    /// Brings back what the base has, everywhere, and forgets what could be undone.
+    pub fn clear(&mut self, base: &dyn Base) -> Change {
+        self.history.clear();
+        let wanted: Vec<_> = self.overlay.keys().map(|pos| (*pos, None)).collect();
+        self.place(wanted, base)
+    }
+
+    /// Steps that can be undone, and redone.
+    pub fn steps(&self) -> [usize; 2] {
+        self.history.steps()
+    }
+
+    /// Bytes that the history takes.
+    pub fn history_bytes(&self) -> u64 {
+        self.history.bytes()
+    }
+
+    /// What edits made of a chunk.
+    pub fn overlay(&self, pos: ChunkPos) -> Overlay {
+        self.overlay.get(&pos).map_or(Overlay::Base, |stored| Overlay::Edited(stored.chunk()))
+    }
+
+    /// The same, packed; `None` when no edit has changed it.
+    pub fn packed(&self, pos: ChunkPos) -> Option<PackedChunk> {
+        self.overlay.get(&pos).map(Stored::packed)
+    }
+
+    pub(crate) fn stored(&self, pos: ChunkPos) -> Option<Stored> {
+        self.overlay.get(&pos).cloned()
+    }
+
+    /// The chunk at a position: the edits' own, or that of the base.
+    pub fn chunk(&self, pos: ChunkPos, base: &dyn Base) -> Option<Arc<Chunk>> {
+        match self.overlay.get(&pos) {
+            Some(stored) => stored.chunk(),
+            None => base.chunk(pos),
+        }
+    }
+
+    /// Positions of the chunks that edits have changed, in order.
+    pub fn positions(&self) -> impl ExactSizeIterator<Item = ChunkPos> + '_ {
+        self.overlay.keys().copied()
+    }
+
+    /// Whether no edit has changed anything, or all were undone.
+    pub fn is_empty(&self) -> bool {
+        self.overlay.is_empty()
+    }
+
+    /// Takes over the chunks of a save. Packed chunks are unpacked when they are asked for, or all at once by [`Edits::unpack`].
+    pub fn adopt(&mut self, chunks: impl IntoIterator<Item = (ChunkPos, PackedChunk)>) {
+        self.overlay.extend(chunks.into_iter().map(|(pos, packed)| (pos, Stored::Packed(packed))));
+    }
+
+    /// Unpacks every chunk on all cores. Gives the positions of those that are broken, or have materials that are not below `materials`;
+    /// they are the base's again.
+    pub fn unpack(&mut self, materials: usize) -> Vec<ChunkPos> {
+        let ready = |(pos, stored): (&ChunkPos, &mut Stored)| {
+            let Stored::Packed(packed) = stored else { return None };
+            match packed.unpack(materials) {
+                Some(chunk) => {
+                    *stored = Stored::Ready(chunk.map(Arc::new));
+                    None
+                }
+                None => Some(*pos),
+            }
+        };
+        let broken: Vec<ChunkPos> = self.overlay.par_iter_mut().filter_map(ready).collect();
+        for pos in &broken {
+            self.overlay.remove(pos);
+        }
+        broken
+    }
+
+    /// Works out what operations change, chunk by chunk on all cores; gives it with what is to be stored.
+    fn run(
+        &self,
+        operations: &[Operation],
+        scene: &Scene,
+        base: &dyn Base,
+    ) -> Result<Vec<(ChunkChange, Option<Stored>)>, EditError> {
+        let prepared = Prepared::all(operations, scene)?;
+        let mut of_chunk: BTreeMap<ChunkPos, Vec<&Prepared<'_>>> = BTreeMap::new();
+        for operation in &prepared {
+            operation.each_chunk(|pos| of_chunk.entry(pos).or_default().push(operation));
+        }
+        let changed = of_chunk.into_par_iter().map_init(Target::default, |target, (pos, operations)| {
+            let stored = self.overlay.get(&pos);
+            let before = self.chunk(pos, base);
+            let (after, edited) = target.run(pos, (before.clone(), stored.is_some()), &operations, base);
+            if after == before && edited == stored.is_some() {
+                return None;
+            }
+            let stored = edited.then(|| Stored::Ready(after.clone()));
+            Some((ChunkChange { pos, before, after, edited }, stored))
+        });
+        Ok(changed.flatten_iter().collect())
+    }
+
+    /// Puts chunks in place; `None` is the base's.
+    fn place(&mut self, wanted: Vec<(ChunkPos, Option<Stored>)>, base: &dyn Base) -> Change {
+        let change = |(pos, stored): (ChunkPos, Option<Stored>)| {
+            let after = stored.as_ref().map_or_else(|| base.chunk(pos), Stored::chunk);
+            (ChunkChange { pos, before: self.chunk(pos, base), after, edited: stored.is_some() }, stored)
+        };
+        let changed = wanted.into_par_iter().map(change).collect();
+        self.commit(changed)
+    }
+
+    fn commit(&mut self, changed: Vec<(ChunkChange, Option<Stored>)>) -> Change {
+        let mut change = Change { chunks: Vec::with_capacity(changed.len()) };
+        for (chunk, stored) in changed {
+            match stored {
+                Some(stored) => self.overlay.insert(chunk.pos, stored),
+                None => self.overlay.remove(&chunk.pos),
+            };
+            change.chunks.push(chunk);
+        }
+        change
+    }
+}

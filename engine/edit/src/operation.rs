@@ -1,0 +1,347 @@
+//! What an edit is: plain data of integers.
+
+use raxel_world::build::Placed;
+use raxel_world::{AIR, Bounds, ChunkPos, MaterialIndex, Mode, Orientation, Placement};
+use serde::{Deserialize, Serialize};
+
+use crate::packed::PackedChunk;
+use crate::scene::Scene;
+use crate::shape::{Ball, Pillar};
+
+/// Steps of a position in a voxel: centres and radii are given in 1/256 voxel.
+pub const UNIT: i64 = 256;
+
+/// Largest radius, in voxels.
+pub const MOST_RADIUS: u32 = 4096;
+
+/// Chunks that one operation may reach over: 32,768 of 64³ voxels, or 8.6·10⁹ voxels.
+pub const MOST_CHUNKS: u64 = 1 << 15;
+
+const CELLS: std::ops::RangeInclusive<i64> = -(1 << 31)..=1 << 31;
+
+/// A position in voxels as steps of 1/256 voxel, rounded to the nearest; saturates.
+pub fn fixed(voxels: f64) -> i64 {
+    (voxels * UNIT as f64).round() as i64
+}
+
+/// What is done with the voxels that an operation covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Brush {
+    /// They become solid, of this material.
+    Add(MaterialIndex),
+    /// They become air.
+    Subtract,
+    /// The solid ones get this material.
+    Paint(MaterialIndex),
+}
+
+impl Brush {
+    pub(crate) fn mode(self) -> Mode {
+        match self {
+            Self::Add(_) => Mode::Add,
+            Self::Subtract => Mode::Subtract,
+            Self::Paint(_) => Mode::Paint,
+        }
+    }
+
+    pub(crate) fn material(self) -> Option<MaterialIndex> {
+        match self {
+            Self::Add(material) | Self::Paint(material) => Some(material),
+            Self::Subtract => None,
+        }
+    }
+}
+
+/// One edit. Materials are palette indices of the [`Scene`]. The order of the variants is part of the format of saves.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Operation {
+    /// One voxel; air empties it.
+    Set {
+        /// The voxel.
+        cell: [i32; 3],
+        /// What it becomes.
+        material: MaterialIndex,
+    },
+    /// A box.
+    Box {
+        /// Its voxels.
+        bounds: Bounds,
+        /// What is done with them.
+        brush: Brush,
+    },
+    /// The voxels whose centres are in a ball.
+    Sphere {
+        /// Its centre, in 1/256 voxel.
+        center: [i64; 3],
+        /// Its radius, in 1/256 voxel.
+        radius: u32,
+        /// What is done with them.
+        brush: Brush,
+    },
+    /// The voxels whose centres are in a cylinder.
+    Cylinder {
+        /// Along which axis it stands: 0 x, 1 y, 2 z.
+        axis: u8,
+        /// Centre of its base, in 1/256 voxel; the component along the axis is rounded down to a voxel boundary.
+        base: [i64; 3],
+        /// Its radius, in 1/256 voxel.
+        radius: u32,
+        /// Voxels from base to top.
+        height: u32,
+        /// What is done with them.
+        brush: Brush,
+    },
+    /// A model of the world's file.
+    Model {
+        /// Its name.
+        model: String,
+        /// How it is turned about the lattice point at its origin: the byte of [`Orientation::from_vox`]; one of the 24 rotations.
+        orientation: u8,
+        /// Where its origin goes.
+        position: [i32; 3],
+        /// What its voxels do with those of the world.
+        mode: Mode,
+    },
+    /// Brings a box back to what the world's file builds there.
+    Restore {
+        /// Its voxels.
+        bounds: Bounds,
+    },
+    /// Puts whole chunks in place: what undo and redo do. `None` goes back to what the world's file builds.
+    Put {
+        /// The chunks.
+        chunks: Vec<(ChunkPos, Option<PackedChunk>)>,
+    },
+}
+
+/// Why an operation is refused. Nothing has been changed when this is returned.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EditError {
+    /// It leaves the range of voxel coordinates.
+    #[error("the edit reaches from {min:?} to {max:?}; voxel coordinates are −2147483648 … 2147483647")]
+    OutOfRange {
+        /// Its smallest corner.
+        min: [i64; 3],
+        /// One past its largest corner.
+        max: [i64; 3],
+    },
+    /// It is empty.
+    #[error("the edit covers nothing: {what}")]
+    Empty {
+        /// What is wrong with its size.
+        what: String,
+    },
+    /// It is too large.
+    #[error("the edit reaches over {chunks} chunks of 64³ voxels; one edit may reach over {limit}")]
+    TooLarge {
+        /// Chunks that it reaches over.
+        chunks: u128,
+        /// Chunks allowed.
+        limit: u64,
+    },
+    /// Its radius is too large.
+    #[error("the edit has a radius of {radius} voxels; {limit} is the largest")]
+    Radius {
+        /// The radius, in voxels.
+        radius: u32,
+        /// The largest.
+        limit: u32,
+    },
+    /// It names a material that the world does not have.
+    #[error("the edit uses material {material}; the world has {materials}, numbered from 0 (air)")]
+    UnknownMaterial {
+        /// The index.
+        material: MaterialIndex,
+        /// Materials of the world.
+        materials: usize,
+    },
+    /// It names a model that the world does not have.
+    #[error("the edit places the model `{model}`, and the world has no model of that name")]
+    UnknownModel {
+        /// The name.
+        model: String,
+    },
+    /// It is turned in no way there is.
+    #[error("{orientation} is not one of the 24 rotations")]
+    Orientation {
+        /// The byte.
+        orientation: u8,
+    },
+    /// A chunk of it cannot be read.
+    #[error("the chunk {x}, {y}, {z} of the edit is broken")]
+    BrokenChunk {
+        /// Position in chunks.
+        x: i32,
+        /// Position in chunks.
+        y: i32,
+        /// Position in chunks.
+        z: i32,
+    },
+}
+
+impl Operation {
+    /// One voxel.
+    pub fn set(cell: [i32; 3], material: MaterialIndex) -> Self {
+        Self::Set { cell, material }
+    }
+
+    /// A ball, by its centre and radius in voxels.
+    pub fn sphere(center: [f64; 3], radius: f64, brush: Brush) -> Self {
+        Self::Sphere { center: center.map(fixed), radius: (radius * UNIT as f64).round() as u32, brush }
+    }
+
+    /// A box around the voxels that it may change; `None` for [`Operation::Put`], which names its chunks.
+    ///
+    /// # Errors
+    /// Whatever is wrong with it, its size included.
+    pub fn bounds(&self, scene: &Scene) -> Result<Option<Bounds>, EditError> {
+        self.check(scene)?;
+        let bounds = match self {
+            Self::Set { cell, .. } => {
+                let min = cell.map(i64::from);
+                Bounds { min, max: min.map(|c| c + 1) }
+            }
+            Self::Box { bounds, .. } | Self::Restore { bounds } => *bounds,
+            Self::Sphere { center, radius, .. } => Ball { center: *center, radius: *radius }.reach(),
+            Self::Cylinder { axis, base, radius, height, .. } => {
+                Pillar { axis: usize::from(*axis), base: *base, radius: *radius, height: *height }.reach()
+            }
+            Self::Model { model, position, .. } => {
+                let placement = self.placement().unwrap_or(Placement::IDENTITY);
+                let voxels = scene.model(model).and_then(|model| model.voxels.bounds());
+                let at = position.map(i64::from);
+                voxels.map_or(Bounds { min: at, max: at }, |bounds| Placed::placed_bounds(&bounds, &placement))
+            }
+            Self::Put { .. } => return Ok(None),
+        };
+        if (0..3).any(|i| !CELLS.contains(&bounds.min[i]) || !CELLS.contains(&bounds.max[i])) {
+            return Err(EditError::OutOfRange { min: bounds.min, max: bounds.max });
+        }
+        let chunks = bounds.chunk_ranges().map(|range| (range.end - range.start).max(0) as u128).iter().product();
+        if chunks > u128::from(MOST_CHUNKS) {
+            return Err(EditError::TooLarge { chunks, limit: MOST_CHUNKS });
+        }
+        Ok(Some(bounds))
+    }
+
+    /// The same operation in another palette: material i becomes `indices[i]`. `None` when it has a material beyond them.
+    #[must_use]
+    pub fn remapped(&self, indices: &[MaterialIndex]) -> Option<Self> {
+        let index = |material: MaterialIndex| indices.get(usize::from(material)).copied();
+        let mut operation = self.clone();
+        match &mut operation {
+            Self::Set { material, .. } => *material = index(*material)?,
+            Self::Box { brush, .. } | Self::Sphere { brush, .. } | Self::Cylinder { brush, .. } => match brush {
+                Brush::Add(material) | Brush::Paint(material) => *material = index(*material)?,
+                Brush::Subtract => {}
+            },
+            Self::Put { chunks } => {
+                for packed in chunks.iter_mut().filter_map(|(_, packed)| packed.as_mut()) {
+                    *packed = packed.remapped(indices)?;
+                }
+            }
+            Self::Model { .. } | Self::Restore { .. } => {}
+        }
+        Some(operation)
+    }
+
+    /// The same operation with another material, where it has one.
+    #[must_use]
+    pub fn with_material(mut self, other: MaterialIndex) -> Self {
+        match &mut self {
+            Self::Set { material, .. } => *material = other,
+            Self::Box { brush, .. } | Self::Sphere { brush, .. } | Self::Cylinder { brush, .. } => match brush {
+                Brush::Add(material) | Brush::Paint(material) => *material = other,
+                Brush::Subtract => {}
+            },
+            Self::Model { .. } | Self::Restore { .. } | Self::Put { .. } => {}
+        }
+        self
+    }
+
+    /// The turn and the move of a model; `None` of anything else.
+    pub(crate) fn placement(&self) -> Option<Placement> {
+        match self {
+            Self::Model { orientation, position, .. } => {
+                Some(Placement { turn: Orientation::from_vox(*orientation)?, to: position.map(i64::from) })
+            }
+            _ => None,
+        }
+    }
+
+    /// Everything but where it is.
+    fn check(&self, scene: &Scene) -> Result<(), EditError> {
+        let empty = |what: String| Err(EditError::Empty { what });
+        let known = |material: MaterialIndex| {
+            let materials = scene.materials.len();
+            if usize::from(material) < materials {
+                Ok(())
+            } else {
+                Err(EditError::UnknownMaterial { material, materials })
+            }
+        };
+        let brushed = |brush: &Brush| match brush.material() {
+            Some(AIR) => Err(EditError::UnknownMaterial { material: AIR, materials: scene.materials.len() }),
+            Some(material) => known(material),
+            None => Ok(()),
+        };
+        let round = |radius: u32| match radius / UNIT as u32 {
+            _ if radius == 0 => empty("its radius is 0".to_owned()),
+            voxels if voxels >= MOST_RADIUS && radius > MOST_RADIUS * UNIT as u32 => {
+                Err(EditError::Radius { radius: voxels, limit: MOST_RADIUS })
+            }
+            _ => Ok(()),
+        };
+        match self {
+            Self::Set { material, .. } => known(*material),
+            Self::Box { bounds, brush } => {
+                brushed(brush)?;
+                not_empty(bounds)
+            }
+            Self::Restore { bounds } => not_empty(bounds),
+            Self::Sphere { center, radius, brush } => {
+                brushed(brush)?;
+                round(*radius)?;
+                inside(center)
+            }
+            Self::Cylinder { axis, base, radius, height, brush } => {
+                brushed(brush)?;
+                round(*radius)?;
+                inside(base)?;
+                match (axis, height) {
+                    (_, 0) => empty("its height is 0".to_owned()),
+                    (0..3, _) => Ok(()),
+                    _ => empty(format!("there is no axis {axis}")),
+                }
+            }
+            Self::Model { model, orientation, .. } => {
+                if scene.model(model).is_none() {
+                    return Err(EditError::UnknownModel { model: model.clone() });
+                }
+                match Orientation::from_vox(*orientation) {
+                    Some(turn) if turn.is_rotation() => Ok(()),
+                    _ => Err(EditError::Orientation { orientation: *orientation }),
+                }
+            }
+            Self::Put { .. } => Ok(()),
+        }
+    }
+}
+
+fn not_empty(bounds: &Bounds) -> Result<(), EditError> {
+    if (0..3).any(|i| bounds.min[i] >= bounds.max[i]) {
+        let what = format!("its box goes from {:?} to {:?}", bounds.min, bounds.max);
+        return Err(EditError::Empty { what });
+    }
+    Ok(())
+}
+
+/// A position whose voxel is in range, so that no sum with a radius overflows.
+fn inside(position: &[i64; 3]) -> Result<(), EditError> {
+    let cell = position.map(|p| p.div_euclid(UNIT));
+    if cell.iter().all(|c| CELLS.contains(c)) {
+        Ok(())
+    } else {
+        Err(EditError::OutOfRange { min: cell, max: cell.map(|c| c.saturating_add(1)) })
+    }
+}

@@ -1,0 +1,138 @@
+//! A file that records are appended to, whole or not at all.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::Arc;
+
+/// What a log is kept on. Tests put one in its place that fails.
+pub(super) trait Storage: Send + Sync {
+    /// Writes at the end.
+    fn append(&self, bytes: &[u8]) -> io::Result<()>;
+    /// Cuts off what is behind.
+    fn truncate(&self, bytes: u64) -> io::Result<()>;
+    /// Returns when everything is on the disk.
+    fn sync(&self) -> io::Result<()>;
+}
+
+impl Storage for File {
+    fn append(&self, bytes: &[u8]) -> io::Result<()> {
+        let mut file = self;
+        file.write_all(bytes)
+    }
+
+    fn truncate(&self, bytes: u64) -> io::Result<()> {
+        self.set_len(bytes)
+    }
+
+    fn sync(&self) -> io::Result<()> {
+        self.sync_data()
+    }
+}
+
+/// An append log.
+pub(super) struct Log {
+    storage: Arc<dyn Storage>,
+    bytes: u64,
+    /// What a write that failed has left behind is still to be cut off.
+    torn: bool,
+}
+
+impl Log {
+    /// Opens a file for appending, made if there is none.
+    pub(super) fn open(path: &Path) -> io::Result<Self> {
+        let file = File::options().create(true).append(true).open(path)?;
+        let bytes = file.metadata()?.len();
+        Ok(Self::on(Arc::new(file), bytes))
+    }
+
+    pub(super) fn on(storage: Arc<dyn Storage>, bytes: u64) -> Self {
+        Self { storage, bytes, torn: false }
+    }
+
+    /// Appends bytes by one write. When it fails, the log ends where it did before.
+    pub(super) fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.mend()?;
+        let written = self.storage.append(bytes);
+        if written.is_ok() {
+            self.bytes += bytes.len() as u64;
+        } else {
+            self.torn = true;
+            // If that fails too, it is done before the next write.
+            let _ = self.mend();
+        }
+        written
+    }
+
+    /// Cuts off everything from a byte on.
+    pub(super) fn truncate(&mut self, bytes: u64) -> io::Result<()> {
+        self.bytes = bytes;
+        self.torn = true;
+        self.mend()
+    }
+
+    fn mend(&mut self) -> io::Result<()> {
+        if self.torn {
+            self.storage.truncate(self.bytes)?;
+            self.torn = false;
+        }
+        Ok(())
+    }
+
+    pub(super) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    pub(super) fn storage(&self) -> &Arc<dyn Storage> {
+        &self.storage
+    }
+}
+
+/// Makes the names of files in a folder last: after files were made, renamed or removed.
+pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
+    File::open(folder)?.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    /// A disk with room for so many bytes.
+    struct Small {
+        bytes: Mutex<Vec<u8>>,
+        room: AtomicUsize,
+    }
+
+    impl Storage for Small {
+        fn append(&self, bytes: &[u8]) -> io::Result<()> {
+            let mut here = self.bytes.lock().unwrap();
+            let fits = bytes.len().min(self.room.load(Ordering::Relaxed).saturating_sub(here.len()));
+            here.extend(&bytes[..fits]);
+            if fits == bytes.len() { Ok(()) } else { Err(io::ErrorKind::StorageFull.into()) }
+        }
+
+        fn truncate(&self, bytes: u64) -> io::Result<()> {
+            self.bytes.lock().unwrap().truncate(bytes as usize);
+            Ok(())
+        }
+
+        fn sync(&self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_write_that_does_not_fit_leaves_nothing_behind() {
+        let disk = Arc::new(Small { bytes: Mutex::default(), room: AtomicUsize::new(10) });
+        let mut log = Log::on(disk.clone(), 0);
+        log.append(b"abcd").unwrap();
+        assert_eq!(log.append(b"efghijklm").unwrap_err().kind(), io::ErrorKind::StorageFull);
+        assert_eq!((log.bytes(), &disk.bytes.lock().unwrap()[..]), (4, &b"abcd"[..]));
+        disk.room.store(100, Ordering::Relaxed);
+        log.append(b"efghijklm").unwrap();
+        assert_eq!(&disk.bytes.lock().unwrap()[..], b"abcdefghijklm");
+    }
+}

@@ -1,0 +1,457 @@
+//! The save of an edited world: a journal of operations and, now and then, the whole chunks that they changed.
+//!
+//! A save is a folder. An edit is acknowledged when its record stands in the newest journal: one `write`, so that it survives the end of
+//! the program at any moment. A thread brings journals to the disk every [`SaveOptions::sync`], which is what a power cut may cost.
+//! When the journal has grown, a checkpoint appends the chunks that changed to `chunks.log`, brings them to the disk, and only then removes
+//! the journals that they hold. Snapshots in a database were measured and not taken: one flipped byte in a page of its tree would lose
+//! more than one record.
+
+mod content;
+mod log;
+mod record;
+mod verify;
+mod worker;
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use raxel_world::{ChunkPos, MaterialIndex};
+use rustix::fs::{FlockOperation, flock};
+
+pub use content::{Damage, FileInfo, Meta};
+pub use verify::{Report, compact, pack, verify};
+
+use crate::edits::{Change, Edits};
+use crate::operation::Operation;
+use crate::packed::PackedChunk;
+use content::{CHUNKS, Content, FORMAT};
+use log::{Log, sync_folder};
+use record::Kind;
+use worker::{Checkpoint, Done, Worker};
+
+/// Bytes of records that wait for a disk with room; with more, the next checkpoint takes their place.
+const MOST_WAITING: usize = 64 << 20;
+
+/// Time between two tries to write what could not be written.
+const RETRY: Duration = Duration::from_secs(1);
+
+/// How a save is kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SaveOptions {
+    /// Time after which an edit is on the disk, whatever happens.
+    pub sync: Duration,
+    /// A checkpoint is made when the journal has so many bytes,
+    pub journal_bytes: u64,
+    /// and when so much time has passed since the last one and there is something new.
+    pub checkpoint: Duration,
+    /// A generator that is not the save's is accepted, and the edited chunks stay as they are.
+    pub keep_on_generator_change: bool,
+    /// Nothing is written, and another process may have the save open.
+    pub read_only: bool,
+}
+
+impl Default for SaveOptions {
+    /// One second, 16 MiB, thirty seconds, refused.
+    fn default() -> Self {
+        Self {
+            sync: Duration::from_secs(1),
+            journal_bytes: 16 << 20,
+            checkpoint: Duration::from_secs(30),
+            keep_on_generator_change: false,
+            read_only: false,
+        }
+    }
+}
+
+/// Why a save cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum SaveError {
+    /// A newer program wrote it.
+    #[error("the save has format {found}; this program knows formats up to {known}")]
+    Newer {
+        /// Its format.
+        found: u32,
+        /// The newest known.
+        known: u32,
+    },
+    /// The world below the edits is built otherwise than when they were made.
+    #[error("the world is built otherwise than when the save was made: {saved} then, {now} now")]
+    Generator {
+        /// Hash then.
+        saved: String,
+        /// Hash now.
+        now: String,
+    },
+    /// Materials that the edits use are gone.
+    #[error("the save uses materials that the world no longer has: {}", names.join(", "))]
+    Materials {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// A file cannot be read.
+    #[error("`{}`: {error}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+}
+
+/// Something that happened to a save while it was in use.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SaveEvent {
+    /// Edits are not saved for the time being: kept in memory, and tried again.
+    Failing {
+        /// Why.
+        why: String,
+    },
+    /// Everything is saved again.
+    Recovered,
+    /// A checkpoint was made.
+    Checkpoint {
+        /// Chunks written.
+        chunks: usize,
+        /// The newest edit in them.
+        seq: u64,
+    },
+}
+
+/// A save that was opened, and what is in it.
+#[derive(Debug)]
+pub struct Opened {
+    /// The save.
+    pub save: Save,
+    /// The chunks of its last checkpoint.
+    pub chunks: Vec<(ChunkPos, PackedChunk)>,
+    /// The edits after it, to be replayed in order.
+    pub steps: Vec<(u64, Vec<Operation>)>,
+    /// What was broken.
+    pub damages: Vec<Damage>,
+    /// Why nothing is saved, when nothing can be: the folder cannot be written, or another process has the save open.
+    pub read_only: Option<String>,
+}
+
+/// An open save. Dropping it brings everything to the disk.
+#[derive(Debug)]
+pub struct Save {
+    folder: PathBuf,
+    meta: Meta,
+    options: SaveOptions,
+    /// The newest edit.
+    seq: u64,
+    /// Chunks changed since the last checkpoint began.
+    dirty: BTreeSet<ChunkPos>,
+    /// None of a save that is only read.
+    writer: Option<Writer>,
+    /// None: the next one is due now.
+    last_checkpoint: Option<Instant>,
+}
+
+#[derive(Debug)]
+struct Writer {
+    journal: Log,
+    number: u64,
+    worker: Worker,
+    /// Records that could not be written yet.
+    waiting: Vec<u8>,
+    /// More could not be written than is kept: only a checkpoint saves it.
+    overflown: bool,
+    failing: Option<Instant>,
+    /// Held as long as the save is open; the system lets go of it when the process ends.
+    _lock: File,
+}
+
+impl std::fmt::Debug for Log {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Log({} bytes)", self.bytes())
+    }
+}
+
+impl Save {
+    /// Opens the save in a folder, which is made if there is none.
+    pub fn open(folder: &Path, meta: &Meta, options: SaveOptions) -> Result<Opened, SaveError> {
+        let meta = Meta { format: FORMAT, ..meta.clone() };
+        let lock = if options.read_only { Err("it is only read".to_owned()) } else { lock(folder) };
+        let mut content = Content::read(folder)?;
+        let mut rewrite = content.meta.is_none();
+        if let Some(saved) = &content.meta {
+            if saved.generator != meta.generator {
+                if !options.keep_on_generator_change {
+                    return Err(SaveError::Generator { saved: short(&saved.generator), now: short(&meta.generator) });
+                }
+                rewrite = true;
+            }
+            if saved.materials != meta.materials {
+                let indices = indices(&saved.materials, &meta.materials)?;
+                remap(&mut content, &indices);
+                rewrite = true;
+            }
+        }
+        let (lock, mut read_only) = match lock {
+            Ok(lock) => (Some(lock), None),
+            Err(why) => (None, Some(why)),
+        };
+        let seq = content.newest();
+        let writer = lock.and_then(|lock| match Writer::open(folder, &meta, &content, rewrite, options.sync, lock) {
+            Ok(writer) => Some(writer),
+            Err(error) => {
+                read_only = Some(error.to_string());
+                None
+            }
+        });
+        let save = Self {
+            folder: folder.to_owned(),
+            meta,
+            options,
+            seq,
+            dirty: BTreeSet::new(),
+            writer,
+            last_checkpoint: Some(Instant::now()),
+        };
+        let chunks = content.chunks.into_iter().filter_map(|(pos, chunk)| Some((pos, chunk?))).collect();
+        let steps = content.steps.into_iter().collect();
+        Ok(Opened { save, chunks, steps, damages: content.damages, read_only })
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The number of the newest edit.
+    pub fn seq(&self) -> u64 {
+        self.seq
+    }
+
+    /// Whether nothing is written.
+    pub fn is_read_only(&self) -> bool {
+        self.writer.is_none()
+    }
+
+    /// Notes what a replayed step changed: it is in no checkpoint yet.
+    pub fn replayed(&mut self, change: &Change) {
+        self.dirty.extend(change.chunks.iter().map(|chunk| chunk.pos));
+    }
+
+    /// Saves a step. When this returns `Ok(true)`, it survives the end of the program; with `Ok(false)` the save is read only. On an error
+    /// it is kept in memory and tried again by [`Save::poll`].
+    pub fn commit(&mut self, operations: &[Operation], change: &Change) -> io::Result<bool> {
+        self.seq += 1;
+        self.dirty.extend(change.chunks.iter().map(|chunk| chunk.pos));
+        let Some(writer) = &mut self.writer else { return Ok(false) };
+        let payload = postcard::to_stdvec(operations).map_err(io::Error::other)?;
+        record::write(&mut writer.waiting, Kind::Operations, self.seq, ChunkPos::new(0, 0, 0), &payload);
+        if writer.failing.is_some() {
+            writer.bound_waiting();
+            return Err(io::Error::other("the save is waiting for room on its disk"));
+        }
+        writer.write_waiting().map(|()| true)
+    }
+
+    /// Does what is due: tries again what could not be written, and begins a checkpoint. To be called once a frame; nothing waits.
+    pub fn poll(&mut self, edits: &Edits) -> Vec<SaveEvent> {
+        let mut events = Vec::new();
+        self.take_done(&mut events);
+        let Some(writer) = &mut self.writer else { return events };
+        if let Some(since) = writer.failing
+            && since.elapsed() >= RETRY
+        {
+            match writer.write_waiting() {
+                Ok(()) if !writer.overflown => events.push(SaveEvent::Recovered),
+                Ok(()) => self.last_checkpoint = None,
+                Err(_) => return events,
+            }
+        }
+        let due = writer.overflown
+            || writer.journal.bytes() >= self.options.journal_bytes
+            || self.last_checkpoint.is_none_or(|last| last.elapsed() >= self.options.checkpoint);
+        if due && !self.dirty.is_empty() && !writer.worker.is_busy() {
+            self.begin_checkpoint(edits);
+        }
+        events
+    }
+
+    /// Makes a checkpoint of everything now, and waits for it.
+    pub fn checkpoint(&mut self, edits: &Edits) -> Vec<SaveEvent> {
+        let mut events = Vec::new();
+        self.wait_done(&mut events);
+        self.begin_checkpoint(edits);
+        self.wait_done(&mut events);
+        events
+    }
+
+    /// Waits until everything that was acknowledged is on the disk.
+    pub fn sync(&mut self) -> io::Result<()> {
+        match &self.writer {
+            Some(writer) => writer.journal.storage().sync(),
+            None => Ok(()),
+        }
+    }
+
+    fn begin_checkpoint(&mut self, edits: &Edits) {
+        let Some(writer) = &mut self.writer else { return };
+        self.last_checkpoint = Some(Instant::now());
+        let removes = writer.number;
+        if writer.next_journal(&self.folder, &self.meta).is_err() {
+            // The journal goes on; another try comes with the next poll.
+            return;
+        }
+        let chunks: Vec<_> = std::mem::take(&mut self.dirty).into_iter().map(|pos| (pos, edits.stored(pos))).collect();
+        writer.worker.checkpoint(Checkpoint { chunks, seq: self.seq, removes_up_to: removes });
+        writer.overflown = false;
+    }
+
+    fn take_done(&mut self, events: &mut Vec<SaveEvent>) {
+        let done: Vec<Done> = self.writer.iter_mut().filter_map(|writer| writer.worker.done()).collect();
+        done.into_iter().for_each(|done| self.note(done, events));
+    }
+
+    fn wait_done(&mut self, events: &mut Vec<SaveEvent>) {
+        if let Some(done) = self.writer.as_mut().and_then(|writer| writer.worker.wait()) {
+            self.note(done, events);
+        }
+    }
+
+    fn note(&mut self, done: Done, events: &mut Vec<SaveEvent>) {
+        match done.result {
+            Ok(()) => {
+                events.push(SaveEvent::Checkpoint { chunks: done.positions.len(), seq: done.seq });
+                if let Some(writer) = &mut self.writer
+                    && writer.failing.is_some()
+                    && writer.waiting.is_empty()
+                {
+                    writer.failing = None;
+                    events.push(SaveEvent::Recovered);
+                }
+            }
+            Err(why) => {
+                // The journals that hold these edits are still there.
+                self.dirty.extend(done.positions);
+                events.push(SaveEvent::Failing { why });
+            }
+        }
+    }
+}
+
+impl Writer {
+    fn open(
+        folder: &Path,
+        meta: &Meta,
+        content: &Content,
+        rewrite: bool,
+        sync: Duration,
+        lock: File,
+    ) -> io::Result<Self> {
+        let path = folder.join(CHUNKS);
+        if rewrite {
+            verify::write_chunks(folder, meta, content)?;
+        }
+        let mut chunks = Log::open(&path)?;
+        if !rewrite && chunks.bytes() != content.chunks_end {
+            // A checkpoint that was not finished; its edits are in the journals.
+            chunks.truncate(content.chunks_end)?;
+        }
+        // A journal is never appended to by another run: what its end looks like is not known.
+        let newest = content::journals(folder).unwrap_or_default();
+        let number = newest.last().and_then(|path| content::journal_number(path)).unwrap_or(0) + 1;
+        let journal = new_journal(folder, meta, number)?;
+        sync_folder(folder)?;
+        let worker = Worker::start(folder.to_owned(), chunks, journal.storage().clone(), sync)?;
+        Ok(Self { journal, number, worker, waiting: Vec::new(), overflown: false, failing: None, _lock: lock })
+    }
+
+    fn write_waiting(&mut self) -> io::Result<()> {
+        let written = self.journal.append(&self.waiting);
+        match &written {
+            Ok(()) => {
+                self.waiting.clear();
+                self.worker.unsynced();
+                if !self.overflown {
+                    self.failing = None;
+                }
+            }
+            Err(_) => {
+                self.failing = Some(Instant::now());
+                self.bound_waiting();
+            }
+        }
+        written
+    }
+
+    fn bound_waiting(&mut self) {
+        if self.waiting.len() > MOST_WAITING {
+            self.waiting = Vec::new();
+            self.overflown = true;
+        }
+    }
+
+    fn next_journal(&mut self, folder: &Path, meta: &Meta) -> io::Result<()> {
+        let journal = new_journal(folder, meta, self.number + 1)?;
+        self.worker.journal(journal.storage().clone());
+        self.journal = journal;
+        self.number += 1;
+        Ok(())
+    }
+}
+
+fn new_journal(folder: &Path, meta: &Meta, number: u64) -> io::Result<Log> {
+    let mut journal = Log::open(&content::journal_path(folder, number))?;
+    journal.append(&described(meta))?;
+    Ok(journal)
+}
+
+/// The description of a save as records: twice, so that no single byte takes it away.
+fn described(meta: &Meta) -> Vec<u8> {
+    let payload = postcard::to_stdvec(meta).unwrap_or_default();
+    let mut bytes = Vec::new();
+    for _ in 0..2 {
+        record::write(&mut bytes, Kind::Meta, 0, ChunkPos::new(0, 0, 0), &payload);
+    }
+    bytes
+}
+
+/// The lock of a save, or why it cannot be had.
+fn lock(folder: &Path) -> Result<File, String> {
+    let failed = |error: io::Error| format!("`{}` cannot be written: {error}", folder.display());
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    let path = folder.join("lock");
+    let file = File::options().create(true).truncate(false).write(true).open(path).map_err(failed)?;
+    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(file),
+        Err(_) => Err(format!("another process has `{}` open", folder.display())),
+    }
+}
+
+/// First digits of a hash.
+fn short(hash: &[u8; 32]) -> String {
+    hash[..8].iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Where the materials of a save are in the world.
+fn indices(saved: &[String], now: &[String]) -> Result<Vec<MaterialIndex>, SaveError> {
+    let find = |(index, name): (usize, &String)| match index {
+        0 => Ok(0),
+        _ => now.iter().skip(1).position(|known| known == name).map(|at| at as MaterialIndex + 1).ok_or(name.clone()),
+    };
+    let (found, missing): (Vec<_>, Vec<_>) = saved.iter().enumerate().map(find).partition(Result::is_ok);
+    let names: Vec<String> = missing.into_iter().filter_map(Result::err).collect();
+    if names.is_empty() { Ok(found.into_iter().flatten().collect()) } else { Err(SaveError::Materials { names }) }
+}
+
+fn remap(content: &mut Content, indices: &[MaterialIndex]) {
+    content.chunks.retain(|_, chunk| {
+        let Some(packed) = chunk else { return true };
+        match packed.remapped(indices) {
+            Some(other) => *packed = other,
+            None => return false,
+        }
+        true
+    });
+    for operations in content.steps.values_mut() {
+        *operations = operations.iter().filter_map(|operation| operation.remapped(indices)).collect();
+    }
+}

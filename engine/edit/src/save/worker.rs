@@ -1,0 +1,186 @@
+//! The thread that brings a save to the disk: journals every now and then, and checkpoints.
+
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use raxel_world::ChunkPos;
+use rayon::prelude::*;
+
+use super::content;
+use super::log::{Log, Storage, sync_folder};
+use super::record::{self, Kind};
+use crate::history::Stored;
+
+/// The chunks to be written.
+pub(super) struct Checkpoint {
+    /// `None` is the base's.
+    pub(super) chunks: Vec<(ChunkPos, Option<Stored>)>,
+    /// The newest edit in them.
+    pub(super) seq: u64,
+    /// The newest journal that they take the place of.
+    pub(super) removes_up_to: u64,
+}
+
+/// A checkpoint that was made, or was not.
+#[derive(Debug)]
+pub(super) struct Done {
+    pub(super) positions: Vec<ChunkPos>,
+    pub(super) seq: u64,
+    pub(super) result: Result<(), String>,
+}
+
+enum Message {
+    Checkpoint(Checkpoint),
+    Journal(Arc<dyn Storage>),
+}
+
+/// The thread, as the save knows it.
+#[derive(Debug)]
+pub(super) struct Worker {
+    messages: Option<Sender<Message>>,
+    done: Receiver<Done>,
+    busy: bool,
+    unsynced: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Worker {
+    pub(super) fn start(folder: PathBuf, chunks: Log, journal: Arc<dyn Storage>, sync: Duration) -> io::Result<Self> {
+        let (messages, inbox) = channel();
+        let (outbox, done) = channel();
+        let unsynced = Arc::new(AtomicBool::new(true));
+        let mut state = State { folder, chunks, journal, unsynced: unsynced.clone() };
+        let thread =
+            std::thread::Builder::new().name("save".to_owned()).spawn(move || state.run(&inbox, &outbox, sync))?;
+        Ok(Self { messages: Some(messages), done, busy: false, unsynced, thread: Some(thread) })
+    }
+
+    pub(super) fn is_busy(&self) -> bool {
+        self.busy
+    }
+
+    /// The journal has bytes that are not on the disk.
+    pub(super) fn unsynced(&self) {
+        self.unsynced.store(true, Ordering::Release);
+    }
+
+    /// Another journal takes the place of the one before.
+    pub(super) fn journal(&self, journal: Arc<dyn Storage>) {
+        self.send(Message::Journal(journal));
+    }
+
+    pub(super) fn checkpoint(&mut self, checkpoint: Checkpoint) {
+        self.busy = true;
+        self.send(Message::Checkpoint(checkpoint));
+    }
+
+    fn send(&self, message: Message) {
+        if let Some(messages) = &self.messages {
+            // The thread ends only when this end of the channel does.
+            let _ = messages.send(message);
+        }
+    }
+
+    /// The checkpoint that was asked for, if it is over.
+    pub(super) fn done(&mut self) -> Option<Done> {
+        let done = self.done.try_recv().ok()?;
+        self.busy = false;
+        Some(done)
+    }
+
+    /// Waits for the checkpoint that was asked for.
+    pub(super) fn wait(&mut self) -> Option<Done> {
+        let done = if self.busy { self.done.recv().ok() } else { None };
+        self.busy = false;
+        done
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.messages = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+struct State {
+    folder: PathBuf,
+    chunks: Log,
+    journal: Arc<dyn Storage>,
+    unsynced: Arc<AtomicBool>,
+}
+
+impl State {
+    fn run(&mut self, inbox: &Receiver<Message>, outbox: &Sender<Done>, sync: Duration) {
+        loop {
+            match inbox.recv_timeout(sync) {
+                Ok(Message::Checkpoint(checkpoint)) => {
+                    let positions = checkpoint.chunks.iter().map(|(pos, _)| *pos).collect();
+                    let result = self.write(&checkpoint).map_err(|error| error.to_string());
+                    // Nobody may be listening any more.
+                    let _ = outbox.send(Done { positions, seq: checkpoint.seq, result });
+                }
+                Ok(Message::Journal(journal)) => {
+                    self.sync();
+                    self.journal = journal;
+                    self.unsynced.store(true, Ordering::Release);
+                }
+                Err(RecvTimeoutError::Timeout) => self.sync(),
+                Err(RecvTimeoutError::Disconnected) => return self.sync(),
+            }
+        }
+    }
+
+    fn sync(&mut self) {
+        if self.unsynced.swap(false, Ordering::AcqRel) && self.journal.sync().is_err() {
+            self.unsynced.store(true, Ordering::Release);
+        }
+    }
+
+    fn write(&mut self, checkpoint: &Checkpoint) -> io::Result<()> {
+        let before = self.chunks.bytes();
+        let written = self.append(checkpoint).and_then(|()| self.chunks.storage().sync());
+        if let Err(error) = written {
+            self.chunks.truncate(before)?;
+            return Err(error);
+        }
+        // Only now are the journals no longer needed.
+        for path in content::journals(&self.folder).unwrap_or_default() {
+            if content::journal_number(&path).is_some_and(|number| number <= checkpoint.removes_up_to) {
+                std::fs::remove_file(path)?;
+            }
+        }
+        sync_folder(&self.folder)
+    }
+
+    fn append(&mut self, checkpoint: &Checkpoint) -> io::Result<()> {
+        for chunks in checkpoint.chunks.chunks(64) {
+            let packed: Vec<_> =
+                chunks.par_iter().map(|(pos, stored)| (*pos, stored.as_ref().map(Stored::packed))).collect();
+            let mut bytes = Vec::new();
+            for (pos, packed) in packed {
+                let (kind, payload) =
+                    packed.as_ref().map_or((Kind::Base, &[][..]), |packed| (Kind::Chunk, packed.bytes()));
+                record::write(&mut bytes, kind, checkpoint.seq, pos, payload);
+            }
+            self.chunks.append(&bytes)?;
+        }
+        let mut bytes = Vec::new();
+        write_commit(&mut bytes, checkpoint.seq);
+        self.chunks.append(&bytes)
+    }
+}
+
+/// The end of a checkpoint: twice, so that no single byte takes it away.
+pub(super) fn write_commit(bytes: &mut Vec<u8>, seq: u64) {
+    for _ in 0..2 {
+        record::write(bytes, Kind::Commit, seq, ChunkPos::new(0, 0, 0), &[]);
+    }
+}

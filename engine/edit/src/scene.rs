@@ -1,0 +1,82 @@
+//! What edits are made to: the voxels that a world's file builds, its materials and its models.
+
+use std::sync::Arc;
+
+use raxel_world::{AIR, Chunk, ChunkPos, MAX_MATERIALS, Material, MaterialIndex, World};
+
+/// The voxels below the edits: a pure function of the position.
+pub trait Base: Send + Sync {
+    /// The chunk at a position, if it has solids.
+    fn chunk(&self, pos: ChunkPos) -> Option<Arc<Chunk>>;
+}
+
+impl Base for World {
+    fn chunk(&self, pos: ChunkPos) -> Option<Arc<Chunk>> {
+        World::chunk(self, pos).cloned()
+    }
+}
+
+/// A model that edits can place.
+#[derive(Clone, Debug)]
+pub struct EditModel {
+    /// Its name in the world's file.
+    pub name: String,
+    /// Its voxels.
+    pub voxels: Arc<World>,
+    /// Palette index in the scene, by the model's own palette index.
+    pub materials: Arc<[MaterialIndex]>,
+}
+
+/// The palette and the models of a world that is edited.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Materials; index 0 is air. Those of the world come first, in its order.
+    pub materials: Vec<Material>,
+    /// Models.
+    pub models: Vec<EditModel>,
+}
+
+impl Scene {
+    /// The materials of a world and the models of its file. Materials of models that the world does not place yet are added behind
+    /// its own, so that indices of the world stay.
+    pub fn new(materials: &[Material], models: &[(String, Arc<World>)]) -> Self {
+        let mut scene = Self { materials: materials.to_vec(), models: Vec::new() };
+        for (name, voxels) in models {
+            if let Some(materials) = scene.adopt(name, voxels) {
+                scene.models.push(EditModel { name: name.clone(), voxels: voxels.clone(), materials });
+            }
+        }
+        scene
+    }
+
+    /// Palette indices of a model's materials, which join the palette. `None` when there is no room for them.
+    fn adopt(&mut self, name: &str, voxels: &World) -> Option<Arc<[MaterialIndex]>> {
+        let index_of = |(index, material): (usize, &Material)| {
+            if index == 0 || voxels.counts()[index] == 0 {
+                return Some(AIR);
+            }
+            let full = format!("{name}.{}", material.name);
+            let known = self.materials.iter().position(|known| known.name == full && known.same_look(material));
+            let index = known.unwrap_or(self.materials.len());
+            if index > MAX_MATERIALS {
+                return None;
+            }
+            if known.is_none() {
+                self.materials.push(Material { name: full, ..material.clone() });
+            }
+            Some(index as MaterialIndex)
+        };
+        voxels.materials().iter().enumerate().map(index_of).collect()
+    }
+
+    /// The model of a name.
+    pub fn model(&self, name: &str) -> Option<&EditModel> {
+        self.models.iter().find(|model| model.name == name)
+    }
+
+    /// Palette index of a material, by its name.
+    pub fn material(&self, name: &str) -> Option<MaterialIndex> {
+        let index = self.materials.iter().skip(1).position(|material| material.name == name)?;
+        Some(index as MaterialIndex + 1)
+    }
+}
