@@ -14,5 +14,6 @@ mod lab;
 mod lists;
 mod loops;
 mod random;
+mod random_shaders;
 mod shown;
 mod sources;
