@@ -6,7 +6,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::IVec3;
 use raxel_diagnostics::SourceMap;
 use raxel_world::build::{Box3, Layer, Menger, Noise, Operation, Shape, Solid, Terrain, build};
-use raxel_world::{Bounds, DenseChunk, Material, Mode, World, vox};
+use raxel_world::{Bounds, ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, World, vox};
 
 fn materials() -> Vec<Material> {
     vec![Material::air(), Material::matt("a", [0.5; 3]), Material::matt("b", [0.2; 3])]
@@ -28,7 +28,9 @@ fn terrain(shell: Option<i64>) -> Operation {
         layers: vec![layer(1, 4), layer(2, 1 << 20)],
         bands: Vec::new(),
         water: None,
+        caves: None,
         mode: Mode::Add,
+        cell: 1,
     })
 }
 
@@ -59,6 +61,36 @@ fn bench(c: &mut Criterion) {
             pool.install(|| raxel_world::load("worlds/valley.toml", &root, &mut SourceMap::default()).expect("shipped"))
         });
     });
+    group.finish();
+}
+
+/// Single tiles of the endless world that is shipped: above the land, deep below it, at its surface with and without its heights at hand.
+fn tiles(c: &mut Criterion) {
+    let loaded =
+        raxel_world::load("worlds/frontier.toml", &project_root(), &mut SourceMap::default()).expect("shipped").0;
+    let generator = loaded.stream.expect("it is streamed").generator;
+    let mut group = c.benchmark_group("tile");
+    let [_, top] = generator.height_range().expect("land");
+    group.bench_function("empty", |b| {
+        b.iter(|| generator.chunk(0, black_box(ChunkPos::new(3, (top >> 6) as i32 + 1, 3))))
+    });
+    let surface = |x: i32, level: u32| {
+        let tile = |y: i32| generator.chunk(level, ChunkPos::new(x, y, 5));
+        (0..6).rev().find(|y| matches!(tile(*y), Content::Chunk(_))).expect("land")
+    };
+    group.bench_function("surface and caves", |b| {
+        let y = surface(3, 0);
+        b.iter(|| generator.chunk(0, black_box(ChunkPos::new(3, y, 5))));
+    });
+    for level in 0..=3 {
+        let mut x = 100;
+        group.bench_function(format!("a fresh column, level {level}"), |b| {
+            b.iter(|| {
+                x += 1;
+                generator.chunk(level, black_box(ChunkPos::new(x, 0, 5)))
+            });
+        });
+    }
     group.finish();
 }
 
@@ -97,5 +129,5 @@ fn project_root() -> impl raxel_diagnostics::Files {
     Root
 }
 
-criterion_group!(benches, bench, scenes);
+criterion_group!(benches, bench, tiles, scenes);
 criterion_main!(benches);

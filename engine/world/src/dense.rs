@@ -35,6 +35,12 @@ impl DenseChunk {
         self.masks.fill(0);
     }
 
+    /// Makes every voxel solid and of one material.
+    pub fn fill(&mut self, material: MaterialIndex) {
+        self.masks.fill(u64::MAX);
+        self.voxels.fill(material);
+    }
+
     /// Takes over the voxels of a packed chunk.
     pub fn unpack(&mut self, chunk: &Chunk) {
         *self.masks = *chunk.masks();

@@ -4,11 +4,13 @@ pub mod build;
 mod chunk;
 mod dense;
 pub mod file;
+pub mod generate;
 pub mod layout;
 pub mod lights;
 mod material;
 mod orientation;
 pub mod random;
+mod tile;
 pub mod vox;
 mod world;
 
@@ -16,7 +18,8 @@ pub use chunk::{
     BLOCKS, Bits, CHUNK_EDGE, CHUNK_VOXELS, Chunk, block_cell, block_index, child_cell, child_index, voxel_index,
 };
 pub use dense::{DenseChunk, Mode};
-pub use file::{Aim, CameraHint, Loaded, load, schema};
+pub use file::{Aim, CameraHint, Loaded, StreamSettings, Streamed, load, schema};
 pub use material::{AIR, MAX_MATERIALS, Material, MaterialIndex, linear_from_srgb, srgb_from_linear};
 pub use orientation::{Orientation, Placement};
+pub use tile::{ChunkSource, Content, MAX_LEVEL, cell_edge, reduce};
 pub use world::{Bounds, ChunkPos, Info, MaterialInfo, World};

@@ -254,14 +254,16 @@ fn the_schema_has_exactly_the_keys_that_are_read() {
         ("camera", format!("[cameras.a]\n{odd}")),
         ("material", format!("[materials.m]\n{odd}")),
         ("model", format!("[models.m]\n{odd}")),
+        ("stream", format!("[stream]\n{odd}")),
     ];
     for (name, text) in parts {
         assert_eq!(keys_read(&text), keys_in(&schema["$defs"][name]), "{name}");
     }
-    for name in ["layers", "bands", "water", "river"] {
-        let value = if name.ends_with('s') { format!("[{{ {odd} }}]") } else { format!("{{ {odd} }}") };
+    for name in ["layers", "bands", "water", "river", "caves"] {
+        let value = if ["layers", "bands"].contains(&name) { format!("[{{ {odd} }}]") } else { format!("{{ {odd} }}") };
         let text = format!("[[build]]\nop = \"terrain\"\n{name} = {value}");
-        assert_eq!(keys_read(&text), keys_in(&schema["$defs"][name.trim_end_matches('s')]), "{name}");
+        let part = if name == "caves" { name } else { name.trim_end_matches('s') };
+        assert_eq!(keys_read(&text), keys_in(&schema["$defs"][part]), "{name}");
     }
     let operations = schema["properties"]["build"]["items"]["oneOf"].as_array().expect("operations");
     assert_eq!(operations.len(), 8);

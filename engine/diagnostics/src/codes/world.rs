@@ -37,4 +37,12 @@ declare! {
     EXPORT_MATERIALS = "RX0330";
     /// A world with more voxels than a .vox file holds.
     EXPORT_VOXELS = "RX0331";
+    /// A streamed world with an operation that has to see it whole.
+    NEEDS_WHOLE = "RX0340";
+    /// A budget that cannot hold what a streamed world wants.
+    STREAM_BUDGET = "RX0341";
+    /// A layout that a streamed world does not have.
+    STREAM_LAYOUT = "RX0342";
+    /// A streamed world where all voxels are needed.
+    STREAM_ENDLESS = "RX0343";
 }

@@ -1,21 +1,24 @@
 //! Build operations: plain data that says what is where, applied chunk by chunk in the order of the file.
 
+mod caves;
 mod maze;
 mod menger;
+mod noise;
 mod place;
-mod scatter;
-mod shape;
+pub(crate) mod scatter;
+pub(crate) mod shape;
 mod stage;
-mod terrain;
+pub(crate) mod terrain;
 
+pub use caves::Caves;
 pub use maze::{Maze, MazePlan};
 pub use menger::Menger;
+pub use noise::Noise;
 pub use place::Placed;
-pub use scatter::Scatter;
-pub use scatter::place_anchor;
+pub use scatter::{Jittered, Scatter, place_anchor};
 pub use shape::{Ball, Box3, Cylinder, Shape, Solid, Span3};
 pub use stage::{BuildError, Limits, Shortfall, build, build_within};
-pub use terrain::{Band, Layer, Noise, River, Terrain, Water};
+pub use terrain::{Band, Layer, River, Terrain, Water};
 
 use crate::dense::DenseChunk;
 use crate::world::{Bounds, ChunkPos};
@@ -30,6 +33,8 @@ pub enum Operation {
     Place(Placed),
     /// A model at random places on what was built before.
     Scatter(Scatter),
+    /// A model at random places on the land, at most one in each cell of a grid.
+    Jittered(Jittered),
 }
 
 /// Chunks that a box of voxels touches, as half-open ranges of chunk coordinates along x, y, z.

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::prelude::*;
 
 use crate::build::place::Parts;
+use crate::build::scatter::Land;
 use crate::build::terrain::Surface;
 use crate::build::{Operation, Placed, Target, chunk_ranges, local_part};
 use crate::chunk::Chunk;
@@ -85,8 +86,17 @@ pub fn build_within(
     let mut chunks = BTreeMap::new();
     let mut shortfalls = Vec::new();
     let mut stage = Vec::new();
+    // Models on the land follow from the operations alone, so they need no stage of their own.
+    let jittered: Vec<Option<Placed>> = (operations.iter().enumerate())
+        .map(|(index, operation)| match operation {
+            Operation::Jittered(jittered) => Some(jittered.choose(&Land::of(operations[..index].iter()))),
+            _ => None,
+        })
+        .collect();
     for (index, operation) in operations.iter().enumerate() {
-        if let Operation::Scatter(scatter) = operation {
+        if let Some(placed) = &jittered[index] {
+            stage.push(Step::place(index, placed, limits)?);
+        } else if let Operation::Scatter(scatter) = operation {
             run(&mut chunks, &std::mem::take(&mut stage), limits)?;
             let placed = scatter.choose(&chunks);
             if (placed.placements.len() as u64) < scatter.count {
@@ -113,7 +123,7 @@ fn chunks_reached(operation: &Operation) -> u128 {
         Operation::Solid(solid) => of_box(&solid.shape.bounds(), solid.mode),
         Operation::Terrain(terrain) => of_box(&terrain.bounds(), terrain.mode),
         // Counted when its parts are known.
-        Operation::Place(_) | Operation::Scatter(_) => 0,
+        Operation::Place(_) | Operation::Scatter(_) | Operation::Jittered(_) => 0,
     }
 }
 
@@ -130,7 +140,7 @@ impl<'a> Step<'a> {
             Operation::Solid(solid) => Ok(Self::Solid(solid, solid.shape.bounds())),
             Operation::Terrain(terrain) => Ok(Self::Terrain(terrain, terrain.bounds())),
             Operation::Place(placed) => Self::place(index, placed, limits),
-            Operation::Scatter(_) => unreachable!("a scatter becomes a placed model first"),
+            Operation::Scatter(_) | Operation::Jittered(_) => unreachable!("they become placed models first"),
         }
     }
 

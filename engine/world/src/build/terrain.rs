@@ -1,77 +1,13 @@
 //! Land: a height for every column from fractal noise, and materials by depth, height and slope.
 
-use fastnoise_lite::{FastNoiseLite, NoiseType};
-
+use crate::build::caves::{CaveChunk, Caves};
+use crate::build::noise::{Noise, Sampler};
+use crate::build::shape::Span3;
 use crate::build::{Target, local_part};
 use crate::chunk::block_index;
 use crate::dense::Mode;
 use crate::material::MaterialIndex;
 use crate::world::Bounds;
-
-/// Fractal noise over the plane: octaves of OpenSimplex2, each finer and weaker than the last.
-#[derive(Clone, Debug)]
-pub struct Noise {
-    /// Same seed, same land.
-    pub seed: u64,
-    /// Waves a voxel of the first octave.
-    pub frequency: f64,
-    /// How many octaves, 1…16.
-    pub octaves: u32,
-    /// Frequency of an octave over that of the one before.
-    pub lacunarity: f64,
-    /// Strength of an octave over that of the one before.
-    pub gain: f64,
-    /// Fold every octave, so that its zeros become sharp crests.
-    pub ridges: bool,
-}
-
-impl Noise {
-    /// Coordinates in waves must stay below this, so that the lattice of the noise fits 32 bits after its skew.
-    pub const MAX_WAVES: f64 = 1e9;
-
-    /// Waves of the finest octave at a distance of `reach` voxels from the origin.
-    pub fn waves(&self, reach: f64) -> f64 {
-        reach * self.frequency * self.lacunarity.powi(self.octaves as i32 - 1).max(1.0)
-    }
-
-    fn sampler(&self) -> Sampler {
-        let mut strength = 1.0;
-        let mut frequency = self.frequency;
-        let octaves: Vec<_> = (0..self.octaves)
-            .map(|octave| {
-                let seed = crate::random::mix(self.seed.wrapping_add(u64::from(octave)));
-                let mut noise = FastNoiseLite::with_seed(seed as u32 as i32);
-                noise.set_noise_type(Some(NoiseType::OpenSimplex2));
-                noise.set_frequency(Some(1.0));
-                let this = (noise, frequency, strength);
-                frequency *= self.lacunarity;
-                strength *= self.gain;
-                this
-            })
-            .collect();
-        let total: f64 = octaves.iter().map(|(_, _, strength)| strength).sum();
-        Sampler { octaves, scale: 1.0 / total, ridges: self.ridges }
-    }
-}
-
-/// Noise made ready to be sampled.
-struct Sampler {
-    octaves: Vec<(FastNoiseLite, f64, f64)>,
-    scale: f64,
-    ridges: bool,
-}
-
-impl Sampler {
-    /// In −1…1.
-    fn at(&self, x: f64, z: f64) -> f64 {
-        let mut sum = 0.0;
-        for (noise, frequency, strength) in &self.octaves {
-            let value = f64::from(noise.get_noise_2d(x * frequency, z * frequency));
-            sum += strength * if self.ridges { 1.0 - 2.0 * value.abs() } else { value };
-        }
-        (sum * self.scale).clamp(-1.0, 1.0)
-    }
-}
 
 /// A material of the ground, from the surface down.
 #[derive(Clone, Debug)]
@@ -146,8 +82,12 @@ pub struct Terrain {
     pub bands: Vec<Band>,
     /// Lakes.
     pub water: Option<Water>,
+    /// Hollows in the land, where a cell is one voxel.
+    pub caves: Option<Caves>,
     /// Add, subtract or paint.
     pub mode: Mode,
+    /// Voxels along a cell: 1, or 4, 16, 64 where the land is only worked out in cells of so many.
+    pub cell: i64,
 }
 
 /// Everything about one column of voxels that its chunks share.
@@ -165,53 +105,38 @@ struct Column {
     surface_end: i64,
 }
 
-/// The 64 × 64 columns of a column of chunks, in 4 × 4 tiles: tile `tx + 16·tz`, then `x + 4·z` in it.
+/// The 64 × 64 columns of a column of tiles, in 4 × 4 blocks: block `tx + 16·tz`, then `x + 4·z` in it.
 pub(crate) struct Surface(Vec<Column>);
+
+/// Heights of the 66 × 66 columns of a column of tiles and around it, in voxels; x fastest. Those around are 0 where nobody needs them.
+pub(crate) struct Heights {
+    of: Box<[i64]>,
+    /// Smallest and largest of the inner ones.
+    pub(crate) range: [i64; 2],
+}
+
+/// Columns along an edge of [`Heights`].
+const EDGE: usize = 66;
 
 /// Bits of the lowest n voxels of the first column of a block.
 const PREFIX: [u64; 5] = [0, 1, 0x1_0001, 0x1_0001_0001, 0x0001_0001_0001_0001];
 
-impl Terrain {
-    /// A box around everything that it can touch.
-    pub fn bounds(&self) -> Bounds {
-        let land = self.river.as_ref().map_or(self.base, |river| self.base.max(river.bed)) + self.amplitude;
-        let top = (land.ceil() as i64).max(self.water.as_ref().map_or(i64::MIN, |water| water.level)).max(self.floor);
-        Bounds { min: [self.min[0], self.floor, self.min[1]], max: [self.max[0], top, self.max[1]] }
-    }
+/// Land made ready to be asked for heights.
+pub(crate) struct Relief<'t> {
+    terrain: &'t Terrain,
+    noise: Sampler,
+    river: Option<(&'t River, Sampler)>,
+}
 
-    /// Works out the columns of the chunks at (`chunk_x`, `chunk_z`), with their neighbours' heights.
-    pub(crate) fn surface(&self, chunk_x: i32, chunk_z: i32) -> Surface {
-        const EDGE: usize = 66;
-        let noise = self.noise.sampler();
-        let river = self.river.as_ref().map(|river| (river, river.noise.sampler()));
-        let origin = [i64::from(chunk_x) * 64, i64::from(chunk_z) * 64];
-        let needs_neighbours = self.shell.is_some() || self.bands.iter().any(|band| band.slope.is_some());
-        let mut heights = vec![0i64; EDGE * EDGE];
-        for (i, height) in heights.iter_mut().enumerate() {
-            let (x, z) = (i % EDGE, i / EDGE);
-            let border = x == 0 || z == 0 || x == EDGE - 1 || z == EDGE - 1;
-            if needs_neighbours || !border {
-                *height = self.height(&noise, river.as_ref(), origin[0] + x as i64 - 1, origin[1] + z as i64 - 1);
-            }
-        }
-        let columns = (0..4096).map(|i| {
-            let (tile, inside) = (i / 16, i % 16);
-            let (x, z) = (tile % 16 * 4 + inside % 4, tile / 16 * 4 + inside / 4);
-            let at = (z + 1) * EDGE + x + 1;
-            let neighbours = [heights[at - 1], heights[at + 1], heights[at - EDGE], heights[at + EDGE]];
-            let in_area = (self.min[0]..self.max[0]).contains(&(origin[0] + x as i64))
-                && (self.min[1]..self.max[1]).contains(&(origin[1] + z as i64));
-            if in_area { self.column(heights[at], neighbours) } else { Column::default() }
-        });
-        Surface(columns.collect())
-    }
-
-    fn height(&self, noise: &Sampler, river: Option<&(&River, Sampler)>, x: i64, z: i64) -> i64 {
+impl Relief<'_> {
+    /// The first voxel above the land at a column.
+    fn height(&self, x: i64, z: i64) -> i64 {
+        let terrain = self.terrain;
         let (x, z) = (x as f64 + 0.5, z as f64 + 0.5);
-        let unit = f64::midpoint(noise.at(x, z), 1.0);
-        let raised = (1..self.exponent).fold(unit, |power, _| power * unit);
-        let mut height = self.base + self.amplitude * raised;
-        if let Some((river, noise)) = river {
+        let unit = f64::midpoint(self.noise.at(x, z), 1.0);
+        let raised = (1..terrain.exponent).fold(unit, |power, _| power * unit);
+        let mut height = terrain.base + terrain.amplitude * raised;
+        if let Some((river, noise)) = &self.river {
             // Near its zeros the noise grows by about two for each wave: distance is value over slope.
             let distance = noise.at(x, z).abs() / (2.0 * river.noise.frequency);
             let t = ((distance - river.width) / river.banks).clamp(0.0, 1.0);
@@ -220,10 +145,108 @@ impl Terrain {
         height.floor() as i64
     }
 
+    /// The uppermost voxel at a column with its material, water included; `None` outside the area.
+    pub(crate) fn top(&self, x: i64, z: i64) -> Option<(i64, MaterialIndex)> {
+        let terrain = self.terrain;
+        if !terrain.covers([x, z]) {
+            return None;
+        }
+        let around = if terrain.needs_neighbours() {
+            [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(dx, dz)| self.height(x + dx, z + dz))
+        } else {
+            [0; 4]
+        };
+        let column = terrain.column(self.height(x, z), around);
+        match &terrain.water {
+            Some(water) if water.level > column.height => Some((water.level - 1, water.material)),
+            _ => (column.height > column.bottom).then_some((column.height - 1, column.surface)),
+        }
+    }
+}
+
+impl Terrain {
+    /// A box around everything that it can touch, in cells.
+    pub fn bounds(&self) -> Bounds {
+        let land = self.river.as_ref().map_or(self.base, |river| self.base.max(river.bed)) + self.amplitude;
+        let top = (land.ceil() as i64).max(self.water.as_ref().map_or(i64::MIN, |water| water.level)).max(self.floor);
+        let (min, max) = ([self.min[0], self.floor, self.min[1]], [self.max[0], top, self.max[1]]);
+        Bounds { min: min.map(|c| c.div_euclid(self.cell)), max: max.map(|c| ceil_div(c, self.cell)) }
+    }
+
+    /// The same land in cells of 4^level voxels.
+    pub(crate) fn at_level(&self, level: u32) -> Self {
+        Self { cell: crate::tile::cell_edge(level), ..self.clone() }
+    }
+
+    /// Makes it ready to be asked for heights.
+    pub(crate) fn relief(&self) -> Relief<'_> {
+        let river = self.river.as_ref().map(|river| (river, river.noise.sampler()));
+        Relief { terrain: self, noise: self.noise.sampler(), river }
+    }
+
+    fn covers(&self, column: [i64; 2]) -> bool {
+        (0..2).all(|i| (self.min[i]..self.max[i]).contains(&column[i]))
+    }
+
+    fn needs_neighbours(&self) -> bool {
+        self.shell.is_some() || self.bands.iter().any(|band| band.slope.is_some())
+    }
+
+    /// Works out the columns of the chunks at (`chunk_x`, `chunk_z`), with their neighbours' heights.
+    pub(crate) fn surface(&self, chunk_x: i32, chunk_z: i32) -> Surface {
+        self.surface_of(&self.heights(chunk_x, chunk_z), chunk_x, chunk_z)
+    }
+
+    /// Works out the heights of the tiles at (`tile_x`, `tile_z`). A cell is as high as the highest of its corners.
+    pub(crate) fn heights(&self, tile_x: i32, tile_z: i32) -> Heights {
+        let relief = self.relief();
+        let first = [tile_x, tile_z].map(|tile| i64::from(tile) * 64 - 1);
+        let neighbours = self.needs_neighbours();
+        let border = |x: usize, z: usize| x == 0 || z == 0 || x == EDGE - 1 || z == EDGE - 1;
+        let at =
+            |x: usize, z: usize| relief.height((first[0] + x as i64) * self.cell, (first[1] + z as i64) * self.cell);
+        let mut of = vec![0i64; EDGE * EDGE].into_boxed_slice();
+        if self.cell == 1 {
+            for (i, height) in of.iter_mut().enumerate() {
+                let (x, z) = (i % EDGE, i / EDGE);
+                if neighbours || !border(x, z) {
+                    *height = at(x, z);
+                }
+            }
+        } else {
+            const CORNERS: usize = EDGE + 1;
+            let corners: Vec<i64> = (0..CORNERS * CORNERS).map(|i| at(i % CORNERS, i / CORNERS)).collect();
+            for (i, height) in of.iter_mut().enumerate() {
+                let corner = i / EDGE * CORNERS + i % EDGE;
+                let four = [corner, corner + 1, corner + CORNERS, corner + CORNERS + 1];
+                *height = four.into_iter().fold(i64::MIN, |most, corner| most.max(corners[corner]));
+            }
+        }
+        let inner = (0..EDGE * EDGE).filter(|i| !border(i % EDGE, i / EDGE)).map(|i| of[i]);
+        let range = inner.fold([i64::MAX, i64::MIN], |[low, high], height| [low.min(height), high.max(height)]);
+        Heights { of, range }
+    }
+
+    /// The columns of heights.
+    pub(crate) fn surface_of(&self, heights: &Heights, tile_x: i32, tile_z: i32) -> Surface {
+        let origin = [tile_x, tile_z].map(|tile| i64::from(tile) * 64);
+        let columns = (0..4096).map(|i| {
+            let (block, inside) = (i / 16, i % 16);
+            let (x, z) = (block % 16 * 4 + inside % 4, block / 16 * 4 + inside / 4);
+            let at = (z + 1) * EDGE + x + 1;
+            let height = |at: usize| heights.of[at];
+            let neighbours = [at - 1, at + 1, at - EDGE, at + EDGE].map(height);
+            let middle = [origin[0] + x as i64, origin[1] + z as i64].map(|c| c * self.cell + self.cell / 2);
+            if self.covers(middle) { self.column(height(at), neighbours) } else { Column::default() }
+        });
+        Surface(columns.collect())
+    }
+
     fn column(&self, height: i64, neighbours: [i64; 4]) -> Column {
+        let cell = self.cell;
         let height = height.max(self.floor);
         let lowest = neighbours.into_iter().fold(height, i64::min);
-        let slope = neighbours.iter().map(|n| (n - height).abs()).max().unwrap_or(0);
+        let slope = neighbours.iter().map(|n| (n - height).abs() / cell).max().unwrap_or(0);
         let band = self.bands.iter().find(|band| {
             band.above.is_none_or(|above| height >= above)
                 && band.below.is_none_or(|below| height < below)
@@ -231,20 +254,77 @@ impl Terrain {
         });
         let (surface, depth) =
             band.map_or((self.layers[0].material, self.layers[0].depth), |band| (band.material, band.depth));
-        let bottom = self.shell.map_or(self.floor, |shell| (height - shell).min(lowest).max(self.floor));
-        Column { inside: true, height, bottom, surface, surface_end: height.saturating_sub(depth) }
+        // A shell of less than two cells would let rays slip in at the edges of a tile.
+        let bottom = self.shell.map_or(self.floor, |shell| {
+            let shell = if cell == 1 { shell } else { shell.max(2 * cell) };
+            (height - shell).min(lowest).max(self.floor)
+        });
+        // The surface keeps its material, however thin it is.
+        let end = ceil_div(height, cell);
+        let depth = if cell == 1 { depth } else { in_cells(depth, cell).max(1) };
+        Column {
+            inside: true,
+            height: end,
+            bottom: bottom.div_euclid(cell),
+            surface,
+            surface_end: end.saturating_sub(depth),
+        }
+    }
+
+    /// How a tile lies to it, from the range of its heights alone. [`Span3::Both`] is always allowed; inside, all its cells are of
+    /// the last layer's material.
+    pub(crate) fn span(&self, tile_y: i32, heights: &Heights, inside_area: bool) -> Span3 {
+        let low = i64::from(tile_y) * 64 * self.cell;
+        let high = low + 64 * self.cell;
+        let water = self.water.as_ref().map_or(i64::MIN, |water| water.level);
+        let top = heights.range[1].max(self.floor).max(water);
+        if high <= self.floor || low >= ceil_div(top, self.cell) * self.cell {
+            return Span3::Outside;
+        }
+        let hollow = self.cell == 1
+            && self.caves.as_ref().is_some_and(|caves| {
+                let (from, to) = caves.heights();
+                low < to && high > from
+            });
+        let above_last: i64 = self.layers[..self.layers.len() - 1].iter().map(|layer| layer.depth).sum();
+        let deepest = self.bands.iter().map(|band| band.depth).fold(self.layers[0].depth.max(above_last), i64::max);
+        let whole = heights.range[0].saturating_sub(deepest).saturating_sub(2 * self.cell);
+        if inside_area && self.shell.is_none() && !hollow && low >= self.floor && high <= whole {
+            return Span3::Inside;
+        }
+        Span3::Both
+    }
+
+    /// The material of everything deep below.
+    pub(crate) fn deepest(&self) -> MaterialIndex {
+        self.layers[self.layers.len() - 1].material
+    }
+
+    /// Whether every column of a tile is in its area.
+    pub(crate) fn covers_tile(&self, tile_x: i32, tile_z: i32) -> bool {
+        let edge = 64 * self.cell;
+        (0..2).all(|i| {
+            let low = i64::from([tile_x, tile_z][i]) * edge;
+            self.min[i] <= low && low + edge <= self.max[i]
+        })
     }
 
     pub(crate) fn apply(&self, target: &mut Target<'_>, surface: &Surface) {
         let Some((low, high)) = local_part(&self.bounds(), target.pos) else { return };
-        let origin_y = i64::from(target.pos.origin().y);
-        let deepest = self.layers[self.layers.len() - 1].material;
+        let origin = target.pos.origin().to_array().map(i64::from);
+        let origin_y = origin[1];
+        let strata = Strata::of(self);
+        let level = strata.water.map_or(i64::MIN, |(_, level)| level);
         // Where the last layer begins, below the surface.
-        let above_last: i64 = self.layers[..self.layers.len() - 1].iter().map(|layer| layer.depth).sum();
+        let above_last: i64 = strata.layers[..strata.layers.len() - 1].iter().map(|(_, depth)| depth).sum();
+        let caves = self.caves.as_ref().filter(|caves| {
+            let (from, to) = caves.heights();
+            self.cell == 1 && origin_y < to && origin_y + 64 > from
+        });
+        let mut hollows = None;
         for tile in 0..256 {
             let columns = &surface.0[tile * 16..][..16];
             let (tx, tz) = (tile as u32 % 16, tile as u32 / 16);
-            let level = self.water.as_ref().map_or(i64::MIN, |water| water.level);
             let top = columns.iter().map(|c| if c.inside { c.height.max(level) } else { i64::MIN }).max();
             let whole = |c: &Column| (c.bottom, c.surface_end.min(c.height.saturating_sub(above_last)));
             let solid_from = columns.iter().map(|c| whole(c).0).max().unwrap_or(i64::MAX);
@@ -254,42 +334,69 @@ impl Terrain {
                 if top.is_none_or(|top| y >= top) {
                     break;
                 }
+                let hollow = caves.map_or(0, |caves| {
+                    let samples: &CaveChunk<'_> = hollows.get_or_insert_with(|| caves.field().chunk(origin));
+                    match samples.mask([tx, by as u32, tz]) {
+                        0 => 0,
+                        mask => mask & caves.allowed(columns, y, level),
+                    }
+                });
                 let block = block_index(tx, by as u32, tz);
                 if y >= solid_from && y + 4 <= solid_to {
-                    target.chunk.apply(block, u64::MAX, self.mode, deepest);
+                    target.chunk.apply(block, !hollow, self.mode, self.deepest());
                 } else {
-                    self.apply_block(target, block, y, columns);
+                    strata.apply_block(target, block, y, columns, hollow);
                 }
             }
         }
     }
+}
 
-    fn apply_block(&self, target: &mut Target<'_>, block: usize, y: i64, columns: &[Column]) {
+/// What the land is made of, in cells.
+struct Strata {
+    /// From the surface down: material, depth.
+    layers: Vec<(MaterialIndex, i64)>,
+    /// Material, first height without it.
+    water: Option<(MaterialIndex, i64)>,
+    mode: Mode,
+}
+
+impl Strata {
+    fn of(terrain: &Terrain) -> Self {
+        let cell = terrain.cell;
+        Self {
+            layers: terrain.layers.iter().map(|layer| (layer.material, in_cells(layer.depth, cell))).collect(),
+            water: terrain.water.as_ref().map(|water| (water.material, ceil_div(water.level, cell))),
+            mode: terrain.mode,
+        }
+    }
+
+    fn apply_block(&self, target: &mut Target<'_>, block: usize, y: i64, columns: &[Column], hollow: u64) {
         let mut masks: Vec<(MaterialIndex, u64)> = Vec::with_capacity(self.layers.len() + 2);
         for (i, column) in columns.iter().enumerate() {
-            let mut fill = |material: MaterialIndex, from: i64, to: i64| {
+            let mut fill = |material: MaterialIndex, from: i64, to: i64, not: u64| {
                 let from = (from.max(column.bottom) - y).clamp(0, 4) as usize;
                 let to = (to - y).clamp(0, 4) as usize;
                 if from >= to {
                     return;
                 }
-                let bits = (PREFIX[to] ^ PREFIX[from]) << i;
+                let bits = ((PREFIX[to] ^ PREFIX[from]) << i) & !not;
                 match masks.iter_mut().find(|(m, _)| *m == material) {
                     Some((_, mask)) => *mask |= bits,
                     None => masks.push((material, bits)),
                 }
             };
             if column.inside {
-                fill(column.surface, column.surface_end, column.height);
+                fill(column.surface, column.surface_end, column.height, hollow);
                 let mut end = column.height;
-                for (n, layer) in self.layers.iter().enumerate() {
+                for (n, (material, depth)) in self.layers.iter().enumerate() {
                     let last = n + 1 == self.layers.len();
-                    let start = if last { i64::MIN / 2 } else { end.saturating_sub(layer.depth) };
-                    fill(layer.material, start, end.min(column.surface_end));
+                    let start = if last { i64::MIN / 2 } else { end.saturating_sub(*depth) };
+                    fill(*material, start, end.min(column.surface_end), hollow);
                     end = start;
                 }
-                if let Some(water) = &self.water {
-                    fill(water.material, column.height, water.level);
+                if let Some((material, level)) = self.water {
+                    fill(material, column.height, level, 0);
                 }
             }
         }
@@ -297,4 +404,30 @@ impl Terrain {
             target.chunk.apply(block, mask, self.mode, material);
         }
     }
+}
+
+impl Caves {
+    /// The voxels of a block at height `y` that have enough land above them.
+    fn allowed(&self, columns: &[Column], y: i64, level: i64) -> u64 {
+        columns.iter().enumerate().fold(0, |mask, (i, column)| {
+            let end = (self.ceiling(column.height, level) - y).clamp(0, 4) as usize;
+            mask | PREFIX[end] << i
+        })
+    }
+
+    /// The first height of a column that cannot be hollow, below land of that height and water up to `level`.
+    pub(crate) fn ceiling(&self, height: i64, level: i64) -> i64 {
+        // The shore counts as under water.
+        let cover = if height < level + Self::UNDER_WATER { self.cover.max(Self::UNDER_WATER) } else { self.cover };
+        height.saturating_sub(cover)
+    }
+}
+
+fn ceil_div(value: i64, by: i64) -> i64 {
+    -(-value).div_euclid(by)
+}
+
+/// A depth in whole cells, to the nearest.
+fn in_cells(depth: i64, cell: i64) -> i64 {
+    if cell == 1 { depth } else { (depth + cell / 2) / cell }
 }

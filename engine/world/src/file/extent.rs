@@ -13,6 +13,15 @@ pub(super) const CELLS: RangeInclusive<i64> = -(1 << 31)..=1 << 31;
 /// The same for positions.
 pub(super) const POSITIONS: RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_648.0;
 
+/// Where operations without bounds end: there are 2³¹ voxels of them along each axis.
+const ENDLESS: i64 = 1 << 30;
+
+/// As [`read`]; without any bounds, everything, if the world is streamed.
+pub(super) fn read_endless(table: &Table<'_, '_>, streamed: bool) -> Option<([i64; 2], [i64; 2])> {
+    let bounded = ["min", "max", "size", "center"].into_iter().filter(|key| table.get(key).is_some()).count() > 0;
+    if bounded || !streamed { read(table) } else { Some(([-ENDLESS; 2], [ENDLESS; 2])) }
+}
+
 /// A half-open box as `min` + `max`, `min` + `size` or `center` + `size`.
 pub(super) fn read<const N: usize>(table: &Table<'_, '_>) -> Option<([i64; N], [i64; N])> {
     let nodes = ["min", "max", "size", "center"].map(|key| table.get(key));

@@ -7,6 +7,7 @@ mod models;
 mod operations;
 mod schema;
 mod solids;
+mod stream;
 mod terrain;
 
 use std::sync::Arc;
@@ -16,8 +17,10 @@ use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes, files};
 
 pub use camera::{Aim, CAMERA_COORDINATES, CameraHint};
 pub use schema::schema;
+pub use stream::StreamSettings;
 
 use crate::build::{BuildError, Operation, build};
+use crate::generate::{Generator, NeedsWhole};
 use crate::vox;
 use crate::world::World;
 use materials::Palette;
@@ -31,8 +34,10 @@ pub struct Loaded {
     pub name: String,
     /// A sentence about it.
     pub about: Option<String>,
-    /// The voxels.
+    /// The voxels; of a streamed world, none but the materials.
     pub world: World,
+    /// How it comes into being around the camera, if the file has `[stream]`.
+    pub stream: Option<Streamed>,
     /// From where to look at it, if the file says so.
     pub camera: Option<CameraHint>,
     /// Other places to look from, by name, in the order of the file.
@@ -43,8 +48,20 @@ pub struct Loaded {
     pub files: Vec<String>,
 }
 
+/// A world that is never whole in memory.
+#[derive(Clone, Debug)]
+pub struct Streamed {
+    /// How much of it is there at a time.
+    pub settings: StreamSettings,
+    /// Makes its tiles.
+    pub generator: Arc<Generator>,
+    /// Where the file says so.
+    pub place: Span,
+}
+
 /// What a world file says, before anything is built.
 struct Description {
+    stream: Option<(StreamSettings, Span)>,
     name: Option<String>,
     about: Option<String>,
     camera: Option<CameraHint>,
@@ -68,6 +85,25 @@ pub fn load(
     let text = files::read_text(files, path, None, texts).map_err(|error| vec![*error])?;
     let (description, mut found) = read_document(path, &text, texts, |root| Some(read(root, path, files)))?;
     let (operations, places): (Vec<_>, Vec<_>) = description.operations.into_iter().unzip();
+    if let Some((settings, place)) = description.stream {
+        let materials = description.palette.into_materials();
+        let world = World::new(materials.clone(), []);
+        let generator = Generator::new(materials, operations).map_err(|error| {
+            found.push(needs_whole(error, &places));
+            std::mem::take(&mut found)
+        })?;
+        let loaded = Loaded {
+            name: description.name.unwrap_or_else(|| stem(path)),
+            about: description.about,
+            world,
+            stream: Some(Streamed { settings, generator: Arc::new(generator), place }),
+            camera: description.camera,
+            cameras: description.cameras,
+            models: description.models,
+            files: description.files,
+        };
+        return Ok((loaded, found));
+    }
     let (world, shortfalls) = build(description.palette.into_materials(), &operations).map_err(|error| {
         let mut all = std::mem::take(&mut found);
         all.push(build_diagnostic(&error, path, &places));
@@ -88,6 +124,7 @@ pub fn load(
         name: description.name.unwrap_or_else(|| stem(path)),
         about: description.about,
         world,
+        stream: None,
         camera: description.camera,
         cameras: description.cameras,
         models: description.models,
@@ -112,7 +149,16 @@ fn load_vox(path: &str, files: &dyn Files) -> Result<(Loaded, Vec<Diagnostic>), 
     let found = empty(&world, path).into_iter().collect();
     let files = vec![path.to_owned()];
     Ok((
-        Loaded { name: stem(path), about: None, world, camera: None, cameras: Vec::new(), models: Vec::new(), files },
+        Loaded {
+            name: stem(path),
+            about: None,
+            world,
+            stream: None,
+            camera: None,
+            cameras: Vec::new(),
+            models: Vec::new(),
+            files,
+        },
         found,
     ))
 }
@@ -131,9 +177,14 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
     let cameras = (root.tables("cameras").into_iter())
         .filter_map(|(name, node, table)| Some((camera::name(name, &node)?, camera::read(&table)?)))
         .collect();
+    let stream_table = root.get("stream").map(|node| node.table());
+    let stream = stream_table.as_ref().and_then(|table| {
+        let table = table.as_ref()?;
+        Some((stream::read(table)?, table.span().clone()))
+    });
     let palette = Palette::read(root);
     let models = Models::read(root, path, files);
-    let mut reader = OperationReader::new(palette, models, seed as u64);
+    let mut reader = OperationReader::new(palette, models, seed as u64, stream_table.is_some());
     let operations = (root.array_of_tables("build").iter().enumerate())
         .filter_map(|(index, table)| Some((reader.read(index, table)?, table.span().clone())))
         .collect();
@@ -142,7 +193,13 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
     let mut all_files = vec![path.to_owned()];
     let (models, files) = models.into_parts();
     all_files.extend(files);
-    Description { name, about, camera, cameras, palette, operations, models, files: all_files }
+    Description { stream, name, about, camera, cameras, palette, operations, models, files: all_files }
+}
+
+fn needs_whole(error: NeedsWhole, places: &[Span]) -> Diagnostic {
+    Diagnostic::error(codes::world::NEEDS_WHOLE, "a world with `[stream]` cannot scatter by `count` or `density`")
+        .label(places[error.operation].clone(), "this looks at everything that was built before")
+        .help("give `cell` and `chance` instead: at most one model for each cell of a grid, wherever the camera goes")
 }
 
 fn build_diagnostic(error: &BuildError, path: &str, places: &[Span]) -> Diagnostic {

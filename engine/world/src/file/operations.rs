@@ -1,9 +1,9 @@
 //! `[[build]]`: which operation a table describes, and the operations that place models.
 
-use raxel_diagnostics::codes;
 use raxel_diagnostics::table::Table;
+use raxel_diagnostics::{Diagnostic, codes};
 
-use crate::build::{Operation, Placed, Scatter, place_anchor};
+use crate::build::{Jittered, Operation, Placed, Scatter, place_anchor};
 use crate::dense::Mode;
 use crate::material::MaterialIndex;
 use crate::random::mix;
@@ -21,6 +21,8 @@ pub(super) struct OperationReader {
     palette: Palette,
     models: Models,
     seed: u64,
+    /// The world has `[stream]`.
+    streamed: bool,
 }
 
 /// The operations, by the word in the file.
@@ -61,8 +63,8 @@ enum Anchor {
 const ANCHORS: &[(&str, Anchor)] = &[("base", Anchor::Base), ("corner", Anchor::Corner), ("origin", Anchor::Origin)];
 
 impl OperationReader {
-    pub(super) fn new(palette: Palette, models: Models, seed: u64) -> Self {
-        Self { palette, models, seed }
+    pub(super) fn new(palette: Palette, models: Models, seed: u64, streamed: bool) -> Self {
+        Self { palette, models, seed, streamed }
     }
 
     pub(super) fn into_parts(self) -> (Palette, Models) {
@@ -81,7 +83,7 @@ impl OperationReader {
             Kind::Cylinder => solids::read_cylinder(table, mode, palette),
             Kind::Menger => solids::read_menger(table, mode, palette),
             Kind::Maze => solids::read_maze(table, mode, palette, seed),
-            Kind::Terrain => terrain::read(table, mode, palette, seed).map(Operation::Terrain),
+            Kind::Terrain => terrain::read(table, mode, palette, seed, self.streamed).map(Operation::Terrain),
             Kind::Model => self.read_model(table, mode),
             Kind::Scatter => self.read_scatter(table, mode, seed),
         };
@@ -116,50 +118,113 @@ impl OperationReader {
 
     fn read_scatter(&mut self, table: &Table<'_, '_>, mode: Option<Mode>, seed: Seed) -> Option<Operation> {
         let model = table.need("model").and_then(|node| self.models.find(&node, &mut self.palette));
-        let area = extent::read::<2>(table);
-        table.conflict("count", "density", "one follows from the other");
-        let most = Scatter::MAX_COUNT;
-        let count = table.get("count").map(|node| node.integer(1..=most as i64).map(|count| count as u64));
-        let density = table.get("density").map(|node| (node.number(1e-9..=1.0), node));
-        let count = match (count, density) {
-            (Some(count), _) => count,
-            (None, Some((density, node))) => density.zip(area).and_then(|(density, (min, max))| {
-                let places = (max[0] - min[0]) as f64 * (max[1] - min[1]) as f64;
-                let count = (density * places).round().max(1.0);
-                if count > most as f64 {
-                    return node
-                        .bad_value(format!("`{}` asks for {count} models; at most {most} are scattered", node.name));
-                }
-                Some(count as u64)
-            }),
-            (None, None) => {
-                table.need("count");
-                None
-            }
+        let grid = table.get("cell").map(|node| node.integer(1..=1 << 20));
+        let area = if grid.is_some() { extent::read_endless(table, self.streamed) } else { extent::read::<2>(table) };
+        let how_many = match grid {
+            Some(cell) => read_grid(table, cell),
+            None => read_count(table, area),
         };
         let on = table.get("on").map_or(Some(Vec::new()), |node| materials(&self.palette, &node));
-        let spacing = table.get("min_spacing").map_or(Some(0), |node| node.integer(0..=1 << 20));
+        let spacing = table.get("min_spacing").map_or(Some(0), |node| {
+            let spacing = node.integer(0..=1 << 20)?;
+            match grid.flatten() {
+                Some(cell) if spacing >= cell => node
+                    .bad_value(format!("`{}` is {spacing}; it must be less than `cell`, which is {cell}", node.name)),
+                _ => Some(spacing),
+            }
+        });
         let sink = table.get("sink").map_or(Some(0), |node| node.integer(-(1 << 16)..=1 << 16));
         let turn = table.get("rotate").map_or(Some(true), |node| node.boolean());
         let anchor = anchor(table);
         let seed = seed.read(table);
         let (model, (min, max)) = (model?, area?);
         extent::inside_world(table, &Bounds { min: [min[0], 0, min[1]], max: [max[0], 0, max[1]] })?;
-        Some(Operation::Scatter(Scatter {
-            anchor: anchor_cell(anchor?, &model.voxels),
-            model: model.voxels,
-            materials: model.materials,
-            count: count?,
-            min,
-            max,
-            on: on?,
-            spacing: spacing?,
-            sink: sink?,
-            turn: turn?,
-            seed: seed?,
-            mode: mode?,
-        }))
+        let anchor = anchor_cell(anchor?, &model.voxels);
+        let (on, spacing, sink, turn, seed, mode) = (on?, spacing?, sink?, turn?, seed?, mode?);
+        let (model, materials) = (model.voxels, model.materials);
+        match how_many? {
+            HowMany::Count(count) => Some(Operation::Scatter(Scatter {
+                model,
+                materials,
+                anchor,
+                count,
+                min,
+                max,
+                on,
+                spacing,
+                sink,
+                turn,
+                seed,
+                mode,
+            })),
+            HowMany::Grid { cell, chance } => {
+                let jittered =
+                    Jittered { model, materials, anchor, cell, chance, min, max, on, spacing, sink, turn, seed, mode };
+                let cells = jittered.cell_count();
+                if !self.streamed && cells > u128::from(Jittered::MAX_CELLS) {
+                    table.reporter().report(
+                        Diagnostic::error(
+                            codes::world::TOO_LARGE,
+                            format!(
+                                "this scatters over {cells} cells; a world that is built whole has at most {}",
+                                Jittered::MAX_CELLS
+                            ),
+                        )
+                        .label(table.span().clone(), "")
+                        .help("take a larger `cell` or a smaller area, or give the world `[stream]`"),
+                    );
+                    return None;
+                }
+                Some(Operation::Jittered(jittered))
+            }
+        }
     }
+}
+
+/// How many models are scattered.
+enum HowMany {
+    Count(u64),
+    Grid { cell: i64, chance: f64 },
+}
+
+/// `cell` with `chance`.
+fn read_grid(table: &Table<'_, '_>, cell: Option<i64>) -> Option<HowMany> {
+    table.conflict("cell", "count", "a grid has as many as its cells allow");
+    table.conflict("cell", "density", "a grid has as many as its cells allow");
+    let chance = table.get("chance").map_or(Some(1.0), |node| node.number(0.0..=1.0));
+    Some(HowMany::Grid { cell: cell?, chance: chance? })
+}
+
+/// `count` or `density`.
+fn read_count(table: &Table<'_, '_>, area: Option<([i64; 2], [i64; 2])>) -> Option<HowMany> {
+    table.conflict("count", "density", "one follows from the other");
+    if let Some(node) = table.get("chance") {
+        node.report(
+            codes::files::MISSING_KEY,
+            format!("`{}` needs `cell`", node.name),
+            "the chance of a cell of a grid",
+        );
+    }
+    let most = Scatter::MAX_COUNT;
+    let count = table.get("count").map(|node| node.integer(1..=most as i64).map(|count| count as u64));
+    let density = table.get("density").map(|node| (node.number(1e-9..=1.0), node));
+    let count = match (count, density) {
+        (Some(count), _) => count,
+        (None, Some((density, node))) => density.zip(area).and_then(|(density, (min, max))| {
+            let places = (max[0] - min[0]) as f64 * (max[1] - min[1]) as f64;
+            let count = (density * places).round().max(1.0);
+            if count > most as f64 {
+                return node
+                    .bad_value(format!("`{}` asks for {count} models; at most {most} are scattered", node.name));
+            }
+            Some(count as u64)
+        }),
+        (None, None) => {
+            table.need("count");
+            None
+        }
+    };
+    count.map(HowMany::Count)
 }
 
 fn anchor(table: &Table<'_, '_>) -> Option<Anchor> {

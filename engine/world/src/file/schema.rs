@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::stream::StreamSettings;
 use crate::build::{Menger, Scatter};
 use crate::material::MAX_MATERIALS;
 
@@ -38,6 +39,7 @@ pub fn schema() -> Value {
                 "type": "object",
                 "additionalProperties": { "$ref": "#/$defs/model" }
             },
+            "stream": { "$ref": "#/$defs/stream" },
             "build": {
                 "description": "What is built, one operation after the other.",
                 "type": "array",
@@ -66,6 +68,16 @@ pub fn schema() -> Value {
                 ("material", "What fills everything below the level that is not land.", name()),
                 ("level", "The first height without water.", cell()),
             ]),
+            "caves": object(&["width"], vec![
+                ("width", "How far two noises in space may be from 0: wider tunnels.", json!({ "type": "number", "minimum": 0, "maximum": 1 })),
+                ("frequency", "Bends a voxel.", json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 0.25, "default": 1.0 / 64.0 })),
+                ("octaves", "Finer bends.", json!({ "type": "integer", "minimum": 1, "maximum": 8, "default": 1 })),
+                ("cover", "Voxels of land that stay above them; under water always at least 4.", json!({ "type": "integer", "minimum": 0, "default": 0 })),
+                ("above", "Only at this height or higher.", cell()),
+                ("below", "Only lower than this.", cell()),
+                ("seed", "Another seed, other caves.", json!({ "type": "integer", "default": 0 })),
+            ]),
+            "stream": stream(),
             "river": object(&["bed", "width", "banks"], vec![
                 ("bed", "Height of its bed.", json!({ "type": "number" })),
                 ("width", "Half the width of its bed, about, in voxels.", positive()),
@@ -91,6 +103,42 @@ fn camera() -> Value {
             ),
             ("pitch", "Tilt upwards in degrees.", json!({ "type": "number", "minimum": -90, "maximum": 90 })),
             ("fov", "Vertical field of view in degrees.", json!({ "type": "number", "minimum": 1, "maximum": 179 })),
+        ],
+    )
+}
+
+fn stream() -> Value {
+    type Settings = StreamSettings;
+    let memory = json!({
+        "oneOf": [
+            { "type": "string", "pattern": "^[0-9]+ *[KMGT]iB$" },
+            { "type": "integer", "minimum": Settings::LEAST_MEMORY, "maximum": Settings::MOST_GPU_MEMORY },
+        ],
+        "default": format!("{} MiB", Settings::GPU_MEMORY >> 20),
+    });
+    let voxels = |most: u32| json!({ "type": "integer", "minimum": 64, "maximum": most });
+    let mut near = voxels(Settings::MOST_NEAR);
+    near["default"] = json!(Settings::NEAR);
+    object(
+        &[],
+        vec![
+            ("near", "Voxels around the camera that are there one by one.", near),
+            (
+                "far",
+                "Voxels around the camera that are there at all, beyond `near` in cells of 4, 16 and 64; `near` if left out, and at most 64 times as much.",
+                voxels(Settings::MOST_FAR),
+            ),
+            (
+                "height",
+                "The lowest height that is loaded, and one past the highest; all that is built if left out.",
+                cells(2),
+            ),
+            ("gpu_memory", "Bytes of the buffer on the device.", memory),
+            (
+                "threads",
+                "Threads that make chunks; 0 is one for each core but one.",
+                json!({ "type": "integer", "minimum": 0, "maximum": Settings::MOST_THREADS, "default": 0 }),
+            ),
         ],
     )
 }
@@ -249,6 +297,7 @@ fn operations() -> Vec<Value> {
                         json!({ "type": "array", "items": { "$ref": "#/$defs/band" } }),
                     ),
                     ("water", "Lakes.", json!({ "$ref": "#/$defs/water" })),
+                    ("caves", "Tunnels through the land.", json!({ "$ref": "#/$defs/caves" })),
                 ],
             ]
             .concat(),
@@ -277,6 +326,16 @@ fn operations() -> Vec<Value> {
                         "density",
                         "How many a voxel of the area; instead of count.",
                         json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 1 }),
+                    ),
+                    (
+                        "cell",
+                        "At most one in each cell of a grid of so many voxels, on the land of `terrain`; instead of count.",
+                        json!({ "type": "integer", "minimum": 1, "maximum": 1 << 20 }),
+                    ),
+                    (
+                        "chance",
+                        "How likely a cell is to have one.",
+                        json!({ "type": "number", "minimum": 0, "maximum": 1, "default": 1 }),
                     ),
                     ("on", "Materials that it stands on; any if left out.", one_or_more()),
                     (

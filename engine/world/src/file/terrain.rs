@@ -3,7 +3,7 @@
 use raxel_diagnostics::table::Table;
 use raxel_diagnostics::{Diagnostic, codes};
 
-use crate::build::{Band, Layer, Noise, River, Terrain, Water};
+use crate::build::{Band, Caves, Layer, Noise, River, Terrain, Water};
 use crate::dense::Mode;
 
 use super::extent;
@@ -15,8 +15,14 @@ const DEPTH: i64 = 1 << 32;
 /// As heights and amplitudes in the file.
 const HEIGHTS: std::ops::RangeInclusive<f64> = extent::POSITIONS;
 
-pub(super) fn read(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette, seed: Seed) -> Option<Terrain> {
-    let area = extent::read::<2>(table);
+pub(super) fn read(
+    table: &Table<'_, '_>,
+    mode: Option<Mode>,
+    palette: &Palette,
+    seed: Seed,
+    streamed: bool,
+) -> Option<Terrain> {
+    let area = extent::read_endless(table, streamed);
     let base = table.get("base").map_or(Some(0.0), |node| node.number(HEIGHTS));
     let amplitude = table.need("amplitude").and_then(|node| node.number(0.0..=*HEIGHTS.end()));
     let exponent = table.get("exponent").map_or(Some(1), |node| node.integer(1..=8));
@@ -42,6 +48,11 @@ pub(super) fn read(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette,
         }
         Some(None) => None,
     };
+    let caves = match table.get("caves").map(|node| node.table()) {
+        None => Some(None),
+        Some(Some(caves)) => read_caves(&caves, seed).map(Some),
+        Some(None) => None,
+    };
     let (min, max) = area?;
     let (base, river) = (base?, river?);
     let lowest = river.as_ref().map_or(base, |river| base.min(river.bed));
@@ -61,7 +72,9 @@ pub(super) fn read(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette,
         layers: layers?,
         bands: bands?,
         water: water?,
+        caves: caves?,
         mode: mode?,
+        cell: 1,
     };
     extent::inside_world(table, &terrain.bounds())?;
     near_enough(table, &terrain)?;
@@ -102,6 +115,31 @@ fn read_river(table: &Table<'_, '_>, seed: u64) -> Option<River> {
         ridges: false,
     };
     Some(River { noise, bed: bed?, width: width?, banks: banks? })
+}
+
+fn read_caves(table: &Table<'_, '_>, seed: Option<u64>) -> Option<Caves> {
+    let width = table.need("width").and_then(|node| node.number(0.0..=1.0));
+    let frequency = table.get("frequency").map_or(Some(1.0 / 64.0), |node| node.number(1e-9..=0.25));
+    let octaves = table.get("octaves").map_or(Some(1), |node| node.integer(1..=8));
+    let cover = table.get("cover").map_or(Some(0), |node| node.integer(0..=DEPTH));
+    let height = |key: &str| match table.get(key) {
+        Some(node) => node.integer(extent::CELLS).map(Some),
+        None => Some(None),
+    };
+    let (above, below) = (height("above"), height("below"));
+    let own = table.get("seed").map_or(Some(0), |node| node.integer(i64::MIN..=i64::MAX));
+    table.finish();
+    let (octaves, frequency, own, seed) = (octaves? as u32, frequency?, own? as u64, seed?);
+    let noise = |n: u64| Noise {
+        seed: crate::random::mix(seed ^ crate::random::mix(own.wrapping_mul(2).wrapping_add(n) ^ 0xcafe)),
+        frequency,
+        octaves,
+        lacunarity: 2.0,
+        gain: 0.5,
+        ridges: false,
+    };
+    let noises = [noise(0), noise(1)];
+    Some(Caves { noises, width: width?, cover: cover?, above: above?, below: below? })
 }
 
 fn read_layers(table: &Table<'_, '_>, palette: &Palette) -> Option<Vec<Layer>> {
@@ -157,7 +195,8 @@ fn read_bands(table: &Table<'_, '_>, palette: &Palette, depth: i64) -> Option<Ve
 fn near_enough(table: &Table<'_, '_>, terrain: &Terrain) -> Option<()> {
     let ends = terrain.min.iter().chain(&terrain.max);
     let reach = ends.map(|end| end.unsigned_abs()).max().unwrap_or(0) as f64;
-    let noises = [Some(&terrain.noise), terrain.river.as_ref().map(|river| &river.noise)];
+    let of_caves = terrain.caves.as_ref().map(|caves| &caves.noises[0]);
+    let noises = [Some(&terrain.noise), terrain.river.as_ref().map(|river| &river.noise), of_caves];
     let waves = noises.into_iter().flatten().map(|noise| noise.waves(reach)).fold(0.0, f64::max);
     if waves <= Noise::MAX_WAVES {
         return Some(());

@@ -14,6 +14,7 @@ mod svdag;
 mod svo;
 mod table;
 mod texture3d;
+mod tile_block;
 mod tree64;
 
 use thiserror::Error;
@@ -27,6 +28,7 @@ pub use header::{Extent, MATERIAL_WORDS};
 pub use svdag::SvdagHeader;
 pub use svo::SvoHeader;
 pub use texture3d::{EncodedImage, Texture3dHeader};
+pub use tile_block::{FULL_RUN_WORDS, TileBlock, TileNode, full_run, palette};
 pub use tree64::{LiveTree64, Patch, Tree64Header};
 
 use crate::world::World;

@@ -16,35 +16,35 @@ use crate::material::MaterialIndex;
 use crate::world::{ChunkPos, World};
 
 /// Words of a node.
-const QUAD: usize = 4;
+pub(super) const QUAD: usize = 4;
 /// Word 3 of a node whose occupied children are full, all of the material in the low half.
-const FILLED: u32 = 0x8000_0000;
+pub(super) const FILLED: u32 = 0x8000_0000;
 /// Word 3 of a node whose voxels are all of the material in the low half; also a leaf's link, by itself.
-const UNIFORM: u32 = 0x4000_0000;
+pub(super) const UNIFORM: u32 = 0x4000_0000;
 
 /// What one distinct chunk takes in the buffer.
-#[derive(Clone, Copy, Default)]
-struct ChunkSize {
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ChunkSize {
     /// Nodes of 16³ voxels.
-    nodes: usize,
+    pub(super) nodes: usize,
     /// Leaves: masks of 4³ voxels.
-    leaves: usize,
+    pub(super) leaves: usize,
     /// Leaves of nodes of more than one material.
-    links: usize,
+    pub(super) links: usize,
     /// Voxels of leaves of more than one material.
-    attributes: usize,
+    pub(super) attributes: usize,
 }
 
 /// A node: mask, address of its first child, and what its voxels are made of.
 #[derive(Clone, Copy, Debug, Default)]
-struct Node {
-    mask: u64,
-    children: u32,
-    material: u32,
+pub(super) struct Node {
+    pub(super) mask: u64,
+    pub(super) children: u32,
+    pub(super) material: u32,
 }
 
 impl Node {
-    fn put(self, words: &mut [u32], at: usize) {
+    pub(super) fn put(self, words: &mut [u32], at: usize) {
         words[at..at + QUAD].copy_from_slice(&[
             self.mask as u32,
             (self.mask >> 32) as u32,
@@ -160,7 +160,7 @@ fn upper_nodes<T>(chunks: &[(u128, T)], levels: u32) -> usize {
 }
 
 impl ChunkSize {
-    fn of(chunk: &Chunk) -> Self {
+    pub(super) fn of(chunk: &Chunk) -> Self {
         let mut size = Self::default();
         if filled_chunk(chunk).is_some() {
             return size;
@@ -191,7 +191,7 @@ impl ChunkSize {
 }
 
 /// The only material of a block, if there is only one.
-fn uniform(chunk: &Chunk, block: usize) -> Option<MaterialIndex> {
+pub(super) fn uniform(chunk: &Chunk, block: usize) -> Option<MaterialIndex> {
     if let Some(material) = chunk.uniform() {
         return Some(material);
     }
@@ -213,13 +213,13 @@ fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
 }
 
 /// The material of a 16³ node (0…63) all of whose occupied blocks are full and of that one material.
-fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
+pub(super) fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
     let full = chunk.masks()[node * 64..][..64].iter().all(|&mask| mask == 0 || mask == u64::MAX);
     if full { uniform_node(chunk, node) } else { None }
 }
 
 /// The material of a chunk all of whose occupied 16³ nodes are full and of that one material.
-fn filled_chunk(chunk: &Chunk) -> Option<MaterialIndex> {
+pub(super) fn filled_chunk(chunk: &Chunk) -> Option<MaterialIndex> {
     let mut found = None;
     for node in Bits(chunk.root_mask()) {
         if chunk.node_mask(node as usize) != u64::MAX {
@@ -234,9 +234,9 @@ fn filled_chunk(chunk: &Chunk) -> Option<MaterialIndex> {
 }
 
 /// A part of the buffer, and the address of its first element.
-struct Part<'a, T> {
-    rest: &'a mut [T],
-    at: usize,
+pub(super) struct Part<'a, T> {
+    pub(super) rest: &'a mut [T],
+    pub(super) at: usize,
 }
 
 impl<'a, T> Part<'a, T> {
@@ -251,11 +251,11 @@ impl<'a, T> Part<'a, T> {
 }
 
 /// The parts of the buffer that a chunk fills. Addresses of nodes and leaves are counted in their own sizes.
-struct Room<'a> {
-    nodes: Part<'a, [u32; QUAD]>,
-    leaves: Part<'a, [u32; 2]>,
-    links: Part<'a, u32>,
-    attributes: Part<'a, u16>,
+pub(super) struct Room<'a> {
+    pub(super) nodes: Part<'a, [u32; QUAD]>,
+    pub(super) leaves: Part<'a, [u32; 2]>,
+    pub(super) links: Part<'a, u32>,
+    pub(super) attributes: Part<'a, u16>,
 }
 
 /// Encodes every distinct chunk into its parts of the buffer, in parallel, and gives their nodes.
@@ -284,7 +284,7 @@ fn fill_chunks(distinct: &[&Chunk], sizes: &[ChunkSize], body: &mut [u32], at: &
 }
 
 /// Writes the nodes of a chunk below its own, its leaves, and the materials of its voxels.
-fn encode_chunk(chunk: &Chunk, mut room: Room) -> Node {
+pub(super) fn encode_chunk(chunk: &Chunk, mut room: Room) -> Node {
     let mask = chunk.root_mask();
     if let Some(material) = filled_chunk(chunk) {
         return Node { mask, children: 0, material: FILLED | u32::from(material) };

@@ -1,0 +1,138 @@
+//! Caves: tunnels along the curves where two noises in space are both near zero.
+//!
+//! The noises are sampled where all three coordinates are multiples of 4, and are trilinear in between: a voxel is hollow if both,
+//! interpolated at its centre, are smaller than the width. So a chunk takes 17³ samples of each, and 4³ voxels between samples that all
+//! are on one side of the width need no closer look.
+
+use crate::build::noise::{Noise, Sampler};
+use crate::chunk::child_cell;
+
+/// Hollows in the land.
+#[derive(Clone, Debug)]
+pub struct Caves {
+    /// The two noises whose common zeros the tunnels follow.
+    pub noises: [Noise; 2],
+    /// How far from zero the noises may be, in (0, 1): wider tunnels.
+    pub width: f64,
+    /// Voxels of land that stay above them; where there is water, at least [`Caves::UNDER_WATER`].
+    pub cover: i64,
+    /// No voxel below this is hollow.
+    pub above: Option<i64>,
+    /// No voxel at this height or higher is hollow.
+    pub below: Option<i64>,
+}
+
+/// Voxels between samples.
+const STEP: i64 = 4;
+/// Samples along an edge of a chunk.
+const SAMPLES: usize = 17;
+
+impl Caves {
+    /// Voxels of land that stay between caves and water.
+    pub const UNDER_WATER: i64 = 4;
+
+    /// Made ready to be sampled.
+    pub(crate) fn field(&self) -> CaveField<'_> {
+        CaveField { caves: self, samplers: self.noises.each_ref().map(Noise::sampler) }
+    }
+
+    /// Heights in which a voxel can be hollow.
+    pub(crate) fn heights(&self) -> (i64, i64) {
+        (self.above.unwrap_or(i64::MIN), self.below.unwrap_or(i64::MAX))
+    }
+}
+
+/// Caves made ready to be sampled.
+pub(crate) struct CaveField<'c> {
+    caves: &'c Caves,
+    samplers: [Sampler; 2],
+}
+
+/// The samples of one chunk.
+pub(crate) struct CaveChunk<'c> {
+    caves: &'c Caves,
+    /// Height of the chunk's lowest voxel.
+    y: i64,
+    samples: Vec<[f64; 2]>,
+}
+
+impl<'c> CaveField<'c> {
+    fn sample(&self, corner: [i64; 3]) -> [f64; 2] {
+        let at = corner.map(|c| c as f64);
+        self.samplers.each_ref().map(|sampler| sampler.in_space(at))
+    }
+
+    /// The samples of the chunk whose smallest voxel is `origin`.
+    pub(crate) fn chunk(&self, origin: [i64; 3]) -> CaveChunk<'c> {
+        let mut samples = Vec::with_capacity(SAMPLES * SAMPLES * SAMPLES);
+        for y in 0..SAMPLES as i64 {
+            for z in 0..SAMPLES as i64 {
+                for x in 0..SAMPLES as i64 {
+                    samples.push(self.sample([origin[0] + x * STEP, origin[1] + y * STEP, origin[2] + z * STEP]));
+                }
+            }
+        }
+        CaveChunk { caves: self.caves, y: origin[1], samples }
+    }
+
+    /// Whether one voxel is hollow, its cover not looked at.
+    pub(crate) fn is_hollow(&self, cell: [i64; 3]) -> bool {
+        let (low, high) = self.caves.heights();
+        if cell[1] < low || cell[1] >= high {
+            return false;
+        }
+        let corner = cell.map(|c| c & !(STEP - 1));
+        let corners = corner_offsets().map(|[x, y, z]| {
+            self.sample([corner[0] + x as i64 * STEP, corner[1] + y as i64 * STEP, corner[2] + z as i64 * STEP])
+        });
+        let local = [0, 1, 2].map(|i| (cell[i] - corner[i]) as u32);
+        hollow(&corners, local, self.caves.width)
+    }
+}
+
+impl CaveChunk<'_> {
+    /// Which voxels of a 4³ block are hollow, their cover not looked at; `cell` is the block's place in the chunk, each in 0…15.
+    pub(crate) fn mask(&self, cell: [u32; 3]) -> u64 {
+        let corners = corner_offsets().map(|offset| {
+            let [x, y, z] = [0, 1, 2].map(|i| cell[i] as usize + offset[i]);
+            self.samples[(y * SAMPLES + z) * SAMPLES + x]
+        });
+        let width = self.caves.width;
+        // Trilinear values lie between those of the corners.
+        let solid =
+            |noise: usize| corners.iter().all(|c| c[noise] >= width) || corners.iter().all(|c| c[noise] <= -width);
+        if solid(0) || solid(1) {
+            return 0;
+        }
+        let (low, high) = self.caves.heights();
+        let y = self.y + i64::from(cell[1]) * STEP;
+        (0..64).fold(0, |mask, bit| {
+            let local = child_cell(bit);
+            let height = y + i64::from(local[1]);
+            let is = height >= low && height < high && hollow(&corners, local, width);
+            mask | u64::from(is) << bit
+        })
+    }
+}
+
+/// The corners of a block of samples: x fastest, then y, then z.
+fn corner_offsets() -> [[usize; 3]; 8] {
+    [0, 1, 2, 3, 4, 5, 6, 7].map(|i| [i & 1, i >> 1 & 1, i >> 2])
+}
+
+/// Whether both noises are near zero at the centre of a voxel of a block. The weights are multiples of an eighth.
+fn hollow(corners: &[[f64; 2]; 8], local: [u32; 3], width: f64) -> bool {
+    let t = local.map(|l| (f64::from(l) + 0.5) / STEP as f64);
+    [0, 1].into_iter().all(|noise| {
+        let along_x = |y: usize, z: usize| {
+            let [a, b] = [corners[y << 1 | z << 2][noise], corners[1 | y << 1 | z << 2][noise]];
+            a + (b - a) * t[0]
+        };
+        let along_y = |z: usize| {
+            let [a, b] = [along_x(0, z), along_x(1, z)];
+            a + (b - a) * t[1]
+        };
+        let [a, b] = [along_y(0), along_y(1)];
+        (a + (b - a) * t[2]).abs() < width
+    })
+}

@@ -1,0 +1,125 @@
+//! `[stream]`: how much of a world is there at a time.
+
+use raxel_diagnostics::table::{Node, Table};
+
+use super::extent;
+
+/// What `[stream]` says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StreamSettings {
+    /// Voxels around the camera that are there one by one.
+    pub near: u32,
+    /// Voxels around the camera that are there at all, beyond `near` in cells of 4, 16 and 64 voxels; `near` if left out.
+    pub far: u32,
+    /// Smallest and one past the largest height that is loaded; that of everything built if left out.
+    pub height: Option<[i64; 2]>,
+    /// Bytes of the buffer on the device.
+    pub gpu_memory: u64,
+    /// Threads that make chunks; 0 is one for each core but one.
+    pub threads: u32,
+}
+
+impl Default for StreamSettings {
+    fn default() -> Self {
+        Self { near: Self::NEAR, far: Self::NEAR, height: None, gpu_memory: Self::GPU_MEMORY, threads: 0 }
+    }
+}
+
+impl StreamSettings {
+    /// Voxels, if the file does not say.
+    pub const NEAR: u32 = 512;
+    /// `near` at most: 64 chunks.
+    pub const MOST_NEAR: u32 = 4096;
+    /// `far` at most, and 64 times `near`: levels go no higher.
+    pub const MOST_FAR: u32 = 1 << 18;
+    /// Bytes, if the file does not say.
+    pub const GPU_MEMORY: u64 = 256 << 20;
+    /// What the addresses in the buffer can reach.
+    pub const MOST_GPU_MEMORY: u64 = 2 << 30;
+    /// Smallest budget for memory.
+    pub const LEAST_MEMORY: u64 = 1 << 20;
+    /// Most threads.
+    pub const MOST_THREADS: u32 = 256;
+}
+
+pub(super) fn read(table: &Table<'_, '_>) -> Option<StreamSettings> {
+    let default = StreamSettings::default();
+    let near = table
+        .get("near")
+        .map_or(Some(i64::from(default.near)), |node| node.integer(64..=i64::from(StreamSettings::MOST_NEAR)));
+    let far = match table.get("far") {
+        None => near,
+        Some(node) => {
+            let far = node.integer(64..=i64::from(StreamSettings::MOST_FAR));
+            match far.zip(near) {
+                Some((far, near)) if far < near => {
+                    node.bad_value(format!("`{}` is {far}, and `near` is {near}: it must not be smaller", node.name))
+                }
+                Some((far, near)) if far > 64 * near => node.bad_value(format!(
+                    "`{}` is {far}, more than 64 times `near`, which is {near}: cells are at most 64 voxels large",
+                    node.name
+                )),
+                _ => far,
+            }
+        }
+    };
+    let height = match table.get("height") {
+        None => Some(None),
+        Some(node) => match node.integers::<2>(extent::CELLS) {
+            Some([low, high]) if low >= high => {
+                node.bad_value(format!("`{}` is empty: from {low} to {high}", node.name))
+            }
+            height => height.map(Some),
+        },
+    };
+    let gpu_memory = table.get("gpu_memory").map_or(Some(default.gpu_memory), |node| {
+        bytes(&node, StreamSettings::LEAST_MEMORY, StreamSettings::MOST_GPU_MEMORY)
+    });
+    let threads =
+        table.get("threads").map_or(Some(0), |node| node.integer(0..=i64::from(StreamSettings::MOST_THREADS)));
+    table.finish();
+    Some(StreamSettings {
+        near: near? as u32,
+        far: far? as u32,
+        height: height?,
+        gpu_memory: gpu_memory?,
+        threads: threads? as u32,
+    })
+}
+
+/// A number of bytes: an integer, or a number with a unit, `"512 MiB"`.
+fn bytes(node: &Node<'_, '_>, least: u64, most: u64) -> Option<u64> {
+    let found = if node.is_string() {
+        let text = node.string()?;
+        match parse(&text) {
+            Some(bytes) => bytes,
+            None => return node.bad_value(format!("`{text}` is no amount of memory: write \"512 MiB\" or \"1 GiB\"")),
+        }
+    } else {
+        node.integer(0..=i64::MAX)? as u64
+    };
+    if (least..=most).contains(&found) {
+        return Some(found);
+    }
+    node.bad_value(format!("`{}` is {found} bytes; it must be {least} to {most}", node.name))
+}
+
+fn parse(text: &str) -> Option<u64> {
+    const UNITS: [(&str, u64); 4] = [("KiB", 1 << 10), ("MiB", 1 << 20), ("GiB", 1 << 30), ("TiB", 1 << 40)];
+    let (number, unit) = UNITS.iter().find_map(|(name, unit)| Some((text.strip_suffix(name)?.trim_end(), *unit)))?;
+    number.parse::<u64>().ok()?.checked_mul(unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse;
+
+    #[test]
+    fn amounts_of_memory() {
+        assert_eq!(parse("512 MiB"), Some(512 << 20));
+        assert_eq!(parse("1GiB"), Some(1 << 30));
+        for wrong in ["", "512", "512 MB", "-1 MiB", "1.5 GiB", "99999999999999999999 KiB", "9999999999999999 TiB"] {
+            assert_eq!(parse(wrong), None, "{wrong}");
+        }
+    }
+}

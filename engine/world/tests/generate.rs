@@ -1,0 +1,196 @@
+//! Worlds without end: a tile is the same whoever asks for it, when, and in whatever order.
+
+mod project;
+
+use project::{MATERIALS, Project};
+use proptest::prelude::*;
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Loaded, World, reduce};
+
+const LAND: &str = r#"
+op = "terrain"
+base = 20
+amplitude = 70
+frequency = 0.01
+octaves = 4
+floor = -60
+river = { bed = 25, width = 5, banks = 40, frequency = 0.004 }
+water = { material = "c", level = 34 }
+layers = [{ material = "a", depth = 2 }, { material = "b" }]
+bands = [{ material = "c", slope = 3 }, { material = "b", above = 70, depth = 5 }]
+caves = { width = 0.2, frequency = 0.03, octaves = 2, cover = 1, above = -40 }
+"#;
+
+const MODELS: &str = r#"
+op = "scatter"
+model = "arrow"
+cell = 11
+chance = 0.5
+min_spacing = 3
+on = ["a", "b"]
+sink = 1
+"#;
+
+const MORE: &str = r#"
+[[build]]
+op = "sphere"
+center = [70, 90, 60]
+radius = 80
+material = "c"
+[[build]]
+op = "box"
+mode = "subtract"
+min = [-64, 10, -64]
+max = [0, 74, 64]
+[[build]]
+op = "box"
+mode = "paint"
+material = "a"
+min = [-300, 0, 40]
+max = [300, 60, 50]
+"#;
+
+fn world(head: &str, area: &str) -> Loaded {
+    let text = format!("{MATERIALS}{head}\n[[build]]\n{LAND}{area}\n[[build]]\n{MODELS}{area}\n{MORE}");
+    Project::with_world(&text).load().unwrap_or_else(|found| panic!("{found:?}")).0
+}
+
+fn endless() -> std::sync::Arc<raxel_world::generate::Generator> {
+    world("[stream]", "").stream.expect("it has [stream]").generator
+}
+
+fn positions() -> Vec<ChunkPos> {
+    let mut all = Vec::new();
+    for y in -2..3 {
+        for z in -3..3 {
+            all.extend((-3..3).map(|x| ChunkPos::new(x, y, z)));
+        }
+    }
+    all
+}
+
+fn is(world: &World, pos: ChunkPos, content: &Content) -> bool {
+    content.to_chunk().as_deref() == world.chunk(pos).map(|chunk| &**chunk)
+}
+
+#[test]
+fn a_bounded_world_is_a_part_of_the_endless_one() {
+    // Models stand as far out as they like; only what the bounds cut off is missing.
+    let bounded = world("", "min = [-320, -320]\nmax = [320, 320]");
+    let generator = endless();
+    let mut mixed = 0;
+    for pos in positions() {
+        let content = generator.chunk(0, pos);
+        assert!(is(&bounded.world, pos, &content), "{pos:?}: {content:?} and {:?}", bounded.world.chunk(pos));
+        mixed += usize::from(matches!(content, Content::Chunk(_)));
+    }
+    assert!(mixed > 30, "{mixed} chunks are neither empty nor full");
+    let cut = generator.cut(ChunkPos::new(-3, -2, -3), ChunkPos::new(3, 3, 3));
+    assert!(cut.counts()[1..].iter().all(|count| *count > 0), "all materials are there: {:?}", cut.counts());
+}
+
+#[test]
+fn threads_and_order_make_no_difference() {
+    let expected: Vec<Content> = positions().into_iter().map(|pos| endless().chunk(0, pos)).collect();
+    let generator = endless();
+    std::thread::scope(|scope| {
+        for turn in 0..4 {
+            let (generator, expected) = (&generator, &expected);
+            scope.spawn(move || {
+                let mut order: Vec<usize> = (0..expected.len()).collect();
+                order.rotate_left(turn * 37);
+                if turn % 2 == 1 {
+                    order.reverse();
+                }
+                for i in order {
+                    assert_eq!(generator.chunk(0, positions()[i]), expected[i]);
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn caves_take_land_alone_and_leave_their_cover() {
+    let text = |caves: &str| {
+        let land = LAND.lines().filter(|line| !line.starts_with("caves")).collect::<Vec<_>>().join("\n");
+        format!("{MATERIALS}\n[stream]\n[[build]]\n{land}\n{caves}")
+    };
+    let load = |caves: &str| Project::with_world(&text(caves)).load().expect("it is right").0.stream.unwrap().generator;
+    let (whole, hollow) =
+        (load(""), load("caves = { width = 0.25, frequency = 0.04, cover = 3, above = -10, below = 40 }"));
+    let mut taken = 0;
+    for pos in positions() {
+        let [a, b] = [&whole, &hollow].map(|generator| generator.chunk(0, pos));
+        let mut dense = [DenseChunk::default(), DenseChunk::default()];
+        a.unpack(&mut dense[0]);
+        b.unpack(&mut dense[1]);
+        for block in 0..4096 {
+            let (before, after) = (dense[0].masks()[block], dense[1].masks()[block]);
+            assert_eq!(after & !before, 0, "nothing is added");
+            for bit in (0..64).filter(|bit| before >> bit & 1 == 1) {
+                let (before, now) = (dense[0].block(block)[bit], after >> bit & 1 == 1);
+                let [_, y, _] = raxel_world::block_cell(block);
+                let y = i64::from(pos.y) * 64 + i64::from(y) * 4 + (bit as i64 >> 4);
+                if now {
+                    assert_eq!(dense[1].block(block)[bit], before);
+                } else {
+                    taken += 1;
+                    assert!((-10..40).contains(&y), "hollow at {y}");
+                }
+            }
+        }
+    }
+    assert!(taken > 10_000, "{taken} voxels are hollow");
+}
+
+/// Solid voxels of the fine world whose coarse cell is empty: there must be none where the coarse world is a reduction.
+#[test]
+fn coarse_land_has_no_holes() {
+    let text = format!("{MATERIALS}\n[stream]\n[[build]]\n{}", LAND.replace("caves", "#"));
+    let generator = Project::with_world(&text).load().expect("it is right").0.stream.unwrap().generator;
+    let (mut solids, mut missing, mut extra) = (0u64, 0u64, 0u64);
+    for y in -1..1 {
+        let pos = ChunkPos::new(0, y, -1);
+        let mut exact = DenseChunk::default();
+        for child in 0..64 {
+            let [x, cy, z] = raxel_world::child_cell(child);
+            let fine = ChunkPos::new(x as i32, 4 * y + cy as i32, z as i32 - 4);
+            reduce(&generator.chunk(0, fine), [x, cy, z], &mut exact);
+        }
+        let mut coarse = DenseChunk::default();
+        generator.chunk(1, pos).unpack(&mut coarse);
+        for block in 0..4096 {
+            let (exact, coarse) = (exact.masks()[block], coarse.masks()[block]);
+            solids += u64::from(exact.count_ones());
+            missing += u64::from((exact & !coarse).count_ones());
+            extra += u64::from((coarse & !exact).count_ones());
+        }
+    }
+    // Heights between the corners of a cell may be higher than all four.
+    assert!(missing * 200 < solids && extra * 50 < solids, "{missing} missing and {extra} extra of {solids}");
+}
+
+#[test]
+fn empty_and_solid_tiles_are_known_without_their_voxels() {
+    let generator = endless();
+    assert_eq!(generator.chunk(0, ChunkPos::new(50, 40, 50)), Content::Empty);
+    assert_eq!(generator.chunk(0, ChunkPos::new(50, -40, 50)), Content::Empty, "below the floor");
+    assert_eq!(
+        generator.chunk(0, ChunkPos::new(9, -1, 9)).to_chunk().unwrap().solids(),
+        64 * 64 * 60,
+        "above the floor"
+    );
+    let deep = LAND.replace("floor = -60", "floor = -6000");
+    assert_ne!(deep, LAND);
+    let deep = Project::with_world(&format!("{MATERIALS}\n[stream]\n[[build]]\n{deep}")).load().unwrap().0;
+    assert_eq!(deep.stream.unwrap().generator.chunk(0, ChunkPos::new(9, -20, 9)), Content::Full(2));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn far_tiles_are_the_same_from_a_new_generator(x in -(1 << 24)..(1 << 24), z in -(1 << 24)..(1 << 24), y in -1..3, level in 0..4u32) {
+        let pos = ChunkPos::new(x >> (2 * level), y, z >> (2 * level));
+        prop_assert_eq!(endless().chunk(level, pos), endless().chunk(level, pos));
+    }
+}
