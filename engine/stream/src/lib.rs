@@ -1,0 +1,22 @@
+//! Worlds that are loaded around a camera.
+//!
+//! A [`Streamer`] asks a [`raxel_world::ChunkSource`] for tiles on threads of its own, puts each into a block of a [`Pool`], and makes
+//! [`Publication`]s: a directory of all tiles that are there, and a header, which together with the blocks are a buffer of the layout
+//! `tree64`. A frame takes the newest publication by writing the header. Nothing that a header can reach is ever written: blocks and
+//! directories that are no longer reached become free when the frames that could reach them have finished.
+
+mod directory;
+mod pool;
+mod publication;
+mod reach;
+mod streamer;
+mod union;
+mod view;
+
+pub use directory::{Cube, Directory, LiveTile};
+pub use pool::{Block, Pool, PoolMemory};
+pub use publication::{Publication, Stats};
+pub use reach::{Reach, TileKey};
+pub use streamer::{StreamError, StreamOptions, Streamer};
+pub use union::union;
+pub use view::View;

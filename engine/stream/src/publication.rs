@@ -1,0 +1,48 @@
+//! What a frame takes.
+
+use raxel_world::layout::Tree64Header;
+
+/// A state of the world that is whole in the pool. Writing its header to the start of the buffer shows it.
+#[derive(Clone, Debug)]
+pub struct Publication {
+    /// Larger than that of all before.
+    pub version: u64,
+    /// The first words of the buffer.
+    pub header: Tree64Header,
+    /// What there was when it was made.
+    pub stats: Stats,
+}
+
+impl Publication {
+    /// The header as words.
+    pub fn words(&self) -> &[u32] {
+        bytemuck::cast_slice(std::slice::from_ref(&self.header))
+    }
+}
+
+/// How a streamer is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Tiles that are wanted.
+    pub wanted: usize,
+    /// Those of them that are not there yet.
+    pub missing: usize,
+    /// Those of them that may be in the picture.
+    pub missing_in_view: usize,
+    /// Tiles in the directory, the empty ones not counted.
+    pub live: usize,
+    /// Tiles made since the start.
+    pub made: u64,
+    /// Tiles dropped since the start.
+    pub dropped: u64,
+    /// Bytes of blocks and directories written since the start.
+    pub written: u64,
+    /// Publications since the start.
+    pub publications: u64,
+    /// Bytes in use, bytes most in use at any time, and bytes there are.
+    pub pool: [u64; 3],
+    /// How often the pool had no room.
+    pub failed: u64,
+    /// Tiles of level 0 around the camera that the pool has room for, as far as is known.
+    pub near: i32,
+}

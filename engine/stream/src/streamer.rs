@@ -1,0 +1,288 @@
+//! Loads and unloads tiles: one thread decides, workers make.
+//!
+//! The director alone knows the tiles. It tells the workers what is missing, in order, through the desk, and takes from there what they
+//! have made. A frame only ever touches the desk, for as long as it takes to exchange a few words.
+
+mod director;
+mod worker;
+
+use std::collections::HashSet;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use raxel_world::layout::TileBlock;
+use raxel_world::{ChunkPos, ChunkSource};
+
+use crate::pool::{Pool, PoolMemory};
+use crate::publication::{Publication, Stats};
+use crate::reach::{Reach, TileKey};
+use crate::view::View;
+use director::Director;
+use worker::Made;
+
+/// How a streamer works.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StreamOptions {
+    /// Threads that make tiles, at least 1.
+    pub workers: usize,
+    /// What is there follows from the camera alone: publications are made when everything that is wanted is there, and nothing else is
+    /// kept. For pictures that must not depend on the time.
+    pub complete: bool,
+    /// Freed blocks are overwritten with nonsense.
+    pub poison: bool,
+}
+
+/// Why a streamer cannot go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StreamError {
+    /// What is wanted does not fit the pool.
+    #[error("the world around the camera takes more than the {bytes} bytes of the pool")]
+    NoRoom {
+        /// Bytes of the pool.
+        bytes: u64,
+    },
+    /// It took too long until everything that is wanted was there.
+    #[error("after {seconds} s, {missing} chunks are still missing")]
+    TimedOut {
+        /// Tiles that are missing.
+        missing: usize,
+        /// Seconds waited.
+        seconds: u64,
+    },
+}
+
+/// Keeps the tiles around a camera in a pool.
+pub struct Streamer {
+    shared: Arc<Shared>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+struct Shared {
+    source: Arc<dyn ChunkSource>,
+    pool: Pool,
+    desk: Mutex<Desk>,
+    /// There is work.
+    work: Condvar,
+    /// There is something for the director.
+    news: Condvar,
+    /// Everything that is wanted is there, or cannot be.
+    settled: Condvar,
+    stop: AtomicBool,
+}
+
+/// Where the threads meet.
+struct Desk {
+    view: View,
+    /// The view when `view_serial` was last counted up.
+    considered: View,
+    /// How often something has changed so that the director should look.
+    view_serial: u64,
+    /// Chunks that the source answers anew.
+    changed: Vec<ChunkPos>,
+    /// What is missing, the most urgent last.
+    jobs: Vec<TileKey>,
+    in_work: HashSet<TileKey>,
+    made: Vec<Made>,
+    /// For a frame to take.
+    pending: Option<Arc<Publication>>,
+    /// Versions below this one are reached by no frame that has not finished.
+    released: u64,
+    /// The view whose tiles are all there and published.
+    settled: u64,
+    /// How the last attempt for a view ended.
+    error: Option<(u64, StreamError)>,
+    stats: Stats,
+}
+
+impl Shared {
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Streamer {
+    /// Starts to load what a view wants into a buffer of so many words. The buffer shows an empty world until the header of the first
+    /// publication is written to it.
+    pub fn new(
+        source: Arc<dyn ChunkSource>,
+        memory: Arc<dyn PoolMemory>,
+        words: u32,
+        reach: Reach,
+        view: View,
+        options: StreamOptions,
+    ) -> Self {
+        let pool = Pool::new(memory, words, source.materials(), options.poison);
+        let desk = Desk {
+            view,
+            considered: view,
+            view_serial: 1,
+            changed: Vec::new(),
+            jobs: Vec::new(),
+            in_work: HashSet::new(),
+            made: Vec::new(),
+            pending: None,
+            released: 0,
+            settled: 0,
+            error: None,
+            stats: Stats::default(),
+        };
+        let shared = Arc::new(Shared {
+            source,
+            pool,
+            desk: Mutex::new(desk),
+            work: Condvar::new(),
+            news: Condvar::new(),
+            settled: Condvar::new(),
+            stop: AtomicBool::new(false),
+        });
+        let director = Director::new(shared.clone(), reach, options.complete);
+        let mut threads = vec![spawn("stream", move || director.run())];
+        for _ in 0..options.workers.max(1) {
+            let shared = shared.clone();
+            threads.push(spawn("stream worker", move || worker::run(&shared)));
+        }
+        Self { shared, threads: threads.into_iter().flatten().collect() }
+    }
+
+    /// Bytes that the pool takes for what a camera wants, about: a sample of the columns around it is made.
+    pub fn estimate(source: &dyn ChunkSource, reach: &Reach, camera: glam::IVec3) -> u64 {
+        /// Columns of each level that are looked at.
+        const COLUMNS: u64 = 12;
+        let mut random = raxel_world::random::SplitMix64::new(0x5eed);
+        let mut columns = std::collections::BTreeMap::<(u32, i32, i32), Vec<TileKey>>::new();
+        for tile in reach.tiles(camera) {
+            columns.entry((tile.level, tile.pos.x, tile.pos.z)).or_default().push(tile);
+        }
+        let mut bytes = 0.0;
+        for level in 0..=reach.top() {
+            let of_level: Vec<&Vec<TileKey>> =
+                columns.range((level, i32::MIN, i32::MIN)..=(level, i32::MAX, i32::MAX)).map(|(_, c)| c).collect();
+            let looked_at = COLUMNS.min(of_level.len() as u64);
+            let mut words = 0u64;
+            for _ in 0..looked_at {
+                for tile in of_level[random.below(of_level.len() as u64) as usize] {
+                    let content = source.chunk(tile.level, tile.pos);
+                    words += TileBlock::of(&content, tile.level).map_or(0, |block| u64::from(block.words()));
+                    // Its node, in two directories at a time.
+                    words += 8;
+                }
+            }
+            if looked_at > 0 {
+                bytes += 4.0 * words as f64 * of_level.len() as f64 / looked_at as f64;
+            }
+        }
+        Pool::bytes_for(bytes as u64, source.materials().len())
+    }
+
+    /// Tells where the camera is. Takes a microsecond; nothing waits.
+    pub fn follow(&self, view: View) {
+        let mut desk = self.shared.desk();
+        desk.view = view;
+        if !desk.considered.is_near(&view) {
+            desk.considered = view;
+            desk.view_serial += 1;
+            self.shared.news.notify_one();
+        }
+    }
+
+    /// Tells that the source now answers otherwise for these chunks, and for the coarser tiles around them. Their tiles are made anew, and
+    /// shown when they are; no other one is touched.
+    pub fn changed(&self, chunks: &[ChunkPos]) {
+        let mut desk = self.shared.desk();
+        desk.changed.extend_from_slice(chunks);
+        desk.view_serial += 1;
+        self.shared.news.notify_one();
+    }
+
+    /// The newest publication that was not taken yet. Whoever takes it writes its header to the start of the buffer before the next frame,
+    /// and says by [`Streamer::released`] when the frames before have finished.
+    pub fn take(&self) -> Option<Arc<Publication>> {
+        let taken = self.shared.desk().pending.take();
+        if taken.is_some() {
+            self.shared.news.notify_one();
+        }
+        taken
+    }
+
+    /// Whether [`Streamer::take`] has something to give.
+    pub fn has_pending(&self) -> bool {
+        self.shared.desk().pending.is_some()
+    }
+
+    /// Every frame that could reach publications below this version has finished: what only they reach is free.
+    pub fn released(&self, version: u64) {
+        let mut desk = self.shared.desk();
+        if desk.released < version {
+            desk.released = version;
+            self.shared.news.notify_one();
+        }
+    }
+
+    /// Waits until all that is wanted is there and published; for whoever makes pictures that must be complete.
+    pub fn wait(&self, timeout: Duration) -> Result<(), StreamError> {
+        let until = Instant::now() + timeout;
+        let mut desk = self.shared.desk();
+        loop {
+            let serial = desk.view_serial;
+            if desk.settled == serial {
+                return Ok(());
+            }
+            if let Some((of, error)) = desk.error
+                && of == serial
+            {
+                return Err(error);
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(StreamError::TimedOut { missing: desk.stats.missing, seconds: timeout.as_secs() });
+            }
+            desk = self.shared.settled.wait_timeout(desk, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Tries again after [`StreamError::NoRoom`], when a publication was taken and released meanwhile.
+    pub fn retry(&self) {
+        let mut desk = self.shared.desk();
+        desk.view_serial += 1;
+        self.shared.news.notify_one();
+    }
+
+    /// Whether all that is wanted is there and published.
+    pub fn is_settled(&self) -> bool {
+        let desk = self.shared.desk();
+        desk.settled == desk.view_serial
+    }
+
+    /// How it is doing.
+    pub fn stats(&self) -> Stats {
+        let (used, peak, failed) = self.shared.pool.usage();
+        let stats = self.shared.desk().stats;
+        Stats { pool: [used, peak, self.shared.pool.capacity()], failed, ..stats }
+    }
+
+    /// What it asks for tiles.
+    pub fn source(&self) -> &Arc<dyn ChunkSource> {
+        &self.shared.source
+    }
+}
+
+impl Drop for Streamer {
+    fn drop(&mut self) {
+        self.shared.stop.store(true, Ordering::Release);
+        // With the desk in hand, nobody is between looking at `stop` and going to sleep.
+        drop(self.shared.desk());
+        self.shared.work.notify_all();
+        self.shared.news.notify_all();
+        for thread in self.threads.drain(..) {
+            // A thread that panicked has said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A thread; none where the system has no more. The director runs on one, so that a streamer without it never publishes.
+fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Option<JoinHandle<()>> {
+    std::thread::Builder::new().name(name.to_owned()).spawn(run).ok()
+}

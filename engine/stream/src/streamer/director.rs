@@ -1,0 +1,361 @@
+//! Knows the tiles: what is there, what is wanted, what goes.
+
+use std::collections::{BTreeMap, HashSet, VecDeque};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError};
+use std::time::Duration;
+
+use raxel_world::ChunkPos;
+use raxel_world::layout::Tree64Header;
+
+use super::worker::Made;
+use super::{Shared, StreamError};
+use crate::directory::{Cube, Directory, LiveTile};
+use crate::pool::Block;
+use crate::publication::{Publication, Stats};
+use crate::reach::{Reach, TileKey};
+use crate::view::View;
+
+/// Tiles that stay beyond where they are wanted, so that a camera on a border loads nothing twice.
+const SLACK: i32 = 2;
+/// Level 0 reaches at least so many tiles, whatever the memory.
+const LEAST_NEAR: i32 = 2;
+/// Most of the pool that is used before level 0 reaches less far, in percent.
+const FULL: u64 = 85;
+/// Least of the pool that is free for level 0 to reach further again, in percent.
+const ROOMY: u64 = 65;
+/// The longest time between two looks at what is missing.
+const TURN: Duration = Duration::from_millis(32);
+
+pub(super) struct Director {
+    shared: Arc<Shared>,
+    complete: bool,
+    /// What the file wants.
+    whole: Reach,
+    /// What there is room for.
+    reach: Reach,
+    view: View,
+    view_serial: u64,
+    cube: Cube,
+    tiles: BTreeMap<TileKey, Tile>,
+    /// What is wanted, and what of it is not there.
+    wanted: usize,
+    missing: HashSet<TileKey>,
+    /// Tiles that are to be made anew. A result that was in work when it changed is made once more.
+    stale: BTreeMap<TileKey, Stale>,
+    /// Blocks that no publication from this version on reaches.
+    retired: VecDeque<(u64, Block)>,
+    version: u64,
+    directory: Option<Block>,
+    /// What is reachable has changed since the last publication.
+    changed: bool,
+    no_room: bool,
+    /// There was none, and nothing was freed since.
+    starved: bool,
+    /// What the workers were asked for is no longer what is missing.
+    ask_again: bool,
+    stats: Stats,
+}
+
+struct Tile {
+    live: LiveTile,
+    block: Option<Block>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stale {
+    /// On its way to a worker, or with one.
+    Asked,
+    /// It changed again meanwhile.
+    Again,
+}
+
+impl Director {
+    pub(super) fn new(shared: Arc<Shared>, reach: Reach, complete: bool) -> Self {
+        let view = shared.desk().view;
+        let cube = Cube::around(view.cell, &reach);
+        Self {
+            shared,
+            complete,
+            whole: reach.clone(),
+            reach,
+            view,
+            view_serial: 0,
+            cube,
+            tiles: BTreeMap::new(),
+            wanted: 0,
+            missing: HashSet::new(),
+            stale: BTreeMap::new(),
+            retired: VecDeque::new(),
+            version: 0,
+            directory: None,
+            changed: true,
+            no_room: false,
+            starved: false,
+            ask_again: false,
+            stats: Stats::default(),
+        }
+    }
+
+    pub(super) fn run(mut self) {
+        loop {
+            let Some((made, changed, released, moved)) = self.wait() else { return };
+            self.free(released);
+            made.into_iter().for_each(|made| self.take(made));
+            self.note_changes(&changed);
+            if moved {
+                self.rethink();
+            }
+            if std::mem::take(&mut self.no_room) {
+                self.starve();
+            }
+            if std::mem::take(&mut self.ask_again) || moved || !changed.is_empty() {
+                self.ask();
+            }
+            self.publish();
+        }
+    }
+
+    /// Sleeps until there is something to do. `None` when all is over.
+    #[allow(clippy::type_complexity, reason = "taken apart at once")]
+    fn wait(&mut self) -> Option<(Vec<Made>, Vec<ChunkPos>, u64, bool)> {
+        let shared = self.shared.clone();
+        let mut desk = shared.desk();
+        loop {
+            if shared.stop.load(Ordering::Acquire) {
+                return None;
+            }
+            let moved = desk.view_serial != self.view_serial;
+            let can_publish = self.changed && desk.pending.is_none() && !self.complete && !self.no_room;
+            let can_free = self.retired.front().is_some_and(|(version, _)| *version <= desk.released);
+            if moved || !desk.made.is_empty() || can_publish || can_free {
+                self.view = desk.view;
+                self.view_serial = desk.view_serial;
+                return Some((std::mem::take(&mut desk.made), std::mem::take(&mut desk.changed), desk.released, moved));
+            }
+            desk = shared.news.wait_timeout(desk, TURN).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    fn free(&mut self, released: u64) {
+        while self.retired.front().is_some_and(|(version, _)| *version <= released) {
+            if let Some((_, block)) = self.retired.pop_front() {
+                self.shared.pool.free(block);
+            }
+            self.ask_again |= std::mem::take(&mut self.starved);
+        }
+    }
+
+    /// Gives up a block that publications up to the last one may reach.
+    fn retire(&mut self, block: Option<Block>) {
+        if let Some(block) = block {
+            self.retired.push_back((self.version + 1, block));
+        }
+    }
+
+    fn slack(&self) -> i32 {
+        if self.complete { 0 } else { SLACK }
+    }
+
+    fn take(&mut self, made: Made) {
+        let Made { key, tile, bytes } = made;
+        self.stats.written += bytes;
+        let again = self.stale.remove(&key) == Some(Stale::Again);
+        let Some((live, block)) = tile else {
+            self.no_room = true;
+            self.ask_again = true;
+            if self.tiles.contains_key(&key) {
+                self.stale.insert(key, Stale::Again);
+            }
+            return;
+        };
+        self.stats.made += 1;
+        if again || !self.reach.wants(self.view.cell, key, self.slack()) {
+            // No publication has ever reached it.
+            if let Some(block) = block {
+                self.shared.pool.free(block);
+            }
+            if again {
+                self.stale.insert(key, Stale::Again);
+                self.ask_again = true;
+            }
+            return;
+        }
+        self.missing.remove(&key);
+        if let Some(before) = self.tiles.insert(key, Tile { live, block }) {
+            self.retire(before.block);
+        }
+        self.changed = true;
+    }
+
+    /// Chunks that the source answers anew, with the coarser tiles around them.
+    fn note_changes(&mut self, chunks: &[ChunkPos]) {
+        for pos in chunks {
+            let mut key = TileKey { level: 0, pos: *pos };
+            loop {
+                let known = self.tiles.contains_key(&key) || self.missing.contains(&key);
+                if known {
+                    self.stale.insert(key, Stale::Again);
+                }
+                if key.level == self.reach.top() {
+                    break;
+                }
+                key = key.parent();
+            }
+        }
+    }
+
+    /// The camera is elsewhere: what is wanted, and what goes.
+    fn rethink(&mut self) {
+        if !self.cube.suits(self.view.cell, &self.whole) {
+            self.cube = Cube::around(self.view.cell, &self.whole);
+            self.changed = true;
+        }
+        let [used, _, capacity] = self.usage();
+        if !self.complete && self.reach.near() < self.whole.near() && used * 100 < capacity * ROOMY {
+            self.reach = self.whole.with_near(self.reach.near() + 1);
+        }
+        self.drop_unwanted(self.slack());
+        let tiles = self.reach.tiles(self.view.cell);
+        self.wanted = tiles.len();
+        self.missing = tiles.into_iter().filter(|tile| !self.tiles.contains_key(tile)).collect();
+    }
+
+    fn drop_unwanted(&mut self, slack: i32) {
+        let (reach, cell) = (&self.reach, self.view.cell);
+        let gone: Vec<TileKey> = self.tiles.keys().copied().filter(|key| !reach.wants(cell, *key, slack)).collect();
+        for key in gone {
+            let tile = self.tiles.remove(&key);
+            self.stale.remove(&key);
+            self.retire(tile.and_then(|tile| tile.block));
+            self.stats.dropped += 1;
+            self.changed = true;
+        }
+    }
+
+    fn usage(&self) -> [u64; 3] {
+        let (used, peak, _) = self.shared.pool.usage();
+        [used, peak, self.shared.pool.capacity()]
+    }
+
+    /// There was no room for a tile. Nothing more is asked for until something is freed.
+    fn starve(&mut self) {
+        self.starved = true;
+        self.ask_again = false;
+        self.shared.desk().jobs.clear();
+        if self.complete || self.reach.near() <= LEAST_NEAR {
+            // What was given up is free as soon as a publication without it is taken.
+            if self.changed && self.retired.iter().any(|(version, _)| *version > self.version) {
+                self.make_publication();
+            }
+            let error = StreamError::NoRoom { bytes: self.shared.pool.capacity() };
+            self.shared.desk().error = Some((self.view_serial, error));
+            self.shared.settled.notify_all();
+        } else if self.retired.is_empty() {
+            self.shrink();
+        }
+    }
+
+    /// Level 0 reaches less far, without slack: room is what is needed.
+    fn shrink(&mut self) {
+        self.reach = self.whole.with_near(self.reach.near() - 1);
+        self.drop_unwanted(0);
+        let (reach, cell) = (&self.reach, self.view.cell);
+        self.missing.retain(|key| reach.wants(cell, *key, 0));
+        self.wanted = self.reach.tiles(self.view.cell).len();
+        if self.retired.is_empty() {
+            self.starved = false;
+            self.ask_again = true;
+        }
+    }
+
+    /// Puts what is to be made on the desk, the most urgent last.
+    fn ask(&mut self) {
+        let [used, _, capacity] = self.usage();
+        let roomy = used * 100 <= capacity * FULL;
+        if !self.complete && !roomy && self.reach.near() > LEAST_NEAR && self.retired.is_empty() {
+            self.shrink();
+        }
+        let mut desk = self.shared.desk();
+        let idle = |key: &TileKey| !desk.in_work.contains(key) && !desk.made.iter().any(|made| made.key == *key);
+        // What was changed by hand is seen to be wrong: it comes first.
+        let stale: Vec<TileKey> = self.stale.keys().copied().filter(idle).collect();
+        let mut jobs: Vec<(f64, TileKey)> = self
+            .missing
+            .iter()
+            .filter(|key| idle(key) && !self.stale.contains_key(key))
+            .map(|key| (self.view.urgency(*key), *key))
+            .collect();
+        jobs.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| b.1.cmp(&a.1)));
+        desk.jobs = jobs.into_iter().map(|(_, key)| key).chain(stale.iter().copied()).collect();
+        stale.into_iter().for_each(|key| {
+            self.stale.insert(key, Stale::Asked);
+        });
+        let work = !desk.jobs.is_empty();
+        drop(desk);
+        if work {
+            self.shared.work.notify_all();
+        }
+    }
+
+    /// Makes a publication, if something has changed and somebody wants one.
+    fn publish(&mut self) {
+        let settled = self.missing.is_empty() && self.stale.is_empty();
+        let (pending, view_is_known) = {
+            let desk = self.shared.desk();
+            (desk.pending.is_some(), desk.view_serial == self.view_serial)
+        };
+        let due = self.changed && if self.complete { settled } else { !pending };
+        if due {
+            self.stats.missing_in_view = self.missing.iter().filter(|key| self.view.sees(**key)).count();
+            self.make_publication();
+        }
+        if settled && !self.changed && view_is_known {
+            let mut desk = self.shared.desk();
+            if desk.view_serial == self.view_serial {
+                desk.settled = self.view_serial;
+                drop(desk);
+                self.shared.settled.notify_all();
+            }
+        }
+        self.stats.wanted = self.wanted;
+        self.stats.missing = self.missing.len();
+        self.stats.near = self.reach.near();
+        self.shared.desk().stats = self.stats;
+    }
+
+    /// Makes a publication, if the pool has room for its directory.
+    fn make_publication(&mut self) {
+        let top = self.whole.top();
+        let tiles = self.tiles.iter().map(|(key, tile)| (*key, &tile.live));
+        let directory = Directory::of(&self.cube, top, tiles);
+        let Some(block) = self.shared.pool.allocate(directory.words()) else {
+            self.no_room = true;
+            return;
+        };
+        let (words, root) = directory.place(self.shared.pool.address(&block));
+        self.shared.pool.write(&block, &words);
+        let before = self.directory.replace(block);
+        self.retire(before);
+        self.version += 1;
+        self.changed = false;
+        self.stats.publications += 1;
+        self.stats.written += 4 * words.len() as u64;
+        self.stats.live = directory.live;
+        let Cube { origin, log2_size } = self.cube;
+        let header = Tree64Header {
+            origin,
+            log2_size,
+            bounds_min: directory.bounds[0],
+            material_count: self.shared.source.materials().len() as u32,
+            bounds_last: directory.bounds[1],
+            materials_at: 0,
+            root,
+            node_count: directory.len() as u32,
+            leaf_count: 0,
+            unused: 0,
+        };
+        let publication = Publication { version: self.version, header, stats: self.stats };
+        self.shared.desk().pending = Some(Arc::new(publication));
+    }
+}

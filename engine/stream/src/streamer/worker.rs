@@ -1,0 +1,68 @@
+//! Makes tiles, one after the other.
+
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
+
+use raxel_world::Content;
+use raxel_world::layout::{TileBlock, TileNode};
+
+use super::Shared;
+use crate::directory::LiveTile;
+use crate::pool::Block;
+use crate::reach::TileKey;
+
+/// A tile that was made.
+pub(super) struct Made {
+    pub(super) key: TileKey,
+    /// `None` when the pool had no room for it.
+    pub(super) tile: Option<(LiveTile, Option<Block>)>,
+    /// Bytes written.
+    pub(super) bytes: u64,
+}
+
+pub(super) fn run(shared: &Shared) {
+    loop {
+        let mut desk = shared.desk();
+        let key = loop {
+            if shared.stop.load(Ordering::Acquire) {
+                return;
+            }
+            match desk.jobs.pop() {
+                Some(key) => break key,
+                None => desk = shared.work.wait(desk).unwrap_or_else(PoisonError::into_inner),
+            }
+        };
+        desk.in_work.insert(key);
+        drop(desk);
+
+        let made = make(shared, key);
+
+        let mut desk = shared.desk();
+        desk.in_work.remove(&key);
+        desk.made.push(made);
+        // The director looks when there is enough for it to do, or nothing else to wait for.
+        if desk.made.len() == 1 || desk.jobs.is_empty() {
+            shared.news.notify_one();
+        }
+    }
+}
+
+fn make(shared: &Shared, key: TileKey) -> Made {
+    let content = shared.source.chunk(key.level, key.pos);
+    let block = match TileBlock::of(&content, key.level) {
+        Err(node) => return Made { key, tile: Some((LiveTile { node, children: [].into() }, None)), bytes: 0 },
+        Ok(block) => block,
+    };
+    debug_assert!(matches!(content, Content::Chunk(_)));
+    let Some(place) = shared.pool.allocate_tile(block.words()) else { return Made { key, tile: None, bytes: 0 } };
+    let (words, node) = block.encode(shared.pool.address(&place), shared.pool.full_run());
+    shared.pool.write(&place, &words);
+    // A part of a coarse tile may be shown beside finer ones: then the directory has copies of its nodes.
+    let children = if key.level == 0 {
+        [].into()
+    } else {
+        let count = node.mask().count_ones() as usize;
+        words.chunks_exact(4).take(count).map(|quad| TileNode([quad[0], quad[1], quad[2], quad[3]])).collect()
+    };
+    Made { key, tile: Some((LiveTile { node: Some(node), children }, Some(place))), bytes: 4 * words.len() as u64 }
+}

@@ -1,0 +1,63 @@
+//! What tiles look like that lie over each other: the reference for every ray over a streamed world.
+
+use std::collections::BTreeMap;
+
+use raxel_world::{AIR, BLOCKS, ChunkPos, ChunkSource, Content, DenseChunk, Mode, World, block_cell, cell_edge};
+
+use crate::reach::TileKey;
+
+/// The voxels that rays meet where these tiles are there: in every chunk, the cells of the finest tile as solid cubes. It says nothing of
+/// how they are stored.
+pub fn union(source: &dyn ChunkSource, tiles: &[TileKey]) -> World {
+    let mut tiles = tiles.to_vec();
+    tiles.sort_unstable_by_key(|tile| std::cmp::Reverse(tile.level));
+    let mut chunks: BTreeMap<ChunkPos, Content> = BTreeMap::new();
+    for key in tiles {
+        let content = source.chunk(key.level, key.pos);
+        if content == Content::Empty && chunks.is_empty() {
+            continue;
+        }
+        let edge = 1 << (2 * key.level);
+        for y in 0..edge {
+            for z in 0..edge {
+                for x in 0..edge {
+                    let pos = ChunkPos::new(key.pos.x * edge + x, key.pos.y * edge + y, key.pos.z * edge + z);
+                    match expand(&content, key.level, pos) {
+                        Content::Empty => chunks.remove(&pos),
+                        part => chunks.insert(pos, part),
+                    };
+                }
+            }
+        }
+    }
+    let packed = chunks.into_iter().filter_map(|(pos, content)| Some((pos, content.to_chunk()?)));
+    World::new(source.materials().to_vec(), packed)
+}
+
+/// The part of a tile that a chunk is.
+fn expand(content: &Content, level: u32, chunk: ChunkPos) -> Content {
+    let Content::Chunk(cells) = content else { return content.clone() };
+    if level == 0 {
+        return content.clone();
+    }
+    let edge = cell_edge(level) as i32;
+    let place = [chunk.x, chunk.y, chunk.z];
+    // A block of 4³ voxels lies in one cell.
+    let material = |block: usize| {
+        let corner = block_cell(block).map(|c| 4 * c as i32);
+        let cell = [0, 1, 2].map(|i| ((place[i] * 64 + corner[i]).div_euclid(edge) & 63) as u32);
+        cells.voxel(cell[0], cell[1], cell[2])
+    };
+    let first = material(0);
+    if (1..BLOCKS).all(|block| material(block) == first) {
+        return if first == AIR { Content::Empty } else { Content::Full(first) };
+    }
+    let mut dense = DenseChunk::default();
+    for block in 0..BLOCKS {
+        match material(block) {
+            AIR => {}
+            material => dense.apply(block, u64::MAX, Mode::Add, material),
+        }
+    }
+    Content::pack(&dense)
+}

@@ -1,0 +1,65 @@
+//! What a streamer is told of the camera.
+
+use glam::{DVec3, IVec3};
+
+use crate::reach::TileKey;
+
+/// Where the camera is, where it looks and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The voxel that it is in.
+    pub cell: IVec3,
+    /// Voxels a second.
+    pub velocity: DVec3,
+    /// Where it looks; of length 1.
+    pub forward: DVec3,
+    /// Half the angle of a cone around the picture, in radians.
+    pub half_angle: f64,
+}
+
+impl View {
+    /// A camera at rest that looks along −Z, with a wide angle.
+    pub fn at(cell: IVec3) -> Self {
+        Self { cell, velocity: DVec3::ZERO, forward: DVec3::NEG_Z, half_angle: std::f64::consts::FRAC_PI_4 }
+    }
+
+    /// Whether what is seen from one is nearly what is seen from the other: then the order of what is loaded need not be thought over.
+    pub(crate) fn is_near(&self, other: &Self) -> bool {
+        /// Cosine of 15 degrees.
+        const SECTOR: f64 = 0.965_925_826_289_068_3;
+        TileKey::of_cell(0, self.cell) == TileKey::of_cell(0, other.cell) && self.forward.dot(other.forward) > SECTOR
+    }
+
+    /// How soon a tile is loaded: the smallest first. Distance counts from where the camera will be in half a second, three times as much
+    /// outside the picture, and a quarter as much for each level.
+    pub(crate) fn urgency(&self, tile: TileKey) -> f64 {
+        let (to, radius) = self.to_tile(tile);
+        let ahead = (to - self.velocity * 0.5).length();
+        let seen = if self.sees_sphere(to, radius) { 1.0 } else { 3.0 };
+        (ahead - radius).max(0.0) * seen / raxel_world::cell_edge(tile.level) as f64 + radius * 1e-3
+    }
+
+    /// Whether a tile may be in the picture.
+    pub(crate) fn sees(&self, tile: TileKey) -> bool {
+        let (to, radius) = self.to_tile(tile);
+        self.sees_sphere(to, radius)
+    }
+
+    fn sees_sphere(&self, to: DVec3, radius: f64) -> bool {
+        let distance = to.length();
+        if distance <= radius {
+            return true;
+        }
+        let angle = (to.dot(self.forward) / distance).clamp(-1.0, 1.0).acos();
+        angle <= self.half_angle + (radius / distance).asin()
+    }
+
+    /// From the camera to the middle of a tile, and the radius of a sphere around it.
+    fn to_tile(&self, tile: TileKey) -> (DVec3, f64) {
+        let half = TileKey::edge(tile.level) as f64 * 0.5;
+        let origin = tile.origin();
+        let camera = self.cell.to_array();
+        let to = DVec3::from_array(std::array::from_fn(|i| (origin[i] - i64::from(camera[i])) as f64 + half));
+        (to, half * 3f64.sqrt())
+    }
+}
