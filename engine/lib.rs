@@ -25,5 +25,7 @@ pub use raxel_oracle as oracle;
 pub use raxel_runtime as runtime;
 /// The shader compiler and its interfaces.
 pub use raxel_shader as shader;
+/// Worlds that are loaded around a camera.
+pub use raxel_stream as stream;
 /// Voxel worlds.
 pub use raxel_world as world;

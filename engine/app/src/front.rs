@@ -209,6 +209,19 @@ impl Front {
         default.map_or(PlannedOver::StandIn, PlannedOver::Default)
     }
 
+    /// Builds a world for something that has to look at all of its voxels.
+    pub fn whole_world(&self, path: &str, console: &Console) -> Result<Arc<SessionWorld>> {
+        let world = self.world(path, console)?;
+        let Some(streamed) = world.streamed() else { return Ok(world) };
+        let diagnostic = Diagnostic::error(
+            codes::world::STREAM_ENDLESS,
+            format!("`{path}` is streamed: there is no moment at which all of its voxels are there"),
+        )
+        .label(streamed.place.clone(), "by this")
+        .help("take `[stream]` out and give its operations bounds, to have a part of it");
+        Err(console.stop(&[diagnostic]))
+    }
+
     /// Whether frames of a graph depend on those before them by more than the camera, whatever is shown and whichever conditions hold.
     /// What cannot be planned on paper counts as if they did.
     pub fn looks_back(graph: &Arc<Graph>, output: [u32; 2]) -> bool {

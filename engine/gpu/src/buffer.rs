@@ -96,6 +96,12 @@ impl Buffer {
         &self.name
     }
 
+    /// Whether its memory is the device's own, so that the device reads what the host writes at full speed.
+    pub fn is_device_local(&self) -> bool {
+        let Held::Own(memory) = &self.held else { return true };
+        memory.allocation().memory_properties().contains(vk::MemoryPropertyFlags::DEVICE_LOCAL)
+    }
+
     /// Writes bytes from the host. The device must not be reading them meanwhile. `false`, with nothing written, when the buffer is not
     /// [`Location::Upload`] or too small.
     pub fn write(&self, offset: u64, bytes: &[u8]) -> bool {

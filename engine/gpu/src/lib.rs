@@ -46,4 +46,4 @@ pub use queue::TimelineValue;
 pub use readback::{Readback, ReadbackRing};
 pub use result::{Error, Result};
 pub use surface::{Acquire, AcquiredImage, Presented, Surface};
-pub use transfer::{download_buffer, download_image, upload, upload_image};
+pub use transfer::{download_buffer, download_image, upload, upload_image, upload_to};

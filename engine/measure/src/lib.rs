@@ -5,8 +5,10 @@
 //! * [`light`]: lighting systems held to a converged path tracer: `raxel bench light`
 //! * [`rays`]: lists of rays through a world on the device, without a graph: what `stress` and tests trace with
 //! * [`save_latency`]: the time from a save to the picture that shows it: `raxel bench reload`
+//! * [`flight`]: frame times while a world is loaded around a moving camera: `raxel bench stream`
 
 pub mod bench;
+pub mod flight;
 pub mod light;
 pub mod rays;
 pub mod save_latency;

@@ -72,14 +72,19 @@ pub struct DeviceContext {
 }
 
 impl DeviceContext {
-    /// For the device of an executor, on which there is nothing yet.
+    /// For the device of an executor, on which there is nothing yet. Streamed worlds are complete before each frame.
     pub fn of(executor: &Executor) -> Self {
+        Self::with_worlds(executor, false)
+    }
+
+    /// The same; `live` worlds are loaded while frames run.
+    pub fn with_worlds(executor: &Executor, live: bool) -> Self {
         let device = executor.device();
         Self {
             builder: executor.builder(),
             memory: Arc::new(execute::DeviceMemory(device.clone())),
             limits: execute::limits(device),
-            sources: Arc::default(),
+            sources: Arc::new(OnDevice::new(live)),
         }
     }
 }

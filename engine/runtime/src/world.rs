@@ -7,6 +7,7 @@ use std::time::Instant;
 use raxel_diagnostics::{Diagnostic, Files, SourceMap};
 use raxel_graph::checked::Fact;
 use raxel_graph::plan::WorldInput;
+use raxel_world::Streamed;
 use raxel_world::file::{Aim, CameraHint, Loaded};
 use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits};
 
@@ -48,6 +49,7 @@ impl SessionWorld {
             name: "empty".to_owned(),
             about: None,
             world: raxel_world::World::empty(),
+            stream: None,
             camera: None,
             cameras: Vec::new(),
             models: Vec::new(),
@@ -76,13 +78,30 @@ impl SessionWorld {
         &self.loaded.name
     }
 
-    /// The voxels.
+    /// How it comes into being around the camera, if it is never whole in memory.
+    pub fn streamed(&self) -> Option<&Streamed> {
+        self.loaded.stream.as_ref()
+    }
+
+    /// The voxels; none of a streamed world.
     pub fn voxels(&self) -> &raxel_world::World {
         &self.loaded.world
     }
 
     /// Whether a fact about worlds holds. Facts about params are not the world's.
     pub fn holds(&self, fact: &Fact) -> bool {
+        if self.streamed().is_some() {
+            // Whatever is declared may come into view.
+            let any = |of: fn(&raxel_world::Material) -> f32| {
+                self.loaded.world.materials().iter().skip(1).any(|m| of(m) > 0.0)
+            };
+            return match fact {
+                Fact::WorldHasEmission => any(|material| material.emission),
+                Fact::WorldHasTransparency => any(|material| material.transparency),
+                Fact::WorldHasVoxels => true,
+                Fact::Param(_) => false,
+            };
+        }
         match fact {
             Fact::WorldHasEmission => self.loaded.world.has_emission(),
             Fact::WorldHasTransparency => self.loaded.world.has_transparency(),
@@ -97,9 +116,17 @@ impl SessionWorld {
         bounds.map_or([[0; 3]; 2], |bounds| [bounds.min, bounds.max].map(|corner| corner.map(saturated)))
     }
 
+    /// As [`Self::bounds`]; of a streamed world, the box around a voxel that has what is `near`, to whole chunks.
+    pub fn bounds_around(&self, cell: glam::IVec3) -> [[i32; 3]; 2] {
+        let Some(streamed) = self.streamed() else { return self.bounds() };
+        let near = i64::from(streamed.settings.near);
+        let chunk = cell.to_array().map(|c| i64::from(c & !63));
+        [chunk.map(|c| saturated(c - near)), chunk.map(|c| saturated(c + 64 + near))]
+    }
+
     /// What plans follow of it.
     pub fn input(&self) -> WorldInput<'_> {
-        let [min, max] = self.bounds();
+        let [min, max] = self.bounds_around(glam::IVec3::ZERO);
         WorldInput {
             extent: std::array::from_fn(|axis| max[axis].abs_diff(min[axis])),
             materials: Some(&self.materials),
@@ -110,6 +137,10 @@ impl SessionWorld {
     pub fn first_camera(&self) -> Camera {
         if let Some(hint) = &self.loaded.camera {
             return camera_of(hint);
+        }
+        if let Some(streamed) = self.streamed() {
+            let top = streamed.generator.height_range().map_or(0, |[_, high]| high);
+            return Camera::at([0.5, top as f64 + 8.5, 0.5]);
         }
         let Some(bounds) = self.loaded.world.bounds() else { return Camera::default() };
         let (min, max) = (bounds.min.map(|cell| cell as f64), bounds.max.map(|cell| cell as f64));

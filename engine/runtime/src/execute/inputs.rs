@@ -117,7 +117,7 @@ impl Builtins {
     pub fn of(camera: &Camera, previous: &Camera, output: [u32; 2], world: &SessionWorld) -> Self {
         let [width, height] = output;
         let aspect = f64::from(width) / f64::from(height);
-        let [world_min, world_max] = world.bounds();
+        let [world_min, world_max] = world.bounds_around(camera.cell);
         Self {
             camera_cell: camera.cell.to_array(),
             camera_frac: camera.frac.to_array(),
@@ -133,7 +133,10 @@ impl Builtins {
             output_aspect: aspect as f32,
             world_min,
             world_max,
-            world_voxels: u32::try_from(world.voxels().solids()).unwrap_or(u32::MAX),
+            world_voxels: match world.streamed() {
+                Some(_) => u32::MAX,
+                None => u32::try_from(world.voxels().solids()).unwrap_or(u32::MAX),
+            },
             ..Self::default()
         }
     }

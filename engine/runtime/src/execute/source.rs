@@ -20,6 +20,8 @@ pub struct DeviceSource {
     image: Option<(Arc<Image>, Format)>,
     version: AtomicU64,
     queue: Arc<WriteQueue>,
+    /// Writes that were asked for and are not submitted.
+    waiting: AtomicU64,
 }
 
 /// Writes that wait for the next frame, in the order in which they were made.
@@ -89,7 +91,14 @@ impl DeviceSource {
         image: Option<(Arc<Image>, Format)>,
         queue: Arc<WriteQueue>,
     ) -> Arc<Self> {
-        Arc::new(Self { name: name.to_owned(), buffer, image, version: AtomicU64::new(next_version()), queue })
+        Arc::new(Self {
+            name: name.to_owned(),
+            buffer,
+            image,
+            version: AtomicU64::new(next_version()),
+            queue,
+            waiting: AtomicU64::new(0),
+        })
     }
 
     /// Its name, e.g. `world.tree64`.
@@ -157,6 +166,16 @@ impl DeviceSource {
         self.queue.push(self, Part::Texels { mip, first, extent }, bytes)
     }
 
+    /// Whether a write of it is not part of a submitted frame yet.
+    pub(crate) fn is_waiting(&self) -> bool {
+        self.waiting.load(Ordering::Acquire) > 0
+    }
+
+    /// Notes that the frame with one of its writes was submitted.
+    pub(super) fn submitted(&self) {
+        self.waiting.fetch_sub(1, Ordering::AcqRel);
+    }
+
     /// Notes that its contents change with the frame that is being recorded.
     pub(super) fn changed(&self) {
         self.version.store(next_version(), Ordering::Release);
@@ -173,6 +192,7 @@ impl WriteQueue {
             return Err(WriteError::TooMany { waiting: waiting.bytes });
         }
         waiting.bytes += bytes.len();
+        source.waiting.fetch_add(1, Ordering::AcqRel);
         waiting.writes.push_back(Write { source: source.clone(), part, bytes: bytes.to_vec() });
         Ok(())
     }

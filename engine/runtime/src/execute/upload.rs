@@ -83,7 +83,9 @@ impl Uploads {
 
     /// The frame that has the copies was submitted.
     pub(super) fn submitted(&mut self) {
-        self.writes.clear();
+        for write in self.writes.drain(..) {
+            write.source.submitted();
+        }
     }
 
     /// Where each write lies in the staging buffer.

@@ -14,6 +14,7 @@ use crate::execute::{
     Builtins, ExecuteError, FrameInputs, FramePicture, FrameReport, PassTime, Picture, Progress, ReadTicket, Texels,
 };
 use crate::params::SetError;
+use crate::stream::{Refused, WorldStream};
 
 /// Most plans that are kept for the time when they are wanted again: debug targets that are looked at in turn.
 const KEPT_PLANS: usize = 16;
@@ -96,13 +97,32 @@ impl Session {
         if self.needs_replan || !self.condition_params.iter().all(decided) {
             self.replan()?;
         }
+        let version = self.begin_stream(&time)?;
         let builtins = self.builtins(&time, (0, 0));
         let given = (&self.values[..], &self.overrides[..], &self.disabled[..]);
         let still = match self.executor.plan() {
-            Some(plan) => self.still.note(&self.world, plan, &builtins, given),
+            Some(plan) => self.still.note((&self.world, version), plan, &builtins, given),
             None => (0, 0),
         };
         Ok((time, still))
+    }
+
+    /// Gives the frame the newest state of a streamed world; returns its version.
+    fn begin_stream(&mut self, time: &FrameTime) -> Result<u64, FrameError> {
+        let Some(stream) = self.stream() else { return Ok(0) };
+        let [width, height] = self.selection.output;
+        let aspect = f64::from(width) / f64::from(height);
+        stream.begin(&self.camera, aspect, time.delta).map_err(|error| match error {
+            Refused::World(diagnostic) => {
+                FrameError::Plan { diagnostics: vec![*diagnostic], texts: Box::new(self.state.diagnostics().1) }
+            }
+            Refused::Device(error) => FrameError::Device(error),
+        })
+    }
+
+    /// What brings the world, if it is streamed and a plan has bound it.
+    pub fn stream(&self) -> Option<Arc<WorldStream>> {
+        self.context.sources.stream(&self.world)
     }
 
     fn run(&mut self, time: &FrameTime, still: (u32, u32)) -> Result<FrameReport, ExecuteError> {
@@ -114,7 +134,11 @@ impl Session {
             clock: time.time,
             disabled: &self.disabled,
         };
+        let before = self.device.submitted();
         let report = self.executor.frame(&inputs)?;
+        if let Some(stream) = self.stream() {
+            stream.end(before);
+        }
         self.previous_camera = self.camera;
         Ok(report)
     }

@@ -135,7 +135,8 @@ pub(super) fn start(
     let watchdog = options.watchdog * patience(device);
     let executor_options = ExecutorOptions { memo: options.memo, watchdog, ..ExecutorOptions::default() };
     let executor = Executor::new(device.clone(), executor_options)?;
-    let context = DeviceContext::of(&executor);
+    // A session that follows the wall clock never waits for its world.
+    let context = DeviceContext::with_worlds(&executor, options.step.is_none());
     Ok((executor, context))
 }
 

@@ -19,6 +19,8 @@ pub(super) struct Still {
 /// What a picture depends on besides the time, as the last frame had it.
 struct Last {
     world: Arc<SessionWorld>,
+    /// The publication of a streamed world.
+    version: u64,
     plan: Arc<Plan>,
     builtins: Builtins,
     values: Vec<Value>,
@@ -30,7 +32,7 @@ impl Still {
     /// Notes a frame, and gives `frame.still` and `world.serial` for it. `builtins` are those of the frame but for these two.
     pub(super) fn note(
         &mut self,
-        world: &Arc<SessionWorld>,
+        (world, version): (&Arc<SessionWorld>, u64),
         plan: &Arc<Plan>,
         builtins: &Builtins,
         (values, overrides, disabled): (&[Value], &[Override], &[PassId]),
@@ -49,6 +51,7 @@ impl Still {
         let Some(last) = &mut self.last else {
             self.last = Some(Last {
                 world: world.clone(),
+                version,
                 plan: plan.clone(),
                 builtins: timeless,
                 values: values.to_vec(),
@@ -57,10 +60,11 @@ impl Still {
             });
             return (0, self.serial);
         };
-        if !Arc::ptr_eq(&last.world, world) {
+        let same_world = Arc::ptr_eq(&last.world, world) && last.version == version;
+        if !same_world {
             self.serial = self.serial.wrapping_add(1);
         }
-        let same = Arc::ptr_eq(&last.world, world)
+        let same = same_world
             && Arc::ptr_eq(&last.plan, plan)
             && last.builtins == timeless
             && last.values == values
@@ -71,7 +75,7 @@ impl Still {
         } else {
             self.frames = 0;
             // In place: a frame allocates nothing while the numbers of params stay the same.
-            (last.world, last.plan, last.builtins) = (world.clone(), plan.clone(), timeless);
+            (last.world, last.version, last.plan, last.builtins) = (world.clone(), version, plan.clone(), timeless);
             last.values.clear();
             last.values.extend_from_slice(values);
             last.overrides.clear();

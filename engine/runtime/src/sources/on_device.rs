@@ -15,18 +15,23 @@ use super::SourceName;
 use super::catalog::VOXEL_FORMAT;
 use crate::build_error::BuildError;
 use crate::execute::{self, Builder, DeviceSource, ExecuteError, Texture};
+use crate::stream::{Refused, WorldStream};
 use crate::world::{SessionWorld, WorldIdentity};
 
 /// The sources of one device. What belongs to a world or a file goes when that does, as soon as no plan uses it any more.
 #[derive(Debug, Default)]
 pub struct OnDevice {
     entries: Mutex<Vec<Entry>>,
+    /// Streamed worlds are loaded while frames run, instead of being complete before each.
+    live: bool,
 }
 
 #[derive(Debug)]
 struct Entry {
     key: Key,
     source: Arc<DeviceSource>,
+    /// What brings it, if it is a streamed world.
+    stream: Option<Arc<WorldStream>>,
 }
 
 /// What a source on the device was made from.
@@ -61,6 +66,21 @@ impl PartialEq for Key {
 }
 
 impl OnDevice {
+    /// Nothing yet. `live`: streamed worlds are loaded while frames run.
+    pub fn new(live: bool) -> Self {
+        Self { live, ..Self::default() }
+    }
+
+    /// What brings a streamed world, if a plan has bound it.
+    pub fn stream(&self, world: &SessionWorld) -> Option<Arc<WorldStream>> {
+        world.streamed()?;
+        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        // A world that was replaced by an edit of its file gives its pool and its threads back at once.
+        entries.retain(|entry| entry.key.is_alive());
+        let of_world = |entry: &&Entry| matches!(&entry.key, Key::Voxels { world: of, .. } if is(of, world));
+        entries.iter().filter(of_world).find_map(|entry| entry.stream.clone())
+    }
+
     /// What supplies a resource, or fills a copy: encoded and uploaded at its first use. `None` for a resource of the graph's own.
     pub fn supply(
         &self,
@@ -82,6 +102,21 @@ impl OnDevice {
         if let Some(known) = entries.iter().find(|entry| entry.key == key) {
             return Ok(Some(known.source.clone()));
         }
+        if let (Key::Voxels { name: parsed, copied, .. }, Some(streamed)) = (&key, world.streamed())
+            && !matches!(parsed, SourceName::Model(..))
+        {
+            if *parsed != SourceName::World(Layout::Tree64) || *copied {
+                return Err(diagnosed(needs_whole(name, *copied, resource, world)));
+            }
+            let camera = world.first_camera();
+            let stream = WorldStream::new(streamed, &camera, !self.live, builder).map_err(|error| match error {
+                Refused::World(diagnostic) => diagnosed(*diagnostic),
+                Refused::Device(error) => refused(error, resource),
+            })?;
+            let source = stream.source().clone();
+            entries.push(Entry { key, source: source.clone(), stream: Some(Arc::new(stream)) });
+            return Ok(Some(source));
+        }
         let source = match (&key, &resource.origin) {
             (Key::Voxels { name: parsed, copied, .. }, _) => {
                 upload_voxels(name, parsed, *copied, resource, world, builder)?
@@ -89,7 +124,7 @@ impl OnDevice {
             (Key::File(_), Origin::File(contents)) => upload_file(name, contents, resource, builder)?,
             (Key::File(_), _) => return Ok(None),
         };
-        entries.push(Entry { key, source: source.clone() });
+        entries.push(Entry { key, source: source.clone(), stream: None });
         Ok(Some(source))
     }
 
@@ -198,6 +233,18 @@ pub fn layout_limits(device: &raxel_gpu::Device) -> Limits {
         image_side: capabilities.limits.max_image_dimension3_d,
         image_bytes: execute::largest_image(device, VOXEL_FORMAT),
     }
+}
+
+fn needs_whole(name: &str, copied: bool, resource: &Resource, world: &SessionWorld) -> Diagnostic {
+    let whose = world.path.as_deref().unwrap_or("the world");
+    let message = if copied {
+        format!("`{whose}` is streamed, and a streamed world cannot be copied")
+    } else {
+        format!("`{whose}` is streamed, and `{name}` needs the whole world")
+    };
+    Diagnostic::error(codes::world::STREAM_LAYOUT, message)
+        .label(resource.place.clone(), "for this")
+        .help("bind `world.tree64`, or give the world bounds and take `[stream]` out of its file")
 }
 
 fn diagnosed(diagnostic: Diagnostic) -> BuildError {

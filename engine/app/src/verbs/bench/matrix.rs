@@ -208,7 +208,8 @@ fn find(args: &Args, front: &Front, console: &Console) -> Result<Found> {
         ))
         .help("--size 7680x4320"));
     }
-    let loaded: Vec<Arc<SessionWorld>> = worlds.iter().map(|path| front.world(path, console)).collect::<Result<_>>()?;
+    let loaded: Vec<Arc<SessionWorld>> =
+        worlds.iter().map(|path| front.whole_world(path, console)).collect::<Result<_>>()?;
     check_cameras(&args.cameras, &loaded)?;
     let effort = Effort { warmup: args.warmup, frames: args.frames, seconds: args.seconds };
     let everywhere = |graph: &&String| EVERYWHERE.contains(&graph.as_str());

@@ -8,6 +8,7 @@ mod labels;
 mod light;
 mod matrix;
 mod reload;
+mod stream;
 mod table;
 
 use raxel_gpu::DeviceOptions;
@@ -23,11 +24,10 @@ use crate::failure::Result;
                   raxel bench first_hit --layouts tree64,svo              one graph over two layouts\n  \
                   raxel bench --worlds terrain --cameras ground,down --size 3840x2160\n  \
                   raxel bench --export out/ --worlds menger               voxels, rays and hits for other tracers\n  \
-                  raxel bench film worlds/valley.demo.toml --frames 240   what bounds the making of frames
-  \
-                  raxel bench reload                                      from a save to the picture
-  \
-                  raxel bench light -o out/                               lighting systems against a converged path tracer"
+                  raxel bench film worlds/valley.demo.toml --frames 240   what bounds the making of frames\n  \
+                  raxel bench reload                                      from a save to the picture\n  \
+                  raxel bench light -o out/                               lighting systems against a converged path tracer\n  \
+                  raxel bench stream --world worlds/frontier.toml         a flight through a world that is loaded meanwhile"
 )]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -42,6 +42,7 @@ enum Bench {
     Film(film::Args),
     Reload(reload::Args),
     Light(light::Args),
+    Stream(stream::Args),
 }
 
 impl Args {
@@ -51,6 +52,7 @@ impl Args {
             Some(Bench::Film(film)) => film.messages.format,
             Some(Bench::Reload(reload)) => reload.messages.format,
             Some(Bench::Light(light)) => light.messages.format,
+            Some(Bench::Stream(stream)) => stream.messages.format,
             None => self.matrix.messages.format,
         }
     }
@@ -61,6 +63,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         Some(Bench::Film(film)) => film::run(film, device, console),
         Some(Bench::Reload(reload)) => reload::run(reload, device, console),
         Some(Bench::Light(light)) => light::run(light, device, console),
+        Some(Bench::Stream(stream)) => stream::run(stream, device, console),
         None => matrix::run(&args.matrix, device, console),
     }
 }

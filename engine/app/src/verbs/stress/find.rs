@@ -79,7 +79,7 @@ pub(super) fn sites(wanted: &[String]) -> Result<Vec<Site>> {
 
 pub(super) fn world(named: &Path, console: &Console) -> Result<Vec<Site>> {
     let (front, path) = Front::of(Some(named), Project::default_world, console)?;
-    let world = front.world(&path, console)?;
+    let world = front.whole_world(&path, console)?;
     Ok(vec![Site::world(path, std::sync::Arc::new(world.voxels().clone()))])
 }
 

@@ -31,7 +31,7 @@ struct Cost {
 
 pub(super) fn run(args: &Args, console: &Console) -> Result {
     let (front, path) = Front::of(args.world.as_deref(), Project::default_world, console)?;
-    let world = front.world(&path, console)?;
+    let world = front.whole_world(&path, console)?;
     let voxels = world.voxels();
     let info = voxels.info();
     let costs: Vec<Cost> = Layout::ALL

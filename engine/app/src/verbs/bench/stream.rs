@@ -1,0 +1,121 @@
+//! `raxel bench stream`: a flight through a streamed world.
+
+use std::time::Duration;
+
+use raxel_gpu::DeviceOptions;
+use raxel_measure::flight::{Flight, FlightError, FlightOptions, Flown, Frame, fly};
+use serde_json::json;
+
+use crate::args::{Messages, Size, size};
+use crate::console::{self, Console, Format};
+use crate::failure::{Exit, Failure, Result};
+use crate::session::{What, frame_failure, open_failure};
+
+/// Flies through a streamed world while it is loaded, and over the same path with everything there, and prints the frame times of both:
+/// straight over fresh land, half a turn, back, down, and three jumps.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example: raxel bench stream graphs/bench/first_hit.toml --world worlds/frontier.toml --speed 256 --size 1920x1080"
+)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    what: What,
+
+    /// Voxels a second.
+    #[arg(long, value_name = "VOXELS", default_value_t = 64.0, value_parser = speed)]
+    speed: f64,
+
+    /// Seconds of each of the two straight parts.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=3600))]
+    seconds: u32,
+
+    /// Pixels.
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
+    size: Size,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+fn speed(text: &str) -> std::result::Result<f64, String> {
+    let speed = text.parse().ok().filter(|speed: &f64| (0.0..=1e5).contains(speed));
+    speed.ok_or_else(|| "a number of voxels from 0 to 100000".to_owned())
+}
+
+/// How long the first place may take.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
+    let mut session = args.what.options(device)?;
+    session.size = args.size.0;
+    let options = FlightOptions { session, speed: args.speed, seconds: f64::from(args.seconds), patience: PATIENCE };
+    let flight = fly(&options).map_err(|error| failure(error, console))?;
+    if console.format() == Format::Json {
+        console::json(&json!({
+            "reason": "bench-stream",
+            "device": flight.device,
+            "size": flight.size,
+            "speed": args.speed,
+            "first_seconds": flight.first_seconds,
+            "pool": flight.pool,
+            "live": flight.live,
+            "resident": flight.resident,
+        }));
+    } else {
+        console::data(&table(&flight, args.speed));
+    }
+    Ok(())
+}
+
+fn table(flight: &Flight, speed: f64) -> String {
+    let [width, height] = flight.size;
+    let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let mut text = format!(
+        "{speed} voxels a second, {} frames, {width}×{height}, {}\nfirst place there after {:.2} s\n",
+        flight.live.frames.len(),
+        flight.device,
+        flight.first_seconds
+    );
+    text += &format!(
+        "{:<10} {:>8} {:>8} {:>8} {:>8} {:>8}  {:>7} {:>7}\n",
+        "frames, ms", "p50", "p95", "p99", "p99.9", "max", "> 1.5×", "> 2×"
+    );
+    let row = |name: &str, flown: &Flown| {
+        let [a, b, c, d, e] =
+            [0.5, 0.95, 0.99, 0.999, 1.0].map(|part| flown.percentile(part, |frame| frame.milliseconds));
+        let (slow, slower) = (flown.over(1.5), flown.over(2.0));
+        format!("{name:<10} {a:>8.2} {b:>8.2} {c:>8.2} {d:>8.2} {e:>8.2}  {slow:>7} {slower:>7}\n")
+    };
+    text += &row("loading", &flight.live);
+    text += &row("resident", &flight.resident);
+    let spent = |part: f64| flight.live.percentile(part, |frame| frame.stream_microseconds);
+    let sum = |of: fn(&Frame) -> u64| flight.live.frames.iter().map(of).sum::<u64>();
+    let missing = flight.live.frames.iter().filter(|frame| frame.missing_in_view > 0).count();
+    let [used, peak, all] = flight.pool.map(mebibytes);
+    text += &format!(
+        "loading on the thread of the frames: p50 {:.0} µs, p99 {:.0} µs, max {:.0} µs\n",
+        spent(0.5),
+        spent(0.99),
+        spent(1.0)
+    );
+    text += &format!(
+        "written {:.1} MiB in {} publications; chunks made {}, dropped {}; frames with a chunk missing in view: {missing}\n",
+        mebibytes(sum(|frame| frame.bytes)),
+        flight.live.stats.publications,
+        flight.live.stats.made,
+        flight.live.stats.dropped
+    );
+    text += &format!("pool {used:.1} MiB in use, {peak:.1} at most, of {all:.1}\n");
+    text
+}
+
+fn failure(error: FlightError, console: &Console) -> Failure {
+    match error {
+        FlightError::Open(error) => open_failure(error, console),
+        FlightError::Frame(error) => frame_failure(error, console),
+        FlightError::NotStreamed(_) => {
+            Failure::new(Exit::Project, error.to_string()).help("raxel bench stream --world worlds/frontier.toml")
+        }
+        FlightError::Unsettled { .. } => Failure::new(Exit::Check, error.to_string()),
+    }
+}

@@ -1,0 +1,244 @@
+//! A flight through a streamed world, against the same flight with everything there: what `raxel bench stream` prints.
+
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use raxel_runtime::camera::Camera;
+use raxel_runtime::execute::Progress;
+use raxel_runtime::session::{FrameError, OpenError, Options, Session};
+use raxel_stream::Stats;
+use serde::Serialize;
+
+/// What is measured.
+#[derive(Clone)]
+pub struct FlightOptions {
+    /// How the session is opened. Its world is streamed.
+    pub session: Options,
+    /// Voxels a second of the straight parts.
+    pub speed: f64,
+    /// Seconds of each straight part.
+    pub seconds: f64,
+    /// Longest time until the first place is there.
+    pub patience: Duration,
+}
+
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+pub enum FlightError {
+    /// The project does not open.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// A frame does not run.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// The world is whole, or no pass binds it.
+    #[error("`{0}` is not streamed by this graph: there is nothing to measure")]
+    NotStreamed(String),
+    /// The first place did not come.
+    #[error("after {seconds} s, {missing} chunks around the first camera are missing")]
+    Unsettled {
+        /// Seconds waited.
+        seconds: u64,
+        /// Tiles missing.
+        missing: usize,
+    },
+}
+
+/// What was measured of one frame.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Frame {
+    /// Seconds since the flight began.
+    pub time: f64,
+    /// Milliseconds from the start of the frame to the end of its picture on the device.
+    pub milliseconds: f64,
+    /// Microseconds that the streamed world took on the thread of the frame.
+    pub stream_microseconds: f64,
+    /// Bytes written to the pool since the frame before.
+    pub bytes: u64,
+    /// Wanted tiles that are not there.
+    pub missing: usize,
+    /// Those of them that may be in the picture, as of the last publication.
+    pub missing_in_view: usize,
+}
+
+/// All frames of a way of flying.
+#[derive(Clone, Debug, Serialize)]
+pub struct Flown {
+    /// Each frame.
+    pub frames: Vec<Frame>,
+    /// How the world was doing at the end.
+    #[serde(skip)]
+    pub stats: Stats,
+}
+
+/// The result.
+#[derive(Clone, Debug, Serialize)]
+pub struct Flight {
+    /// Name of the device.
+    pub device: String,
+    /// Extent of the output in pixels.
+    pub size: [u32; 2],
+    /// Seconds until the first place was there, from nothing.
+    pub first_seconds: f64,
+    /// The flight, with the world being loaded.
+    pub live: Flown,
+    /// The same path, every place complete before its frame: what loading costs is the difference.
+    pub resident: Flown,
+    /// Bytes of the pool: in use at the end, most at any time, all.
+    pub pool: [u64; 3],
+}
+
+impl Flown {
+    /// What `part` (0 to 1) of the frames do not exceed: the nearest rank.
+    pub fn percentile(&self, part: f64, of: impl Fn(&Frame) -> f64) -> f64 {
+        let mut sorted: Vec<f64> = self.frames.iter().map(of).collect();
+        sorted.sort_by(f64::total_cmp);
+        let rank = (part * sorted.len() as f64).ceil() as usize;
+        sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
+    }
+
+    /// Frames that take longer than so many times the median.
+    pub fn over(&self, times: f64) -> usize {
+        let limit = times * self.percentile(0.5, |frame| frame.milliseconds);
+        self.frames.iter().filter(|frame| frame.milliseconds > limit).count()
+    }
+}
+
+/// Where the camera is after some seconds: straight over fresh land, half a turn, back over land that was seen, down into a valley, and
+/// three jumps to fresh land.
+fn path(first: &Camera, speed: f64, leg: f64, time: f64) -> Camera {
+    let stay = stay(leg);
+    let ahead = first.rotation() * DVec3::NEG_Z * DVec3::new(1.0, 0.0, 1.0);
+    let ahead = if ahead.length() > 1e-3 { ahead.normalize() } else { DVec3::NEG_Z };
+    let mut camera = *first;
+    let out = time.min(leg);
+    let turn = (time - leg).clamp(0.0, TURN);
+    let back = (time - leg - TURN).clamp(0.0, leg);
+    camera.translate(ahead * speed * (out - back));
+    camera.yaw += std::f64::consts::PI * turn / TURN;
+    let dive = (time - 2.0 * leg - TURN).clamp(0.0, stay);
+    camera.translate(DVec3::NEG_Y * 60.0 * (dive / stay));
+    let jumps = ((time - 2.0 * leg - TURN - stay) / stay).floor();
+    if jumps >= 0.0 {
+        let jump = jumps.min(2.0) + 1.0;
+        camera.translate(DVec3::new(20_000.0 * jump, 60.0, -15_000.0 * jump));
+    }
+    camera
+}
+
+/// Seconds of half a turn.
+const TURN: f64 = 0.5;
+
+/// Seconds of the dive, and at each place after a jump.
+fn stay(leg: f64) -> f64 {
+    leg / 5.0
+}
+
+/// Seconds of the whole path.
+fn length(leg: f64) -> f64 {
+    2.0 * leg + TURN + 4.0 * stay(leg)
+}
+
+/// Flies.
+pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
+    let mut session = Session::open(Options { step: None, ..options.session.clone() })?;
+    let began = Instant::now();
+    loop {
+        session.frame()?;
+        let Some(stream) = session.stream() else {
+            let whose = session.world().path.clone().unwrap_or_default();
+            return Err(FlightError::NotStreamed(whose));
+        };
+        if stream.is_settled() && !stream.has_news() {
+            break;
+        }
+        if began.elapsed() > options.patience {
+            let missing = stream.stats().missing;
+            return Err(FlightError::Unsettled { seconds: options.patience.as_secs(), missing });
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let first_seconds = began.elapsed().as_secs_f64();
+    let first = *session.camera();
+    let end = length(options.seconds);
+
+    let started = Instant::now();
+    let mut frames: Vec<Frame> = Vec::new();
+    while started.elapsed().as_secs_f64() < end {
+        let time = started.elapsed().as_secs_f64();
+        frames.push(one(&mut session, time, path(&first, options.speed, options.seconds, time))?);
+    }
+    let stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
+    let (device, size) = (session.device().capabilities().name.clone(), session.size());
+    drop(session);
+
+    // The same moments: one frame for each.
+    let step = Some(1.0 / 60.0);
+    let mut session = Session::open(Options { step, ..options.session.clone() })?;
+    session.set_camera(first);
+    session.frame()?;
+    let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
+    let mut resident = Vec::new();
+    for time in times {
+        resident.push(one(&mut session, time, path(&first, options.speed, options.seconds, time))?);
+    }
+    let resident_stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
+    Ok(Flight {
+        device,
+        size,
+        first_seconds,
+        pool: stats.pool,
+        live: Flown { frames, stats },
+        resident: Flown { frames: resident, stats: resident_stats },
+    })
+}
+
+/// Runs a frame to its end.
+fn one(session: &mut Session, time: f64, camera: Camera) -> Result<Frame, FlightError> {
+    session.set_camera(camera);
+    let before = session.stream().map_or(0, |stream| stream.stats().written);
+    let began = Instant::now();
+    session.frame()?;
+    while session.wait_picture(Duration::from_secs(1))? != Progress::Done {}
+    let whole = began.elapsed();
+    let Some(stream) = session.stream() else { return Ok(Frame::default()) };
+    let stats = stream.stats();
+    let (spent, waited) = stream.frame_time();
+    Ok(Frame {
+        time,
+        // Until everything was there is not what a frame over it takes.
+        milliseconds: whole.saturating_sub(waited).as_secs_f64() * 1e3,
+        stream_microseconds: spent.as_secs_f64() * 1e6,
+        bytes: stats.written.saturating_sub(before),
+        missing: stats.missing,
+        missing_in_view: if stats.missing == 0 { 0 } else { stats.missing_in_view.min(stats.missing) },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_path_goes_out_and_comes_back_and_jumps() {
+        let first = Camera::at([0.5, 100.5, 0.5]);
+        let at = |time: f64| path(&first, 64.0, 10.0, time);
+        assert_eq!(at(0.0), first);
+        assert!((at(10.0).position() - first.position()).length() > 630.0);
+        assert!((at(20.5).position() - first.position()).length() < 1e-3);
+        assert!((at(20.5).yaw - first.yaw - std::f64::consts::PI).abs() < 1e-9);
+        assert!(at(22.49).position().y < 45.0);
+        let jumps = [22.6, 24.6, 26.6, length(10.0)].map(|time| at(time).position().x);
+        assert!(jumps[0] > 19_000.0 && jumps[1] > 39_000.0 && jumps[2] > 59_000.0, "{jumps:?}");
+        assert_eq!(jumps[2], jumps[3]);
+    }
+
+    #[test]
+    fn slow_frames_are_counted_against_the_median() {
+        let frame = |milliseconds| Frame { milliseconds, ..Frame::default() };
+        let frames = [1.0, 1.0, 1.0, 1.6, 2.1].map(frame).to_vec();
+        let flown = Flown { frames, stats: Stats::default() };
+        assert_eq!((flown.over(1.5), flown.over(2.0)), (2, 1));
+        assert!((flown.percentile(0.99, |frame| frame.milliseconds) - 2.1).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,293 @@
+//! A streamed world on a device: its pool, and how frames take its publications.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use raxel_diagnostics::{Diagnostic, codes};
+use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, TimelineValue, vk};
+use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, View};
+use raxel_world::Streamed;
+
+use crate::camera::Camera;
+use crate::execute::{Builder, DeviceSource, ExecuteError};
+
+/// How long a complete world may take until it is there.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// How long a copy to the device may take.
+const COPY: Duration = Duration::from_secs(60);
+
+/// The part of the device's memory that a pool may take at most.
+const SHARE: u64 = 2;
+
+/// A world that is loaded around the camera, on one device.
+pub struct WorldStream {
+    streamer: Streamer,
+    source: Arc<DeviceSource>,
+    device: Arc<Device>,
+    complete: bool,
+    frames: Mutex<Frames>,
+}
+
+/// Which publications frames have taken.
+#[derive(Default)]
+struct Frames {
+    /// Its header waits to be written by the next frame.
+    taken: Option<Arc<Publication>>,
+    /// Versions, with the last submission before the frame that was the first to see each.
+    unreleased: VecDeque<(u64, TimelineValue)>,
+    /// The version that the last frame saw.
+    version: u64,
+    /// Where the camera was in the last frame.
+    last: Option<DVec3>,
+    /// What the last frame spent here, and how much of it waiting for a complete world.
+    spent: Duration,
+    waited: Duration,
+}
+
+/// Why a streamed world is not there.
+#[derive(Debug)]
+pub enum Refused {
+    /// The author can do something about it.
+    World(Box<Diagnostic>),
+    /// The device fails.
+    Device(ExecuteError),
+}
+
+impl From<ExecuteError> for Refused {
+    fn from(error: ExecuteError) -> Self {
+        Self::Device(error)
+    }
+}
+
+impl WorldStream {
+    /// Starts to load a world around a camera. When `complete`, every frame waits until everything that its camera wants is there.
+    pub fn new(streamed: &Streamed, camera: &Camera, complete: bool, builder: &Builder) -> Result<Self, Refused> {
+        let device = builder.device();
+        let settings = &streamed.settings;
+        let reach = Reach::of(settings, streamed.generator.height_range().unwrap_or([0, 0]));
+        let capabilities = device.capabilities();
+        let there = u64::from(capabilities.limits.max_storage_buffer_range).min(capabilities.memory / SHARE);
+        let bytes = settings.gpu_memory.min(there) & !15;
+        let needed = Streamer::estimate(&*streamed.generator, &reach, camera.cell);
+        if needed > bytes {
+            return Err(Refused::World(Box::new(too_small(streamed, needed, bytes))));
+        }
+        let buffer = pool_buffer(device, bytes)?;
+        let memory: Arc<dyn PoolMemory> = if buffer.is_device_local() && buffer.write(0, &[0; 4]) {
+            Arc::new(InPlace(buffer.clone()))
+        } else {
+            Arc::new(Staged { device: device.clone(), buffer: buffer.clone() })
+        };
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let options = StreamOptions {
+            workers: if settings.threads == 0 { cores.saturating_sub(1).max(1) } else { settings.threads as usize },
+            complete,
+            poison: capabilities.validated,
+        };
+        let source = builder.source("world.tree64", Some(buffer), None);
+        let words = (bytes / 4) as u32;
+        let generator = streamed.generator.clone();
+        let streamer = Streamer::new(generator, memory, words, reach, view_of(camera, DVec3::ZERO, 1.0), options);
+        Ok(Self { streamer, source, device: device.clone(), complete, frames: Mutex::default() })
+    }
+
+    /// The source that passes bind.
+    pub fn source(&self) -> &Arc<DeviceSource> {
+        &self.source
+    }
+
+    /// Tells when chunks of its source have changed.
+    pub fn streamer(&self) -> &Streamer {
+        &self.streamer
+    }
+
+    /// How it is doing.
+    pub fn stats(&self) -> Stats {
+        self.streamer.stats()
+    }
+
+    /// Whether everything that the camera wanted in the last frame is there.
+    pub fn is_settled(&self) -> bool {
+        self.streamer.is_settled()
+    }
+
+    /// The publication that the last frame saw.
+    pub fn version(&self) -> u64 {
+        self.frames().version
+    }
+
+    /// Before a frame: follows the camera, and gives the frame the newest publication. A complete world is waited for; otherwise nothing
+    /// waits. Returns the version that the frame sees.
+    pub fn begin(&self, camera: &Camera, aspect: f64, seconds: f64) -> Result<u64, Refused> {
+        let began = Instant::now();
+        let mut frames = self.frames();
+        let position = camera.position();
+        let velocity = match frames.last.replace(position) {
+            Some(last) if seconds > 0.0 && !self.complete => (position - last) / seconds,
+            _ => DVec3::ZERO,
+        };
+        self.streamer.follow(view_of(camera, velocity, aspect));
+        self.release(&mut frames);
+        drop(frames);
+        let waiting = Instant::now();
+        if self.complete {
+            self.wait()?;
+        }
+        let mut frames = self.frames();
+        frames.waited = waiting.elapsed();
+        if frames.taken.is_none() {
+            frames.taken = self.streamer.take();
+        }
+        if let Some(publication) = &frames.taken
+            && publication.version != frames.version
+        {
+            // Too many waiting writes: the next frame tries again.
+            if self.source.write(0, bytemuck::cast_slice(publication.words())).is_ok() {
+                frames.version = publication.version;
+            } else {
+                frames.taken = None;
+            }
+        }
+        frames.spent = began.elapsed().saturating_sub(frames.waited);
+        Ok(frames.version)
+    }
+
+    /// After a frame that was submitted: `before` is what had been submitted before it.
+    pub fn end(&self, before: TimelineValue) {
+        let began = Instant::now();
+        let mut frames = self.frames();
+        if frames.taken.is_some() && !self.source.is_waiting() {
+            frames.taken = None;
+            let version = frames.version;
+            frames.unreleased.push_back((version, before));
+        }
+        self.release(&mut frames);
+        frames.spent += began.elapsed();
+    }
+
+    /// What the last frame spent on its thread for the world, and how long it waited for a complete one beside that.
+    pub fn frame_time(&self) -> (Duration, Duration) {
+        let frames = self.frames();
+        (frames.spent, frames.waited)
+    }
+
+    /// Whether the next frame would see something else than the last one.
+    pub fn has_news(&self) -> bool {
+        self.streamer.has_pending() || self.frames().taken.is_some()
+    }
+
+    fn release(&self, frames: &mut Frames) {
+        while let Some((version, before)) = frames.unreleased.front().copied() {
+            if !self.device.has_reached(before).unwrap_or(false) {
+                return;
+            }
+            self.streamer.released(version);
+            frames.unreleased.pop_front();
+        }
+    }
+
+    /// Waits until everything that the camera wants is there, and takes it.
+    fn wait(&self) -> Result<(), Refused> {
+        loop {
+            let result = self.streamer.wait(PATIENCE);
+            let mut frames = self.frames();
+            let newer = self.streamer.take();
+            let (found, failed) = (newer.is_some(), result.is_err());
+            if let Some(newer) = newer {
+                // What was taken before and not shown is never shown.
+                frames.taken = Some(newer);
+            }
+            match result {
+                Ok(()) => return Ok(()),
+                Err(StreamError::NoRoom { .. }) if found && failed => {
+                    // Room is what earlier places took: no frame needs that any more once all have finished.
+                    self.device.wait_idle(PATIENCE).map_err(ExecuteError::from)?;
+                    if let Some(taken) = &frames.taken {
+                        self.streamer.released(taken.version);
+                    }
+                    self.streamer.retry();
+                }
+                Err(error) => return Err(Refused::World(Box::new(incomplete(&error)))),
+            }
+        }
+    }
+
+    fn frames(&self) -> std::sync::MutexGuard<'_, Frames> {
+        self.frames.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl std::fmt::Debug for WorldStream {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("WorldStream").field("stats", &self.stats()).finish_non_exhaustive()
+    }
+}
+
+/// Memory of the device that the host writes, where there is enough of it; memory that only the device sees, else.
+fn pool_buffer(device: &Arc<Device>, size: u64) -> Result<Arc<Buffer>, ExecuteError> {
+    let usage =
+        vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
+    let make = |location| Buffer::new(device, "world.tree64", &BufferInfo { size, usage, location }, Backing::Own);
+    if let Ok(buffer) = make(Location::Upload)
+        && buffer.is_device_local()
+    {
+        return Ok(Arc::new(buffer));
+    }
+    Ok(Arc::new(make(Location::Device)?))
+}
+
+/// The camera as a streamer is told of it.
+fn view_of(camera: &Camera, velocity: DVec3, aspect: f64) -> View {
+    let tangent = camera.tan_half_fov(aspect).as_dvec2().length();
+    View { cell: camera.cell, velocity, forward: camera.rotation() * DVec3::NEG_Z, half_angle: tangent.atan() }
+}
+
+/// The host writes the device's memory. What is written is visible to every submission after it.
+struct InPlace(Arc<Buffer>);
+
+impl PoolMemory for InPlace {
+    fn write(&self, at: u32, words: &[u32]) {
+        let fits = self.0.write(4 * u64::from(at), bytemuck::cast_slice(words));
+        debug_assert!(fits);
+    }
+}
+
+/// Words are copied by the device, while the thread that brings them waits.
+struct Staged {
+    device: Arc<Device>,
+    buffer: Arc<Buffer>,
+}
+
+impl PoolMemory for Staged {
+    fn write(&self, at: u32, words: &[u32]) {
+        // A device that is lost shows it at the next frame; the world is then loaded anew for the next device.
+        let _ = raxel_gpu::upload_to(&self.device, &self.buffer, 4 * u64::from(at), bytemuck::cast_slice(words), COPY);
+    }
+}
+
+fn mebibytes(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+}
+
+fn too_small(streamed: &Streamed, needed: u64, bytes: u64) -> Diagnostic {
+    let (needed_text, there) = (mebibytes(needed), mebibytes(bytes));
+    let diagnostic = Diagnostic::error(
+        codes::world::STREAM_BUDGET,
+        format!("the world around the camera takes about {needed_text}, and there are {there} for it"),
+    )
+    .label(streamed.place.clone(), "what is near and far has to fit in `gpu_memory`");
+    if bytes < streamed.settings.gpu_memory {
+        let wanted = mebibytes(streamed.settings.gpu_memory);
+        diagnostic.note(format!("the device has no room for a buffer of {wanted}")).help("lower `near` or `far`")
+    } else {
+        diagnostic.help("raise `gpu_memory`, or lower `near` or `far`")
+    }
+}
+
+fn incomplete(error: &StreamError) -> Diagnostic {
+    Diagnostic::error(codes::world::STREAM_BUDGET, format!("the streamed world is not complete: {error}"))
+        .help("raise `gpu_memory`, or lower `near` or `far`")
+}

@@ -1,0 +1,202 @@
+//! Streamed worlds in a session: every picture is what the exact tracer sees of the tiles that are wanted.
+
+mod common;
+
+use std::path::PathBuf;
+
+use common::Project;
+use glam::IVec3;
+use raxel::oracle::Oracle;
+use raxel::oracle::camera::Pinhole;
+use raxel::stream::{Reach, union};
+use raxel::{Camera, Options, Session, Validation};
+use rayon::prelude::*;
+
+const SIZE: [u32; 2] = [95, 57];
+const MISS: [i32; 4] = [0, 0, 0, -1];
+
+/// A small part of the shipped endless world, far enough for two levels above the voxels.
+fn project() -> Project {
+    let project = Project::shipped();
+    project.edit("worlds/frontier.toml", "near       = 512", "near = 128");
+    project.edit("worlds/frontier.toml", "far        = 32768", "far = 1000");
+    project.edit("worlds/frontier.toml", "\"256 MiB\"", "\"100 MiB\"");
+    project
+}
+
+fn options(project: &Project, graph: &str) -> Options {
+    let path = |path: String| -> Option<PathBuf> { Some(project.path(&path)) };
+    Options {
+        project: Some(project.root().into()),
+        graph: path(format!("graphs/{graph}.toml")),
+        world: path("worlds/frontier.toml".to_owned()),
+        size: SIZE,
+        validation: Validation::Required,
+        ..Options::default()
+    }
+}
+
+fn open(project: &Project, graph: &str, pinned: &[&str]) -> Session {
+    let pinned = pinned.iter().map(|name| (*name).to_owned()).collect();
+    let session =
+        Session::open(Options { pinned, ..options(project, graph) }).unwrap_or_else(|error| panic!("{error}"));
+    assert!(session.warnings().is_empty(), "{:?}", session.warnings());
+    session
+}
+
+fn silent(session: &Session) {
+    let messages = session.device().log().take();
+    assert!(messages.is_empty(), "{messages:#?}");
+}
+
+/// What a camera sees of the tiles that it wants.
+fn exact(session: &Session, camera: &Camera) -> Vec<[i32; 4]> {
+    let streamed = session.world().streamed().expect("it is streamed");
+    let reach = Reach::of(&streamed.settings, streamed.generator.height_range().expect("land"));
+    let world = union(&*streamed.generator, &reach.tiles(camera.cell));
+    let pinhole = Pinhole {
+        cell: camera.cell,
+        frac: camera.frac,
+        view_to_world: camera.view_to_world(),
+        tan_half_fov: camera.tan_half_fov(f64::from(SIZE[0]) / f64::from(SIZE[1])),
+    };
+    let oracle = Oracle::new(&world);
+    let hit = |ray: &_| {
+        let Some(hit) = oracle.first_hit(ray).hit else { return MISS };
+        let [x, y, z] = hit.voxel;
+        [x, y, z, (hit.face + 8 * u32::from(hit.material)).cast_signed()]
+    };
+    pinhole.rays(SIZE).par_iter().map(hit).collect()
+}
+
+fn hits(session: &mut Session) -> Vec<[i32; 4]> {
+    let texels = session.read_target("hit").unwrap().integers().expect("integers");
+    texels.iter().map(|hit| hit.map(u32::cast_signed)).collect()
+}
+
+/// Near the origin, further on, turned about, at the other end of the world and back.
+fn cameras(first: &Camera) -> Vec<Camera> {
+    let mut cameras = vec![*first];
+    let mut at = |cell: [i32; 3], yaw: f64, pitch: f64| {
+        cameras.push(Camera { cell: IVec3::from_array(cell), yaw, pitch, ..*first });
+    };
+    at([130, 150, -200], 2.0, -0.3);
+    at([130, 150, -200], 5.0, -0.8);
+    at([1 << 29, 260, -(1 << 29) - 77], 1.0, -0.4);
+    at([40, 160, 60], 0.5, -1.2);
+    cameras
+}
+
+#[test]
+fn pictures_of_a_streamed_world_are_exact_wherever_the_camera_goes() {
+    let project = project();
+    let mut session = open(&project, "bench/first_hit", &["hit"]);
+    for (number, camera) in cameras(&session.camera().clone()).into_iter().enumerate() {
+        session.set_camera(camera);
+        session.frame().unwrap_or_else(|error| panic!("{error}"));
+        let (found, expected) = (hits(&mut session), exact(&session, &camera));
+        let wrong = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
+        assert_eq!(wrong, 0, "camera {number}: {wrong} of {} pixels", found.len());
+        let land = expected.iter().filter(|hit| **hit != MISS).count();
+        assert!(land * 4 > expected.len(), "camera {number} sees {land} voxels");
+        silent(&session);
+    }
+    let stats = session.stream().expect("it is bound").stats();
+    assert_eq!((stats.missing, stats.failed), (0, 0), "{stats:?}");
+    assert!(stats.dropped > 0, "{stats:?}");
+}
+
+#[test]
+fn what_was_seen_before_changes_no_picture() {
+    let project = project();
+    let picture = |session: &mut Session| session.read_presented().unwrap().rgba;
+    let mut first = open(&project, "primary", &[]);
+    let cameras = cameras(&first.camera().clone());
+    let pictures: Vec<Vec<u8>> = cameras
+        .iter()
+        .map(|camera| {
+            first.set_camera(*camera);
+            first.reset();
+            first.frame().unwrap_or_else(|error| panic!("{error}"));
+            picture(&mut first)
+        })
+        .collect();
+    let mut other = open(&project, "primary", &[]);
+    for (camera, expected) in cameras.iter().zip(&pictures).rev() {
+        other.set_camera(*camera);
+        other.reset();
+        other.frame().unwrap_or_else(|error| panic!("{error}"));
+        assert!(picture(&mut other) == *expected, "{camera:?}");
+    }
+    silent(&first);
+}
+
+#[test]
+fn a_still_camera_dispatches_and_publishes_nothing() {
+    let project = project();
+    let mut session = open(&project, "bench/first_hit", &["hit"]);
+    session.frame().unwrap();
+    session.frame().unwrap();
+    let before = session.stream().expect("it is bound").stats();
+    for _ in 0..5 {
+        let report = session.frame().unwrap();
+        assert_eq!(report.dispatched, 0, "{report:?}");
+    }
+    let after = session.stream().expect("it is bound").stats();
+    assert_eq!((after.publications, after.written), (before.publications, before.written));
+    silent(&session);
+}
+
+#[test]
+fn a_live_world_comes_into_view_and_no_frame_waits_for_it() {
+    let project = project();
+    let options = Options { step: None, pinned: vec!["hit".to_owned()], ..options(&project, "bench/first_hit") };
+    let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
+    let until = std::time::Instant::now() + std::time::Duration::from_secs(120);
+    let camera = *session.camera();
+    loop {
+        session.frame().unwrap_or_else(|error| panic!("{error}"));
+        let stream = session.stream().expect("it is bound");
+        if stream.is_settled() && !stream.has_news() {
+            break;
+        }
+        assert!(std::time::Instant::now() < until, "{:?}", stream.stats());
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    assert!(hits(&mut session) == exact(&session, &camera));
+    silent(&session);
+}
+
+#[test]
+fn what_a_streamed_world_cannot_do_is_said() {
+    let project = project();
+    let refused = |options: Options| Session::open(options).err().expect("it cannot open").to_string();
+    let svdag = Some(raxel::world::layout::Layout::Svdag);
+    let message = refused(Options { layout: svdag, ..options(&project, "bench/first_hit") });
+    assert!(message.contains("RX0342") && message.contains("`world.svdag` needs the whole world"), "{message}");
+    project.edit("worlds/frontier.toml", "\"100 MiB\"", "\"2 MiB\"");
+    let message = refused(options(&project, "bench/first_hit"));
+    assert!(message.contains("RX0341") && message.contains("there are 2.0 MiB"), "{message}");
+}
+
+#[test]
+fn a_flight_is_measured() {
+    let project = project();
+    let arguments = ["bench", "stream", "graphs/bench/first_hit.toml", "--world", "worlds/frontier.toml"];
+    let short = ["--seconds", "1", "--speed", "200", "--size", "48x27", "--format", "json"];
+    let run = project.raxel(&[&arguments[..], &short].concat()).exits(0);
+    let result = run.json().pop().expect("a line");
+    assert_eq!(result["reason"], "bench-stream");
+    let frames = result["live"]["frames"].as_array().expect("frames");
+    assert!(frames.len() > 2 && frames.len() == result["resident"]["frames"].as_array().unwrap().len());
+    assert!(frames.iter().map(|frame| frame["bytes"].as_u64().unwrap()).sum::<u64>() > 0);
+    let resident = result["resident"]["frames"].as_array().unwrap();
+    assert!(resident.iter().all(|frame| frame["missing"] == 0), "complete before each frame");
+    assert!(result["pool"][1].as_u64() <= result["pool"][2].as_u64());
+    // A world that is whole has nothing to measure.
+    let whole = project.raxel(&["bench", "stream", "graphs/bench/first_hit.toml", "--world", "worlds/menger.toml"]);
+    assert!(whole.stderr.contains("is not streamed"), "{}", whole.stderr);
+    // What needs every voxel says why it cannot have them.
+    let export = project.raxel(&["world", "export", "worlds/frontier.toml", "-o", "a.vox"]);
+    assert!(export.code != 0 && export.stderr.contains("RX0343"), "{}", export.stderr);
+}
