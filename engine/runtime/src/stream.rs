@@ -291,3 +291,54 @@ fn incomplete(error: &StreamError) -> Diagnostic {
     Diagnostic::error(codes::world::STREAM_BUDGET, format!("the streamed world is not complete: {error}"))
         .help("raise `gpu_memory`, or lower `near` or `far`")
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::IVec3;
+    use raxel_gpu::{DeviceOptions, Validation};
+    use raxel_world::{Material, StreamSettings, World};
+
+    use super::*;
+
+    /// Memory of the host.
+    struct Host(Mutex<Vec<u32>>);
+
+    impl PoolMemory for Host {
+        fn write(&self, at: u32, words: &[u32]) {
+            self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
+        }
+    }
+
+    /// Software devices let the host write everything, so that sessions there never stage.
+    #[test]
+    fn staged_words_arrive_as_written_ones_do() {
+        const WORDS: u32 = 1 << 16;
+        let device = Device::new(&DeviceOptions { device: None, validation: Validation::Required }).unwrap();
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        let info = BufferInfo { size: 4 * u64::from(WORDS), usage, location: Location::Device };
+        let buffer = Arc::new(Buffer::new(&device, "pool", &info, Backing::Own).unwrap());
+        let zeros = vec![0; 4 * WORDS as usize];
+        raxel_gpu::upload_to(&device, &buffer, 0, &zeros, COPY).unwrap();
+        let host = Arc::new(Host(Mutex::new(vec![0; WORDS as usize])));
+        let staged = Arc::new(Staged { device: device.clone(), buffer: buffer.clone() });
+
+        let voxels = (0..4000).map(|i| (IVec3::new(i * 7 % 300 - 150, i * 13 % 90, i * 29 % 280 - 140), 1 + (i % 2) as u16));
+        let world = Arc::new(World::from_voxels(vec![Material::air(); 3], voxels));
+        let settings = StreamSettings { near: 200, far: 200, ..StreamSettings::default() };
+        let memories: [Arc<dyn PoolMemory>; 2] = [host.clone(), staged];
+        for memory in memories {
+            // One worker takes its places in the order of the tiles.
+            let options = StreamOptions { workers: 1, complete: true, poison: false };
+            let reach = Reach::of(&settings, [0, 90]);
+            let streamer = Streamer::new(world.clone(), memory, WORDS, reach, View::at(IVec3::ZERO), options);
+            streamer.wait(PATIENCE).unwrap();
+            assert!(streamer.stats().live > 10);
+        }
+        let bytes = raxel_gpu::download_buffer(&device, &buffer, 0, buffer.size(), COPY).unwrap();
+        assert!(bytes == bytemuck::cast_slice::<u32, u8>(&host.0.lock().unwrap()), "the words differ");
+        let messages = device.log().take();
+        assert!(messages.is_empty(), "{messages:#?}");
+    }
+}
