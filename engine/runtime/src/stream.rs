@@ -324,7 +324,8 @@ mod tests {
         let host = Arc::new(Host(Mutex::new(vec![0; WORDS as usize])));
         let staged = Arc::new(Staged { device: device.clone(), buffer: buffer.clone() });
 
-        let voxels = (0..4000).map(|i| (IVec3::new(i * 7 % 300 - 150, i * 13 % 90, i * 29 % 280 - 140), 1 + (i % 2) as u16));
+        let voxels =
+            (0..4000).map(|i| (IVec3::new(i * 7 % 300 - 150, i * 13 % 90, i * 29 % 280 - 140), 1 + (i % 2) as u16));
         let world = Arc::new(World::from_voxels(vec![Material::air(); 3], voxels));
         let settings = StreamSettings { near: 200, far: 200, ..StreamSettings::default() };
         let memories: [Arc<dyn PoolMemory>; 2] = [host.clone(), staged];
