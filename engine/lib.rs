@@ -9,7 +9,7 @@ pub use raxel_runtime::present::Presenter;
 pub use raxel_runtime::project::Project;
 pub use raxel_runtime::reload::ReloadEvent;
 pub use raxel_runtime::session::Validation;
-pub use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
+pub use raxel_runtime::{EditFailure, FrameError, OpenError, Options, ReadError, Saves, Session};
 
 /// Edits of worlds, queries, saves.
 pub use raxel_edit as edit;
@@ -29,3 +29,8 @@ pub use raxel_shader as shader;
 pub use raxel_stream as stream;
 /// Voxel worlds.
 pub use raxel_world as world;
+
+/// The example of the page about edits is compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/edits.md")]
+pub struct PageAboutEdits;

@@ -13,6 +13,7 @@ use raxel_graph::print::Phase;
 use raxel_runtime::load::{Loader, Part};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
+use raxel_runtime::{SavedWorld, Saves};
 
 use crate::console::{Console, To};
 use crate::failure::Result;
@@ -222,6 +223,15 @@ impl Front {
         Err(console.stop(&[diagnostic]))
     }
 
+    /// Loads a world with what is in its save.
+    pub fn saved_world(&self, path: &str, saves: Saves, console: &Console) -> Result<SavedWorld> {
+        let world = self.whole_world(path, console)?;
+        let (saved, found) = SavedWorld::open(&world, self.project.root(), &**self.loader.files(), saves)
+            .map_err(|found| console.stop(&found))?;
+        console.diagnostics(&found, &SourceMap::default(), To::Stderr);
+        Ok(saved)
+    }
+
     /// Whether frames of a graph depend on those before them by more than the camera, whatever is shown and whichever conditions hold.
     /// What cannot be planned on paper counts as if they did.
     pub fn looks_back(graph: &Arc<Graph>, output: [u32; 2]) -> bool {
@@ -294,6 +304,9 @@ impl Front {
             checked.found.extend(demo.check(&graph));
         }
         checked.add(&world);
+        if let Ok(world) = &world.result {
+            checked.found.extend(demo.check_edits_in(world));
+        }
     }
 }
 

@@ -23,6 +23,7 @@ mod build_error;
 pub mod camera;
 pub mod clock;
 pub mod debug_target;
+mod editing;
 pub mod execute;
 pub mod load;
 pub mod params;
@@ -38,4 +39,5 @@ pub mod timeline;
 pub mod world;
 
 pub use build_error::BuildError;
-pub use session::{FrameError, OpenError, Options, ReadError, Session};
+pub use editing::{SavedWorld, Saves};
+pub use session::{EditFailure, FrameError, OpenError, Options, ReadError, Session};

@@ -10,6 +10,7 @@ use raxel_graph::plan::WorldInput;
 use raxel_world::Streamed;
 use raxel_world::file::{Aim, CameraHint, Loaded};
 use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits};
+use raxel_world::{Chunk, ChunkPos, Material};
 
 use crate::camera::Camera;
 
@@ -22,6 +23,8 @@ pub struct SessionWorld {
     costs: Mutex<BTreeMap<Layout, LayoutCost>>,
     /// Names of the materials by index.
     materials: Vec<String>,
+    /// Whether it has edits, and encodings are made to follow them.
+    edited: bool,
 }
 
 /// Tells a world from every other one, those of the same file before and after an edit included. It lives as long as the world.
@@ -53,6 +56,7 @@ impl SessionWorld {
             camera: None,
             cameras: Vec::new(),
             models: Vec::new(),
+            save: None,
             files: Vec::new(),
         };
         Self::new(None, loaded)
@@ -70,7 +74,29 @@ impl SessionWorld {
 
     fn new(path: Option<String>, loaded: Loaded) -> Self {
         let materials = loaded.world.materials().iter().map(|material| material.name.clone()).collect();
-        Self { path, loaded, identity: Arc::default(), costs: Mutex::default(), materials }
+        Self { path, loaded, identity: Arc::default(), costs: Mutex::default(), materials, edited: false }
+    }
+
+    /// The same world with other chunks. All worlds that edits make of one file share an identity, since their encodings follow the edits.
+    pub(crate) fn edited(
+        &self,
+        identity: &Arc<WorldIdentity>,
+        materials: &[Material],
+        changes: impl IntoIterator<Item = (ChunkPos, Option<Arc<Chunk>>)>,
+    ) -> Self {
+        let world = self.loaded.world.with_chunks(materials, changes);
+        let loaded = Loaded { world, ..self.loaded.clone_without_voxels() };
+        Self { identity: identity.clone(), edited: true, ..Self::new(self.path.clone(), loaded) }
+    }
+
+    /// Whether it has edits, or had some.
+    pub(crate) fn is_edited(&self) -> bool {
+        self.edited
+    }
+
+    /// What its file says.
+    pub fn loaded(&self) -> &Loaded {
+        &self.loaded
     }
 
     /// Its name.

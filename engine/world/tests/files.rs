@@ -255,6 +255,7 @@ fn the_schema_has_exactly_the_keys_that_are_read() {
         ("material", format!("[materials.m]\n{odd}")),
         ("model", format!("[models.m]\n{odd}")),
         ("stream", format!("[stream]\n{odd}")),
+        ("save", format!("[save]\n{odd}")),
     ];
     for (name, text) in parts {
         assert_eq!(keys_read(&text), keys_in(&schema["$defs"][name]), "{name}");

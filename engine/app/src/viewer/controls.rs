@@ -18,6 +18,16 @@ pub(crate) enum Command {
     Step,
     /// Start over: history, clock, frame 0.
     Reset,
+    /// Take the newest edit back.
+    Undo,
+    /// Make the edit again that was taken back last.
+    Redo,
+    /// A larger ball to dig and place with.
+    Larger,
+    /// A smaller one.
+    Smaller,
+    /// Of another material.
+    NextMaterial,
     /// Write the picture to a PNG.
     Screenshot,
     /// Leave.
@@ -28,6 +38,8 @@ pub(crate) enum Command {
 pub(crate) const KEYS: &str = "\
 W A S D, Q E    fly, down and up; Shift flies faster
 mouse           drag with the left button to look around
+right button    dig a ball out of the world; with Shift, place one
+[ ]  M          size and material of the ball;  Ctrl+Z undo, Ctrl+Y redo
 Tab             next debug target; Shift+Tab the one before
 Space           pause;  .  one frame;  R  start over
 F12             screenshot
@@ -70,11 +82,19 @@ impl Controls {
             Key::Named(NamedKey::F12) => Command::Screenshot,
             Key::Named(NamedKey::Escape) => Command::Quit,
             Key::Character(text) if text == "." => Command::Step,
+            Key::Character(text) if text == "[" => Command::Smaller,
+            Key::Character(text) if text == "]" => Command::Larger,
+            Key::Character(text) if text.eq_ignore_ascii_case("m") => Command::NextMaterial,
+            Key::Character(text) if text.eq_ignore_ascii_case("z") && modifiers.control_key() => Command::Undo,
+            Key::Character(text) if text.eq_ignore_ascii_case("y") && modifiers.control_key() => Command::Redo,
             Key::Character(text) if text.eq_ignore_ascii_case("r") && !modifiers.control_key() => Command::Reset,
             _ => return None,
         };
         // A held key repeats; only stepping and cycling are meant to.
-        let repeats = matches!(command, Command::Step | Command::NextTarget | Command::PreviousTarget);
+        let repeats = matches!(
+            command,
+            Command::Step | Command::NextTarget | Command::PreviousTarget | Command::Undo | Command::Redo
+        );
         (!repeat || repeats).then_some(command)
     }
 

@@ -2,6 +2,7 @@
 
 mod args;
 mod controls;
+mod dig;
 mod reload_log;
 mod title;
 
@@ -9,13 +10,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use raxel_diagnostics::SourceMap;
 use raxel_gpu::{DeviceKind, DeviceOptions};
 use raxel_graph::checked::{BufferSize, ResourceKind};
 use raxel_runtime::camera::FlyInput;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::Progress;
 use raxel_runtime::present::{PresentError, Presented, Presenter};
-use raxel_runtime::{FrameError, Session};
+use raxel_runtime::{EditFailure, FrameError, Saves, Session};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::error::EventLoopError;
@@ -29,7 +31,7 @@ pub(crate) use self::controls::KEYS;
 use self::controls::{Command, Controls};
 use self::reload_log::ReloadLog;
 use self::title::Title;
-use crate::console::Console;
+use crate::console::{Console, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::output::{self, Pending, shown};
 use crate::session::{frame_failure, print_validation, validated};
@@ -59,6 +61,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     options.scale = args.scale;
     options.step = None;
     options.watch = true;
+    options.saves = Saves::Write;
     options.poll = args.poll;
     options.waker = Some(Arc::new(move || {
         // Without a window there is nobody to wake.
@@ -78,6 +81,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         session,
         window: None,
         controls: Controls::default(),
+        ball: dig::Ball::default(),
         modifiers: ModifiersState::empty(),
         titled: None,
         last: Instant::now(),
@@ -127,6 +131,8 @@ struct Viewer<'a> {
     session: Session,
     window: Option<Open>,
     controls: Controls,
+    /// What the right button digs and places.
+    ball: dig::Ball,
     modifiers: ModifiersState,
     titled: Option<Instant>,
     last: Instant,
@@ -174,6 +180,11 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
             }
             WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => {
                 self.controls.drag(state == ElementState::Pressed);
+            }
+            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Right, .. } => {
+                let place = self.modifiers.shift_key();
+                self.dig(if place { dig::Action::Place } else { dig::Action::Dig });
+                self.redraw();
             }
             WindowEvent::CursorMoved { position, .. } => {
                 self.controls.cursor_moved([position.x, position.y]);
@@ -283,6 +294,8 @@ impl Viewer<'_> {
             Err(error) => return Err(frame_failure(error, self.console)),
         };
         self.complained |= print_validation(&self.session, self.console);
+        let said = self.session.take_save_messages();
+        self.console.diagnostics(&said, &SourceMap::default(), To::Stderr);
         self.unshown = true;
         if self.show(event_loop)? && !report.displayed && report.dispatched == 0 {
             event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STILL));
@@ -383,12 +396,38 @@ impl Viewer<'_> {
                 self.session.reset();
                 self.session.hand_back();
             }
+            Command::Undo => self.edited(|session| session.undo().map(drop)),
+            Command::Redo => self.edited(|session| session.redo().map(drop)),
+            Command::Larger => self.choose(|ball, _| ball.resize(1)),
+            Command::Smaller => self.choose(|ball, _| ball.resize(-1)),
+            Command::NextMaterial => self.choose(dig::Ball::next_material),
             Command::Screenshot => match self.screenshot() {
                 Ok(path) => self.console.message(&format!("wrote {}", shown(&path))),
                 Err(failure) => self.console.failure(&failure),
             },
             Command::Quit => event_loop.exit(),
         }
+    }
+
+    /// Digs or places a ball at the cursor.
+    fn dig(&mut self, action: dig::Action) {
+        let edit = self.controls.cursor().and_then(|pixel| self.ball.edit(action, &self.session, pixel));
+        if let Some(edit) = edit {
+            self.edited(|session| session.edit(&[edit]).map(drop));
+        }
+    }
+
+    /// Edits the world, and says why when that is refused.
+    fn edited(&mut self, edit: impl FnOnce(&mut Session) -> std::result::Result<(), EditFailure>) {
+        if let Err(failure) = edit(&mut self.session) {
+            self.console.diagnostics(&failure.into_diagnostics(), &SourceMap::default(), To::Stderr);
+        }
+    }
+
+    /// Chooses another ball, and says which.
+    fn choose(&mut self, change: impl FnOnce(&mut dig::Ball, usize)) {
+        change(&mut self.ball, self.session.scene().materials.len());
+        self.console.message(&self.ball.text(&self.session));
     }
 
     /// Shows the resource so many places after this one, in the order of the file.

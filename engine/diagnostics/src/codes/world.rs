@@ -45,4 +45,22 @@ declare! {
     STREAM_LAYOUT = "RX0342";
     /// A streamed world where all voxels are needed.
     STREAM_ENDLESS = "RX0343";
+    /// An edit that cannot be made.
+    EDIT = "RX0350";
+    /// A save of a newer raxel.
+    SAVE_NEWER = "RX0351";
+    /// A save that can only be read.
+    SAVE_READ_ONLY = "RX0352";
+    /// A save of another world.
+    SAVE_GENERATOR = "RX0353";
+    /// A save with materials that the world no longer has.
+    SAVE_MATERIALS = "RX0354";
+    /// A save of which a part is broken.
+    SAVE_DAMAGED = "RX0355";
+    /// A save that cannot be written for the time being.
+    SAVE_FAILING = "RX0356";
+    /// A save that cannot be read.
+    SAVE_UNREADABLE = "RX0357";
+    /// Edits that a change of the world's file has undone.
+    EDITS_DROPPED = "RX0358";
 }

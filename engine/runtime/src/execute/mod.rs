@@ -33,6 +33,7 @@ pub use readback::ReadTicket;
 pub use replay::{Counts, Recorder, Replay};
 pub use report::{FrameReport, PassTime, Picture, SwapReport, Texels};
 pub use source::{DeviceSource, Sources, WriteError};
+pub(crate) use upload::FRAME_BYTES;
 
 /// Frames that are recorded while the device still works on earlier ones.
 const FRAMES: usize = 2;

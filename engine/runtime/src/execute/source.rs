@@ -176,6 +176,11 @@ impl DeviceSource {
         self.waiting.fetch_sub(1, Ordering::AcqRel);
     }
 
+    /// Bytes that wait to be written before the next frame, over all sources of the device.
+    pub(crate) fn waiting_bytes(&self) -> usize {
+        self.queue.waiting.lock().unwrap_or_else(PoisonError::into_inner).bytes
+    }
+
     /// Notes that its contents change with the frame that is being recorded.
     pub(super) fn changed(&self) {
         self.version.store(next_version(), Ordering::Release);

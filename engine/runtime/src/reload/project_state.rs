@@ -50,6 +50,9 @@ impl ProjectState {
             if let (Ok(demo), Ok(graph)) = (&demo.result, &self.graph.result) {
                 found.extend(demo.check(graph));
             }
+            if let (Ok(demo), Ok(world)) = (&demo.result, &self.world.result) {
+                found.extend(demo.check_edits_in(world));
+            }
         }
         (found, texts)
     }

@@ -90,6 +90,10 @@ impl Session {
                 self.needs_replan = true;
             }
         }
+        if let Some(demo) = self.demo.clone().filter(|_| !self.taken_over) {
+            self.follow_edits(demo.local_time(time.time))?;
+        }
+        self.editing.poll_save();
         if time.index == 0 && time.advanced {
             self.previous_camera = self.camera;
         }
@@ -205,7 +209,7 @@ impl Session {
     }
 
     /// Swaps in a plan for another selection of the same graph and world.
-    fn plan_for(&mut self, selection: &Selection) -> Result<(), BuildError> {
+    pub(super) fn plan_for(&mut self, selection: &Selection) -> Result<(), BuildError> {
         let known = self.plans.iter().find(|(known, _)| known == selection).map(|(_, plan)| plan.clone());
         let assembly = match known {
             Some(plan) => build::sources(&plan, &self.world, &self.context).map(|sources| Assembly { plan, sources }),

@@ -1,6 +1,7 @@
 //! A session: a project that is open and runs. The library's front door; the command line and the window drive the same type.
 
 mod drive;
+mod edit;
 mod error;
 mod frame;
 mod open;
@@ -13,6 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use edit::EditFailure;
 pub use error::{FrameError, OpenError, ReadError};
 pub use raxel_gpu::Validation;
 
@@ -25,6 +27,7 @@ use crate::build::{DeviceContext, Selection};
 use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::DebugTarget;
+use crate::editing::{Editing, Saves};
 use crate::execute::{Executor, ExecutorOptions, Override};
 use crate::load::Loader;
 use crate::params::Params;
@@ -70,6 +73,8 @@ pub struct Options {
     pub alias: bool,
     /// A frame that takes longer means that the device hangs; on a software device six times as long.
     pub watchdog: Duration,
+    /// What is done with the save of a world that has one.
+    pub saves: Saves,
     /// Files are watched, and edits swapped in by [`Session::poll_reload`].
     pub watch: bool,
     /// Files are looked at now and then, even where the system can tell of changes (network folders).
@@ -97,6 +102,7 @@ impl Default for Options {
             memo: true,
             alias: true,
             watchdog: ExecutorOptions::default().watchdog,
+            saves: Saves::default(),
             watch: false,
             poll: false,
             waker: None,
@@ -114,6 +120,7 @@ pub struct Session {
     state: ProjectState,
     graph: Arc<Graph>,
     world: Arc<SessionWorld>,
+    editing: Editing,
     demo: Option<Arc<Demo>>,
     texts: SourceMap,
     warnings: Vec<Diagnostic>,

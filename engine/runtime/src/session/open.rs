@@ -11,6 +11,7 @@ use super::{OpenError, Options, Session};
 use crate::build::{self, DeviceContext};
 use crate::build_error::BuildError;
 use crate::clock::{Clock, Pace};
+use crate::editing::Editing;
 use crate::execute::{self, Executor, ExecutorOptions};
 use crate::load::{Loader, Part};
 use crate::params::Params;
@@ -30,7 +31,7 @@ impl Session {
         })?;
         let loader = Arc::new(loader.with_layout(options.layout));
         let (state, device) = load(&project, &options, &loader)?;
-        let (warnings, texts) = state.diagnostics();
+        let (mut warnings, texts) = state.diagnostics();
         let project_error = |diagnostics| OpenError::Project { diagnostics, texts: Box::new(texts.clone()) };
         let (graph, world) = match (&state.graph.result, &state.world.result) {
             (Ok(graph), Ok(world)) if !warnings.iter().any(Diagnostic::is_error) => (graph.clone(), world.clone()),
@@ -43,6 +44,16 @@ impl Session {
             crate::debug_target::DebugTarget::resource(name).resolve(&graph)?;
         }
 
+        let mut editing = Editing::new(world.clone());
+        match &demo {
+            // A demo shows the same everywhere, and so it begins with what the world's file builds.
+            Some(demo) => editing.set_script(demo.script(editing.scene())),
+            None => warnings.extend(editing.open_save(project.root(), &**loader.files(), options.saves)),
+        }
+        if warnings.iter().any(Diagnostic::is_error) {
+            return Err(project_error(warnings));
+        }
+        let world = editing.world().unwrap_or(world);
         let device = device?;
         let (executor, context) = start(&device, &options)?;
         let mut params = Params::default();
@@ -96,6 +107,7 @@ impl Session {
             reloader: None,
             graph,
             world,
+            editing,
             demo,
             texts,
             warnings,

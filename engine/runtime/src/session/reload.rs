@@ -52,11 +52,15 @@ impl Session {
             // The builder hands over projects without errors only.
             return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
         };
-        let (graph, world) = (graph.clone(), world.clone());
+        let (graph, base) = (graph.clone(), world.clone());
+        let (edited, found) = self.editing.rebase(&base, &self.world);
+        diagnostics.extend(found);
+        let world = edited.unwrap_or_else(|| base.clone());
         // Something may have been chosen since the build began.
         let settings = self.build_settings();
         let wanted = settings.selection(&graph, &world);
         let stale = wanted != selection
+            || !Arc::ptr_eq(&world, &base)
             || !Arc::ptr_eq(&context.memory, &self.context.memory)
             || !self.executor.is_current(&prepared);
         let built = if stale {
@@ -83,6 +87,8 @@ impl Session {
             self.debug_target = DebugTarget::default();
         }
         self.demo = state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
+        let script = self.demo.as_ref().map(|demo| demo.script(self.editing.scene())).unwrap_or_default();
+        self.editing.set_script(script);
         self.graph = graph;
         self.world = world;
         self.state = state;

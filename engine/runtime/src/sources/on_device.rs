@@ -9,12 +9,13 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Origin, Resource};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
-use raxel_world::layout::{Encoded, EncodedImage, Layout, Limits};
+use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveTree64, Patch};
+use raxel_world::{Chunk, ChunkPos};
 
 use super::SourceName;
 use super::catalog::VOXEL_FORMAT;
 use crate::build_error::BuildError;
-use crate::execute::{self, Builder, DeviceSource, ExecuteError, Texture};
+use crate::execute::{self, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
 use crate::stream::{Refused, WorldStream};
 use crate::world::{SessionWorld, WorldIdentity};
 
@@ -32,6 +33,8 @@ struct Entry {
     source: Arc<DeviceSource>,
     /// What brings it, if it is a streamed world.
     stream: Option<Arc<WorldStream>>,
+    /// Follows edits of the world.
+    live: Option<LiveTree64>,
 }
 
 /// What a source on the device was made from.
@@ -114,18 +117,43 @@ impl OnDevice {
                 Refused::Device(error) => refused(error, resource),
             })?;
             let source = stream.source().clone();
-            entries.push(Entry { key, source: source.clone(), stream: Some(Arc::new(stream)) });
+            entries.push(Entry { key, source: source.clone(), stream: Some(Arc::new(stream)), live: None });
             return Ok(Some(source));
         }
+        let mut live = None;
         let source = match (&key, &resource.origin) {
+            (Key::Voxels { name: SourceName::World(Layout::Tree64), copied: false, .. }, _) if world.is_edited() => {
+                let (source, tree) = upload_live(name, resource, world, builder)?;
+                live = Some(tree);
+                source
+            }
             (Key::Voxels { name: parsed, copied, .. }, _) => {
                 upload_voxels(name, parsed, *copied, resource, world, builder)?
             }
             (Key::File(_), Origin::File(contents)) => upload_file(name, contents, resource, builder)?,
             (Key::File(_), _) => return Ok(None),
         };
-        entries.push(Entry { key, source: source.clone(), stream: None });
+        entries.push(Entry { key, source: source.clone(), stream: None, live });
         Ok(Some(source))
+    }
+
+    /// Follows an edit, after which the world is `world`. Encodings that can are written in place, before the next frame; the others are
+    /// dropped, to be made anew. True when one was dropped.
+    pub fn edit(&self, world: &SessionWorld, changes: &[(ChunkPos, Option<Arc<Chunk>>)]) -> bool {
+        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = entries.len();
+        entries.retain_mut(|entry| match &entry.key {
+            Key::Voxels { name: SourceName::Model(..), .. } => true,
+            Key::Voxels { world: of, .. } if is(of, world) => entry.follow(world, changes),
+            _ => true,
+        });
+        entries.len() != before
+    }
+
+    /// Drops what there is of a world.
+    pub fn forget(&self, world: &SessionWorld) {
+        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        entries.retain(|entry| !matches!(&entry.key, Key::Voxels { world: of, .. } if is(of, world)));
     }
 
     /// Sizes of what is there of a world, by the names that the planner knows.
@@ -157,8 +185,51 @@ impl OnDevice {
     }
 }
 
+impl Entry {
+    /// Writes what an edit changed, if that is possible before one frame.
+    fn follow(&mut self, world: &SessionWorld, changes: &[(ChunkPos, Option<Arc<Chunk>>)]) -> bool {
+        let Some(patches) = self.live.as_mut().and_then(|live| live.update(world.voxels(), changes.iter().cloned()))
+        else {
+            return false;
+        };
+        // A part of an edit alone must never be in a frame: its nodes would lead to what is not there yet.
+        let bytes: usize = patches.iter().map(|patch| 4 * patch.words.len()).sum();
+        if self.source.waiting_bytes() + bytes > FRAME_BYTES {
+            return false;
+        }
+        let write = |patch: &Patch| self.source.write(4 * patch.at as u64, bytemuck::cast_slice(&patch.words)).is_ok();
+        patches.iter().all(write)
+    }
+}
+
 fn is(identity: &Weak<WorldIdentity>, world: &SessionWorld) -> bool {
     std::ptr::eq(identity.as_ptr(), Arc::as_ptr(world.identity()))
+}
+
+/// The world in a buffer that follows edits.
+fn upload_live(
+    name: &str,
+    resource: &Resource,
+    world: &SessionWorld,
+    builder: &Builder,
+) -> Result<(Arc<DeviceSource>, LiveTree64), BuildError> {
+    let limits = layout_limits(builder.device());
+    let (live, words) = LiveTree64::new(world.voxels(), limits.buffer_bytes)
+        .map_err(|error| diagnosed(too_large(&error, &SourceName::World(Layout::Tree64), resource, world)))?;
+    let buffer = builder.upload_buffer(bytemuck::cast_slice(&words), name).map_err(|error| refused(error, resource))?;
+    Ok((builder.source(name, Some(buffer), None), live))
+}
+
+/// A world or a model that does not fit a layout.
+fn too_large(error: &LayoutError, parsed: &SourceName, resource: &Resource, world: &SessionWorld) -> Diagnostic {
+    let whose = world.path.as_deref().unwrap_or("the empty world");
+    let message = match parsed {
+        SourceName::Model(model, _) => format!("model `{model}` of `{whose}` does not fit: {error}"),
+        _ => format!("`{whose}` does not fit: {error}"),
+    };
+    Diagnostic::error(codes::session::LAYOUT_TOO_LARGE, message)
+        .label(resource.place.clone(), "for this")
+        .help("build a smaller world, or bind a more compact layout (`raxel world info` compares them)")
 }
 
 fn upload_voxels(
@@ -181,17 +252,7 @@ fn upload_voxels(
             encoded.map(words)
         }
     };
-    let (words, image) = encoded.map_err(|error| {
-        let whose = world.path.as_deref().unwrap_or("the empty world");
-        let message = match parsed {
-            SourceName::World(_) | SourceName::Lights => format!("`{whose}` does not fit: {error}"),
-            SourceName::Model(model, _) => format!("model `{model}` of `{whose}` does not fit: {error}"),
-        };
-        let diagnostic = Diagnostic::error(codes::session::LAYOUT_TOO_LARGE, message)
-            .label(resource.place.clone(), "for this")
-            .help("build a smaller world, or bind a more compact layout (`raxel world info` compares them)");
-        diagnosed(diagnostic)
-    })?;
+    let (words, image) = encoded.map_err(|error| diagnosed(too_large(&error, parsed, resource, world)))?;
     let label = if copied { copy_name(name) } else { name.to_owned() };
     let refused = |error| refused(error, resource);
     let buffer = builder.upload_buffer(bytemuck::cast_slice(&words), &label).map_err(refused)?;

@@ -5,6 +5,7 @@ use raxel_diagnostics::Span;
 use raxel_graph::checked::{Graph, ParamId, Value};
 
 use super::curve::{Interpolation, sample, segment};
+use super::edits::EditKey;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
 use crate::params;
@@ -34,6 +35,8 @@ pub struct Demo {
     pub tracks: Vec<Track>,
     /// Changes of the debug target in order of time.
     pub shows: Vec<DebugTargetKey>,
+    /// Edits of the world in order of time.
+    pub edits: Vec<EditKey>,
 }
 
 /// A value with its place in the file.

@@ -1,14 +1,17 @@
-//! Demos: a world, a graph and a timeline of camera keys, param tracks and changes of the debug target.
+//! Demos: a world, a graph and a timeline of camera keys, param tracks, changes of the debug target and
+//! edits of the world.
 //!
 //! What a demo shows is a function of the time alone, so that a window, a headless run and any part of a sharded run agree.
 
 mod check;
 mod curve;
 mod demo;
+mod edits;
 mod read;
 mod schema;
 
 pub use curve::Interpolation;
 pub use demo::{CameraKey, DebugTargetKey, Demo, Direction, Place, Track};
+pub use edits::EditKey;
 pub use read::read;
 pub use schema::schema;

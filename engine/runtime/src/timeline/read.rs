@@ -6,6 +6,7 @@ use raxel_world::file::CAMERA_COORDINATES;
 
 use super::curve::Interpolation;
 use super::demo::{CameraKey, DebugTargetKey, Demo, Direction, Place, Track};
+use super::edits;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
 
@@ -32,6 +33,8 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
     let end = duration.unwrap_or(LONGEST);
     let camera = ordered(root.reporter(), root.array_of_tables("camera").iter().map(|table| camera_key(table, end)));
     let shows = ordered(root.reporter(), root.array_of_tables("show").iter().map(|table| debug_target_key(table, end)));
+    let edits: Vec<_> = root.array_of_tables("edits").iter().map(|table| edits::read(table, end)).collect();
+    let edits = edits::in_order(root.reporter(), edits);
     let tracks: Vec<_> =
         root.tables("tracks").into_iter().map(|(name, node, table)| track(name, &node, &table, end)).collect();
     root.finish();
@@ -47,6 +50,7 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
         camera: camera?,
         tracks: tracks.into_iter().collect::<Option<_>>()?,
         shows: shows?,
+        edits: edits?,
     })
 }
 
@@ -64,7 +68,7 @@ fn project_path(root: &Table<'_, '_>, key: &str, folder: &str) -> Option<Place<S
 }
 
 /// A key's time: reported when it is outside the demo.
-fn time(node: &Node<'_, '_>, end: f64) -> Option<Place<f64>> {
+pub(super) fn time(node: &Node<'_, '_>, end: f64) -> Option<Place<f64>> {
     let value = node.number(f64::MIN..=f64::MAX)?;
     if !(0.0..=end).contains(&value) {
         node.report(

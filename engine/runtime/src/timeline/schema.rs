@@ -64,6 +64,11 @@ pub fn schema() -> Value {
                     },
                 },
             },
+            "edits": {
+                "description": "Edits of the world in order of time; those of one time are made in the order of the file.",
+                "type": "array",
+                "items": { "oneOf": super::edits::schemas(&time) },
+            },
             "show": {
                 "description": "Changes of the debug target in order of time.",
                 "type": "array",

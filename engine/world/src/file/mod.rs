@@ -5,6 +5,7 @@ mod extent;
 mod materials;
 mod models;
 mod operations;
+mod save;
 mod schema;
 mod solids;
 mod stream;
@@ -16,6 +17,7 @@ use raxel_diagnostics::table::{Table, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes, files};
 
 pub use camera::{Aim, CAMERA_COORDINATES, CameraHint};
+pub use save::{OnGeneratorChange, SaveSettings};
 pub use schema::schema;
 pub use stream::StreamSettings;
 
@@ -44,6 +46,8 @@ pub struct Loaded {
     pub cameras: Vec<(String, CameraHint)>,
     /// Its models by name, each a world of its own around its origin, with its own materials.
     pub models: Vec<(String, Arc<World>)>,
+    /// Where edits are saved, if they are.
+    pub save: Option<SaveSettings>,
     /// Every file that was read, the world file first: a change of any of them changes the world.
     pub files: Vec<String>,
 }
@@ -59,6 +63,24 @@ pub struct Streamed {
     pub place: Span,
 }
 
+impl Loaded {
+    /// The same without its voxels.
+    #[must_use]
+    pub fn clone_without_voxels(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            about: self.about.clone(),
+            world: World::empty(),
+            stream: self.stream.clone(),
+            camera: self.camera.clone(),
+            cameras: self.cameras.clone(),
+            models: self.models.clone(),
+            save: self.save.clone(),
+            files: self.files.clone(),
+        }
+    }
+}
+
 /// What a world file says, before anything is built.
 struct Description {
     stream: Option<(StreamSettings, Span)>,
@@ -69,6 +91,7 @@ struct Description {
     palette: Palette,
     operations: Vec<(Operation, Span)>,
     models: Vec<(String, Arc<World>)>,
+    save: Option<SaveSettings>,
     files: Vec<String>,
 }
 
@@ -100,6 +123,7 @@ pub fn load(
             camera: description.camera,
             cameras: description.cameras,
             models: description.models,
+            save: None,
             files: description.files,
         };
         return Ok((loaded, found));
@@ -128,6 +152,7 @@ pub fn load(
         camera: description.camera,
         cameras: description.cameras,
         models: description.models,
+        save: description.save,
         files: description.files,
     };
     Ok((loaded, found))
@@ -157,6 +182,7 @@ fn load_vox(path: &str, files: &dyn Files) -> Result<(Loaded, Vec<Diagnostic>), 
             camera: None,
             cameras: Vec::new(),
             models: Vec::new(),
+            save: None,
             files,
         },
         found,
@@ -182,6 +208,8 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
         let table = table.as_ref()?;
         Some((stream::read(table)?, table.span().clone()))
     });
+    let save = root.get("save").and_then(|node| node.table()).and_then(|table| save::read(&table));
+    root.conflict("stream", "save", "the edits of a streamed world cannot be saved");
     let palette = Palette::read(root);
     let models = Models::read(root, path, files);
     let mut reader = OperationReader::new(palette, models, seed as u64, stream_table.is_some());
@@ -193,7 +221,7 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
     let mut all_files = vec![path.to_owned()];
     let (models, files) = models.into_parts();
     all_files.extend(files);
-    Description { stream, name, about, camera, cameras, palette, operations, models, files: all_files }
+    Description { stream, name, about, camera, cameras, palette, operations, models, save, files: all_files }
 }
 
 fn needs_whole(error: NeedsWhole, places: &[Span]) -> Diagnostic {

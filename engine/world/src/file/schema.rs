@@ -40,6 +40,7 @@ pub fn schema() -> Value {
                 "additionalProperties": { "$ref": "#/$defs/model" }
             },
             "stream": { "$ref": "#/$defs/stream" },
+            "save": { "$ref": "#/$defs/save" },
             "build": {
                 "description": "What is built, one operation after the other.",
                 "type": "array",
@@ -49,6 +50,11 @@ pub fn schema() -> Value {
         "$defs": {
             "camera": camera(),
             "material": material(),
+            "save": object(&["path"], vec![
+                ("path", "The folder that edits are saved in, relative to the project.", json!({ "type": "string" })),
+                ("sync", "Seconds that a power cut may cost.", json!({ "type": "number", "minimum": 0.001, "maximum": 3600, "default": 1.0 })),
+                ("on_generator_change", "When the world is built otherwise than when the save was made: leave the save alone, or keep its chunks.", json!({ "enum": ["refuse", "keep"], "default": "refuse" })),
+            ]),
             "model": object(&["file"], vec![
                 ("file", "A .vox file, relative to worlds/.", json!({ "type": "string" })),
                 ("frame", "Which frame of an animation, from 0.", json!({ "type": "integer", "minimum": 0, "maximum": u32::MAX, "default": 0 })),

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use raxel_runtime::Saves;
 use raxel_runtime::project::Project;
 use serde_json::json;
 
@@ -11,7 +12,7 @@ use crate::failure::{Failure, Result};
 use crate::front::Front;
 use crate::output::{Pending, shown};
 
-/// Writes a world as a `MagicaVoxel` scene.
+/// Writes a world, with the edits in its save, as a `MagicaVoxel` scene.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel world export worlds/menger.toml -o menger.vox")]
 pub(crate) struct Args {
@@ -32,7 +33,7 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
     }
     let pending = Pending::new(&args.output)?;
     let (front, path) = Front::of(args.world.as_deref(), Project::default_world, console)?;
-    let world = front.whole_world(&path, console)?;
+    let world = front.saved_world(&path, Saves::Read, console)?.world();
     let bytes = raxel_world::vox::export(world.voxels()).map_err(|error| console.stop(&[error.diagnostic(&path)]))?;
     let size = bytes.len();
     pending.finish(&bytes)?;

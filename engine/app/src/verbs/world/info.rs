@@ -106,7 +106,7 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
 }
 
 /// A number with its digits in groups of three.
-fn grouped(number: u64) -> String {
+pub(super) fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
@@ -119,7 +119,7 @@ fn grouped(number: u64) -> String {
 }
 
 /// Bytes in the unit that suits them.
-fn bytes(number: u64) -> String {
+pub(super) fn bytes(number: u64) -> String {
     const UNITS: [&str; 4] = ["B", "KiB", "MiB", "GiB"];
     let mut value = number as f64;
     let mut unit = 0;

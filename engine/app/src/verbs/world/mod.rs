@@ -1,14 +1,15 @@
-//! `raxel world`: what a world is made of, and models in and out.
+//! `raxel world`: what a world is made of, models in and out, and saves.
 
 mod export;
 mod import;
 mod info;
+mod save;
 
 use crate::args::Messages;
 use crate::console::{Console, Format};
 use crate::failure::Result;
 
-/// Looks into worlds, imports and exports `MagicaVoxel` .vox files.
+/// Looks into worlds and their saves, imports and exports `MagicaVoxel` .vox files.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -20,6 +21,10 @@ enum Action {
     Info(info::Args),
     Import(import::Args),
     Export(export::Args),
+    Save(save::Save),
+    Verify(save::Verify),
+    Compact(save::Compact),
+    Pack(save::Pack),
 }
 
 impl Args {
@@ -29,6 +34,10 @@ impl Args {
             Action::Info(args) => args.messages,
             Action::Import(args) => args.messages,
             Action::Export(args) => args.messages,
+            Action::Save(args) => args.messages(),
+            Action::Verify(args) => args.messages(),
+            Action::Compact(args) => args.messages(),
+            Action::Pack(args) => args.messages(),
         };
         format
     }
@@ -39,5 +48,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         Action::Info(args) => info::run(args, console),
         Action::Import(args) => import::run(args, console),
         Action::Export(args) => export::run(args, console),
+        Action::Save(args) => args.run(console),
+        Action::Verify(args) => args.run(console),
+        Action::Compact(args) => args.run(console),
+        Action::Pack(args) => args.run(console),
     }
 }

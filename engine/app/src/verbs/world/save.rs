@@ -1,0 +1,223 @@
+//! `raxel world save`, `verify`, `compact` and `pack`: what is in the save of a world.
+
+use std::path::PathBuf;
+
+use raxel_diagnostics::{Diagnostic, codes};
+use raxel_edit::save::{self, Report, SaveError};
+use raxel_runtime::Saves;
+use raxel_runtime::project::Project;
+use serde_json::json;
+
+use super::info::{bytes, grouped};
+use crate::args::Messages;
+use crate::console::{self, Console, Format};
+use crate::failure::{Exit, Failure, Result};
+use crate::front::Front;
+use crate::output::{Pending, shown};
+
+/// Writes all edits of a world's save into its chunks, so that no journal is left to be replayed, and prints the sizes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: raxel world save worlds/quarry.toml")]
+pub(crate) struct Save {
+    #[command(flatten)]
+    of: Of,
+}
+
+/// Reads every record of a world's save, and prints the sizes and everything that is broken. Exit code 1 when something is.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: raxel world verify worlds/quarry.toml")]
+pub(crate) struct Verify {
+    #[command(flatten)]
+    of: Of,
+}
+
+/// Writes a world's save anew, without the chunks that newer ones have replaced and without what is broken.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: raxel world compact worlds/quarry.toml")]
+pub(crate) struct Compact {
+    #[command(flatten)]
+    of: Of,
+}
+
+/// Writes a world's save into one file, to be sent elsewhere: it is a save when it stands as `chunks.log` in a folder.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: raxel world pack worlds/quarry.toml -o quarry.save")]
+pub(crate) struct Pack {
+    #[command(flatten)]
+    of: Of,
+
+    /// The file to write.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+/// A world that has a save.
+#[derive(Debug, clap::Args)]
+struct Of {
+    /// A world file with [save]; the project's world by default.
+    world: Option<PathBuf>,
+
+    #[command(flatten)]
+    messages: Messages,
+}
+
+impl Save {
+    pub fn messages(&self) -> Messages {
+        self.of.messages
+    }
+
+    pub fn run(&self, console: &Console) -> Result {
+        let (front, path, folder) = self.of.open(console)?;
+        let mut saved = front.saved_world(&path, Saves::Write, console)?;
+        let found = saved.checkpoint();
+        drop(saved);
+        if !found.is_empty() {
+            return Err(console.stop(&found));
+        }
+        print("saved", &path, &read(&folder, console)?, console);
+        Ok(())
+    }
+}
+
+impl Verify {
+    pub fn messages(&self) -> Messages {
+        self.of.messages
+    }
+
+    pub fn run(&self, console: &Console) -> Result {
+        let (_, path, folder) = self.of.open(console)?;
+        let report = read(&folder, console)?;
+        print("verified", &path, &report, console);
+        let broken: Vec<Diagnostic> = (report.damages.iter().filter(|damage| !damage.unfinished))
+            .map(|damage| Diagnostic::error(codes::world::SAVE_DAMAGED, damage.to_string()))
+            .collect();
+        if broken.is_empty() {
+            return Ok(());
+        }
+        let _ = console.stop(&broken);
+        Err(Failure::printed(Exit::Check))
+    }
+}
+
+impl Compact {
+    pub fn messages(&self) -> Messages {
+        self.of.messages
+    }
+
+    pub fn run(&self, console: &Console) -> Result {
+        let (_, path, folder) = self.of.open(console)?;
+        let (before, after) = save::compact(&folder).map_err(|error| stop(&error, console))?;
+        match console.format() {
+            Format::Json => {
+                console::json(&json!({ "reason": "compacted", "world": path, "before": before, "after": after }));
+            }
+            _ => console.message(&format!("{path}: {} before, {} now", bytes(before), bytes(after))),
+        }
+        Ok(())
+    }
+}
+
+impl Pack {
+    pub fn messages(&self) -> Messages {
+        self.of.messages
+    }
+
+    pub fn run(&self, console: &Console) -> Result {
+        let pending = Pending::new(&self.output)?;
+        let (_, path, folder) = self.of.open(console)?;
+        read(&folder, console)?;
+        let packed = save::pack(&folder).map_err(|error| stop(&error, console))?;
+        pending.finish(&packed)?;
+        match console.format() {
+            Format::Json => {
+                let size = packed.len();
+                console::json(&json!({ "reason": "packed", "world": path, "file": self.output, "bytes": size }));
+            }
+            _ => console.message(&format!("wrote {} ({})", shown(&self.output), bytes(packed.len() as u64))),
+        }
+        Ok(())
+    }
+}
+
+impl Of {
+    /// The project, the path of the world in it, and the folder of its save.
+    fn open(&self, console: &Console) -> Result<(Front, String, PathBuf)> {
+        let (front, path) = Front::of(self.world.as_deref(), Project::default_world, console)?;
+        let world = front.world(&path, console)?;
+        let Some(settings) = &world.loaded().save else {
+            return Err(
+                Failure::usage(format!("`{path}` has no save")).help("[save] with a `path` in its file makes one")
+            );
+        };
+        let folder = front.project.on_disk(&settings.path);
+        Ok((front, path, folder))
+    }
+}
+
+/// What is in a save that is there.
+fn read(folder: &std::path::Path, console: &Console) -> Result<Report> {
+    let report = save::verify(folder).map_err(|error| stop(&error, console))?;
+    if report.files.is_empty() {
+        return Err(Failure::usage(format!("nothing was saved yet in `{}`", folder.display())));
+    }
+    Ok(report)
+}
+
+fn stop(error: &SaveError, console: &Console) -> Failure {
+    let code = match error {
+        SaveError::Newer { .. } => codes::world::SAVE_NEWER,
+        SaveError::Generator { .. } => codes::world::SAVE_GENERATOR,
+        SaveError::Materials { .. } => codes::world::SAVE_MATERIALS,
+        SaveError::Io { .. } => codes::world::SAVE_UNREADABLE,
+    };
+    console.stop(&[Diagnostic::error(code, error.to_string())])
+}
+
+fn print(reason: &str, path: &str, report: &Report, console: &Console) {
+    if console.format() == Format::Json {
+        let files: Vec<_> = (report.files.iter())
+            .map(|file| json!({ "name": file.name, "bytes": file.bytes, "records": file.records }))
+            .collect();
+        let damages: Vec<_> = (report.damages.iter())
+            .map(|damage| {
+                json!({
+                    "file": damage.file,
+                    "from": damage.bytes.start,
+                    "to": damage.bytes.end,
+                    "what": damage.what,
+                    "unfinished": damage.unfinished,
+                })
+            })
+            .collect();
+        console::json(&json!({
+            "reason": reason,
+            "world": path,
+            "bytes": report.bytes(),
+            "chunks": report.chunks,
+            "replaced": report.replaced,
+            "applied": report.applied,
+            "newest": report.newest,
+            "files": files,
+            "damages": damages,
+        }));
+        return;
+    }
+    let mut text = format!("{path}: {} edits, {}\n", grouped(report.newest), bytes(report.bytes()));
+    for file in &report.files {
+        text += &format!("  {:<20} {} in {} records\n", file.name, bytes(file.bytes), grouped(file.records));
+    }
+    text += &format!(
+        "  {} chunks with the edits up to {}, {} records of chunks replaced by newer ones\n",
+        grouped(report.chunks),
+        grouped(report.applied),
+        grouped(report.replaced)
+    );
+    for damage in report.damages.iter().filter(|damage| damage.unfinished) {
+        text += &format!(
+            "  {}: {} bytes at the end were being written\n",
+            damage.file,
+            damage.bytes.end - damage.bytes.start
+        );
+    }
+    console::data(&text);
+}

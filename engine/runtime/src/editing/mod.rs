@@ -1,0 +1,226 @@
+//! The edits of a session's world: what they are made to, the newest voxels, the demo's edits, and the save.
+
+mod generator;
+mod saves;
+
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, codes};
+use raxel_edit::save::Save;
+use raxel_edit::{Change, EditError, Edits, Operation, Scene};
+use raxel_world::{Chunk, ChunkPos};
+
+pub use saves::Saves;
+
+use crate::world::{SessionWorld, WorldIdentity};
+
+/// The edits of a world's file.
+pub(crate) struct Editing {
+    /// The world as its file builds it.
+    base: Arc<SessionWorld>,
+    /// That of the worlds that edits make of it.
+    identity: Arc<WorldIdentity>,
+    scene: Scene,
+    edits: Edits,
+    save: Option<Save>,
+    /// The demo's edits with their times, in order.
+    script: Vec<(f64, Operation)>,
+    /// So many of them are made.
+    scripted: usize,
+    /// What is to be said about the save.
+    messages: Vec<Diagnostic>,
+}
+
+/// What an edit changed, as positions and contents.
+pub(crate) type Changes = Vec<(ChunkPos, Option<Arc<Chunk>>)>;
+
+impl Editing {
+    pub(crate) fn new(base: Arc<SessionWorld>) -> Self {
+        let scene = scene_of(&base);
+        Self {
+            base,
+            identity: Arc::default(),
+            scene,
+            edits: Edits::default(),
+            save: None,
+            script: Vec::new(),
+            scripted: 0,
+            messages: Vec::new(),
+        }
+    }
+
+    pub(crate) fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Steps that can be undone, and redone.
+    pub(crate) fn steps(&self) -> [usize; 2] {
+        self.edits.steps()
+    }
+
+    /// The world after a change of the one before.
+    pub(crate) fn world_after(&self, before: &SessionWorld, changes: &Changes) -> Arc<SessionWorld> {
+        Arc::new(before.edited(&self.identity, &self.scene.materials, changes.iter().cloned()))
+    }
+
+    /// The base with all edits; `None` when there are none.
+    pub(crate) fn world(&self) -> Option<Arc<SessionWorld>> {
+        if self.edits.is_empty() {
+            return None;
+        }
+        let base = self.base.voxels();
+        let chunks = self.edits.positions().map(|pos| (pos, self.edits.chunk(pos, base)));
+        Some(self.world_after(&self.base, &chunks.collect()))
+    }
+
+    /// Makes an edit, which can be undone.
+    pub(crate) fn apply(&mut self, operations: &[Operation]) -> Result<Change, EditError> {
+        self.edits.apply(operations, &self.scene, self.base.voxels())
+    }
+
+    pub(crate) fn undo(&mut self) -> Option<Change> {
+        self.edits.undo(self.base.voxels())
+    }
+
+    pub(crate) fn redo(&mut self) -> Option<Change> {
+        self.edits.redo(self.base.voxels())
+    }
+
+    /// Saves what [`Editing::apply`] did. What is wrong with the save is said once.
+    pub(crate) fn commit(&mut self, operations: &[Operation], change: &Change) {
+        if let Some(save) = &mut self.save
+            && let Err(error) = save.commit(operations, change)
+        {
+            let failing = saves::failing(&error.to_string(), self.base.loaded());
+            if !self.messages.contains(&failing) {
+                self.messages.push(failing);
+            }
+        }
+    }
+
+    /// Does what is due for the save. To be called once a frame.
+    pub(crate) fn poll_save(&mut self) {
+        if let Some(save) = &mut self.save {
+            let events = save.poll(&self.edits);
+            self.messages.extend(events.iter().filter_map(|event| saves::message(event, self.base.loaded())));
+        }
+    }
+
+    /// What was to be said about the save since the last call.
+    pub(crate) fn take_messages(&mut self) -> Vec<Diagnostic> {
+        std::mem::take(&mut self.messages)
+    }
+
+    /// Writes everything into a checkpoint now.
+    pub(crate) fn checkpoint(&mut self) {
+        if let Some(save) = &mut self.save {
+            let events = save.checkpoint(&self.edits);
+            self.messages.extend(events.iter().filter_map(|event| saves::message(event, self.base.loaded())));
+        }
+    }
+
+    /// Another demo, or none: its edits begin anew.
+    pub(crate) fn set_script(&mut self, script: Vec<(f64, Operation)>) {
+        if self.script == script {
+            return;
+        }
+        self.script = script;
+        if self.scripted > 0 {
+            // More than there are: everything is taken back when the next time comes.
+            self.scripted = usize::MAX;
+        }
+    }
+
+    /// Brings the demo's edits to a time: what they change, in one or two steps. The edits at a time are all with that time or an earlier
+    /// one, in order, whatever was shown before.
+    pub(crate) fn follow_script(&mut self, time: f64) -> Vec<Changes> {
+        let due = self.script.partition_point(|(at, _)| *at <= time);
+        let mut steps = Vec::new();
+        if due == self.scripted {
+            return steps;
+        }
+        let base = self.base.voxels();
+        if due < self.scripted {
+            steps.push(self.edits.clear(base).after().collect());
+            self.scripted = 0;
+        }
+        let operations: Vec<Operation> = self.script[self.scripted..due].iter().map(|(_, edit)| edit.clone()).collect();
+        self.scripted = due;
+        // They were checked when the demo was read, each for itself: those that are too many for one step are made one by one.
+        match self.edits.replay(&operations, &self.scene, base) {
+            Ok(change) => steps.push(change.after().collect()),
+            Err(_) => {
+                for operation in operations {
+                    if let Ok(change) = self.edits.replay(&[operation], &self.scene, base) {
+                        steps.push(change.after().collect());
+                    }
+                }
+            }
+        }
+        steps.retain(|changes: &Changes| !changes.is_empty());
+        steps
+    }
+
+    /// The file of the world was loaded again: the world to show, if it is not the file's own, and what is to be said.
+    pub(crate) fn rebase(
+        &mut self,
+        base: &Arc<SessionWorld>,
+        shown: &Arc<SessionWorld>,
+    ) -> (Option<Arc<SessionWorld>>, Vec<Diagnostic>) {
+        if Arc::ptr_eq(base, &self.base) {
+            return ((!Arc::ptr_eq(base, shown)).then(|| shown.clone()), Vec::new());
+        }
+        let names = |scene: &Scene| scene.materials.iter().map(|material| material.name.clone()).collect::<Vec<_>>();
+        let scene = scene_of(base);
+        let mut found = Vec::new();
+        if !self.edits.is_empty() && !names(&scene).starts_with(&names(&self.scene)) {
+            self.edits = Edits::default();
+            self.save = None;
+            found.push(
+                Diagnostic::warning(
+                    codes::world::EDITS_DROPPED,
+                    "the world has other materials now, and its edits are gone",
+                )
+                .help("a save has them still: open the world again with the materials that they were made with"),
+            );
+        }
+        (self.base, self.scene, self.identity) = (base.clone(), scene, Arc::default());
+        (self.world(), found)
+    }
+}
+
+/// A world with what is in its save, without a device.
+pub struct SavedWorld(Editing);
+
+impl SavedWorld {
+    /// Opens the save of a world, if it has one, with what is to be said about it.
+    ///
+    /// # Errors
+    /// What is wrong with the save.
+    pub fn open(
+        world: &Arc<SessionWorld>,
+        root: &std::path::Path,
+        files: &dyn raxel_diagnostics::Files,
+        saves: Saves,
+    ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
+        let mut editing = Editing::new(world.clone());
+        let found = editing.open_save(root, files, saves);
+        if found.iter().any(Diagnostic::is_error) { Err(found) } else { Ok((Self(editing), found)) }
+    }
+
+    /// The world with its edits.
+    pub fn world(&self) -> Arc<SessionWorld> {
+        self.0.world().unwrap_or_else(|| self.0.base.clone())
+    }
+
+    /// Makes a checkpoint of everything and waits for it. Gives what is to be said: nothing, when all is well.
+    pub fn checkpoint(&mut self) -> Vec<Diagnostic> {
+        self.0.checkpoint();
+        self.0.take_messages()
+    }
+}
+
+/// The materials and models that edits of a world can use.
+pub(crate) fn scene_of(world: &SessionWorld) -> Scene {
+    Scene::new(world.voxels().materials(), &world.loaded().models)
+}

@@ -1,0 +1,120 @@
+//! The save of a world: opened with a session, and what is said about it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use raxel_diagnostics::{Diagnostic, Files, codes};
+use raxel_edit::save::{Meta, Save, SaveError, SaveEvent, SaveOptions};
+use raxel_world::{Loaded, OnGeneratorChange, SaveSettings};
+
+use super::generator::generator_hash;
+use super::{Editing, scene_of};
+use crate::world::SessionWorld;
+
+/// What is done with the save of a world that has one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Saves {
+    /// Nothing: the world is as its file builds it. So it is with a demo, whatever is asked for.
+    Ignore,
+    /// It is shown as it was saved, and edits end with the session.
+    #[default]
+    Read,
+    /// Edits are saved.
+    Write,
+}
+
+/// What tells the save of a world from others.
+fn save_meta(world: &SessionWorld, files: &dyn Files) -> Meta {
+    Meta {
+        format: 0,
+        world: world.path.clone().unwrap_or_default(),
+        generator: generator_hash(world.loaded(), files),
+        materials: scene_of(world).materials.into_iter().map(|material| material.name).collect(),
+    }
+}
+
+/// How a save is kept, as the world's file says.
+fn save_options(settings: &SaveSettings, saves: Saves) -> SaveOptions {
+    SaveOptions {
+        sync: settings.sync,
+        keep_on_generator_change: settings.on_generator_change == OnGeneratorChange::Keep,
+        read_only: saves != Saves::Write,
+        ..SaveOptions::default()
+    }
+}
+
+impl Editing {
+    /// Opens the save of the world's file and takes over what is in it. Gives what is to be said: an error when it cannot be used.
+    pub(crate) fn open_save(&mut self, root: &Path, files: &dyn Files, saves: Saves) -> Vec<Diagnostic> {
+        let base = Arc::clone(&self.base);
+        let Some(settings) = base.loaded().save.clone().filter(|_| saves != Saves::Ignore) else { return Vec::new() };
+        let options = save_options(&settings, saves);
+        let opened = match Save::open(&root.join(&settings.path), &save_meta(&base, files), options) {
+            Ok(opened) => opened,
+            Err(error) => return vec![refused(&error, &settings)],
+        };
+        let mut found: Vec<Diagnostic> = (opened.damages.iter().filter(|damage| !damage.unfinished))
+            .map(|damage| {
+                Diagnostic::warning(codes::world::SAVE_DAMAGED, format!("`{}/{damage}`", settings.path))
+                    .help(format!("`raxel world verify {}` lists what is broken", base.path.as_deref().unwrap_or("")))
+            })
+            .collect();
+        if let Some(why) = &opened.read_only
+            && saves == Saves::Write
+        {
+            let message = format!("edits of this window are not saved: {why}");
+            found.push(Diagnostic::warning(codes::world::SAVE_READ_ONLY, message));
+        }
+        let mut save = opened.save;
+        self.edits.adopt(opened.chunks);
+        for pos in self.edits.unpack(self.scene.materials.len()) {
+            let message =
+                format!("`{}`: the chunk at {}, {}, {} cannot be unpacked", settings.path, pos.x, pos.y, pos.z);
+            found.push(Diagnostic::warning(codes::world::SAVE_DAMAGED, message));
+        }
+        for (seq, operations) in opened.steps {
+            match self.edits.replay(&operations, &self.scene, base.voxels()) {
+                Ok(change) => save.replayed(&change),
+                Err(error) => {
+                    let message = format!("`{}`: edit {seq} is left out: {error}", settings.path);
+                    found.push(Diagnostic::warning(codes::world::SAVE_DAMAGED, message));
+                }
+            }
+        }
+        self.save = Some(save);
+        found
+    }
+}
+
+fn refused(error: &SaveError, settings: &SaveSettings) -> Diagnostic {
+    let (code, help) = match error {
+        SaveError::Newer { .. } => (codes::world::SAVE_NEWER, "use the raxel that made it, or another `path`"),
+        SaveError::Generator { .. } => (
+            codes::world::SAVE_GENERATOR,
+            "`on_generator_change = \"keep\"` in [save] leaves the edited chunks as they are",
+        ),
+        SaveError::Materials { .. } => {
+            (codes::world::SAVE_MATERIALS, "bring the materials back, or use another `path`")
+        }
+        SaveError::Io { .. } => (codes::world::SAVE_UNREADABLE, "look at the permissions of the folder"),
+    };
+    Diagnostic::error(code, format!("`{}`: {error}", settings.path)).help(help)
+}
+
+pub(super) fn failing(why: &str, world: &Loaded) -> Diagnostic {
+    let path = world.save.as_ref().map_or("", |settings| &settings.path);
+    Diagnostic::warning(codes::world::SAVE_FAILING, format!("`{path}`: edits are not saved at the moment: {why}"))
+        .help("they are kept in memory and saved as soon as that is possible")
+}
+
+/// What a window says about an event.
+pub(super) fn message(event: &SaveEvent, world: &Loaded) -> Option<Diagnostic> {
+    match event {
+        SaveEvent::Failing { why } => Some(failing(why, world)),
+        SaveEvent::Recovered => {
+            let path = world.save.as_ref().map_or("", |settings| &settings.path);
+            Some(Diagnostic::warning(codes::world::SAVE_FAILING, format!("`{path}`: everything is saved again")))
+        }
+        SaveEvent::Checkpoint { .. } => None,
+    }
+}

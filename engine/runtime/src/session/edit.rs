@@ -1,0 +1,167 @@
+//! Editing the world of a session, and asking about its newest voxels.
+
+use std::collections::BTreeMap;
+
+use raxel_diagnostics::{Diagnostic, SourceMap, codes};
+use raxel_edit::query::{CastHit, cast};
+use raxel_edit::{Change, EditError, Operation, Scene};
+use raxel_oracle::Ray;
+use raxel_oracle::camera::Pinhole;
+
+use super::{FrameError, Session};
+use crate::build_error::BuildError;
+use crate::editing::Changes;
+use crate::execute::Builtins;
+
+/// Why an edit was not made. Nothing has changed then.
+#[derive(Debug, thiserror::Error)]
+pub enum EditFailure {
+    /// It is wrong, or too large.
+    #[error(transparent)]
+    Refused(#[from] EditError),
+    /// The world is streamed.
+    #[error("a streamed world cannot be edited")]
+    Streamed,
+    /// The device has no room for the world after it.
+    #[error("{}", .diagnostics.first().map_or_else(String::new, |first| first.message.clone()))]
+    TooLarge {
+        /// What the device refuses.
+        diagnostics: Vec<Diagnostic>,
+    },
+}
+
+impl EditFailure {
+    /// As a diagnostic without a place.
+    pub fn into_diagnostics(self) -> Vec<Diagnostic> {
+        match self {
+            Self::Streamed => vec![
+                Diagnostic::error(codes::world::EDIT, self.to_string())
+                    .help("take `[stream]` out of its file and give its operations bounds"),
+            ],
+            Self::Refused(error) => vec![Diagnostic::error(codes::world::EDIT, error.to_string())],
+            Self::TooLarge { diagnostics } => diagnostics,
+        }
+    }
+}
+
+impl Session {
+    /// Edits the world, before the next frame: the operations in order, as one step to be undone. They are saved if the world has a save
+    /// and [`super::Options::saves`] says so. Gives the number of chunks that changed.
+    pub fn edit(&mut self, operations: &[Operation]) -> Result<usize, EditFailure> {
+        if self.world.streamed().is_some() {
+            return Err(EditFailure::Streamed);
+        }
+        let change = self.editing.apply(operations)?;
+        self.show_edit(operations, &change)
+    }
+
+    /// Takes the newest step back. False when there is none.
+    pub fn undo(&mut self) -> Result<bool, EditFailure> {
+        let Some(change) = self.editing.undo() else { return Ok(false) };
+        self.show_edit(&[change.as_put()], &change).map(|_| true)
+    }
+
+    /// Makes the step again that was undone last. False when there is none, or an edit came in between.
+    pub fn redo(&mut self) -> Result<bool, EditFailure> {
+        let Some(change) = self.editing.redo() else { return Ok(false) };
+        self.show_edit(&[change.as_put()], &change).map(|_| true)
+    }
+
+    /// Steps that can be undone, and redone.
+    pub fn edit_steps(&self) -> [usize; 2] {
+        self.editing.steps()
+    }
+
+    /// The materials and models that edits can use.
+    pub fn scene(&self) -> &Scene {
+        self.editing.scene()
+    }
+
+    /// The first solid voxel along a ray, exactly, in the newest voxels; not farther than `reach` voxels.
+    pub fn cast(&self, ray: &Ray, reach: f64) -> Option<CastHit> {
+        cast(self.world.voxels(), ray, reach)
+    }
+
+    /// The same along the ray of a pixel of the window, from the top left, seen from the camera.
+    pub fn pick(&self, pixel: [i32; 2], reach: f64) -> Option<CastHit> {
+        let output = self.viewport.output();
+        let pixel = self.viewport.to_output(pixel);
+        let inside: [u32; 2] = std::array::from_fn(|i| pixel[i].clamp(0, output[i] as i32 - 1) as u32);
+        let camera = Builtins::of(&self.camera, &self.previous_camera, output, &self.world);
+        let pinhole = Pinhole {
+            cell: camera.camera_cell.into(),
+            frac: camera.camera_frac.into(),
+            view_to_world: glam::Mat4::from_cols_array_2d(&camera.camera_view_to_world),
+            tan_half_fov: camera.camera_tan_half_fov.into(),
+        };
+        self.cast(&pinhole.ray(inside, output), reach)
+    }
+
+    /// Voxels of a box by material, in the newest voxels.
+    pub fn region(&self, bounds: &raxel_world::Bounds) -> Result<BTreeMap<u16, u64>, EditError> {
+        raxel_edit::query::histogram(self.world.voxels(), bounds)
+    }
+
+    /// What is to be said about the save since the last call: that it fails, and that it works again.
+    pub fn take_save_messages(&mut self) -> Vec<Diagnostic> {
+        self.editing.take_messages()
+    }
+
+    /// Writes all edits of the save into a checkpoint, and waits for it.
+    pub fn checkpoint(&mut self) {
+        self.editing.checkpoint();
+    }
+
+    fn show_edit(&mut self, operations: &[Operation], change: &Change) -> Result<usize, EditFailure> {
+        match self.show(&change.after().collect()) {
+            Ok(()) => {
+                if !change.chunks.is_empty() {
+                    self.editing.commit(operations, change);
+                }
+                Ok(change.chunks.len())
+            }
+            Err(error) => {
+                self.editing.undo();
+                Err(EditFailure::TooLarge { diagnostics: error.into_diagnostics() })
+            }
+        }
+    }
+
+    /// Brings the demo's edits to a time.
+    pub(super) fn follow_edits(&mut self, time: f64) -> Result<(), FrameError> {
+        for changes in self.editing.follow_script(time) {
+            self.show(&changes).map_err(|error| FrameError::Plan {
+                diagnostics: error.into_diagnostics(),
+                texts: Box::new(SourceMap::default()),
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Makes the world after a change the one that is shown. With an error, the one before is shown on.
+    fn show(&mut self, changes: &Changes) -> Result<(), BuildError> {
+        if changes.is_empty() {
+            return Ok(());
+        }
+        let next = self.editing.world_after(&self.world, changes);
+        let first = !std::sync::Arc::ptr_eq(self.world.identity(), next.identity());
+        let other_extent = self.world.input().extent != next.input().extent;
+        let before = std::mem::replace(&mut self.world, next);
+        let dropped = self.context.sources.edit(&self.world, changes);
+        self.needs_replan = true;
+        if !(first || other_extent || dropped) {
+            return Ok(());
+        }
+        self.plans.clear();
+        let selection = self.build_settings().selection(&self.graph, &self.world);
+        let made = self.plan_for(&selection);
+        if made.is_err() {
+            // What was written of it already is not of the world before.
+            self.context.sources.forget(&self.world);
+            self.world = before;
+            let selection = self.build_settings().selection(&self.graph, &self.world);
+            let _ = self.plan_for(&selection);
+        }
+        made
+    }
+}
