@@ -14,7 +14,8 @@ use raxel_shader::worker::{self, Limits};
 
 /// What the front end takes for ever to write out: each struct holds the one before twice. The macro hides it from the look at the text.
 fn endless() -> String {
-    let structs: String = (1..=40).map(|i| format!("DOUBLE(A{i}, A{})\n", i - 1)).collect();
+    let double = |i| format!("DOUBLE(A{i}, A{})\n", i - 1);
+    let structs: String = (1..=40).map(double).collect();
     let block = "layout(std430) buffer B { A40 b; };\nvoid main() { b.a = b.b; }\n";
     format!("#version 460\n#define DOUBLE(n, p) struct n {{ p a; p b; }};\nstruct A0 {{ int x; }};\n{structs}{block}")
 }

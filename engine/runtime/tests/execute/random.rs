@@ -106,15 +106,12 @@ fn graph_file(r: &mut Random) -> String {
             continue;
         }
         let history = if r.percent(if chain { 3 } else { 12 }) { 1 + r.below(2) } else { 0 };
-        match sort {
-            Sort::Target { mips } => {
-                let size = ["[8, 8]", "[16, 8]", "[16, 16]", "[64, 32]"][r.below(4)];
-                let _ = write!(tables, "[targets.{name}]\nformat = \"r32f\"\nsize = {size}\nmips = {mips}\n");
-            }
-            _ => {
-                let size = if sort == Sort::Arguments { 12 } else { 64 << r.below(6) };
-                let _ = write!(tables, "[buffers.{name}]\nsize = {size}\n");
-            }
+        if let Sort::Target { mips } = sort {
+            let size = ["[8, 8]", "[16, 8]", "[16, 16]", "[64, 32]"][r.below(4)];
+            let _ = write!(tables, "[targets.{name}]\nformat = \"r32f\"\nsize = {size}\nmips = {mips}\n");
+        } else {
+            let size = if sort == Sort::Arguments { 12 } else { 64 << r.below(6) };
+            let _ = write!(tables, "[buffers.{name}]\nsize = {size}\n");
         }
         let fill = if sort == (Sort::Target { mips: 1 }) { "0.5" } else { "1" };
         if r.percent(15) {
