@@ -106,8 +106,8 @@ impl Chunk {
 
     /// A chunk whose voxels are all solid, of one material.
     pub fn full(material: MaterialIndex) -> Self {
-        let all = Box::new([u64::MAX; BLOCKS]);
-        Self::from_parts(&all, vec![material; CHUNK_VOXELS]).expect("it has as many materials as solid voxels")
+        static ALL: [u64; BLOCKS] = [u64::MAX; BLOCKS];
+        Self::from_parts(&ALL, vec![material; CHUNK_VOXELS]).expect("it has as many materials as solid voxels")
     }
 
     /// A hash of the content.

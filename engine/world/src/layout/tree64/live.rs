@@ -63,7 +63,9 @@ impl LiveTree64 {
         let extent = roomy(world)?;
         let chunks: Vec<(u128, &Arc<Chunk>)> = world.chunks().map(|(pos, chunk)| (path(pos, &extent), chunk)).collect();
         let mut distinct: HashMap<usize, &Arc<Chunk>> = HashMap::new();
-        chunks.iter().for_each(|(_, chunk)| _ = distinct.entry(address(chunk)).or_insert(chunk));
+        for (_, chunk) in &chunks {
+            distinct.entry(address(chunk)).or_insert(chunk);
+        }
         let mut distinct: Vec<&Arc<Chunk>> = distinct.into_values().collect();
         distinct.sort_unstable_by_key(|chunk| address(chunk));
         let sizes: Vec<ChunkSize> = distinct.par_iter().map(|chunk| ChunkSize::of(chunk)).collect();
