@@ -391,3 +391,20 @@ fn nearest(voxels: &[[f64; 3]], origin: [f64; 3], dir: [f64; 3]) -> Option<([f64
     let (voxel, face, t) = *met.first()?;
     Some((voxel, face, t, met.get(1).is_none_or(|second| second.2 - t > 1e-9)))
 }
+
+/// Period rays are judged in whole numbers, a target of them by itself.
+#[test]
+fn period_rays_are_exact_and_wrong_ones_are_told() {
+    let project = project();
+    let run = bench(&project, &["period", "--layouts", "own", "--format=json", "--validate"], 0);
+    let measured: Vec<Value> = rows(&run).into_iter().filter(|row| row["reason"] != "mean").collect();
+    assert_eq!(measured.len(), 2);
+    for row in &measured {
+        assert_eq!((row["wrong"].as_u64(), row["bounced"].as_bool()), (Some(0), Some(true)), "{row}");
+        assert!(row["rays"].as_u64().unwrap() > 200 && row["once"].as_array().unwrap().len() == 1, "{row}");
+    }
+    // Rays from the table's other end are other rays.
+    project.edit("shaders/bench/period.comp", "directions[draw % 4096u]", "directions[4095u - draw % 4096u]");
+    let run = bench(&project, &["period", "--layouts", "own", "--format=json"], 0);
+    assert!(rows(&run).iter().all(|row| row["wrong"].as_u64().is_none_or(|wrong| wrong > 20)), "{}", run.stdout);
+}

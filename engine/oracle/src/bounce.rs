@@ -1,8 +1,9 @@
-//! The rays that leave hits in a random direction, bit for bit as `shaders/bench/bounce.comp` makes them.
+//! The rays that leave hits in a random direction, bit for bit as `shaders/bench/bounce.comp` and, as period rays, `period.comp` make them.
 //!
 //! Directions are cosine-weighted around the normal: a point in a disk is raised to the hemisphere (Malley's method; Pharr, Jakob and
 //! Humphreys, "Physically Based Rendering", 2023, section A.5.3). Everything is in whole numbers below 2¹⁵, which `f32` holds exactly.
 
+use crate::period::{END, PeriodRay, UNIT};
 use crate::ray::{FACE_INSIDE, Ray};
 
 /// Length of every direction, but for rounding.
@@ -48,6 +49,40 @@ pub fn ray(voxel: [i32; 3], face: u32, uv: [f32; 2], pixel: u32) -> Ray {
     Ray::new(cell, frac, dir)
 }
 
+/// `RADIUS` over a component to the nearest whole period.
+fn period(part: i32) -> u32 {
+    let size = part.unsigned_abs().max(8);
+    ((UNIT * RADIUS as u32 + size / 2) / size).min(END)
+}
+
+/// When the first plane is crossed with `ahead` / 4096 of a voxel to go.
+fn first(period: u32, ahead: u32) -> u32 {
+    // As shaders round it: one multiplication, and a power of two.
+    ((period as f32 * ahead as f32) * (1.0 / 4096.0)).floor().max(1.0) as u32
+}
+
+/// The period ray that leaves a face, bit for bit as `shaders/bench/period.comp` makes it, out of 4096 directions of a quarter of the
+/// hemisphere.
+pub fn period_ray(voxel: [i32; 3], face: u32, uv: [f32; 2], pixel: u32) -> PeriodRay {
+    let draw = hash(pixel);
+    let [u, v, normal] = around(draw % 4096 * 32);
+    let axis = (face >> 1) as usize;
+    let up = face & 1 == 1;
+    let mut ray = PeriodRay { cell: voxel, octant: u32::from(!up) << axis, first: [0; 3], period: [0; 3] };
+    ray.cell[axis] = ray.cell[axis].wrapping_add(if up { 1 } else { -1 });
+    ray.period[axis] = period(normal);
+    ray.first[axis] = ray.period[axis];
+    for (i, other) in (0..3).filter(|other| *other != axis).enumerate() {
+        let place = (uv[i] * UNIT as f32) as u32;
+        let down = draw >> (12 + i) & 1 == 1;
+        let ahead = if down { place.max(1) } else { UNIT - place.min(UNIT - 1) };
+        ray.octant |= u32::from(down) << other;
+        ray.period[other] = period([u, v][i]);
+        ray.first[other] = first(ray.period[other], ahead);
+    }
+    ray
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -79,5 +114,22 @@ mod tests {
         let ray = ray([7, -3, 5], 2, [0.25, 0.75], 9);
         assert_eq!((ray.cell, ray.frac), ([7, -4, 5], [0.25, 1.0, 0.75]));
         assert!(ray.dir[1] < 0.0);
+    }
+
+    #[test]
+    fn period_rays_are_cosine_weighted_too_and_start_on_their_face() {
+        let (mut cosines, count) = (0.0, 20_000);
+        for pixel in 0..count {
+            let ray = period_ray([7, -3, 5], 4, [0.25, 0.75], pixel);
+            assert_eq!((ray.cell, ray.octant & 4, ray.first[2]), ([7, -3, 4], 4, ray.period[2]));
+            let dir = ray.period.map(|period| f64::from(UNIT) / f64::from(period));
+            let length = dir.iter().map(|d| d * d).sum::<f64>().sqrt();
+            assert!((length - 1.0).abs() < 1e-3, "{ray:?}");
+            // A quarter of a voxel from the lower side, three quarters from the upper one.
+            let ahead = f64::from(ray.first[0]) / f64::from(ray.period[0]);
+            assert!((ahead - if ray.octant & 1 == 1 { 0.25 } else { 0.75 }).abs() < 2e-3, "{ray:?}");
+            cosines += dir[2];
+        }
+        assert!((cosines / f64::from(count) - 2.0 / 3.0).abs() < 0.01);
     }
 }

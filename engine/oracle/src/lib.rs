@@ -26,6 +26,7 @@ pub mod export;
 mod lattice;
 pub mod metrics;
 mod oracle;
+pub mod period;
 pub mod port;
 mod ray;
 pub mod scenes;

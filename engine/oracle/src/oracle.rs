@@ -122,6 +122,31 @@ impl<'w> Oracle<'w> {
         answer
     }
 
+    /// Smallest, and one past the largest coordinates of solids.
+    pub(crate) fn bounds(&self) -> [[i64; 3]; 2] {
+        self.bounds
+    }
+
+    /// The material of a voxel; or the binary logarithm of an aligned cube around it in which nothing is solid.
+    pub(crate) fn look(&self, cell: [i64; 3]) -> Result<u16, u32> {
+        let Some(prepared) = self.chunk(cell) else { return Err(self.empty_around(cell)) };
+        let at = |shift: u32| {
+            let [x, y, z] = cell.map(|c| (c >> shift & 3) as u32);
+            raxel_world::child_index(x, y, z)
+        };
+        let (node, block) = (at(4), at(2));
+        if prepared.root >> node & 1 == 0 {
+            Err(4)
+        } else if prepared.nodes[node as usize] >> block & 1 == 0 {
+            Err(2)
+        } else if prepared.chunk.mask((node << 6 | block) as usize) >> at(0) & 1 == 0 {
+            Err(0)
+        } else {
+            let [x, y, z] = cell.map(|c| (c & 63) as u32);
+            Ok(prepared.chunk.voxel(x, y, z))
+        }
+    }
+
     fn inside(&self, cell: [i64; 3]) -> bool {
         (0..3).all(|axis| self.bounds[0][axis] <= cell[axis] && cell[axis] < self.bounds[1][axis])
     }

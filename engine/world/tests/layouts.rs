@@ -131,6 +131,7 @@ fn voxels_of(layout: Layout, encoded: &Encoded) -> Voxels {
         Layout::Octree => decode::octree(&encoded.words),
         Layout::Svo => decode::svo(&encoded.words),
         Layout::Svdag => decode::svdag(&encoded.words),
+        Layout::Flat64 => decode::flat64(&encoded.words),
         Layout::Texture3d => unreachable!("tests/texture3d.rs reads its image"),
     }
 }
@@ -140,9 +141,19 @@ fn sparse() -> impl Iterator<Item = Layout> {
     Layout::ALL.iter().copied().filter(|layout| !layout.has_image())
 }
 
+/// Whether the world lies in the layout's window, if it has one.
+fn fits(layout: Layout, world: &World) -> bool {
+    let (Some(window), Some(bounds)) = (layout.window(), world.bounds()) else { return true };
+    (0..3).all(|axis| bounds.max[axis] - (bounds.min[axis] & !63) <= window[axis] as i64)
+}
+
 fn check(voxels: &Voxels, materials: usize) {
     let world = world(voxels, materials);
     for layout in sparse() {
+        if !fits(layout, &world) {
+            assert!(matches!(layout.encode(&world, u64::MAX), Err(LayoutError::TooWide { .. })), "{}", layout.name());
+            continue;
+        }
         let encoded = encode(layout, &world);
         assert!(&voxels_of(layout, &encoded) == voxels, "{}", layout.name());
         assert_eq!(encoded.geometry_bytes + encoded.attribute_bytes, 4 * encoded.words.len() as u64);
@@ -214,11 +225,40 @@ fn equal_chunks_are_stored_once() {
         many.extend(one.iter().map(|(cell, material)| ([cell[0] + 64 * i, cell[1], cell[2]], *material)));
     }
     check(&many, 2);
-    // A tree of boxes says of every block where it is.
-    for &layout in Layout::ALL.iter().filter(|layout| **layout != Layout::Bvh) {
+    // A tree of boxes says of every block where it is, and a grid has a record for every place.
+    for &layout in Layout::ALL.iter().filter(|layout| ![Layout::Bvh, Layout::Flat64].contains(layout)) {
         let sizes = [&one, &many].map(|voxels| encode(layout, &world(voxels, 2)).words.len());
         assert!(sizes[1] < sizes[0] + 1024, "{}: {sizes:?}", layout.name());
     }
+}
+
+/// A free radius promises that many empty blocks, in every direction of its octant, and is as large as it can be.
+#[test]
+fn free_radii_are_exact() {
+    let mut voxels = Voxels::new();
+    for i in 0..60i32 {
+        voxels.insert([(i * 37) % 500 - 100, (i * 53) % 300, (i * 91) % 400 + 9], 1);
+    }
+    let world = world(&voxels, 1);
+    let words = encode(Layout::Flat64, &world).words;
+    let corner = world.bounds().unwrap().min.map(|min| min & !63);
+    let occupied: std::collections::HashSet<[i64; 3]> =
+        voxels.keys().map(|cell| std::array::from_fn(|i| (i64::from(cell[i]) - corner[i]) >> 4)).collect();
+    let mut radii_found = [0; 16];
+    for (block, radii) in decode::flat64_radii(&words) {
+        for octant in 0..8 {
+            let empty = |n: i64| {
+                let step = |axis: usize, i: i64| block[axis] + if octant >> axis & 1 == 1 { -i } else { i };
+                let cells = (0..=n).flat_map(|x| (0..=n).flat_map(move |y| (0..=n).map(move |z| [x, y, z])));
+                cells.filter(|c| *c != [0; 3]).all(|c| !occupied.contains(&[0, 1, 2].map(|axis| step(axis, c[axis]))))
+            };
+            let radius = radii >> (4 * octant) & 15;
+            assert!(empty(i64::from(radius)), "{block:?} {octant} {radius}");
+            assert!(radius == 15 || !empty(i64::from(radius) + 1), "{block:?} {octant} {radius}");
+            radii_found[radius as usize] += 1;
+        }
+    }
+    assert!(radii_found[0] > 0 && radii_found[3] > 0, "{radii_found:?}");
 }
 
 #[test]
@@ -256,7 +296,11 @@ fn blocks_are_the_rust_headers() {
         assert_eq!(Layout::from_name(layout.name()), Some(layout));
         let block = layout.block();
         let array = block.last().expect("members");
-        let elements = if layout == Layout::Tree64 { ("quads", "uvec4", 16) } else { ("words", "uint", 4) };
+        let elements = if [Layout::Tree64, Layout::Flat64].contains(&layout) {
+            ("quads", "uvec4", 16)
+        } else {
+            ("words", "uint", 4)
+        };
         assert_eq!((array.name, array.ty, array.stride), (elements.0, elements.1, Some(elements.2)));
         // std430: every member at its alignment, and none overlaps the next.
         for pair in block.windows(2) {

@@ -44,6 +44,8 @@
 #include "svo.glsl"
 #elif defined(RX_LAYOUT_SVDAG)
 #include "svdag.glsl"
+#elif defined(RX_LAYOUT_FLAT64)
+#include "flat64.glsl"
 #elif defined(RX_LAYOUT_TEXTURE3D)
 #include "texture3d.glsl"
 #else

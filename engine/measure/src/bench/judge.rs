@@ -2,7 +2,8 @@
 
 use raxel_oracle::exact::Answer;
 use raxel_oracle::metrics::Errors;
-use raxel_oracle::{Hit, Oracle, Ray, bounce};
+use raxel_oracle::period::PeriodRay;
+use raxel_oracle::{FACE_INSIDE, Hit, Oracle, Ray, bounce};
 use rayon::prelude::*;
 
 /// Rays with their exact answers.
@@ -75,6 +76,44 @@ pub(super) fn bounces(hits: &[HitTexel], places: &[[f32; 2]]) -> (Vec<Ray>, Vec<
             Some((bounce::ray(voxel, face, places[pixel], pixel as u32), pixel))
         })
         .unzip()
+}
+
+/// The period rays that leave the hits, and which pixels those are; none leaves a ray's own solid.
+pub(super) fn period_bounces(hits: &[HitTexel], places: &[[f32; 2]]) -> (Vec<PeriodRay>, Vec<usize>) {
+    (0..hits.len())
+        .into_par_iter()
+        .filter_map(|pixel| {
+            let (voxel, face, _) = read(hits[pixel]).filter(|(_, face, _)| *face < FACE_INSIDE)?;
+            Some((bounce::period_ray(voxel, face, places[pixel], pixel as u32), pixel))
+        })
+        .unzip()
+}
+
+/// Compares what period rays hit with the truth.
+pub(super) fn judge_periods(oracle: &Oracle<'_>, rays: &[PeriodRay], found: &[HitTexel]) -> Errors {
+    let judged = rays.par_iter().zip(found).map(|(ray, texel)| {
+        let mut errors = Errors { rays: 1, ..Errors::default() };
+        let exact = ray.first_hit(oracle);
+        errors.hits = u64::from(exact.is_some());
+        match (exact, read(*texel)) {
+            (None, None) => {}
+            (Some(_), None) => errors.missed = 1,
+            (None, Some(_)) => errors.invented = 1,
+            (Some(exact), Some((voxel, face, material))) => {
+                if exact.voxel != voxel {
+                    let gone = |voxel: [i32; 3]| (0..3).map(|i| voxel[i].abs_diff(ray.cell[i])).sum::<u32>();
+                    *(if gone(voxel) < gone(exact.voxel) { &mut errors.early } else { &mut errors.late }) = 1;
+                } else if exact.face != face {
+                    errors.face = 1;
+                } else if material != 0 && material != u32::from(exact.material) {
+                    errors.material = 1;
+                }
+            }
+        }
+        errors.wrong_without_tie = errors.wrong();
+        errors
+    });
+    judged.reduce(Errors::default, Errors::and)
 }
 
 #[cfg(test)]

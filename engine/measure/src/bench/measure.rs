@@ -62,8 +62,17 @@ pub(super) struct Run {
     pub(super) hits: Option<Vec<HitTexel>>,
     pub(super) depths: Option<Vec<f32>>,
     pub(super) steps: Option<Vec<u32>>,
-    /// The targets `bounce_hit` and `place` of a graph that bounces.
-    pub(super) bounces: Option<(Vec<HitTexel>, Vec<[f32; 2]>)>,
+    /// The targets `bounce_hit`, or `period_hit`, and `place` of a graph that bounces.
+    pub(super) bounces: Option<(Bounces, Vec<HitTexel>, Vec<[f32; 2]>)>,
+}
+
+/// What kind of rays leave the hits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Bounces {
+    /// Rays of the tracing contract: the target `bounce_hit`.
+    Lattice,
+    /// Period rays: the target `period_hit`.
+    Period,
 }
 
 /// The targets that are read back.
@@ -72,7 +81,7 @@ struct Judged {
     depth: Option<ResourceId>,
     steps: Option<ResourceId>,
     place: Option<ResourceId>,
-    bounce_hit: Option<ResourceId>,
+    bounce_hit: Option<(Bounces, ResourceId)>,
 }
 
 impl Judged {
@@ -89,12 +98,16 @@ impl Judged {
             depth: find("depth", Format::R32f),
             steps: find("steps", Format::R32ui),
             place: find("place", Format::Rg32f),
-            bounce_hit: find("bounce_hit", Format::Rgba32i),
+            bounce_hit: (find("bounce_hit", Format::Rgba32i).map(|id| (Bounces::Lattice, id)))
+                .or_else(|| Some((Bounces::Period, find("period_hit", Format::Rgba32i)?))),
         }
     }
 
     fn all(&self) -> Vec<ResourceId> {
-        [self.hit, self.depth, self.steps, self.place, self.bounce_hit].into_iter().flatten().collect()
+        [self.hit, self.depth, self.steps, self.place, self.bounce_hit.map(|(_, id)| id)]
+            .into_iter()
+            .flatten()
+            .collect()
     }
 }
 
@@ -163,7 +176,12 @@ pub(super) fn measure(
         hits: read(executor, judged.hit)?,
         depths: read(executor, judged.depth)?,
         steps: read(executor, judged.steps)?,
-        bounces: read(executor, judged.bounce_hit)?.zip(read(executor, judged.place)?),
+        bounces: match judged.bounce_hit {
+            Some((kind, id)) => read(executor, Some(id))?
+                .zip(read(executor, judged.place)?)
+                .map(|(found, places)| (kind, found, places)),
+            None => None,
+        },
     })
 }
 

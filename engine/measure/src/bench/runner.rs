@@ -12,8 +12,8 @@ use raxel_oracle::Oracle;
 use raxel_oracle::camera::Pinhole;
 use raxel_world::layout::Layout;
 
-use super::judge::{Truth, bounces, judge};
-use super::measure::{CaseError, Run, first, measure};
+use super::judge::{Truth, bounces, judge, judge_periods, period_bounces};
+use super::measure::{Bounces, CaseError, Run, first, measure};
 use super::{Case, Effort, Matrix, Measured, PassSpread, Refusal, Row};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::{self, ExecuteError, ExecutorOptions};
@@ -198,17 +198,25 @@ impl Runner {
         let no_hit = || "it has no target `hit` of format rgba32i".to_owned();
         let depths = run.depths.is_some() && run.hits.is_some() && run.bounces.is_none();
         let (rays, time, judgement) = match (&run.hits, &run.bounces) {
-            (Some(hits), Some((found, places))) => {
-                let (rays, pixels) = bounces(hits, places);
-                let found: Vec<_> = pixels.iter().map(|pixel| found[*pixel]).collect();
-                let truth = match self.bounced.take() {
-                    Some(known) if known.rays == rays => known,
-                    _ => Truth::of(place.oracle, rays),
+            (Some(hits), Some((kind, found, places))) => {
+                let of = |pixels: &[usize]| -> Vec<_> { pixels.iter().map(|pixel| found[*pixel]).collect() };
+                let errors = match kind {
+                    Bounces::Lattice => {
+                        let (rays, pixels) = bounces(hits, places);
+                        let truth = match self.bounced.take() {
+                            Some(known) if known.rays == rays => known,
+                            _ => Truth::of(place.oracle, rays),
+                        };
+                        judge(self.bounced.insert(truth), &of(&pixels), None)
+                    }
+                    Bounces::Period => {
+                        let (rays, pixels) = period_bounces(hits, places);
+                        judge_periods(place.oracle, &rays, &of(&pixels))
+                    }
                 };
-                let truth = self.bounced.insert(truth);
                 let pass = |pass: &&PassSpread| pass.pass == "bounce";
                 let time = run.passes.iter().find(pass).map_or(run.frame, |pass| pass.time);
-                (found.len() as u64, time, Ok(judge(truth, &found, None)))
+                (errors.rays, time, Ok(errors))
             }
             (hits, _) => {
                 let judgement = hits.as_ref().map(|hits| judge(place.truth, hits, run.depths.as_deref()));

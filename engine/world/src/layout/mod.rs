@@ -6,6 +6,7 @@ mod brickmap;
 mod bvh;
 mod chunk_table;
 mod chunks;
+mod flat64;
 mod hashed_chunks;
 mod header;
 mod octree;
@@ -23,6 +24,7 @@ pub use block::{BlockMember, QUADS_STRIDE, WORDS_STRIDE};
 pub use brickmap::BrickmapHeader;
 pub use bvh::BvhHeader;
 pub use chunks::ChunksHeader;
+pub use flat64::Flat64Header;
 pub use hashed_chunks::HashedChunksHeader;
 pub use header::{Extent, MATERIAL_WORDS};
 pub use svdag::SvdagHeader;
@@ -54,6 +56,8 @@ pub enum Layout {
     Svdag,
     /// A dense 3-D image with mips.
     Texture3d,
+    /// Chunks by place and 4³ masks, with free radii: for worlds of at most 2048 × 1024 × 2048 voxels.
+    Flat64,
 }
 
 /// What shaders do with an encoding.
@@ -153,7 +157,16 @@ impl Layout {
         Layout::Svo,
         Layout::Svdag,
         Layout::Texture3d,
+        Layout::Flat64,
     ];
+
+    /// The largest box of solids, in voxels from the corner of the world's cube, of a layout that does not hold worlds of any width.
+    pub const fn window(self) -> Option<[u64; 3]> {
+        match self {
+            Self::Flat64 => Some(flat64::WINDOW),
+            _ => None,
+        }
+    }
 
     /// Its name in `source = "world.<name>"`.
     pub const fn name(self) -> &'static str {
@@ -167,6 +180,7 @@ impl Layout {
             Self::Svo => "svo",
             Self::Svdag => "svdag",
             Self::Texture3d => "texture3d",
+            Self::Flat64 => "flat64",
         }
     }
 
@@ -186,6 +200,7 @@ impl Layout {
             Self::Svo => SvoHeader::block(),
             Self::Svdag => SvdagHeader::block(),
             Self::Texture3d => Texture3dHeader::block(),
+            Self::Flat64 => Flat64Header::block_in_quads(),
         }
     }
 
@@ -217,6 +232,7 @@ impl Layout {
             Self::Svo => svo::encode(world, limit),
             Self::Svdag => svdag::encode(world, limit),
             Self::Texture3d => texture3d::encode(world, limits, access),
+            Self::Flat64 => flat64::encode(world, limit),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use raxel_world::child_cell;
-use raxel_world::layout::{BrickmapHeader, HashedChunksHeader, SvdagHeader, SvoHeader};
+use raxel_world::layout::{BrickmapHeader, Flat64Header, HashedChunksHeader, SvdagHeader, SvoHeader};
 
 pub type Voxels = BTreeMap<[i32; 3], u16>;
 
@@ -283,4 +283,43 @@ fn svdag_material(attributes: &[u32], link: u32, number: usize) -> u16 {
         2 => half_word(attributes, 2 * at + index(2, at + 8) as usize),
         kind => panic!("blocks of kind {kind}"),
     }
+}
+
+/// Records with their blocks of 16³ from the corner of the cube.
+fn flat64_records(buffer: &[u32]) -> (Flat64Header, &[u32], Vec<([i64; 3], [u32; 4])>) {
+    let (header, words) = split::<Flat64Header>(buffer);
+    let last =
+        |axis: usize| i64::from(header.bounds_last[axis].max(header.origin[axis])) - i64::from(header.origin[axis]);
+    let size = [0, 1, 2].map(|axis| (last(axis) >> 4) + 1);
+    let (along_z, along_y) = (i64::from(header.strides & 0xffff), i64::from(header.strides >> 16));
+    let mut records = Vec::new();
+    for (y, z) in (0..size[1]).flat_map(|y| (0..size[2]).map(move |z| (y, z))) {
+        for x in 0..size[0] {
+            let at = 4 * (i64::from(header.records_at) + x + along_z * z + along_y * y) as usize;
+            records.push(([x, y, z], std::array::from_fn(|i| words[at + i])));
+        }
+    }
+    (header, words, records)
+}
+
+/// The blocks of 16³ with their radii.
+pub fn flat64_radii(buffer: &[u32]) -> Vec<([i64; 3], u32)> {
+    flat64_records(buffer).2.into_iter().map(|(block, record)| (block, record[3])).collect()
+}
+
+pub fn flat64(buffer: &[u32]) -> Voxels {
+    let (header, words, records) = flat64_records(buffer);
+    let mut voxels = Voxels::new();
+    for (block, record) in records {
+        let corner = std::array::from_fn(|i| i64::from(header.origin[i]) + 16 * block[i]);
+        for (rank, bit) in bits(mask64(&record, 0)).enumerate() {
+            let leaf = record[2].wrapping_add(1 + rank as u32);
+            let link = words[(header.links_at + leaf - header.leaves_at) as usize];
+            for (rank, voxel) in bits(mask64(words, 2 * leaf as usize)).enumerate() {
+                let material = if link >> 30 == 1 { link as u16 } else { half_word(words, link as usize + rank) };
+                fill(&mut voxels, cell64(cell64(corner, bit, 4), voxel, 1), 1, material);
+            }
+        }
+    }
+    voxels
 }

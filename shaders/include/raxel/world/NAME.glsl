@@ -118,6 +118,8 @@
 #include "../svo.glsl"
 #elif defined(RX_LAYOUT_SVDAG_NAME)
 #include "../svdag.glsl"
+#elif defined(RX_LAYOUT_FLAT64_NAME)
+#include "../flat64.glsl"
 #elif defined(RX_LAYOUT_TEXTURE3D_NAME)
 #include "../texture3d.glsl"
 #else

@@ -1,0 +1,82 @@
+// Traces many period rays with all lanes of a subgroup at work: lanes whose rays have ended take new ones, so that a subgroup does
+// not wait for its longest ray. A shader that includes this, behind its `local_size`, defines
+//
+//     bool rx_next_items(out uint first);                             the first of RX_ITEMS items for this subgroup; false if there are no more
+//     bool rx_next_ray(uint item, out RxPeriodRay ray);               the ray of an item; false if it has none
+//     void rx_ray_traced(uint item, bool found, RxPeriodHit hit);     takes what it hit
+//
+// and calls rx_trace_items with all threads of its workgroup. One lane asks for items; where a graph keeps a counter for that, a subgroup
+// goes on with what nobody has taken yet, and none idles before the end of the dispatch. Neighbouring items should be rays that start
+// close to each other.
+//
+// After Aila and Laine, "Understanding the efficiency of ray traversal on GPUs" (2009), whose persistent threads refill likewise.
+#ifndef RAXEL_REFILL_GLSL
+#define RAXEL_REFILL_GLSL
+
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#extension GL_KHR_shader_subgroup_vote : require
+
+#include "period.glsl"
+
+#ifndef RX_ITEMS
+#define RX_ITEMS 256u
+#endif
+
+bool rx_next_items(out uint first);
+bool rx_next_ray(uint item, out RxPeriodRay ray);
+void rx_ray_traced(uint item, bool found, RxPeriodHit hit);
+
+void rx_trace_items() {
+    const uint NOTHING = 3u;
+    rx_period_prepare(gl_LocalInvocationIndex, gl_WorkGroupSize.x * gl_WorkGroupSize.y * gl_WorkGroupSize.z);
+    uint state = NOTHING, item = 0u, next = RX_ITEMS, items = 0u;
+    bool more = true;
+    for (;;) {
+        if (state == RX_PERIOD_HIT || state == RX_PERIOD_GONE) {
+            RxPeriodHit hit = RxPeriodHit(ivec3(0), 0u, 0.0, vec2(0.0));
+            if (state == RX_PERIOD_HIT) hit = rx_period_hit();
+            rx_ray_traced(item, state == RX_PERIOD_HIT, hit);
+        }
+        uvec4 idle = subgroupBallot(state != RX_PERIOD_GOES);
+        uint mine = next + subgroupBallotExclusiveBitCount(idle), own = items;
+        next += subgroupBallotBitCount(idle);
+        if (next > RX_ITEMS && more) {
+            uint first = 0u;
+            bool found = false;
+            if (subgroupElect()) found = rx_next_items(first);
+            first = subgroupBroadcastFirst(first);
+            more = subgroupAny(found);
+            if (more) {
+                items = first;
+                next -= RX_ITEMS;
+                if (mine >= RX_ITEMS) {
+                    mine -= RX_ITEMS;
+                    own = items;
+                }
+            }
+        }
+        if (state != RX_PERIOD_GOES) {
+            state = NOTHING;
+            RxPeriodRay ray;
+            if (mine < RX_ITEMS && rx_next_ray(own + mine, ray)) {
+                item = own + mine;
+                state = rx_period_begin(ray) ? RX_PERIOD_GOES : RX_PERIOD_GONE;
+            }
+        }
+        uint busy = subgroupBallotBitCount(subgroupBallot(state == RX_PERIOD_GOES));
+        if (busy == 0u) {
+            if (!more && next >= RX_ITEMS && !subgroupAny(state == RX_PERIOD_GONE)) break;
+            continue;
+        }
+        // Half of the lanes may idle before it pays to leave the loop; looking at them every other round does.
+        uint least = more || next < RX_ITEMS ? gl_SubgroupSize / 2u : 0u;
+        do {
+            if (state == RX_PERIOD_GOES) state = rx_period_round();
+            if (state == RX_PERIOD_GOES) state = rx_period_round();
+            busy = subgroupBallotBitCount(subgroupBallot(state == RX_PERIOD_GOES));
+        } while (busy > least);
+    }
+}
+
+#endif

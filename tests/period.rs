@@ -1,0 +1,219 @@
+//! Period rays on the device hit what they hit in whole numbers of 64 bits: one by one and with lanes refilled, from inside, outside and
+//! far outside the world, through edges and corners.
+
+mod common;
+
+use common::Project;
+use glam::IVec3;
+use raxel::oracle::period::{PeriodHit, PeriodRay};
+use raxel::oracle::sets::Random;
+use raxel::oracle::{Oracle, scenes};
+use raxel::world::{World, vox};
+use raxel::{Options, Session, Validation};
+use raxel_diagnostics::DiskFiles;
+use rayon::prelude::*;
+
+/// A row of the targets.
+const ROW: usize = 64;
+const ROWS: usize = 160;
+
+/// Both ways to trace the rays of a file, a ray a pixel.
+const GRAPH: &str = r#"
+name = "period"
+present = "refilled"
+[targets.plain]
+format = "rgba32i"
+size = [64, 160]
+[targets.refilled]
+format = "rgba32i"
+size = [64, 160]
+[targets.place]
+format = "rgba32f"
+size = [64, 160]
+[buffers.rays]
+source = "file.data/rays.bin"
+[buffers.world]
+source = "world.flat64"
+[buffers.taken]
+size = 4
+clear = 0
+[[passes]]
+name = "plain"
+shader = "plain.comp"
+dispatch = { threads = "plain" }
+bind = { world = "world", Rays = "rays", outHit = "plain", outPlace = "place" }
+[[passes]]
+name = "refill"
+shader = "refill.comp"
+dispatch = { groups = [3, 1, 1] }
+bind = { world = "world", Rays = "rays", outHit = "refilled", Taken = "taken" }
+"#;
+
+const RAYS: &str = r"
+struct Packed { ivec3 cell; uint octant; vec3 first; uint a; vec3 period; uint b; };
+layout(std430) readonly buffer Rays { Packed rays[]; };
+RxPeriodRay ray_of(uint i) { return RxPeriodRay(rays[i].cell, rays[i].octant, rays[i].first, rays[i].period); }
+";
+
+const PLAIN: &str = r"#version 460
+layout(local_size_x = 64) in;
+#include <raxel/period.glsl>
+RAYS
+layout(rgba32i) uniform writeonly iimage2D outHit;
+layout(rgba32f) uniform writeonly image2D outPlace;
+void main() {
+    rx_period_prepare(gl_LocalInvocationIndex, 64u);
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    RxPeriodHit hit;
+    bool found = rx_trace_period(ray_of(uint(pixel.y * 64 + pixel.x)), hit);
+    imageStore(outHit, pixel, found ? ivec4(hit.voxel, hit.face + 8u * rx_material(hit.voxel)) : ivec4(0, 0, 0, -1));
+    imageStore(outPlace, pixel, vec4(hit.t, hit.uv, 0.0));
+}
+";
+
+const REFILL: &str = r"#version 460
+layout(local_size_x = 64) in;
+#define RX_ITEMS 96u
+#include <raxel/refill.glsl>
+RAYS
+layout(std430) buffer Taken { uint taken; };
+layout(rgba32i) uniform writeonly iimage2D outHit;
+bool rx_next_items(out uint first) {
+    first = RX_ITEMS * atomicAdd(taken, 1u);
+    return first < rays.length();
+}
+bool rx_next_ray(uint item, out RxPeriodRay ray) {
+    if (item >= rays.length()) return false;
+    ray = ray_of(item);
+    return true;
+}
+void rx_ray_traced(uint item, bool found, RxPeriodHit hit) {
+    imageStore(outHit, ivec2(item % 64u, item / 64u), found ? ivec4(hit.voxel, hit.face + 8u * rx_material(hit.voxel)) : ivec4(0, 0, 0, -1));
+}
+void main() { rx_trace_items(); }
+";
+
+fn rays(world: &World, seed: u64) -> Vec<PeriodRay> {
+    let bounds = world.bounds().expect("voxels");
+    let mut random = Random::new(seed);
+    let ray = |i: usize| {
+        let around: i64 = [0, 0, 3, 40, 700, 6000][i % 6];
+        let cell = std::array::from_fn(|axis| {
+            let low = bounds.min[axis] - around;
+            (low + random.below((bounds.max[axis] + around - low) as u64) as i64) as i32
+        });
+        // Every other ray has few different periods, and so passes through edges and corners.
+        let coarse = i % 4 < 2;
+        let period: [u32; 3] = std::array::from_fn(|_| match random.below(9) {
+            0 => 1 << 24,
+            1 => 4096 + random.below(1 << 24) as u32 % ((1 << 24) - 4096),
+            _ if coarse => 4096 + 1024 * random.below(12) as u32,
+            _ => 4096 + random.below(60_000) as u32,
+        });
+        let first = std::array::from_fn(|axis| {
+            let step = if coarse && period[axis].is_multiple_of(1024) { 1024 } else { 1 };
+            step * (1 + random.below(u64::from(period[axis] / step)) as u32)
+        });
+        PeriodRay { cell, octant: random.below(8) as u32, first, period }
+    };
+    let mut all: Vec<PeriodRay> = (0..ROW * ROWS).map(ray).collect();
+    // Rays without a direction hit nothing.
+    all[17].period = [0; 3];
+    all
+}
+
+fn bytes(rays: &[PeriodRay]) -> Vec<u8> {
+    let words = rays.iter().flat_map(|ray| {
+        let [x, y, z] = ray.cell.map(i32::cast_unsigned);
+        let float = |words: [u32; 3]| words.map(|word| (word as f32).to_bits());
+        let ([fx, fy, fz], [px, py, pz]) = (float(ray.first), float(ray.period));
+        [x, y, z, ray.octant, fx, fy, fz, 0, px, py, pz, 0]
+    });
+    words.flat_map(u32::to_le_bytes).collect()
+}
+
+fn texel(hit: Option<&PeriodHit>) -> [i32; 4] {
+    hit.map_or([0, 0, 0, -1], |hit| {
+        let [x, y, z] = hit.voxel;
+        [x, y, z, (hit.face + 8 * u32::from(hit.material)) as i32]
+    })
+}
+
+#[test]
+fn they_hit_what_whole_numbers_say() {
+    let project = Project::shipped();
+    project.write("graphs/period.toml", GRAPH);
+    for (name, text) in [("plain", PLAIN), ("refill", REFILL)] {
+        project.write(&format!("shaders/{name}.comp"), text.replace("RAYS", RAYS));
+    }
+    let places = [
+        ("hills", [0, 0, 0]),
+        ("menger", [-(1 << 30), 1 << 29, (1 << 30) - 400]),
+        ("gravel", [-111, -37, -70]),
+        ("diagonal", [-3, 1000, 65]),
+    ];
+    for (number, (name, origin)) in places.into_iter().enumerate() {
+        let scene = scenes::Scene::find(name).expect("a scene").world(IVec3::ZERO, 5);
+        project.write(format!("worlds/models/{name}.vox").as_str(), vox::export(&scene).expect("a small world"));
+        let build = format!("[[build]]\nop = \"model\"\nmodel = \"scene\"\norigin = {origin:?}\n");
+        project.write(
+            "worlds/here.toml",
+            format!("name = \"{name}\"\n[models.scene]\nfile = \"models/{name}.vox\"\n{build}"),
+        );
+        project.write("data/rays.bin", "");
+        let open = || {
+            let options = Options {
+                project: Some(project.root().into()),
+                graph: Some(project.path("graphs/period.toml")),
+                world: Some(project.path("worlds/here.toml")),
+                validation: Validation::Required,
+                pinned: ["plain", "refilled", "place"].map(str::to_owned).to_vec(),
+                ..Options::default()
+            };
+            Session::open(options).unwrap_or_else(|error| panic!("{name}: {error}"))
+        };
+        // The rays depend on where the world lies.
+        let loaded = raxel::world::load(
+            "worlds/here.toml",
+            &DiskFiles::new(project.root()).unwrap(),
+            &mut raxel::SourceMap::default(),
+        );
+        let world = loaded.unwrap().0.world;
+        let rays = rays(&world, number as u64);
+        std::fs::write(project.path("data/rays.bin"), bytes(&rays)).unwrap();
+
+        let mut session = open();
+        session.frame().unwrap_or_else(|error| panic!("{name}: {error}"));
+        let oracle = Oracle::new(&world);
+        let exact: Vec<Option<PeriodHit>> =
+            rays.par_iter().map(|ray| if ray.period == [0; 3] { None } else { ray.first_hit(&oracle) }).collect();
+        let hits = exact.iter().flatten().count();
+        let inside = exact.iter().flatten().filter(|hit| hit.face == 6).count();
+        assert!(hits > 800 && inside > 10 && hits - inside > 700 && hits < rays.len() - 800, "{name}: {hits} {inside}");
+        for target in ["plain", "refilled"] {
+            let found = session.read_target(target).expect("a target").integers().expect("integers");
+            for ((ray, exact), found) in rays.iter().zip(&exact).zip(found) {
+                assert_eq!(found.map(u32::cast_signed), texel(exact.as_ref()), "{name}, {target}: {ray:?}");
+            }
+        }
+        let places = session.read_target("place").expect("a target");
+        for ((ray, exact), place) in rays.iter().zip(&exact).zip(places.floats()) {
+            let Some(hit) = exact else { continue };
+            let time = hit.time as f64 / 4096.0;
+            assert!((f64::from(place[0]) - time).abs() <= 1e-6 * time, "{ray:?}: {place:?} at {time}");
+            // How far it is into the voxel along the axes of the face.
+            let within = |axis: usize| {
+                let sign = if ray.octant >> axis & 1 == 1 { -1 } else { 1 };
+                let planes = f64::from((hit.voxel[axis] - ray.cell[axis]) * sign);
+                let share = (hit.time as f64 - f64::from(ray.first[axis])) / f64::from(ray.period[axis]) + 1.0 - planes;
+                if sign < 0 { 1.0 - share } else { share }
+            };
+            let axes = [[1, 2], [0, 2], [0, 1], [0, 1]][(hit.face / 2) as usize];
+            for (uv, axis) in place[1..3].iter().zip(axes) {
+                assert!((f64::from(*uv) - within(axis)).abs() < 2e-3, "{ray:?}: {place:?} against {}", within(axis));
+            }
+        }
+        let messages = session.device().log().take();
+        assert!(messages.is_empty(), "{name}: {messages:#?}");
+    }
+}
