@@ -214,10 +214,9 @@ impl Tile<'_> {
     /// Applies a mode to every cell.
     fn whole(&mut self, mode: Mode, material: MaterialIndex) {
         match (mode, self.state) {
-            (Mode::Add, _) => self.state = State::Uniform(material),
             (Mode::Subtract, _) => self.state = State::Uniform(0),
             (Mode::Paint, State::Uniform(0)) => {}
-            (Mode::Paint, State::Uniform(_)) => self.state = State::Uniform(material),
+            (Mode::Add, _) | (Mode::Paint, State::Uniform(_)) => self.state = State::Uniform(material),
             (Mode::Paint, State::Mixed) => {
                 (0..crate::chunk::BLOCKS).for_each(|block| self.dense.apply(block, u64::MAX, mode, material));
             }

@@ -53,11 +53,7 @@ impl Content {
     pub fn to_chunk(&self) -> Option<Arc<Chunk>> {
         match self {
             Self::Empty => None,
-            Self::Full(material) => {
-                let mut dense = DenseChunk::default();
-                dense.fill(*material);
-                Chunk::pack(&dense).map(Arc::new)
-            }
+            Self::Full(material) => Some(Arc::new(Chunk::full(*material))),
             Self::Chunk(chunk) => Some(chunk.clone()),
         }
     }
@@ -124,12 +120,11 @@ fn commonest(chunk: &Chunk, block: usize) -> Option<MaterialIndex> {
     let mut counts: [(MaterialIndex, u32); 64] = [(0, 0); 64];
     let mut different = 0;
     for material in chunk.block_materials(block) {
-        match counts[..different].iter_mut().find(|(known, _)| *known == material) {
-            Some((_, count)) => *count += 1,
-            None => {
-                counts[different] = (material, 1);
-                different += 1;
-            }
+        if let Some((_, count)) = counts[..different].iter_mut().find(|(known, _)| *known == material) {
+            *count += 1;
+        } else {
+            counts[different] = (material, 1);
+            different += 1;
         }
     }
     let most = counts[..different].iter().max_by_key(|(material, count)| (*count, std::cmp::Reverse(*material)));

@@ -24,6 +24,7 @@ use crate::dense::DenseChunk;
 use crate::world::{Bounds, ChunkPos};
 
 /// One operation of a build. Materials are palette indices of the world being built.
+#[allow(clippy::large_enum_variant, reason = "a world has a handful of them")]
 pub enum Operation {
     /// A closed form that can tell inside from outside.
     Solid(Solid),
