@@ -310,18 +310,16 @@ impl Director {
             self.stats.missing_in_view = self.missing.iter().filter(|key| self.view.sees(**key)).count();
             self.make_publication();
         }
-        if settled && !self.changed && view_is_known {
-            let mut desk = self.shared.desk();
-            if desk.view_serial == self.view_serial {
-                desk.settled = self.view_serial;
-                drop(desk);
-                self.shared.settled.notify_all();
-            }
-        }
         self.stats.wanted = self.wanted;
         self.stats.missing = self.missing.len();
         self.stats.near = self.reach.near();
-        self.shared.desk().stats = self.stats;
+        let mut desk = self.shared.desk();
+        desk.stats = self.stats;
+        // Whoever waits for this sees the figures of it, too.
+        if settled && !self.changed && view_is_known && desk.view_serial == self.view_serial {
+            desk.settled = self.view_serial;
+            self.shared.settled.notify_all();
+        }
     }
 
     /// Makes a publication, if the pool has room for its directory.
