@@ -1,5 +1,5 @@
 //! Light by the book: the path tracer that lighting systems are judged by is held to scenes whose light is known in closed form, and every
-//! system that claims it to no light through walls.
+//! system in graphs/light to what must hold of any: no light through walls, no light that stays, no number that is none.
 
 mod common;
 
@@ -101,7 +101,7 @@ fn furnace(project: &Project, albedo: f64, emission: f64) -> f64 {
 #[test]
 fn a_closed_furnace_glows_evenly() {
     let project = Project::shipped();
-    for (albedo, emission, count, within) in [(0.5, 2.0, 512, 0.002)] {
+    for (albedo, emission, count, within) in [(0.5, 2.0, 512, 0.002), (0.9, 0.25, 1536, 0.01)] {
         let truth = furnace(&project, albedo, emission);
         let mut session = open(&project, REFERENCE, [24, 16], &DARK);
         session.set_param("paths", Value::I32(4)).unwrap();
@@ -204,6 +204,75 @@ fn the_sun_has_the_irradiance_that_is_asked_for() {
     }
 }
 
+/// Mean and standard error of each channel of each pixel, from the sums of a session of the path tracer.
+fn estimates(session: &mut Session) -> Vec<[f64; 2]> {
+    let [sums, squares] = ["sum", "squares"].map(|name| session.read_target(name).unwrap().floats());
+    let channel = |sum: f32, square: f32, n: f64| {
+        let mean = f64::from(sum) / n;
+        [mean, ((f64::from(square) / n - mean * mean).max(0.0) / (n - 1.0)).sqrt()]
+    };
+    let pixel =
+        |(sum, square): (&[f32; 4], &[f32; 4])| [0, 1, 2].map(|i| channel(sum[i], square[i], f64::from(sum[3])));
+    sums.iter().zip(&squares).flat_map(pixel).collect()
+}
+
+/// References of 48 × 27 pixels that are kept: a Z-test for each channel of each pixel at a significance of 0.01 over all of them (Šidák), which
+/// 99.75 % must pass. Other devices give other bytes and the same light. `RAXEL_WRITE_LIGHT=1` writes them anew.
+#[test]
+fn the_path_tracer_gives_the_light_that_is_kept() {
+    let project = Project::shipped();
+    for scene in ["valley", "menger"] {
+        std::fs::copy(project.path(&format!("worlds/{scene}.toml")), project.path("worlds/test.toml")).unwrap();
+        let path = common::repository().join(format!("tests/light/{scene}.f32"));
+        let write = std::env::var_os("RAXEL_WRITE_LIGHT").is_some();
+        let mut session = open(&project, REFERENCE, [48, 27], &[]);
+        for name in ["sum", "squares"] {
+            session.pin(name).unwrap();
+        }
+        session.set_param("paths", Value::I32(4)).unwrap();
+        session.set_param("seed", Value::U32(if write { 1000 } else { 1001 })).unwrap();
+        frames(&mut session, if write { 256 } else { 32 });
+        let found = estimates(&mut session);
+        if write {
+            let bytes = found.iter().flatten().flat_map(|number| (*number as f32).to_le_bytes());
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(&path, bytes.collect::<Vec<u8>>()).unwrap();
+            continue;
+        }
+        let kept = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let kept: Vec<f64> =
+            kept.chunks_exact(4).map(|word| f64::from(f32::from_le_bytes(word.try_into().unwrap()))).collect();
+        assert_eq!(kept.len(), 2 * found.len());
+        // Two-sided 1 − (1 − 0.01)^(1 / 3888): 2.6·10⁻⁶, at 4.7 standard errors. What has no noise in either may differ by rounding.
+        let away = |(kept, found): (&[f64], &[f64; 2])| {
+            (kept[0] - found[0]).abs() > 4.7 * f64::hypot(kept[1], found[1]) + 1e-4 * kept[0].abs()
+        };
+        let wrong = kept.chunks_exact(2).zip(&found).filter(|pair| away(*pair)).count();
+        assert!(wrong as f64 <= 0.0025 * found.len() as f64, "{scene}: {wrong} of {}", found.len());
+        let bias = kept
+            .chunks_exact(2)
+            .zip(&found)
+            .map(|(kept, found)| (found[0] - kept[0]) / f64::hypot(kept[1], found[1]).max(1e-3))
+            .sum::<f64>();
+        // The sum of independent deviations, each of at most one standard error, over all channels of a pixel together.
+        let spread = (3.0 * found.len() as f64).sqrt();
+        assert!(bias.abs() < 4.0 * spread, "{scene}: {bias} where {spread} is one standard error");
+    }
+}
+
+/// Project paths of the graphs that are judged.
+fn systems(project: &Project) -> Vec<String> {
+    let mut all: Vec<String> = std::fs::read_dir(project.path("graphs/light"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name.rsplit_once('.').is_some_and(|(_, ending)| ending == "toml"))
+        .map(|name| format!("graphs/light/{name}"))
+        .collect();
+    all.sort();
+    assert!(all.len() >= 2, "{all:?}");
+    all
+}
+
 /// Systems that neither interpolate nor merge, and say so: others' pages say where light comes from that is not there.
 const TIGHT: [&str; 4] = ["reference", "reference_centre", "face_cache", "gi_svgf"];
 
@@ -215,6 +284,55 @@ fn no_light_comes_through_walls() {
         let mut session = open(&project, &graph, [32, 18], &[("sun_strength", 1000.0), ("sky_strength", 1000.0)]);
         let brightest = frames(&mut session, 6).iter().flat_map(|texel| texel[..3].to_vec()).fold(0.0, f32::max);
         assert!(brightest == 0.0, "{graph}: {brightest}");
+    }
+}
+
+/// Worlds that nobody would build: nothing, one voxel, a lamp as bright as the sun, mirrors, black metal; cameras in the middle of it.
+fn hostile_worlds() -> Vec<(&'static str, String)> {
+    let at = |position: &str| format!("[camera]\nposition = {position}\nlook_at = [2.5, 2.0, 2.5]\n[materials]\n");
+    let head = at("[7.5, 6.0, 9.5]");
+    let voxel = "[[build]]\nop = \"box\"\nmin = [2, 2, 2]\nmax = [3, 3, 3]\nmaterial = \"m\"\n";
+    let floor = "[[build]]\nop = \"box\"\nmin = [-9, -1, -9]\nmax = [9, 0, 9]\nmaterial = \"m\"\n";
+    let stone = "m = { albedo = [0.5, 0.5, 0.5] }\n";
+    let lamp = "m = { albedo = [1.0, 0.9, 0.5], emission = 1000000.0 }\n";
+    vec![
+        ("nothing", head.clone()),
+        ("one voxel", format!("{head}{stone}{voxel}")),
+        ("one lamp of 10^6", format!("{head}{lamp}{voxel}")),
+        ("a floor of lamps", format!("{head}{lamp}{floor}")),
+        (
+            "a mirror of black metal",
+            format!("{head}m = {{ albedo = [0.0, 0.0, 0.0], roughness = 0.0, metallic = 1.0 }}\n{floor}{voxel}"),
+        ),
+        (
+            "matt metal",
+            format!("{head}m = {{ albedo = [1.0, 1.0, 1.0], roughness = 1.0, metallic = 1.0 }}\n{floor}{voxel}"),
+        ),
+        ("a black lamp", format!("{head}m = {{ albedo = [0.0, 0.0, 0.0], emission = 5.0 }}\n{voxel}")),
+        ("a camera in stone", format!("{}{stone}{voxel}", at("[2.5, 2.5, 2.25]"))),
+        ("a camera in a lamp", format!("{}{lamp}{voxel}", at("[2.5, 2.5, 2.25]"))),
+    ]
+}
+
+#[test]
+fn whatever_the_world_light_is_a_number() {
+    let project = Project::shipped();
+    let suns: [&[(&str, f32)]; 2] = [&[], &[("sun_strength", 0.0), ("sky_strength", 0.0), ("sun_elevation", -10.0)]];
+    for graph in systems(&project) {
+        for (name, text) in hostile_worlds() {
+            project.write("worlds/test.toml", format!("name = \"test\"\n{text}"));
+            let mut session = open(&project, &graph, [18, 10], &[]);
+            for sun in suns {
+                for (param, value) in sun {
+                    session.set_param(param, Value::F32(*value)).unwrap();
+                }
+                let wrong = frames(&mut session, 3)
+                    .iter()
+                    .filter(|texel| !texel.iter().all(|c| c.is_finite() && *c >= 0.0))
+                    .count();
+                assert_eq!(wrong, 0, "{graph} over {name} with {sun:?}");
+            }
+        }
     }
 }
 
@@ -279,4 +397,107 @@ fn the_judge_finds_no_bias_in_the_path_tracer_itself() {
     assert!(pan.voxels > 0.0 && pan.judged.noise > last.noise, "{pan:?}");
     let lag = outcome.lag.unwrap();
     assert_eq!((lag.to_5_percent, lag.to_1_percent), (Some(1), Some(1)), "{lag:?}");
+}
+
+#[test]
+fn the_verb_writes_tables_and_charts_and_says_what_is_not_there() {
+    let project = Project::shipped();
+    let quick = ["bench", "light", "--size", "16x9", "--frames", "4", "--paths", "16"];
+    let run = |more: &[&str]| project.raxel(&[&quick[..], more].concat());
+    let rows =
+        run(&["sun_history", "--scenes", "room,worlds/menger.toml", "-o", "out", "--format", "json"]).exits(0).json();
+    let of = |reason: &str| rows.iter().filter(|row| row["reason"] == reason).count();
+    assert_eq!((of("reference"), of("judged")), (2, 4), "two scenes, each with the path tracer and one system");
+    let read = |name: &str| std::fs::read_to_string(project.path(&format!("out/{name}"))).unwrap();
+    let results: serde_json::Value = serde_json::from_str(&read("results.json")).unwrap();
+    assert!(results["formula"].as_str().unwrap().starts_with("relMSE = "));
+    assert_eq!(results["rows"].as_array().unwrap().len(), 4);
+    // Pictures after 1, 2 and 4 frames for each row, under a head.
+    assert_eq!(read("results.csv").lines().count(), 1 + 4 * 3);
+    for chart in ["light-room.svg", "light-menger.svg"] {
+        let svg = read(chart);
+        assert!(svg.ends_with("</svg>\n") && svg.contains(">sun_history<"), "{chart}");
+    }
+    assert!(run(&["--scenes", "rom"]).exits(3).stderr.contains("did you mean `room`?"));
+    assert!(run(&["sun_histori", "--scenes", "room"]).exits(3).stderr.contains("did you mean `sun_history`?"));
+    run(&["--scenes", "room", "--goal", "0"]).exits(2);
+    // What has no light to be judged is said, and the others are judged all the same.
+    let refused = run(&["graphs/inspect.toml", "--scenes", "room"]).exits(3);
+    assert!(refused.stderr.contains("it has no target `radiance` of floats"), "{}", refused.stderr);
+}
+
+/// Points of 2^8 in four pairs, for two seeds; the light that a number draws.
+const SAMPLER: &str = "#version 460
+#include <raxel/light/sobol.glsl>
+#include <raxel/light/sampling.glsl>
+#include <raxel/light/lights.glsl>
+layout(local_size_x = 64) in;
+layout(std430) buffer Results { vec4 points[2048]; uint drawn[65536]; } results;
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < 2048u) {
+        uvec2 bits = rx_sobol_bits(i & 255u, (i >> 8) & 3u, 77u + (i >> 10));
+        vec3 dir = rx_cosine_direction(RX_FACE_POS_Y, rx_sobol(i & 255u, (i >> 8) & 3u, 77u + (i >> 10)));
+        results.points[i] = vec4(uintBitsToFloat(bits.x), uintBitsToFloat(bits.y), dir.y * dir.y, atan(dir.z, dir.x));
+    }
+    results.drawn[i] = rx_pick_light(rx_sobol_bits(i, 0u, 5u));
+}
+";
+
+#[test]
+fn points_are_stratified_and_lamps_are_drawn_by_their_power() {
+    let project = Project::shipped();
+    let materials =
+        "dim = { albedo = [1.0, 1.0, 1.0], emission = 1.0 }\nbright = { albedo = [1.0, 1.0, 1.0], emission = 20.0 }";
+    let build = [cuboid("dim", [0, 0, 0], [3, 1, 1], ""), cuboid("bright", [9, 0, 0], [10, 1, 1], "")];
+    world(&project, materials, &build, [5.0, 5.0, 9.0], [5.0, 0.0, 0.0], 60.0);
+    project.write("shaders/sampler.comp", SAMPLER).write(
+        "graphs/sampler.toml",
+        "name = \"sampler\"\npresent = \"results\"\n[buffers.results]\nsize = 294912\ninit = 0\n[buffers.lights]\nsource = \"world.lights\"\n\
+         [[passes]]\nname = \"sample\"\nshader = \"sampler.comp\"\ndispatch = { threads = [65536, 1, 1] }\n\
+         bind = { results = \"results\", lights = \"lights\" }\n",
+    );
+    let mut session = Session::open(Options {
+        project: Some(project.root().into()),
+        graph: Some(project.path("graphs/sampler.toml")),
+        world: Some(project.path("worlds/test.toml")),
+        size: [8, 8],
+        validation: Validation::Required,
+        ..Options::default()
+    })
+    .unwrap();
+    session.frame().unwrap();
+    let words: Vec<u32> = session
+        .read_buffer("results", 0..294_912)
+        .unwrap()
+        .chunks_exact(4)
+        .map(|word| u32::from_le_bytes(word.try_into().unwrap()))
+        .collect();
+    for (number, set) in words[..8192].chunks_exact(4 * 256).enumerate() {
+        // One of 256 points in each of the 2^a by 2^(8-a) boxes, whatever a: a (0, 8, 2)-net in base 2.
+        for a in 0..=8 {
+            let mut boxes = [0; 256];
+            for point in set.chunks_exact(4) {
+                let [x, y] = [point[0] as u64, point[1] as u64];
+                boxes[((x << a >> 32) << (8 - a) | y << (8 - a) >> 32) as usize] += 1;
+            }
+            assert!(boxes.iter().all(|count| *count == 1), "set {number}, {a} bits along x: {boxes:?}");
+        }
+        // Heights over the face and turns around it are even: cos² and the angle are the numbers themselves.
+        let mut heights = [0; 16];
+        for point in set.chunks_exact(4) {
+            heights[((f32::from_bits(point[2]) * 16.0) as usize).min(15)] += 1;
+            assert!(f32::from_bits(point[2]) > 0.0 && f32::from_bits(point[3]).is_finite());
+        }
+        assert!(heights.iter().all(|count| (15..=17).contains(count)), "{heights:?}");
+    }
+    let sets: Vec<&[u32]> = words[..8192].chunks_exact(1024).collect();
+    assert!((1..8).all(|other| sets[0] != sets[other]), "pairs and seeds differ");
+    // Three dim voxels in a row have 14 bare faces, the bright one 6 of twenty times their power.
+    let mut drawn = [0.0_f64; 20];
+    words[8192..].iter().for_each(|index| drawn[*index as usize] += 1.0 / 65536.0);
+    for (light, part) in drawn.iter().enumerate() {
+        let power: f64 = if light < 14 { 1.0 } else { 20.0 };
+        assert!((part - power / 134.0).abs() < 2e-3 * power.sqrt(), "light {light}: {part}");
+    }
 }
