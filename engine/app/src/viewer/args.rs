@@ -28,4 +28,8 @@ pub(crate) struct Args {
     /// Also look at the files now and then, where the system does not tell of changes (network folders).
     #[arg(long)]
     pub poll: bool,
+
+    /// Listen to lines of JSON on stdin, and answer on stdout: docs/control.md.
+    #[arg(long)]
+    pub control: bool,
 }

@@ -32,6 +32,7 @@ use self::controls::{Command, Controls};
 use self::reload_log::ReloadLog;
 use self::title::Title;
 use crate::console::{Console, To};
+use crate::control::{Control, Drive, Next};
 use crate::failure::{Exit, Failure, Result};
 use crate::output::{self, Pending, shown};
 use crate::session::{frame_failure, print_validation, validated};
@@ -56,6 +57,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| no_window(&error))?;
     let proxy = event_loop.create_proxy();
+    let waker = proxy.clone();
     let mut options = args.what.options(device)?;
     options.size = args.size.0;
     options.scale = args.scale;
@@ -74,8 +76,14 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         device_name(&session)
     ));
 
+    let control = args.control.then(|| {
+        Control::listen(Drive::Window, move || {
+            let _ = waker.send_event(Wake);
+        })
+    });
     let mut viewer = Viewer {
         args,
+        control,
         console,
         reloads: ReloadLog::new(console),
         session,
@@ -126,6 +134,8 @@ struct Open {
 
 struct Viewer<'a> {
     args: &'a Args,
+    /// A program that drives the session too.
+    control: Option<Control>,
     console: &'a Console,
     reloads: ReloadLog<'a>,
     session: Session,
@@ -269,7 +279,16 @@ impl Viewer<'_> {
     fn draw(&mut self, event_loop: &ActiveEventLoop) -> Result {
         for event in self.session.poll_reload() {
             self.reloads.tell(&event);
+            if let Some(control) = &mut self.control {
+                control.note(&event);
+            }
             self.titled = None;
+        }
+        if let Some(control) = &mut self.control
+            && control.poll(&mut self.session) == Next::Quit
+        {
+            event_loop.exit();
+            return Ok(());
         }
         event_loop.set_control_flow(ControlFlow::Poll);
         if self.window.is_none() {
@@ -492,7 +511,14 @@ impl Viewer<'_> {
             failed: self.reloads.failed,
             refused: self.session.is_refused(),
             busy: self.busy.clone(),
+            caption: self.caption(),
         }
+    }
+
+    /// What the demo says at this moment, while it drives.
+    fn caption(&self) -> Option<String> {
+        let demo = self.session.demo().filter(|_| self.session.demo_drives())?;
+        demo.caption(self.session.clock().now()?.time).map(|line| line.text.clone())
     }
 
     fn update_title(&mut self) {

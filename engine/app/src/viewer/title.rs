@@ -19,6 +19,8 @@ pub(crate) struct Title {
     pub refused: bool,
     /// The device has worked for long: on which pass, and since how many seconds.
     pub busy: Option<(Option<String>, u64)>,
+    /// A demo's line of text.
+    pub caption: Option<String>,
 }
 
 impl Title {
@@ -37,6 +39,7 @@ impl Title {
             let pass = pass.as_ref().map_or_else(String::new, |pass| format!(" on `{pass}`"));
             format!("working{pass} for {seconds} s")
         }));
+        parts.extend(self.caption.as_ref().map(|line| format!("“{line}”")));
         format!("{} — raxel", parts.join(" · "))
     }
 }
@@ -60,6 +63,8 @@ mod tests {
             busy.text(),
             "primary · depth · refused: showing the plan before · working on `spin` for 3 s — raxel"
         );
+        let said = Title { caption: Some("a flight".into()), ..title.clone() };
+        assert_eq!(said.text(), "primary · depth · 4.3 ms · “a flight” — raxel");
         let title = Title { paused: true, failed: Some(17), ..title };
         assert_eq!(title.text(), "primary · depth · 4.3 ms · paused · gen 17 failed: showing gen 16 — raxel");
     }

@@ -1,0 +1,190 @@
+//! Control by program: requests as lines of JSON on stdin, one answer each on stdout. `raxel control` has no window and runs a frame when it
+//! is told to; `raxel run --control` is a window that a program drives too. docs/control.md tells the protocol.
+
+mod answer;
+mod base64;
+mod request;
+
+use std::io::BufRead;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use raxel_diagnostics::render;
+use raxel_runtime::Session;
+use raxel_runtime::reload::ReloadEvent;
+use serde_json::{Value, json};
+
+use self::answer::Refusal;
+use self::request::Request;
+use crate::console;
+
+/// Who runs the frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Drive {
+    /// Requests: nothing happens between them.
+    Requests,
+    /// A window, all the time.
+    Window,
+}
+
+/// The end of a conversation with a program.
+pub(crate) struct Control {
+    lines: Receiver<String>,
+    drive: Drive,
+    /// A request that waits for an edit.
+    waiting: Option<Waiting>,
+    /// What the last edit brought, for `diagnostics`.
+    diagnostics: Vec<Value>,
+    generation: u64,
+    /// The generation that runs.
+    shown: u64,
+}
+
+struct Waiting {
+    id: Value,
+    until: Instant,
+}
+
+/// What became of a look at the requests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Next {
+    /// The conversation goes on.
+    More,
+    /// The program said `quit`.
+    Quit,
+}
+
+impl Control {
+    /// Listens to stdin. `wake` is called on another thread after each line.
+    pub fn listen(drive: Drive, wake: impl Fn() + Send + 'static) -> Self {
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in std::io::stdin().lock().lines() {
+                // What is no text is no JSON: said in the answer.
+                let line = line.unwrap_or_else(|_| "not UTF-8".to_owned());
+                if sender.send(line).is_err() {
+                    return;
+                }
+                wake();
+            }
+            drop(sender);
+            wake();
+        });
+        console::json(&json!({ "event": "ready", "protocol": request::PROTOCOL }));
+        Self { lines, drive, waiting: None, diagnostics: Vec::new(), generation: 0, shown: 0 }
+    }
+
+    /// Answers what has come, without waiting: for a window.
+    pub fn poll(&mut self, session: &mut Session) -> Next {
+        self.tire();
+        loop {
+            // Requests are answered in their order.
+            if self.waiting.is_some() {
+                return Next::More;
+            }
+            match self.lines.try_recv() {
+                Ok(line) => {
+                    if self.line(&line, session) == Next::Quit {
+                        return Next::Quit;
+                    }
+                }
+                Err(TryRecvError::Empty) => return Next::More,
+                // A window stays when the program has gone.
+                Err(TryRecvError::Disconnected) => return Next::More,
+            }
+        }
+    }
+
+    /// Answers until the program quits, or closes its end.
+    pub fn serve(&mut self, session: &mut Session) {
+        loop {
+            let line = if self.waiting.is_some() {
+                let events = session.wait_reload(Duration::from_millis(20));
+                events.iter().for_each(|event| self.note(event));
+                self.tire();
+                continue;
+            } else {
+                self.lines.recv_timeout(Duration::from_millis(100))
+            };
+            let events = session.poll_reload();
+            events.iter().for_each(|event| self.note(event));
+            match line {
+                Ok(line) if self.line(&line, session) == Next::Quit => return,
+                Err(RecvTimeoutError::Disconnected) => return,
+                Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+
+    /// An edit was swapped in, or is wrong: said as an event, and to who waits for it.
+    pub fn note(&mut self, event: &ReloadEvent) {
+        let parsed = |text: String| text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+        let said = match event {
+            ReloadEvent::Reloaded(reloaded) => {
+                (self.generation, self.shown) = (reloaded.generation, reloaded.generation);
+                self.diagnostics = parsed(render::json(&reloaded.diagnostics, &reloaded.texts));
+                json!({
+                    "event": "reloaded",
+                    "generation": reloaded.generation,
+                    "changed": reloaded.changed,
+                    "milliseconds": reloaded.milliseconds,
+                })
+            }
+            ReloadEvent::Failed(failed) => {
+                self.generation = failed.generation;
+                self.diagnostics = parsed(render::json(&failed.diagnostics, &failed.texts));
+                json!({
+                    "event": "reload-failed",
+                    "generation": failed.generation,
+                    "showing": self.shown,
+                    "changed": failed.changed,
+                })
+            }
+            ReloadEvent::DeviceRebuilt { suspect, milliseconds } => {
+                json!({ "event": "device-rebuilt", "suspect": suspect, "milliseconds": milliseconds })
+            }
+        };
+        console::json(&said);
+        if let (Some(waiting), false) = (&self.waiting, matches!(event, ReloadEvent::DeviceRebuilt { .. })) {
+            let ok = matches!(event, ReloadEvent::Reloaded(_));
+            let (generation, diagnostics) = (self.generation, &self.diagnostics);
+            answer::give(
+                &waiting.id,
+                Ok(json!({ "reloaded": ok, "generation": generation, "diagnostics": diagnostics })),
+            );
+            self.waiting = None;
+        }
+    }
+
+    /// Gives up waiting for an edit that does not come.
+    fn tire(&mut self) {
+        if let Some(waiting) = self.waiting.take_if(|waiting| Instant::now() >= waiting.until) {
+            answer::give(&waiting.id, Err(Refusal::new("no edit came in that time")));
+        }
+    }
+
+    fn line(&mut self, line: &str, session: &mut Session) -> Next {
+        if line.trim().is_empty() {
+            return Next::More;
+        }
+        let (id, request) = request::parse(line);
+        match request {
+            Err(refusal) => answer::give(&id, Err(refusal)),
+            Ok(Request::Quit) => {
+                answer::give(&id, Ok(json!({})));
+                return Next::Quit;
+            }
+            Ok(Request::WaitReload { seconds }) => {
+                let until = Instant::now() + Duration::from_secs_f64(seconds);
+                self.waiting = Some(Waiting { id, until });
+            }
+            Ok(Request::Diagnostics) => {
+                let (generation, shown) = (self.generation, self.shown);
+                let found = json!({ "generation": generation, "showing": shown, "diagnostics": self.diagnostics });
+                answer::give(&id, Ok(found));
+            }
+            Ok(request) => answer::give(&id, answer::answer(request, session, self.drive)),
+        }
+        Next::More
+    }
+}

@@ -1,0 +1,178 @@
+//! What a program may ask for, and how it is read.
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::answer::Refusal;
+
+/// The version of the protocol. A higher one has more requests; none changes its meaning.
+pub(super) const PROTOCOL: u32 = 1;
+
+/// A request: `{"id": 1, "do": "set", "param": "exposure", "value": 2.0}`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub(super) enum Request {
+    /// What is open: files, size, params, resources, passes, cameras.
+    Info,
+    /// Sets a param.
+    Set { param: String, value: Value },
+    /// Brings a param back to the graph's default.
+    Unset { param: String },
+    /// Chooses the debug target; an empty one is the graph's own.
+    Target { target: String },
+    /// Moves the camera, or only tells where it is. Degrees and voxels.
+    Camera {
+        name: Option<String>,
+        position: Option<[f64; 3]>,
+        look_at: Option<[f64; 3]>,
+        yaw: Option<f64>,
+        pitch: Option<f64>,
+        fov: Option<f64>,
+    },
+    /// Stops or starts the clock.
+    Pause {
+        #[serde(default = "yes")]
+        paused: bool,
+    },
+    /// Runs frames; in a window that is paused, lets them pass.
+    Step {
+        #[serde(default = "one")]
+        frames: u32,
+    },
+    /// Puts the next frame at so many seconds.
+    Seek { seconds: f64 },
+    /// Starts over.
+    Reset,
+    /// Changes the extent of the output, in pixels.
+    Resize { size: [u32; 2] },
+    /// Writes the picture of the last frame to a file: its extension says the form.
+    Screenshot { path: String },
+    /// The picture of the last frame.
+    Picture,
+    /// Texels of a target as numbers.
+    Texels {
+        target: String,
+        #[serde(default)]
+        age: u32,
+        #[serde(default)]
+        mip: u32,
+        #[serde(default)]
+        layer: u32,
+    },
+    /// One texel of a target.
+    Pixel {
+        target: String,
+        x: u32,
+        y: u32,
+        #[serde(default)]
+        age: u32,
+        #[serde(default)]
+        mip: u32,
+        #[serde(default)]
+        layer: u32,
+    },
+    /// Bytes of a buffer.
+    Buffer {
+        buffer: String,
+        #[serde(default)]
+        start: u64,
+        bytes: u64,
+    },
+    /// GPU times of the passes of the last frame.
+    Timings,
+    /// What is wrong since the last edit.
+    Diagnostics,
+    /// Waits until an edit is swapped in or found to be wrong.
+    WaitReload {
+        #[serde(default = "ten")]
+        seconds: f64,
+    },
+    /// Ends the program.
+    Quit,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn ten() -> f64 {
+    10.0
+}
+
+/// Most frames of one step: a program that wants more asks again, and can be stopped in between.
+const MOST_FRAMES: u32 = 100_000;
+
+/// Reads a line: its `id`, which the answer repeats, and the request, or why it is none.
+pub(super) fn parse(line: &str) -> (Value, Result<Request, Refusal>) {
+    let mut value: Value = match serde_json::from_str(line) {
+        Ok(value) => value,
+        Err(error) => return (Value::Null, Err(Refusal::new(format!("the line is not JSON: {error}")))),
+    };
+    let Some(object) = value.as_object_mut() else {
+        return (Value::Null, Err(Refusal::new("a request is an object, {\"do\": …}")));
+    };
+    let id = object.remove("id").unwrap_or(Value::Null);
+    let request = serde_json::from_value(value).map_err(|error| Refusal::new(error.to_string()));
+    (id, request.and_then(within))
+}
+
+/// Numbers that nothing can be done with are refused here, once.
+fn within(request: Request) -> Result<Request, Refusal> {
+    let refuse = |message: &str| Err(Refusal::new(message));
+    match &request {
+        Request::Step { frames } if !(1..=MOST_FRAMES).contains(frames) => refuse("`frames` must be in 1…100000"),
+        Request::Resize { size } if size.iter().any(|side| !(1..=16384).contains(side)) => {
+            refuse("both sides of `size` must be in 1…16384")
+        }
+        Request::Seek { seconds } | Request::WaitReload { seconds } if !(0.0..=86_400.0).contains(seconds) => {
+            refuse("`seconds` must be in 0…86400")
+        }
+        Request::Camera { fov: Some(fov), .. } if !(1.0..=170.0).contains(fov) => refuse("`fov` must be in 1…170"),
+        Request::Camera { pitch: Some(pitch), .. } if !(-90.0..=90.0).contains(pitch) => {
+            refuse("`pitch` must be in -90…90")
+        }
+        Request::Camera { look_at: Some(_), yaw, pitch, .. } if yaw.is_some() || pitch.is_some() => {
+            refuse("`look_at` and `yaw` or `pitch` exclude each other")
+        }
+        Request::Camera { position, look_at, .. }
+            if [position, look_at]
+                .iter()
+                .any(|place| place.is_some_and(|place| !place.iter().all(|x| x.abs() <= 2_147_483_648.0))) =>
+        {
+            refuse("a position is in -2147483648…2147483648")
+        }
+        _ => Ok(request),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_are_read_and_anything_else_is_refused() {
+        let (id, request) = parse(r#"{"id": "a", "do": "step"}"#);
+        assert_eq!((id, request.unwrap()), (Value::from("a"), Request::Step { frames: 1 }));
+        let (_, request) = parse(r#"{"do": "set", "param": "sun", "value": [1, 2]}"#);
+        assert_eq!(request.unwrap(), Request::Set { param: "sun".into(), value: serde_json::json!([1, 2]) });
+        for (line, said) in [
+            ("no json", "not JSON"),
+            ("[1]", "a request is an object"),
+            ("{}", "missing field `do`"),
+            (r#"{"id": 7, "do": "fly"}"#, "unknown variant `fly`"),
+            (r#"{"do": "step", "frame": 3}"#, "unknown field `frame`"),
+            (r#"{"do": "step", "frames": 0}"#, "`frames` must be in"),
+            (r#"{"do": "pixel", "target": "depth", "x": -1, "y": 0}"#, "invalid value"),
+            (r#"{"do": "camera", "look_at": [0, 0, 0], "yaw": 1}"#, "exclude each other"),
+            (r#"{"do": "camera", "position": [0, 1e300, 0]}"#, "a position is in"),
+        ] {
+            let refusal = parse(line).1.unwrap_err();
+            assert!(refusal.error.contains(said), "{line}: {}", refusal.error);
+        }
+        assert_eq!(parse(r#"{"id": 7, "do": "fly"}"#).0, Value::from(7));
+    }
+}

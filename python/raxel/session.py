@@ -1,0 +1,217 @@
+"""A session: the process, and a method for each request."""
+
+import base64
+import json
+import os
+import subprocess
+
+try:
+    import numpy
+except ImportError:  # Arrays are memoryviews then.
+    numpy = None
+
+# What a memoryview calls the types of the protocol.
+_CODES = {"f4": "f", "u4": "I", "i4": "i", "u1": "B"}
+
+
+class Refused(Exception):
+    """A request that raxel did not do; nothing has changed."""
+
+    def __init__(self, error, help):
+        super().__init__("; ".join([error, *help]))
+        self.error = error
+        self.help = help
+
+
+class Disconnected(Exception):
+    """The process has ended; the text is what it said on stderr."""
+
+
+def open(file=None, *, size=(1280, 720), fps=60.0, world=None, sets=None, binary=None, cwd=None, arguments=()):
+    """Opens a graph, a demo or a world; the project's graph when `file` is None.
+
+    `binary` is the program, by default $RAXEL or `raxel` on the path. `cwd` is the folder to run it in, `arguments` are more of its
+    arguments, `sets` are values of params by name.
+    """
+    command = [binary or os.environ.get("RAXEL", "raxel"), "control", "--size", f"{size[0]}x{size[1]}", "--fps", str(fps)]
+    if file is not None:
+        command.append(os.fspath(file))
+    if world is not None:
+        command += ["--world", os.fspath(world)]
+    for name, value in (sets or {}).items():
+        command += ["--set", f"{name}={_text(value)}"]
+    return Session([*command, *arguments], cwd=cwd)
+
+
+class Session:
+    """A running raxel. Close it, or use it in a `with` block."""
+
+    def __init__(self, command, cwd=None):
+        self._process = subprocess.Popen(
+            command, cwd=cwd, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8"
+        )
+        self._id = 0
+        #: Edits that were swapped in or found to be wrong, in order, as raxel told them.
+        self.events = []
+        self._until("ready")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        """Ends the process."""
+        if self._process.poll() is None:
+            try:
+                self.ask("quit")
+            except (Disconnected, OSError):
+                pass
+        self._process.stdin.close()
+        self._process.stdout.close()
+        self._process.stderr.close()
+        self._process.wait()
+
+    def ask(self, do, **fields):
+        """Sends any request and gives the fields of its answer. Raises Refused when raxel does not do it."""
+        self._id += 1
+        request = {"id": self._id, "do": do, **{name: value for name, value in fields.items() if value is not None}}
+        try:
+            self._process.stdin.write(json.dumps(request) + "\n")
+            self._process.stdin.flush()
+        except (BrokenPipeError, ValueError):
+            self._ended()
+        while True:
+            answer = self._line()
+            if "event" in answer:
+                self.events.append(answer)
+            elif answer["id"] == self._id:
+                break
+        if not answer["ok"]:
+            raise Refused(answer["error"], answer.get("help", []))
+        return {name: value for name, value in answer.items() if name not in ("id", "ok")}
+
+    # What is open.
+
+    def info(self):
+        """Files, device, size, params, targets, buffers, passes and cameras."""
+        return self.ask("info")
+
+    def timings(self):
+        """Milliseconds of GPU time of each pass of the last frame, by name."""
+        return {entry["pass"]: entry["milliseconds"] for entry in self.ask("timings")["passes"]}
+
+    def diagnostics(self):
+        """What the last edit brought: `generation`, the one that is `showing`, and the `diagnostics` themselves."""
+        return self.ask("diagnostics")
+
+    # What is driven.
+
+    def set(self, param, value):
+        """Sets a param and gives its value."""
+        return self.ask("set", param=param, value=_plain(value))["value"]
+
+    def unset(self, param):
+        """Brings a param back to its default, and gives it."""
+        return self.ask("unset", param=param)["value"]
+
+    def target(self, target=""):
+        """Chooses the debug target; the graph's own by default."""
+        self.ask("target", target=target)
+
+    def camera(self, name=None, *, position=None, look_at=None, yaw=None, pitch=None, fov=None):
+        """Moves the camera (voxels, degrees), or only tells where it is."""
+        position, look_at = (None if place is None else _plain(place) for place in (position, look_at))
+        return self.ask("camera", name=name, position=position, look_at=look_at, yaw=yaw, pitch=pitch, fov=fov)
+
+    def step(self, frames=1):
+        """Runs frames; gives the number and the time of the last."""
+        return self.ask("step", frames=frames)
+
+    def pause(self, paused=True):
+        """Stops or starts the clock."""
+        self.ask("pause", paused=paused)
+
+    def seek(self, seconds):
+        """Puts the next frame at that time."""
+        self.ask("seek", seconds=seconds)
+
+    def reset(self):
+        """Starts over."""
+        self.ask("reset")
+
+    def resize(self, width, height):
+        """Changes the extent of the output."""
+        self.ask("resize", size=[width, height])
+
+    def wait_reload(self, seconds=10.0):
+        """Waits for the next edit; `reloaded` says whether it is running, `diagnostics` what is wrong otherwise."""
+        return self.ask("wait_reload", seconds=seconds)
+
+    # What is read.
+
+    def screenshot(self, path):
+        """Writes the picture of the last frame; the extension says the form."""
+        return self.ask("screenshot", path=os.fspath(path))
+
+    def picture(self):
+        """The picture of the last frame: height × width × 4 bytes, sRGB."""
+        return _array(self.ask("picture"))
+
+    def texels(self, target, *, age=0, mip=0, layer=0):
+        """A target as numbers: height × width × channels of float32, uint32 or int32."""
+        return _array(self.ask("texels", target=target, age=age, mip=mip, layer=layer))
+
+    def pixel(self, target, x, y, *, age=0, mip=0, layer=0):
+        """The values of one texel."""
+        values = self.ask("pixel", target=target, x=x, y=y, age=age, mip=mip, layer=layer)["values"]
+        return [float(value) if isinstance(value, str) else value for value in values]
+
+    def buffer(self, buffer, bytes, *, start=0, dtype=None):
+        """Bytes of a buffer; with `dtype` (numpy's names, e.g. "f4") as an array."""
+        data = base64.b64decode(self.ask("buffer", buffer=buffer, start=start, bytes=bytes)["data"])
+        if dtype is None:
+            return data
+        if numpy is not None:
+            return numpy.frombuffer(data, dtype="<" + dtype)
+        return memoryview(data).cast(_CODES[dtype])
+
+    def _line(self):
+        line = self._process.stdout.readline()
+        if not line:
+            self._ended()
+        return json.loads(line)
+
+    def _until(self, event):
+        while self._line().get("event") != event:
+            pass
+
+    def _ended(self):
+        said = self._process.stderr.read()
+        code = self._process.wait()
+        raise Disconnected(f"raxel has ended with exit code {code}: {said.strip()}")
+
+
+def _array(answer):
+    data = base64.b64decode(answer["data"])
+    shape = [answer["height"], answer["width"], answer["channels"]]
+    if numpy is not None:
+        return numpy.frombuffer(data, dtype="<" + answer["type"]).reshape(shape)
+    return memoryview(data).cast(_CODES[answer["type"]], shape=shape)
+
+
+def _plain(value):
+    """Numbers of any library as those of JSON."""
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return [_plain(part) for part in value]
+
+
+def _text(value):
+    value = _plain(value)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return ",".join(map(str, value)) if isinstance(value, list) else str(value)

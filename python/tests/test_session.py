@@ -1,0 +1,106 @@
+"""Runs against a real raxel: $RAXEL is the program, the current folder the repository."""
+
+import os
+import shutil
+import tempfile
+import unittest
+
+import raxel
+
+SCENE = dict(file="graphs/inspect.toml", world="worlds/menger.toml", size=(32, 18))
+
+
+class Driving(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.session = raxel.open(**SCENE)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.session.close()
+
+    def test_info_has_everything_by_name(self):
+        info = self.session.info()
+        self.assertEqual((info["graph"], info["size"]), ("graphs/inspect.toml", [32, 18]))
+        self.assertIn("depth", info["targets"])
+        self.assertIn("sky_depth", [param["name"] for param in info["params"]])
+
+    def test_a_param_changes_what_is_read(self):
+        self.assertEqual(self.session.set("sky_depth", 777.0), 777.0)
+        self.session.step()
+        depth = self.session.texels("depth")
+        self.assertEqual(tuple(depth.shape), (18, 32, 1))
+        values = [value for row in depth.tolist() for (value,) in row]
+        self.assertIn(777.0, values)
+        self.assertTrue(any(0.0 < value < 777.0 for value in values))
+        # One texel is the same number.
+        self.assertEqual(self.session.pixel("depth", 31, 17), [depth[17, 31, 0]])
+
+    def test_refusals_change_nothing(self):
+        before = self.session.camera()
+        for wrong in (
+            lambda: self.session.set("sky_dpeth", 1.0),
+            lambda: self.session.set("sky_depth", "much"),
+            lambda: self.session.texels("dept"),
+            lambda: self.session.pixel("depth", 32, 0),
+            lambda: self.session.camera("nowhere"),
+            lambda: self.session.step(0),
+            lambda: self.session.ask("fly"),
+            lambda: self.session.screenshot("no/such/folder.png"),
+        ):
+            with self.assertRaises(raxel.Refused):
+                wrong()
+        self.assertEqual(self.session.camera(), before)
+        with self.assertRaisesRegex(raxel.Refused, "did you mean `sky_depth`"):
+            self.session.set("sky_dpeth", 1.0)
+
+    def test_the_camera_moves_and_time_passes(self):
+        self.session.reset()
+        self.assertEqual(self.session.step(3), {"frame": 2, "seconds": 2 / 60})
+        self.session.pause()
+        self.assertEqual(self.session.step()["frame"], 2)
+        self.session.pause(False)
+        one = self.session.picture().tolist()
+        moved = self.session.camera(position=[40.0, 20.0, 60.0], look_at=[0.0, 0.0, 0.0])
+        self.assertEqual(moved["position"], [40.0, 20.0, 60.0])
+        self.session.step()
+        self.assertNotEqual(self.session.picture().tolist(), one)
+
+    def test_a_picture_is_a_file(self):
+        self.session.step()
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.png")
+            self.assertEqual(self.session.screenshot(path)["size"], [32, 18])
+            with open(path, "rb") as file:
+                self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+
+
+class Editing(unittest.TestCase):
+    def test_an_edit_is_waited_for_and_a_mistake_is_told(self):
+        with tempfile.TemporaryDirectory() as project:
+            for folder in ("graphs", "shaders", "worlds"):
+                shutil.copytree(folder, os.path.join(project, folder))
+            shader = os.path.join(project, "shaders", "inspect.comp")
+            with open(shader) as file:
+                text = file.read()
+            with raxel.open(**SCENE, cwd=project) as session:
+                session.step()
+                with open(shader, "w") as file:
+                    file.write(text.replace("void main", "void mian"))
+                edit = session.wait_reload(60)
+                self.assertFalse(edit["reloaded"])
+                self.assertIn("shaders/inspect.comp", str(edit["diagnostics"]))
+                session.step()
+                with open(shader, "w") as file:
+                    file.write(text + "\n// mended\n")
+                self.assertTrue(session.wait_reload(60)["reloaded"])
+                self.assertEqual(session.diagnostics()["diagnostics"], [])
+                self.assertEqual([event["event"] for event in session.events], ["reload-failed", "reloaded"])
+
+    def test_a_project_that_does_not_open_is_said(self):
+        with self.assertRaisesRegex(raxel.Disconnected, "exit code 3"):
+            raxel.open("graphs/no_such_graph.toml")
+
+
+if __name__ == "__main__":
+    unittest.main()

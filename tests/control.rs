@@ -1,0 +1,138 @@
+//! Control by program: the protocol as lines, in the window too, and the Python package that speaks it.
+
+#![cfg(unix)]
+
+mod common;
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
+
+use common::{Display, Project, Run, Running, command, output, repository};
+use serde_json::{Value, json};
+
+const SCENE: [&str; 5] = ["graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "32x18"];
+
+/// A conversation with a raxel.
+struct Talk {
+    child: Running,
+    requests: ChildStdin,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Talk {
+    fn start(command: &mut Command) -> Self {
+        let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()));
+        let requests = child.0.stdin.take().unwrap();
+        let answers = BufReader::new(child.0.stdout.take().unwrap());
+        let mut talk = Self { child, requests, answers };
+        assert_eq!(talk.line(), json!({ "event": "ready", "protocol": 1 }));
+        talk
+    }
+
+    fn line(&mut self) -> Value {
+        let mut line = String::new();
+        self.answers.read_line(&mut line).unwrap();
+        serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line:?}"))
+    }
+
+    /// Sends a line as it is, and gives the answer.
+    fn say(&mut self, line: &str) -> Value {
+        writeln!(self.requests, "{line}").unwrap();
+        loop {
+            let answer = self.line();
+            if answer.get("event").is_none() {
+                return answer;
+            }
+        }
+    }
+
+    /// Asks for something that is done.
+    #[track_caller]
+    fn ask(&mut self, request: Value) -> Value {
+        let answer = self.say(&request.to_string());
+        assert_eq!(answer["ok"], json!(true), "{request}: {answer}");
+        answer
+    }
+}
+
+#[test]
+fn lines_that_are_no_request_change_nothing() {
+    let mut talk = Talk::start(&mut command(repository(), &[&["control"][..], &SCENE].concat()));
+    let before = talk.ask(json!({ "do": "camera" }));
+    for (line, said) in [
+        ("{\"do\": ", "not JSON"),
+        ("\"step\"", "a request is an object"),
+        ("{\"do\": \"fly\"}", "unknown variant `fly`"),
+        ("{\"do\": \"step\", \"frame\": 2}", "unknown field `frame`"),
+        ("{\"do\": \"set\", \"param\": \"sky_dpeth\", \"value\": 1}", "did you mean `sky_depth`"),
+        ("{\"do\": \"set\", \"param\": \"sky_depth\", \"value\": {}}", "`value` is a number"),
+        ("{\"do\": \"picture\"}", ""),
+        ("{\"do\": \"screenshot\", \"path\": \"/no/folder/a.png\"}", "does not exist"),
+        ("{\"do\": \"buffer\", \"buffer\": \"depth\", \"bytes\": 4}", ""),
+    ] {
+        let answer = talk.say(line);
+        assert_eq!(answer["ok"], json!(false), "{line}: {answer}");
+        assert!(answer["error"].as_str().unwrap().contains(said), "{line}: {answer}");
+    }
+    // The id comes back, whatever it is, and the next request is done.
+    assert_eq!(talk.say("{\"id\": [1, null], \"do\": \"reset\"}")["id"], json!([1, null]));
+    let after = talk.ask(json!({ "do": "camera" }));
+    assert_eq!(before, after);
+    assert_eq!(talk.ask(json!({ "do": "step", "frames": 2 }))["frame"], json!(1));
+    let pixel = talk.ask(json!({ "do": "pixel", "target": "hit", "x": 3, "y": 2 }));
+    assert_eq!((pixel["format"].as_str(), pixel["values"].as_array().unwrap().len()), (Some("rg32ui"), 2));
+    assert!(!talk.ask(json!({ "do": "timings" }))["passes"].as_array().unwrap().is_empty());
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+}
+
+#[test]
+fn a_closed_pipe_ends_it() {
+    let talk = Talk::start(&mut command(repository(), &[&["control"][..], &SCENE].concat()));
+    let Talk { mut child, requests, .. } = talk;
+    drop(requests);
+    assert!(child.finish().success());
+}
+
+#[test]
+fn a_window_is_driven_too() {
+    let display = Display::start();
+    let project = Project::shipped();
+    let mut window = command(project.root(), &[&["run", "--control"][..], &SCENE].concat());
+    let mut talk = Talk::start(window.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY"));
+    let refused = talk.say("{\"do\": \"step\"}");
+    assert!(refused["error"].as_str().unwrap().contains("pause it first"), "{refused}");
+    talk.ask(json!({ "do": "pause" }));
+    talk.ask(json!({ "do": "target", "target": "depth" }));
+    talk.ask(json!({ "do": "set", "param": "sky_depth", "value": 321.0 }));
+    // The window draws by itself: the value is seen after a frame.
+    common::eventually("the value that was set", || {
+        let answer = talk.say("{\"do\": \"texels\", \"target\": \"depth\"}");
+        answer["ok"] == json!(true)
+            && talk.ask(json!({ "do": "pixel", "target": "depth", "x": 0, "y": 0 }))["values"] == json!([321.0])
+    });
+    project.edit("graphs/inspect.toml", "present", "presnet");
+    let told = talk.ask(json!({ "do": "wait_reload", "seconds": 60 }));
+    assert_eq!(told["reloaded"], json!(false), "{told}");
+    assert!(told["diagnostics"].to_string().contains("graphs/inspect.toml"), "{told}");
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+}
+
+#[test]
+fn the_python_package_passes_its_tests() {
+    let python = Path::new("python/tests");
+    let mut tests = Command::new("python3");
+    tests.args(["-m", "unittest", "discover", "-v", "-s"]).arg(python).current_dir(repository());
+    tests.env("PYTHONPATH", "python").env("PYTHONDONTWRITEBYTECODE", "1").env("RAXEL", env!("CARGO_BIN_EXE_raxel"));
+    let run: Run = output(tests.stdin(Stdio::null())).into();
+    let run = run.exits(0);
+    assert!(run.stderr.contains("\nOK"), "{}", run.stderr);
+
+    let mut example = Command::new("python3");
+    example.arg("python/examples/depth_profile.py").current_dir(repository()).stdin(Stdio::null());
+    example.env("PYTHONPATH", "python").env("PYTHONDONTWRITEBYTECODE", "1").env("RAXEL", env!("CARGO_BIN_EXE_raxel"));
+    let run = Run::from(output(&mut example)).exits(0);
+    assert!(run.stdout.contains("graphs/inspect.toml") && run.stdout.contains("voxels"), "{}", run.stdout);
+}
