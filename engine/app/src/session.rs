@@ -1,12 +1,14 @@
 //! Opening a session as the command line asks, and what its errors mean there.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use raxel_diagnostics::table;
 use raxel_gpu::{DeviceOptions, Severity};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::timeline::Demo;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
 use raxel_world::file::CAMERA_COORDINATES;
@@ -148,12 +150,11 @@ impl What {
         Ok(target)
     }
 
-    /// Seconds and frames a second of the demo, if there is one. Its errors are not reported here: opening does that.
-    pub fn demo_length(&self) -> Option<(f64, f64)> {
+    /// The demo, if there is one. Its errors are not reported here: opening does that.
+    pub fn demo(&self) -> Option<Arc<Demo>> {
         let file = self.file(FileKind::Demo)?;
         let front = Front::around(&file).ok()?;
-        let demo = front.loader.demo(&front.project.path_of(&file).ok()?).result.ok()?;
-        Some((demo.duration, demo.fps))
+        front.loader.demo(&front.project.path_of(&file).ok()?).result.ok()
     }
 
     /// Opens a session, says its warnings and the device that was chosen, and sets params and camera.

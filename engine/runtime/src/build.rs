@@ -104,6 +104,7 @@ pub fn assemble(
     selection: &Selection,
     context: &DeviceContext,
 ) -> Result<Assembly, BuildError> {
+    let _span = tracing::debug_span!("plan").entered();
     let sizes = context.sources.sizes(world);
     let plan = make_plan(graph, world, &sizes, selection, context)?;
     // Only the plan knows which layouts a live pass binds; a world's other layouts are never made.
@@ -159,6 +160,7 @@ fn make_plan(
 
 /// Creates everything that a plan needs, next to what is running.
 pub fn prepare(assembly: &Assembly, context: &DeviceContext) -> Result<execute::Prepared, BuildError> {
+    let _span = tracing::debug_span!("prepare").entered();
     context
         .builder
         .prepare(assembly.plan.clone(), &assembly.sources)

@@ -20,7 +20,7 @@ pub struct FrameTime {
     pub index: u64,
     /// Seconds since the last reset.
     pub time: f64,
-    /// Seconds since the frame before; 0 on the first frame and while paused.
+    /// Seconds since the frame before; 0 on frame 0 and while paused.
     pub delta: f64,
     /// Whether this is a new frame: false when the clock is paused and the same time is drawn again.
     pub advanced: bool,
@@ -123,11 +123,12 @@ impl Clock {
         let stepped = self.steps > 0;
         let time = match self.now {
             None => {
-                let passed = match self.pace {
-                    Pace::Fixed(step) => self.first as f64 * step,
-                    Pace::Live => 0.0,
+                let at = |index: u64| match self.pace {
+                    Pace::Fixed(step) => self.origin + index as f64 * step,
+                    Pace::Live => self.origin,
                 };
-                FrameTime { index: self.first, time: self.origin + passed, delta: 0.0, advanced: true }
+                let delta = if self.first == 0 { 0.0 } else { (at(self.first) - at(self.first - 1)).max(0.0) };
+                FrameTime { index: self.first, time: at(self.first), delta, advanced: true }
             }
             Some(now) if self.paused && !stepped => FrameTime { delta: 0.0, advanced: false, ..now },
             Some(now) => {
@@ -197,10 +198,7 @@ mod tests {
         let wall = Instant::now();
         part.start_at(100);
         let frames: Vec<FrameTime> = (0..110).map(|_| whole.tick(wall)).collect();
-        // The first of the part has no frame before it; those after it are the same in every bit.
-        let first = part.tick(wall);
-        assert_eq!((first.index, first.time), (frames[100].index, frames[100].time));
-        for expected in &frames[101..] {
+        for expected in &frames[100..] {
             assert_eq!(part.tick(wall), *expected);
         }
     }

@@ -112,6 +112,7 @@ impl Loader {
 
     /// As [`Self::graph`], with another layout for its world.
     pub fn graph_over(&self, path: &str, layout: Option<Layout>) -> Part<Graph> {
+        let _span = tracing::debug_span!("load graph", path).entered();
         let mut texts = SourceMap::default();
         let replace = |source: &str| {
             SourceName::world_layout(source).and(layout).map(|layout| SourceName::World(layout).to_string())
@@ -123,6 +124,7 @@ impl Loader {
 
     /// Builds a world.
     pub fn world(&self, path: &str) -> Part<SessionWorld> {
+        let _span = tracing::debug_span!("load world", path).entered();
         self.recorded(|files, texts| SessionWorld::load(path, files, texts))
     }
 

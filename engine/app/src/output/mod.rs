@@ -1,6 +1,7 @@
 //! Where pictures go: one file, numbered frames, a film, or stdout. Whether a place can be written is found out before anything is
 //! rendered; what is written appears under its name only when it is whole.
 
+mod caption;
 mod coding;
 mod csv;
 mod exr;
@@ -19,7 +20,7 @@ use std::path::{Path, PathBuf};
 use raxel_runtime::execute::Picture;
 
 use self::coding::rgb;
-pub(crate) use self::coding::{Coding, Kind};
+pub(crate) use self::coding::{Coding, Kind, Shot};
 pub(crate) use self::csv::Table;
 pub(crate) use self::film::version as ffmpeg_version;
 pub(crate) use self::folders::{Folders, Scratch};

@@ -8,6 +8,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use raxel_runtime::timeline::CaptionText;
+
+use super::caption;
 use super::coding::{Coding, Shot};
 use super::place::Place;
 use crate::failure::{Failure, Result};
@@ -49,6 +52,7 @@ struct Job {
     turn: u64,
     frame: u64,
     shot: Shot,
+    caption: Option<CaptionText>,
 }
 
 /// An encoded frame, or why there is none.
@@ -67,10 +71,10 @@ impl Pipeline {
         let workers = (0..workers)
             .map(|_| {
                 let (queue, done, shared) = (queue.clone(), done.clone(), shared.clone());
-                std::thread::spawn(move || encode_all(&queue, &done, &coding, &shared))
+                named("encoder", move || encode_all(&queue, &done, &coding, &shared))
             })
             .collect();
-        let writer = Some(std::thread::spawn({
+        let writer = Some(named("writer", {
             let shared = shared.clone();
             move || {
                 let result = write_all(&results, &returned, place, &shared);
@@ -81,12 +85,12 @@ impl Pipeline {
         Self { jobs: Some(jobs), permits, workers, writer, next: 0, shared }
     }
 
-    /// Hands a frame over. Waits while too many are on their way.
+    /// Hands a frame over, with the caption of a displayed picture. Waits while too many are on their way.
     ///
     /// # Errors
     /// Why an earlier frame could not be encoded or written.
-    pub fn push(&mut self, frame: u64, shot: Shot) -> Result {
-        let job = Job { turn: self.next, frame, shot };
+    pub fn push(&mut self, frame: u64, shot: Shot, caption: Option<CaptionText>) -> Result {
+        let job = Job { turn: self.next, frame, shot, caption };
         self.next += 1;
         let taken = self.permits.send(()).is_ok() && self.jobs.as_ref().is_some_and(|jobs| jobs.send(job).is_ok());
         if taken { Ok(()) } else { self.end() }
@@ -127,13 +131,24 @@ impl Drop for Pipeline {
     }
 }
 
+/// A thread with a name, for traces.
+fn named<T: Send + 'static>(name: &str, run: impl FnOnce() -> T + Send + 'static) -> JoinHandle<T> {
+    // As `std::thread::spawn`, which panics where the system gives no thread.
+    std::thread::Builder::new().name(name.to_owned()).spawn(run).expect("the system gives a thread")
+}
+
 /// A worker: one frame after another, until no more come or nobody takes them.
 fn encode_all(queue: &Mutex<Receiver<Job>>, done: &Sender<Done>, coding: &Coding, shared: &Shared) {
     loop {
         let job = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
-        let Ok(Job { turn, frame, shot }) = job else { return };
+        let Ok(Job { turn, frame, mut shot, caption }) = job else { return };
         let start = Instant::now();
+        if let (Shot::Picture(picture), Some(line)) = (&mut shot, &caption) {
+            caption::draw(picture, line);
+        }
+        let span = tracing::trace_span!("encode", frame).entered();
         let coded = coding.encode(shot);
+        drop(span);
         shared.encode.fetch_add(start.elapsed().as_nanos() as u64, Ordering::AcqRel);
         if done.send((turn, frame, coded)).is_err() {
             return;
@@ -151,7 +166,7 @@ fn write_all(results: &Receiver<Done>, permits: &Receiver<()>, mut place: Place,
         while let Some((frame, coded)) = early.remove(&turn) {
             let bytes = coded?;
             let start = Instant::now();
-            place.write(frame, &bytes)?;
+            tracing::trace_span!("write", frame).in_scope(|| place.write(frame, &bytes))?;
             shared.write.fetch_add(start.elapsed().as_nanos() as u64, Ordering::AcqRel);
             let _ = permits.recv();
             turn += 1;
@@ -192,7 +207,7 @@ mod tests {
             let place = Place::frames(&pattern(&folder.path().join(name)), 0).unwrap();
             let mut pipeline = Pipeline::start(CODING, place, workers);
             for frame in 0..40 {
-                pipeline.push(frame, shot(frame as u8)).unwrap();
+                pipeline.push(frame, shot(frame as u8), None).unwrap();
             }
             assert!(pipeline.finish().unwrap().encode > Duration::ZERO);
         }
@@ -208,7 +223,7 @@ mod tests {
         let place = Place::frames(&pattern(folder.path()), 0).unwrap();
         std::fs::create_dir(folder.path().join("005.png")).unwrap();
         let mut pipeline = Pipeline::start(CODING, place, 3);
-        let pushed: Result = (0..1000).try_for_each(|frame| pipeline.push(frame, shot(frame as u8)));
+        let pushed: Result = (0..1000).try_for_each(|frame| pipeline.push(frame, shot(frame as u8), None));
         let failure = pushed.and_then(|()| pipeline.finish().map(drop)).unwrap_err();
         assert!(failure.message.unwrap().contains("005.png` cannot be written: it is a folder"));
         let files = std::fs::read_dir(folder.path()).unwrap().count();

@@ -3,9 +3,11 @@
 use std::collections::VecDeque;
 use std::num::NonZero;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use raxel_runtime::execute::{Picture, ReadTicket, Texels};
+use raxel_runtime::timeline::Demo;
 use raxel_runtime::{ReadError, Session};
 
 use super::coding::{Coding, Shot};
@@ -52,6 +54,8 @@ pub(crate) struct Shoot {
     pub wanted: Range<u64>,
     pub layers: Layers,
     pub coding: Coding,
+    /// A demo whose captions are written into the pictures, with the seconds of a frame.
+    pub captions: Option<(Arc<Demo>, f64)>,
     /// Pictures that are averaged for each frame.
     pub samples: u32,
     pub mode: Mode,
@@ -173,7 +177,8 @@ impl Shoot {
         stages.frames += 1;
         stages.size = Some(shot.size());
         let waiting = Instant::now();
-        pipeline.push(frame, shot)?;
+        let caption = self.captions.as_ref().and_then(|(demo, step)| demo.caption(frame as f64 * step));
+        pipeline.push(frame, shot, caption.cloned())?;
         if self.mode == Mode::OneByOne {
             pipeline.settle();
         }
@@ -219,6 +224,7 @@ impl Layers {
 
 impl Requested {
     fn redeem(self, session: &Session) -> std::result::Result<Shot, ReadError> {
+        let _span = tracing::trace_span!("read back").entered();
         Ok(match self {
             Requested::Picture(ticket) => Shot::Picture(session.redeem(&ticket)?),
             Requested::Targets(tickets) => {

@@ -20,6 +20,14 @@ declare! {
     UNKNOWN_SOURCE = "RX0408";
     /// A pass is switched off since the device was lost while it ran.
     PASS_SWITCHED_OFF = "RX0409";
+    /// A demo checks a pass that the graph does not have.
+    UNKNOWN_PASS = "RX0420";
+    /// The reference of a check is missing or no picture.
+    NO_REFERENCE = "RX0421";
+    /// A picture is too far from its reference.
+    PICTURE_DIFFERS = "RX0422";
+    /// A pass takes longer than it may.
+    PASS_TOO_SLOW = "RX0423";
     /// A plan that the device refuses: a format, a feature or a size.
     DEVICE_REFUSES = "RX0410";
 }

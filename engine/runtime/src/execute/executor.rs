@@ -97,6 +97,8 @@ struct FrameSlot {
     instrumentation: Option<Arc<Instrumentation>>,
     ran: Vec<u32>,
     timings_read: bool,
+    /// When it was submitted last.
+    submitted: Instant,
 }
 
 impl Executor {
@@ -109,6 +111,7 @@ impl Executor {
                 instrumentation: None,
                 ran: Vec::new(),
                 timings_read: true,
+                submitted: Instant::now(),
             })
         };
         let slots = [slot("even frames")?, slot("odd frames")?];
@@ -297,6 +300,7 @@ impl Executor {
         let counts = running.replay.walk(&mut recorder);
         count(&mut report, counts);
         recording.submit()?;
+        slot.submitted = Instant::now();
         self.progress.since = start;
         self.uploads.submitted();
         if counts.copies > 0 {
@@ -411,8 +415,30 @@ impl Executor {
             time.nanoseconds = there.then(|| ticks[1][0].saturating_sub(ticks[0][0]) as f64 * period);
         }
         let ticks = self.ticks.iter().filter(|[_, available]| *available != 0).map(|[tick, _]| *tick);
-        self.span = ticks.clone().min().zip(ticks.max()).map(|(first, last)| (last - first) as f64 * period);
+        let ends = ticks.clone().min().zip(ticks.max());
+        self.span = ends.map(|(first, last)| (last - first) as f64 * period);
+        if let Some((first, last)) = ends {
+            self.tell(slot_index, first, last, period);
+        }
         Ok(())
+    }
+
+    /// Tells who listens where the passes of a frame lie in it.
+    fn tell(&self, slot_index: usize, first: u64, last: u64, period: f64) {
+        if !tracing::enabled!(target: "raxel::gpu", tracing::Level::TRACE) {
+            return;
+        }
+        let (slot, Some(running)) = (&self.slots[slot_index], &self.running) else { return };
+        let since = |tick: u64| (tick.saturating_sub(first) as f64 * period) as u64;
+        let (frame, ago_ns) = (slot.frame, slot.submitted.elapsed().as_nanos() as u64);
+        tracing::trace!(target: "raxel::gpu", frame, ago_ns, begin_ns = 0_u64, end_ns = since(last));
+        for (time, ticks) in self.times.iter().zip(self.ticks.chunks_exact(2)) {
+            if time.nanoseconds.is_some() {
+                let pass = running.plan().graph.pass(time.pass).name.as_str();
+                let (begin_ns, end_ns) = (since(ticks[0][0]), since(ticks[1][0]));
+                tracing::trace!(target: "raxel::gpu", frame, pass, begin_ns, end_ns);
+            }
+        }
     }
 
     /// Tells the memo what the running plan's sources hold.

@@ -68,8 +68,10 @@ impl Pipelines {
             specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect();
         let key = (pass.shader.key, specialization);
         if let Some(pipeline) = lock(&self.passes).get(&key) {
+            tracing::debug!("pipeline of pass `{}` reused", pass.name);
             return Ok(pipeline);
         }
+        let _span = tracing::debug_span!("make pipeline", pass = pass.name.as_str()).entered();
         if let Some(lacks) = lacking(device, &pass.shader) {
             return Err(ExecuteError::Capability { pass: pass.name.clone(), lacks });
         }

@@ -111,6 +111,13 @@ impl Session {
         Ok(())
     }
 
+    /// Chooses the debug target for good: a demo does not change it any more.
+    pub fn hold_debug_target(&mut self, target: DebugTarget) -> Result<(), DebugTargetError> {
+        self.set_debug_target(target)?;
+        self.target_held = true;
+        Ok(())
+    }
+
     /// Keeps a resource readable at the end of each frame, whatever is shown.
     pub fn pin(&mut self, name: &str) -> Result<(), DebugTargetError> {
         DebugTarget::resource(name).resolve(&self.graph)?;

@@ -26,6 +26,7 @@ impl Session {
     /// [`FrameError::Plan`] once, when no plan can be made for a new size, debug target or condition; the frames after it run the plan
     /// before.
     pub fn frame(&mut self) -> Result<FrameReport, FrameError> {
+        let _span = tracing::trace_span!("frame").entered();
         let (time, still) = self.begin()?;
         loop {
             match self.run(&time, still) {
@@ -72,7 +73,9 @@ impl Session {
 
     /// Brings everything to the time of the next frame; gives `frame.still` and `world.serial` with it.
     fn begin(&mut self) -> Result<(FrameTime, (u32, u32)), FrameError> {
+        let before = self.clock.now();
         let time = self.clock.tick(Instant::now());
+        let mut cut = before.is_none();
         self.values.clear();
         self.values.extend_from_slice(self.params.values());
         if let Some(demo) = self.demo.as_ref().filter(|_| !self.taken_over) {
@@ -82,9 +85,10 @@ impl Session {
             for (id, value) in demo.params(time.time, &self.graph) {
                 self.values[id.0 as usize] = value;
             }
+            cut |= before.is_some_and(|before| demo.cuts_between(before.time, time.time));
             // A demo changes what is shown at its keys, not in between: a choice of the user's stays until the next key.
             let target = demo.debug_target(time.time);
-            if self.demo_target.as_ref() != target {
+            if self.demo_target.as_ref() != target && !self.target_held {
                 self.debug_target = target.cloned().unwrap_or_default();
                 self.demo_target = target.cloned();
                 self.needs_replan = true;
@@ -95,7 +99,13 @@ impl Session {
         }
         self.editing.poll_save();
         if time.index == 0 && time.advanced {
+        if cut && time.advanced {
+            // There is no way from the last picture to this one.
             self.previous_camera = self.camera;
+            if before.is_some() {
+                self.executor.reset_history();
+                self.still.reset();
+            }
         }
         let decided = |(id, value): &(ParamId, Value)| self.values[id.0 as usize] == *value;
         if self.needs_replan || !self.condition_params.iter().all(decided) {

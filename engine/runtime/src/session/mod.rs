@@ -161,6 +161,8 @@ pub struct Session {
     disabled: Vec<PassId>,
     /// What the demo wanted shown in the last frame.
     demo_target: Option<DebugTarget>,
+    /// The demo does not change what is shown.
+    target_held: bool,
     /// The user moved: the demo no longer drives.
     taken_over: bool,
     events: Vec<ReloadEvent>,

@@ -25,6 +25,7 @@ use crate::world::SessionWorld;
 impl Session {
     /// Opens a project: finds and loads its files, opens a device, plans, and creates everything. Nothing has run yet.
     pub fn open(options: Options) -> Result<Self, OpenError> {
+        let _span = tracing::debug_span!("open session").entered();
         let project = find_project(&options)?;
         let loader = Loader::new(&project).map_err(|error| {
             Box::new(Diagnostic::error(codes::session::NO_PROJECT, format!("the project cannot be read: {error}")))
@@ -90,6 +91,7 @@ impl Session {
             switched_off: Vec::new(),
             disabled: Vec::new(),
             demo_target: None,
+            target_held: false,
             taken_over: false,
             events: Vec::new(),
             viewport,

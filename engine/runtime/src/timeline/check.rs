@@ -3,7 +3,8 @@
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Graph, Param, Value};
 
-use super::demo::{Demo, Track};
+use super::demo::{Claim, Demo, Track};
+use crate::debug_target::DebugTarget;
 use crate::params::{self, SetError};
 
 impl Demo {
@@ -27,12 +28,34 @@ impl Demo {
                 );
             }
         }
-        for key in &self.shows {
-            if let Err(error) = key.target.value.resolve(graph) {
+        let mut look_at = |target: &super::demo::Place<DebugTarget>| {
+            if let Err(error) = target.value.resolve(graph) {
                 found.push(
                     Diagnostic::error(codes::session::UNKNOWN_TARGET, error.to_string())
-                        .label(key.target.span.clone(), "no such debug target")
+                        .label(target.span.clone(), "no such debug target")
                         .label(self.graph.span.clone(), "in this graph"),
+                );
+            }
+        };
+        self.shows.iter().for_each(|key| look_at(&key.target));
+        for check in &self.checks {
+            if let Claim::Picture { target: Some(target), .. } = &check.claim {
+                look_at(target);
+            }
+        }
+        for check in &self.checks {
+            if let Claim::Pass { pass, .. } = &check.claim
+                && graph.find_pass(&pass.value).is_none()
+            {
+                let names = graph.passes.iter().filter(|pass| !pass.made).map(|pass| pass.name.as_str());
+                found.push(
+                    Diagnostic::error(
+                        codes::session::UNKNOWN_PASS,
+                        format!("`{}` has no pass `{}`", self.graph.value, pass.value),
+                    )
+                    .label(pass.span.clone(), "no such pass")
+                    .label(self.graph.span.clone(), "in this graph")
+                    .with_advice(&SetError::unknown("pass", &pass.value, names)),
                 );
             }
         }
@@ -249,6 +272,64 @@ target = "a@b"
         assert_eq!(found[1].labels[1].span, Span::new("graphs/primary.toml", 3..9));
         let outside = read_text(&GOOD.replace("[5.0, 2.0]", "[5.0, 20.0]")).unwrap().check(&graph());
         assert_eq!(outside[0].message, "`exposure` is 20; it must be in 0…4");
+    }
+
+    #[test]
+    fn a_cut_parts_two_curves() {
+        let key =
+            |time: f64, x: f64, cut: &str| format!("[[camera]]\ntime = {time}\nposition = [{x}, 0.0, 0.0]\n{cut}");
+        let text = format!(
+            "world = \"w.toml\"\ngraph = \"g.toml\"\nduration = 4.0\n{}{}{}{}",
+            key(0.0, 0.0, ""),
+            key(1.0, 10.0, ""),
+            key(2.0, 100.0, "cut = true\n"),
+            key(4.0, 100.0, "")
+        );
+        let demo = read_text(&text).unwrap();
+        let x = |time: f64| demo.camera(time).unwrap().position().x;
+        // Neither curve knows of the other: without the cut, the first would swing towards the second.
+        assert_eq!([x(0.5), x(1.0), x(1.999), x(2.0), x(3.0)], [5.0, 10.0, 10.0, 100.0, 100.0]);
+        assert!(demo.cuts_between(1.9, 2.0) && demo.cuts_between(1.0, 3.0));
+        assert!(!demo.cuts_between(2.0, 3.0) && !demo.cuts_between(0.0, 1.9));
+    }
+
+    #[test]
+    fn captions_come_and_go() {
+        let text = GOOD.to_owned()
+            + "[[caption]]\ntime = 1.0\nuntil = 3.0\ntext = \"one\"\n\
+               [[caption]]\ntime = 2.5\nuntil = 4.0\ntext = \"two\"\nplace = \"top\"\n";
+        let demo = read_text(&text).unwrap();
+        let said = |time: f64| demo.caption(time).map(|line| (line.text.as_str(), line.top));
+        assert_eq!(
+            [said(0.9), said(1.0), said(2.6), said(3.5), said(4.0)],
+            [None, Some(("one", false)), Some(("two", true)), Some(("two", true)), None]
+        );
+        // It loops, and so do they.
+        assert_eq!(said(9.0), said(1.0));
+    }
+
+    #[test]
+    fn every_mistake_in_captions_and_checks_is_reported() {
+        let caption = "[[caption]]\ntime = 2.0\nuntil = 1.0\ntext = \"a\"\n\
+                       [[caption]]\ntime = 3.0\nuntil = 9.0\ntext = \"\"\nplace = \"left\"\n";
+        let check = "[[check]]\nframe = 240\nreference = \"../../a.png\"\nflip = 2.0\n\
+                     [[check]]\nflip = 0.1\nreference = \"a.png\"\n\
+                     [[check]]\npass = \"p\"\nflip = 0.1\n";
+        let found = read_text(&format!("{GOOD}{caption}{check}")).unwrap_err();
+        assert_eq!(
+            codes(&found),
+            ["RX0406", "RX0406", "RX0014", "RX0014", "RX0005", "RX0014", "RX0014", "RX0013", "RX0015", "RX0013"],
+            "{found:#?}"
+        );
+        let good = "[[check]]\nframe = 239\nreference = \"a.png\"\nflip = 0.01\n[[check]]\npass = \"trace\"\nbelow_ms = 3.0\n\
+                    [[check]]\ntime = 2.0\ntarget = \"dept\"\nreference = \"b.png\"\nflip = 0.0\n";
+        let demo = read_text(&format!("{GOOD}{good}")).unwrap();
+        assert!(matches!(&demo.checks[0].claim, Claim::Picture { frame: 239, flip, .. } if *flip == 0.01));
+        assert!(
+            matches!(&demo.checks[2].claim, Claim::Picture { frame: 60, reference, .. } if reference.value == "worlds/b.png")
+        );
+        let found = demo.check(&graph());
+        assert_eq!(codes(&found), ["RX0405", "RX0420"]);
     }
 
     #[test]

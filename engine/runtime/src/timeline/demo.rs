@@ -27,6 +27,8 @@ pub struct Demo {
     pub duration: f64,
     /// Frames a second, headless.
     pub fps: f64,
+    /// Pixels of the output, headless.
+    pub size: [u32; 2],
     /// Starts over at its end; else its last picture stays.
     pub looped: bool,
     /// Camera keys in order of time. Empty: the camera is not the demo's.
@@ -37,6 +39,10 @@ pub struct Demo {
     pub shows: Vec<DebugTargetKey>,
     /// Edits of the world in order of time.
     pub edits: Vec<EditKey>,
+    /// Lines of text over the picture, in order of time.
+    pub captions: Vec<Caption>,
+    /// What must hold, in the order of the file.
+    pub checks: Vec<Check>,
 }
 
 /// A value with its place in the file.
@@ -61,6 +67,8 @@ pub struct CameraKey {
     pub fov: f64,
     /// How it gets to the next key.
     pub interpolation: Interpolation,
+    /// The camera jumps to it: until then it stays as the key before leaves it.
+    pub cut: bool,
 }
 
 /// Where a camera looks.
@@ -94,7 +102,75 @@ pub struct DebugTargetKey {
     pub target: Place<DebugTarget>,
 }
 
+/// A line of text over the picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CaptionText {
+    /// What is said.
+    pub text: String,
+    /// At the top rather than at the bottom.
+    pub top: bool,
+}
+
+/// A line of text for some time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Caption {
+    /// Seconds at which it appears and is gone.
+    pub during: [f64; 2],
+    /// The line.
+    pub line: CaptionText,
+}
+
+/// Something that must hold when the demo runs as a test.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// Where it stands.
+    pub span: Span,
+    /// What it is.
+    pub claim: Claim,
+}
+
+/// What a check claims.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Claim {
+    /// A target at a frame is as a reference.
+    Picture {
+        /// The frame.
+        frame: u64,
+        /// What is looked at; `None` for what the demo shows.
+        target: Option<Place<DebugTarget>>,
+        /// Project path of the reference: a PNG, of the displayed picture.
+        reference: Place<String>,
+        /// Largest mean FLIP error.
+        flip: f64,
+    },
+    /// A pass is fast.
+    Pass {
+        /// Its name.
+        pass: Place<String>,
+        /// Most milliseconds of GPU time, median of all frames.
+        below_ms: f64,
+    },
+}
+
 impl Demo {
+    /// The frame at so many seconds, headless.
+    pub fn frame_at(&self, seconds: f64) -> u64 {
+        (seconds * self.fps).round() as u64
+    }
+
+    /// The caption at `time` seconds on the clock: of several the last that has appeared.
+    pub fn caption(&self, time: f64) -> Option<&CaptionText> {
+        let time = self.local_time(time);
+        let shown = |caption: &&Caption| (caption.during[0]..caption.during[1]).contains(&time);
+        self.captions.iter().rev().find(shown).map(|caption| &caption.line)
+    }
+
+    /// Whether the camera cuts on the way from one moment to a later one, both in seconds on the clock.
+    pub fn cuts_between(&self, before: f64, after: f64) -> bool {
+        let (before, after) = (self.local_time(before), self.local_time(after));
+        self.camera.iter().any(|key| key.cut && before < key.time && key.time <= after)
+    }
+
     /// Frames of a headless run from start to end.
     pub fn frames(&self) -> u64 {
         (self.duration * self.fps).round().max(1.0) as u64
@@ -129,6 +205,10 @@ impl Demo {
             return None;
         }
         let i = segment(keys.iter().map(|key| key.time), time);
+        // A curve goes from one cut to the next.
+        let first = keys[..=i].iter().rposition(|key| key.cut).unwrap_or(0);
+        let end = keys[i + 1..].iter().position(|key| key.cut).map_or(keys.len(), |next| i + 1 + next);
+        let (keys, i) = (&keys[first..end], i - first);
         let how = keys[i].interpolation;
         let curve =
             |value: &dyn Fn(&CameraKey) -> f64| sample(keys.len(), |i| (keys[i].time, value(&keys[i])), time, how);

@@ -7,6 +7,7 @@ use raxel_world::file::CAMERA_COORDINATES;
 use super::curve::Interpolation;
 use super::demo::{CameraKey, DebugTargetKey, Demo, Direction, Place, Track};
 use super::edits;
+use super::demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, Place, Track};
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
 
@@ -32,6 +33,13 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
     // Without a duration, keys are still read for their other mistakes.
     let end = duration.unwrap_or(LONGEST);
     let camera = ordered(root.reporter(), root.array_of_tables("camera").iter().map(|table| camera_key(table, end)));
+    let size = root.get("size").map_or(Some([1280, 720]), |node| {
+        let [width, height] = node.integers(1..=16384)?;
+        Some([width as u32, height as u32])
+    });
+    let captions = ordered(root.reporter(), root.array_of_tables("caption").iter().map(|table| caption(table, end)));
+    let rate = fps.unwrap_or(30.0);
+    let checks: Vec<_> = root.array_of_tables("check").iter().map(|table| check(table, end, rate)).collect();
     let shows = ordered(root.reporter(), root.array_of_tables("show").iter().map(|table| debug_target_key(table, end)));
     let edits: Vec<_> = root.array_of_tables("edits").iter().map(|table| edits::read(table, end)).collect();
     let edits = edits::in_order(root.reporter(), edits);
@@ -46,11 +54,14 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
         graph: graph?,
         duration: duration?,
         fps: fps?,
+        size: size?,
         looped: looped?,
         camera: camera?,
         tracks: tracks.into_iter().collect::<Option<_>>()?,
         shows: shows?,
         edits: edits?,
+        captions: captions?,
+        checks: checks.into_iter().collect::<Option<_>>()?,
     })
 }
 
@@ -130,6 +141,7 @@ fn camera_key(table: &Table<'_, '_>, end: f64) -> Keyed<CameraKey> {
     let fov =
         table.get("fov").map_or(Some(Camera::default().fov), |node| node.number(1.0..=170.0).map(f64::to_radians));
     let interpolation = interpolation(table, Interpolation::Smooth);
+    let cut = table.get("cut").map_or(Some(false), |node| node.boolean());
     table.finish();
     let time = time?;
     let key = CameraKey {
@@ -138,19 +150,82 @@ fn camera_key(table: &Table<'_, '_>, end: f64) -> Keyed<CameraKey> {
         direction: direction?,
         fov: fov?,
         interpolation: interpolation?,
+        cut: cut?,
     };
     Some((time, key))
 }
 
-fn debug_target_key(table: &Table<'_, '_>, end: f64) -> Keyed<DebugTargetKey> {
-    let time = table.need("time").and_then(|node| time(&node, end));
-    let target = table.need("target").and_then(|node| match DebugTarget::parse(&node.string()?) {
-        Ok(value) => Some(Place { value, span: node.span }),
+fn debug_target(node: &Node<'_, '_>) -> Option<Place<DebugTarget>> {
+    match DebugTarget::parse(&node.string()?) {
+        Ok(value) => Some(Place { value, span: node.span.clone() }),
         Err(error) => {
             node.report(codes::session::UNKNOWN_TARGET, error.to_string(), "");
             None
         }
+    }
+}
+
+fn caption(table: &Table<'_, '_>, end: f64) -> Keyed<Caption> {
+    let from = table.need("time").and_then(|node| time(&node, end));
+    let until = table.need("until").and_then(|node| Some((time(&node, end)?, node)));
+    let text = table.need("text").and_then(|node| {
+        let text = node.string()?;
+        if text.trim().is_empty() || text.chars().any(char::is_control) {
+            return node.bad_value(format!("`{}` needs one line of text", node.name));
+        }
+        Some(text)
     });
+    let top = table.get("place").map_or(Some(false), |node| node.word(&[("bottom", false), ("top", true)]));
+    table.finish();
+    let (from, (until, node)) = (from?, until?);
+    if until.value <= from.value {
+        node.report(
+            codes::session::KEY_TIME,
+            format!("a caption that appears at {} s is gone at {} s", from.value, until.value),
+            "not after its `time`",
+        );
+        return None;
+    }
+    let during = [from.value, until.value];
+    Some((from, Caption { during, line: CaptionText { text: text?, top: top? } }))
+}
+
+fn check(table: &Table<'_, '_>, end: f64, fps: f64) -> Option<Check> {
+    let span = table.span().clone();
+    // The key that only one of the two kinds has says which one is meant.
+    if table.get("pass").is_some() {
+        for key in ["reference", "target", "frame", "time", "flip"] {
+            table.conflict("pass", key, "a check is about a pass or about a picture");
+        }
+        let pass = table.need_string("pass").map(|(value, span)| Place { value, span });
+        let below_ms = table.need("below_ms").and_then(|node| node.number(1e-6..=1e6));
+        table.finish();
+        return Some(Check { span, claim: Claim::Pass { pass: pass?, below_ms: below_ms? } });
+    }
+    let reference = project_path(table, "reference", "worlds");
+    let flip = table.need("flip").and_then(|node| node.number(0.0..=1.0));
+    let target = table.get("target").map(|node| debug_target(&node));
+    let last = ((end * fps).round() as i64 - 1).max(0);
+    let frame = match (table.get("frame"), table.get("time")) {
+        (Some(frame), None) => frame.integer(0..=last).map(|frame| frame as u64),
+        (None, Some(node)) => time(&node, end).map(|time| ((time.value * fps).round() as i64).min(last) as u64),
+        (Some(_), Some(_)) => {
+            table.conflict("frame", "time", "both say when");
+            None
+        }
+        (None, None) => table.need("frame").and(None),
+    };
+    table.finish();
+    let target = match target {
+        Some(target) => Some(target?),
+        None => None,
+    };
+    Some(Check { span, claim: Claim::Picture { frame: frame?, target, reference: reference?, flip: flip? } })
+}
+
+fn debug_target_key(table: &Table<'_, '_>, end: f64) -> Keyed<DebugTargetKey> {
+    let time = table.need("time").and_then(|node| time(&node, end));
+    let target = table.need("target").and_then(|node| debug_target(&node));
     table.finish();
     let time = time?;
     let key = DebugTargetKey { time: time.value, target: target? };

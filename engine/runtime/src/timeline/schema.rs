@@ -27,6 +27,7 @@ pub fn schema() -> Value {
             "graph": { "description": "The graph, relative to graphs/.", "type": "string" },
             "duration": { "description": "Seconds.", "type": "number", "exclusiveMinimum": 0 },
             "fps": { "description": "Frames a second of a headless run.", "type": "number", "exclusiveMinimum": 0, "default": 30 },
+            "size": { "description": "Pixels of a headless run, width and height.", "type": "array", "items": { "type": "integer", "minimum": 1, "maximum": 16384 }, "minItems": 2, "maxItems": 2, "default": [1280, 720] },
             "loop": { "description": "Starts over at its end.", "type": "boolean", "default": false },
             "camera": {
                 "description": "Camera keys in order of time.",
@@ -43,6 +44,7 @@ pub fn schema() -> Value {
                         "pitch": { "description": "Degrees upwards.", "type": "number", "minimum": -90, "maximum": 90 },
                         "fov": { "description": "Vertical field of view, degrees.", "type": "number", "minimum": 1, "maximum": 170, "default": 60 },
                         "interpolation": interpolation("smooth"),
+                        "cut": { "description": "The camera jumps here: curves end, and what passes keep from frame to frame starts over.", "type": "boolean", "default": false },
                     },
                 },
             },
@@ -79,6 +81,38 @@ pub fn schema() -> Value {
                     "properties": {
                         "time": time,
                         "target": { "description": "NAME, NAME@AGE, and after it any of ,mip=N ,layer=N ,after=PASS.", "type": "string" },
+                    },
+                },
+            },
+            "caption": {
+                "description": "Lines of text over the picture, in order of time.",
+                "type": "array",
+                "items": {
+                    "type": "object",
+                    "additionalProperties": false,
+                    "required": ["time", "until", "text"],
+                    "properties": {
+                        "time": time,
+                        "until": { "description": "Seconds from the start at which it is gone.", "type": "number", "minimum": 0 },
+                        "text": { "description": "One line.", "type": "string" },
+                        "place": { "description": "Where in the picture.", "enum": ["bottom", "top"], "default": "bottom" },
+                    },
+                },
+            },
+            "check": {
+                "description": "What must hold when `raxel test` runs the demo: about a picture, or about a pass.",
+                "type": "array",
+                "items": {
+                    "type": "object",
+                    "additionalProperties": false,
+                    "properties": {
+                        "frame": { "description": "The frame that is looked at.", "type": "integer", "minimum": 0 },
+                        "time": { "description": "The same in seconds.", "type": "number", "minimum": 0 },
+                        "target": { "description": "What is looked at, as in `show`; what the demo shows by default.", "type": "string" },
+                        "reference": { "description": "The picture it must be like: a PNG relative to worlds/. `raxel test --write` writes it.", "type": "string" },
+                        "flip": { "description": "Largest mean FLIP error, 0 to 1.", "type": "number", "minimum": 0, "maximum": 1 },
+                        "pass": { "description": "The pass that must be fast.", "type": "string" },
+                        "below_ms": { "description": "Most milliseconds of GPU time, median of all frames.", "type": "number", "exclusiveMinimum": 0 },
                     },
                 },
             },
