@@ -40,6 +40,42 @@ fn file_references_follow_the_schemas() {
     }
 }
 
+/// A clone has them, so that editors complete and check the files of a project that nothing was built of yet.
+#[test]
+fn the_schemas_travel() {
+    for (name, schema) in [
+        ("graph", raxel::graph::schema()),
+        ("world", raxel::world::schema()),
+        ("demo", raxel::runtime::timeline::schema()),
+    ] {
+        settle(&format!(".raxel/{name}.schema.json"), &format!("{schema:#}\n"));
+    }
+}
+
+/// Everything of the library that begins with `rx_`, as the library says it.
+#[test]
+fn the_page_of_the_shader_library_is_the_library() {
+    let mut text = "# The shader library\n\nWhat `#include <raxel/…>` brings along, generated from the files themselves. \
+                    `raxel shaders --library FILE` prints one.\nA file of the same path in a project's `shaders/include/` wins over it.\n"
+        .to_owned();
+    let items = raxel_shader::library::items();
+    for (file, source) in raxel_shader::library::FILES {
+        let head: Vec<&str> = source
+            .lines()
+            .take_while(|line| line.starts_with("//"))
+            .map(|line| line.trim_start_matches('/').trim())
+            .collect();
+        let _ = write!(text, "\n## `{file}`\n\n{}\n", head.join("\n").trim());
+        for item in items.iter().filter(|item| item.file == *file) {
+            let _ = write!(text, "\n### `{}`\n\n```glsl\n{}\n```\n", item.name, item.declaration);
+            if !item.about.is_empty() {
+                let _ = write!(text, "\n{}\n", item.about);
+            }
+        }
+    }
+    settle("docs/shader-library.md", &text);
+}
+
 #[test]
 fn the_page_of_layouts_says_what_they_cost() {
     let path = "docs/layouts.md";

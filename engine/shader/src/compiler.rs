@@ -100,9 +100,13 @@ impl ShaderSource for Compiler {
         texts: &mut SourceMap,
     ) -> Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>> {
         if let Some(hit) = self.cached(request, texts) {
+            tracing::debug!("reused {}", request.path);
             return Ok(hit);
         }
+        let _span = tracing::debug_span!("compile shader", path = request.path.as_str()).entered();
+        let start = std::time::Instant::now();
         let entry = Arc::new(self.compile(request, texts)?);
+        tracing::debug!("compiled {} in {:.0} ms", request.path, start.elapsed().as_secs_f64() * 1e3);
         self.lock().insert(entry.clone());
         Ok((entry.shader.clone(), entry.warnings.clone()))
     }

@@ -9,6 +9,65 @@ pub fn text(name: &str) -> Option<&'static str> {
     FILES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text)
 }
 
+/// A function or struct of the library.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Item {
+    /// Name in `#include <…>` of the file that has it.
+    pub file: &'static str,
+    /// `rx_trace`, `RxHit`.
+    pub name: String,
+    /// The head of the function without its body, or the struct with its members.
+    pub declaration: String,
+    /// The comment in front of it, in one paragraph.
+    pub about: String,
+}
+
+/// Every function and struct of the library whose name begins with `rx_` or `Rx`, in the order of the files. A function with several sets
+/// of arguments is there several times.
+pub fn items() -> Vec<Item> {
+    FILES.iter().flat_map(|(file, text)| items_of(file, text)).collect()
+}
+
+fn items_of(file: &'static str, text: &'static str) -> Vec<Item> {
+    let mut found = Vec::new();
+    let mut comment: Vec<&str> = Vec::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if let Some(words) = line.strip_prefix("//") {
+            comment.push(words.trim());
+            continue;
+        }
+        let about = std::mem::take(&mut comment).join(" ");
+        if let Some(name) = line.strip_prefix("struct ").map(first_word).filter(|name| name.starts_with("Rx")) {
+            let body = lines.by_ref().take_while(|line| !line.starts_with('}')).collect::<Vec<_>>().join("\n");
+            let declaration = format!("struct {name} {{\n{body}\n}};");
+            found.push(Item { file, name: name.to_owned(), declaration, about });
+        } else if let Some(name) = function(line) {
+            // The head may go on over several lines.
+            let mut head = line.to_owned();
+            while !head.contains(')') {
+                let Some(more) = lines.next() else { break };
+                head = format!("{head} {}", more.trim());
+            }
+            let declaration = head.split_once(')').map_or(head.clone(), |(before, _)| format!("{before})"));
+            found.push(Item { file, name: name.to_owned(), declaration, about });
+        }
+    }
+    found
+}
+
+/// The name of the function of the library that begins on this line.
+fn function(line: &str) -> Option<&str> {
+    let head = line.split_once('(')?.0;
+    let (before, name) = head.rsplit_once(' ')?;
+    let is_type = before.split(' ').all(|word| word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_'));
+    (name.starts_with("rx_") && is_type && before.starts_with(|c: char| c.is_ascii_alphabetic())).then_some(name)
+}
+
+fn first_word(text: &str) -> &str {
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).next().unwrap_or_default()
+}
+
 /// The template of `raxel/world/BINDING.glsl`; `NAME` in it stands for the name of the binding.
 pub(crate) const WORLD_TEMPLATE: &str = "raxel/world/NAME.glsl";
 const PLACEHOLDER: &str = "NAME";
@@ -37,6 +96,24 @@ mod tests {
         }
         assert_eq!(super::text("raxel/none.glsl"), None);
         assert!(super::text(super::WORLD_TEMPLATE).is_some());
+    }
+
+    #[test]
+    fn functions_and_structs_are_listed_with_what_is_said_of_them() {
+        let items = super::items();
+        let item = |name: &str, file: &str| items.iter().find(|item| item.name == name && item.file == file).unwrap();
+        let direction = item("rx_camera_direction", "raxel/camera.glsl");
+        assert_eq!(
+            direction.declaration,
+            "vec3 rx_camera_direction(mat4 view_to_world, vec2 tan_half_fov, vec2 pixel, vec2 size)"
+        );
+        assert!(direction.about.starts_with("Direction in world space, of length 1, through a place on the output."));
+        assert!(item("RxWalk", "raxel/walk.glsl").declaration.starts_with("struct RxWalk {\n"));
+        // A call or a line of a body is none.
+        assert!(
+            super::function("    return rx_trace(ray, hit);").is_none() && super::function("if (rx_x(1))").is_none()
+        );
+        assert!(items.iter().all(|item| item.declaration.contains(&item.name)));
     }
 
     #[test]

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use raxel_shader::bytes_of;
+use raxel_diagnostics::table;
+use raxel_shader::{bytes_of, library};
 use serde_json::json;
 
 use crate::args::{Messages, each_once};
@@ -14,11 +15,16 @@ use crate::output::{Folders, Pending};
 
 /// Compiles the shaders of all passes of graphs to SPIR-V files, one for each pass: GRAPH.PASS.spv.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example: raxel shaders -o spv && spirv-val spv/primary.trace.spv")]
+#[command(after_help = "Examples:\n  raxel shaders -o spv && spirv-val spv/primary.trace.spv\n  \
+                        raxel shaders --library raxel/camera.glsl    the text that `#include <raxel/camera.glsl>` reads")]
 pub(crate) struct Args {
     /// Graphs; all of the project's by default.
     #[arg(value_name = "GRAPH")]
     graphs: Vec<PathBuf>,
+
+    /// Print the library that `#include <raxel/…>` reads: the names of its files, or those that are named here.
+    #[arg(long, value_name = "FILE", num_args = 0.., conflicts_with_all = ["graphs", "output"])]
+    library: Option<Vec<String>>,
 
     /// The folder to write to; made if it does not exist. By default .raxel/shaders in the project.
     #[arg(short, long, value_name = "DIR")]
@@ -29,6 +35,9 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, console: &Console) -> Result {
+    if let Some(files) = &args.library {
+        return print_library(files);
+    }
     let around = args.graphs.first().map_or(Path::new("."), PathBuf::as_path);
     let front = Front::around(around).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
     let mut paths = Vec::new();
@@ -67,6 +76,31 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
             }
             _ => console::data(&format!("{}  {shader}, {} bytes\n", file.display(), bytes.len())),
         }
+    }
+    Ok(())
+}
+
+/// The texts of the built-in files, or what there is.
+fn print_library(files: &[String]) -> Result {
+    if files.is_empty() {
+        for (name, text) in library::FILES {
+            // The first sentence of a file says what it is for.
+            let about = text.lines().find_map(|line| line.strip_prefix("// ")).unwrap_or_default();
+            console::data(&format!("{name:32} {}\n", about.trim_end_matches('.')));
+        }
+        return Ok(());
+    }
+    for file in files {
+        let name = file.trim_matches(['<', '>']);
+        let Some(text) = library::text(name) else {
+            let failure = Failure::usage(format!("the library has no `{name}`"));
+            let names = library::FILES.iter().map(|(name, _)| *name);
+            return Err(match table::closest(name, names) {
+                Some(close) => failure.help(format!("did you mean `{close}`?")),
+                None => failure.help("`raxel shaders --library` lists its files"),
+            });
+        };
+        console::data(text);
     }
     Ok(())
 }

@@ -1,0 +1,142 @@
+//! The texts that an editor has open, saved or not, in front of the files on disk.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use lsp_types::{Position, Range, Url};
+use raxel_diagnostics::{DiskFiles, FileError, Files};
+use raxel_runtime::project::Project;
+
+/// A text in an editor.
+pub(super) struct Document {
+    pub project: Project,
+    /// Path in the project.
+    pub path: String,
+    pub text: String,
+}
+
+/// Every text that is open and lies in a project, by its place on disk.
+#[derive(Default)]
+pub(super) struct Documents {
+    open: BTreeMap<PathBuf, Document>,
+}
+
+impl Documents {
+    /// A text was opened or changed. What lies in no project is left alone.
+    pub fn set(&mut self, address: &Url, text: String) {
+        let Ok(file) = address.to_file_path() else { return };
+        if let Some(known) = self.open.get_mut(&file) {
+            known.text = text;
+            return;
+        }
+        let Ok(project) = Project::around(&file) else { return };
+        if let Ok(path) = project.path_of(&file) {
+            self.open.insert(file, Document { project, path, text });
+        }
+    }
+
+    pub fn remove(&mut self, address: &Url) {
+        if let Ok(file) = address.to_file_path() {
+            self.open.remove(&file);
+        }
+    }
+
+    /// A text and the byte that a position means.
+    pub fn at(&self, address: &Url, position: Position) -> Option<(&Document, usize)> {
+        let document = self.open.get(&address.to_file_path().ok()?)?;
+        Some((document, offset(&document.text, position)))
+    }
+
+    /// The projects that texts are open of, each with those texts in front of its files.
+    pub fn projects(&self) -> Vec<(Project, Vec<&Document>)> {
+        let mut projects: Vec<(Project, Vec<&Document>)> = Vec::new();
+        for document in self.open.values() {
+            match projects.iter_mut().find(|(project, _)| *project == document.project) {
+                Some((_, documents)) => documents.push(document),
+                None => projects.push((document.project.clone(), vec![document])),
+            }
+        }
+        projects
+    }
+}
+
+/// A project's files with some texts in their place.
+pub(super) struct Overlay {
+    disk: DiskFiles,
+    texts: BTreeMap<String, Arc<[u8]>>,
+}
+
+impl Overlay {
+    pub fn new(project: &Project, documents: &[&Document]) -> std::io::Result<Self> {
+        let texts = documents.iter().map(|document| (document.path.clone(), Arc::from(document.text.as_bytes())));
+        Ok(Self { disk: DiskFiles::new(project.root())?, texts: texts.collect() })
+    }
+}
+
+impl Files for Overlay {
+    fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
+        self.texts.get(path).map_or_else(|| self.disk.read(path), |text| Ok(text.clone()))
+    }
+}
+
+/// The byte at a position, which counts lines and UTF-16 units. A position behind the end of a line is that end.
+pub(super) fn offset(text: &str, position: Position) -> usize {
+    let mut start = 0;
+    for _ in 0..position.line {
+        match text[start..].find('\n') {
+            Some(end) => start += end + 1,
+            None => return text.len(),
+        }
+    }
+    let mut units = 0;
+    let line = text[start..].split('\n').next().unwrap_or_default();
+    for (byte, letter) in line.char_indices() {
+        if units >= position.character {
+            return start + byte;
+        }
+        units += letter.len_utf16() as u32;
+    }
+    start + line.len()
+}
+
+/// The position of a byte.
+pub(super) fn position(text: &str, byte: usize) -> Position {
+    let before = &text[..floor(text, byte)];
+    let line = before.matches('\n').count() as u32;
+    let in_line = before.rsplit('\n').next().unwrap_or_default();
+    Position { line, character: in_line.chars().map(|letter| letter.len_utf16() as u32).sum() }
+}
+
+/// The positions of a range of bytes.
+pub(super) fn range(text: &str, bytes: &std::ops::Range<usize>) -> Range {
+    Range { start: position(text, bytes.start), end: position(text, bytes.end) }
+}
+
+/// The start of the letter at a byte.
+fn floor(text: &str, byte: usize) -> usize {
+    let mut byte = byte.min(text.len());
+    while !text.is_char_boundary(byte) {
+        byte -= 1;
+    }
+    byte
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_count_utf16_units() {
+        let text = "a = 1\n# 𝄞é x\n\nlast";
+        for (byte, line, character) in [(0, 0, 0), (5, 0, 5), (6, 1, 0), (12, 1, 4), (14, 1, 5), (17, 2, 0), (22, 3, 4)]
+        {
+            assert_eq!(position(text, byte), Position { line, character }, "{byte}");
+            assert_eq!(offset(text, Position { line, character }), byte);
+        }
+        // Behind the end, and in the middle of a letter.
+        assert_eq!(offset(text, Position { line: 0, character: 99 }), 5);
+        assert_eq!(offset(text, Position { line: 99, character: 0 }), text.len());
+        assert_eq!(position(text, 10), Position { line: 1, character: 2 });
+    }
+}

@@ -1,0 +1,96 @@
+//! Names in a project's files: what a graph declares, and where.
+
+use std::path::Path;
+
+use lsp_types::Location;
+
+use super::address;
+use super::documents::{Document, range};
+
+/// The tables of a graph that declare a name: `targets`, `buffers`, `params`, …
+pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, std::ops::Range<usize>)> {
+    let mut found = Vec::new();
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        let trimmed = line.trim();
+        let name = (trimmed.strip_prefix('[').and_then(|rest| rest.strip_prefix(kind)))
+            .and_then(|rest| rest.strip_prefix('.'))
+            .and_then(|rest| rest.split([']', '.']).next());
+        if let Some(name) = name.map(|name| name.trim_matches(['"', '\''])).filter(|name| !name.is_empty()) {
+            let at = start + line.find(name).unwrap_or(0);
+            if found.iter().all(|(known, _)| *known != name) {
+                found.push((name, at..at + name.len()));
+            }
+        }
+        start += line.len();
+    }
+    found
+}
+
+/// Names of passes, loops and other tables with `name = "…"` under `[[kind]]`.
+pub(super) fn named_passes(text: &str) -> Vec<(&str, std::ops::Range<usize>)> {
+    let mut found = Vec::new();
+    let (mut start, mut in_pass) = (0, false);
+    for line in text.split_inclusive('\n') {
+        let trimmed = line.trim();
+        if trimmed.starts_with('[') {
+            in_pass = trimmed.starts_with("[[passes]]");
+        } else if let Some(value) = trimmed.strip_prefix("name").map(str::trim_start).filter(|_| in_pass)
+            && let Some(name) = value.strip_prefix('=').and_then(|rest| rest.split('"').nth(1))
+        {
+            let at = start + line.find(&format!("\"{name}\"")).map_or(0, |at| at + 1);
+            found.push((name, at..at + name.len()));
+        }
+        start += line.len();
+    }
+    found
+}
+
+/// The word at a byte: letters, digits, and what names of files, resources and builtins have besides.
+pub(super) fn word(text: &str, at: usize) -> &str {
+    let inside = |c: char| c.is_alphanumeric() || "_./-".contains(c);
+    let start =
+        text[..at].rfind(|c| !inside(c)).map_or(0, |end| end + text[end..].chars().next().map_or(1, char::len_utf8));
+    let end = text[at..].find(|c| !inside(c)).map_or(text.len(), |end| at + end);
+    &text[start..end]
+}
+
+/// Where what the cursor is on is declared: the table of a name, the file of a shader, graph, world or include.
+pub(super) fn definition(document: &Document, at: usize) -> Option<Location> {
+    let found = word(&document.text, at);
+    let here = |bytes: &std::ops::Range<usize>| {
+        Some(Location { uri: address(&document.project.on_disk(&document.path))?, range: range(&document.text, bytes) })
+    };
+    let name = found.strip_prefix("param.").unwrap_or(found);
+    let tables = ["targets", "buffers", "params", "clocks", "blocks", "loops", "materials"];
+    for (declared, place) in
+        tables.iter().flat_map(|kind| declared(&document.text, kind)).chain(named_passes(&document.text))
+    {
+        if declared == name {
+            return here(&place);
+        }
+    }
+    // A file: relative to its own folder, or to that of its kind.
+    let folder = Path::new(&document.path).parent().unwrap_or(Path::new(""));
+    let places = [folder.to_owned(), "shaders".into(), "shaders/include".into(), "graphs".into(), "worlds".into()];
+    let file =
+        places.iter().map(|folder| document.project.root().join(folder).join(found)).find(|file| file.is_file())?;
+    Some(Location { uri: address(&file)?, range: lsp_types::Range::default() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn declared_names_are_found_in_order_and_once() {
+        let text =
+            "[targets.color]\nformat = \"r8\"\n[targets.color.display]\n[targets.\"b-2\"]\n[[passes]]\nname = \"p\"\n";
+        let names: Vec<&str> = declared(text, "targets").into_iter().map(|(name, _)| name).collect();
+        assert_eq!(names, ["color", "b-2"]);
+        let passes = named_passes(text);
+        assert_eq!((passes[0].0, &text[passes[0].1.clone()]), ("p", "p"));
+        assert_eq!(word("from = \"param.sun_height\"", 12), "param.sun_height");
+        assert_eq!(word("é", 0), "é");
+    }
+}

@@ -1,0 +1,117 @@
+//! Where in a TOML file the cursor is, although the file is being typed and may be no TOML: the table by its header, the key by its line.
+
+/// What surrounds the cursor.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct TomlPlace {
+    /// The names of the header above: `["passes", "push"]` for `[passes.push]`, and of inline tables around the cursor.
+    pub table: Vec<String>,
+    /// The key whose value the cursor is in; `None` where a key is typed.
+    pub key: Option<String>,
+    /// The cursor is between quotes.
+    pub in_string: bool,
+}
+
+impl TomlPlace {
+    /// The place of a byte of a text.
+    pub fn of(text: &str, at: usize) -> Self {
+        let before = text.get(..at).unwrap_or(text);
+        let start = before.rfind('\n').map_or(0, |end| end + 1);
+        let header = text[..start].lines().rev().find_map(header);
+        let mut place = Self { table: header.unwrap_or_default(), ..Self::default() };
+        place.line(&before[start..]);
+        place
+    }
+
+    /// Follows a line up to the cursor through keys, quotes and inline tables.
+    fn line(&mut self, line: &str) {
+        let (mut word, mut quote) = (String::new(), None);
+        let mut keys: Vec<Option<String>> = Vec::new();
+        for letter in line.chars() {
+            if let Some(open) = quote {
+                if letter == open {
+                    quote = None;
+                } else {
+                    word.push(letter);
+                }
+                continue;
+            }
+            match letter {
+                '"' | '\'' => {
+                    quote = Some(letter);
+                    word.clear();
+                }
+                '#' => return,
+                '=' => self.key = Some(std::mem::take(&mut word)),
+                '{' => {
+                    keys.push(self.key.take());
+                    self.table.extend(keys.last().cloned().flatten());
+                    word.clear();
+                }
+                '}' => {
+                    if keys.pop().flatten().is_some() {
+                        self.table.pop();
+                    }
+                    self.key = None;
+                    word.clear();
+                }
+                ',' => {
+                    // In an array the key stays; in an inline table the next one begins.
+                    if !keys.is_empty() {
+                        self.key = None;
+                    }
+                    word.clear();
+                }
+                letter if letter.is_whitespace() => {}
+                letter => word.push(letter),
+            }
+        }
+        self.in_string = quote.is_some();
+    }
+}
+
+/// The names of a line that is a header.
+fn header(line: &str) -> Option<Vec<String>> {
+    let line = line.trim();
+    let inner = line.strip_prefix('[')?.trim_start_matches('[').split(']').next()?;
+    let names: Vec<String> = inner.split('.').map(|name| name.trim().trim_matches(['"', '\'']).to_owned()).collect();
+    // An array of several lines has brackets at the beginning of lines, too.
+    let is_name = |name: &String| name.chars().all(|c| c.is_alphanumeric() || "_- ".contains(c)) && !name.is_empty();
+    (names.iter().all(is_name) && names[0].chars().next().is_some_and(char::is_alphabetic)).then_some(names)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place(text: &str) -> (Vec<String>, Option<String>, bool) {
+        let at = text.find('|').unwrap();
+        let found = TomlPlace::of(&text.replace('|', ""), at);
+        (found.table, found.key, found.in_string)
+    }
+
+    #[test]
+    fn tables_keys_and_strings() {
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        assert_eq!(place("pre|"), (names(&[]), None, false));
+        assert_eq!(place("[[passes]]\nname = \"a\"\nsha|"), (names(&["passes"]), None, false));
+        assert_eq!(place("[[passes]]\nshader = \"pri|\""), (names(&["passes"]), Some("shader".into()), true));
+        assert_eq!(
+            place("[passes.push]\nfov = { from = \"cam|"),
+            (names(&["passes", "push", "fov"]), Some("from".into()), true)
+        );
+        assert_eq!(
+            place("[passes.push]\nfov = { type = \"f32\", fr|"),
+            (names(&["passes", "push", "fov"]), None, false)
+        );
+        assert_eq!(
+            place("[[passes]]\nbind = { world = \"w\", hit = \"|"),
+            (names(&["passes", "bind"]), Some("hit".into()), true)
+        );
+        assert_eq!(
+            place("[targets.color]\nclear = [0.0, |"),
+            (names(&["targets", "color"]), Some("clear".into()), false)
+        );
+        assert_eq!(place("[a]\n# [b] |"), (names(&["a"]), None, false));
+        assert_eq!(place("[[build]]\nmin = [\n  [1, 2],\n  |"), (names(&["build"]), None, false));
+    }
+}

@@ -1,0 +1,177 @@
+//! The language server as an editor drives it: diagnostics as you type, completion, hover, definitions.
+
+mod common;
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{ChildStdin, ChildStdout, Stdio};
+
+use common::{Project, Running, command};
+use serde_json::{Value, json};
+
+/// An editor with a server.
+struct Editor {
+    child: Running,
+    to: ChildStdin,
+    from: BufReader<ChildStdout>,
+    id: u64,
+}
+
+fn address(path: &Path) -> String {
+    format!("file://{}", path.canonicalize().unwrap().display())
+}
+
+impl Editor {
+    fn start(project: &Project) -> Self {
+        let mut command = command(project.root(), &["lsp", "--stdio"]);
+        let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()));
+        let (to, from) = (child.0.stdin.take().unwrap(), BufReader::new(child.0.stdout.take().unwrap()));
+        let mut editor = Self { child, to, from, id: 0 };
+        let greeting = editor.ask("initialize", json!({ "capabilities": {} }));
+        assert_eq!(greeting["serverInfo"]["name"], "raxel");
+        editor.tell("initialized", json!({}));
+        editor
+    }
+
+    fn send(&mut self, message: &Value) {
+        let text = message.to_string();
+        write!(self.to, "Content-Length: {}\r\n\r\n{text}", text.len()).unwrap();
+        self.to.flush().unwrap();
+    }
+
+    fn receive(&mut self) -> Value {
+        let mut length = 0;
+        loop {
+            let mut line = String::new();
+            assert!(self.from.read_line(&mut line).unwrap() > 0, "the server has gone");
+            match line.trim().strip_prefix("Content-Length: ") {
+                Some(number) => length = number.parse().unwrap(),
+                None if line.trim().is_empty() => break,
+                None => {}
+            }
+        }
+        let mut bytes = vec![0; length];
+        self.from.read_exact(&mut bytes).unwrap();
+        serde_json::from_slice(&bytes).unwrap()
+    }
+
+    fn tell(&mut self, method: &str, params: Value) {
+        self.send(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));
+    }
+
+    fn ask(&mut self, method: &str, params: Value) -> Value {
+        self.id += 1;
+        let id = self.id;
+        self.send(&json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params }));
+        loop {
+            let message = self.receive();
+            if message["id"] == json!(id) {
+                assert!(message["error"].is_null(), "{message}");
+                return message["result"].clone();
+            }
+        }
+    }
+
+    fn open(&mut self, path: &Path, text: &str) {
+        let document = json!({ "uri": address(path), "languageId": "x", "version": 1, "text": text });
+        self.tell("textDocument/didOpen", json!({ "textDocument": document }));
+    }
+
+    fn change(&mut self, path: &Path, text: &str) {
+        let document = json!({ "uri": address(path), "version": 2 });
+        self.tell("textDocument/didChange", json!({ "textDocument": document, "contentChanges": [{ "text": text }] }));
+    }
+
+    /// The next diagnostics of a file.
+    fn diagnostics(&mut self, path: &Path) -> Vec<Value> {
+        loop {
+            let message = self.receive();
+            if message["method"] == "textDocument/publishDiagnostics"
+                && message["params"]["uri"] == json!(address(path))
+            {
+                return message["params"]["diagnostics"].as_array().unwrap().clone();
+            }
+        }
+    }
+
+    /// What is offered where `|` stands in a text of the file.
+    fn offered(&mut self, path: &Path, text: &str) -> Vec<String> {
+        let place = self.place(path, text);
+        let items = self.ask("textDocument/completion", place);
+        items.as_array().unwrap().iter().map(|item| item["label"].as_str().unwrap().to_owned()).collect()
+    }
+
+    /// Sends a text without its `|`, and gives the position of it.
+    fn place(&mut self, path: &Path, text: &str) -> Value {
+        let at = text.find('|').unwrap();
+        self.change(path, &text.replacen('|', "", 1));
+        let line = text[..at].matches('\n').count();
+        let character = text[..at].rsplit('\n').next().unwrap().encode_utf16().count();
+        json!({ "textDocument": { "uri": address(path) }, "position": { "line": line, "character": character } })
+    }
+}
+
+#[test]
+fn mistakes_are_told_as_they_are_typed_and_taken_back() {
+    let project = Project::shipped();
+    let mut editor = Editor::start(&project);
+    let (graph, shader) = (project.path("graphs/inspect.toml"), project.path("shaders/inspect.comp"));
+    let text = std::fs::read_to_string(&graph).unwrap();
+    // Nothing is saved: the text of the editor counts.
+    editor.open(&graph, &text.replacen("present", "presnet", 1));
+    let found = editor.diagnostics(&graph);
+    let wrong = found.iter().find(|found| found["message"].as_str().unwrap().contains("presnet")).unwrap();
+    assert_eq!(wrong["source"], "raxel");
+    let line = text.lines().position(|line| line.starts_with("present")).unwrap();
+    assert_eq!(wrong["range"]["start"], json!({ "line": line, "character": 0 }));
+    assert!(wrong["message"].as_str().unwrap().contains("did you mean `present`?"), "{wrong}");
+    editor.change(&graph, &text);
+    assert_eq!(editor.diagnostics(&graph), [json!(null); 0]);
+
+    // A mistake in a shader is told in the shader; where two files disagree, both places are named.
+    let source = std::fs::read_to_string(&shader).unwrap();
+    editor.open(&shader, &source.replace("float sky_depth;", "int sky_depth;"));
+    let found = editor.diagnostics(&graph);
+    let related = found[0]["relatedInformation"].as_array().unwrap();
+    assert!(related.iter().any(|place| place["location"]["uri"] == json!(address(&shader))), "{found:?}");
+    editor.change(&shader, &source.replace("void main", "void mian"));
+    assert!(!editor.diagnostics(&shader).is_empty());
+    editor.ask("shutdown", json!(null));
+    editor.tell("exit", json!(null));
+    assert!(editor.child.finish().success());
+}
+
+#[test]
+fn names_are_completed_and_explained() {
+    let project = Project::shipped();
+    let mut editor = Editor::start(&project);
+    let graph = project.path("graphs/inspect.toml");
+    editor.open(&graph, "");
+    let text = "present = \"a\"\n[params.sun]\ntype = \"f32\"\n[targets.color]\nformat = \"r8\"\n[buffers.list]\nsize = 4\n[[passes]]\nname = \"p\"\n";
+    let has = |offered: &[String], wanted: &[&str]| {
+        for name in wanted {
+            assert!(offered.iter().any(|label| label == name), "{name} is not among {offered:?}");
+        }
+    };
+    let offered = editor.offered(&graph, &format!("{text}bind = {{ out = \"|\" }}\n"));
+    assert_eq!(offered, ["color", "list"]);
+    let offered = editor.offered(&graph, &format!("{text}[passes.push]\nx = {{ type = \"f32\", from = \"|\" }}\n"));
+    has(&offered, &["camera.cell", "frame.time", "param.sun"]);
+    has(&editor.offered(&graph, &format!("{text}sha|")), &["shader", "dispatch", "bind", "when"]);
+    has(&editor.offered(&graph, &format!("{text}shader = \"|\"")), &["inspect.comp", "primary.comp"]);
+    has(&editor.offered(&graph, "[targets.a]\nfor|"), &["format", "size", "history"]);
+    has(&editor.offered(&graph, "[targets.a]\nformat = \"|\""), &["rgba16f", "r32f"]);
+    has(&editor.offered(&graph, "[buffers.a]\nsource = \"|\""), &["world.tree64"]);
+    let shader = project.path("shaders/inspect.comp");
+    editor.open(&shader, "");
+    has(&editor.offered(&shader, "void main() { rx_|"), &["rx_trace", "rx_camera_ray", "RxHit"]);
+
+    let place = editor.place(&graph, "[targets.a]\nhist|ory = 1\n");
+    let said = editor.ask("textDocument/hover", place);
+    assert!(said["contents"]["value"].as_str().unwrap().starts_with("`history`: "), "{said}");
+    let place = editor.place(&graph, &format!("{text}bind = {{ out = \"col|or\" }}\n"));
+    let found = editor.ask("textDocument/definition", place);
+    assert_eq!(found["range"]["start"]["line"], json!(3));
+    let place = editor.place(&graph, &format!("{text}shader = \"inspe|ct.comp\"\n"));
+    assert_eq!(editor.ask("textDocument/definition", place)["uri"], json!(address(&shader)));
+}
