@@ -1,10 +1,13 @@
 //! The command line as a whole: what it says, and the verb that it runs.
 
+use std::path::PathBuf;
+
 use clap::CommandFactory;
 use raxel_gpu::{DeviceOptions, Validation};
 
 use crate::console::{Color, Console, Format};
 use crate::failure::Result;
+use crate::journal::Journal;
 use crate::verbs;
 
 /// A live, data-driven Vulkan render graph over voxel worlds.
@@ -37,6 +40,10 @@ pub(crate) struct Cli {
     #[arg(long, global = true)]
     pub validate: bool,
 
+    /// Write where the time of the CPU's threads and of the GPU's passes goes: a file for ui.perfetto.dev.
+    #[arg(long, global = true, value_name = "FILE.json")]
+    pub trace: Option<PathBuf>,
+
     /// Say more: the device chosen and why, what is compiled, what is reused.
     #[arg(long, short, global = true)]
     pub verbose: bool,
@@ -47,8 +54,11 @@ pub(crate) struct Cli {
 pub(crate) enum Verb {
     Run(verbs::run::Args),
     Render(verbs::render::Args),
+    Control(verbs::control::Args),
+    Lsp(verbs::lsp::Args),
     Film(verbs::film::Args),
     Compare(verbs::compare::Args),
+    Test(verbs::test::Args),
     Check(verbs::check::Args),
     Graph(verbs::graph::Args),
     World(verbs::world::Args),
@@ -71,6 +81,7 @@ impl Verb {
             Verb::Render(args) => args.messages.format,
             Verb::Film(args) => args.messages.format,
             Verb::Compare(args) => args.messages.format,
+            Verb::Test(args) => args.messages.format,
             Verb::Check(args) => args.messages.format,
             Verb::Graph(args) if args.format == verbs::graph::Form::Json => Format::Json,
             Verb::World(args) => args.format(),
@@ -81,7 +92,7 @@ impl Verb {
             Verb::Doctor(args) => args.messages.format,
             Verb::Explain(args) => args.messages.format,
             Verb::Clean(args) => args.messages.format,
-            Verb::Graph(_) | Verb::Schema(_) | Verb::Completions(_) => Format::Human,
+            Verb::Graph(_) | Verb::Schema(_) | Verb::Completions(_) | Verb::Control(_) | Verb::Lsp(_) => Format::Human,
         }
     }
 }
@@ -94,13 +105,23 @@ impl Cli {
 
     /// Runs its verb.
     pub fn run(self, console: &Console) -> Result {
+        let journal = Journal::listen(self.trace.as_deref(), console)?;
+        // What was slow is told of a run that failed, too.
+        let result = self.run_verb(console);
+        result.and(journal.finish())
+    }
+
+    fn run_verb(self, console: &Console) -> Result {
         let validation = if self.validate { Validation::Required } else { Validation::Off };
         let device = DeviceOptions { device: self.device, validation };
         match self.verb {
             Verb::Run(args) => verbs::run::run(&args, &device, console),
             Verb::Render(args) => verbs::render::run(&args, &device, console),
+            Verb::Control(args) => verbs::control::run(&args, &device, console),
+            Verb::Lsp(args) => verbs::lsp::run(&args, console),
             Verb::Film(args) => verbs::film::run(&args, console),
             Verb::Compare(args) => verbs::compare::run(&args, console),
+            Verb::Test(args) => verbs::test::run(&args, &device, console),
             Verb::Check(args) => verbs::check::run(&args, console),
             Verb::Graph(args) => verbs::graph::run(&args, console),
             Verb::World(args) => verbs::world::run(&args, console),

@@ -161,7 +161,12 @@ impl Front {
             let message = format!("the project cannot be read: {error}");
             Box::new(Diagnostic::error(codes::session::NO_PROJECT, message))
         })?;
-        Ok(Self { project, loader, worlds: RefCell::default() })
+        Ok(Self::new(project, loader))
+    }
+
+    /// A project whose files are loaded by `loader`.
+    pub fn new(project: Project, loader: Loader) -> Self {
+        Self { project, loader, worlds: RefCell::default() }
     }
 
     /// The project around a file, and the file's project path. Without a file, `default` of the project around the current folder.

@@ -3,9 +3,11 @@
 mod args;
 mod cli;
 mod console;
+mod control;
 mod device;
 mod failure;
 mod front;
+mod journal;
 mod output;
 mod panic;
 mod session;

@@ -7,6 +7,7 @@ use std::ops::Range;
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_gpu::DeviceOptions;
 use raxel_runtime::session::Session;
+use raxel_runtime::timeline::Demo;
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};
@@ -50,9 +51,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TARGET,…", value_delimiter = ',', conflicts_with_all = ["target", "after"])]
     layers: Vec<String>,
 
-    /// Pixels.
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
-    size: Size,
+    /// Pixels: the demo's, or 1280x720 by default.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<Size>,
 
     /// Average so many pictures for each frame, their rays at different places in the pixels: smooth edges.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
@@ -122,20 +123,22 @@ impl Shard {
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let output = Output::parse(&args.output, args.kind)?;
     args.check(&output, console)?;
-    let demo = args.what.demo_length();
-    let fps = args.fps.or(demo.map(|(_, fps)| fps)).unwrap_or(60.0);
-    let wanted = args.wanted(&output, demo, fps);
+    let demo = args.what.demo();
+    let fps = args.fps.or(demo.as_ref().map(|demo| demo.fps)).unwrap_or(60.0);
+    let wanted = args.wanted(&output, demo.as_deref(), fps);
+    let size = args.size.map(|size| size.0).or(demo.as_ref().map(|demo| demo.size)).unwrap_or([1280, 720]);
 
     // Whether the result can be written is found out before anything else.
-    let place = Place::prepare(&output, args.size.0, fps, wanted.start)?;
+    let place = Place::prepare(&output, size, fps, wanted.start)?;
 
     let mut options = args.what.options(device)?;
-    options.size = args.size.0;
+    options.size = size;
     options.step = Some(1.0 / fps);
     options.pinned.clone_from(&args.layers);
     let mut session = args.what.open(options, console)?;
     let shoot = Shoot {
-        run: start(&mut session, &wanted, args.size.0)..wanted.end,
+        run: start(&mut session, &wanted, 1.0 / fps)..wanted.end,
+        captions: demo.map(|demo| (demo, 1.0 / fps)),
         layers: args.layers(&session, output.kind())?,
         wanted,
         coding: Coding { kind: output.kind(), compression: args.compression, quality: args.quality },
@@ -160,13 +163,18 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
 }
 
 /// The first frame that must be run for those that are wanted, where the session then stands. The camera of the frame before is known to
-/// every frame, so one more is run.
-fn start(session: &mut Session, wanted: &Range<u64>, size: [u32; 2]) -> u64 {
-    let first = wanted.start.saturating_sub(1);
-    if first == 0 || Front::looks_back(session.graph(), size) {
-        return 0;
+/// every frame, so one more is run. A graph that looks back is run from the last cut of its demo.
+fn start(session: &mut Session, wanted: &Range<u64>, step: f64) -> u64 {
+    let first = if Front::looks_back(session.graph(), session.size()) {
+        let at = |frame: u64| frame as f64 * step;
+        let cut = |frame: &u64| session.demo().is_some_and(|demo| demo.cuts_between(at(frame - 1), at(*frame)));
+        (1..=wanted.start).rev().find(cut).unwrap_or(0)
+    } else {
+        wanted.start.saturating_sub(1)
+    };
+    if first > 0 {
+        session.start_at(first);
     }
-    session.start_at(first);
     first
 }
 
@@ -196,14 +204,14 @@ impl Args {
     }
 
     /// The frames to write.
-    fn wanted(&self, output: &Output, demo: Option<(f64, f64)>, fps: f64) -> Range<u64> {
+    fn wanted(&self, output: &Output, demo: Option<&Demo>, fps: f64) -> Range<u64> {
         if let Some(at) = self.at {
             let frame = (at * fps).round() as u64;
             return frame..frame + 1;
         }
         let frames = self.frames.unwrap_or(match (output, demo) {
             (Output::Single(..), _) | (_, None) => 1,
-            (_, Some((seconds, _))) => (seconds * fps).round().max(1.0) as u64,
+            (_, Some(demo)) => (demo.duration * fps).round().max(1.0) as u64,
         });
         match (output, self.shard) {
             (Output::Single(..), _) => frames - 1..frames,

@@ -42,7 +42,7 @@ const CASES: [(&str, &str, Compression, Mode); 5] = [
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let scratch = Scratch::new()?;
-    let fps = args.what.demo_length().map_or(60.0, |(_, fps)| fps);
+    let fps = args.what.demo().map_or(60.0, |demo| demo.fps);
     let mut options = args.what.options(device)?;
     options.size = args.size.0;
     options.step = Some(1.0 / fps);
@@ -65,6 +65,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             run: 0..args.frames,
             wanted: 0..args.frames,
             layers: Layers::Picture,
+            captions: None,
             coding: Coding { kind: output.kind(), compression, quality: 90 },
             samples: 1,
             mode,

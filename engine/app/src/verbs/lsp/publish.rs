@@ -10,7 +10,7 @@ use lsp_types::{
     Url,
 };
 use raxel_diagnostics::{Severity, SourceMap, Span, each_once};
-use raxel_runtime::build::Loader;
+use raxel_runtime::load::Loader;
 use raxel_runtime::project::Project;
 
 use super::address;
@@ -47,7 +47,7 @@ impl Publisher {
 
 fn check_project(project: &Project, documents: &[&Document], found: &mut BTreeMap<Url, Vec<Diagnostic>>) {
     let Ok(overlay) = Overlay::new(project, documents) else { return };
-    let front = Front { project: project.clone(), loader: Loader::with_files(Arc::new(overlay)) };
+    let front = Front::new(project.clone(), Loader::with_files(Arc::new(overlay)));
     let mut paths: BTreeSet<String> = BTreeSet::new();
     for document in documents {
         if is_toml(&document.path) {
@@ -63,7 +63,7 @@ fn check_project(project: &Project, documents: &[&Document], found: &mut BTreeMa
         if FileKind::of(path) == FileKind::Graph && !path.starts_with("graphs/") {
             continue;
         }
-        let checked = front.check(path);
+        let checked = front.check(path, None);
         all.extend(checked.found);
         texts.extend(&checked.texts);
     }

@@ -1,0 +1,83 @@
+//! `--trace`: a file of Chrome's format whose slices nest, on the CPU and on the GPU. `-v`: what was compiled and what was reused.
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use common::{Project, raxel};
+use serde_json::Value;
+
+/// A slice: name, start and end in microseconds.
+type Slice = (String, f64, f64);
+
+/// Slices by process and thread, in order of their start.
+fn tracks(trace: &Value) -> BTreeMap<(u64, u64), Vec<Slice>> {
+    let mut tracks: BTreeMap<_, Vec<Slice>> = BTreeMap::new();
+    for event in trace["traceEvents"].as_array().unwrap().iter().filter(|event| event["ph"] == "X") {
+        let number = |key: &str| event[key].as_f64().unwrap();
+        let slice = (event["name"].as_str().unwrap().to_owned(), number("ts"), number("ts") + number("dur"));
+        tracks.entry((event["pid"].as_u64().unwrap(), event["tid"].as_u64().unwrap())).or_default().push(slice);
+    }
+    for track in tracks.values_mut() {
+        track.sort_by(|a, b| a.1.total_cmp(&b.1).then(b.2.total_cmp(&a.2)));
+    }
+    tracks
+}
+
+#[test]
+fn a_trace_has_nested_tracks_of_cpu_and_gpu() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let scene = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "96x54", "--frames", "6"];
+    let output = ["-o", &inside("f/%d.png"), "--trace", &inside("t.json")];
+    let run = raxel(&[&scene[..], &output].concat()).exits(0);
+    assert!(run.stderr.contains("wrote the trace"), "{}", run.stderr);
+    let trace: Value = serde_json::from_slice(&std::fs::read(inside("t.json")).unwrap()).unwrap();
+    let tracks = tracks(&trace);
+    for (track, slices) in &tracks {
+        let mut open: Vec<&Slice> = Vec::new();
+        for slice in slices {
+            open.retain(|outer| outer.2 > slice.1 + 1e-3);
+            // Half a microsecond is the rounding of two clocks.
+            assert!(open.iter().all(|outer| slice.2 <= outer.2 + 0.5), "{track:?}: {slice:?} leaves {open:?}");
+            open.push(slice);
+        }
+    }
+    let names = |process: u64| -> Vec<&str> {
+        let of = tracks.iter().filter(|((of, _), _)| *of == process);
+        of.flat_map(|(_, slices)| slices.iter().map(|(name, ..)| name.as_str())).collect()
+    };
+    for name in ["open session", "load graph", "load world", "plan", "prepare", "frame", "read back", "encode", "write"]
+    {
+        assert!(names(1).contains(&name), "{name} is not among {:?}", names(1));
+    }
+    assert!(names(2).contains(&"inspect") && names(2).contains(&"frame 0"), "{:?}", names(2));
+    // What cannot be written is said before anything runs.
+    let run = raxel(&[&scene[..], &["-o", &inside("g/%d.png"), "--trace", &inside("no/t.json")]].concat()).exits(2);
+    assert!(run.stderr.contains("does not exist") && !folder.path().join("g").exists(), "{}", run.stderr);
+}
+
+#[test]
+fn verbose_says_what_was_compiled_and_what_was_reused() {
+    let project = Project::shipped();
+    let check = |more: &[&str]| {
+        let files = ["check", "graphs/inspect.toml", "graphs/primary.toml", "graphs/primary_chunks.toml"];
+        project.raxel(&[&files[..], more].concat()).exits(0).stderr
+    };
+    let said = check(&["-v"]);
+    assert!(said.contains("compiled shaders/inspect.comp in "), "{said}");
+    assert!(!check(&[]).contains("compiled"));
+    let run = project.raxel(&[
+        "render",
+        "graphs/inspect.toml",
+        "--world",
+        "worlds/menger.toml",
+        "--size",
+        "8x8",
+        "-v",
+        "-o",
+        "a.png",
+    ]);
+    let said = run.exits(0).stderr;
+    assert!(said.contains("compiled shaders/inspect.comp in ") && said.contains("busy: render"), "{said}");
+}
