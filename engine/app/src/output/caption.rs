@@ -81,7 +81,7 @@ mod tests {
         let mut picture = gray(400, 200);
         draw(&mut picture, &line("Bounce light", false));
         let rows: Vec<&[u8]> = picture.rgba.chunks_exact(1600).collect();
-        let white = |row: &[u8]| row.chunks_exact(4).filter(|pixel| pixel[0] > 220).count();
+        let white = |row: &[u8]| row.chunks_exact(4).filter(|pixel| pixel[0] > 110).count();
         assert!(rows[..184].iter().all(|row| row.chunks_exact(4).all(|pixel| pixel[0] == 100)));
         assert!(rows[184..].iter().map(|row| white(row)).sum::<usize>() > 40);
         // The same at the top; both sides have the same room.
