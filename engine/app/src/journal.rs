@@ -184,9 +184,9 @@ impl<S: Subscriber + for<'l> LookupSpan<'l>> Layer<S> for Ear {
     }
 
     fn on_enter(&self, id: &span::Id, context: Context<'_, S>) {
-        if let Some(span) = context.span(id)
-            && let Some(entered) = span.extensions_mut().get_mut::<Entered>()
-        {
+        let Some(span) = context.span(id) else { return };
+        let mut extensions = span.extensions_mut();
+        if let Some(entered) = extensions.get_mut::<Entered>() {
             entered.since = Some(Instant::now());
         }
     }
