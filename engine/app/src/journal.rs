@@ -41,6 +41,8 @@ struct Trace {
     /// Microseconds since the start at which the GPU's last frame ended, and at which the one being told began.
     gpu_end: f64,
     gpu_frame: f64,
+    /// Where the last pass in each track of the GPU ended: passes that overlap are drawn in tracks of their own.
+    gpu_tracks: Vec<f64>,
 }
 
 struct Slice {
@@ -92,7 +94,15 @@ fn lock(trace: &Mutex<Trace>) -> MutexGuard<'_, Trace> {
 impl Default for Trace {
     fn default() -> Self {
         let (slices, threads) = (Vec::new(), BTreeMap::new());
-        Self { began: Instant::now(), slices, threads, left_out: 0, gpu_end: 0.0, gpu_frame: 0.0 }
+        Self {
+            began: Instant::now(),
+            slices,
+            threads,
+            left_out: 0,
+            gpu_end: 0.0,
+            gpu_frame: 0.0,
+            gpu_tracks: Vec::new(),
+        }
     }
 }
 
@@ -119,12 +129,19 @@ impl Trace {
             let submitted = self.at(Instant::now()) - number("ago_ns");
             self.gpu_frame = submitted.max(self.gpu_end);
             self.gpu_end = self.gpu_frame + end;
+            self.gpu_tracks.clear();
+        }
+        let mut track = 0;
+        if name.is_some() {
+            track = self.gpu_tracks.iter().position(|ended| *ended <= begin).unwrap_or(self.gpu_tracks.len());
+            self.gpu_tracks.resize(self.gpu_tracks.len().max(track + 1), 0.0);
+            self.gpu_tracks[track] = end;
         }
         let frame = told.numbers.get("frame").copied().unwrap_or_default();
         self.push(Slice {
             name: name.unwrap_or_else(|| format!("frame {frame}")),
             gpu: true,
-            thread: 1,
+            thread: 1 + track as u64,
             start: self.gpu_frame + begin,
             duration: end - begin,
             about: String::new(),
@@ -284,12 +301,13 @@ mod tests {
             numbers: [("ago_ns", ago), ("begin_ns", begin), ("end_ns", end)].into_iter().collect(),
             ..Fields::default()
         };
-        // Both were submitted at once; the second waits for the first.
-        for _ in 0..2 {
+        // Both were submitted at once; the second waits for the first. Its passes overlap.
+        for begin in [3_000_000, 2_000_000] {
             trace.gpu(&told(None, [0, 0, 5_000_000]));
             trace.gpu(&told(Some("trace"), [0, 0, 3_000_000]));
-            trace.gpu(&told(Some("shade"), [0, 3_000_000, 5_000_000]));
+            trace.gpu(&told(Some("shade"), [0, begin, 5_000_000]));
         }
+        assert_eq!(trace.slices.iter().map(|slice| slice.thread).collect::<Vec<_>>(), [1, 1, 1, 1, 1, 2]);
         let end = |slice: &Slice| slice.start + slice.duration;
         for frame in trace.slices.chunks(3) {
             assert!(frame[1..].iter().all(|pass| pass.start >= frame[0].start && end(pass) <= end(&frame[0]) + 1e-6));
