@@ -21,6 +21,7 @@ const MARK: &str = "## Every key\n";
 fn settle(path: &str, expected: &str) {
     let file = repository().join(path);
     if std::env::var_os("RAXEL_WRITE_DOCS").is_some() {
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
         std::fs::write(&file, expected).unwrap();
     }
     let found = std::fs::read_to_string(&file).unwrap_or_default();
