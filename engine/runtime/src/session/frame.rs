@@ -98,7 +98,6 @@ impl Session {
             self.follow_edits(demo.local_time(time.time))?;
         }
         self.editing.poll_save();
-        if time.index == 0 && time.advanced {
         if cut && time.advanced {
             // There is no way from the last picture to this one.
             self.previous_camera = self.camera;

@@ -1,6 +1,5 @@
-//! Demos: a world, a graph and a timeline of camera keys, param tracks, changes of the debug target and
-//! edits of the world.
-//! Demos: a world, a graph and a timeline of camera keys, param tracks, changes of the debug target, captions and checks.
+//! Demos: a world, a graph and a timeline of camera keys, param tracks, changes of the debug target, edits of the world, captions and
+//! checks.
 //!
 //! What a demo shows is a function of the time alone, so that a window, a headless run and any part of a sharded run agree.
 
@@ -12,8 +11,7 @@ mod read;
 mod schema;
 
 pub use curve::Interpolation;
-pub use demo::{CameraKey, DebugTargetKey, Demo, Direction, Place, Track};
-pub use edits::EditKey;
 pub use demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, Place, Track};
+pub use edits::EditKey;
 pub use read::read;
 pub use schema::schema;

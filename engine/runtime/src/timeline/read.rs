@@ -5,9 +5,8 @@ use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, files};
 use raxel_world::file::CAMERA_COORDINATES;
 
 use super::curve::Interpolation;
-use super::demo::{CameraKey, DebugTargetKey, Demo, Direction, Place, Track};
-use super::edits;
 use super::demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, Place, Track};
+use super::edits;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
 
