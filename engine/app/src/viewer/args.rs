@@ -17,6 +17,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = scale, default_value = "1")]
     pub scale: f64,
 
+    /// Begin with the bare picture; F1 shows the panels.
+    #[arg(long)]
+    pub no_panels: bool,
+
     /// Leave after so many frames.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub frames: Option<u64>,

@@ -28,6 +28,14 @@ pub(crate) enum Command {
     Smaller,
     /// Of another material.
     NextMaterial,
+    /// Show or hide the panels.
+    Panels,
+    /// Put the camera where it began.
+    Home,
+    /// Write the camera to stdout and to the clipboard.
+    CopyCamera,
+    /// Give up the pass that the device works on.
+    Cancel,
     /// Write the picture to a PNG.
     Screenshot,
     /// Leave.
@@ -37,24 +45,57 @@ pub(crate) enum Command {
 /// The keys of the window, for `raxel run --help` and the README.
 pub(crate) const KEYS: &str = "\
 W A S D, Q E    fly, down and up; Shift flies faster
-mouse           drag with the left button to look around
+mouse           drag with the left button to look around; the wheel sets the speed
 right button    dig a ball out of the world; with Shift, place one
 [ ]  M          size and material of the ball;  Ctrl+Z undo, Ctrl+Y redo
+Home            back to where the camera began
+C               the camera as the lines of a world's file, on stdout and on the clipboard
 Tab             next debug target; Shift+Tab the one before
+F1              show or hide the panels; Ctrl+Plus and Ctrl+Minus change their size
 Space           pause;  .  one frame;  R  start over
+Delete          give up a pass that the device has worked on for long
 F12             screenshot
 Escape          quit";
 
 /// Keys held and mouse motion since the last frame.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Controls {
     held: HashSet<KeyCode>,
     dragging: bool,
     look: [f64; 2],
     cursor: Option<[f64; 2]>,
+    /// Voxels a second.
+    speed: f64,
+}
+
+/// Speeds that the wheel can set, in voxels a second.
+const SPEEDS: std::ops::RangeInclusive<f64> = 0.1..=100_000.0;
+
+impl Default for Controls {
+    fn default() -> Self {
+        let speed = FlySpeed::default().voxels;
+        Self { held: HashSet::new(), dragging: false, look: [0.0; 2], cursor: None, speed }
+    }
 }
 
 impl Controls {
+    /// Voxels that the camera flies in a second.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Sets the voxels a second.
+    pub fn set_speed(&mut self, voxels: f64) {
+        if voxels.is_finite() {
+            self.speed = voxels.clamp(*SPEEDS.start(), *SPEEDS.end());
+        }
+    }
+
+    /// The wheel was turned by so many lines, away from the user where positive.
+    pub fn wheel(&mut self, lines: f64) {
+        self.set_speed(self.speed * 1.2_f64.powf(lines.clamp(-20.0, 20.0)));
+    }
+
     /// A key went down or up. Gives what it asks for, once a press.
     pub fn key(
         &mut self,
@@ -79,6 +120,9 @@ impl Controls {
             Key::Named(NamedKey::Tab) if modifiers.shift_key() => Command::PreviousTarget,
             Key::Named(NamedKey::Tab) => Command::NextTarget,
             Key::Named(NamedKey::Space) => Command::Pause,
+            Key::Named(NamedKey::F1) => Command::Panels,
+            Key::Named(NamedKey::Home) => Command::Home,
+            Key::Named(NamedKey::Delete) => Command::Cancel,
             Key::Named(NamedKey::F12) => Command::Screenshot,
             Key::Named(NamedKey::Escape) => Command::Quit,
             Key::Character(text) if text == "." => Command::Step,
@@ -87,6 +131,7 @@ impl Controls {
             Key::Character(text) if text.eq_ignore_ascii_case("m") => Command::NextMaterial,
             Key::Character(text) if text.eq_ignore_ascii_case("z") && modifiers.control_key() => Command::Undo,
             Key::Character(text) if text.eq_ignore_ascii_case("y") && modifiers.control_key() => Command::Redo,
+            Key::Character(text) if text.eq_ignore_ascii_case("c") && !modifiers.control_key() => Command::CopyCamera,
             Key::Character(text) if text.eq_ignore_ascii_case("r") && !modifiers.control_key() => Command::Reset,
             _ => return None,
         };
@@ -137,7 +182,7 @@ impl Controls {
             axis(KeyCode::KeyE, KeyCode::KeyQ),
             axis(KeyCode::KeyW, KeyCode::KeyS),
         ];
-        let speed = FlySpeed::default();
+        let speed = FlySpeed { voxels: self.speed, ..FlySpeed::default() };
         let faster = self.held.contains(&KeyCode::ShiftLeft) || self.held.contains(&KeyCode::ShiftRight);
         let input = FlyInput { motion, look: std::mem::take(&mut self.look) };
         (input, FlySpeed { voxels: if faster { speed.voxels * 6.0 } else { speed.voxels }, ..speed })
@@ -186,6 +231,12 @@ mod tests {
         let (input, fast) = c.fly();
         assert_eq!(input, FlyInput { motion: input.motion, ..FlyInput::default() });
         assert!(fast.voxels > slow.voxels);
+        c.wheel(2.0);
+        assert!(c.fly().1.voxels > fast.voxels);
+        c.wheel(1e9);
+        c.wheel(f64::NAN);
+        c.set_speed(f64::INFINITY);
+        assert!(SPEEDS.contains(&c.speed()));
         c.release_all();
         assert_eq!(c.fly().0, FlyInput::default());
     }

@@ -5,6 +5,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use raxel_gpu::{Barrier, CommandBuffer, Device, Image, ReadbackRing, TimelineValue};
+use raxel_graph::checked::PassId;
 use raxel_graph::plan::{Lifetime, Plan};
 
 use super::FRAMES;
@@ -14,7 +15,7 @@ use super::physical::Filling;
 use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, lock, pass_name};
 use super::record::{DeviceRecorder, initialize_resources};
 use super::replay::Counts;
-use super::report::{FrameReport, PassTime, SwapReport};
+use super::report::{FrameReport, GpuTimes, PassOutcome, PassTime, SwapReport};
 use super::upload::Uploads;
 
 /// What an executor does besides running passes.
@@ -55,6 +56,8 @@ pub struct Executor {
     times: Vec<PassTime>,
     /// Nanoseconds from the begin of the first pass to the end of the last.
     span: Option<f64>,
+    /// The frame that `times` and `span` are of.
+    timed: Option<u64>,
     ticks: Vec<[u64; 2]>,
     pub(super) readbacks: ReadbackRing,
     progress: Observed,
@@ -131,6 +134,7 @@ impl Executor {
             memo: options.memo,
             times: Vec::new(),
             span: None,
+            timed: None,
             ticks: Vec::new(),
         })
     }
@@ -188,6 +192,7 @@ impl Executor {
         let plan = next.plan();
         self.times = plan.passes.iter().map(|pass| PassTime { pass: pass.pass, nanoseconds: None }).collect();
         self.span = None;
+        self.timed = None;
         self.ticks = vec![[0; 2]; 2 * plan.passes.len()];
         for slot in &mut self.slots {
             slot.ran.reserve(plan.passes.len());
@@ -398,6 +403,22 @@ impl Executor {
         self.span
     }
 
+    /// [`Self::timings`] with the frame that they are of, and its span.
+    pub fn gpu_times(&mut self) -> GpuTimes<'_> {
+        self.timings();
+        GpuTimes { frame: self.timed, span: self.span, passes: &self.times }
+    }
+
+    /// What became of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
+    pub fn outcomes(&self, disabled: &[PassId]) -> Vec<PassOutcome> {
+        self.running.as_ref().map(|running| running.replay.outcomes(disabled)).unwrap_or_default()
+    }
+
+    /// Gives the device up, and says that it is lost with the pass that it works on.
+    pub fn cancel(&mut self) -> ExecuteError {
+        self.attribute_loss(ExecuteError::DeviceLost { suspect: None, timed_out: true })
+    }
+
     /// Reads the times of a finished frame.
     fn read_timings(&mut self, slot_index: usize) -> Result<(), ExecuteError> {
         let slot = &mut self.slots[slot_index];
@@ -409,6 +430,7 @@ impl Executor {
             return Ok(());
         };
         timestamps.read(&mut self.ticks)?;
+        self.timed = Some(slot.frame);
         let period = f64::from(self.shared.device.capabilities().timestamp_period);
         for (time, ticks) in self.times.iter_mut().zip(self.ticks.chunks_exact(2)) {
             let there = ticks.iter().all(|[_, available]| *available != 0);

@@ -31,7 +31,7 @@ pub use inputs::{Builtins, FrameInputs, Override};
 pub use prepare::{Builder, Prepared};
 pub use readback::ReadTicket;
 pub use replay::{Counts, Recorder, Replay};
-pub use report::{FrameReport, PassTime, Picture, SwapReport, Texels};
+pub use report::{FrameReport, GpuTimes, PassOutcome, PassTime, Picture, SwapReport, Texels};
 pub use source::{DeviceSource, Sources, WriteError};
 pub(crate) use upload::FRAME_BYTES;
 

@@ -3,13 +3,14 @@
 
 use std::sync::Arc;
 
-use raxel_graph::checked::{ClockId, Every, ResourceId};
+use raxel_graph::checked::{ClockId, Every, PassId, ResourceId};
 use raxel_graph::plan::{PassPlan, Plan, Step, Turn};
 
 use super::blocks::{Blocks, UniformPlace};
 use super::digest::{self, Digest};
 use super::inputs::FrameInputs;
 use super::memo::Memo;
+use super::report::PassOutcome;
 use super::ticks::Ticks;
 
 /// What a frame is recorded into: the device's command buffer, or nothing at all to measure the walk itself.
@@ -227,6 +228,23 @@ impl Replay {
     pub(super) fn rotation_after(&self, frame: u64, resource: ResourceId) -> u64 {
         let turn = self.plan.graph.resource(resource).clock.map_or(Turn::Frame, Turn::After);
         self.ticks.rotation(frame, turn)
+    }
+
+    /// What becomes of each pass in the decided frame; order of the plan's passes. `disabled` are the passes that are switched off.
+    pub(super) fn outcomes(&self, disabled: &[PassId]) -> Vec<PassOutcome> {
+        let mut outcomes = vec![PassOutcome::NotDue; self.passes.len()];
+        for (step, run) in self.plan.steps.iter().zip(&self.run) {
+            if let Step::Dispatch { pass } = step {
+                let state = &self.passes[*pass as usize];
+                outcomes[*pass as usize] = match (state.due, run) {
+                    _ if disabled.contains(&self.blocks.declared(*pass as usize)) => PassOutcome::Off,
+                    (false, _) => PassOutcome::NotDue,
+                    (true, true) => PassOutcome::Dispatched,
+                    (true, false) => PassOutcome::Skipped,
+                };
+            }
+        }
+        outcomes
     }
 
     /// Which passes are due in this frame.

@@ -45,6 +45,31 @@ pub struct PassTime {
     pub nanoseconds: Option<f64>,
 }
 
+/// GPU times of a frame that the device has finished.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GpuTimes<'a> {
+    /// Frames the executor ran before it; `None` when no frame has been timed since the plan was swapped in.
+    pub frame: Option<u64>,
+    /// Nanoseconds from the begin of the first pass to the end of the last, with all that lies between them. `None` when no pass ran, or
+    /// the device has no timestamps.
+    pub span: Option<f64>,
+    /// Each pass; order of the plan's passes.
+    pub passes: &'a [PassTime],
+}
+
+/// What became of a pass of the plan in the last frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PassOutcome {
+    /// It was dispatched.
+    Dispatched,
+    /// It was not dispatched: its results are still valid.
+    Skipped,
+    /// It was not due (`every`).
+    NotDue,
+    /// It is switched off since the device was lost while it ran.
+    Off,
+}
+
 /// The presented picture: 8 bits a channel, sRGB-encoded, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {

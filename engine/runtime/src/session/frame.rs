@@ -11,7 +11,8 @@ use crate::build::{self, Assembly, Selection};
 use crate::build_error::BuildError;
 use crate::clock::FrameTime;
 use crate::execute::{
-    Builtins, ExecuteError, FrameInputs, FramePicture, FrameReport, PassTime, Picture, Progress, ReadTicket, Texels,
+    Builtins, ExecuteError, FrameInputs, FramePicture, FrameReport, GpuTimes, PassOutcome, PassTime, Picture, Progress,
+    ReadTicket, Texels,
 };
 use crate::params::SetError;
 use crate::stream::{Refused, WorldStream};
@@ -69,6 +70,22 @@ impl Session {
     /// GPU times of the passes in the last frame that the device has finished; order of the plan's passes.
     pub fn timings(&mut self) -> &[PassTime] {
         self.executor.timings()
+    }
+
+    /// [`Self::timings`] with the frame that they are of, and the time from the begin of its first pass to the end of its last.
+    pub fn gpu_times(&mut self) -> GpuTimes<'_> {
+        self.executor.gpu_times()
+    }
+
+    /// What became of each pass in the last frame; order of the plan's passes.
+    pub fn outcomes(&self) -> Vec<PassOutcome> {
+        self.executor.outcomes(&self.disabled)
+    }
+
+    /// Gives up what the device works on: it is opened anew, and the pass that it worked on is switched off until its shader changes.
+    pub fn cancel(&mut self) -> Result<(), FrameError> {
+        let lost = self.executor.cancel();
+        self.recover(lost)
     }
 
     /// Brings everything to the time of the next frame; gives `frame.still` and `world.serial` with it.

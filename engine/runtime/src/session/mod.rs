@@ -209,12 +209,12 @@ impl Session {
         &self.device
     }
 
-    /// Warnings of what was opened.
+    /// Warnings of what runs.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings
     }
 
-    /// The texts that warnings point into.
+    /// The texts of what runs, which its warnings and places point into.
     pub fn texts(&self) -> &SourceMap {
         &self.texts
     }

@@ -56,6 +56,7 @@ impl Session {
         let (edited, found) = self.editing.rebase(&base, &self.world);
         diagnostics.extend(found);
         let world = edited.unwrap_or_else(|| base.clone());
+        let (warnings, all_texts) = (diagnostics.clone(), texts.clone());
         // Something may have been chosen since the build began.
         let settings = self.build_settings();
         let wanted = settings.selection(&graph, &world);
@@ -92,6 +93,7 @@ impl Session {
         self.graph = graph;
         self.world = world;
         self.state = state;
+        (self.warnings, self.texts) = (warnings, all_texts);
         self.params.adopt(&self.graph);
         self.values.clear();
         self.values.extend_from_slice(self.params.values());

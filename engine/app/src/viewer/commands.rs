@@ -1,0 +1,281 @@
+//! What keys and panels ask for.
+
+use std::path::PathBuf;
+use std::process::Command as Process;
+use std::time::{Duration, Instant};
+
+use raxel_diagnostics::SourceMap;
+use raxel_graph::checked::{BufferSize, ResourceKind};
+use raxel_panels::Action;
+use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::params::from_components;
+use raxel_runtime::{EditFailure, Session};
+use winit::event_loop::ActiveEventLoop;
+
+use super::controls::Command;
+use super::{Viewer, dig, panel_data, write_back};
+use crate::console::{self, To};
+use crate::failure::Result;
+use crate::output::{self, Pending, shown};
+use crate::session::{frame_failure, named_camera};
+
+/// How long a message stays in the bar.
+const NOTICE: Duration = Duration::from_secs(6);
+
+impl Viewer<'_> {
+    /// A key.
+    pub(super) fn run_command(&mut self, command: Command, event_loop: &ActiveEventLoop) {
+        self.titled = None;
+        match command {
+            Command::NextTarget => self.cycle(1),
+            Command::PreviousTarget => self.cycle(-1),
+            Command::Pause => self.session.pause(!self.session.clock().paused()),
+            Command::Step => {
+                self.session.pause(true);
+                self.session.step();
+            }
+            Command::Reset => self.reset(),
+            Command::Undo => self.edited(|session| session.undo().map(drop)),
+            Command::Redo => self.edited(|session| session.redo().map(drop)),
+            Command::Larger => self.choose(|ball, _| ball.resize(1)),
+            Command::Smaller => self.choose(|ball, _| ball.resize(-1)),
+            Command::NextMaterial => self.choose(dig::Ball::next_material),
+            Command::Panels => self.panels.toggle(),
+            Command::Home => self.go_to(self.home),
+            Command::CopyCamera => self.perform(Action::CopyCamera, event_loop),
+            Command::Cancel => self.cancel(event_loop),
+            Command::Screenshot => match self.screenshot() {
+                Ok(path) => self.console.message(&format!("wrote {}", shown(&path))),
+                Err(failure) => self.console.failure(&failure),
+            },
+            Command::Quit => event_loop.exit(),
+        }
+    }
+
+    /// Something that a panel asks for.
+    pub(super) fn perform(&mut self, action: Action, event_loop: &ActiveEventLoop) {
+        self.titled = None;
+        match action {
+            Action::Show(shown) => {
+                self.before_peek = None;
+                self.select(panel_data::debug_target(&shown));
+            }
+            Action::ShowDefault => {
+                self.before_peek = None;
+                self.select(DebugTarget::default());
+            }
+            Action::Peek(Some(shown)) => {
+                self.before_peek.get_or_insert_with(|| self.session.debug_target().clone());
+                self.select(panel_data::debug_target(&shown));
+            }
+            Action::Peek(None) => {
+                if let Some(target) = self.before_peek.take() {
+                    self.select(target);
+                }
+            }
+            Action::Display(_) | Action::Rows(_) | Action::WriteTable => {}
+            Action::SetParam(name, value) => self.set_param(&name, &value),
+            Action::ResetParam(name) => {
+                let reset = self.session.unset_param(&name);
+                self.said(reset);
+            }
+            Action::WriteParams(names) => self.write_params(&names),
+            Action::Pause => self.run_command(Command::Pause, event_loop),
+            Action::Step => self.run_command(Command::Step, event_loop),
+            Action::Reset => self.reset(),
+            Action::Scale(scale) => self.session.set_scale(scale),
+            Action::FpsCap(cap) => self.fps_cap = cap,
+            Action::Copy(text) => {
+                self.notice(format!("copied {text}"));
+                self.copy(text);
+            }
+            Action::Edit(place) => self.edit(&place),
+            Action::Cancel => self.cancel(event_loop),
+            Action::Seek(seconds) => {
+                self.session.hand_back();
+                self.session.seek(seconds);
+            }
+            Action::Loop(looped) => self.looped = Some(looped),
+            Action::HandBack => self.session.hand_back(),
+            Action::Camera(name) => match named_camera(self.session.world(), &name) {
+                Ok(camera) => self.go_to(camera),
+                Err(failure) => self.console.failure(&failure),
+            },
+            Action::Home => self.go_to(self.home),
+            Action::CopyCamera => {
+                let lines = write_back::camera_lines("camera", self.session.camera());
+                console::data(&lines);
+                self.notice("the camera is on the clipboard, as the lines of a world's file".to_owned());
+                self.copy(lines);
+            }
+            Action::WriteCamera(name) => self.write_camera(&name),
+            Action::Speed(voxels) => self.controls.set_speed(voxels),
+        }
+    }
+
+    /// Digs or places a ball at the cursor.
+    pub(super) fn dig(&mut self, action: dig::Action) {
+        let edit = self.controls.cursor().and_then(|pixel| self.ball.edit(action, &self.session, pixel));
+        if let Some(edit) = edit {
+            self.edited(|session| session.edit(&[edit]).map(drop));
+        }
+    }
+
+    /// Edits the world, and says why when that is refused.
+    fn edited(&mut self, edit: impl FnOnce(&mut Session) -> std::result::Result<(), EditFailure>) {
+        if let Err(failure) = edit(&mut self.session) {
+            self.console.diagnostics(&failure.into_diagnostics(), &SourceMap::default(), To::Stderr);
+        }
+    }
+
+    /// Chooses another ball, and says which.
+    fn choose(&mut self, change: impl FnOnce(&mut dig::Ball, usize)) {
+        change(&mut self.ball, self.session.scene().materials.len());
+        self.notice(self.ball.text(&self.session));
+    }
+
+    fn reset(&mut self) {
+        self.session.reset();
+        self.session.hand_back();
+        self.session.set_camera(self.home);
+    }
+
+    fn go_to(&mut self, camera: raxel_runtime::camera::Camera) {
+        self.session.take_over();
+        self.session.set_camera(camera);
+    }
+
+    /// Gives up the pass that the device works on, if it has worked on it for long.
+    fn cancel(&mut self, event_loop: &ActiveEventLoop) {
+        if self.busy.take().is_none() {
+            return;
+        }
+        if let Err(error) = self.session.cancel() {
+            let failure = frame_failure(error, self.console);
+            self.stop(event_loop, failure);
+        }
+    }
+
+    fn set_param(&mut self, name: &str, numbers: &[f64]) {
+        let param = self.session.params().iter().find(|param| param.name == name);
+        if let Some(value) = param.and_then(|param| from_components(numbers, &param.default)) {
+            let set = self.session.set_param(name, value);
+            self.said(set);
+        }
+    }
+
+    /// Writes the values of params where they are declared.
+    fn write_params(&mut self, names: &[String]) {
+        for name in names {
+            let Some(param) = self.session.params().iter().find(|param| param.name == *name).cloned() else { continue };
+            let Ok(value) = self.session.param(name) else { continue };
+            let path = self.session.project().on_disk(&param.place.file);
+            match write_back::edit(&path, |text| write_back::with_param(text, name, &value)) {
+                Ok(()) => {
+                    self.written.push(name.clone());
+                    self.notice(format!("wrote {name} to {}", param.place.file));
+                }
+                Err(error) => self.warn(error),
+            }
+        }
+    }
+
+    fn write_camera(&mut self, name: &str) {
+        let Some(path) = self.session.world().path.clone() else { return };
+        let camera = *self.session.camera();
+        let on_disk = self.session.project().on_disk(&path);
+        match write_back::edit(&on_disk, |text| write_back::with_camera(text, name, &camera)) {
+            Ok(()) => self.notice(format!("wrote camera `{name}` to {path}")),
+            Err(error) => self.warn(error),
+        }
+    }
+
+    fn copy(&mut self, text: String) {
+        if let Some(open) = &mut self.window {
+            open.overlay.copy(text);
+        }
+    }
+
+    /// Opens a place, `path:line:column`, in the editor of the user; one that runs in a terminal would have none here.
+    fn edit(&mut self, place: &str) {
+        let Some(editor) = std::env::var_os("VISUAL").or_else(|| std::env::var_os("EDITOR")) else {
+            return self.warn("neither VISUAL nor EDITOR is set; a click on the place copies it".to_owned());
+        };
+        let mut parts = place.split(':');
+        let (path, line) = (parts.next().unwrap_or_default(), parts.next().unwrap_or("1"));
+        let path = self.session.project().on_disk(path);
+        match Process::new(&editor).arg(format!("+{line}")).arg(path).spawn() {
+            Ok(child) => {
+                self.editors.retain_mut(|editor| matches!(editor.try_wait(), Ok(None)));
+                self.editors.push(child);
+            }
+            Err(error) => self.warn(format!("{}: {error}", editor.display())),
+        }
+    }
+
+    fn said<E: std::fmt::Display>(&mut self, result: std::result::Result<(), E>) {
+        if let Err(error) = result {
+            self.warn(error.to_string());
+        }
+    }
+
+    /// Says something in the bar and on the terminal.
+    fn warn(&mut self, text: String) {
+        self.console.message(&format!("warning: {text}"));
+        self.notice(text);
+    }
+
+    /// Says something in the bar.
+    pub(super) fn notice(&mut self, text: String) {
+        self.notice = Some((text, Instant::now() + NOTICE));
+    }
+
+    /// Shows the resource so many places after this one, in the order of the file.
+    fn cycle(&mut self, by: isize) {
+        let graph = self.session.graph();
+        let names: Vec<String> = graph
+            .resources
+            .iter()
+            // A world's buffer is no picture.
+            .filter(|resource| !matches!(&resource.kind, ResourceKind::Buffer(b) if matches!(b.size, BufferSize::Source(_))))
+            .map(|resource| resource.name.clone())
+            .collect();
+        let now = self.target();
+        let at = names.iter().position(|name| *name == now).unwrap_or(0) as isize;
+        if let Some(name) = names.get((at + by).rem_euclid(names.len().max(1) as isize) as usize) {
+            self.select(DebugTarget::resource(name.clone()));
+        }
+    }
+
+    fn select(&mut self, target: DebugTarget) {
+        if let Err(error) = self.session.set_debug_target(target) {
+            self.console.message(&format!("warning: {error}"));
+        }
+    }
+
+    /// Name of the resource shown.
+    pub(super) fn target(&self) -> String {
+        let selected = self.session.debug_target();
+        let graph = self.session.graph();
+        if selected.resource.is_empty() {
+            graph.resource(graph.present).name.clone()
+        } else {
+            selected.resource.clone()
+        }
+    }
+
+    /// Writes what is shown to a PNG in the current folder that does not exist yet.
+    fn screenshot(&mut self) -> Result<PathBuf> {
+        let picture = self.session.read_presented()?;
+        let frame = self.session.clock().now().map_or(0, |time| time.index);
+        let name = format!("{}-{}-{frame:05}", self.session.graph().name, self.target());
+        let name: String =
+            name.chars().map(|c| if c.is_alphanumeric() || "-_@".contains(c) { c } else { '_' }).collect();
+        let path = (1..10_000)
+            .map(|n| PathBuf::from(if n == 1 { format!("{name}.png") } else { format!("{name}-{n}.png") }))
+            .find(|path| !path.exists())
+            .unwrap_or_default();
+        output::write_picture(Pending::new(&path)?, &picture)?;
+        Ok(path)
+    }
+}

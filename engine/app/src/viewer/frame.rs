@@ -1,0 +1,242 @@
+//! One frame of the window: edits, motion, the picture, the panels over it, the title.
+
+use std::time::{Duration, Instant};
+
+use raxel_diagnostics::SourceMap;
+use raxel_gpu::DeviceKind;
+use raxel_panels::view::{Status, View};
+use raxel_runtime::FrameError;
+use raxel_runtime::camera::FlyInput;
+use raxel_runtime::execute::Progress;
+use raxel_runtime::present::Presented;
+use raxel_runtime::reload::ReloadEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+
+use super::problem_log::problems;
+use super::{Open, PATIENCE, SLICE, STILL, Viewer, panel_data};
+use crate::console::To;
+use crate::control::Next;
+use crate::failure::Result;
+use crate::session::{frame_failure, print_validation};
+
+impl Viewer<'_> {
+    /// One frame. Never waits for the device for longer than a [`SLICE`]: events are looked at in between, so that the window can be left
+    /// and an edit taken in whatever the device does.
+    pub(super) fn draw(&mut self, event_loop: &ActiveEventLoop) -> Result {
+        for event in self.session.poll_reload() {
+            self.note(&event);
+        }
+        if let Some(control) = &mut self.control
+            && control.poll(&mut self.session) == Next::Quit
+        {
+            event_loop.exit();
+            return Ok(());
+        }
+        event_loop.set_control_flow(ControlFlow::Poll);
+        if self.window.is_none() {
+            return Ok(());
+        }
+        if self.unshown && !self.show(event_loop)? {
+            return Ok(());
+        }
+        if let Some(at) = self.next_frame()
+            && Instant::now() < at
+        {
+            event_loop.set_control_flow(ControlFlow::WaitUntil(at));
+            return Ok(());
+        }
+        let progress = self.session.wait_next(SLICE);
+        if !self.is_done(progress)? {
+            return Ok(());
+        }
+        self.turn_demo();
+        self.fly();
+        let report = match self.session.frame() {
+            Ok(report) => report,
+            // Said once; what ran before runs on.
+            Err(error @ FrameError::Plan { .. }) => {
+                self.reloads.refused(&error);
+                if let FrameError::Plan { diagnostics, texts } = &error {
+                    self.problems = problems(diagnostics, texts);
+                }
+                self.titled = None;
+                return Ok(());
+            }
+            Err(error) => return Err(frame_failure(error, self.console)),
+        };
+        self.complained |= print_validation(&self.session, self.console);
+        let said = self.session.take_save_messages();
+        self.console.diagnostics(&said, &SourceMap::default(), To::Stderr);
+        self.data.note(&mut self.session, &report);
+        self.draw_panels(event_loop);
+        self.unshown = true;
+        if self.show(event_loop)? && !report.displayed && report.dispatched == 0 {
+            event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STILL));
+        }
+        Ok(())
+    }
+
+    /// At the end of the demo: starts it over or stays there, as the user has chosen.
+    fn turn_demo(&mut self) {
+        let (Some(looped), Some(duration)) = (self.looped, self.session.demo().map(|demo| demo.duration)) else {
+            return;
+        };
+        let ended = self.session.clock().now().is_some_and(|now| now.time >= duration);
+        if ended && looped {
+            self.session.seek(0.0);
+        } else if ended && !self.session.clock().paused() {
+            self.session.seek(duration * (1.0 - 1e-9));
+            self.session.pause(true);
+        }
+    }
+
+    /// When the next frame may begin at the earliest, where the rate is bounded.
+    fn next_frame(&self) -> Option<Instant> {
+        let cap = self.fps_cap?;
+        Some(self.last + Duration::from_secs(1) / cap.max(1))
+    }
+
+    /// Notes what happened to the files.
+    fn note(&mut self, event: &ReloadEvent) {
+        self.reloads.tell(event);
+        if let Some(control) = &mut self.control {
+            control.note(event);
+        }
+        self.titled = None;
+        match event {
+            ReloadEvent::Reloaded(reloaded) => {
+                self.problems = problems(&reloaded.diagnostics, &reloaded.texts);
+                self.data.forget();
+                for name in self.written.drain(..) {
+                    // The file has the value now; from here on it follows the file.
+                    let _ = self.session.unset_param(&name);
+                }
+            }
+            ReloadEvent::Failed(failed) => self.problems = problems(&failed.diagnostics, &failed.texts),
+            ReloadEvent::DeviceRebuilt { suspect, .. } => {
+                let off = suspect
+                    .as_ref()
+                    .map_or_else(String::new, |pass| format!("; `{pass}` is off until its shader changes"));
+                self.notice(format!("the device was opened anew{off}"));
+            }
+        }
+    }
+
+    /// Draws the panels over the next picture and does what the user asks for in them.
+    fn draw_panels(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(Open { window, overlay, .. }) = &mut self.window else { return };
+        let shown = panel_data::shown(self.session.debug_target(), self.session.graph());
+        let status = Status {
+            graph: self.session.graph().name.clone(),
+            is_default: shown
+                == panel_data::shown(&raxel_runtime::debug_target::DebugTarget::default(), self.session.graph()),
+            shown,
+            paused: self.session.clock().paused(),
+            generation: self.reloads.shown,
+            failed: self.reloads.failed,
+            refused: self.session.is_refused(),
+            busy: self.busy.clone(),
+            notice: self.notice.as_ref().filter(|(_, until)| Instant::now() < *until).map(|(text, _)| text.clone()),
+        };
+        let view = View {
+            status,
+            frame: self.data.frame(&self.session, self.fps_cap),
+            passes: self.data.passes(&self.session),
+            resources: self.data.resources(),
+            params: panel_data::params(&self.session),
+            problems: &self.problems,
+            world: panel_data::world(&self.session, self.controls.speed()),
+            timeline: panel_data::timeline(&self.session, self.looped),
+            inspected: None,
+        };
+        let panels = &mut self.panels;
+        let actions = overlay.draw(window, |context| panels.show(context, &view)).unwrap_or_default();
+        for action in actions {
+            self.perform(action, event_loop);
+        }
+    }
+
+    /// Shows the picture of the last frame with the panels over it. False when it could not be shown yet.
+    pub(super) fn show(&mut self, event_loop: &ActiveEventLoop) -> Result<bool> {
+        // A driver that computes on the processor waits for the picture when it presents it, without a limit.
+        if self.session.device().capabilities().kind == DeviceKind::Cpu {
+            let progress = self.session.wait_picture(SLICE);
+            if !self.is_done(progress)? {
+                return Ok(false);
+            }
+        }
+        let (Some(open), Some(picture)) = (&mut self.window, self.session.picture()) else { return Ok(true) };
+        if open.presenter.device().id() != self.session.device().id() {
+            let window = open.window.clone();
+            // The old surface belongs to the lost device; it goes before a new one is made for the same window.
+            self.window = None;
+            self.window = Some(self.opened(window)?);
+            return Ok(false);
+        }
+        let visible = self.panels.layout.visible;
+        let presented = open
+            .overlay
+            .present(&mut open.presenter, |presenter, overlay| presenter.present(&picture, visible.then_some(overlay)));
+        match presented {
+            Ok(Presented::Shown) => {
+                self.presented += 1;
+                if self.args.frames.is_some_and(|frames| self.presented >= frames) {
+                    event_loop.exit();
+                }
+            }
+            Ok(Presented::NoArea) => {}
+            Ok(Presented::OutOfDate | Presented::NotReady) => return Ok(false),
+            // The next frame finds the loss, and opens the device anew.
+            Err(error) if error.is_device_lost() => {}
+            Err(error) => return Err(error.into()),
+        }
+        self.unshown = false;
+        self.update_title();
+        Ok(true)
+    }
+
+    /// Whether the device has finished what was waited for. Says once what it works on when that takes long.
+    pub(super) fn is_done(&mut self, progress: std::result::Result<Progress, FrameError>) -> Result<bool> {
+        match progress.map_err(|error| frame_failure(error, self.console))? {
+            Progress::Done => {
+                self.titled = self.titled.filter(|_| self.busy.is_none());
+                self.busy = None;
+                Ok(true)
+            }
+            Progress::Working { pass, elapsed } => {
+                if elapsed >= PATIENCE {
+                    if self.busy.is_none() {
+                        let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on pass `{pass}`"));
+                        let seconds = elapsed.as_secs();
+                        self.console.message(&format!(
+                            "the device has worked{on} for {seconds} s; Escape quits, Delete gives the pass up, an edit is taken"
+                        ));
+                    }
+                    self.busy = Some((pass, elapsed.as_secs()));
+                    self.update_title();
+                }
+                Ok(false)
+            }
+        }
+    }
+
+    /// Moves the camera as keys and mouse ask. The first gesture takes over from a demo.
+    fn fly(&mut self) {
+        let now = Instant::now();
+        let seconds = (now - self.last).as_secs_f64();
+        self.last = now;
+        let smoothed = self.frame_time.map_or(seconds, |old| old * 0.9 + seconds * 0.1);
+        self.frame_time = Some(smoothed);
+        self.data.interval.push(seconds * 1e3);
+        let over_panel = self.window.as_ref().is_some_and(|open| open.overlay.has_pointer());
+        self.session.set_cursor(self.controls.cursor().filter(|_| !over_panel));
+        let (input, speed) = self.controls.fly();
+        if input == FlyInput::default() {
+            return;
+        }
+        self.session.take_over();
+        let mut camera = *self.session.camera();
+        camera.fly(&input, &speed, seconds.min(0.25));
+        self.session.set_camera(camera);
+    }
+}

@@ -1,0 +1,105 @@
+//! egui between the window's events and the presenter: input in, triangles out.
+
+use egui::epaint::{ClippedPrimitive, ImageData, Primitive};
+use egui::{Context, TextureFilter, TextureId, TexturesDelta, ViewportId};
+use egui_winit::State;
+use raxel_runtime::present::{OverlayFrame, OverlayMesh, OverlayVertex, PresentError, Presenter, TexturePatch};
+use winit::event::{KeyEvent, WindowEvent};
+use winit::keyboard::{Key, NamedKey};
+use winit::window::Window;
+
+/// The interface of one window on one device.
+pub(crate) struct Overlay {
+    context: Context,
+    state: State,
+    /// Texels that the presenter has not been given yet.
+    textures: TexturesDelta,
+    /// What is drawn over the next picture.
+    painted: Vec<ClippedPrimitive>,
+    pixels_per_point: f32,
+}
+
+impl Overlay {
+    /// For a window. `most` is the largest side of a texture that the device can make.
+    pub fn new(window: &Window, most: usize) -> Self {
+        let context = Context::default();
+        let scale = window.scale_factor() as f32;
+        let state = State::new(context.clone(), ViewportId::ROOT, window, Some(scale), window.theme(), Some(most));
+        Self { context, state, textures: TexturesDelta::default(), painted: Vec::new(), pixels_per_point: scale }
+    }
+
+    /// Notes an event. True when it is meant for a panel, and the camera and the keys must not follow it.
+    pub fn take(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        let writes = self.context.wants_keyboard_input();
+        if let WindowEvent::KeyboardInput { event: KeyEvent { logical_key: Key::Named(NamedKey::Tab), .. }, .. } = event
+            && !writes
+        {
+            // Else it would go from widget to widget; in the window it goes from target to target.
+            return false;
+        }
+        self.state.on_window_event(window, event).consumed
+    }
+
+    /// Whether the pointer is over a panel.
+    pub fn has_pointer(&self) -> bool {
+        self.context.wants_pointer_input() || self.context.is_pointer_over_area()
+    }
+
+    /// Draws the interface, to be shown over the next picture.
+    pub fn draw<T>(&mut self, window: &Window, mut content: impl FnMut(&Context) -> T) -> Option<T> {
+        let input = self.state.take_egui_input(window);
+        let mut result = None;
+        let output = self.context.run(input, |context| result = Some(content(context)));
+        self.state.handle_platform_output(window, output.platform_output);
+        self.pixels_per_point = output.pixels_per_point;
+        self.painted = self.context.tessellate(output.shapes, output.pixels_per_point);
+        self.textures.append(output.textures_delta);
+        result
+    }
+
+    /// Puts a text on the clipboard.
+    pub fn copy(&mut self, text: String) {
+        self.state.set_clipboard_text(text);
+    }
+
+    /// Gives the presenter new texels, and what is to be drawn over its picture to `present`. Textures that are no longer used go after.
+    pub fn present<T>(
+        &mut self,
+        presenter: &mut Presenter,
+        present: impl FnOnce(&mut Presenter, &OverlayFrame<'_>) -> Result<T, PresentError>,
+    ) -> Result<T, PresentError> {
+        for (id, delta) in self.textures.set.drain(..) {
+            let ImageData::Color(image) = &delta.image;
+            let patch = TexturePatch {
+                position: delta.pos.map(|at| at.map(|texel| texel as u32)),
+                size: image.size.map(|texels| texels as u32),
+                rgba: bytemuck::cast_slice(&image.pixels),
+                linear: delta.options.magnification == TextureFilter::Linear,
+            };
+            presenter.set_texture(key(id), &patch)?;
+        }
+        let meshes: Vec<OverlayMesh<'_>> = self.painted.iter().filter_map(mesh).collect();
+        let frame = OverlayFrame { pixels_per_point: self.pixels_per_point, meshes: &meshes };
+        let result = present(presenter, &frame);
+        for id in self.textures.free.drain(..) {
+            presenter.free_texture(key(id));
+        }
+        result
+    }
+}
+
+fn key(id: TextureId) -> u64 {
+    match id {
+        TextureId::Managed(id) | TextureId::User(id) => id,
+    }
+}
+
+fn mesh(clipped: &ClippedPrimitive) -> Option<OverlayMesh<'_>> {
+    let (clip, Primitive::Mesh(mesh)) = (clipped.clip_rect, &clipped.primitive) else { return None };
+    Some(OverlayMesh {
+        clip: [clip.left(), clip.top(), clip.right(), clip.bottom()],
+        texture: key(mesh.texture_id),
+        vertices: bytemuck::cast_slice::<egui::epaint::Vertex, OverlayVertex>(&mesh.vertices),
+        indices: &mesh.indices,
+    })
+}

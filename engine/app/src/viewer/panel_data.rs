@@ -1,0 +1,338 @@
+//! What the panels show of a session: the parts that only another plan changes are kept, the others are gathered for each frame.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use raxel_diagnostics::{SourceMap, Span, render};
+use raxel_graph::checked::{BufferSize, Graph, PassId, Resource, ResourceKind, Value};
+use raxel_graph::plan::{CullReason, Lifetime, Plan, ResourceDesc};
+use raxel_graph::sizes::Size;
+use raxel_panels::view::{Frame, Kind, Param, Pass, PassState, Shown, Timeline, Use, World};
+use raxel_panels::{Samples, view};
+use raxel_runtime::Session;
+use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::execute::{FrameReport, PassOutcome};
+use raxel_runtime::params::components;
+use raxel_runtime::present::Viewport;
+
+/// Times of frames and passes, and what the running plan is made of.
+#[derive(Default)]
+pub(crate) struct PanelData {
+    /// Milliseconds from frame to frame.
+    pub interval: Samples,
+    cpu: Samples,
+    gpu: Samples,
+    passes: HashMap<String, Samples>,
+    /// The frame whose GPU times were noted last.
+    timed: Option<u64>,
+    ran: [u32; 3],
+    plan: Option<Described>,
+}
+
+/// A plan in words.
+struct Described {
+    plan: Arc<Plan>,
+    rows: Vec<Row>,
+    resources: Vec<view::Resource>,
+    memory: u64,
+    saved: u64,
+}
+
+/// A pass of the plan's graph, planned or not.
+struct Row {
+    pass: PassId,
+    name: String,
+    declared: String,
+    groups: String,
+    place: String,
+    output: Option<usize>,
+    /// Index into the plan's passes, or why it is left out.
+    planned: Result<usize, CullReason>,
+}
+
+impl PanelData {
+    /// Notes what a frame took.
+    pub fn note(&mut self, session: &mut Session, report: &FrameReport) {
+        self.ran = [report.dispatched, report.skipped, report.idle];
+        self.cpu.push(report.cpu_nanoseconds as f64 / 1e6);
+        let Some(plan) = session.plan().cloned() else { return };
+        self.describe(session, &plan);
+        let times = session.gpu_times();
+        if times.frame.is_none() || times.frame == self.timed {
+            return;
+        }
+        self.timed = times.frame;
+        if let Some(span) = times.span {
+            self.gpu.push(span / 1e6);
+        }
+        let Some(described) = &self.plan else { return };
+        for row in &described.rows {
+            let Ok(index) = row.planned else { continue };
+            if let Some(nanoseconds) = times.passes.get(index).and_then(|time| time.nanoseconds) {
+                self.passes.entry(row.name.clone()).or_default().push(nanoseconds / 1e6);
+            }
+        }
+    }
+
+    /// An edit runs: times of what ran before say nothing of it.
+    pub fn forget(&mut self) {
+        *self = PanelData { interval: std::mem::take(&mut self.interval), ..PanelData::default() };
+    }
+
+    fn describe(&mut self, session: &Session, plan: &Arc<Plan>) {
+        if self.plan.as_ref().is_none_or(|known| !Arc::ptr_eq(&known.plan, plan)) {
+            self.plan = Some(Described::new(plan, session.texts()));
+        }
+    }
+
+    /// The passes with their times.
+    pub fn passes(&self, session: &Session) -> Vec<Pass<'_>> {
+        let outcomes = session.outcomes();
+        let Some(described) = &self.plan else { return Vec::new() };
+        let state = |row: &Row| match row.planned {
+            Err(CullReason::Unused) => PassState::Unused,
+            Err(CullReason::Condition) => PassState::Condition,
+            Ok(index) => match outcomes.get(index) {
+                Some(PassOutcome::Skipped) => PassState::Skipped,
+                Some(PassOutcome::NotDue) => PassState::NotDue,
+                Some(PassOutcome::Off) => PassState::Off,
+                Some(PassOutcome::Dispatched) | None => PassState::Ran,
+            },
+        };
+        let pass = |row| {
+            let Row { name, declared, groups, place, output, .. }: &Row = row;
+            Pass { name, declared, groups, place, output: *output, times: self.passes.get(name), state: state(row) }
+        };
+        described.rows.iter().map(pass).collect()
+    }
+
+    /// Targets and buffers.
+    pub fn resources(&self) -> &[view::Resource] {
+        self.plan.as_ref().map_or(&[], |described| &described.resources)
+    }
+
+    /// Times, memory, scale.
+    pub fn frame(&self, session: &Session, fps_cap: Option<u32>) -> Frame<'_> {
+        let (memory, saved) = self.plan.as_ref().map_or((0, 0), |described| (described.memory, described.saved));
+        Frame {
+            interval: Some(&self.interval),
+            cpu: Some(&self.cpu),
+            gpu: Some(&self.gpu),
+            memory,
+            saved,
+            scale: session.viewport().scale(),
+            scales: [*Viewport::SCALES.start(), *Viewport::SCALES.end()],
+            output: session.size(),
+            fps_cap,
+            device: session.device().capabilities().name.clone(),
+            ran: self.ran,
+        }
+    }
+}
+
+impl Described {
+    fn new(plan: &Arc<Plan>, texts: &SourceMap) -> Described {
+        let graph = &plan.graph;
+        let rows: Vec<Row> = (0..graph.passes.len() as u32).flat_map(|id| rows(plan, PassId(id), texts)).collect();
+        let resources = (0..graph.resources.len()).map(|index| resource(plan, index, &rows, texts)).collect();
+        let own = |desc: &ResourceDesc| matches!(desc, ResourceDesc::Image(_) | ResourceDesc::Buffer(_));
+        let (mut apart, mut shared) = (0, 0);
+        for planned in plan.resources.iter().filter(|planned| own(&planned.desc)) {
+            let bytes = planned.memory.size * u64::from(planned.copies);
+            match planned.lifetime {
+                Lifetime::Transient { place: Some(_), .. } => shared += bytes,
+                _ => apart += bytes,
+            }
+        }
+        let blocks: u64 = plan.blocks.iter().map(|block| block.size).sum();
+        Described { plan: plan.clone(), rows, resources, memory: apart + blocks, saved: shared.saturating_sub(blocks) }
+    }
+}
+
+/// A row for each tick in which a pass may run, or the one that says why it does not.
+fn rows(plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
+    let (graph, pass) = (&plan.graph, plan.graph.pass(id));
+    let row = |name, groups, planned| Row {
+        pass: id,
+        name,
+        declared: graph.pass(graph.declared(id)).name.clone(),
+        groups,
+        place: place(&pass.place, texts),
+        output: pass.accesses.iter().find(|access| access.access.writes()).map(|access| access.resource.0 as usize),
+        planned,
+    };
+    let planned = plan.passes.iter().enumerate().filter(|(_, planned)| planned.pass == id);
+    let planned: Vec<Row> = planned
+        .map(|(index, planned)| {
+            let name = match planned.tick {
+                Some(tick @ 1..) => format!("{}, tick {}", pass.name, tick + 1),
+                _ => pass.name.clone(),
+            };
+            let groups =
+                planned.groups.map_or_else(|| "as a buffer says".to_owned(), |[x, y, z]| format!("{x} × {y} × {z}"));
+            row(name, groups, Ok(index))
+        })
+        .collect();
+    if !planned.is_empty() {
+        return planned;
+    }
+    let reason = plan.culled.iter().find(|culled| culled.pass == id).map_or(CullReason::Unused, |culled| culled.reason);
+    vec![row(pass.name.clone(), String::new(), Err(reason))]
+}
+
+fn resource(plan: &Plan, index: usize, rows: &[Row], texts: &SourceMap) -> view::Resource {
+    let found = &plan.graph.resources[index];
+    let planned = plan.resources.iter().find(|planned| planned.resource.0 as usize == index);
+    let uses = rows.iter().map(|row| used(&plan.graph, row, index)).collect();
+    let (mut bytes, mut memory, mut block) = (0, "not created".to_owned(), None);
+    if let Some(planned) = planned {
+        bytes = planned.memory.size * u64::from(planned.copies);
+        memory = match (&planned.desc, planned.lifetime) {
+            (ResourceDesc::Source(name) | ResourceDesc::SourceImage(name, _), _) => format!("supplied by {name}"),
+            (_, Lifetime::Persistent) => "own memory, kept from frame to frame".to_owned(),
+            (_, Lifetime::Transient { place: Some(place), .. }) => {
+                block = Some(place.block);
+                format!("in block {} at {}", place.block, place.offset)
+            }
+            (_, Lifetime::Transient { .. }) => "own memory".to_owned(),
+        };
+    }
+    let world = matches!(&found.kind, ResourceKind::Buffer(buffer) if matches!(buffer.size, BufferSize::Source(_)));
+    view::Resource {
+        name: found.name.clone(),
+        about: about(found, plan.sizes.get(index)),
+        bytes,
+        memory,
+        block,
+        place: place(&found.place, texts),
+        opaque: world,
+        uses,
+    }
+}
+
+fn used(graph: &Graph, row: &Row, resource: usize) -> Use {
+    let accesses = graph.pass(row.pass).accesses.iter().filter(|access| access.resource.0 as usize == resource);
+    accesses.fold(Use::default(), |used, access| Use {
+        reads: used.reads || access.access.reads(),
+        writes: used.writes || access.access.writes(),
+    })
+}
+
+/// `rgba16f 1280 × 720, 2 layers`.
+pub(crate) fn about(resource: &Resource, size: Option<&Size>) -> String {
+    let mut text = match (&resource.kind, size) {
+        (ResourceKind::Target(target), Some(&Size::Image { extent: [x, y, z], volume, mips, layers })) => {
+            let mut text = format!("{} {x} × {y}", target.format.name());
+            if volume {
+                text += &format!(" × {z}");
+            }
+            if layers > 1 {
+                text += &format!(", {layers} layers");
+            }
+            if mips > 1 {
+                text += &format!(", {mips} mips");
+            }
+            text
+        }
+        (ResourceKind::Buffer(buffer), Some(&Size::Buffer { bytes, elements })) => {
+            match (bytes, buffer.size.stride()) {
+                (_, Some(stride)) => format!("buffer, {elements} × {stride} bytes"),
+                (Some(bytes), None) => format!("buffer, {bytes} bytes"),
+                (None, None) => "buffer".to_owned(),
+            }
+        }
+        _ => String::new(),
+    };
+    if resource.history > 0 {
+        text += &format!(", history {}", resource.history);
+    }
+    text
+}
+
+/// Path and line.
+fn place(span: &Span, texts: &SourceMap) -> String {
+    match texts.get(&span.file) {
+        Some(text) => format!("{}:{}", span.file, render::position(text, span.range.start).line),
+        None => span.file.to_string(),
+    }
+}
+
+/// What a debug target shows, with the name of the resource that an empty one stands for.
+pub(crate) fn shown(target: &DebugTarget, graph: &Graph) -> Shown {
+    let resource =
+        if target.resource.is_empty() { &graph.resource(graph.present).name } else { &target.resource }.clone();
+    Shown { resource, age: target.age, mip: target.mip, layer: target.layer, after: target.after.clone() }
+}
+
+/// The debug target that shows it.
+pub(crate) fn debug_target(shown: &Shown) -> DebugTarget {
+    DebugTarget {
+        resource: shown.resource.clone(),
+        age: shown.age,
+        mip: shown.mip,
+        layer: shown.layer,
+        after: shown.after.clone(),
+    }
+}
+
+/// The params with their values.
+pub(crate) fn params(session: &Session) -> Vec<Param> {
+    let drives = session.demo_drives();
+    let tracks =
+        |name: &str| session.demo().is_some_and(|demo| demo.tracks.iter().any(|track| track.param.value == name));
+    let param = |param: &raxel_graph::checked::Param| Param {
+        name: param.name.clone(),
+        label: param.label.clone(),
+        kind: kind(&param.default),
+        value: components(&session.param(&param.name).unwrap_or(param.default)),
+        default: components(&param.default),
+        range: param.range,
+        step: param.step,
+        driven: drives && tracks(&param.name),
+        place: place(&param.place, session.texts()),
+    };
+    session.params().iter().map(param).collect()
+}
+
+fn kind(value: &Value) -> Kind {
+    match value {
+        Value::Bool(_) => Kind::Bool,
+        Value::I32(_) | Value::IVec2(_) | Value::IVec3(_) | Value::IVec4(_) => Kind::Int,
+        Value::U32(_) | Value::UVec2(_) | Value::UVec3(_) | Value::UVec4(_) => Kind::Uint,
+        Value::F32(_) | Value::Vec2(_) | Value::Vec3(_) | Value::Vec4(_) | Value::Mat4(_) => Kind::Float,
+    }
+}
+
+/// World and camera.
+pub(crate) fn world(session: &Session, speed: f64) -> World {
+    let (world, camera) = (session.world(), session.camera());
+    World {
+        path: world.path.clone(),
+        bounds: world.bounds(),
+        voxels: world.voxels().solids(),
+        position: camera.position().to_array(),
+        angles: [camera.yaw, camera.pitch, camera.fov].map(f64::to_degrees),
+        speed,
+        cameras: world.camera_names().map(str::to_owned).collect(),
+    }
+}
+
+/// The demo. `looped` is what the user has chosen.
+pub(crate) fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
+    let demo = session.demo()?;
+    let now = session.clock().now().map_or(0.0, |now| now.time);
+    let camera =
+        (!demo.camera.is_empty()).then(|| ("camera".to_owned(), demo.camera.iter().map(|key| key.time).collect()));
+    let tracks =
+        demo.tracks.iter().map(|track| (track.param.value.clone(), track.keys.iter().map(|key| key.value.0).collect()));
+    let shows =
+        (!demo.shows.is_empty()).then(|| ("target".to_owned(), demo.shows.iter().map(|key| key.time).collect()));
+    Some(Timeline {
+        name: demo.name.clone(),
+        duration: demo.duration,
+        time: demo.local_time(now),
+        looped: looped.unwrap_or(demo.looped),
+        drives: session.demo_drives(),
+        tracks: camera.into_iter().chain(tracks).chain(shows).collect(),
+    })
+}

@@ -1,0 +1,58 @@
+//! What the user asks for.
+
+use crate::view::{Map, Shown};
+
+/// One thing that a panel asks the window to do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Show this from now on.
+    Show(Shown),
+    /// Show what the graph presents.
+    ShowDefault,
+    /// Show this while the pointer rests on its pass; `None` ends it.
+    Peek(Option<Shown>),
+    /// Map texels to colours in another way than the graph says; `None` goes back to the graph's own.
+    Display(Option<Map>),
+    /// Show this part of the inspected buffer, from an element on.
+    Rows(u64),
+    /// Write the inspected buffer to a file of comma-separated values.
+    WriteTable,
+    /// Set a param: its components, in the order of its type.
+    SetParam(String, Vec<f64>),
+    /// Bring a param back to the value in its file.
+    ResetParam(String),
+    /// Write the values of these params into the graph's file.
+    WriteParams(Vec<String>),
+    /// Stop or start the clock.
+    Pause,
+    /// Let one frame pass.
+    Step,
+    /// Start over.
+    Reset,
+    /// Pixels of the output for each pixel of the window, along each axis.
+    Scale(f64),
+    /// Most frames a second; `None` for as many as there can be.
+    FpsCap(Option<u32>),
+    /// Put a text on the clipboard.
+    Copy(String),
+    /// Open a place, `path:line:column`, in the user's editor.
+    Edit(String),
+    /// Give up the pass that the device works on, and switch it off until its shader changes.
+    Cancel,
+    /// Put the demo at so many seconds.
+    Seek(f64),
+    /// Start the demo over at its end, or stay there.
+    Loop(bool),
+    /// Let the demo drive again.
+    HandBack,
+    /// Put the camera where a camera of the world is.
+    Camera(String),
+    /// Put the camera where it began.
+    Home,
+    /// Put the camera on the clipboard, as the lines of a world's file.
+    CopyCamera,
+    /// Write the camera into the world's file under a name.
+    WriteCamera(String),
+    /// Voxels that the camera flies in a second.
+    Speed(f64),
+}

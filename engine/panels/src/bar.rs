@@ -1,0 +1,80 @@
+//! The bar: clock, what is shown, and what is wrong with it.
+
+use egui::{Color32, RichText, Ui};
+
+use crate::action::Action;
+use crate::view::{Problem, Shown, Status, View};
+
+pub(crate) const RED: Color32 = Color32::from_rgb(240, 110, 100);
+pub(crate) const YELLOW: Color32 = Color32::from_rgb(235, 200, 90);
+
+/// The colour of the worst of them.
+pub(crate) fn color_of(problems: &[Problem]) -> Color32 {
+    if problems.iter().any(|problem| problem.error) { RED } else { YELLOW }
+}
+
+/// Pause, step, reset.
+pub(crate) fn clock(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
+    let pause = if status.paused { "Play" } else { "Pause" };
+    if ui.button(pause).on_hover_text("Space").clicked() {
+        actions.push(Action::Pause);
+    }
+    if ui.button("Step").on_hover_text("One frame; the full stop key").clicked() {
+        actions.push(Action::Step);
+    }
+    if ui.button("Reset").on_hover_text("Clock, history and contents start over; R").clicked() {
+        actions.push(Action::Reset);
+    }
+}
+
+/// What is shown, and whether it is what the files say.
+pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
+    let status = &view.status;
+    ui.separator();
+    ui.label(RichText::new(text_of(&status.shown)).strong());
+    if !status.is_default && ui.button("×").on_hover_text("Show what the graph presents").clicked() {
+        actions.push(Action::ShowDefault);
+    }
+    let milliseconds = |samples: Option<&crate::Samples>| samples.and_then(crate::Samples::median);
+    if let Some(gpu) = milliseconds(view.frame.gpu) {
+        ui.label(format!("GPU {gpu:.2} ms"));
+    }
+    if let Some(cpu) = milliseconds(view.frame.cpu) {
+        ui.label(format!("CPU {cpu:.2} ms"));
+    }
+    if let Some(failed) = status.failed {
+        let text = format!("showing generation {}, {failed} failed", status.generation);
+        ui.label(RichText::new(text).color(RED));
+    }
+    if status.refused {
+        ui.label(RichText::new("refused: showing the plan before").color(YELLOW));
+    }
+    if let Some((pass, seconds)) = &status.busy {
+        let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on `{pass}`"));
+        ui.label(RichText::new(format!("the device works{on} for {seconds} s")).color(YELLOW));
+        if ui.button("Cancel").on_hover_text("Give the pass up until its shader changes; Delete").clicked() {
+            actions.push(Action::Cancel);
+        }
+    }
+    if let Some(notice) = &status.notice {
+        ui.label(RichText::new(notice).weak());
+    }
+}
+
+/// `color after sky, mip 1`.
+pub(crate) fn text_of(shown: &Shown) -> String {
+    let mut text = shown.resource.clone();
+    if shown.age > 0 {
+        text += &format!("@{}", shown.age);
+    }
+    if let Some(pass) = &shown.after {
+        text += &format!(" after {pass}");
+    }
+    if shown.mip > 0 {
+        text += &format!(", mip {}", shown.mip);
+    }
+    if shown.layer > 0 {
+        text += &format!(", layer {}", shown.layer);
+    }
+    text
+}

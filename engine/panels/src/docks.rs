@@ -1,0 +1,251 @@
+//! The bar at the top and the docks at three sides, and which panel each of them holds.
+
+use egui::{Align2, CentralPanel, Color32, Context, Frame, Id, RichText, ScrollArea, SidePanel, TopBottomPanel, Ui};
+
+use crate::action::Action;
+use crate::layout::{Layout, Panel, Side};
+use crate::problems::problem_list;
+use crate::view::{Problem, Shown, View};
+use crate::{bar, frame, inspect, params, passes, problems, resources, timeline, world};
+
+/// Below so many points the window has room for the panels of one side only.
+const NARROW: f32 = 640.0;
+
+/// What lies over the picture: how opaque it is, of 255.
+const OPACITY: u8 = 235;
+
+/// The panels with what they remember from frame to frame.
+#[derive(Debug, Default)]
+pub struct Panels {
+    /// Which are open; kept beside the project.
+    pub layout: Layout,
+    /// The side that was touched last: in a narrow window only that one is drawn.
+    recent: Option<Side>,
+    /// What the pointer rests on, since when, and whether it is shown.
+    pub(crate) peek: Option<Peek>,
+    /// Text of a field: the name under which a camera is written.
+    pub(crate) camera_name: String,
+    /// The failed generation for which the problems were opened by themselves.
+    told: Option<u64>,
+    /// Whether the colours and the zoom were set.
+    styled: bool,
+}
+
+/// A pass whose output is looked at while the pointer rests on it.
+#[derive(Clone, Debug)]
+pub(crate) struct Peek {
+    pub(crate) shown: Shown,
+    pub(crate) since: f64,
+    pub(crate) told: bool,
+}
+
+impl Panels {
+    /// Panels as a layout says.
+    pub fn new(layout: Layout) -> Self {
+        Self { layout, ..Self::default() }
+    }
+
+    /// Shows or hides everything.
+    pub fn toggle(&mut self) {
+        self.layout.visible = !self.layout.visible;
+    }
+
+    /// Draws what is open, and gives what the user asks for, in order. While nothing is visible only an open question is ended.
+    pub fn show(&mut self, ctx: &Context, view: &View<'_>) -> Vec<Action> {
+        let mut actions = Vec::new();
+        self.style(ctx);
+        // What goes wrong is shown by itself, once for each edit.
+        if view.status.failed != self.told {
+            self.told = view.status.failed;
+            if self.told.is_some() {
+                self.open(Panel::Problems);
+            } else if self.layout.bottom.open == Some(Panel::Problems) && view.problems.is_empty() {
+                self.layout.bottom.open = None;
+            }
+        }
+        let mut hovered = None;
+        if self.layout.visible {
+            self.bar(ctx, view, &mut actions);
+            let screen = ctx.content_rect();
+            let narrow = screen.width() < NARROW;
+            let sides = match self.recent {
+                Some(side) if narrow => vec![side],
+                _ if narrow => vec![Side::Right],
+                _ => vec![Side::Bottom, Side::Left, Side::Right],
+            };
+            for side in sides {
+                self.dock(ctx, view, side, (&mut actions, &mut hovered));
+            }
+        }
+        self.follow(ctx, hovered, &mut actions);
+        actions
+    }
+
+    /// Draws a window that has nothing to show yet but what is wrong. Gives what the user asks for.
+    pub fn waiting(&mut self, ctx: &Context, title: &str, found: &[Problem]) -> Vec<Action> {
+        let mut actions = Vec::new();
+        self.style(ctx);
+        let fill = Color32::from_gray(20);
+        CentralPanel::default().frame(Frame::central_panel(&ctx.style()).fill(fill)).show(ctx, |ui| {
+            ui.heading(title);
+            ui.label("The window goes on by itself when the files are mended.");
+            ui.separator();
+            ScrollArea::both().auto_shrink(false).show(ui, |ui| problem_list(ui, found, &mut actions));
+        });
+        actions
+    }
+
+    /// Opens a panel and brings its side to the front.
+    pub(crate) fn open(&mut self, panel: Panel) {
+        self.layout.open(panel);
+        self.recent = Some(panel.side());
+    }
+
+    fn style(&mut self, ctx: &Context) {
+        if !self.styled {
+            self.styled = true;
+            ctx.set_theme(egui::Theme::Dark);
+            ctx.set_zoom_factor(self.layout.zoom);
+            ctx.style_mut(|style| {
+                style.interaction.tooltip_delay = 0.3;
+                style.spacing.item_spacing = egui::vec2(6.0, 3.0);
+            });
+        }
+        self.layout.zoom = ctx.zoom_factor();
+    }
+
+    fn bar(&mut self, ctx: &Context, view: &View<'_>, actions: &mut Vec<Action>) {
+        TopBottomPanel::top("bar").frame(frame(ctx)).show(ctx, |ui| {
+            ScrollArea::horizontal().auto_shrink([false, true]).show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    for panel in Panel::ALL {
+                        if panel == Panel::Timeline && view.timeline.is_none() {
+                            continue;
+                        }
+                        let title = match (panel, view.problems.len()) {
+                            (Panel::Problems, count @ 1..) => {
+                                RichText::new(format!("Problems {count}")).color(bar::color_of(view.problems))
+                            }
+                            _ => RichText::new(panel.title()),
+                        };
+                        if ui.selectable_label(self.layout.is_open(panel), title).clicked() {
+                            self.layout.toggle(panel);
+                            self.recent = Some(panel.side());
+                        }
+                    }
+                    ui.separator();
+                    bar::clock(ui, &view.status, actions);
+                    bar::status(ui, view, actions);
+                });
+            });
+        });
+    }
+
+    fn dock(
+        &mut self,
+        ctx: &Context,
+        view: &View<'_>,
+        side: Side,
+        (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
+    ) {
+        let Some(panel) = self.layout.dock(side).open else { return };
+        if panel == Panel::Timeline && view.timeline.is_none() {
+            return;
+        }
+        let (size, room) = (self.layout.dock(side).size, ctx.content_rect().size());
+        let id = Id::new(("dock", panel.title()));
+        let content = |ui: &mut Ui| self.content(ui, view, panel, (actions, hovered));
+        let shown = match side {
+            Side::Left | Side::Right => {
+                let dock = if side == Side::Left { SidePanel::left(id) } else { SidePanel::right(id) };
+                // Some of the picture stays in sight, whatever the window's size.
+                let most = (room.x * 0.7).max(60.0);
+                let dock = dock.frame(frame(ctx)).default_width(size.min(most)).width_range(60.0_f32.min(most)..=most);
+                dock.show(ctx, content).response.rect.width()
+            }
+            Side::Bottom => {
+                let most = (room.y * 0.6).max(40.0);
+                let dock = TopBottomPanel::bottom(id).resizable(true).frame(frame(ctx));
+                let dock = dock.default_height(size.min(most)).height_range(40.0_f32.min(most)..=most);
+                dock.show(ctx, content).response.rect.height()
+            }
+        };
+        // A size that the window forced is not what the user chose.
+        if ctx.input(|input| input.pointer.any_down()) {
+            self.layout.dock_mut(side).size = shown;
+        }
+    }
+
+    fn content(
+        &mut self,
+        ui: &mut Ui,
+        view: &View<'_>,
+        panel: Panel,
+        (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
+    ) {
+        ScrollArea::both().id_salt(panel.title()).auto_shrink(false).show(ui, |ui| match panel {
+            Panel::Passes => passes::show(ui, view, (actions, hovered)),
+            Panel::Resources => {
+                let before = actions.len();
+                resources::show(ui, view, actions);
+                if actions[before..].iter().any(|action| matches!(action, Action::Show(_))) {
+                    self.open(Panel::Inspect);
+                }
+            }
+            Panel::Params => params::show(ui, view, actions),
+            Panel::Inspect => inspect::show(ui, view, actions),
+            Panel::World => world::show(ui, &view.world, &mut self.camera_name, actions),
+            Panel::Frame => frame::show(ui, &view.frame, actions),
+            Panel::Timeline => {
+                if let Some(timeline) = &view.timeline {
+                    timeline::show(ui, timeline, view.status.paused, actions);
+                }
+            }
+            Panel::Problems => problems::show(ui, view, actions),
+        });
+    }
+
+    /// Begins and ends looking at what the pointer rests on.
+    fn follow(&mut self, ctx: &Context, hovered: Option<Shown>, actions: &mut Vec<Action>) {
+        /// Seconds that the pointer rests before the picture changes: on its way across a list it changes nothing.
+        const REST: f64 = 0.15;
+        let now = ctx.input(|input| input.time);
+        let told = self.peek.as_ref().is_some_and(|peek| peek.told);
+        match hovered {
+            None => {
+                if told {
+                    actions.push(Action::Peek(None));
+                }
+                self.peek = None;
+            }
+            Some(shown) => {
+                if self.peek.as_ref().is_none_or(|peek| peek.shown != shown) {
+                    self.peek = Some(Peek { shown, since: now, told: false });
+                    if told {
+                        actions.push(Action::Peek(None));
+                    }
+                }
+                if let Some(peek) = self.peek.as_mut().filter(|peek| !peek.told) {
+                    if now - peek.since >= REST {
+                        peek.told = true;
+                        actions.push(Action::Peek(Some(peek.shown.clone())));
+                    } else {
+                        ctx.request_repaint();
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The ground of bar and docks.
+fn frame(ctx: &Context) -> Frame {
+    let fill = Color32::from_rgba_unmultiplied(24, 26, 30, OPACITY);
+    Frame::side_top_panel(&ctx.style()).fill(fill)
+}
+
+/// Text at a place of a painting.
+pub(crate) fn caption(ui: &Ui, at: egui::Pos2, anchor: Align2, text: &str) {
+    let font = egui::TextStyle::Small.resolve(ui.style());
+    ui.painter().text(at, anchor, text, font, ui.visuals().weak_text_color());
+}

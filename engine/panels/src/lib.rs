@@ -1,0 +1,25 @@
+//! The panels of the window: an egui interface as a function of plain data. [`Panels::show`] draws a [`View`] and gives the [`Action`]s that
+//! the user asks for. Knows nothing of sessions, devices and windows, so that it is built and tested by itself.
+
+mod action;
+mod bar;
+mod docks;
+mod frame;
+mod inspect;
+mod layout;
+mod params;
+mod passes;
+mod problems;
+mod resources;
+mod samples;
+mod statistics;
+mod timeline;
+pub mod view;
+mod world;
+
+pub use action::Action;
+pub use docks::Panels;
+pub use layout::{Dock, Layout, Panel, Side};
+pub use samples::Samples;
+pub use statistics::{BINS, Statistics};
+pub use view::View;

@@ -1,0 +1,211 @@
+//! A widget for each live value, by its type and range.
+
+use egui::{Button, CollapsingHeader, ComboBox, DragValue, RichText, Slider, Ui};
+
+use crate::action::Action;
+use crate::view::{Kind, Param, View};
+
+/// Integers of so few values are chosen from a list.
+const CHOICES: f64 = 8.0;
+
+/// Draws the panel.
+pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
+    let params = &view.params;
+    if params.is_empty() {
+        ui.weak("The graph declares no params.");
+        return;
+    }
+    let changed: Vec<String> =
+        params.iter().filter(|param| is_changed(param)).map(|param| param.name.clone()).collect();
+    ui.horizontal_wrapped(|ui| {
+        let some = !changed.is_empty();
+        let hint = "Writes the changed values into the graph's file; comments stay";
+        if ui.add_enabled(some, Button::new("Write to file")).on_hover_text(hint).clicked() {
+            actions.push(Action::WriteParams(changed.clone()));
+        }
+        if ui.add_enabled(some, Button::new("Reset all")).on_hover_text("Back to the values of the file").clicked() {
+            actions.extend(changed.iter().cloned().map(Action::ResetParam));
+        }
+    });
+    let mut rest = &params[..];
+    while let Some(first) = rest.first() {
+        let group = group_of(params, first);
+        let count = rest.iter().take_while(|param| group_of(params, param) == group).count();
+        let (these, others) = rest.split_at(count);
+        rest = others;
+        match group {
+            Some(group) => {
+                CollapsingHeader::new(capital(group)).default_open(true).id_salt(("group", &first.name)).show(
+                    ui,
+                    |ui| {
+                        these.iter().for_each(|param| row(ui, param, actions));
+                    },
+                );
+            }
+            None => these.iter().for_each(|param| row(ui, param, actions)),
+        }
+    }
+}
+
+/// Params that begin with the same word belong together: `sun_azimuth`, `sun_strength`.
+fn group_of<'p>(params: &'p [Param], param: &'p Param) -> Option<&'p str> {
+    let word = |param: &'p Param| param.name.split_once('_').map(|(word, _)| word);
+    let own = word(param)?;
+    (params.iter().filter(|other| word(other) == Some(own)).count() > 1).then_some(own)
+}
+
+fn capital(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn is_changed(param: &Param) -> bool {
+    param.value != param.default && !param.driven
+}
+
+fn row(ui: &mut Ui, param: &Param, actions: &mut Vec<Action>) {
+    let mut value = param.value.clone();
+    ui.horizontal(|ui| {
+        let reset = Button::new("↺").small();
+        let hint = format!("Reset {} to {}", param.name, text_of(&param.default));
+        let response = ui.add_enabled(is_changed(param), reset).on_hover_text(&hint);
+        response
+            .widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, format!("reset {}", param.name)));
+        if response.clicked() {
+            actions.push(Action::ResetParam(param.name.clone()));
+        }
+        ui.add_enabled_ui(!param.driven, |ui| {
+            if widget(ui, param, &mut value) {
+                actions.push(Action::SetParam(param.name.clone(), value));
+            }
+        });
+        if param.driven {
+            ui.label(RichText::new("demo").weak())
+                .on_hover_text("A track of the demo drives it; move the camera to take over");
+        }
+    });
+}
+
+/// Draws a param, and says whether it was changed.
+fn widget(ui: &mut Ui, param: &Param, value: &mut [f64]) -> bool {
+    let hint = || {
+        let range = param.range.map_or_else(String::new, |[low, high]| format!(", {low} to {high}"));
+        format!("{}{range}\n{}", param.name, param.place)
+    };
+    if let [component] = value {
+        return match param.kind {
+            Kind::Bool => {
+                let mut on = *component != 0.0;
+                let response = ui.checkbox(&mut on, &param.label).on_hover_text(hint());
+                *component = f64::from(u8::from(on));
+                response.changed()
+            }
+            Kind::Int | Kind::Uint if param.range.is_some_and(|[low, high]| high - low < CHOICES) => {
+                choice(ui, param, component)
+            }
+            _ => scalar(ui, param, component, hint),
+        };
+    }
+    if is_color(param) {
+        return color(ui, param, value, hint);
+    }
+    let mut changed = false;
+    ui.vertical(|ui| {
+        ui.label(&param.label).on_hover_text(hint());
+        ui.horizontal_wrapped(|ui| {
+            for (index, component) in value.iter_mut().enumerate() {
+                let response = ui.add(drag(param, component));
+                let name = format!("{} {index}", param.name);
+                response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::DragValue, true, &name));
+                changed |= response.changed();
+            }
+        });
+    });
+    changed
+}
+
+fn scalar(ui: &mut Ui, param: &Param, component: &mut f64, hint: impl Fn() -> String) -> bool {
+    let Some([low, high]) = param.range else {
+        let label = ui.label(&param.label);
+        return ui.add(drag(param, component)).labelled_by(label.id).on_hover_text(hint()).changed();
+    };
+    ui.spacing_mut().slider_width = 110.0;
+    let mut slider = Slider::new(component, low..=high).text(&param.label);
+    slider = match (param.step, param.kind) {
+        (Some(step), _) => slider.step_by(step),
+        (None, Kind::Int | Kind::Uint) => slider.step_by(1.0),
+        (None, _) => slider.smart_aim(true),
+    };
+    if param.kind != Kind::Float {
+        slider = slider.integer();
+    }
+    ui.add(slider).on_hover_text(hint()).changed()
+}
+
+fn drag<'v>(param: &Param, component: &'v mut f64) -> DragValue<'v> {
+    let step = param.step.unwrap_or(match (param.kind, param.range) {
+        (Kind::Float, Some([low, high])) => (high - low) / 400.0,
+        (Kind::Float, None) => (component.abs() * 0.01).max(0.001),
+        _ => 0.1,
+    });
+    let drag = DragValue::new(component).speed(step);
+    let drag = if param.kind == Kind::Float { drag.max_decimals(5) } else { drag.max_decimals(0) };
+    match (param.range, param.kind) {
+        (Some([low, high]), _) => drag.range(low..=high),
+        (None, Kind::Uint) => drag.range(0.0..=f64::from(u32::MAX)),
+        (None, Kind::Int) => drag.range(f64::from(i32::MIN)..=f64::from(i32::MAX)),
+        (None, _) => drag.range(f64::from(f32::MIN)..=f64::from(f32::MAX)),
+    }
+}
+
+fn choice(ui: &mut Ui, param: &Param, component: &mut f64) -> bool {
+    let [low, high] = param.range.unwrap_or_default().map(|end| end as i64);
+    let before = *component;
+    let selected = format!("{before}");
+    ComboBox::from_label(&param.label).width(60.0).selected_text(selected).show_ui(ui, |ui| {
+        for number in low..=high {
+            ui.selectable_value(component, number as f64, number.to_string());
+        }
+    });
+    before.to_bits() != component.to_bits()
+}
+
+/// Three or four floats from 0 to 1 that are called a colour.
+fn is_color(param: &Param) -> bool {
+    let text = format!("{} {}", param.name, param.label).to_lowercase();
+    let named = ["color", "colour", "tint", "albedo"].iter().any(|word| text.contains(word));
+    param.kind == Kind::Float && matches!(param.value.len(), 3 | 4) && named
+}
+
+fn color(ui: &mut Ui, param: &Param, value: &mut [f64], hint: impl Fn() -> String) -> bool {
+    let label = ui.label(&param.label);
+    let mut linear: Vec<f32> = value.iter().map(|component| *component as f32).collect();
+    let response = match linear.as_mut_slice() {
+        [r, g, b] => {
+            let mut rgb = [*r, *g, *b];
+            let response = ui.color_edit_button_rgb(&mut rgb);
+            [*r, *g, *b] = rgb;
+            response
+        }
+        [r, g, b, a] => {
+            let mut rgba = [*r, *g, *b, *a];
+            let response = ui.color_edit_button_rgba_unmultiplied(&mut rgba);
+            [*r, *g, *b, *a] = rgba;
+            response
+        }
+        _ => return false,
+    };
+    let changed = response.labelled_by(label.id).on_hover_text(hint()).changed();
+    if changed {
+        for (component, linear) in value.iter_mut().zip(linear) {
+            let [low, high] = param.range.unwrap_or([0.0, 1.0]);
+            *component = f64::from(linear).clamp(low, high);
+        }
+    }
+    changed
+}
+
+fn text_of(value: &[f64]) -> String {
+    let parts: Vec<String> = value.iter().map(ToString::to_string).collect();
+    parts.join(", ")
+}

@@ -1,0 +1,96 @@
+//! The passes in their order, with their times, and what became of them.
+
+use egui::{Grid, RichText, Sense, Ui};
+
+use crate::action::Action;
+use crate::frame::milliseconds;
+use crate::samples::Samples;
+use crate::view::{Pass, PassState, Shown, View};
+
+/// Draws the panel. The pass under the pointer is given, as what it shows.
+pub(crate) fn show(ui: &mut Ui, view: &View<'_>, (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>)) {
+    ui.horizontal_wrapped(|ui| {
+        let span = view.frame.gpu;
+        let (median, p95) = (span.and_then(Samples::median), span.and_then(Samples::p95));
+        ui.label(format!("span {} ms, p95 {}", milliseconds(median), milliseconds(p95)))
+            .on_hover_text("From the begin of the first pass to the end of the last, gaps and overlaps as they are.");
+    });
+    let longest = view.passes.iter().filter_map(median).fold(0.0_f32, f32::max);
+    Grid::new("passes").num_columns(3).striped(true).min_col_width(30.0).show(ui, |ui| {
+        ui.weak("pass");
+        ui.weak("ms");
+        ui.weak("p95");
+        ui.end_row();
+        for pass in &view.passes {
+            row(ui, view, pass, longest, (actions, hovered));
+            ui.end_row();
+        }
+    });
+    if view.passes.is_empty() {
+        ui.weak("The graph has no passes.");
+    }
+}
+
+fn row(
+    ui: &mut Ui,
+    view: &View<'_>,
+    pass: &Pass<'_>,
+    longest: f32,
+    (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
+) {
+    let output = pass.output.and_then(|index| view.resources.get(index));
+    // What is left out has no place in the frame after which something could be shown.
+    let after = pass.state.is_planned().then(|| pass.declared.to_owned());
+    let target = output.map(|resource| Shown::after(resource.name.clone(), after));
+    let locked = target.is_some() && target.as_ref() == Some(&view.status.shown);
+    let name = match pass.state {
+        PassState::Ran => RichText::new(pass.name),
+        _ => RichText::new(pass.name).weak(),
+    };
+    let response = ui.selectable_label(locked, name);
+    let response = response.on_hover_ui(|ui| {
+        ui.label(RichText::new(pass.name).strong());
+        ui.label(pass.state.reason());
+        if !pass.groups.is_empty() {
+            ui.label(format!("workgroups {}", pass.groups));
+        }
+        if let Some(output) = output {
+            ui.label(format!("shows {} ({}); a click locks it", output.name, output.about));
+        }
+        ui.weak(pass.place);
+    });
+    if let Some(target) = target {
+        if response.hovered() && pass.state.is_planned() {
+            *hovered = Some(target.clone());
+        }
+        if response.clicked() {
+            actions.push(if locked { Action::ShowDefault } else { Action::Show(target) });
+        }
+    }
+    if pass.state == PassState::Ran || (pass.state.is_planned() && median(pass).is_some()) {
+        let value = median(pass);
+        let text = ui.monospace(milliseconds(value));
+        bar(ui, &text, value.unwrap_or(0.0) / longest.max(1e-9));
+        ui.monospace(milliseconds(pass.times.and_then(Samples::p95)));
+    } else {
+        ui.weak(pass.state.word()).on_hover_text(pass.state.reason());
+        ui.label("");
+    }
+    if pass.state != PassState::Ran && pass.state.is_planned() && median(pass).is_some() {
+        ui.weak(pass.state.word()).on_hover_text(pass.state.reason());
+    }
+}
+
+fn median(pass: &Pass<'_>) -> Option<f32> {
+    pass.times.and_then(Samples::median)
+}
+
+/// A line under a number, as long as its share of the longest.
+fn bar(ui: &Ui, text: &egui::Response, share: f32) {
+    let rect = text.interact(Sense::hover()).rect;
+    let line = egui::Rect::from_min_size(
+        egui::pos2(rect.left(), rect.bottom() - 1.0),
+        egui::vec2(rect.width() * share.clamp(0.0, 1.0), 2.0),
+    );
+    ui.painter().rect_filled(line, 0.0, egui::Color32::from_rgb(120, 200, 120));
+}

@@ -1,0 +1,46 @@
+//! What is wrong, as the terminal says it.
+
+use egui::{RichText, Ui};
+
+use crate::action::Action;
+use crate::bar::{RED, YELLOW};
+use crate::view::{Problem, View};
+
+/// Problems that are drawn; the others are counted.
+const SHOWN: usize = 50;
+
+/// Draws the panel.
+pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
+    if let Some(failed) = view.status.failed {
+        let text = format!("showing generation {}, {failed} failed", view.status.generation);
+        ui.label(RichText::new(text).color(RED));
+    }
+    if view.problems.is_empty() {
+        ui.weak("Nothing is wrong.");
+    }
+    problem_list(ui, view.problems, actions);
+}
+
+/// Each problem with its text; a click on its place copies it.
+pub(crate) fn problem_list(ui: &mut Ui, problems: &[Problem], actions: &mut Vec<Action>) {
+    for problem in problems.iter().take(SHOWN) {
+        ui.horizontal(|ui| {
+            let color = if problem.error { RED } else { YELLOW };
+            if let Some(place) = &problem.place {
+                let button = ui.link(RichText::new(place).color(color).monospace());
+                if button.on_hover_text("Click copies it").clicked() {
+                    actions.push(Action::Copy(place.clone()));
+                }
+                if ui.small_button("edit").on_hover_text("Open it in $EDITOR").clicked() {
+                    actions.push(Action::Edit(place.clone()));
+                }
+            }
+            ui.label(RichText::new(&problem.title).color(color));
+        });
+        ui.add(egui::Label::new(RichText::new(&problem.text).monospace()).extend());
+        ui.add_space(6.0);
+    }
+    if problems.len() > SHOWN {
+        ui.weak(format!("and {} more", problems.len() - SHOWN));
+    }
+}

@@ -1,0 +1,83 @@
+//! The last measurements of something, and what is usual among them.
+
+use std::collections::VecDeque;
+
+/// Measurements that are kept: four seconds at sixty frames a second.
+const KEPT: usize = 240;
+
+/// A window over the last measurements, in the order in which they came.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Samples(VecDeque<f32>);
+
+impl Samples {
+    /// Adds one; the oldest goes when there are too many. What is no finite number is left out.
+    pub fn push(&mut self, value: f64) {
+        if !value.is_finite() {
+            return;
+        }
+        if self.0.len() == KEPT {
+            self.0.pop_front();
+        }
+        self.0.push_back(value as f32);
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// From the oldest to the newest.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
+        self.0.iter().copied()
+    }
+
+    /// The newest.
+    pub fn last(&self) -> Option<f32> {
+        self.0.back().copied()
+    }
+
+    /// The middle one by size.
+    pub fn median(&self) -> Option<f32> {
+        self.quantile(0.5)
+    }
+
+    /// The one that 95 of 100 do not exceed.
+    pub fn p95(&self) -> Option<f32> {
+        self.quantile(0.95)
+    }
+
+    /// The nearest-rank quantile: the smallest measurement that a share `q` of all do not exceed.
+    fn quantile(&self, q: f64) -> Option<f32> {
+        let mut sorted: Vec<f32> = self.iter().collect();
+        let rank = ((sorted.len() as f64 * q).ceil() as usize).max(1) - 1;
+        if rank >= sorted.len() {
+            return None;
+        }
+        Some(*sorted.select_nth_unstable_by(rank, f32::total_cmp).1)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "these values are exact")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_by_nearest_rank() {
+        let mut samples = Samples::default();
+        assert_eq!((samples.median(), samples.p95(), samples.last()), (None, None, None));
+        for value in (1..=100).rev() {
+            samples.push(f64::from(value));
+        }
+        samples.push(f64::NAN);
+        assert_eq!((samples.median(), samples.p95(), samples.last()), (Some(50.0), Some(95.0), Some(1.0)));
+    }
+
+    #[test]
+    fn only_the_newest_count() {
+        let mut samples = Samples::default();
+        (0..KEPT).for_each(|_| samples.push(1000.0));
+        (0..KEPT).for_each(|_| samples.push(2.0));
+        assert_eq!((samples.iter().len(), samples.p95()), (KEPT, Some(2.0)));
+    }
+}

@@ -1,0 +1,337 @@
+//! What the panels show, as plain data. The window fills it anew for each frame that it draws.
+
+use crate::samples::Samples;
+use crate::statistics::Statistics;
+
+/// Everything that the panels show.
+#[derive(Clone, Debug, Default)]
+pub struct View<'a> {
+    /// What is shown and what is wrong with it.
+    pub status: Status,
+    /// Times, memory, scale.
+    pub frame: Frame<'a>,
+    /// Passes in the order in which they run, those that do not run in their place.
+    pub passes: Vec<Pass<'a>>,
+    /// Targets and buffers in the order of the file.
+    pub resources: &'a [Resource],
+    /// Live values in the order of the file.
+    pub params: Vec<Param>,
+    /// Diagnostics.
+    pub problems: &'a [Problem],
+    /// World and camera.
+    pub world: World,
+    /// The demo, if one runs.
+    pub timeline: Option<Timeline>,
+    /// What the shown resource holds.
+    pub inspected: Option<&'a Inspected>,
+}
+
+/// What is shown and how it stands with it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Status {
+    /// Name of the graph.
+    pub graph: String,
+    /// What is shown; its resource is never empty.
+    pub shown: Shown,
+    /// Whether that is what the graph presents by itself.
+    pub is_default: bool,
+    /// The clock stands still.
+    pub paused: bool,
+    /// Generation that runs.
+    pub generation: u64,
+    /// A newer generation that is wrong.
+    pub failed: Option<u64>,
+    /// No plan could be made for the size or debug target that is wanted.
+    pub refused: bool,
+    /// The device has worked for long: on which pass, if that is known, and since how many seconds.
+    pub busy: Option<(Option<String>, u64)>,
+    /// Something that was just done, or could not be done.
+    pub notice: Option<String>,
+}
+
+/// A resource at a point of the frame.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Shown {
+    /// Its name.
+    pub resource: String,
+    /// Frames ago.
+    pub age: u32,
+    /// Mip.
+    pub mip: u32,
+    /// Layer, or slice of a 3-D target.
+    pub layer: u32,
+    /// Right after this pass; at the end of the frame when `None`.
+    pub after: Option<String>,
+}
+
+impl Shown {
+    /// A resource right after a pass.
+    pub fn after(resource: impl Into<String>, pass: Option<String>) -> Self {
+        Self { resource: resource.into(), after: pass, ..Self::default() }
+    }
+}
+
+/// Times of frames, memory, and what can be set of them.
+#[derive(Clone, Debug, Default)]
+pub struct Frame<'a> {
+    /// Milliseconds from frame to frame.
+    pub interval: Option<&'a Samples>,
+    /// Milliseconds of the host from the begin of a frame to its submission.
+    pub cpu: Option<&'a Samples>,
+    /// Milliseconds of the device from the begin of the first pass to the end of the last.
+    pub gpu: Option<&'a Samples>,
+    /// Bytes of targets and buffers.
+    pub memory: u64,
+    /// Bytes that transient resources save by sharing memory.
+    pub saved: u64,
+    /// Pixels of the output for each pixel of the window, along each axis.
+    pub scale: f64,
+    /// Smallest and largest scale.
+    pub scales: [f64; 2],
+    /// Extent of the output in pixels.
+    pub output: [u32; 2],
+    /// Most frames a second.
+    pub fps_cap: Option<u32>,
+    /// Name of the device.
+    pub device: String,
+    /// Dispatches of the last frame, passes it skipped since their results are still valid, and passes that were not due or are off.
+    pub ran: [u32; 3],
+}
+
+/// What became of a pass in the last frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PassState {
+    /// It was dispatched.
+    Ran,
+    /// Its results are still valid.
+    Skipped,
+    /// It is not due in each frame.
+    NotDue,
+    /// It is switched off since the device was lost while it ran.
+    Off,
+    /// Nothing that is shown depends on it.
+    Unused,
+    /// Its `when` does not hold.
+    Condition,
+}
+
+impl PassState {
+    /// A word for a row.
+    pub fn word(self) -> &'static str {
+        match self {
+            PassState::Ran => "",
+            PassState::Skipped => "unchanged",
+            PassState::NotDue => "not due",
+            PassState::Off => "off",
+            PassState::Unused => "unused",
+            PassState::Condition => "when: no",
+        }
+    }
+
+    /// The reason in a sentence.
+    pub fn reason(self) -> &'static str {
+        match self {
+            PassState::Ran => "It ran in the last frame.",
+            PassState::Skipped => {
+                "It was not run again: nothing that it reads has changed, so its results are still valid."
+            }
+            PassState::NotDue => "It was not due in the last frame: `every` says when it runs.",
+            PassState::Off => {
+                "It is switched off: the device was lost while it ran. A change of its shader switches it on."
+            }
+            PassState::Unused => "It is left out: nothing that is shown depends on what it writes.",
+            PassState::Condition => "It is left out: its `when` does not hold.",
+        }
+    }
+
+    /// Whether it has a place in the frame.
+    pub fn is_planned(self) -> bool {
+        !matches!(self, PassState::Unused | PassState::Condition)
+    }
+}
+
+/// A pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pass<'a> {
+    /// Name; a round of a loop has its number.
+    pub name: &'a str,
+    /// The name of the pass of the file, by which it can be shown.
+    pub declared: &'a str,
+    /// Milliseconds of the device, in the frames in which it ran.
+    pub times: Option<&'a Samples>,
+    /// What became of it.
+    pub state: PassState,
+    /// Workgroups.
+    pub groups: &'a str,
+    /// Path and line of its declaration.
+    pub place: &'a str,
+    /// The resource that it is best known by: what it writes first. Index into [`View::resources`].
+    pub output: Option<usize>,
+}
+
+/// How a pass touches a resource.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Use {
+    /// It reads.
+    pub reads: bool,
+    /// It writes.
+    pub writes: bool,
+}
+
+/// A target or a buffer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Resource {
+    /// Name.
+    pub name: String,
+    /// Format and extent, or bytes.
+    pub about: String,
+    /// Bytes of all its copies; 0 where it is not created.
+    pub bytes: u64,
+    /// Where its memory is: of its own, in a shared block, the supplier's.
+    pub memory: String,
+    /// Number of the shared block that it lies in.
+    pub block: Option<u32>,
+    /// Path and line of its declaration.
+    pub place: String,
+    /// It cannot be shown as a picture that says anything: a world.
+    pub opaque: bool,
+    /// How each pass touches it, in the order of [`View::passes`].
+    pub uses: Vec<Use>,
+}
+
+/// What components are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs, reason = "each is the type of its name")]
+pub enum Kind {
+    Bool,
+    Int,
+    Uint,
+    #[default]
+    Float,
+}
+
+/// A live value.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Param {
+    /// Name.
+    pub name: String,
+    /// Text beside the widget.
+    pub label: String,
+    /// What its components are.
+    pub kind: Kind,
+    /// Components of its value.
+    pub value: Vec<f64>,
+    /// Components of the value in the file.
+    pub default: Vec<f64>,
+    /// Smallest and largest component.
+    pub range: Option<[f64; 2]>,
+    /// Step of a slider.
+    pub step: Option<f64>,
+    /// A demo drives it.
+    pub driven: bool,
+    /// Path and line of its declaration.
+    pub place: String,
+}
+
+/// A diagnostic.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Problem {
+    /// It is an error, else a warning.
+    pub error: bool,
+    /// `path:line:column`, where it has a place.
+    pub place: Option<String>,
+    /// One line.
+    pub title: String,
+    /// The text as the terminal has it.
+    pub text: String,
+}
+
+/// World and camera.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct World {
+    /// Project path of the world's file.
+    pub path: Option<String>,
+    /// Smallest corner, and one past the largest, in voxels.
+    pub bounds: [[i32; 3]; 2],
+    /// Solid voxels.
+    pub voxels: u64,
+    /// Position of the camera in voxels.
+    pub position: [f64; 3],
+    /// Yaw, pitch and vertical field of view in degrees.
+    pub angles: [f64; 3],
+    /// Voxels that the camera flies in a second.
+    pub speed: f64,
+    /// Names of the world's cameras.
+    pub cameras: Vec<String>,
+}
+
+/// A demo.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Timeline {
+    /// Its name.
+    pub name: String,
+    /// Seconds.
+    pub duration: f64,
+    /// Seconds into it.
+    pub time: f64,
+    /// It starts over at its end.
+    pub looped: bool,
+    /// It drives; else the user has taken over.
+    pub drives: bool,
+    /// Tracks with the times of their keys.
+    pub tracks: Vec<(String, Vec<f64>)>,
+}
+
+/// How texels become colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Map {
+    /// Index into [`Map::NAMES`].
+    pub map: usize,
+    /// Values at the ends of the map; `None` finds them by the percentiles of what is shown.
+    pub range: Option<[f32; 2]>,
+    /// The channel that scalar maps read.
+    pub channel: u32,
+}
+
+impl Map {
+    /// The maps, in the order of the graph language.
+    pub const NAMES: [&'static str; 8] = ["color", "raw", "gray", "turbo", "viridis", "normal", "id", "integer"];
+}
+
+/// What the shown resource holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Inspected {
+    /// The resource at its point of the frame.
+    pub shown: Shown,
+    /// Format and extent.
+    pub about: String,
+    /// Mips it has.
+    pub mips: u32,
+    /// Layers, or slices of the shown mip.
+    pub layers: u32,
+    /// Names of its channels.
+    pub channels: Vec<&'static str>,
+    /// The user's own way of showing it.
+    pub map: Option<Map>,
+    /// The way that is used now, with its range.
+    pub used: Option<Map>,
+    /// Of the chosen channel.
+    pub statistics: Option<Statistics>,
+    /// The texel under the cursor: its place and, for each channel, the value, the value as an integer where it is one, and its bits.
+    pub cursor: Option<([u32; 2], Vec<[String; 2]>)>,
+    /// Rows of a buffer.
+    pub table: Option<Table>,
+}
+
+/// Elements of a buffer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Names and types of the members.
+    pub columns: Vec<String>,
+    /// Elements of the whole buffer.
+    pub total: u64,
+    /// Index of the first row.
+    pub first: u64,
+    /// Values, a row for each element.
+    pub rows: Vec<Vec<String>>,
+}

@@ -1,0 +1,63 @@
+//! The world and the camera.
+
+use egui::{DragValue, Grid, Ui};
+
+use crate::action::Action;
+use crate::view::World;
+
+/// Draws the panel. `name` is the text of the field for a new camera's name.
+pub(crate) fn show(ui: &mut Ui, world: &World, name: &mut String, actions: &mut Vec<Action>) {
+    Grid::new("world").num_columns(2).show(ui, |ui| {
+        ui.weak("world");
+        ui.label(world.path.as_deref().unwrap_or("none"));
+        ui.end_row();
+        let [low, high] = world.bounds;
+        ui.weak("voxels");
+        ui.label(format!("{}", world.voxels));
+        ui.end_row();
+        ui.weak("bounds");
+        ui.label(format!("{low:?} to {high:?}"));
+        ui.end_row();
+        ui.weak("camera");
+        let [x, y, z] = world.position;
+        ui.monospace(format!("{x:.2}, {y:.2}, {z:.2}"));
+        ui.end_row();
+        let [yaw, pitch, fov] = world.angles;
+        ui.weak("yaw, pitch, fov");
+        ui.monospace(format!("{yaw:.1}°, {pitch:.1}°, {fov:.1}°"));
+        ui.end_row();
+        let label = ui.weak("voxels a second");
+        let mut speed = world.speed;
+        let drag = DragValue::new(&mut speed).range(0.1..=100_000.0).speed(world.speed * 0.01).max_decimals(1);
+        if ui.add(drag).labelled_by(label.id).on_hover_text("The wheel over the picture sets it, too").changed() {
+            actions.push(Action::Speed(speed));
+        }
+        ui.end_row();
+    });
+    ui.separator();
+    ui.horizontal_wrapped(|ui| {
+        if ui.button("Home").on_hover_text("Where the camera began; the Home key").clicked() {
+            actions.push(Action::Home);
+        }
+        for camera in &world.cameras {
+            if ui.button(camera).on_hover_text("A camera of the world's file").clicked() {
+                actions.push(Action::Camera(camera.clone()));
+            }
+        }
+    });
+    ui.separator();
+    if ui.button("Copy camera as TOML").on_hover_text("The C key").clicked() {
+        actions.push(Action::CopyCamera);
+    }
+    if world.path.is_some() {
+        ui.horizontal(|ui| {
+            let label = ui.label("name");
+            ui.add(egui::TextEdit::singleline(name).desired_width(100.0).hint_text("camera")).labelled_by(label.id);
+            let good = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
+            let hint = "Writes [cameras.NAME] into the world's file; one of that name is replaced";
+            if ui.add_enabled(good, egui::Button::new("Write to world")).on_hover_text(hint).clicked() {
+                actions.push(Action::WriteCamera(name.clone()));
+            }
+        });
+    }
+}

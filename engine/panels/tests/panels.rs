@@ -1,0 +1,279 @@
+//! The panels, driven by their accessibility tree: what a user sees by name, clicks, and what comes of it.
+
+use egui::Vec2;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+use raxel_panels::view::{
+    Frame, Inspected, Kind, Map, Param, Pass, PassState, Problem, Resource, Shown, Status, Table, Timeline, Use, World,
+};
+use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View};
+
+/// A window with a small graph of three passes, one of them left out.
+struct Window {
+    panels: Panels,
+    gpu: Samples,
+    resources: Vec<Resource>,
+    params: Vec<Param>,
+    problems: Vec<Problem>,
+    inspected: Option<Inspected>,
+    status: Status,
+    timeline: Option<Timeline>,
+    actions: Vec<Action>,
+}
+
+impl Window {
+    fn new(open: &[Panel]) -> Self {
+        let mut layout = Layout::default();
+        for side in [Side::Left, Side::Right, Side::Bottom] {
+            layout.dock_mut(side).open = None;
+        }
+        open.iter().for_each(|panel| layout.open(*panel));
+        let mut gpu = Samples::default();
+        [1.0, 2.0, 3.0].into_iter().for_each(|ms| gpu.push(ms));
+        let (reads, writes) = (Use { reads: true, writes: false }, Use { reads: false, writes: true });
+        let resource = |name: &str, uses: [Use; 3]| Resource {
+            name: name.to_owned(),
+            about: "rgba16f 320 × 180".to_owned(),
+            memory: "own memory".to_owned(),
+            uses: uses.to_vec(),
+            ..Resource::default()
+        };
+        let none = Use::default();
+        let shown = Shown::after("color", None);
+        Self {
+            panels: Panels::new(layout),
+            gpu,
+            resources: vec![resource("depth", [writes, reads, none]), resource("color", [none, writes, none])],
+            params: vec![
+                param("exposure", vec![2.0], vec![1.0]),
+                Param { kind: Kind::Bool, range: None, ..param("fog", vec![0.0], vec![0.0]) },
+            ],
+            problems: Vec::new(),
+            inspected: None,
+            status: Status { graph: "test".to_owned(), shown, is_default: true, ..Status::default() },
+            timeline: None,
+            actions: Vec::new(),
+        }
+    }
+
+    fn draw(&mut self, ctx: &egui::Context) {
+        let pass = |name: &'static str, state, output| Pass {
+            name,
+            declared: name,
+            times: (state == PassState::Ran).then_some(&self.gpu),
+            state,
+            groups: "40 × 23 × 1",
+            place: "graphs/a.toml:7",
+            output,
+        };
+        let view = View {
+            status: self.status.clone(),
+            frame: Frame { gpu: Some(&self.gpu), scale: 1.0, scales: [0.0625, 4.0], ..Frame::default() },
+            passes: vec![
+                pass("hit", PassState::Ran, Some(0)),
+                pass("shade", PassState::Skipped, Some(1)),
+                pass("bloom", PassState::Condition, None),
+            ],
+            resources: &self.resources,
+            params: self.params.clone(),
+            problems: &self.problems,
+            world: World { path: Some("worlds/a.toml".to_owned()), cameras: vec!["roof".to_owned()], ..World::default() },
+            timeline: self.timeline.clone(),
+            inspected: self.inspected.as_ref(),
+        };
+        self.actions.extend(self.panels.show(ctx, &view));
+    }
+
+    fn harness(self, width: f32, height: f32) -> Harness<'static, Window> {
+        let size = Vec2::new(width, height);
+        let mut harness = Harness::builder().with_size(size).build_state(|ctx, window: &mut Window| window.draw(ctx), self);
+        harness.run_steps(3);
+        harness
+    }
+}
+
+fn param(name: &str, value: Vec<f64>, default: Vec<f64>) -> Param {
+    Param {
+        name: name.to_owned(),
+        label: name.to_owned(),
+        value,
+        default,
+        range: Some([0.0, 8.0]),
+        ..Param::default()
+    }
+}
+
+/// Clicks what has this name, and gives what was asked for.
+#[track_caller]
+fn click(harness: &mut Harness<'_, Window>, name: &str) -> Vec<Action> {
+    harness.state_mut().actions.clear();
+    harness.get_by_label(name).click();
+    harness.run_steps(3);
+    harness.state().actions.iter().filter(|action| !matches!(action, Action::Peek(_))).cloned().collect()
+}
+
+#[test]
+fn a_pass_is_locked_by_a_click_and_says_why_it_did_not_run() {
+    let mut harness = Window::new(&[Panel::Passes]).harness(1280.0, 720.0);
+    let shown = Shown::after("depth", Some("hit".to_owned()));
+    assert_eq!(click(&mut harness, "hit"), [Action::Show(shown.clone())]);
+    harness.state_mut().status.shown = shown;
+    harness.run_steps(2);
+    assert_eq!(click(&mut harness, "hit"), [Action::ShowDefault]);
+    for said in ["unchanged", "when: no", "2.000", "3.000"] {
+        assert!(harness.query_all_by_label(said).next().is_some(), "{said}");
+    }
+}
+
+#[test]
+fn the_output_of_a_pass_shows_while_the_pointer_rests_on_it() {
+    let mut harness = Window::new(&[Panel::Passes]).harness(1280.0, 720.0);
+    harness.get_by_label("hit").hover();
+    harness.run_steps(30);
+    let shown = Shown::after("depth", Some("hit".to_owned()));
+    assert_eq!(harness.state().actions, [Action::Peek(Some(shown))], "once, after a rest");
+    harness.hover_at(egui::pos2(900.0, 600.0));
+    harness.run_steps(3);
+    assert_eq!(harness.state().actions.last(), Some(&Action::Peek(None)));
+}
+
+#[test]
+fn a_cell_of_the_matrix_shows_a_resource_after_a_pass() {
+    let mut harness = Window::new(&[Panel::Resources]).harness(1280.0, 720.0);
+    let actions = click(&mut harness, "depth after shade");
+    assert_eq!(actions, [Action::Show(Shown::after("depth", Some("shade".to_owned())))]);
+    assert!(harness.state().panels.layout.is_open(Panel::Inspect), "and opens what it holds");
+    // Nothing can be shown after a pass that is left out.
+    assert_eq!(click(&mut harness, "depth after bloom"), []);
+}
+
+#[test]
+fn params_are_set_reset_and_written() {
+    let mut harness = Window::new(&[Panel::Params]).harness(1280.0, 720.0);
+    assert_eq!(click(&mut harness, "fog"), [Action::SetParam("fog".to_owned(), vec![1.0])]);
+    assert_eq!(click(&mut harness, "reset exposure"), [Action::ResetParam("exposure".to_owned())]);
+    assert_eq!(click(&mut harness, "Write to file"), [Action::WriteParams(vec!["exposure".to_owned()])]);
+    assert_eq!(click(&mut harness, "Reset all"), [Action::ResetParam("exposure".to_owned())]);
+    // What is as the file has it, or is the demo's, is neither written nor reset.
+    harness.state_mut().params[0].driven = true;
+    harness.run_steps(2);
+    assert_eq!(click(&mut harness, "Write to file"), []);
+    assert_eq!(click(&mut harness, "reset fog"), []);
+}
+
+#[test]
+fn what_goes_wrong_opens_by_itself_and_its_place_is_copied() {
+    let mut harness = Window::new(&[]).harness(1280.0, 720.0);
+    let place = "graphs/a.toml:7:12";
+    let window = harness.state_mut();
+    window.status.failed = Some(17);
+    window.status.generation = 16;
+    window.problems = vec![Problem {
+        error: true,
+        place: Some(place.to_owned()),
+        title: "RX0100: there is no target `colour`".to_owned(),
+        text: "error[RX0100]".to_owned(),
+    }];
+    harness.run_steps(3);
+    assert!(harness.query_all_by_label("showing generation 16, 17 failed").count() == 2, "in the bar and in the panel");
+    assert_eq!(click(&mut harness, place), [Action::Copy(place.to_owned())]);
+    assert_eq!(click(&mut harness, "edit"), [Action::Edit(place.to_owned())]);
+    // Mended, the panel goes.
+    let window = harness.state_mut();
+    (window.status.failed, window.problems) = (None, Vec::new());
+    harness.run_steps(3);
+    assert!(!harness.state().panels.layout.is_open(Panel::Problems));
+}
+
+#[test]
+fn many_problems_are_capped() {
+    let mut window = Window::new(&[Panel::Problems]);
+    window.problems = (0..70).map(|n| Problem { title: format!("mistake {n}"), ..Problem::default() }).collect();
+    let harness = window.harness(1280.0, 20_000.0);
+    assert!(harness.query_by_label("and 20 more").is_some());
+    assert!(harness.query_by_label("mistake 49").is_some() && harness.query_by_label("mistake 50").is_none());
+}
+
+#[test]
+fn a_texel_and_the_numbers_of_a_channel_are_read() {
+    let mut window = Window::new(&[Panel::Inspect]);
+    window.inspected = Some(Inspected {
+        shown: Shown::after("color", None),
+        mips: 3,
+        layers: 1,
+        channels: vec!["r", "g"],
+        used: Some(Map { map: 0, range: Some([0.0, 1.0]), channel: 0 }),
+        statistics: Statistics::of([0.25, f32::NAN, f32::INFINITY].into_iter()),
+        cursor: Some(([3, 4], vec![["0.25".to_owned(), "0x3400".to_owned()], ["7".to_owned(), "0x4700".to_owned()]])),
+        table: Some(Table {
+            columns: vec!["count u32".to_owned()],
+            total: 9,
+            first: 5,
+            rows: vec![vec!["42".to_owned()]],
+        }),
+        ..Inspected::default()
+    });
+    let mut harness = window.harness(1280.0, 720.0);
+    for said in ["1 NaN, 1 infinite of 3", "texel 3, 4", "0x3400", "count u32", "42", "5"] {
+        assert!(harness.query_all_by_label(said).next().is_some(), "{said}");
+    }
+    let own = Map { map: 0, range: None, channel: 0 };
+    assert_eq!(click(&mut harness, "own map"), [Action::Display(Some(own))]);
+    assert_eq!(click(&mut harness, "CSV"), [Action::WriteTable]);
+}
+
+#[test]
+fn a_demo_is_paused_looped_and_given_back() {
+    let mut window = Window::new(&[Panel::Timeline]);
+    window.timeline = Some(Timeline {
+        duration: 10.0,
+        time: 2.5,
+        tracks: vec![("camera".to_owned(), vec![0.0, 5.0])],
+        ..Timeline::default()
+    });
+    let mut harness = window.harness(1280.0, 720.0);
+    assert_eq!(click(&mut harness, "loop"), [Action::Loop(true)]);
+    assert_eq!(click(&mut harness, "Pause demo"), [Action::Pause]);
+    assert_eq!(click(&mut harness, "Give back"), [Action::HandBack]);
+}
+
+#[test]
+fn the_camera_goes_home_and_to_the_places_of_the_world() {
+    let mut harness = Window::new(&[Panel::World]).harness(1280.0, 720.0);
+    assert_eq!(click(&mut harness, "Home"), [Action::Home]);
+    assert_eq!(click(&mut harness, "roof"), [Action::Camera("roof".to_owned())]);
+    assert_eq!(click(&mut harness, "Copy camera as TOML"), [Action::CopyCamera]);
+    // Without a name there is nothing to write under.
+    assert_eq!(click(&mut harness, "Write to world"), []);
+}
+
+#[test]
+fn everything_can_be_hidden_and_works_in_any_window() {
+    let every = |width, height| {
+        for panel in Panel::ALL {
+            let mut harness = Window::new(&[panel]).harness(width, height);
+            harness.state_mut().panels.toggle();
+            harness.run_steps(2);
+            assert!(harness.query_by_label("Passes").is_none(), "hidden");
+        }
+    };
+    // A pixel; 1280 × 720 at a scale of 300 %; a small window; a large one.
+    for (width, height) in [(1.0, 1.0), (427.0, 240.0), (640.0, 400.0), (3840.0, 2160.0)] {
+        every(width, height);
+    }
+    // In a narrow window a panel is reached by its name, and takes the place of the one before.
+    let mut harness = Window::new(&[Panel::Passes, Panel::Params]).harness(427.0, 240.0);
+    assert!(harness.query_by_label("Write to file").is_some() && harness.query_by_label("hit").is_none());
+    click(&mut harness, "Passes");
+    click(&mut harness, "Passes");
+    assert!(harness.query_by_label("Write to file").is_none() && harness.query_by_label("hit").is_some());
+}
+
+#[test]
+fn a_device_that_works_for_long_can_be_interrupted() {
+    let mut window = Window::new(&[]);
+    window.status.busy = Some((Some("spin".to_owned()), 4));
+    let mut harness = window.harness(1280.0, 720.0);
+    assert!(harness.query_by_label("the device works on `spin` for 4 s").is_some());
+    assert_eq!(click(&mut harness, "Cancel"), [Action::Cancel]);
+}
