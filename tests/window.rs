@@ -57,7 +57,16 @@ fn a_window_shows_pictures_edits_and_debug_targets() {
     let mut child = Running::start(
         command(
             project.root(),
-            &["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180", "--validate"],
+            &[
+                "run",
+                "graphs/inspect.toml",
+                "--world",
+                "worlds/menger.toml",
+                "--size",
+                "320x180",
+                "--validate",
+                "--no-panels",
+            ],
         )
         .env("DISPLAY", &display.name)
         .env_remove("WAYLAND_DISPLAY")
@@ -94,6 +103,10 @@ fn a_window_shows_pictures_edits_and_debug_targets() {
     let shot = image::open(project.path(&shot)).unwrap().into_rgb8();
     assert!(shot.pixels().map(|pixel| pixel.0).eq(normal.iter().copied()));
 
+    // The panels lie over the picture, and leave it as it was.
+    press(&display, "F1", "the panels", || screen() != normal);
+    press(&display, "F1", "the bare picture", || screen() == normal);
+
     display.xdotool(&["windowsize", "--sync", &window, "200", "150"]);
     display.xdotool(&["keydown", "w"]);
     std::thread::sleep(Duration::from_millis(300));
@@ -109,6 +122,41 @@ fn frames_of_a_demo_are_counted() {
     let arguments = ["run", "worlds/valley.demo.toml", "--size", "160x90", "--frames", "5", "--validate", "-v"];
     let mut command = command(common::repository(), &arguments);
     Run::from(output(command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY"))).exits(0);
+}
+
+#[test]
+fn a_window_over_broken_files_says_so_and_waits_for_the_mend() {
+    let display = Display::start();
+    let project = Project::shipped();
+    let normal = rendered(&project, "normal");
+    project.edit("graphs/inspect.toml", "outDepth = \"depth\"", "outDepth = \"dept\"");
+    let log_path = project.path("log");
+    let arguments = ["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180", "--validate"];
+    let mut child = Running::start(
+        command(project.root(), &arguments)
+            .arg("--no-panels")
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(fs::File::create(&log_path).unwrap()),
+    );
+    eventually("the mistake is told", || log(&log_path).contains("the window waits for the files to be mended"));
+    assert!(log(&log_path).contains("did you mean `depth`?"));
+    // Text over a plain ground.
+    eventually("the mistake is shown", || {
+        let screen = display.pixels(320, 180);
+        screen.iter().any(|pixel| pixel.iter().all(|part| *part > 128)) && screen.contains(&[20; 3])
+    });
+    project.edit("graphs/inspect.toml", "outDepth = \"dept\"", "outDepth = \"depth\"");
+    eventually("the picture", || display.pixels(320, 180) == normal);
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+    // Where frames are counted nobody waits.
+    project.edit("graphs/inspect.toml", "outDepth = \"depth\"", "outDepth = \"dept\"");
+    let mut counted = command(project.root(), &arguments);
+    counted.args(["--frames", "2"]).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+    Run::from(output(&mut counted)).exits(3);
 }
 
 /// Works for minutes on the software driver: it leaves a loop after 65535 rounds, so a round is long and the groups are many.
@@ -155,10 +203,40 @@ fn a_dispatch_that_does_not_end_is_named_and_keeps_neither_edits_nor_escape() {
 }
 
 #[test]
+fn a_pass_that_does_not_end_is_given_up_by_a_key() {
+    let display = Display::start();
+    let project = Project::empty();
+    project.write(
+        "graphs/spin.toml",
+        "name = \"spin\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nsize = [4096, 4096]\n\
+         [[passes]]\nname = \"spin\"\nshader = \"spin.comp\"\ndispatch = { threads = \"color\" }\n\
+         bind = { outColor = \"color\" }\n",
+    );
+    project.write("shaders/spin.comp", SPIN);
+    let log_path = project.path("log");
+    let mut child = Running::start(
+        command(project.root(), &["run", "graphs/spin.toml", "--size", "320x180", "--no-panels"])
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(fs::File::create(&log_path).unwrap()),
+    );
+    eventually("the pass is named", || log(&log_path).contains("the device has worked on pass `spin`"));
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    press(&display, "Delete", "it is given up", || log(&log_path).contains("pass `spin` is switched off"));
+    // What it leaves behind is shown: nothing.
+    eventually("a picture without the pass", || display.pixels(320, 180).iter().all(|pixel| *pixel == [0; 3]));
+    project.write("shaders/spin.comp", &SPIN.replace("60000", "1").replace("vec4(x)", "vec4(1.0)"));
+    eventually("mended, it runs again", || display.pixels(320, 180).iter().all(|pixel| *pixel == [255; 3]));
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+}
+
+#[test]
 fn a_scale_computes_fewer_pixels_for_the_same_window() {
     let display = Display::start();
     let project = Project::shipped();
-    let arguments = ["--world", "worlds/menger.toml"];
+    let arguments = ["--world", "worlds/menger.toml", "--no-panels"];
     let mut child = Running::start(
         command(project.root(), &["run", "graphs/inspect.toml", "--size", "320x180", "--scale", "0.5", "--validate"])
             .args(arguments)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use raxel_diagnostics::table;
-use raxel_gpu::{DeviceOptions, Severity};
+use raxel_gpu::{Device, DeviceOptions, Severity};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::timeline::Demo;
@@ -160,6 +160,12 @@ impl What {
     /// Opens a session, says its warnings and the device that was chosen, and sets params and camera.
     pub fn open(&self, options: Options, console: &Console) -> Result<Session> {
         let mut session = Session::open(options).map_err(|error| open_failure(error, console))?;
+        self.set_up(&mut session, console)?;
+        Ok(session)
+    }
+
+    /// Says the warnings of a session and the device that was chosen, and sets params and camera.
+    pub fn set_up(&self, session: &mut Session, console: &Console) -> Result {
         for verdict in session.device().verdicts().iter().filter(|verdict| verdict.chosen || console.verbose()) {
             console.detail(&verdict.to_string());
         }
@@ -192,7 +198,7 @@ impl What {
             }
             session.set_camera(camera);
         }
-        Ok(session)
+        Ok(())
     }
 }
 
@@ -224,7 +230,12 @@ impl From<ReadError> for Failure {
 
 /// Prints the messages of the validation layer since the last call. True when there were any.
 pub(crate) fn print_validation(session: &Session, console: &Console) -> bool {
-    let messages = session.device().log().take();
+    print_log(session.device(), console)
+}
+
+/// The same of a device without a session.
+pub(crate) fn print_log(device: &Device, console: &Console) -> bool {
+    let messages = device.log().take();
     for message in &messages {
         let severity = match message.severity {
             Severity::Error => "error",

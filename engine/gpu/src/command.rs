@@ -218,6 +218,13 @@ impl Recording<'_> {
         }
     }
 
+    /// Clears the image of a window in the given layout.
+    pub(crate) fn clear_raw(&mut self, image: vk::Image, layout: vk::ImageLayout, color: [f32; 4]) {
+        let value = vk::ClearColorValue { float32: color };
+        // SAFETY: recording; the image was acquired, and its chain lives until the submission has finished.
+        unsafe { self.device().raw.cmd_clear_color_image(self.raw(), image, layout, &value, &[whole()]) };
+    }
+
     /// Fills a part of a buffer with a 32-bit pattern. Offset and size are multiples of 4.
     pub fn fill_buffer(&mut self, buffer: &Buffer, offset: u64, size: u64, pattern: u32) {
         // SAFETY: as in `clear_image`.

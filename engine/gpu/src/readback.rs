@@ -107,6 +107,11 @@ impl ReadbackRing {
 }
 
 impl Readback {
+    /// What a submission of the caller's own copies into a host-visible buffer.
+    pub fn of(device: &Arc<Device>, staging: Arc<Buffer>, submitted: TimelineValue) -> Readback {
+        Readback { device: device.clone(), size: staging.size(), staging: Some(staging), submitted }
+    }
+
     /// The bytes, once the device has copied them. Does not wait.
     pub fn poll(&self) -> Result<Option<Vec<u8>>> {
         if self.device.has_reached(self.submitted)? { self.copied().map(Some) } else { Ok(None) }

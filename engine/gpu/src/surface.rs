@@ -410,6 +410,21 @@ impl AcquiredImage<'_> {
         Ok(())
     }
 
+    /// Records a clear in the place of a picture: opaque, sRGB-encoded, each component from 0 to 1.
+    pub fn clear(&mut self, recording: &mut Recording<'_>, color: [f32; 3]) {
+        let Some(raw) = self.chain_image().map(|image| image.raw) else { return };
+        let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
+        recording.image_barrier(
+            transition(raw, vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
+                .src_stage_mask(transfer)
+                .dst_stage_mask(transfer)
+                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
+        );
+        let [r, g, b] = color;
+        recording.clear_raw(raw, vk::ImageLayout::TRANSFER_DST_OPTIMAL, [r, g, b, 1.0]);
+        self.picture = Picture::Copied;
+    }
+
     /// Makes the image, with the picture in it, ready to be drawn to; gives its view. `None` where nothing can be drawn.
     pub(crate) fn attach(&mut self, recording: &mut Recording<'_>) -> Option<vk::ImageView> {
         let (raw, view) = self.chain_image().map(|image| (image.raw, image.view))?;

@@ -9,10 +9,10 @@ use crate::view::{Problem, Shown, View};
 use crate::{bar, frame, inspect, params, passes, problems, resources, timeline, world};
 
 /// Below so many points the window has room for the panels of one side only.
-const NARROW: f32 = 640.0;
+const NARROW: f32 = 760.0;
 
 /// What lies over the picture: how opaque it is, of 255.
-const OPACITY: u8 = 235;
+const OPACITY: u8 = 236;
 
 /// The panels with what they remember from frame to frame.
 #[derive(Debug, Default)]
@@ -66,14 +66,7 @@ impl Panels {
         let mut hovered = None;
         if self.layout.visible {
             self.bar(ctx, view, &mut actions);
-            let screen = ctx.content_rect();
-            let narrow = screen.width() < NARROW;
-            let sides = match self.recent {
-                Some(side) if narrow => vec![side],
-                _ if narrow => vec![Side::Right],
-                _ => vec![Side::Bottom, Side::Left, Side::Right],
-            };
-            for side in sides {
+            for side in self.sides(ctx) {
                 self.dock(ctx, view, side, (&mut actions, &mut hovered));
             }
         }
@@ -95,6 +88,14 @@ impl Panels {
         actions
     }
 
+    /// The sides that there is room for, in the order in which they take theirs.
+    fn sides(&self, ctx: &Context) -> Vec<Side> {
+        if ctx.content_rect().width() < NARROW {
+            return vec![self.recent.unwrap_or(Side::Right)];
+        }
+        vec![Side::Bottom, Side::Left, Side::Right]
+    }
+
     /// Opens a panel and brings its side to the front.
     pub(crate) fn open(&mut self, panel: Panel) {
         self.layout.open(panel);
@@ -108,6 +109,8 @@ impl Panels {
             ctx.set_zoom_factor(self.layout.zoom);
             ctx.style_mut(|style| {
                 style.interaction.tooltip_delay = 0.3;
+                style.visuals.override_text_color = Some(Color32::from_gray(210));
+                style.visuals.weak_text_alpha = 0.75;
                 style.spacing.item_spacing = egui::vec2(6.0, 3.0);
             });
         }
@@ -128,8 +131,13 @@ impl Panels {
                             }
                             _ => RichText::new(panel.title()),
                         };
-                        if ui.selectable_label(self.layout.is_open(panel), title).clicked() {
-                            self.layout.toggle(panel);
+                        let seen = self.layout.is_open(panel) && self.sides(ctx).contains(&panel.side());
+                        if ui.selectable_label(seen, title).clicked() {
+                            if seen {
+                                self.layout.toggle(panel);
+                            } else {
+                                self.layout.open(panel);
+                            }
                             self.recent = Some(panel.side());
                         }
                     }

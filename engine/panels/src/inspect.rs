@@ -92,7 +92,7 @@ fn mapping(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
 fn numbers(ui: &mut Ui, found: &Statistics) {
     Grid::new("statistics").num_columns(2).show(ui, |ui| {
         let [low, high] = found.range;
-        ui.weak("range");
+        ui.weak("values");
         ui.monospace(format!("{low} to {high}"));
         ui.end_row();
         ui.weak("mean");
@@ -145,7 +145,11 @@ fn rows(ui: &mut Ui, table: &Table, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         let mut first = table.first;
         let label = ui.label("from element");
-        if ui.add(DragValue::new(&mut first).range(0..=table.total.saturating_sub(1))).labelled_by(label.id).changed() {
+        if ui
+            .add(DragValue::new(&mut first).clamp_existing_to_range(false).range(0..=table.total.saturating_sub(1)))
+            .labelled_by(label.id)
+            .changed()
+        {
             actions.push(Action::Rows(first));
         }
         ui.weak(format!("of {}", table.total));
@@ -153,6 +157,12 @@ fn rows(ui: &mut Ui, table: &Table, actions: &mut Vec<Action>) {
             actions.push(Action::WriteTable);
         }
     });
+    for [name, value] in &table.head {
+        ui.horizontal(|ui| {
+            ui.weak(name);
+            ui.monospace(value);
+        });
+    }
     Grid::new("table").num_columns(table.columns.len() + 1).striped(true).show(ui, |ui| {
         ui.weak("#");
         for column in &table.columns {

@@ -1,6 +1,6 @@
 //! A widget for each live value, by its type and range.
 
-use egui::{Button, CollapsingHeader, ComboBox, DragValue, RichText, Slider, Ui};
+use egui::{Button, CollapsingHeader, ComboBox, DragValue, RichText, Slider, SliderClamping, Ui};
 
 use crate::action::Action;
 use crate::view::{Kind, Param, View};
@@ -129,8 +129,8 @@ fn scalar(ui: &mut Ui, param: &Param, component: &mut f64, hint: impl Fn() -> St
         let label = ui.label(&param.label);
         return ui.add(drag(param, component)).labelled_by(label.id).on_hover_text(hint()).changed();
     };
-    ui.spacing_mut().slider_width = 110.0;
-    let mut slider = Slider::new(component, low..=high).text(&param.label);
+    ui.spacing_mut().slider_width = 90.0;
+    let mut slider = Slider::new(component, low..=high).clamping(SliderClamping::Edits).text(&param.label);
     slider = match (param.step, param.kind) {
         (Some(step), _) => slider.step_by(step),
         (None, Kind::Int | Kind::Uint) => slider.step_by(1.0),
@@ -148,7 +148,7 @@ fn drag<'v>(param: &Param, component: &'v mut f64) -> DragValue<'v> {
         (Kind::Float, None) => (component.abs() * 0.01).max(0.001),
         _ => 0.1,
     });
-    let drag = DragValue::new(component).speed(step);
+    let drag = DragValue::new(component).speed(step).clamp_existing_to_range(false);
     let drag = if param.kind == Kind::Float { drag.max_decimals(5) } else { drag.max_decimals(0) };
     match (param.range, param.kind) {
         (Some([low, high]), _) => drag.range(low..=high),

@@ -22,7 +22,11 @@ pub(crate) fn show(ui: &mut Ui, timeline: &Timeline, paused: bool, actions: &mut
         }
         let mut time = timeline.time;
         let label = ui.label("seconds");
-        let drag = egui::DragValue::new(&mut time).range(0.0..=timeline.duration).speed(0.02).fixed_decimals(2);
+        let drag = egui::DragValue::new(&mut time)
+            .range(0.0..=timeline.duration)
+            .clamp_existing_to_range(false)
+            .speed(0.02)
+            .fixed_decimals(2);
         if ui.add(drag).labelled_by(label.id).changed() {
             actions.push(Action::Seek(time));
         }

@@ -334,4 +334,6 @@ pub struct Table {
     pub first: u64,
     /// Values, a row for each element.
     pub rows: Vec<Vec<String>>,
+    /// Names and values of what stands before the first element.
+    pub head: Vec<[String; 2]>,
 }

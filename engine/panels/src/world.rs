@@ -28,7 +28,11 @@ pub(crate) fn show(ui: &mut Ui, world: &World, name: &mut String, actions: &mut 
         ui.end_row();
         let label = ui.weak("voxels a second");
         let mut speed = world.speed;
-        let drag = DragValue::new(&mut speed).range(0.1..=100_000.0).speed(world.speed * 0.01).max_decimals(1);
+        let drag = DragValue::new(&mut speed)
+            .range(0.1..=100_000.0)
+            .speed(world.speed * 0.01)
+            .max_decimals(1)
+            .clamp_existing_to_range(false);
         if ui.add(drag).labelled_by(label.id).on_hover_text("The wheel over the picture sets it, too").changed() {
             actions.push(Action::Speed(speed));
         }

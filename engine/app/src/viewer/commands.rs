@@ -73,7 +73,9 @@ impl Viewer<'_> {
                     self.select(target);
                 }
             }
-            Action::Display(_) | Action::Rows(_) | Action::WriteTable => {}
+            Action::Display(map) => self.inspector.shows(map),
+            Action::Rows(first) => self.inspector.rows(first),
+            Action::WriteTable => self.inspector.write(),
             Action::SetParam(name, value) => self.set_param(&name, &value),
             Action::ResetParam(name) => {
                 let reset = self.session.unset_param(&name);
@@ -190,6 +192,24 @@ impl Viewer<'_> {
         }
     }
 
+    /// Writes the buffer that was asked for to a file in the current folder that does not exist yet, once it is there.
+    pub(super) fn write_table(&mut self) {
+        let Some((name, columns, rows)) = self.inspector.whole(self.session.graph()) else { return };
+        let path = free(&name, "csv");
+        let write = || -> Result {
+            let mut table = output::Table::new(columns.iter().map(String::as_str).collect::<Vec<_>>().iter())?;
+            rows.into_iter().try_for_each(|row| table.row(row.into_iter()))?;
+            Pending::new(&path)?.finish(&table.finish()?)
+        };
+        match write() {
+            Ok(()) => {
+                self.console.message(&format!("wrote {}", shown(&path)));
+                self.notice(format!("wrote {}", shown(&path)));
+            }
+            Err(failure) => self.console.failure(&failure),
+        }
+    }
+
     fn copy(&mut self, text: String) {
         if let Some(open) = &mut self.window {
             open.overlay.copy(text);
@@ -269,13 +289,16 @@ impl Viewer<'_> {
         let picture = self.session.read_presented()?;
         let frame = self.session.clock().now().map_or(0, |time| time.index);
         let name = format!("{}-{}-{frame:05}", self.session.graph().name, self.target());
-        let name: String =
-            name.chars().map(|c| if c.is_alphanumeric() || "-_@".contains(c) { c } else { '_' }).collect();
-        let path = (1..10_000)
-            .map(|n| PathBuf::from(if n == 1 { format!("{name}.png") } else { format!("{name}-{n}.png") }))
-            .find(|path| !path.exists())
-            .unwrap_or_default();
+        let path = free(&name, "png");
         output::write_picture(Pending::new(&path)?, &picture)?;
         Ok(path)
     }
+}
+
+/// A file of that name and extension in the current folder that does not exist yet.
+fn free(name: &str, extension: &str) -> PathBuf {
+    let plain = |c: char| if c.is_alphanumeric() || "-_@".contains(c) { c } else { '_' };
+    let name: String = name.chars().map(plain).collect();
+    let numbered = |n| if n == 1 { format!("{name}.{extension}") } else { format!("{name}-{n}.{extension}") };
+    (1..10_000).map(numbered).map(PathBuf::from).find(|path| !path.exists()).unwrap_or_default()
 }

@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use raxel_diagnostics::SourceMap;
 use raxel_gpu::DeviceKind;
-use raxel_panels::view::{Status, View};
+use raxel_panels::view::Status;
+use raxel_panels::{Panel, View};
 use raxel_runtime::FrameError;
 use raxel_runtime::camera::FlyInput;
 use raxel_runtime::execute::Progress;
@@ -51,6 +52,10 @@ impl Viewer<'_> {
         }
         self.turn_demo();
         self.fly();
+        let inspects = self.panels.layout.is_open(Panel::Inspect);
+        if inspects {
+            self.inspector.ask(&mut self.session);
+        }
         let report = match self.session.frame() {
             Ok(report) => report,
             // Said once; what ran before runs on.
@@ -68,6 +73,10 @@ impl Viewer<'_> {
         let said = self.session.take_save_messages();
         self.console.diagnostics(&said, &SourceMap::default(), To::Stderr);
         self.data.note(&mut self.session, &report);
+        if inspects {
+            self.inspector.take(&mut self.session, &report);
+            self.write_table();
+        }
         self.draw_panels(event_loop);
         self.unshown = true;
         if self.show(event_loop)? && !report.displayed && report.dispatched == 0 {
@@ -138,16 +147,19 @@ impl Viewer<'_> {
             busy: self.busy.clone(),
             notice: self.notice.as_ref().filter(|(_, until)| Instant::now() < *until).map(|(text, _)| text.clone()),
         };
+        let cursor = self.controls.cursor().filter(|_| !overlay.has_pointer());
+        let cursor = cursor.map(|pixel| self.session.viewport().to_output(pixel));
+        let resources = self.data.resources();
         let view = View {
             status,
             frame: self.data.frame(&self.session, self.fps_cap),
             passes: self.data.passes(&self.session),
-            resources: self.data.resources(),
+            resources,
             params: panel_data::params(&self.session),
             problems: &self.problems,
             world: panel_data::world(&self.session, self.controls.speed()),
             timeline: panel_data::timeline(&self.session, self.looped),
-            inspected: None,
+            inspected: self.inspector.view(&self.session, resources, cursor),
         };
         let panels = &mut self.panels;
         let actions = overlay.draw(window, |context| panels.show(context, &view)).unwrap_or_default();

@@ -1,23 +1,27 @@
 //! The window: winit's events drive a session, and its frames are presented. Messages go to stderr.
 
+mod app;
 mod args;
 mod commands;
 mod controls;
 mod dig;
+mod elements;
 mod frame;
+mod inspector;
 mod layout_file;
 mod overlay;
 mod panel_data;
 mod problem_log;
 mod reload_log;
 mod title;
+mod waiting;
 mod write_back;
 
 use std::process::Child;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use raxel_gpu::DeviceOptions;
+use raxel_gpu::{Device, DeviceOptions};
 use raxel_panels::Panels;
 use raxel_panels::view::Problem;
 use raxel_runtime::Session;
@@ -33,16 +37,18 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::keyboard::ModifiersState;
 use winit::window::{Window, WindowId};
 
+use self::app::App;
 pub(crate) use self::args::Args;
 use self::controls::Controls;
 pub(crate) use self::controls::KEYS;
+use self::inspector::Inspector;
 use self::layout_file::LayoutFile;
 use self::overlay::Overlay;
 use self::panel_data::PanelData;
 use self::reload_log::ReloadLog;
 use self::title::Title;
 use crate::console::{Console, To};
-use crate::control::{Control, Drive, Next};
+use crate::control::Control;
 use crate::failure::{Exit, Failure, Result};
 use crate::session::{print_validation, validated};
 
@@ -66,7 +72,6 @@ const PATIENCE: Duration = Duration::from_secs(2);
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| no_window(&error))?;
     let proxy = event_loop.create_proxy();
-    let waker = proxy.clone();
     let mut options = args.what.options(device)?;
     options.size = args.size.0;
     options.scale = args.scale;
@@ -78,71 +83,9 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         // Without a window there is nobody to wake.
         let _ = proxy.send_event(Wake);
     }));
-    let session = args.what.open(options, console)?;
-    let mut layout_file = LayoutFile::of(session.project().root());
-    let (mut layout, said) = layout_file.read();
-    if let Some(said) = said {
-        console.message(&format!("warning: {said}"));
-    }
-    layout.visible &= !args.no_panels;
-    let was_visible = layout.visible;
-    console.message(&format!(
-        "{} on {}; Escape quits, `raxel run --help` lists the keys",
-        session.graph_path(),
-        device_name(&session)
-    ));
-
-    let control = args.control.then(|| {
-        Control::listen(Drive::Window, move || {
-            let _ = waker.send_event(Wake);
-        })
-    });
-    let mut viewer = Viewer {
-        args,
-        control,
-        console,
-        reloads: ReloadLog::new(console),
-        home: *session.camera(),
-        problems: problem_log::problems(session.warnings(), session.texts()),
-        session,
-        panels: Panels::new(layout),
-        data: PanelData::default(),
-        notice: None,
-        before_peek: None,
-        written: Vec::new(),
-        editors: Vec::new(),
-        looped: None,
-        fps_cap: None,
-        window: None,
-        controls: Controls::default(),
-        ball: dig::Ball::default(),
-        modifiers: ModifiersState::empty(),
-        titled: None,
-        last: Instant::now(),
-        frame_time: None,
-        unshown: false,
-        busy: None,
-        presented: 0,
-        complained: false,
-        failure: None,
-    };
-    event_loop.run_app(&mut viewer).map_err(|error| no_window(&error))?;
-    viewer.complained |= print_validation(&viewer.session, console);
-    if args.no_panels && viewer.panels.layout.visible == was_visible {
-        // That they were hidden from the beginning is not the user's choice of a layout.
-        viewer.panels.layout.visible = true;
-    }
-    if let Err(error) = layout_file.write(&viewer.panels.layout) {
-        console.detail(&format!("the layout of the panels is not kept: {error}"));
-    }
-    // A dispatch that does not end must not keep the program.
-    if !matches!(viewer.session.wait_picture(SLICE), Ok(Progress::Done)) {
-        viewer.session.abandon_device();
-    }
-    match viewer.failure.take() {
-        Some(failure) => Err(failure),
-        None => validated(viewer.complained),
-    }
+    let mut app = App::open(args, console, options, device)?;
+    event_loop.run_app(&mut app).map_err(|error| no_window(&error))?;
+    app.finish()
 }
 
 fn device_name(session: &Session) -> String {
@@ -166,6 +109,30 @@ struct Open {
     overlay: Overlay,
 }
 
+impl Open {
+    /// For a window that pictures of a device are shown in.
+    fn on(device: &Arc<Device>, window: Arc<Window>, vsync: bool) -> Result<Open> {
+        let size = window.inner_size();
+        let presenter = Presenter::new(device, window.clone(), [size.width, size.height], vsync)?;
+        let most = device.capabilities().limits.max_image_dimension2_d as usize;
+        let overlay = Overlay::new(&window, most);
+        Ok(Open { window, presenter, overlay })
+    }
+}
+
+fn new_window(event_loop: &ActiveEventLoop, args: &Args, title: String) -> Result<Arc<Window>> {
+    let [width, height] = args.size.0;
+    let attributes = Window::default_attributes()
+        .with_title(title)
+        .with_inner_size(PhysicalSize::new(width, height))
+        .with_min_inner_size(PhysicalSize::new(64, 64));
+    let window = event_loop.create_window(attributes).map_err(|error| {
+        Failure::new(Exit::NoDevice, format!("no window can be opened: {error}"))
+            .help("`raxel render -o p.png` needs no window")
+    })?;
+    Ok(Arc::new(window))
+}
+
 struct Viewer<'a> {
     args: &'a Args,
     /// A program that drives the session too.
@@ -175,7 +142,9 @@ struct Viewer<'a> {
     session: Session,
     window: Option<Open>,
     panels: Panels,
+    layout_file: LayoutFile,
     data: PanelData,
+    inspector: Inspector,
     problems: Vec<Problem>,
     /// Said in the bar until then.
     notice: Option<(String, Instant)>,
@@ -295,18 +264,79 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
     }
 }
 
-impl Viewer<'_> {
+impl<'a> Viewer<'a> {
+    /// A session that is not shown yet.
+    fn new(args: &'a Args, console: &'a Console, mut session: Session, control: Option<Control>) -> Result<Self> {
+        args.what.set_up(&mut session, console)?;
+        console.message(&format!(
+            "{} on {}; Escape quits, `raxel run --help` lists the keys",
+            session.graph_path(),
+            device_name(&session)
+        ));
+        let mut layout_file = LayoutFile::of(session.project().root());
+        let (mut layout, said) = layout_file.read();
+        if let Some(said) = said {
+            console.message(&format!("warning: {said}"));
+        }
+        layout.visible &= !args.no_panels;
+        Ok(Viewer {
+            args,
+            control,
+            console,
+            reloads: ReloadLog::new(console),
+            home: *session.camera(),
+            problems: problem_log::problems(session.warnings(), session.texts()),
+            session,
+            panels: Panels::new(layout),
+            layout_file,
+            data: PanelData::default(),
+            inspector: Inspector::default(),
+            notice: None,
+            before_peek: None,
+            written: Vec::new(),
+            editors: Vec::new(),
+            looped: None,
+            fps_cap: None,
+            window: None,
+            controls: Controls::default(),
+            ball: dig::Ball::default(),
+            modifiers: ModifiersState::empty(),
+            titled: None,
+            last: Instant::now(),
+            frame_time: None,
+            unshown: false,
+            busy: None,
+            presented: 0,
+            complained: false,
+            failure: None,
+        })
+    }
+
+    /// Keeps the layout, and says how it went.
+    fn finish(mut self) -> Result {
+        self.complained |= print_validation(&self.session, self.console);
+        // That they were hidden from the beginning is not the user's choice of a layout.
+        self.panels.layout.visible |= self.args.no_panels;
+        if let Err(error) = self.layout_file.write(&self.panels.layout) {
+            self.console.detail(&format!("the layout of the panels is not kept: {error}"));
+        }
+        // A dispatch that does not end must not keep the program.
+        if !matches!(self.session.wait_picture(SLICE), Ok(Progress::Done)) {
+            self.session.abandon_device();
+        }
+        match self.failure.take() {
+            Some(failure) => Err(failure),
+            None => validated(self.complained),
+        }
+    }
+
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result {
-        let [width, height] = self.args.size.0;
-        let attributes = Window::default_attributes()
-            .with_title(self.title().text())
-            .with_inner_size(PhysicalSize::new(width, height))
-            .with_min_inner_size(PhysicalSize::new(64, 64));
-        let window = event_loop.create_window(attributes).map_err(|error| {
-            Failure::new(Exit::NoDevice, format!("no window can be opened: {error}"))
-                .help("`raxel render -o p.png` needs no window")
-        })?;
-        let window = Arc::new(window);
+        let window = new_window(event_loop, self.args, self.title().text())?;
+        self.show_in(window)
+    }
+
+    /// Shows the session in a window from here on.
+    fn show_in(&mut self, window: Arc<Window>) -> Result {
         let size = window.inner_size();
         self.session.resize(size.width, size.height);
         self.window = Some(self.opened(window)?);
@@ -317,13 +347,7 @@ impl Viewer<'_> {
 
     /// What a window needs to show pictures of the session's device.
     fn opened(&self, window: Arc<Window>) -> Result<Open> {
-        let size = window.inner_size();
-        let vsync = !self.args.no_vsync;
-        let device = self.session.device();
-        let presenter = Presenter::new(device, window.clone(), [size.width, size.height], vsync)?;
-        let most = device.capabilities().limits.max_image_dimension2_d as usize;
-        let overlay = Overlay::new(&window, most);
-        Ok(Open { window, presenter, overlay })
+        Open::on(self.session.device(), window, !self.args.no_vsync)
     }
 
     fn resize(&mut self, size: PhysicalSize<u32>) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
-use raxel_graph::checked::{BufferSize, Display, DisplayMap, ResourceKind};
+use raxel_graph::checked::{BufferSize, Display, DisplayMap, ResourceKind, Target};
 use raxel_graph::plan::{Plan, ResourceDesc};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{BindingKind, Block, Scalar, ScalarKind, Type};
@@ -96,7 +96,18 @@ pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
     (Variant { scalar, source: SourceKind::Buffer }, push)
 }
 
+/// How a target is shown: as its file says, else by its format.
+pub fn display_of(target: &Target) -> Display {
+    target.display.unwrap_or_else(|| default_display(target.format))
+}
+
 impl Push {
+    /// Shown in another way than the graph says.
+    pub(super) fn with_display(self, display: &Display) -> Push {
+        let channel = display.channel.min(self.channels.clamp(1, 4) - 1);
+        Push { map: display.map as u32, range: display.range, channel, ..self }
+    }
+
     /// The buffer shown has so many bytes (a source's size is not in the plan).
     pub(super) fn with_bytes(mut self, bytes: u64) -> Push {
         let elements = (bytes / 4 / u64::from(self.channels.max(1))).min(1 << 30) as u32;

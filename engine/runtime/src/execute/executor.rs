@@ -1,18 +1,21 @@
 //! The executor: one running plan, two frames in flight.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use raxel_gpu::{Barrier, CommandBuffer, Device, Image, ReadbackRing, TimelineValue};
-use raxel_graph::checked::PassId;
+use raxel_graph::checked::{Display, PassId};
 use raxel_graph::plan::{Lifetime, Plan};
 
 use super::FRAMES;
+use super::capture::{Capture, Captured};
 use super::error::ExecuteError;
 use super::inputs::FrameInputs;
 use super::physical::Filling;
-use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, lock, pass_name};
+use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, display_key, lock, pass_name};
+use super::readback::ReadTicket;
 use super::record::{DeviceRecorder, initialize_resources};
 use super::replay::Counts;
 use super::report::{FrameReport, GpuTimes, PassOutcome, PassTime, SwapReport};
@@ -60,6 +63,12 @@ pub struct Executor {
     timed: Option<u64>,
     ticks: Vec<[u64; 2]>,
     pub(super) readbacks: ReadbackRing,
+    /// The debug target is shown in this way instead of the graph's.
+    display: Option<Display>,
+    /// The next frame copies what it shows; of a buffer, these bytes.
+    capture: Option<Range<u64>>,
+    captures: u64,
+    captured: Option<ReadTicket<Captured>>,
     progress: Observed,
 }
 
@@ -125,6 +134,10 @@ impl Executor {
             versions: Vec::new(),
             copies: Vec::new(),
             readbacks: ReadbackRing::new(&shared.device),
+            display: None,
+            capture: None,
+            captures: 0,
+            captured: None,
             progress: Observed { reached: TimelineValue::default(), since: Instant::now() },
             shared,
             running: None,
@@ -266,6 +279,18 @@ impl Executor {
             let due = running.resources[*index].filling.as_ref().and_then(Filling::due);
             running.replay.memo.fill_copy(*index, due);
         }
+        let capture = match (self.capture.take(), running.display.resource) {
+            (Some(bytes), Some(index)) => {
+                Capture::of_shown(&device, running.plan(), &running.resources[index], &bytes)?
+            }
+            _ => None,
+        };
+        self.captures += u64::from(capture.is_some());
+        let push = self.display.map_or(running.display.push, |display| running.display.push.with_display(&display));
+        if self.display.is_some() || self.captures > 0 {
+            let key = display_key(running.plan(), &push, self.captures);
+            running.replay.set_display(key);
+        }
         let number = self.frame;
         let decided = running.replay.decide(number, inputs);
         let uninitialized = running.resources.iter().any(|p| p.needs_init())
@@ -301,11 +326,16 @@ impl Executor {
             frame: number,
             slot: slot_index,
             ran: &mut slot.ran,
+            display: push,
+            capture: capture.as_ref(),
         };
         let counts = running.replay.walk(&mut recorder);
         count(&mut report, counts);
-        recording.submit()?;
+        let submitted = recording.submit()?;
         slot.submitted = Instant::now();
+        if let Some(capture) = capture.filter(|_| counts.displayed) {
+            self.captured = Some(capture.ticket(&device, submitted));
+        }
         self.progress.since = start;
         self.uploads.submitted();
         if counts.copies > 0 {
@@ -412,6 +442,23 @@ impl Executor {
     /// What became of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
     pub fn outcomes(&self, disabled: &[PassId]) -> Vec<PassOutcome> {
         self.running.as_ref().map(|running| running.replay.outcomes(disabled)).unwrap_or_default()
+    }
+
+    /// Shows the debug target in another way than the graph says, from the next frame on.
+    pub fn set_display(&mut self, display: Option<Display>) {
+        // A plan that was prepared for the graph's own way has the key of that one.
+        self.captures += u64::from(self.display != display);
+        self.display = display;
+    }
+
+    /// The next frame takes a copy of what it shows; of a buffer, these bytes of it.
+    pub fn capture_shown(&mut self, bytes: Range<u64>) {
+        self.capture = Some(bytes);
+    }
+
+    /// The copy that was taken last, once.
+    pub fn captured(&mut self) -> Option<ReadTicket<Captured>> {
+        self.captured.take()
     }
 
     /// Gives the device up, and says that it is lost with the pass that it works on.

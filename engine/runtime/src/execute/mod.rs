@@ -2,6 +2,7 @@
 //! picture of the debug target, reads anything back.
 
 mod blocks;
+mod capture;
 mod device;
 mod digest;
 mod display;
@@ -23,8 +24,10 @@ mod ticks;
 mod upload;
 mod values;
 
+pub use capture::Captured;
 pub(crate) use device::largest_image;
 pub use device::{DeviceMemory, Texture, limits, upload_image};
+pub use display::display_of;
 pub use error::ExecuteError;
 pub use executor::{Executor, ExecutorOptions, FramePicture, Progress};
 pub use inputs::{Builtins, FrameInputs, Override};

@@ -133,6 +133,8 @@ pub(super) struct PreparedDisplay {
     pub(super) pipeline: Arc<ComputePipeline>,
     /// For each copy of the debug target.
     pub(super) sets: Vec<Descriptors>,
+    /// Index of the debug target into the plan's resources.
+    pub(super) resource: Option<usize>,
     pub(super) age: u32,
     pub(super) turn: Turn,
     pub(super) push: display::Push,
@@ -259,9 +261,7 @@ impl Builder {
         if let Some(buffer) = shown.and_then(|(physical, _)| physical.buffer(0)) {
             push = push.with_bytes(buffer.size());
         }
-        let shown =
-            digest::of(0, &[digest::of_bytes(0, bytemuck::bytes_of(&push)), digest::of_debug(0, &plan.present)]);
-        let replay = Replay::new(&plan, shown);
+        let replay = Replay::new(&plan, display_key(&plan, &push, 0));
         let uniforms = match replay.uniform_bytes() {
             0 => None,
             bytes => {
@@ -464,6 +464,7 @@ impl Builder {
         Ok(PreparedDisplay {
             pipeline,
             sets,
+            resource: plan.resources.iter().position(|planned| planned.resource == shown.resource),
             age: shown.age,
             turn: plan.turn(plan.steps.iter().position(|step| *step == Step::Present).unwrap_or(0), shown.resource),
             push,
@@ -474,6 +475,13 @@ impl Builder {
             after: Barrier::default().memory((compute, store), (transfer, vk::AccessFlags2::TRANSFER_READ)),
         })
     }
+}
+
+/// What tells one way of showing a plan's debug target from another. `captures` counts the copies that were asked for: each of them shows
+/// it anew.
+pub(super) fn display_key(plan: &Plan, push: &display::Push, captures: u64) -> Digest {
+    let shown = [digest::of_bytes(0, bytemuck::bytes_of(push)), digest::of_debug(0, &plan.present)];
+    digest::of(captures, &shown)
 }
 
 /// The physical copy that holds the content of `age` frames ago in frame `frame`.

@@ -20,7 +20,7 @@ pub struct ReadTicket<T> {
 }
 
 impl<T> ReadTicket<T> {
-    fn new(readback: Readback, assemble: impl Fn(Vec<u8>) -> T + Send + 'static) -> Self {
+    pub(super) fn new(readback: Readback, assemble: impl Fn(Vec<u8>) -> T + Send + 'static) -> Self {
         Self { readback, assemble: Box::new(assemble) }
     }
 

@@ -3,7 +3,9 @@
 use raxel_gpu::{Barrier, Recording, vk};
 use raxel_graph::plan::Turn;
 
+use super::capture::Capture;
 use super::device::{color, pattern};
+use super::display;
 use super::physical::{Copies, Physical};
 use super::prepare::{Groups, Prepared, copy_of};
 use super::replay::Recorder;
@@ -18,6 +20,10 @@ pub(super) struct DeviceRecorder<'a, 'r> {
     pub(super) slot: usize,
     /// Passes dispatched, in order.
     pub(super) ran: &'a mut Vec<u32>,
+    /// How the debug target is shown.
+    pub(super) display: display::Push,
+    /// What is copied of it.
+    pub(super) capture: Option<&'a Capture>,
 }
 
 impl DeviceRecorder<'_, '_> {
@@ -107,9 +113,13 @@ impl Recorder for DeviceRecorder<'_, '_> {
         self.recording.barrier(&display.before);
         let set = copy_of(self.rotation(display.turn), display.age, display.sets.len() as u32);
         self.recording.bind(&display.pipeline, &display.sets[set]);
-        self.recording.push(&display.pipeline, bytemuck::bytes_of(&display.push));
+        self.recording.push(&display.pipeline, bytemuck::bytes_of(&self.display));
         self.recording.dispatch(display.groups);
         self.recording.barrier(&display.after);
+        if let (Some(capture), Some(index)) = (self.capture, display.resource) {
+            let physical = &self.prepared.resources[index];
+            capture.record(self.recording, physical.image(set), physical.buffer(set));
+        }
     }
 }
 

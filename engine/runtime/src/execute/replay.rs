@@ -108,6 +108,11 @@ impl Replay {
         &self.plan
     }
 
+    /// How the debug target is shown from now on; equal numbers, equal pictures.
+    pub(super) fn set_display(&mut self, display: Digest) {
+        self.display = display;
+    }
+
     pub(super) fn uniform_places(&self, pass: usize) -> &[UniformPlace] {
         self.blocks.uniform_places(pass)
     }

@@ -111,6 +111,20 @@ impl Texels {
             .then(|| self.chunks().map(|texel| super::texel::integers(self.format, texel)).collect())
     }
 
+    /// One texel: its channels as floats, and their bits; absent channels are 0, absent alpha 1. `None` outside.
+    pub fn texel(&self, [x, y]: [u32; 2]) -> Option<([f32; 4], [u32; 4])> {
+        let index = (x < self.width && y < self.height).then(|| y as usize * self.width as usize + x as usize)?;
+        let texel = self.chunks().nth(index)?;
+        Some((super::texel::floats(self.format, texel), super::texel::bits(self.format, texel)))
+    }
+
+    /// One texel as unsigned integers, signed ones by their bits. `None` outside, and for formats of floats.
+    pub fn integer(&self, [x, y]: [u32; 2]) -> Option<[u32; 4]> {
+        let inside = self.scalar() != ScalarKind::Float && x < self.width && y < self.height;
+        let index = inside.then(|| y as usize * self.width as usize + x as usize)?;
+        self.chunks().nth(index).map(|texel| super::texel::integers(self.format, texel))
+    }
+
     fn chunks(&self) -> std::slice::ChunksExact<'_, u8> {
         self.bytes.chunks_exact(self.format.bytes() as usize)
     }

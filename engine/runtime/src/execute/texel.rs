@@ -23,7 +23,7 @@ fn layout(format: Format) -> Layout {
 }
 
 /// Bits of the channels, absent ones 0.
-fn bits(format: Format, texel: &[u8]) -> [u32; 4] {
+pub fn bits(format: Format, texel: &[u8]) -> [u32; 4] {
     let mut word = [0u8; 16];
     word[..texel.len()].copy_from_slice(texel);
     let word = u128::from_le_bytes(word);

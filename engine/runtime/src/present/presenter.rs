@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use raxel_gpu::{
-    Acquire, CommandBuffer, Device, Overlay, OverlayFrame, OverlayShaders, Presented, Surface, TexturePatch,
+    Acquire, AcquiredImage, CommandBuffer, Device, Overlay, OverlayFrame, OverlayShaders, Presented, Recording,
+    Surface, TexturePatch,
 };
 use raxel_shader::{GraphicsStage, compile_graphics};
 
@@ -79,6 +80,26 @@ impl Presenter {
         picture: &FramePicture,
         overlay: Option<&OverlayFrame<'_>>,
     ) -> Result<Presented, PresentError> {
+        self.present_over(overlay, |acquired, recording| acquired.copy_picture(recording, &picture.image))
+    }
+
+    /// Shows an overlay over nothing but one colour, sRGB-encoded: there is no picture yet.
+    pub fn present_blank(
+        &mut self,
+        color: [f32; 3],
+        overlay: Option<&OverlayFrame<'_>>,
+    ) -> Result<Presented, PresentError> {
+        self.present_over(overlay, |acquired, recording| {
+            acquired.clear(recording, color);
+            Ok(())
+        })
+    }
+
+    fn present_over(
+        &mut self,
+        overlay: Option<&OverlayFrame<'_>>,
+        ground: impl FnOnce(&mut AcquiredImage<'_>, &mut Recording<'_>) -> raxel_gpu::Result<()>,
+    ) -> Result<Presented, PresentError> {
         let frame = self.turn % FRAMES;
         self.device.wait(self.commands[frame].submitted(), PATIENCE)?;
         if overlay.is_some() {
@@ -91,7 +112,7 @@ impl Presenter {
         };
         // From here on an error gives the image back to the surface, which gives it out again.
         let mut recording = self.commands[frame].begin()?;
-        acquired.copy_picture(&mut recording, &picture.image)?;
+        ground(&mut acquired, &mut recording)?;
         if let (Some(content), Some(overlay)) = (overlay, &mut self.overlay) {
             overlay.draw_on(&mut recording, &mut acquired, frame, content)?;
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use raxel_graph::checked::{Fill, Graph, Param, PassId, Value};
+use raxel_graph::checked::{Display, Fill, Graph, Param, PassId, Value};
 
 use super::{Session, open};
 use crate::camera::Camera;
@@ -116,6 +116,12 @@ impl Session {
         self.set_debug_target(target)?;
         self.target_held = true;
         Ok(())
+    }
+
+    /// Shows the debug target in another way than the graph says: another map, range or channel. `None` goes back to the graph's own.
+    pub fn set_display(&mut self, display: Option<Display>) {
+        self.display = display;
+        self.executor.set_display(display);
     }
 
     /// Keeps a resource readable at the end of each frame, whatever is shown.

@@ -11,8 +11,8 @@ use crate::build::{self, Assembly, Selection};
 use crate::build_error::BuildError;
 use crate::clock::FrameTime;
 use crate::execute::{
-    Builtins, ExecuteError, FrameInputs, FramePicture, FrameReport, GpuTimes, PassOutcome, PassTime, Picture, Progress,
-    ReadTicket, Texels,
+    Builtins, Captured, ExecuteError, FrameInputs, FramePicture, FrameReport, GpuTimes, PassOutcome, PassTime, Picture,
+    Progress, ReadTicket, Texels,
 };
 use crate::params::SetError;
 use crate::stream::{Refused, WorldStream};
@@ -80,6 +80,16 @@ impl Session {
     /// What became of each pass in the last frame; order of the plan's passes.
     pub fn outcomes(&self) -> Vec<PassOutcome> {
         self.executor.outcomes(&self.disabled)
+    }
+
+    /// Asks the next frame for a copy of what it shows, as it is at that point of the frame; of a buffer, these bytes.
+    pub fn capture_shown(&mut self, bytes: Range<u64>) {
+        self.executor.capture_shown(bytes);
+    }
+
+    /// The copy that [`Self::capture_shown`] asked for, once a frame has taken it.
+    pub fn captured(&mut self) -> Option<ReadTicket<Captured>> {
+        self.executor.captured()
     }
 
     /// Gives up what the device works on: it is opened anew, and the pass that it worked on is switched off until its shader changes.

@@ -19,7 +19,7 @@ pub use error::{FrameError, OpenError, ReadError};
 pub use raxel_gpu::Validation;
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
-use raxel_graph::checked::{Graph, ParamId, PassId, Value};
+use raxel_graph::checked::{Display, Graph, ParamId, PassId, Value};
 use raxel_graph::plan::Plan;
 use raxel_world::layout::Layout;
 
@@ -142,6 +142,8 @@ pub struct Session {
     viewport: Viewport,
     /// What the user wants shown.
     debug_target: DebugTarget,
+    /// How, instead of as the graph says.
+    display: Option<Display>,
     pinned: Vec<String>,
 
     clock: Clock,

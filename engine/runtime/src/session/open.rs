@@ -96,6 +96,7 @@ impl Session {
             events: Vec::new(),
             viewport,
             debug_target: options.debug_target.clone(),
+            display: None,
             pinned: options.pinned.clone(),
             plans: vec![(selection.clone(), assembly.plan.clone())],
             selection,

@@ -68,6 +68,7 @@ impl Session {
             }
         })?;
         executor.swap(prepared);
+        executor.set_display(self.display);
         (self.executor, self.device, self.context) = (executor, device, context);
         self.plans.clear();
         self.refused = None;

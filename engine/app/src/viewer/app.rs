@@ -1,0 +1,190 @@
+//! What the window's events go to: a session, or, while its files are broken, what is wrong with them.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use raxel_gpu::DeviceOptions;
+use raxel_runtime::{OpenError, Options, Session};
+use winit::application::ApplicationHandler;
+use winit::event::{ElementState, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::keyboard::{Key, NamedKey};
+use winit::window::WindowId;
+
+use super::waiting::Waiting;
+use super::{Args, Open, Viewer, Wake, new_window};
+use crate::console::{Console, To};
+use crate::control::{Control, Drive};
+use crate::failure::{Exit, Failure, Result};
+use crate::front::Front;
+use crate::session::{open_failure, print_log, validated};
+
+/// Time between two looks at what happens while files are broken.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The program behind the window.
+pub(super) struct App<'a> {
+    args: &'a Args,
+    console: &'a Console,
+    options: Options,
+    /// A program that drives the session too, until there is one.
+    control: Option<Control>,
+    stage: Stage<'a>,
+    /// The validation layer has said something while files were broken.
+    complained: bool,
+}
+
+enum Stage<'a> {
+    Viewing(Box<Viewer<'a>>),
+    Waiting(Box<Waiting>),
+    /// It has ended with this.
+    Ended(Option<Failure>),
+}
+
+impl<'a> App<'a> {
+    /// Opens the session. Where its files have mistakes it waits for their mend, unless frames are counted.
+    pub fn open(args: &'a Args, console: &'a Console, options: Options, device: &DeviceOptions) -> Result<Self> {
+        let mut control = args.control.then(|| {
+            let waker = options.waker.clone();
+            Control::listen(Drive::Window, move || {
+                if let Some(waker) = &waker {
+                    waker();
+                }
+            })
+        });
+        let stage = match Session::open(options.clone()) {
+            Ok(session) => Stage::Viewing(Box::new(Viewer::new(args, console, session, control.take())?)),
+            Err(OpenError::Project { diagnostics, texts }) if args.frames.is_none() => {
+                console.diagnostics(&diagnostics, &texts, To::Stderr);
+                let at = args.what.file.as_deref().or(args.what.world.as_deref()).unwrap_or(Path::new("."));
+                // Without a project there is nothing that could be mended.
+                let Ok(front) = Front::around(at) else { return Err(Failure::printed(Exit::Project)) };
+                console.message("the window waits for the files to be mended");
+                let root = front.project.root().to_owned();
+                Stage::Waiting(Box::new(Waiting::new(root, device, &diagnostics, &texts)?))
+            }
+            Err(error) => return Err(open_failure(error, console)),
+        };
+        Ok(Self { args, console, options, control, stage, complained: false })
+    }
+
+    /// How it went.
+    pub fn finish(self) -> Result {
+        match self.stage {
+            Stage::Viewing(viewer) => viewer.finish().and_then(|()| validated(self.complained)),
+            Stage::Waiting(_) => Err(Failure::printed(Exit::Project)),
+            Stage::Ended(failure) => failure.map_or(Ok(()), Err),
+        }
+    }
+
+    /// Draws what is wrong, and goes on when it is not wrong any more.
+    fn wait(&mut self, event_loop: &ActiveEventLoop) {
+        if let Err(failure) = self.try_wait() {
+            self.stage = Stage::Ended(Some(failure));
+            event_loop.exit();
+        }
+    }
+
+    fn try_wait(&mut self) -> Result {
+        let Stage::Waiting(waiting) = &mut self.stage else { return Ok(()) };
+        waiting.draw()?;
+        self.complained |= print_log(waiting.device(), self.console);
+        if !waiting.changed() {
+            return Ok(());
+        }
+        let session = match Session::open(self.options.clone()) {
+            Ok(session) => session,
+            Err(OpenError::Project { diagnostics, texts }) => {
+                self.console.diagnostics(&diagnostics, &texts, To::Stderr);
+                waiting.found(&diagnostics, &texts);
+                return Ok(());
+            }
+            Err(error) => return Err(open_failure(error, self.console)),
+        };
+        let Stage::Waiting(waiting) = std::mem::replace(&mut self.stage, Stage::Ended(None)) else { return Ok(()) };
+        // The surface of the old device goes before the new one makes its own for the same window.
+        let window = waiting.into_window();
+        let mut viewer = Viewer::new(self.args, self.console, session, self.control.take())?;
+        if let Some(window) = window {
+            viewer.show_in(window)?;
+        }
+        self.stage = Stage::Viewing(Box::new(viewer));
+        Ok(())
+    }
+}
+
+impl ApplicationHandler<Wake> for App<'_> {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        match &mut self.stage {
+            Stage::Viewing(viewer) => viewer.resumed(event_loop),
+            Stage::Waiting(waiting) if waiting.open.is_none() => {
+                let opened = new_window(event_loop, self.args, "mistakes — raxel".to_owned())
+                    .and_then(|window| Open::on(waiting.device(), window, !self.args.no_vsync));
+                match opened {
+                    Ok(open) => waiting.open = Some(open),
+                    Err(failure) => {
+                        self.stage = Stage::Ended(Some(failure));
+                        event_loop.exit();
+                    }
+                }
+            }
+            Stage::Waiting(_) | Stage::Ended(_) => {}
+        }
+    }
+
+    fn suspended(&mut self, event_loop: &ActiveEventLoop) {
+        match &mut self.stage {
+            Stage::Viewing(viewer) => viewer.suspended(event_loop),
+            Stage::Waiting(waiting) => waiting.open = None,
+            Stage::Ended(_) => {}
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, wake: Wake) {
+        if let Stage::Viewing(viewer) = &mut self.stage {
+            viewer.user_event(event_loop, wake);
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
+        let open = match &mut self.stage {
+            Stage::Viewing(viewer) => return viewer.window_event(event_loop, id, event),
+            Stage::Waiting(waiting) => &mut waiting.open,
+            Stage::Ended(_) => return,
+        };
+        if let Some(Open { window, presenter, overlay }) = open {
+            overlay.take(window, &event);
+            if let WindowEvent::Resized(size) = &event {
+                presenter.resize([size.width, size.height]);
+            }
+        }
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::KeyboardInput { event, .. }
+                if event.state == ElementState::Pressed && event.logical_key == Key::Named(NamedKey::Escape) =>
+            {
+                event_loop.exit();
+            }
+            WindowEvent::RedrawRequested => self.wait(event_loop),
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        match &mut self.stage {
+            Stage::Viewing(viewer) => viewer.about_to_wait(event_loop),
+            Stage::Waiting(waiting) => {
+                if let ControlFlow::WaitUntil(time) = event_loop.control_flow()
+                    && Instant::now() < time
+                {
+                    return;
+                }
+                event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK));
+                if let Some(open) = &waiting.open {
+                    open.window.request_redraw();
+                }
+            }
+            Stage::Ended(_) => {}
+        }
+    }
+}

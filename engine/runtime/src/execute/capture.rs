@@ -1,0 +1,106 @@
+//! A copy of what is shown, taken in the frame at the point where it is shown: what comes later in the frame may write over it.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use raxel_gpu::{Barrier, Buffer, BufferInfo, Device, Image, Location, Readback, Recording, TimelineValue, vk};
+use raxel_graph::plan::{Plan, ResourceDesc};
+use raxel_shader::format::Format;
+
+use super::error::ExecuteError;
+use super::physical::Physical;
+use super::readback::ReadTicket;
+use super::report::Texels;
+
+/// What is shown, as it was at its point of the frame.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Captured {
+    /// The shown layer or slice of the shown mip of a target.
+    Texels(Texels),
+    /// A part of a buffer.
+    Bytes {
+        /// Offset of the first of the bytes.
+        start: u64,
+        /// Bytes of the whole buffer.
+        total: u64,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+}
+
+/// What is copied in the frame that is being recorded.
+pub(super) struct Capture {
+    staging: Arc<Buffer>,
+    part: Part,
+}
+
+#[derive(Clone, Debug)]
+enum Part {
+    Texels { format: Format, mip: u32, layer: u32, width: u32, height: u32 },
+    Bytes { range: Range<u64>, total: u64 },
+}
+
+impl Capture {
+    /// For what a plan shows. `bytes` says which of a buffer. `None` where there is nothing to copy.
+    pub(super) fn of_shown(
+        device: &Arc<Device>,
+        plan: &Plan,
+        physical: &Physical,
+        bytes: &Range<u64>,
+    ) -> Result<Option<Capture>, ExecuteError> {
+        let shown = plan.present;
+        let planned = plan.resources.iter().find(|planned| planned.resource == shown.resource);
+        let (part, size) = match planned.map(|planned| &planned.desc) {
+            Some(ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc)) => {
+                let [width, height] = [desc.extent[0], desc.extent[1]].map(|texels| (texels >> shown.mip).max(1));
+                let size = u64::from(width) * u64::from(height) * u64::from(desc.format.bytes());
+                (Part::Texels { format: desc.format, mip: shown.mip, layer: shown.layer, width, height }, size)
+            }
+            _ => {
+                let total = physical.buffer(0).map_or(0, |buffer| buffer.size());
+                let end = bytes.end.min(total) & !3;
+                let start = bytes.start.min(end) & !3;
+                (Part::Bytes { range: start..end, total }, end - start)
+            }
+        };
+        if size == 0 {
+            return Ok(None);
+        }
+        let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_DST, location: Location::Download };
+        let staging = Buffer::new(device, "copy of what is shown", &info, raxel_gpu::Backing::Own)?;
+        Ok(Some(Capture { staging: Arc::new(staging), part }))
+    }
+
+    /// Records the copy. Everything before is waited for, and everything after waits, the host too.
+    pub(super) fn record(
+        &self,
+        recording: &mut Recording<'_>,
+        image: Option<&Arc<Image>>,
+        buffer: Option<&Arc<Buffer>>,
+    ) {
+        recording.barrier(&Barrier::full());
+        match (&self.part, image, buffer) {
+            (Part::Texels { mip, layer, .. }, Some(image), _) => {
+                recording.copy_image_to_buffer(image, *mip, *layer, &self.staging);
+            }
+            (Part::Bytes { range, .. }, _, Some(buffer)) => {
+                recording.copy_buffer((buffer, range.start), (&self.staging, 0), range.end - range.start);
+            }
+            _ => {}
+        }
+        let (all, host) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::PipelineStageFlags2::HOST);
+        let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
+        recording.barrier(&Barrier::default().memory((all, any), (all | host, any)));
+    }
+
+    /// The ticket of a copy that was submitted.
+    pub(super) fn ticket(self, device: &Arc<Device>, submitted: TimelineValue) -> ReadTicket<Captured> {
+        let Capture { staging, part } = self;
+        ReadTicket::new(Readback::of(device, staging, submitted), move |bytes| match &part {
+            Part::Texels { format, width, height, .. } => {
+                Captured::Texels(Texels { format: *format, width: *width, height: *height, bytes })
+            }
+            Part::Bytes { range, total } => Captured::Bytes { start: range.start, total: *total, bytes },
+        })
+    }
+}
