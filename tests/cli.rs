@@ -8,7 +8,7 @@ use common::{Project, raxel};
 fn help_version_and_wrong_use() {
     let help = raxel(&["--help"]).exits(0);
     for verb in [
-        "run", "render", "check", "graph", "world", "shaders", "new", "schema", "bench", "stress", "doctor", "explain",
+        "run", "render", "check", "graph", "list", "world", "shaders", "new", "init", "schema", "bench", "stress", "doctor", "explain",
         "clean",
     ] {
         assert!(help.stdout.contains(&format!("\n  {verb} ")), "help names {verb}");
@@ -230,6 +230,37 @@ fn a_new_project_checks_and_a_full_folder_is_refused() {
         let again = raxel(&["new", name]).exits(2);
         assert!(again.stderr.contains("is not empty"));
     }
+}
+
+#[test]
+fn a_folder_with_files_becomes_a_project_and_none_of_them_is_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("README.md"), "mine").unwrap();
+    let init = || common::raxel_in(folder.path(), &["init", "--template", "minimal"]);
+    init().exits(0);
+    assert_eq!(std::fs::read_to_string(folder.path().join("README.md")).unwrap(), "mine");
+    common::raxel_in(folder.path(), &["check"]).exits(0);
+    // It is one now: nothing is written over, nothing half-made is left.
+    std::fs::remove_file(folder.path().join("shaders/paint.comp")).unwrap();
+    let again = init().exits(2);
+    assert!(again.stderr.contains("graphs/primary.toml` cannot be written"), "{}", again.stderr);
+    assert!(!folder.path().join("shaders/paint.comp").exists());
+}
+
+#[test]
+fn a_graph_and_a_world_are_listed_by_name() {
+    let project = Project::shipped();
+    let list = ["list", "graphs/primary.toml", "--world", "worlds/valley.toml"];
+    let text = project.raxel(&list).exits(0).stdout;
+    for line in ["  exposure       f32  0.85  0…8      Exposure", "  hit    target  rgba32i", "  primary"] {
+        assert!(text.lines().any(|found| found == line), "{line:?} is not in\n{text}");
+    }
+    let json = project.raxel(&[&list[..], &["--format", "json"]].concat()).exits(0).stdout;
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["present"], "color");
+    assert_eq!(json["params"][0]["name"], "exposure");
+    assert!(json["passes"].as_array().unwrap().iter().any(|pass| pass == "trace"), "{json}");
+    project.raxel(&["list", "graphs/none.toml"]).exits(3);
 }
 
 #[test]

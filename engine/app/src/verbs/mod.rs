@@ -10,6 +10,7 @@ pub(crate) mod doctor;
 pub(crate) mod explain;
 pub(crate) mod film;
 pub(crate) mod graph;
+pub(crate) mod list;
 pub(crate) mod lsp;
 pub(crate) mod new;
 pub(crate) mod render;

@@ -1,4 +1,4 @@
-//! `raxel new DIR`: a project that runs with this binary alone. Its files are those that raxel ships, compiled in.
+//! `raxel new DIR` and `raxel init`: a project that runs with this binary alone. Its files are those that raxel ships, compiled in.
 
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -27,6 +27,18 @@ pub(crate) struct Args {
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 
+    /// What to start from.
+    #[arg(long, value_enum, default_value_t = Template::Voxel)]
+    template: Template,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+/// Makes a project of the current folder, beside the files that are there. None of them is changed.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: cd my-voxels && raxel init && raxel run")]
+pub(crate) struct InitArgs {
     /// What to start from.
     #[arg(long, value_enum, default_value_t = Template::Voxel)]
     template: Template,
@@ -73,12 +85,29 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         Err(error) => return Err(Failure::usage(format!("`{}` cannot be used: {error}", folder.display()))),
     }
-    let files: Vec<&TemplateFile> = match args.template {
+    fill(folder, args.template, &[])?;
+    console.message(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), folder.display()));
+    Ok(())
+}
+
+/// Makes a project of the current folder.
+pub(crate) fn init(args: &InitArgs, console: &Console) -> Result {
+    let folder = Path::new(".");
+    // A folder with a history of its own has these already; they are not needed.
+    let own: Vec<&str> = ["README.md", ".gitignore"].into_iter().filter(|file| folder.join(file).exists()).collect();
+    fill(folder, args.template, &own)?;
+    console.message("made a project of this folder; next: raxel run");
+    Ok(())
+}
+
+/// Writes the files of a template but those that are left out. All or none: no file that is there is replaced.
+fn fill(folder: &Path, template: Template, left_out: &[&str]) -> Result {
+    let files: Vec<&TemplateFile> = match template {
         Template::Voxel => VOXEL.iter().chain(VOXEL_OWN).chain(EVERY).collect(),
         Template::Minimal => MINIMAL.iter().chain(EVERY).collect(),
     };
     let mut made = Made::default();
-    for (path, bytes) in files {
+    for (path, bytes) in files.into_iter().filter(|(path, _)| !left_out.contains(path)) {
         made.write(&folder.join(path), bytes)?;
     }
     for (path, text) in schema::files() {
@@ -88,7 +117,6 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         made.folder(&folder.join(sub))?;
     }
     made.keep();
-    console.message(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), folder.display()));
     Ok(())
 }
 

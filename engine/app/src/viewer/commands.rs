@@ -54,7 +54,7 @@ impl Viewer<'_> {
 
     /// Something that a panel asks for.
     pub(super) fn perform(&mut self, action: Action, event_loop: &ActiveEventLoop) {
-        self.titled = None;
+        (self.titled, self.touched) = (None, true);
         match action {
             Action::Show(shown) => {
                 self.before_peek = None;
@@ -247,6 +247,7 @@ impl Viewer<'_> {
 
     /// Says something in the bar.
     pub(super) fn notice(&mut self, text: String) {
+        self.touched = true;
         self.notice = Some((text, Instant::now() + NOTICE));
     }
 

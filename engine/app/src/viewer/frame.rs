@@ -14,7 +14,7 @@ use raxel_runtime::reload::ReloadEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::problem_log::problems;
-use super::{Open, PATIENCE, SLICE, STILL, Viewer, panel_data};
+use super::{Open, PATIENCE, REFRESH, SLICE, STILL, Viewer, panel_data};
 use crate::console::To;
 use crate::control::Next;
 use crate::failure::Result;
@@ -77,9 +77,17 @@ impl Viewer<'_> {
             self.inspector.take(&mut self.session, &report);
             self.write_table();
         }
+        let still = !report.displayed && report.dispatched == 0;
+        let due = self.window.as_ref().is_some_and(|open| open.overlay.is_due());
+        // A picture that stands still is not drawn again and again for nothing.
+        if still && !self.touched && !due && self.drawn.elapsed() < REFRESH && self.args.frames.is_none() {
+            event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STILL));
+            return Ok(());
+        }
+        (self.touched, self.drawn) = (false, Instant::now());
         self.draw_panels(event_loop);
         self.unshown = true;
-        if self.show(event_loop)? && !report.displayed && report.dispatched == 0 {
+        if self.show(event_loop)? && still {
             event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STILL));
         }
         Ok(())
@@ -111,7 +119,7 @@ impl Viewer<'_> {
         if let Some(control) = &mut self.control {
             control.note(event);
         }
-        self.titled = None;
+        (self.titled, self.touched) = (None, true);
         match event {
             ReloadEvent::Reloaded(reloaded) => {
                 self.problems = problems(&reloaded.diagnostics, &reloaded.texts);

@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 use raxel_gpu::{Device, DeviceOptions};
 use raxel_panels::Panels;
 use raxel_panels::view::Problem;
-use raxel_runtime::Session;
+use raxel_runtime::{Saves, Session};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::Progress;
@@ -61,6 +61,9 @@ const TITLE_EVERY: Duration = Duration::from_millis(250);
 
 /// Time between two looks at a picture that does not change.
 const STILL: Duration = Duration::from_millis(15);
+
+/// Time between two looks at panels over a picture that does not change, while nothing is done to them.
+const REFRESH: Duration = Duration::from_millis(250);
 
 /// Longest wait for the device between two looks at the window's events.
 const SLICE: Duration = Duration::from_millis(8);
@@ -168,6 +171,10 @@ struct Viewer<'a> {
     last: Instant,
     /// Seconds of a frame, smoothed.
     frame_time: Option<f64>,
+    /// Something has happened since the panels were drawn last.
+    touched: bool,
+    /// When they were.
+    drawn: Instant,
     /// The picture of the last frame was not shown yet.
     unshown: bool,
     /// The device has worked for long: on which pass, and since how many seconds.
@@ -195,6 +202,7 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        self.touched |= !matches!(event, WindowEvent::RedrawRequested);
         let visible = self.panels.layout.visible;
         let taken = match &mut self.window {
             Some(Open { window, overlay, .. }) => overlay.take(window, &event) && visible,
@@ -304,6 +312,8 @@ impl<'a> Viewer<'a> {
             titled: None,
             last: Instant::now(),
             frame_time: None,
+            touched: true,
+            drawn: Instant::now(),
             unshown: false,
             busy: None,
             presented: 0,

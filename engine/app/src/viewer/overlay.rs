@@ -1,5 +1,7 @@
 //! egui between the window's events and the presenter: input in, triangles out.
 
+use std::time::Instant;
+
 use egui::epaint::{ClippedPrimitive, ImageData, Primitive};
 use egui::{Context, TextureFilter, TextureId, TexturesDelta, ViewportId};
 use egui_winit::State;
@@ -17,6 +19,8 @@ pub(crate) struct Overlay {
     /// What is drawn over the next picture.
     painted: Vec<ClippedPrimitive>,
     pixels_per_point: f32,
+    /// When something that moves wants to be drawn again.
+    again: Option<Instant>,
 }
 
 impl Overlay {
@@ -25,7 +29,14 @@ impl Overlay {
         let context = Context::default();
         let scale = window.scale_factor() as f32;
         let state = State::new(context.clone(), ViewportId::ROOT, window, Some(scale), window.theme(), Some(most));
-        Self { context, state, textures: TexturesDelta::default(), painted: Vec::new(), pixels_per_point: scale }
+        Self {
+            context,
+            state,
+            textures: TexturesDelta::default(),
+            painted: Vec::new(),
+            pixels_per_point: scale,
+            again: None,
+        }
     }
 
     /// Notes an event. True when it is meant for a panel, and the camera and the keys must not follow it.
@@ -51,10 +62,17 @@ impl Overlay {
         let mut result = None;
         let output = self.context.run(input, |context| result = Some(content(context)));
         self.state.handle_platform_output(window, output.platform_output);
+        let delay = output.viewport_output.get(&ViewportId::ROOT).map(|output| output.repaint_delay);
+        self.again = delay.and_then(|delay| Instant::now().checked_add(delay));
         self.pixels_per_point = output.pixels_per_point;
         self.painted = self.context.tessellate(output.shapes, output.pixels_per_point);
         self.textures.append(output.textures_delta);
         result
+    }
+
+    /// Whether something that moves wants to be drawn again now.
+    pub fn is_due(&self) -> bool {
+        self.again.is_some_and(|at| at <= Instant::now())
     }
 
     /// Puts a text on the clipboard.

@@ -16,7 +16,7 @@ use raxel_shader::interface::{Binding, BindingKind, Dim};
 
 use super::FRAMES;
 use super::device::{self, Texture, scope};
-use super::digest;
+use super::digest::{self, Digest};
 use super::display::{self, SourceKind, Variant};
 use super::error::ExecuteError;
 use super::executor::ExecutorOptions;

@@ -1,0 +1,121 @@
+//! `raxel list`: what a graph and a world offer by name, without a GPU: for `--set`, `--target`, `--after` and `--camera`.
+
+use std::path::PathBuf;
+
+use raxel_graph::checked::{Graph, Value};
+use raxel_runtime::params::{components, type_name};
+use raxel_runtime::world::SessionWorld;
+use serde_json::json;
+
+use crate::args::Messages;
+use crate::console::{self, Console, Format};
+use crate::failure::Result;
+use crate::front::Front;
+
+/// Lists the params, targets, buffers and passes of a graph and the cameras of a world: the names that other verbs take.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: raxel list graphs/primary.toml --world worlds/valley.toml")]
+pub(crate) struct Args {
+    /// The graph; the project's by default.
+    #[arg(value_name = "GRAPH")]
+    graph: Option<PathBuf>,
+
+    /// The world; the project's by default.
+    #[arg(long, value_name = "WORLD")]
+    world: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+pub(crate) fn run(args: &Args, console: &Console) -> Result {
+    let default = |project: &raxel_runtime::project::Project| project.default_graph();
+    let (front, path) = Front::of(args.graph.as_deref(), default, console)?;
+    let graph = Front::good(front.loader.graph(&path), console)?;
+    let world = match &args.world {
+        Some(world) => Some(front.project.path_of(world).map_err(|diagnostic| console.stop(&[*diagnostic]))?),
+        // A graph without a world is listed all the same.
+        None => front.project.default_world().ok(),
+    };
+    let world = world.map(|world| front.world(&world, console)).transpose()?;
+    if console.format() == Format::Json {
+        console::json(&machine(&path, &graph, world.as_deref()));
+    } else {
+        console::data(&human(&graph, world.as_deref()));
+    }
+    Ok(())
+}
+
+fn resources(graph: &Graph) -> impl Iterator<Item = (&str, &'static str, String)> {
+    let declared = graph.resources.iter().filter(|resource| !resource.made);
+    declared.map(|resource| match &resource.kind {
+        raxel_graph::checked::ResourceKind::Target(target) => {
+            (resource.name.as_str(), "target", target.format.name().to_owned())
+        }
+        raxel_graph::checked::ResourceKind::Buffer(_) => {
+            (resource.name.as_str(), "buffer", resource.kind.supplied_by().unwrap_or_default().to_owned())
+        }
+    })
+}
+
+fn human(graph: &Graph, world: Option<&SessionWorld>) -> String {
+    let mut text = String::new();
+    let params = graph.params.iter().map(|param| {
+        let range = param.range.map_or_else(String::new, |[low, high]| format!("{low}…{high}"));
+        [param.name.clone(), type_name(&param.default).to_owned(), literal(&param.default), range, param.label.clone()]
+    });
+    section(&mut text, "params (--set NAME=VALUE)", params.collect());
+    let listed = resources(graph).map(|(name, kind, about)| [name.to_owned(), kind.to_owned(), about]);
+    section(&mut text, "targets and buffers (--target NAME)", listed.collect());
+    let passes = graph.passes.iter().filter(|pass| !pass.made).map(|pass| [pass.name.clone()]);
+    section(&mut text, "passes (--after NAME)", passes.collect());
+    let cameras = world.into_iter().flat_map(SessionWorld::camera_names).map(|name| [name.to_owned()]);
+    section(&mut text, "cameras (--camera NAME)", cameras.collect());
+    text
+}
+
+/// Rows under a title, their columns aligned; nothing when there are none.
+fn section<const N: usize>(text: &mut String, title: &str, rows: Vec<[String; N]>) {
+    if rows.is_empty() {
+        return;
+    }
+    let widths: [usize; N] =
+        std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
+    *text += &format!("{title}\n");
+    for row in rows {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}  "));
+        *text += &format!("  {}\n", cells.collect::<String>().trim_end());
+    }
+}
+
+fn literal(value: &Value) -> String {
+    if let Value::Bool(on) = value {
+        return on.to_string();
+    }
+    let parts: Vec<String> = components(value).iter().map(|part| (*part as f32).to_string()).collect();
+    parts.join(",")
+}
+
+fn machine(path: &str, graph: &Graph, world: Option<&SessionWorld>) -> serde_json::Value {
+    let params = graph.params.iter().map(|param| {
+        json!({
+            "name": param.name,
+            "type": type_name(&param.default),
+            "default": literal(&param.default),
+            "range": param.range,
+            "step": param.step,
+            "label": param.label,
+        })
+    });
+    let resources = resources(graph).map(|(name, kind, about)| json!({ "name": name, "kind": kind, "about": about }));
+    json!({
+        "graph": path,
+        "name": graph.name,
+        "present": graph.resource(graph.present).name,
+        "params": params.collect::<Vec<_>>(),
+        "resources": resources.collect::<Vec<_>>(),
+        "passes": graph.passes.iter().filter(|pass| !pass.made).map(|pass| &pass.name).collect::<Vec<_>>(),
+        "world": world.and_then(|world| world.path.clone()),
+        "cameras": world.map(|world| world.camera_names().collect::<Vec<_>>()).unwrap_or_default(),
+    })
+}

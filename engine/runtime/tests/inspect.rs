@@ -1,0 +1,179 @@
+//! What is shown can be looked into: a copy of it as it is at its point of the frame, another way of showing it, and what became of each
+//! pass.
+#![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
+
+mod project;
+
+use std::time::Duration;
+
+use project::{TestProject, assert_silent};
+use raxel_graph::checked::{Display, DisplayMap, Value};
+use raxel_runtime::Session;
+use raxel_runtime::execute::{Captured, PassOutcome, Texels};
+
+/// Two passes write the same target one after the other; a third writes a buffer; a fourth is not shown.
+const GRAPH: &str = r#"
+name = "steps"
+present = "color"
+[params.value]
+type = "f32"
+default = 0.25
+[targets.color]
+format = "rg32f"
+[targets.unseen]
+format = "rg32f"
+[buffers.numbers]
+size = { count = 8, stride = 4 }
+[[passes]]
+name = "first"
+shader = "write.comp"
+dispatch = { threads = "color" }
+bind = { outColor = "color" }
+push.value = { type = "f32", from = "param.value" }
+[[passes]]
+name = "second"
+shader = "double.comp"
+dispatch = { threads = "color" }
+bind = { color = "color" }
+[[passes]]
+name = "number"
+shader = "number.comp"
+dispatch = { threads = "numbers" }
+bind = { numbers = "numbers" }
+[[passes]]
+name = "lost"
+shader = "write.comp"
+dispatch = { threads = "unseen" }
+bind = { outColor = "unseen" }
+push.value = { type = "f32", from = "param.value" }
+"#;
+
+const WRITE: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rg32f) uniform writeonly image2D outColor;
+layout(push_constant) uniform PC { float value; } pc;
+void main() { imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(pc.value, gl_GlobalInvocationID.x, 0.0, 1.0)); }
+";
+
+const DOUBLE: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rg32f) uniform image2D color;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(color, pixel, 2.0 * imageLoad(color, pixel));
+}
+";
+
+const NUMBER: &str = r"#version 460
+layout(local_size_x = 8) in;
+layout(std430) writeonly buffer Numbers { uint numbers[]; };
+void main() { numbers[gl_GlobalInvocationID.x] = 100u + gl_GlobalInvocationID.x; }
+";
+
+fn open() -> (TestProject, Session) {
+    let project = TestProject::new();
+    project.write("graphs/steps.toml", GRAPH);
+    project.write("shaders/write.comp", WRITE);
+    project.write("shaders/double.comp", DOUBLE);
+    project.write("shaders/number.comp", NUMBER);
+    let session = project.open_graph("graphs/steps.toml");
+    (project, session)
+}
+
+/// The copy that the next frame takes.
+fn captured(session: &mut Session) -> Captured {
+    session.capture_shown(0..u64::MAX);
+    session.frame().unwrap();
+    let ticket = session.captured().expect("the frame has shown something");
+    assert!(session.captured().is_none(), "once");
+    while session.wait_picture(Duration::from_millis(50)).unwrap() != raxel_runtime::execute::Progress::Done {}
+    ticket.poll().unwrap().expect("the device has finished")
+}
+
+fn texels(session: &mut Session) -> Texels {
+    match captured(session) {
+        Captured::Texels(texels) => texels,
+        Captured::Bytes { .. } => panic!("a target is shown"),
+    }
+}
+
+#[test]
+fn a_copy_is_of_the_point_of_the_frame_that_is_shown() {
+    let (_project, mut session) = open();
+    let red = |session: &mut Session| texels(session).texel([3, 2]).unwrap().0;
+    assert_eq!(red(&mut session), [0.5, 6.0, 0.0, 1.0], "at the end both passes have written");
+    session.set_debug_target_text("color,after=first").unwrap();
+    assert_eq!(red(&mut session), [0.25, 3.0, 0.0, 1.0], "the second pass writes over it later in the frame");
+    // Also when nothing else makes the frame run, and of the newest value.
+    assert_eq!(red(&mut session)[0], 0.25);
+    session.set_param("value", Value::F32(f32::NAN)).unwrap();
+    let (floats, bits) = texels(&mut session).texel([0, 0]).unwrap();
+    assert!(floats[0].is_nan() && bits[0] & 0x7f80_0000 == 0x7f80_0000);
+    assert_eq!(texels(&mut session).texel([99, 0]), None);
+    assert_silent(&session);
+}
+
+#[test]
+fn a_copy_of_a_buffer_is_the_part_that_was_asked_for() {
+    let (_project, mut session) = open();
+    session.set_debug_target_text("numbers").unwrap();
+    let Captured::Bytes { start: 0, total: 32, bytes } = captured(&mut session) else { panic!("all of the buffer") };
+    assert_eq!(bytes[28..], 107_u32.to_le_bytes());
+    session.capture_shown(8..1000);
+    session.frame().unwrap();
+    session.wait().unwrap();
+    let ticket = session.captured().unwrap();
+    let Some(Captured::Bytes { start: 8, total: 32, bytes }) = ticket.poll().unwrap() else { panic!("a part of it") };
+    assert_eq!((bytes.len(), &bytes[..4]), (24, &102_u32.to_le_bytes()[..]));
+    // Behind its end there is nothing to copy.
+    session.capture_shown(4096..8192);
+    session.frame().unwrap();
+    assert!(session.captured().is_none());
+    assert_silent(&session);
+}
+
+#[test]
+fn what_is_shown_can_be_mapped_in_another_way() {
+    let (_project, mut session) = open();
+    session.frame().unwrap();
+    let pixel = |session: &mut Session| session.read_presented().unwrap().rgba[..4].to_vec();
+    let own = pixel(&mut session);
+    let gray = Display { map: DisplayMap::Gray, range: [0.0, 2.0], channel: 0 };
+    session.set_display(Some(gray));
+    assert!(session.frame().unwrap().displayed);
+    assert_eq!(pixel(&mut session), [64, 64, 64, 255], "a quarter of the range");
+    assert!(!session.frame().unwrap().displayed, "it stays");
+    // A channel that is not there is the last one: the first column has 0 in it.
+    session.set_display(Some(Display { channel: 3, ..gray }));
+    session.frame().unwrap();
+    assert_eq!(pixel(&mut session)[..3], [0, 0, 0]);
+    session.set_display(None);
+    session.frame().unwrap();
+    assert_eq!(pixel(&mut session), own);
+    assert_silent(&session);
+}
+
+#[test]
+fn each_pass_says_what_became_of_it() {
+    let (_project, mut session) = open();
+    session.frame().unwrap();
+    assert_eq!(session.outcomes(), [PassOutcome::Dispatched; 2], "the passes that are planned");
+    session.frame().unwrap();
+    assert_eq!(session.outcomes(), [PassOutcome::Skipped; 2]);
+    session.wait().unwrap();
+    let times = session.gpu_times();
+    let sum: f64 = times.passes.iter().filter_map(|time| time.nanoseconds).sum();
+    assert!(times.frame == Some(0) && times.span.is_some_and(|span| span >= sum && sum > 0.0), "{times:?}");
+}
+
+#[test]
+fn a_device_that_is_given_up_is_opened_anew() {
+    let (_project, mut session) = open();
+    session.frame().unwrap();
+    let before = session.device().id();
+    session.wait().unwrap();
+    session.cancel().unwrap();
+    assert_ne!(session.device().id(), before);
+    session.frame().unwrap();
+    assert_eq!(texels(&mut session).texel([0, 0]).unwrap().0[0], 0.5);
+}
