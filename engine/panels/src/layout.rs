@@ -110,7 +110,7 @@ impl Default for Layout {
             zoom: 1.0,
             left: Dock { open: Some(Panel::Passes), size: 300.0 },
             right: Dock { open: Some(Panel::Params), size: 340.0 },
-            bottom: Dock { open: None, size: 170.0 },
+            bottom: Dock { open: None, size: 200.0 },
         }
     }
 }

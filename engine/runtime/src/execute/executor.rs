@@ -479,14 +479,23 @@ impl Executor {
         timestamps.read(&mut self.ticks)?;
         self.timed = Some(slot.frame);
         let period = f64::from(self.shared.device.capabilities().timestamp_period);
-        for (time, ticks) in self.times.iter_mut().zip(self.ticks.chunks_exact(2)) {
-            let there = ticks.iter().all(|[_, available]| *available != 0);
-            time.nanoseconds = there.then(|| ticks[1][0].saturating_sub(ticks[0][0]) as f64 * period);
+        let (mut first, mut last) = (u64::MAX, 0);
+        self.times.iter_mut().for_each(|time| time.nanoseconds = None);
+        // Some drivers call the times of a frame before available still: only what was dispatched in this one counts.
+        for &pass in &slot.ran {
+            let (Some(time), Some([begin, end])) =
+                (self.times.get_mut(pass as usize), self.ticks.get(2 * pass as usize..2 * pass as usize + 2))
+            else {
+                continue;
+            };
+            let there = begin[1] != 0 && end[1] != 0;
+            time.nanoseconds = there.then(|| end[0].saturating_sub(begin[0]) as f64 * period);
+            if there {
+                (first, last) = (first.min(begin[0]), last.max(end[0]));
+            }
         }
-        let ticks = self.ticks.iter().filter(|[_, available]| *available != 0).map(|[tick, _]| *tick);
-        let ends = ticks.clone().min().zip(ticks.max());
-        self.span = ends.map(|(first, last)| (last - first) as f64 * period);
-        if let Some((first, last)) = ends {
+        self.span = (first <= last).then(|| (last - first) as f64 * period);
+        if first <= last {
             self.tell(slot_index, first, last, period);
         }
         Ok(())
