@@ -251,20 +251,28 @@ impl Viewer<'_> {
         self.notice = Some((text, Instant::now() + NOTICE));
     }
 
-    /// Shows the resource so many places after this one, in the order of the file.
+    /// Shows the resource, or layer of one, so many places after this one, in the order of the file.
     fn cycle(&mut self, by: isize) {
-        let graph = self.session.graph();
-        let names: Vec<String> = graph
+        let (graph, plan) = (self.session.graph(), self.session.plan());
+        let layers = |index: usize| {
+            // What nothing that runs uses has no plan, and one layer to be shown.
+            plan.and_then(|plan| plan.sizes.get(index)).map_or(1, |size| size.subresources().1)
+        };
+        let places: Vec<(&str, u32)> = graph
             .resources
             .iter()
+            .enumerate()
             // A world's buffer is no picture.
-            .filter(|resource| !matches!(&resource.kind, ResourceKind::Buffer(b) if matches!(b.size, BufferSize::Source(_))))
-            .map(|resource| resource.name.clone())
+            .filter(|(_, resource)| {
+                !matches!(&resource.kind, ResourceKind::Buffer(b) if matches!(b.size, BufferSize::Source(_)))
+            })
+            .flat_map(|(index, resource)| (0..layers(index)).map(move |layer| (resource.name.as_str(), layer)))
             .collect();
-        let now = self.target();
-        let at = names.iter().position(|name| *name == now).unwrap_or(0) as isize;
-        if let Some(name) = names.get((at + by).rem_euclid(names.len().max(1) as isize) as usize) {
-            self.select(DebugTarget::resource(name.clone()));
+        let now = (self.target(), self.session.debug_target().layer);
+        let at = places.iter().position(|(name, layer)| *name == now.0 && *layer == now.1).unwrap_or(0) as isize;
+        let next = places.get((at + by).rem_euclid(places.len().max(1) as isize) as usize);
+        if let Some(target) = next.map(|(name, layer)| DebugTarget { layer: *layer, ..DebugTarget::resource(*name) }) {
+            self.select(target);
         }
     }
 

@@ -50,7 +50,7 @@ right button    dig a ball out of the world; with Shift, place one
 [ ]  M          size and material of the ball;  Ctrl+Z undo, Ctrl+Y redo
 Home            back to where the camera began
 C               the camera as the lines of a world's file, on stdout and on the clipboard
-Tab             next debug target; Shift+Tab the one before
+Tab             next debug target or layer of one; Shift+Tab the one before
 F1              show or hide the panels; Ctrl+Plus and Ctrl+Minus change their size
 Space           pause;  .  one frame;  R  start over
 Delete          give up a pass that the device has worked on for long

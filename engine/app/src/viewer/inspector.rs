@@ -38,6 +38,8 @@ const MAPS: [DisplayMap; 8] = [
 pub(crate) struct Inspector {
     on_its_way: Option<(Shown, ReadTicket<Captured>)>,
     asked: Option<Instant>,
+    /// How long the last copy took to be understood: a large one is taken less often.
+    cost: Duration,
     /// What was asked for last, and whether it may have changed since.
     of: Option<Shown>,
     stale: bool,
@@ -65,7 +67,7 @@ impl Inspector {
         if new {
             (self.first, self.found) = (0, self.found.take().filter(|found| found.shown == shown));
         }
-        let due = self.asked.is_none_or(|asked| asked.elapsed() >= EVERY);
+        let due = self.asked.is_none_or(|asked| asked.elapsed() >= EVERY.max(self.cost * 8));
         if self.on_its_way.is_some() || !(new || (self.stale && due)) {
             return;
         }
@@ -146,6 +148,7 @@ impl Inspector {
         if found.statistics.as_ref().is_some_and(|(known, _)| *known == channel) {
             return;
         }
+        let began = Instant::now();
         let statistics = match &found.captured {
             Captured::Texels(texels) => {
                 let channel = (channel as usize).min(texels.format.channels() as usize - 1);
@@ -154,6 +157,7 @@ impl Inspector {
             Captured::Bytes { .. } => None,
         };
         found.statistics = Some((channel, statistics));
+        self.cost = began.elapsed();
     }
 
     /// What the panel shows. `cursor` is a pixel of the output.
