@@ -47,7 +47,7 @@ use self::overlay::Overlay;
 use self::panel_data::PanelData;
 use self::reload_log::ReloadLog;
 use self::title::Title;
-use crate::console::{Console, To};
+use crate::console::Console;
 use crate::control::Control;
 use crate::failure::{Exit, Failure, Result};
 use crate::session::{print_validation, validated};
