@@ -8,8 +8,8 @@ use common::{Project, raxel};
 fn help_version_and_wrong_use() {
     let help = raxel(&["--help"]).exits(0);
     for verb in [
-        "run", "render", "check", "graph", "list", "world", "shaders", "new", "init", "schema", "bench", "stress", "doctor", "explain",
-        "clean",
+        "run", "render", "check", "graph", "list", "world", "shaders", "new", "init", "schema", "bench", "stress",
+        "doctor", "explain", "clean",
     ] {
         assert!(help.stdout.contains(&format!("\n  {verb} ")), "help names {verb}");
     }

@@ -1,5 +1,5 @@
 //! What the program tells of itself: `tracing` spans and events, printed with `--verbose`, and written with `--trace` as a file that
-//! <https://ui.perfetto.dev> and chrome://tracing open (Chrome's Trace Event Format). Threads of the CPU are one process of it, the passes
+//! <https://ui.perfetto.dev> and `chrome://tracing` open (Chrome's Trace Event Format). Threads of the CPU are one process of it, the passes
 //! on the GPU another.
 
 use std::collections::BTreeMap;

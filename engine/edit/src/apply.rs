@@ -20,6 +20,7 @@ pub(crate) struct Prepared<'a> {
     kind: Kind<'a>,
 }
 
+#[allow(clippy::option_option, reason = "a chunk may be put back to what the world has, to air or to voxels")]
 enum Kind<'a> {
     Set([i32; 3], MaterialIndex),
     /// The full chunk is there when the shape may have whole chunks inside and fills them.

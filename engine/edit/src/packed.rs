@@ -93,6 +93,7 @@ fn plain_bytes(chunk: &Chunk) -> Vec<u8> {
     bytes
 }
 
+#[allow(clippy::large_stack_arrays, reason = "it goes into its box at once")]
 fn read_plain(mut bytes: &[u8], materials: usize) -> Option<Chunk> {
     let bytes = &mut bytes;
     let root = read_u64(bytes)?;

@@ -1,5 +1,7 @@
 //! The bar: clock, what is shown, and what is wrong with it.
 
+use std::fmt::Write as _;
+
 use egui::{Color32, RichText, Ui};
 
 use crate::action::Action;
@@ -65,16 +67,16 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
 pub(crate) fn text_of(shown: &Shown) -> String {
     let mut text = shown.resource.clone();
     if shown.age > 0 {
-        text += &format!("@{}", shown.age);
+        let _ = write!(text, "@{}", shown.age);
     }
     if let Some(pass) = &shown.after {
-        text += &format!(" after {pass}");
+        let _ = write!(text, " after {pass}");
     }
     if shown.mip > 0 {
-        text += &format!(", mip {}", shown.mip);
+        let _ = write!(text, ", mip {}", shown.mip);
     }
     if shown.layer > 0 {
-        text += &format!(", layer {}", shown.layer);
+        let _ = write!(text, ", layer {}", shown.layer);
     }
     text
 }

@@ -125,6 +125,7 @@ impl Pool {
     }
 
     /// Takes a block back that no frame reads any more.
+    #[allow(clippy::needless_pass_by_value, reason = "a block that was given back cannot be used again")]
     pub fn free(&self, block: Block) {
         if self.poison {
             self.write(&block, &vec![POISON; (block.units * UNIT) as usize]);

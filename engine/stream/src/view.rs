@@ -55,7 +55,7 @@ impl View {
     }
 
     /// From the camera to the middle of a tile, and the radius of a sphere around it.
-    fn to_tile(&self, tile: TileKey) -> (DVec3, f64) {
+    fn to_tile(self, tile: TileKey) -> (DVec3, f64) {
         let half = TileKey::edge(tile.level) as f64 * 0.5;
         let origin = tile.origin();
         let camera = self.cell.to_array();

@@ -72,7 +72,7 @@ fn tiles(c: &mut Criterion) {
     let mut group = c.benchmark_group("tile");
     let [_, top] = generator.height_range().expect("land");
     group.bench_function("empty", |b| {
-        b.iter(|| generator.chunk(0, black_box(ChunkPos::new(3, (top >> 6) as i32 + 1, 3))))
+        b.iter(|| generator.chunk(0, black_box(ChunkPos::new(3, (top >> 6) as i32 + 1, 3))));
     });
     let surface = |x: i32, level: u32| {
         let tile = |y: i32| generator.chunk(level, ChunkPos::new(x, y, 5));

@@ -88,9 +88,8 @@ impl Control {
                         return Next::Quit;
                     }
                 }
-                Err(TryRecvError::Empty) => return Next::More,
                 // A window stays when the program has gone.
-                Err(TryRecvError::Disconnected) => return Next::More,
+                Err(TryRecvError::Empty | TryRecvError::Disconnected) => return Next::More,
             }
         }
     }

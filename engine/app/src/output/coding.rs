@@ -76,7 +76,7 @@ impl Shot {
 
 impl Coding {
     /// The bytes of a file. Equal shots give equal bytes.
-    pub fn encode(&self, shot: Shot) -> Result<Vec<u8>> {
+    pub fn encode(self, shot: Shot) -> Result<Vec<u8>> {
         let failed = |error: &dyn std::fmt::Display| {
             Failure::usage(format!("the {} could not be made: {error}", self.kind.extension().to_uppercase()))
         };

@@ -71,7 +71,7 @@ impl Pipeline {
         let workers = (0..workers)
             .map(|_| {
                 let (queue, done, shared) = (queue.clone(), done.clone(), shared.clone());
-                named("encoder", move || encode_all(&queue, &done, &coding, &shared))
+                named("encoder", move || encode_all(&queue, &done, coding, &shared))
             })
             .collect();
         let writer = Some(named("writer", {
@@ -138,7 +138,7 @@ fn named<T: Send + 'static>(name: &str, run: impl FnOnce() -> T + Send + 'static
 }
 
 /// A worker: one frame after another, until no more come or nobody takes them.
-fn encode_all(queue: &Mutex<Receiver<Job>>, done: &Sender<Done>, coding: &Coding, shared: &Shared) {
+fn encode_all(queue: &Mutex<Receiver<Job>>, done: &Sender<Done>, coding: Coding, shared: &Shared) {
     loop {
         let job = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok(Job { turn, frame, mut shot, caption }) = job else { return };

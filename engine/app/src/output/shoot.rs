@@ -30,6 +30,7 @@ pub(crate) enum Layers {
 
 /// One mip and layer of a target, so many frames ago.
 #[derive(Clone, Debug)]
+#[allow(clippy::struct_field_names, reason = "a layer of an image is one number of three that name it")]
 pub(crate) struct Layer {
     pub resource: String,
     pub age: u32,

@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn samples_lie_around_the_middle_and_apart() {
-        assert_eq!(offset(0, 1), [0.0; 2]);
+        assert!(offset(0, 1).iter().all(|place| place.abs() < 1e-12));
         for of in [2, 4, 16, 64] {
             let places: Vec<_> = (0..of).map(|index| offset(index, of)).collect();
             for axis in 0..2 {

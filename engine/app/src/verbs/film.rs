@@ -1,6 +1,6 @@
 //! `raxel film`: numbered frames, made by as many machines as you like, as one film.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde_json::json;
@@ -44,16 +44,16 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     if !matches!(output, Output::Film(_)) {
         return Err(Failure::usage(format!("`{}` is no film", args.output)).help("-o film.mp4"));
     }
-    let count = (0..).take_while(|frame| pattern.file(*frame).is_file()).count() as u64;
+    let count = (0..u64::MAX).take_while(|frame| pattern.file(*frame).is_file()).count() as u64;
     if count == 0 {
         return Err(Failure::usage(format!("there is no `{}`", pattern.file(0).display())));
     }
-    let first = decode(pattern.file(0))?;
+    let first = decode(&pattern.file(0))?;
     let size = [first.width(), first.height()];
     let mut place = Place::prepare(&output, size, args.fps, 0)?;
     for start in (0..count).step_by(AT_ONCE as usize) {
         let end = count.min(start + AT_ONCE);
-        let frames: Vec<_> = (start..end).into_par_iter().map(|frame| decode(pattern.file(frame))).collect();
+        let frames: Vec<_> = (start..end).into_par_iter().map(|frame| decode(&pattern.file(frame))).collect();
         for (frame, picture) in (start..end).zip(frames) {
             let picture = picture?;
             if [picture.width(), picture.height()] != size {
@@ -74,9 +74,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     Ok(())
 }
 
-fn decode(path: PathBuf) -> Result<image::RgbaImage> {
+fn decode(path: &Path) -> Result<image::RgbaImage> {
     let failed =
         |error: &dyn std::fmt::Display| Failure::usage(format!("`{}` cannot be read: {error}", path.display()));
-    let bytes = std::fs::read(&path).map_err(|error| failed(&error))?;
+    let bytes = std::fs::read(path).map_err(|error| failed(&error))?;
     Ok(image::load_from_memory(&bytes).map_err(|error| failed(&error))?.into_rgba8())
 }

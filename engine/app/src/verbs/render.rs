@@ -139,7 +139,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let shoot = Shoot {
         run: start(&mut session, &wanted, 1.0 / fps)..wanted.end,
         captions: demo.map(|demo| (demo, 1.0 / fps)),
-        layers: args.layers(&session, output.kind())?,
+        layers: args.layers(&session, output.kind()),
         wanted,
         coding: Coding { kind: output.kind(), compression: args.compression, quality: args.quality },
         samples: args.samples,
@@ -221,19 +221,19 @@ impl Args {
     }
 
     /// What is read back of each frame.
-    fn layers(&self, session: &Session, kind: Kind) -> Result<Layers> {
+    fn layers(&self, session: &Session, kind: Kind) -> Layers {
         if !kind.wants_texels() {
-            return Ok(Layers::Picture);
+            return Layers::Picture;
         }
         if !self.layers.is_empty() {
             let layer = |name: &String| Layer { resource: name.clone(), age: 0, mip: 0, layer: 0 };
-            return Ok(Layers::Targets(self.layers.iter().map(layer).collect()));
+            return Layers::Targets(self.layers.iter().map(layer).collect());
         }
         let shown = session.debug_target();
         let graph = session.graph();
         let resource =
             if shown.resource.is_empty() { graph.resource(graph.present).name.clone() } else { shown.resource.clone() };
-        Ok(Layers::Targets(vec![Layer { resource, age: shown.age, mip: shown.mip, layer: shown.layer }]))
+        Layers::Targets(vec![Layer { resource, age: shown.age, mip: shown.mip, layer: shown.layer }])
     }
 }
 

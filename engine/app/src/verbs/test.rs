@@ -159,6 +159,7 @@ impl Test<'_> {
     }
 
     /// Compares a picture with its reference, or makes it the reference.
+    #[allow(clippy::needless_pass_by_value, reason = "nobody looks at it afterwards")]
     fn look(&mut self, index: usize, picture: Picture) -> Result {
         let demo = self.demo.clone();
         let check = &demo.checks[index];

@@ -5,6 +5,7 @@ use crate::session::What;
 
 /// What a window shows, and how.
 #[derive(Debug, clap::Args)]
+#[allow(clippy::struct_excessive_bools, reason = "each is an option of the command line")]
 pub(crate) struct Args {
     #[command(flatten)]
     pub what: What,

@@ -44,16 +44,13 @@ impl Elements {
         let (last, others) = block.members.split_last()?;
         let mut head = Vec::new();
         let mut columns = Vec::new();
-        let (first, stride) = match &last.ty {
-            Type::Array { element, len: None, stride } => {
-                others.iter().for_each(|member| flatten(&member.name, &member.ty, member.offset.into(), &mut head));
-                flatten("", element, 0, &mut columns);
-                (u64::from(last.offset), u64::from(*stride))
-            }
-            _ => {
-                block.members.iter().for_each(|m| flatten(&m.name, &m.ty, m.offset.into(), &mut columns));
-                (0, u64::from(block.size))
-            }
+        let (first, stride) = if let Type::Array { element, len: None, stride } = &last.ty {
+            others.iter().for_each(|member| flatten(&member.name, &member.ty, member.offset.into(), &mut head));
+            flatten("", element, 0, &mut columns);
+            (u64::from(last.offset), u64::from(*stride))
+        } else {
+            block.members.iter().for_each(|m| flatten(&m.name, &m.ty, m.offset.into(), &mut columns));
+            (0, u64::from(block.size))
         };
         (stride > 0 && !columns.is_empty()).then_some(Elements { first, stride, columns, head })
     }

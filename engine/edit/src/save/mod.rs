@@ -366,18 +366,15 @@ impl Writer {
 
     fn write_waiting(&mut self) -> io::Result<()> {
         let written = self.journal.append(&self.waiting);
-        match &written {
-            Ok(()) => {
-                self.waiting.clear();
-                self.worker.unsynced();
-                if !self.overflown {
-                    self.failing = None;
-                }
+        if let Ok(()) = &written {
+            self.waiting.clear();
+            self.worker.unsynced();
+            if !self.overflown {
+                self.failing = None;
             }
-            Err(_) => {
-                self.failing = Some(Instant::now());
-                self.bound_waiting();
-            }
+        } else {
+            self.failing = Some(Instant::now());
+            self.bound_waiting();
         }
         written
     }
@@ -428,7 +425,8 @@ fn lock(folder: &Path) -> Result<File, String> {
 
 /// First digits of a hash.
 fn short(hash: &[u8; 32]) -> String {
-    hash[..8].iter().map(|byte| format!("{byte:02x}")).collect()
+    let first: [u8; 8] = std::array::from_fn(|i| hash[i]);
+    format!("{:016x}", u64::from_be_bytes(first))
 }
 
 /// Where the materials of a save are in the world.

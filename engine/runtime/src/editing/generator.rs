@@ -1,5 +1,7 @@
 //! What the voxels below the edits are built from, as a hash.
 
+use std::fmt::Write as _;
+
 use raxel_diagnostics::Files;
 use raxel_world::Loaded;
 
@@ -42,7 +44,7 @@ fn write_sorted(value: &toml::Value, text: &mut String) {
             let mut entries: Vec<_> = table.iter().collect();
             entries.sort_unstable_by_key(|(key, _)| *key);
             for (key, value) in entries {
-                *text += &format!("{key:?}{{");
+                let _ = write!(text, "{key:?}{{");
                 write_sorted(value, text);
                 *text += "}";
             }

@@ -50,18 +50,19 @@ impl Capture {
     ) -> Result<Option<Capture>, ExecuteError> {
         let shown = plan.present;
         let planned = plan.resources.iter().find(|planned| planned.resource == shown.resource);
-        let (part, size) = match planned.map(|planned| &planned.desc) {
-            Some(ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc)) => {
-                let [width, height] = [desc.extent[0], desc.extent[1]].map(|texels| (texels >> shown.mip).max(1));
-                let size = u64::from(width) * u64::from(height) * u64::from(desc.format.bytes());
-                (Part::Texels { format: desc.format, mip: shown.mip, layer: shown.layer, width, height }, size)
-            }
-            _ => {
-                let total = physical.buffer(0).map_or(0, |buffer| buffer.size());
-                let end = bytes.end.min(total) & !3;
-                let start = bytes.start.min(end) & !3;
-                (Part::Bytes { range: start..end, total }, end - start)
-            }
+        let image = match planned.map(|planned| &planned.desc) {
+            Some(ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc)) => Some(desc),
+            _ => None,
+        };
+        let (part, size) = if let Some(desc) = image {
+            let [width, height] = [desc.extent[0], desc.extent[1]].map(|texels| (texels >> shown.mip).max(1));
+            let size = u64::from(width) * u64::from(height) * u64::from(desc.format.bytes());
+            (Part::Texels { format: desc.format, mip: shown.mip, layer: shown.layer, width, height }, size)
+        } else {
+            let total = physical.buffer(0).map_or(0, |buffer| buffer.size());
+            let end = bytes.end.min(total) & !3;
+            let start = bytes.start.min(end) & !3;
+            (Part::Bytes { range: start..end, total }, end - start)
         };
         if size == 0 {
             return Ok(None);

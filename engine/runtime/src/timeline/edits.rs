@@ -172,6 +172,7 @@ impl EditKey {
     }
 }
 
+#[allow(clippy::unnecessary_box_returns, reason = "it goes into a result whose error is boxed")]
 fn missing(code: raxel_diagnostics::Code, what: &str, named: &Place<String>, names: Vec<&str>) -> Box<Diagnostic> {
     let diagnostic = Diagnostic::error(code, format!("the world has no {what} `{}`", named.value))
         .label(named.span.clone(), "named here");

@@ -27,6 +27,7 @@ const ROOMY: u64 = 65;
 /// The longest time between two looks at what is missing.
 const TURN: Duration = Duration::from_millis(32);
 
+#[allow(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 pub(super) struct Director {
     shared: Arc<Shared>,
     complete: bool,

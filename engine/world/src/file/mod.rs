@@ -72,7 +72,7 @@ impl Loaded {
             about: self.about.clone(),
             world: World::empty(),
             stream: self.stream.clone(),
-            camera: self.camera.clone(),
+            camera: self.camera,
             cameras: self.cameras.clone(),
             models: self.models.clone(),
             save: self.save.clone(),

@@ -106,10 +106,10 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
 
 /// The solids must lie in the window, which begins at the corner of the world's cube.
 fn check_window(extent: &Extent) -> Result<(), LayoutError> {
-    for axis in 0..3 {
+    for (axis, limit) in WINDOW.into_iter().enumerate() {
         let span = (i64::from(extent.bounds_last[axis]) + 1 - i64::from(extent.origin[axis])).max(0) as u64;
-        if span > WINDOW[axis] {
-            return Err(LayoutError::TooWide { layout: Layout::Flat64.name(), span, limit: WINDOW[axis] });
+        if span > limit {
+            return Err(LayoutError::TooWide { layout: Layout::Flat64.name(), span, limit });
         }
     }
     Ok(())

@@ -285,8 +285,10 @@ fn svdag_material(attributes: &[u32], link: u32, number: usize) -> u16 {
     }
 }
 
-/// Records with their blocks of 16³ from the corner of the cube.
-fn flat64_records(buffer: &[u32]) -> (Flat64Header, &[u32], Vec<([i64; 3], [u32; 4])>) {
+/// A record of the layout `flat64` with its block of 16³, counted from the corner of the cube.
+type Record = (Corner, [u32; 4]);
+
+fn flat64_records(buffer: &[u32]) -> (Flat64Header, &[u32], Vec<Record>) {
     let (header, words) = split::<Flat64Header>(buffer);
     let last =
         |axis: usize| i64::from(header.bounds_last[axis].max(header.origin[axis])) - i64::from(header.origin[axis]);

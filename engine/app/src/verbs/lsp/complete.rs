@@ -13,7 +13,7 @@ use crate::front::FileKind;
 
 /// Everything that can stand at a byte of a text. The editor filters by what was typed.
 pub(super) fn items(document: &Document, at: usize) -> Vec<CompletionItem> {
-    if !document.path.ends_with(".toml") {
+    if !is_toml(&document.path) {
         return glsl(document);
     }
     let place = TomlPlace::of(&document.text, at);
@@ -22,6 +22,11 @@ pub(super) fn items(document: &Document, at: usize) -> Vec<CompletionItem> {
         None => keys(&schema, &place.table),
         Some(key) => values(document, &schema, &place, key),
     }
+}
+
+/// Whether a path names a TOML file.
+fn is_toml(path: &str) -> bool {
+    std::path::Path::new(path).extension().is_some_and(|extension| extension == "toml")
 }
 
 /// What the word at a byte means, in Markdown.
@@ -33,7 +38,7 @@ pub(super) fn hover(document: &Document, at: usize) -> Option<String> {
     if let Some(item) = library::items().into_iter().find(|item| item.name == found) {
         return Some(format!("```glsl\n{}\n```\n{}\n\n`#include <{}>`", item.declaration, item.about, item.file));
     }
-    if !document.path.ends_with(".toml") {
+    if !is_toml(&document.path) {
         return None;
     }
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == found) {
