@@ -49,6 +49,7 @@ impl Talk {
 
     /// Asks for something that is done.
     #[track_caller]
+    #[allow(clippy::needless_pass_by_value, reason = "requests are made where they are sent")]
     fn ask(&mut self, request: Value) -> Value {
         let answer = self.say(&request.to_string());
         assert_eq!(answer["ok"], json!(true), "{request}: {answer}");

@@ -41,6 +41,7 @@ fn texel(project: &Project, arguments: &[&str]) -> ([f32; 3], Run) {
 }
 
 #[test]
+#[allow(clippy::float_cmp, reason = "they count frames")]
 fn a_cut_starts_over_and_parts_start_at_it() {
     let project = project();
     // Frame 9 is the tenth since the start; the camera of the frame before is where it was.

@@ -55,10 +55,12 @@ impl Editor {
         serde_json::from_slice(&bytes).unwrap()
     }
 
+    #[allow(clippy::needless_pass_by_value, reason = "requests are made where they are sent")]
     fn tell(&mut self, method: &str, params: Value) {
         self.send(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));
     }
 
+    #[allow(clippy::needless_pass_by_value, reason = "requests are made where they are sent")]
     fn ask(&mut self, method: &str, params: Value) -> Value {
         self.id += 1;
         let id = self.id;

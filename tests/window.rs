@@ -226,7 +226,7 @@ fn a_pass_that_does_not_end_is_given_up_by_a_key() {
     press(&display, "Delete", "it is given up", || log(&log_path).contains("pass `spin` is switched off"));
     // What it leaves behind is shown: nothing.
     eventually("a picture without the pass", || display.pixels(320, 180).iter().all(|pixel| *pixel == [0; 3]));
-    project.write("shaders/spin.comp", &SPIN.replace("60000", "1").replace("vec4(x)", "vec4(1.0)"));
+    project.write("shaders/spin.comp", SPIN.replace("60000", "1").replace("vec4(x)", "vec4(1.0)"));
     eventually("mended, it runs again", || display.pixels(320, 180).iter().all(|pixel| *pixel == [255; 3]));
     press(&display, "Escape", "it leaves", || child.ended());
     assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
