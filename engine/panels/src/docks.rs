@@ -1,5 +1,6 @@
 //! The bar at the top and the docks at three sides, and which panel each of them holds.
 
+use egui::scroll_area::ScrollBarVisibility;
 use egui::{Align2, CentralPanel, Color32, Context, Frame, Id, RichText, ScrollArea, SidePanel, TopBottomPanel, Ui};
 
 use crate::action::Action;
@@ -119,7 +120,9 @@ impl Panels {
 
     fn bar(&mut self, ctx: &Context, view: &View<'_>, actions: &mut Vec<Action>) {
         TopBottomPanel::top("bar").frame(frame(ctx)).show(ctx, |ui| {
-            ScrollArea::horizontal().auto_shrink([false, true]).show(ui, |ui| {
+            // A scroll bar would lie over the lower half of the buttons, and take their clicks.
+            let hidden = ScrollBarVisibility::AlwaysHidden;
+            ScrollArea::horizontal().scroll_bar_visibility(hidden).auto_shrink([false, true]).show(ui, |ui| {
                 ui.horizontal(|ui| {
                     for panel in Panel::ALL {
                         if panel == Panel::Timeline && view.timeline.is_none() {
