@@ -125,7 +125,9 @@ mod tests {
         let mut camera = Camera::at([10.25, -3.0, 7.5]);
         camera.yaw = 0.5_f64.to_radians();
         let added = with_camera(world, "roof", &camera).unwrap();
-        assert!(added.starts_with(world), "{added}");
+        // It stands with the other cameras, and nothing else has changed.
+        let (before, after) = world.split_at(world.find("[materials]").unwrap());
+        assert!(added.starts_with(before) && added.ends_with(after), "{added}");
         let lines = "[cameras.roof]\nposition = [10.25, -3.0, 7.5]\nyaw = 0.5\npitch = 0.0\nfov = 60.0\n";
         assert_eq!(camera_lines("roof", &camera), lines);
         assert!(added.contains(lines), "{added}");
