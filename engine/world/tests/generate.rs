@@ -175,11 +175,9 @@ fn empty_and_solid_tiles_are_known_without_their_voxels() {
     let generator = endless();
     assert_eq!(generator.chunk(0, ChunkPos::new(50, 40, 50)), Content::Empty);
     assert_eq!(generator.chunk(0, ChunkPos::new(50, -40, 50)), Content::Empty, "below the floor");
-    assert_eq!(
-        generator.chunk(0, ChunkPos::new(9, -1, 9)).to_chunk().unwrap().solids(),
-        64 * 64 * 60,
-        "above the floor"
-    );
+    // Above the floor there is rock with caves in it.
+    let solids = generator.chunk(0, ChunkPos::new(9, -1, 9)).to_chunk().unwrap().solids();
+    assert!((64 * 64 * 30..=64 * 64 * 60).contains(&solids), "{solids}");
     let deep = LAND.replace("floor = -60", "floor = -6000");
     assert_ne!(deep, LAND);
     let deep = Project::with_world(&format!("{MATERIALS}\n[stream]\n[[build]]\n{deep}")).load().unwrap().0;
