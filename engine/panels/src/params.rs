@@ -38,11 +38,17 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
                 CollapsingHeader::new(capital(group)).default_open(true).id_salt(("group", &first.name)).show(
                     ui,
                     |ui| {
-                        these.iter().for_each(|param| row(ui, param, actions));
+                        for param in these {
+                            row(ui, param, actions);
+                        }
                     },
                 );
             }
-            None => these.iter().for_each(|param| row(ui, param, actions)),
+            None => {
+                for param in these {
+                    row(ui, param, actions);
+                }
+            }
         }
     }
 }

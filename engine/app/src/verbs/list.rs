@@ -1,5 +1,6 @@
 //! `raxel list`: what a graph and a world offer by name, without a GPU: for `--set`, `--target`, `--after` and `--camera`.
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use raxel_graph::checked::{Graph, Value};
@@ -81,10 +82,10 @@ fn section<const N: usize>(text: &mut String, title: &str, rows: Vec<[String; N]
     }
     let widths: [usize; N] =
         std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
-    *text += &format!("{title}\n");
+    let _ = writeln!(text, "{title}");
     for row in rows {
         let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}  "));
-        *text += &format!("  {}\n", cells.collect::<String>().trim_end());
+        let _ = writeln!(text, "  {}", cells.collect::<String>().trim_end());
     }
 }
 

@@ -1,6 +1,7 @@
 //! What the panels show of a session: the parts that only another plan changes are kept, the others are gathered for each frame.
 
 use std::collections::HashMap;
+use std::fmt::Write as _;
 use std::sync::Arc;
 
 use raxel_diagnostics::{SourceMap, Span, render};
@@ -224,13 +225,13 @@ pub(crate) fn about(resource: &Resource, size: Option<&Size>) -> String {
         (ResourceKind::Target(target), Some(&Size::Image { extent: [x, y, z], volume, mips, layers })) => {
             let mut text = format!("{} {x} × {y}", target.format.name());
             if volume {
-                text += &format!(" × {z}");
+                let _ = write!(text, " × {z}");
             }
             if layers > 1 {
-                text += &format!(", {layers} layers");
+                let _ = write!(text, ", {layers} layers");
             }
             if mips > 1 {
-                text += &format!(", {mips} mips");
+                let _ = write!(text, ", {mips} mips");
             }
             text
         }
@@ -244,7 +245,7 @@ pub(crate) fn about(resource: &Resource, size: Option<&Size>) -> String {
         _ => String::new(),
     };
     if resource.history > 0 {
-        text += &format!(", history {}", resource.history);
+        let _ = write!(text, ", history {}", resource.history);
     }
     text
 }
