@@ -101,6 +101,11 @@ impl<'t> Text<'t> {
         })
     }
 
+    /// The member `name` in a file that is included inside a body: one without braces of its own.
+    fn included_member(&self, name: &str) -> Option<usize> {
+        if self.closing.is_empty() { self.declaration(name, true) } else { None }
+    }
+
     /// The number in `layout(constant_id = N) const T name`, or in `local_size_x_id = N`; rather its name, if it has one.
     fn constant(&self, id: &str, name: &str) -> Option<usize> {
         let at = self.positions(id).iter().copied().filter(|at| *at >= 2).find(|at| {
@@ -149,7 +154,9 @@ impl Index<'_> {
             return;
         }
         for member in &mut block.members {
-            member.place = self.first(|text| text.member(text.body(&block.name)?, &member.name));
+            member.place = self
+                .first(|text| text.member(text.body(&block.name)?, &member.name))
+                .or_else(|| self.first(|text| text.included_member(&member.name)));
             self.nested(&mut member.ty);
         }
     }

@@ -81,12 +81,9 @@ fn check_places(shader: &Shader, texts: &SourceMap) {
 
 fn check_block(path: &str, block: &Block, texts: &SourceMap) {
     for member in &block.members {
-        // The members that all layouts share come into their block from a file of their own, and have no place in it.
-        if let Some(place) = &member.place {
-            assert_eq!(&texts.get(&place.file).unwrap()[place.range.clone()], member.name);
-        } else {
-            assert_eq!(block.name, "RxWorld", "{path}: `{}.{}` has no place", block.name, member.name);
-        }
+        let place =
+            member.place.as_ref().unwrap_or_else(|| panic!("{path}: `{}.{}` has no place", block.name, member.name));
+        assert_eq!(&texts.get(&place.file).unwrap()[place.range.clone()], member.name);
         let mut ty = &member.ty;
         while let Type::Array { element, .. } = ty {
             ty = element;

@@ -12,8 +12,8 @@
 // Leaf l has the link `links_at` + l - `leaves_at`: RX_UNIFORM | material, or the halfword where the materials of its voxels begin,
 // in the order of its mask. Blocks of 16^3 that are full of one material share their leaves.
 //
-// Free radii are anisotropic, in the manner of the directional distance of "Efficient ray casting of voxels with octant distance
-// fields": a ray never turns, so only what lies ahead of it counts.
+// Free radii are the anisotropic Chebyshev distances of Deakin and Knackstedt, "Efficient ray casting of volumetric images using
+// distance maps for empty space skipping" (2020): a ray never turns, so only what lies ahead of it counts.
 #ifdef RX_WRITE
 #error "the layout `flat64` has no rx_set: leaves are packed, without room for one more; use chunks, chunk_table, octree or texture3d"
 #endif

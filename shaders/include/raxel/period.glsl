@@ -1,4 +1,4 @@
-// Period rays: rays for light, exact at a third of the cost. Over the layout `flat64`.
+// Period rays: rays for light, exact at a quarter of the cost. Over the layout `flat64`.
 //
 // A period ray crosses the planes of each axis at a fixed period: plane n of axis a, counted from its cell, at the time
 //
@@ -6,8 +6,8 @@
 //
 // and both are whole numbers. A 32-bit float holds them exactly, so every comparison of two crossings is right: nothing is in doubt,
 // and no slow path settles it. A ray ends after 2^24 / 4096 = 4096 voxels of length. The price is the direction: periods are the
-// nearest whole numbers to those of a unit vector, which moves it by at most 2^-13 for steep rays and turns an axis slower than
-// 1/4096 off. Where that would show as a pattern, dither the direction.
+// nearest whole numbers to those of a unit vector, which changes a component by at most 2^-13 of itself. One below 1/8192 crosses
+// no plane, one up to 1/4096 is 1/4096. Where that would show as a pattern, dither the direction.
 //
 // The rules are those of <raxel/ray.glsl>: the ray starts in the closed cube of its cell; where it crosses planes of several axes at
 // once, it steps over all of them, and the cells that it only touches are not visited; the face that is hit is the steepest axis of
@@ -43,8 +43,10 @@ RxPeriodRay rx_period_ray(RxRay ray) {
     bvec3 down = lessThan(dir, vec3(0.0));
     vec3 period = clamp(roundEven(RX_PERIOD_UNIT / max(abs(dir), vec3(1.0 / 8192.0))), RX_PERIOD_UNIT, RX_PERIOD_END);
     vec3 ahead = mix(1.0 - ray.frac, ray.frac, down);
-    return RxPeriodRay(ray.cell, uint(down.x) | uint(down.y) << 1 | uint(down.z) << 2,
-                       clamp(roundEven(period * ahead), vec3(1.0), period), period);
+    vec3 first = clamp(roundEven(period * ahead), vec3(1.0), period);
+    // An axis that the ray hardly moves along is crossed when the ray ends.
+    first = mix(first, vec3(RX_PERIOD_END), lessThan(abs(dir), vec3(1.0 / 8192.0)));
+    return RxPeriodRay(ray.cell, uint(down.x) | uint(down.y) << 1 | uint(down.z) << 2, first, period);
 }
 
 // For each octant and each child of a node: the children that lie ahead of a ray in it, the child itself not counted.
@@ -69,7 +71,7 @@ struct RxPeriodWalk {
 };
 RxPeriodWalk rx_period;
 
-// The children that lie ahead, of one axis: `side` is how far apart two children along it are in a mask.
+// The children that are not behind a child on any axis, without itself.
 uvec2 rx_period_ahead_mask(uint octant, uint child) {
     uint x = child & 3u, z = (child >> 2) & 3u, y = child >> 4;
     uint xs = (octant & 1u) != 0u ? (2u << x) - 1u : (15u << x) & 15u;

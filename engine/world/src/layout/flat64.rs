@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::parts::{Parts, uniform_block};
+use super::parts::{Parts, filled_node, uniform_block};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_cell};
 use crate::material::MaterialIndex;
@@ -139,31 +139,16 @@ impl Runs {
     }
 }
 
-/// The material of a 16³ node (0…63) all of whose occupied blocks are full and of that one material.
-fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
-    let mut found = None;
-    for block in occupied_blocks(chunk, node) {
-        if chunk.mask(block) != u64::MAX {
-            return None;
-        }
-        let material = uniform_block(chunk, block)?;
-        if *found.get_or_insert(material) != material {
-            return None;
-        }
-    }
-    found
-}
-
-fn occupied_blocks(chunk: &Chunk, node: usize) -> impl Iterator<Item = usize> + '_ {
-    (64 * node..64 * node + 64).filter(|&block| chunk.mask(block) != 0)
+/// The blocks of a chunk that have leaves of their own, in order.
+fn own_leaves(chunk: &Chunk) -> impl Iterator<Item = usize> + '_ {
+    let own = |node: &usize| filled_node(chunk, *node).is_none();
+    (0..64).filter(own).flat_map(|node| Bits(chunk.node_mask(node)).map(move |bit| 64 * node + bit as usize))
 }
 
 impl ChunkSize {
     fn of(chunk: &Chunk) -> Self {
         let mut size = Self::default();
-        for block in
-            (0..64).filter(|&node| filled_node(chunk, node).is_none()).flat_map(|node| occupied_blocks(chunk, node))
-        {
+        for block in own_leaves(chunk) {
             size.leaves += 1;
             if uniform_block(chunk, block).is_none() {
                 size.attributes += chunk.mask(block).count_ones() as usize;
@@ -228,34 +213,23 @@ impl Occupied {
         // Cells on the way of a side, the cell itself counted, that are empty: one more than the radius beside it.
         let mut empty = vec![0u8; self.cells.len()];
         let mut radii = vec![0u8; self.cells.len()];
-        let seen = |axis: usize, n: usize| if octant >> axis & 1 == 1 { n } else { self.size[axis] - 1 - n };
-        let strides = [1, self.size[0] * self.size[2], self.size[0]];
+        let down = |axis: usize| octant >> axis & 1 == 1;
+        let seen = |axis: usize, n: usize| if down(axis) { n } else { self.size[axis] - 1 - n };
+        let strides = [1, self.size[0] * self.size[2], self.size[0]].map(|stride| stride as isize);
+        // To the seven cells ahead, by the axes that are moved along.
+        let steps: [isize; 8] = std::array::from_fn(|step| {
+            let along = (0..3).filter(|axis| step >> axis & 1 == 1);
+            along.map(|axis| if down(axis) { -strides[axis] } else { strides[axis] }).sum()
+        });
         for y in 0..self.size[1] {
             for z in 0..self.size[2] {
                 for x in 0..self.size[0] {
                     let at = index(self.size, [seen(0, x), seen(1, y), seen(2, z)]);
-                    let before = [x > 0, y > 0, z > 0];
-                    let radius = (1..8usize)
-                        .map(|step| {
-                            // What lies outside is empty.
-                            let inside = (0..3).all(|axis| step >> axis & 1 == 0 || before[axis]);
-                            if !inside {
-                                return LARGEST_RADIUS + 1;
-                            }
-                            let offset: isize = (0..3)
-                                .filter(|axis| step >> axis & 1 == 1)
-                                .map(|axis| {
-                                    if octant >> axis & 1 == 1 {
-                                        -(strides[axis] as isize)
-                                    } else {
-                                        strides[axis] as isize
-                                    }
-                                })
-                                .sum();
-                            empty[at.wrapping_add_signed(offset)]
-                        })
-                        .min()
-                        .unwrap_or(0);
+                    // What lies outside is empty.
+                    let outside = usize::from(x == 0) | usize::from(y == 0) << 1 | usize::from(z == 0) << 2;
+                    let ahead = (1..8).filter(|step| step & outside == 0);
+                    let radius = ahead.map(|step| empty[at.wrapping_add_signed(steps[step])]).min();
+                    let radius = radius.unwrap_or(LARGEST_RADIUS + 1);
                     radii[at] = radius.min(LARGEST_RADIUS);
                     empty[at] = if self.cells[at] { 0 } else { (radius + 1).min(LARGEST_RADIUS + 1) };
                 }
@@ -296,9 +270,7 @@ fn fill_leaves(distinct: &[&Chunk], sizes: &[ChunkSize], runs: &Runs, body: &mut
         half += size.attributes;
     }
     jobs.into_par_iter().for_each(|(chunk, masks, links, mut attributes, mut half)| {
-        let blocks =
-            (0..64).filter(|&node| filled_node(chunk, node).is_none()).flat_map(|node| occupied_blocks(chunk, node));
-        for ((block, mask), link) in blocks.zip(masks).zip(links) {
+        for ((block, mask), link) in own_leaves(chunk).zip(masks).zip(links) {
             *mask = [chunk.mask(block) as u32, (chunk.mask(block) >> 32) as u32];
             *link = uniform_block(chunk, block).map_or_else(
                 || {

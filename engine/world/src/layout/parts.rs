@@ -113,6 +113,24 @@ pub(super) fn uniform_block(chunk: &Chunk, block: usize) -> Option<MaterialIndex
     })
 }
 
+/// The only material of a 16³ node (0…63), if there is only one.
+pub(super) fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
+    let mut found = None;
+    for bit in Bits(chunk.node_mask(node)) {
+        let material = uniform_block(chunk, node * 64 + bit as usize)?;
+        if *found.get_or_insert(material) != material {
+            return None;
+        }
+    }
+    found
+}
+
+/// The material of a 16³ node (0…63) all of whose occupied blocks are full and of that one material.
+pub(super) fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
+    let full = chunk.masks()[node * 64..][..64].iter().all(|&mask| mask == 0 || mask == u64::MAX);
+    if full { uniform_node(chunk, node) } else { None }
+}
+
 /// Cell in 0…1 of one of the eight children of an octree node.
 pub(super) fn octant_cell(number: u32) -> [u32; 3] {
     [number & 1, number >> 1 & 1, number >> 2]

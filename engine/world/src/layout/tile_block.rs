@@ -5,9 +5,8 @@
 //! leaves that are all full, which every tile shares (the full run), with a link each; above that, they are filled nodes.
 
 use super::header::{MATERIAL_WORDS, material_words};
-use super::tree64::{
-    ChunkSize, FILLED, Node, Part, QUAD, Room, UNIFORM, encode_chunk, filled_chunk, filled_node, uniform,
-};
+use super::parts::{filled_node, uniform_block};
+use super::tree64::{ChunkSize, FILLED, Node, Part, QUAD, Room, UNIFORM, encode_chunk, filled_chunk};
 use crate::chunk::{Bits, Chunk};
 use crate::material::{Material, MaterialIndex};
 use crate::tile::Content;
@@ -93,7 +92,7 @@ impl<'c> TileBlock<'c> {
             }
             for block in Bits(chunk.node_mask(node)).map(|bit| node * 64 + bit as usize) {
                 size.nodes += 1;
-                if uniform(chunk, block).is_none() {
+                if uniform_block(chunk, block).is_none() {
                     let solids = chunk.mask(block).count_ones() as usize;
                     *(if level == 1 { &mut size.links } else { &mut cells }) += solids;
                 }
@@ -155,7 +154,7 @@ impl<'c> TileBlock<'c> {
             Node { mask, children: (at / QUAD + next_block) as u32, material: 0 }.put(words, QUAD * index);
             for block in Bits(mask).map(|bit| node * 64 + bit as usize) {
                 let mask = chunk.mask(block);
-                let of_cells = match uniform(chunk, block) {
+                let of_cells = match uniform_block(chunk, block) {
                     Some(material) => Node { mask, children: 0, material: FILLED | u32::from(material) },
                     None if self.level == 1 => {
                         let links = next_link;

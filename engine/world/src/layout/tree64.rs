@@ -10,6 +10,7 @@ pub use live::{LiveTree64, Patch};
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
+use super::parts::{filled_node, uniform_block, uniform_node};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_index};
 use crate::material::MaterialIndex;
@@ -181,41 +182,13 @@ impl ChunkSize {
             }
             size.links += leaves;
             for block in Bits(mask).map(|bit| node * 64 + bit as usize) {
-                if uniform(chunk, block).is_none() {
+                if uniform_block(chunk, block).is_none() {
                     size.attributes += chunk.mask(block).count_ones() as usize;
                 }
             }
         }
         size
     }
-}
-
-/// The only material of a block, if there is only one.
-pub(super) fn uniform(chunk: &Chunk, block: usize) -> Option<MaterialIndex> {
-    if let Some(material) = chunk.uniform() {
-        return Some(material);
-    }
-    let mut materials = chunk.block_materials(block);
-    let first = materials.next()?;
-    materials.all(|material| material == first).then_some(first)
-}
-
-/// The only material of a 16³ node (0…63), if there is only one.
-fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
-    let mut found = None;
-    for bit in Bits(chunk.node_mask(node)) {
-        let material = uniform(chunk, node * 64 + bit as usize)?;
-        if *found.get_or_insert(material) != material {
-            return None;
-        }
-    }
-    found
-}
-
-/// The material of a 16³ node (0…63) all of whose occupied blocks are full and of that one material.
-pub(super) fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
-    let full = chunk.masks()[node * 64..][..64].iter().all(|&mask| mask == 0 || mask == u64::MAX);
-    if full { uniform_node(chunk, node) } else { None }
 }
 
 /// The material of a chunk all of whose occupied 16³ nodes are full and of that one material.
@@ -306,7 +279,7 @@ pub(super) fn encode_chunk(chunk: &Chunk, mut room: Room) -> Node {
             || {
                 let links = room.links.take(leaves.rest.len());
                 for (link, block) in links.rest.iter_mut().zip(blocks()) {
-                    *link = uniform(chunk, block).map_or_else(
+                    *link = uniform_block(chunk, block).map_or_else(
                         || {
                             let voxels = room.attributes.take(chunk.mask(block).count_ones() as usize);
                             voxels.rest.iter_mut().zip(chunk.block_materials(block)).for_each(|(to, from)| *to = from);
