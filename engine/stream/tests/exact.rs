@@ -9,7 +9,7 @@ use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::RayTargets;
 use raxel_oracle::{Oracle, sets};
-use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, TileKey, View, union};
+use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, TileKey, View, union};
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, World, voxel_index};
 
@@ -263,7 +263,10 @@ fn a_still_camera_over_a_complete_world_publishes_nothing() {
         std::thread::sleep(Duration::from_millis(2));
         assert!(streamer.take().is_none());
     }
-    assert_eq!(streamer.stats(), before);
+    let after = streamer.stats();
+    // The directory of the version before may be given back late; nothing else changes.
+    assert!(after.pool[0] <= before.pool[0], "{after:?}");
+    assert_eq!(Stats { pool: before.pool, ..after }, before);
     // On a border and back, nothing is loaded twice.
     for _ in 0..20 {
         for x in [63, 64] {
