@@ -27,6 +27,7 @@ pub mod sizes;
 mod subresources;
 mod supply;
 mod unroll;
+mod updates;
 mod value;
 mod varies;
 

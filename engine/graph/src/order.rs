@@ -52,7 +52,7 @@ pub(crate) fn is_write(access: AccessMask) -> bool {
 pub(crate) fn stage_of(access: AccessMask) -> Stages {
     match access {
         AccessMask::INDIRECT_COMMAND_READ => Stages::DRAW_INDIRECT,
-        AccessMask::TRANSFER_WRITE => Stages::CLEAR,
+        AccessMask::TRANSFER_WRITE | AccessMask::TRANSFER_READ => Stages::CLEAR,
         _ => Stages::COMPUTE_SHADER,
     }
 }
@@ -216,10 +216,20 @@ impl Ordering<'_> {
         let action = self.order.actions.len() as u32;
         // The clear of a resource without a clock may come just before a pass of a tick, but belongs to no tick.
         let tick = self.graph.resource(id).clock.and(self.tick).map(|(_, tick)| tick);
-        self.order.actions.push(match self.graph.resource(id).copied_from() {
+        let copied = self.graph.resource(id).copied_from();
+        self.order.actions.push(match copied {
             Some(_) => Action::Copy(resource),
             None => Action::Clear(resource, tick),
         });
+        // A copy reads what passes may have written.
+        for (from, id) in (0..).zip(&self.cull.used).filter(|_| copied.is_some()) {
+            let source = self.graph.resource(*id);
+            if source.kind.supplied_by() == copied && source.copied_from().is_none() && source.is_writable() {
+                let range = SubresourceRange::whole(&self.sizes[id.0 as usize]);
+                let (turn, mask) = (self.turn(from), AccessMask::TRANSFER_READ);
+                self.order.accesses.push(ResourceAccess { action, resource: from, age: 0, turn, range, mask });
+            }
+        }
         let turn = self.turn(resource);
         let mask = AccessMask::TRANSFER_WRITE;
         self.order.accesses.push(ResourceAccess { action, resource, age: 0, turn, range, mask });
@@ -261,7 +271,7 @@ impl Ordering<'_> {
 }
 
 /// The accesses of one binding, one bit each.
-fn masks(access: &BoundAccess) -> impl Iterator<Item = AccessMask> {
+pub(crate) fn masks(access: &BoundAccess) -> impl Iterator<Item = AccessMask> {
     let (read, write) = match access.usage {
         Usage::SampledImage => (AccessMask::SHADER_SAMPLED_READ, AccessMask::empty()),
         Usage::StorageImage | Usage::StorageBuffer => {

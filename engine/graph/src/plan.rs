@@ -222,10 +222,30 @@ pub struct Plan {
     pub culled: Vec<Culled>,
     /// The frame.
     pub steps: Vec<Step>,
+    /// What goes in front of the steps in a frame in which the runtime writes parts of sources.
+    pub updates: SourceUpdates,
     /// Whether a frame depends on more of the frames before it than the camera of the last one. If not, any frame can be made without those
     /// before it.
     #[serde(skip)]
     pub looks_back: bool,
+}
+
+/// How writes of sources by the runtime are ordered. A frame that has some records `before`, the writes and `after`, and then the steps
+/// with their own barriers, which know nothing of updates. All of it is on the queue of the frames, so nothing waits on the CPU.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SourceUpdates {
+    /// From what earlier frames did with sources to the writes.
+    pub before: Dependency,
+    /// From the writes to what this frame and later ones do with sources. Empty when nothing uses any.
+    pub after: Dependency,
+}
+
+impl SourceUpdates {
+    /// From a write to a later one in the same frame that meets it.
+    pub const BETWEEN: Dependency = Dependency {
+        src: Scope { stages: Stages::CLEAR, access: AccessMask::TRANSFER_WRITE },
+        dst: Scope { stages: Stages::CLEAR, access: AccessMask::TRANSFER_WRITE },
+    };
 }
 
 /// The ticks of a clock in a frame: steps in a row, tick after tick. A frame with n ticks due runs the first n of them.
@@ -457,7 +477,7 @@ bitflags! {
     pub struct Stages: u32 {
         /// Dispatches.
         const COMPUTE_SHADER = 1;
-        /// Image clears and buffer fills.
+        /// Image clears, buffer fills, copies, and updates of sources.
         const CLEAR = 2;
         /// Fetch of indirect arguments.
         const DRAW_INDIRECT = 4;
@@ -476,10 +496,12 @@ bitflags! {
         const SHADER_SAMPLED_READ = 4;
         /// Uniform buffer load.
         const UNIFORM_READ = 8;
-        /// Clear or fill.
+        /// Clear, fill, copy or update.
         const TRANSFER_WRITE = 16;
         /// Fetch of indirect arguments.
         const INDIRECT_COMMAND_READ = 32;
+        /// The source of a copy.
+        const TRANSFER_READ = 64;
     }
 }
 

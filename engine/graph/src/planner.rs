@@ -17,6 +17,7 @@ use crate::poison::poison;
 use crate::print::{After, Phase};
 use crate::sizes::{groups, materials, sizes, specialization};
 use crate::unroll::unroll;
+use crate::updates::source_updates;
 use crate::varies::{looks_back, varies};
 
 /// Compiles a checked graph for one output size, present point and state of the conditions. The errors are those that only a size or
@@ -110,6 +111,7 @@ fn bake(
             PassPlan { pass: id, tick, groups, specialization }
         })
         .collect();
+    let updates = source_updates(&graph, &cull, input.present);
     Ok(Plan {
         output: input.output,
         present: input.present,
@@ -121,6 +123,7 @@ fn bake(
         clocks,
         culled: cull.culled,
         steps,
+        updates,
         looks_back,
         graph,
     })

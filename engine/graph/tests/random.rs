@@ -3,6 +3,8 @@
 
 mod checker;
 
+use std::collections::BTreeSet;
+
 use checker::graphs::{Random, case, text};
 use checker::sync::{self, Run};
 use raxel_graph::checked::{Every, Pass};
@@ -75,6 +77,31 @@ fn passes_may_be_left_out() {
             assert!(faults.is_empty(), "seed {seed}\n{}\n{:#?}\n{faults:#?}", text(&case), plan.steps);
         }
     }
+}
+
+/// The runtime may write sources in front of any frame; nothing that orders this is there for nothing.
+#[test]
+fn updates_of_sources_are_ordered() {
+    let mut noticed = BTreeSet::new();
+    let mut asked = BTreeSet::new();
+    let runs: [fn(u32) -> bool; 3] = [|_| true, |frame| frame % 2 == 1, |frame| frame % 3 == 0];
+    for seed in 0..GRAPHS {
+        let Some((case, plan)) = planned(seed) else { continue };
+        for updates in runs {
+            let run = || Run { updates, ..Run::full(&plan, case.memory.granularity) };
+            let faults = sync::faults(&plan, &run());
+            assert!(faults.is_empty(), "seed {seed}\n{}\n{:#?}\n{faults:#?}", text(&case), plan.updates);
+        }
+        for (what, less) in sync::with_smaller_updates(&plan) {
+            let run = Run { updates: runs[0], ..Run::full(&plan, case.memory.granularity) };
+            if !noticed.contains(&what) && !sync::faults(&less, &run).is_empty() {
+                noticed.insert(what.clone());
+            }
+            asked.insert(what);
+        }
+    }
+    // In one graph, a barrier of the passes may do the same; not in all of them.
+    assert_eq!(noticed, asked);
 }
 
 /// Loops are written out as they should be, and what they become is planned like everything else.

@@ -32,6 +32,10 @@ pub fn json(plan: &Plan) -> String {
             "reason": culled.reason,
             "about": words::culled(graph, culled),
         })).collect::<Vec<_>>(),
+        "updates": {
+            "before": dependency(&plan.updates.before),
+            "after": dependency(&plan.updates.after),
+        },
         "steps": plan.steps.iter().map(|s| step(plan, s)).collect::<Vec<_>>(),
     });
     format!("{value:#}\n")

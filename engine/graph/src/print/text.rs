@@ -11,6 +11,7 @@ pub fn text(plan: &Plan) -> String {
     let mut out = String::new();
     head(plan, &mut out);
     steps(plan, &mut out);
+    updates(plan, &mut out);
     uses(plan, &mut out);
     memory(plan, &mut out);
     culled(plan, &mut out);
@@ -86,6 +87,15 @@ fn steps(plan: &Plan, out: &mut String) {
                 }
             }
         }
+    }
+}
+
+fn updates(plan: &Plan, out: &mut String) {
+    let updates = &plan.updates;
+    if !updates.after.dst.stages.is_empty() {
+        let _ = writeln!(out, "\nupdates of sources, in front of the frame where there are any");
+        let _ = writeln!(out, "  before  {}", words::dependency(&updates.before));
+        let _ = writeln!(out, "  after   {}", words::dependency(&updates.after));
     }
 }
 

@@ -25,6 +25,8 @@ pub struct Run {
     pub skip: Box<dyn Fn(u32, u32) -> bool>,
     /// Ticks that are due: of a frame, of a clock. At most as many as the clock catches up.
     pub ticks: Ticks,
+    /// Frames in which the runtime writes all of every source.
+    pub updates: fn(u32) -> bool,
     /// `bufferImageGranularity`.
     pub granularity: u64,
 }
@@ -40,6 +42,7 @@ impl Run {
             remembered: u32::MAX,
             skip: Box::new(|_, _| false),
             ticks: all_ticks(plan),
+            updates: |_| false,
             granularity,
         }
     }
@@ -112,13 +115,18 @@ fn later(stages: Stages) -> Stages {
 
 /// What is wrong with the synchronisation of a plan. Stops at the end of the frame with the first fault.
 pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
-    let steps = asked(plan);
-    let count = plan.resources.len();
-    let neighbours: Vec<Vec<bool>> =
-        (0..count).map(|a| (0..count).map(|b| a != b && share(plan, a, b, run.granularity)).collect()).collect();
-    let placed: Vec<bool> =
+    let updated = Updated::of(plan);
+    let steps = asked(plan, &updated);
+    // Behind the resources of the plan are the sources that only copies of them use.
+    let count = updated.end;
+    let planned = plan.resources.len();
+    let shared = |a: usize, b: usize| a != b && a < planned && b < planned && share(plan, a, b, run.granularity);
+    let neighbours: Vec<Vec<bool>> = (0..count).map(|a| (0..count).map(|b| shared(a, b)).collect()).collect();
+    let mut placed: Vec<bool> =
         plan.resources.iter().map(|r| matches!(r.lifetime, Lifetime::Transient { place: Some(_), .. })).collect();
-    let image: Vec<bool> = plan.resources.iter().map(|r| matches!(r.desc, ResourceDesc::Image(_))).collect();
+    let mut image: Vec<bool> = plan.resources.iter().map(|r| matches!(r.desc, ResourceDesc::Image(_))).collect();
+    placed.resize(count, false);
+    image.resize(count, false);
     let mut faults = scopes(plan);
     let mut made: Vec<Made> = Vec::new();
     let mut time = 0;
@@ -130,6 +138,13 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
         // When each image was taken into use in this frame.
         let mut active: BTreeMap<usize, u32> = BTreeMap::new();
         let mut used = vec![false; count];
+        if (run.updates)(frame) {
+            time += 1;
+            faults.extend(update(plan, &updated, &mut made, time, frame < run.remembered));
+            if !faults.is_empty() {
+                return faults;
+            }
+        }
         for (at, step) in plan.steps.iter().enumerate() {
             time += 1;
             if let Step::Barrier(barrier) = step {
@@ -195,8 +210,9 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
             }
             let mut now = Vec::new();
             for ask in &steps[at] {
-                let copies = plan.resources[ask.resource].copies;
-                let turns = match plan.graph.resource(plan.resources[ask.resource].resource).clock {
+                let resource = plan.resources.get(ask.resource);
+                let copies = resource.map_or(1, |resource| resource.copies);
+                let turns = match resource.and_then(|resource| plan.graph.resource(resource.resource).clock) {
                     None => frame + copies * 2,
                     Some(ClockId(clock)) => {
                         let clock = clock as usize;
@@ -264,6 +280,66 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
     faults
 }
 
+/// The sources of a plan.
+struct Updated {
+    /// Their indices: those of the resources that stand for them, or one behind all resources.
+    sources: BTreeMap<String, Vec<usize>>,
+    /// One past the last index.
+    end: usize,
+}
+
+impl Updated {
+    fn of(plan: &Plan) -> Updated {
+        let mut sources = BTreeMap::new();
+        for (index, resource) in plan.resources.iter().enumerate() {
+            if let ResourceDesc::Source(name) | ResourceDesc::SourceImage(name, _) = &resource.desc {
+                sources.entry(name.clone()).or_insert_with(Vec::new).push(index);
+            }
+        }
+        let mut end = plan.resources.len();
+        for name in plan.resources.iter().filter_map(|resource| resource.copy.as_ref()) {
+            sources.entry(name.clone()).or_insert_with(|| {
+                end += 1;
+                vec![end - 1]
+            });
+        }
+        Updated { sources, end }
+    }
+}
+
+/// Writes all of every source, between the barriers that the plan has for that.
+fn update(plan: &Plan, updated: &Updated, made: &mut Vec<Made>, time: u32, remembered: bool) -> Vec<String> {
+    let barrier = |memory| Barrier { memory: Some(memory), ..Barrier::default() };
+    let (before, after) = (barrier(plan.updates.before), barrier(plan.updates.after));
+    made.iter_mut().for_each(|old| pass_barrier(&before, old));
+    let mut faults = Vec::new();
+    let access = AccessMask::TRANSFER_WRITE;
+    for (name, resources) in &updated.sources {
+        for old in made.iter().filter(|old| resources.contains(&old.resource)) {
+            let ordered = if old.store { old.seen_by.contains(access) } else { old.waiting.contains(Stages::CLEAR) };
+            if !ordered {
+                faults.push(format!("an update of {name} is not ordered after {} of it", old.access));
+            }
+        }
+    }
+    if remembered {
+        made.extend(updated.sources.values().flatten().map(|&resource| Made {
+            resource,
+            copy: 0,
+            parts: u64::MAX,
+            stage: Stages::CLEAR,
+            access,
+            store: true,
+            transition: false,
+            time,
+            waiting: Stages::empty(),
+            seen_by: AccessMask::empty(),
+        }));
+    }
+    made.iter_mut().for_each(|old| pass_barrier(&after, old));
+    faults
+}
+
 fn tick_of(plan: &Plan, step: usize) -> Option<u32> {
     match plan.steps[step] {
         Step::Clear { tick, .. } => tick,
@@ -315,13 +391,16 @@ fn pass_barrier(barrier: &Barrier, old: &mut Made) {
 /// An access in a scope needs its stage beside it.
 fn scopes(plan: &Plan) -> Vec<String> {
     let mut faults = Vec::new();
-    for step in &plan.steps {
-        let Step::Barrier(barrier) = step else { continue };
-        let all = barrier.memory.iter().chain(barrier.activate.iter().map(|a| &a.dependency));
-        for scope in all.flat_map(|d| [d.src, d.dst]) {
+    let of_updates = [plan.updates.before, plan.updates.after];
+    let of_steps = plan.steps.iter().filter_map(|step| match step {
+        Step::Barrier(barrier) => Some(barrier.memory.iter().chain(barrier.activate.iter().map(|a| &a.dependency))),
+        _ => None,
+    });
+    for dependency in of_steps.flatten().chain(&of_updates) {
+        for scope in [dependency.src, dependency.dst] {
             for access in scope.access.iter() {
                 let stage = match access {
-                    AccessMask::TRANSFER_WRITE => Stages::CLEAR,
+                    AccessMask::TRANSFER_WRITE | AccessMask::TRANSFER_READ => Stages::CLEAR,
                     AccessMask::INDIRECT_COMMAND_READ => Stages::DRAW_INDIRECT,
                     _ => Stages::COMPUTE_SHADER,
                 };
@@ -335,7 +414,7 @@ fn scopes(plan: &Plan) -> Vec<String> {
 }
 
 /// The accesses of every step.
-fn asked(plan: &Plan) -> Vec<Vec<Asked>> {
+fn asked(plan: &Plan, updated: &Updated) -> Vec<Vec<Asked>> {
     let sizes = subresources(&plan.graph);
     let index: BTreeMap<ResourceId, usize> = plan.resources.iter().enumerate().map(|(i, r)| (r.resource, i)).collect();
     // The (mip, layer) pairs of random graphs fit in 64 bits.
@@ -344,14 +423,22 @@ fn asked(plan: &Plan) -> Vec<Vec<Asked>> {
         .iter()
         .map(|step| match step {
             Step::Barrier(_) => Vec::new(),
-            Step::Clear { resource, .. } | Step::Copy { resource } => vec![Asked {
-                resource: *resource as usize,
-                age: 0,
-                parts: u64::MAX,
-                stage: Stages::CLEAR,
-                access: AccessMask::TRANSFER_WRITE,
-                store: true,
-            }],
+            Step::Clear { resource, .. } | Step::Copy { resource } => {
+                let resource = *resource as usize;
+                let ask = |resource, access, store| Asked {
+                    resource,
+                    age: 0,
+                    parts: u64::MAX,
+                    stage: Stages::CLEAR,
+                    access,
+                    store,
+                };
+                let filled = matches!(step, Step::Copy { .. }).then_some(&plan.resources[resource].copy);
+                let source = filled.and_then(|name| updated.sources.get(name.as_ref()?));
+                let loaded = source.into_iter().flatten();
+                let loaded = loaded.map(|&source| ask(source, AccessMask::TRANSFER_READ, false));
+                loaded.chain([ask(resource, AccessMask::TRANSFER_WRITE, true)]).collect()
+            }
             Step::Present => {
                 let shown = plan.present;
                 let resource = index[&shown.resource];
@@ -432,6 +519,20 @@ pub fn with_one_less(plan: &Plan) -> Vec<(String, Plan)> {
             }
         }
     }
+    all
+}
+
+/// Every plan with one thing less in what orders the updates of its sources.
+pub fn with_smaller_updates(plan: &Plan) -> Vec<(String, Plan)> {
+    let SourceUpdates { before, after } = plan.updates;
+    let with = |what: &str, updates: SourceUpdates| (what.to_owned(), Plan { updates, ..plan.clone() });
+    let less = |which: &str, dependency, put: &dyn Fn(Dependency) -> SourceUpdates| -> Vec<(String, Plan)> {
+        let none = [("all".to_owned(), Dependency::default())];
+        let all = none.into_iter().chain(smaller(dependency));
+        all.map(|(what, less)| with(&format!("{which} {what}"), put(less))).collect()
+    };
+    let mut all = less("before", before, &|before| SourceUpdates { before, after });
+    all.extend(less("after", after, &|after| SourceUpdates { before, after }));
     all
 }
 

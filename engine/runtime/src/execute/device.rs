@@ -137,6 +137,7 @@ pub(super) fn scope(scope: plan::Scope) -> Scope {
         (AccessMask::SHADER_SAMPLED_READ, vk::AccessFlags2::SHADER_SAMPLED_READ),
         (AccessMask::UNIFORM_READ, vk::AccessFlags2::UNIFORM_READ),
         (AccessMask::TRANSFER_WRITE, vk::AccessFlags2::TRANSFER_WRITE),
+        (AccessMask::TRANSFER_READ, vk::AccessFlags2::TRANSFER_READ),
         (AccessMask::INDIRECT_COMMAND_READ, vk::AccessFlags2::INDIRECT_COMMAND_READ),
     ] {
         if scope.access.contains(ours) {

@@ -313,10 +313,10 @@ impl Executor {
         slot.timings_read = false;
         if uninitialized {
             initialize_resources(&mut recording, running);
-        } else if self.needs_full_barrier || uploads {
+        } else if self.needs_full_barrier {
             recording.barrier(&self.full);
         }
-        self.uploads.record(&mut recording, slot_index, &self.full);
+        self.uploads.record(&mut recording, slot_index, &running.updates);
         if let Some(timestamps) = &running.instrumentation.timestamps[slot_index] {
             recording.reset_timestamps(timestamps);
         }

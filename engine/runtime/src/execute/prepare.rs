@@ -10,7 +10,7 @@ use raxel_gpu::{
     Resource, Timestamps, vk,
 };
 use raxel_graph::checked::{BoundAccess, Dispatch, PassId};
-use raxel_graph::plan::{Plan, Step, Turn};
+use raxel_graph::plan::{Plan, SourceUpdates, Step, Turn};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
 
@@ -69,6 +69,8 @@ pub struct Prepared {
     pub(super) passes: Vec<PreparedPass>,
     /// By step; `None` where the step is no barrier.
     pub(super) barriers: Vec<Option<Barrier>>,
+    /// Before, between and after the writes of a frame that updates sources.
+    pub(super) updates: [Barrier; 3],
     /// The uniform blocks of every frame in flight, one after the other.
     pub(super) uniforms: Option<Arc<Buffer>>,
     pub(super) display: PreparedDisplay,
@@ -280,6 +282,8 @@ impl Builder {
         Ok(Prepared {
             swaps_before,
             barriers: plan.steps.iter().map(|step| barrier(step, &resources)).collect(),
+            updates: [plan.updates.before, SourceUpdates::BETWEEN, plan.updates.after]
+                .map(|dependency| Barrier::default().memory(scope(dependency.src), scope(dependency.dst))),
             instrumentation: Arc::new(self.instrumentation(&plan)?),
             replay,
             resources,

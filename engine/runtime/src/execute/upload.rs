@@ -58,13 +58,14 @@ impl Uploads {
         Ok(true)
     }
 
-    /// Records the copies of what was staged, behind everything before and in front of everything after.
-    pub(super) fn record(&self, recording: &mut Recording<'_>, slot: usize, full: &Barrier) {
+    /// Records the copies of what was staged, with the barriers that the plan has for them: before, between and after.
+    pub(super) fn record(&self, recording: &mut Recording<'_>, slot: usize, [before, between, after]: &[Barrier; 3]) {
         let Some(staging) = self.staging[slot].as_ref().filter(|_| !self.writes.is_empty()) else { return };
+        recording.barrier(before);
         let mut stored = Stored::default();
         for (place, write) in self.places() {
             if !stored.add(write) {
-                recording.barrier(full);
+                recording.barrier(between);
                 stored = Stored::default();
                 stored.add(write);
             }
@@ -78,7 +79,7 @@ impl Uploads {
                 _ => {}
             }
         }
-        recording.barrier(full);
+        recording.barrier(after);
     }
 
     /// The frame that has the copies was submitted.
