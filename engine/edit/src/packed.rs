@@ -22,7 +22,7 @@ impl PackedChunk {
     pub fn pack(chunk: Option<&Chunk>) -> Self {
         let Some(chunk) = chunk else { return Self(Arc::default()) };
         let plain = plain_bytes(chunk);
-        // In memory it cannot fail but for want of memory, and then an empty frame would lose the chunk.
+        // It fails only where memory cannot be allocated, where Rust's own containers end the program as well.
         let packed = zstd::bulk::compress(&plain, 1).expect("zstd has memory for a chunk");
         Self(packed.into())
     }

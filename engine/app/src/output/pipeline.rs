@@ -60,7 +60,10 @@ type Done = (u64, u64, Result<Vec<u8>>);
 
 impl Pipeline {
     /// Starts `workers` encoders, one at least, that write to a place.
-    pub fn start(coding: Coding, place: Place, workers: usize) -> Self {
+    ///
+    /// # Errors
+    /// When the system gives no more threads.
+    pub fn start(coding: Coding, place: Place, workers: usize) -> Result<Self> {
         let workers = workers.max(1);
         let (jobs, queue) = channel::<Job>();
         let (done, results) = channel::<Done>();
@@ -73,7 +76,7 @@ impl Pipeline {
                 let (queue, done, shared) = (queue.clone(), done.clone(), shared.clone());
                 named("encoder", move || encode_all(&queue, &done, coding, &shared))
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let writer = Some(named("writer", {
             let shared = shared.clone();
             move || {
@@ -81,8 +84,8 @@ impl Pipeline {
                 shared.failed.store(result.is_err(), Ordering::Release);
                 result
             }
-        }));
-        Self { jobs: Some(jobs), permits, workers, writer, next: 0, shared }
+        })?);
+        Ok(Self { jobs: Some(jobs), permits, workers, writer, next: 0, shared })
     }
 
     /// Hands a frame over, with the caption of a displayed picture. Waits while too many are on their way.
@@ -132,9 +135,9 @@ impl Drop for Pipeline {
 }
 
 /// A thread with a name, for traces.
-fn named<T: Send + 'static>(name: &str, run: impl FnOnce() -> T + Send + 'static) -> JoinHandle<T> {
-    // As `std::thread::spawn`, which panics where the system gives no thread.
-    std::thread::Builder::new().name(name.to_owned()).spawn(run).expect("the system gives a thread")
+fn named<T: Send + 'static>(name: &str, run: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>> {
+    let started = std::thread::Builder::new().name(name.to_owned()).spawn(run);
+    started.map_err(|error| Failure::usage(format!("the system starts no thread for the {name} of frames: {error}")))
 }
 
 /// A worker: one frame after another, until no more come or nobody takes them.
@@ -205,7 +208,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         for (name, workers) in [("one", 1), ("many", 7)] {
             let place = Place::frames(&pattern(&folder.path().join(name)), 0).unwrap();
-            let mut pipeline = Pipeline::start(CODING, place, workers);
+            let mut pipeline = Pipeline::start(CODING, place, workers).unwrap();
             for frame in 0..40 {
                 pipeline.push(frame, shot(frame as u8), None).unwrap();
             }

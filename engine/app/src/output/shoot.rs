@@ -120,7 +120,7 @@ impl Shoot {
             Mode::OneByOne => 1,
         };
         let mut stages = Stages { workers, ..Stages::default() };
-        let mut pipeline = Pipeline::start(self.coding, place, workers);
+        let mut pipeline = Pipeline::start(self.coding, place, workers)?;
         let mut ahead: VecDeque<(u64, Requested)> = VecDeque::new();
         for frame in self.run.clone() {
             let rendering = Instant::now();
