@@ -218,7 +218,12 @@ impl Front {
     /// Builds a world for something that has to look at all of its voxels.
     pub fn whole_world(&self, path: &str, console: &Console) -> Result<Arc<SessionWorld>> {
         let world = self.world(path, console)?;
-        let Some(streamed) = world.streamed() else { return Ok(world) };
+        Self::whole(&world, path, console).map(|()| world)
+    }
+
+    /// Stops at a world that never has all of its voxels.
+    pub fn whole(world: &SessionWorld, path: &str, console: &Console) -> Result<()> {
+        let Some(streamed) = world.streamed() else { return Ok(()) };
         let diagnostic = Diagnostic::error(
             codes::world::STREAM_ENDLESS,
             format!("`{path}` is streamed: there is no moment at which all of its voxels are there"),
@@ -230,7 +235,7 @@ impl Front {
 
     /// Loads a world with what is in its save.
     pub fn saved_world(&self, path: &str, saves: Saves, console: &Console) -> Result<SavedWorld> {
-        let world = self.whole_world(path, console)?;
+        let world = self.world(path, console)?;
         let (saved, found) = SavedWorld::open(&world, self.project.root(), &**self.loader.files(), saves)
             .map_err(|found| console.stop(&found))?;
         console.diagnostics(&found, &SourceMap::default(), To::Stderr);

@@ -1,5 +1,5 @@
-//! Edits of voxel worlds: what an edit is, the chunks that edits have changed, undo and redo, questions about the newest voxels, and
-//! the save that keeps all of it.
+//! Edits of voxel worlds: what an edit is, the chunks that edits have changed, undo and redo, questions about the newest voxels, the tiles
+//! of a streamed world with its edits, and the save that keeps all of it.
 //!
 //! Everything here is exact and repeatable: operations carry integers only, so that the same operations in the same order give the same
 //! bytes on every machine.
@@ -13,9 +13,11 @@ pub mod query;
 pub mod save;
 mod scene;
 mod shape;
+mod source;
 
 pub use edits::{Change, ChunkChange, Edits, Overlay};
 pub use history::HISTORY_BYTES;
 pub use operation::{Brush, EditError, MOST_CHUNKS, MOST_RADIUS, Operation, UNIT, fixed};
 pub use packed::PackedChunk;
 pub use scene::{Base, EditModel, Scene};
+pub use source::EditedSource;

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_edit::EditedSource;
 use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, TimelineValue, vk};
 use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, View};
 use raxel_world::Streamed;
@@ -64,14 +65,19 @@ impl From<ExecuteError> for Refused {
 
 impl WorldStream {
     /// Starts to load a world around a camera. When `complete`, every frame waits until everything that its camera wants is there.
-    pub fn new(streamed: &Streamed, camera: &Camera, complete: bool, builder: &Builder) -> Result<Self, Refused> {
+    pub fn new(
+        (streamed, tiles): (&Streamed, &Arc<EditedSource>),
+        camera: &Camera,
+        complete: bool,
+        builder: &Builder,
+    ) -> Result<Self, Refused> {
         let device = builder.device();
         let settings = &streamed.settings;
-        let reach = Reach::of(settings, streamed.generator.height_range().unwrap_or([0, 0]));
+        let reach = reach_of(streamed, tiles);
         let capabilities = device.capabilities();
         let there = u64::from(capabilities.limits.max_storage_buffer_range).min(capabilities.memory / SHARE);
         let bytes = settings.gpu_memory.min(there) & !15;
-        let needed = Streamer::estimate(&*streamed.generator, &reach, camera.cell);
+        let needed = Streamer::estimate(&**tiles, &reach, camera.cell);
         if needed > bytes {
             return Err(Refused::World(Box::new(too_small(streamed, needed, bytes))));
         }
@@ -89,8 +95,8 @@ impl WorldStream {
         };
         let source = builder.source("world.tree64", Some(buffer), None);
         let words = (bytes / 4) as u32;
-        let generator = streamed.generator.clone();
-        let streamer = Streamer::new(generator, memory, words, reach, view_of(camera, DVec3::ZERO, 1.0), options);
+        let view = view_of(camera, DVec3::ZERO, 1.0);
+        let streamer = Streamer::new(tiles.clone(), memory, words, reach, view, options);
         Ok(Self { streamer, source, device: device.clone(), complete, frames: Mutex::default() })
     }
 
@@ -224,6 +230,13 @@ impl std::fmt::Debug for WorldStream {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("WorldStream").field("stats", &self.stats()).finish_non_exhaustive()
     }
+}
+
+/// Which tiles of a world are wanted: those of its file, and what is edited.
+pub fn reach_of(streamed: &Streamed, tiles: &EditedSource) -> Reach {
+    let mut reach = Reach::of(&streamed.settings, streamed.generator.height_range().unwrap_or([0, 0]));
+    tiles.edited_heights().into_iter().for_each(|heights| reach.include(heights));
+    reach
 }
 
 /// Memory of the device that the host writes, where there is enough of it; memory that only the device sees, else.

@@ -5,12 +5,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap};
+use raxel_edit::{Base, EditedSource, Scene};
 use raxel_graph::checked::Fact;
 use raxel_graph::plan::WorldInput;
-use raxel_world::Streamed;
 use raxel_world::file::{Aim, CameraHint, Loaded};
 use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits};
-use raxel_world::{Chunk, ChunkPos, Material};
+use raxel_world::{Chunk, ChunkPos, ChunkSource as _, Material, Streamed};
 
 use crate::camera::Camera;
 
@@ -23,6 +23,8 @@ pub struct SessionWorld {
     costs: Mutex<BTreeMap<Layout, LayoutCost>>,
     /// Names of the materials by index.
     materials: Vec<String>,
+    /// The tiles of a streamed world, with its edits.
+    tiles: Option<Arc<EditedSource>>,
     /// Whether it has edits, and encodings are made to follow them.
     edited: bool,
 }
@@ -73,8 +75,14 @@ impl SessionWorld {
     }
 
     fn new(path: Option<String>, loaded: Loaded) -> Self {
-        let materials = loaded.world.materials().iter().map(|material| material.name.clone()).collect();
-        Self { path, loaded, identity: Arc::default(), costs: Mutex::default(), materials, edited: false }
+        let mut materials = loaded.world.materials().to_vec();
+        let tiles = loaded.stream.as_ref().map(|streamed| {
+            // The palette of a streamed world never changes: what models may bring is in it from the beginning.
+            materials = Scene::new(&materials, &loaded.models).materials;
+            Arc::new(EditedSource::new(streamed.generator.clone(), materials.clone()))
+        });
+        let materials = materials.into_iter().map(|material| material.name).collect();
+        Self { path, loaded, identity: Arc::default(), costs: Mutex::default(), materials, tiles, edited: false }
     }
 
     /// The same world with other chunks. All worlds that edits make of one file share an identity, since their encodings follow the edits.
@@ -109,6 +117,27 @@ impl SessionWorld {
         self.loaded.stream.as_ref()
     }
 
+    /// The tiles of a streamed world, with its edits.
+    pub fn tiles(&self) -> Option<&Arc<EditedSource>> {
+        self.tiles.as_ref()
+    }
+
+    /// The newest voxels, chunk by chunk. Those of a streamed world are made when they are asked for.
+    pub fn newest(&self) -> &dyn Base {
+        match &self.tiles {
+            Some(tiles) => &**tiles,
+            None => &self.loaded.world,
+        }
+    }
+
+    /// The voxels below edits: of a streamed world, without any; of others, these.
+    pub(crate) fn base(&self) -> &dyn Base {
+        match &self.tiles {
+            Some(tiles) => tiles.unedited(),
+            None => &self.loaded.world,
+        }
+    }
+
     /// The voxels; none of a streamed world.
     pub fn voxels(&self) -> &raxel_world::World {
         &self.loaded.world
@@ -116,11 +145,9 @@ impl SessionWorld {
 
     /// Whether a fact about worlds holds. Facts about params are not the world's.
     pub fn holds(&self, fact: &Fact) -> bool {
-        if self.streamed().is_some() {
+        if let Some(tiles) = &self.tiles {
             // Whatever is declared may come into view.
-            let any = |of: fn(&raxel_world::Material) -> f32| {
-                self.loaded.world.materials().iter().skip(1).any(|m| of(m) > 0.0)
-            };
+            let any = |of: fn(&Material) -> f32| tiles.materials().iter().skip(1).any(|material| of(material) > 0.0);
             return match fact {
                 Fact::WorldHasEmission => any(|material| material.emission),
                 Fact::WorldHasTransparency => any(|material| material.transparency),

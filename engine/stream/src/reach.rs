@@ -75,6 +75,15 @@ impl Reach {
         self.radii[0]
     }
 
+    /// What is edited is seen, however high or deep: the rows of tiles at these heights are wanted as well.
+    pub fn include(&mut self, [low, high]: [i64; 2]) {
+        self.height = if self.height[0] < self.height[1] {
+            [self.height[0].min(low), self.height[1].max(high)]
+        } else {
+            [low, high]
+        };
+    }
+
     /// The same with another reach of level 0.
     #[must_use]
     pub fn with_near(&self, tiles: i32) -> Self {

@@ -58,32 +58,54 @@ impl Editing {
         self.edits.steps()
     }
 
-    /// The world after a change of the one before.
+    /// The world after a change of the one before, which is not streamed.
     pub(crate) fn world_after(&self, before: &SessionWorld, changes: &Changes) -> Arc<SessionWorld> {
         Arc::new(before.edited(&self.identity, &self.scene.materials, changes.iter().cloned()))
     }
 
-    /// The base with all edits; `None` when there are none.
+    /// The base with all edits; `None` when there are none, and when it is streamed: then its tiles have them.
     pub(crate) fn world(&self) -> Option<Arc<SessionWorld>> {
+        if let Some(tiles) = self.base.tiles() {
+            tiles.replace(&self.edits);
+            return None;
+        }
         if self.edits.is_empty() {
             return None;
         }
-        let base = self.base.voxels();
+        let base = self.base.base();
         let chunks = self.edits.positions().map(|pos| (pos, self.edits.chunk(pos, base)));
         Some(self.world_after(&self.base, &chunks.collect()))
     }
 
     /// Makes an edit, which can be undone.
     pub(crate) fn apply(&mut self, operations: &[Operation]) -> Result<Change, EditError> {
-        self.edits.apply(operations, &self.scene, self.base.voxels())
+        let change = self.edits.apply(operations, &self.scene, self.base.base())?;
+        self.note(&change);
+        Ok(change)
     }
 
     pub(crate) fn undo(&mut self) -> Option<Change> {
-        self.edits.undo(self.base.voxels())
+        let change = self.edits.undo(self.base.base())?;
+        self.note(&change);
+        Some(change)
     }
 
     pub(crate) fn redo(&mut self) -> Option<Change> {
-        self.edits.redo(self.base.voxels())
+        let change = self.edits.redo(self.base.base())?;
+        self.note(&change);
+        Some(change)
+    }
+
+    /// The tiles of a streamed world follow an edit.
+    fn note(&self, change: &Change) {
+        if let Some(tiles) = self.base.tiles() {
+            tiles.change(change);
+        }
+    }
+
+    /// Positions of all chunks that are edited.
+    pub(crate) fn positions(&self) -> Vec<ChunkPos> {
+        self.edits.positions().collect()
     }
 
     /// Saves what [`Editing::apply`] did. What is wrong with the save is said once.
@@ -139,20 +161,26 @@ impl Editing {
         if due == self.scripted {
             return steps;
         }
-        let base = self.base.voxels();
+        let base = self.base.clone();
+        let base = base.base();
+        let mut step = |editing: &Self, change: Change| {
+            editing.note(&change);
+            steps.push(change.after().collect());
+        };
         if due < self.scripted {
-            steps.push(self.edits.clear(base).after().collect());
+            let change = self.edits.clear(base);
+            step(self, change);
             self.scripted = 0;
         }
         let operations: Vec<Operation> = self.script[self.scripted..due].iter().map(|(_, edit)| edit.clone()).collect();
         self.scripted = due;
         // They were checked when the demo was read, each for itself: those that are too many for one step are made one by one.
         match self.edits.replay(&operations, &self.scene, base) {
-            Ok(change) => steps.push(change.after().collect()),
+            Ok(change) => step(self, change),
             Err(_) => {
                 for operation in operations {
                     if let Ok(change) = self.edits.replay(&[operation], &self.scene, base) {
-                        steps.push(change.after().collect());
+                        step(self, change);
                     }
                 }
             }

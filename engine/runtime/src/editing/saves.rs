@@ -73,7 +73,7 @@ impl Editing {
             found.push(Diagnostic::warning(codes::world::SAVE_DAMAGED, message));
         }
         for (seq, operations) in opened.steps {
-            match self.edits.replay(&operations, &self.scene, base.voxels()) {
+            match self.edits.replay(&operations, &self.scene, base.base()) {
                 Ok(change) => save.replayed(&change),
                 Err(error) => {
                     let message = format!("`{}`: edit {seq} is left out: {error}", settings.path);

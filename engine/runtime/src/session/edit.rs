@@ -7,6 +7,7 @@ use raxel_edit::query::{CastHit, cast};
 use raxel_edit::{Change, EditError, Operation, Scene};
 use raxel_oracle::Ray;
 use raxel_oracle::camera::Pinhole;
+use raxel_world::ChunkPos;
 
 use super::{FrameError, Session};
 use crate::build_error::BuildError;
@@ -19,9 +20,6 @@ pub enum EditFailure {
     /// It is wrong, or too large.
     #[error(transparent)]
     Refused(#[from] EditError),
-    /// The world is streamed.
-    #[error("a streamed world cannot be edited")]
-    Streamed,
     /// The device has no room for the world after it.
     #[error("{}", .diagnostics.first().map_or_else(String::new, |first| first.message.clone()))]
     TooLarge {
@@ -34,10 +32,6 @@ impl EditFailure {
     /// As a diagnostic without a place.
     pub fn into_diagnostics(self) -> Vec<Diagnostic> {
         match self {
-            Self::Streamed => vec![
-                Diagnostic::error(codes::world::EDIT, self.to_string())
-                    .help("take `[stream]` out of its file and give its operations bounds"),
-            ],
             Self::Refused(error) => vec![Diagnostic::error(codes::world::EDIT, error.to_string())],
             Self::TooLarge { diagnostics } => diagnostics,
         }
@@ -48,9 +42,6 @@ impl Session {
     /// Edits the world, before the next frame: the operations in order, as one step to be undone. They are saved if the world has a save
     /// and [`super::Options::saves`] says so. Gives the number of chunks that changed.
     pub fn edit(&mut self, operations: &[Operation]) -> Result<usize, EditFailure> {
-        if self.world.streamed().is_some() {
-            return Err(EditFailure::Streamed);
-        }
         let change = self.editing.apply(operations)?;
         self.show_edit(operations, &change)
     }
@@ -79,7 +70,7 @@ impl Session {
 
     /// The first solid voxel along a ray, exactly, in the newest voxels; not farther than `reach` voxels.
     pub fn cast(&self, ray: &Ray, reach: f64) -> Option<CastHit> {
-        cast(self.world.voxels(), ray, reach)
+        cast(self.world.newest(), ray, reach)
     }
 
     /// The same along the ray of a pixel of the window, from the top left, seen from the camera.
@@ -99,7 +90,7 @@ impl Session {
 
     /// Voxels of a box by material, in the newest voxels.
     pub fn region(&self, bounds: &raxel_world::Bounds) -> Result<BTreeMap<u16, u64>, EditError> {
-        raxel_edit::query::histogram(self.world.voxels(), bounds)
+        raxel_edit::query::histogram(self.world.newest(), bounds)
     }
 
     /// What is to be said about the save since the last call: that it fails, and that it works again.
@@ -141,6 +132,12 @@ impl Session {
     /// Makes the world after a change the one that is shown. With an error, the one before is shown on.
     fn show(&mut self, changes: &Changes) -> Result<(), BuildError> {
         if changes.is_empty() {
+            return Ok(());
+        }
+        if self.world.streamed().is_some() {
+            // Its tiles have the edit already, and neither its size nor its materials change.
+            let chunks: Vec<ChunkPos> = changes.iter().map(|(pos, _)| *pos).collect();
+            self.context.sources.edit_streamed(&self.world, &chunks);
             return Ok(());
         }
         let next = self.editing.world_after(&self.world, changes);

@@ -55,6 +55,8 @@ impl Session {
         let (graph, base) = (graph.clone(), world.clone());
         let (edited, found) = self.editing.rebase(&base, &self.world);
         diagnostics.extend(found);
+        // A streamed world may have begun to load before it had the edits.
+        self.context.sources.edit_streamed(&base, &self.editing.positions());
         let world = edited.unwrap_or_else(|| base.clone());
         let (warnings, all_texts) = (diagnostics.clone(), texts.clone());
         // Something may have been chosen since the build began.

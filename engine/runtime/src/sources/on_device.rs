@@ -105,7 +105,7 @@ impl OnDevice {
         if let Some(known) = entries.iter().find(|entry| entry.key == key) {
             return Ok(Some(known.source.clone()));
         }
-        if let (Key::Voxels { name: parsed, copied, .. }, Some(streamed)) = (&key, world.streamed())
+        if let (Key::Voxels { name: parsed, copied, .. }, Some(streamed)) = (&key, world.streamed().zip(world.tiles()))
             && !matches!(parsed, SourceName::Model(..))
         {
             if *parsed != SourceName::World(Layout::Tree64) || *copied {
@@ -148,6 +148,13 @@ impl OnDevice {
             _ => true,
         });
         entries.len() != before
+    }
+
+    /// Tells a streamed world on the device which of its chunks are other ones now.
+    pub fn edit_streamed(&self, world: &SessionWorld, chunks: &[ChunkPos]) {
+        if let Some(stream) = self.stream(world).filter(|_| !chunks.is_empty()) {
+            stream.streamer().changed(chunks);
+        }
     }
 
     /// Drops what there is of a world.

@@ -186,10 +186,6 @@ fn missing(code: raxel_diagnostics::Code, what: &str, named: &Place<String>, nam
 impl Demo {
     /// Everything that is wrong with the edits in a world.
     pub fn check_edits_in(&self, world: &SessionWorld) -> Vec<Diagnostic> {
-        if let (Some(_), Some(first)) = (world.streamed(), self.edits.first()) {
-            let error = Diagnostic::error(codes::world::EDIT, "a streamed world cannot be edited");
-            return vec![error.label(first.span.clone(), "this edit").label(self.world.span.clone(), "of this world")];
-        }
         self.check_edits(&scene_of(world))
     }
 

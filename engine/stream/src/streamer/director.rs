@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use raxel_world::ChunkPos;
 use raxel_world::layout::Tree64Header;
@@ -24,6 +24,8 @@ const LEAST_NEAR: i32 = 2;
 const FULL: u64 = 85;
 /// Least of the pool that is free for level 0 to reach further again, in percent.
 const ROOMY: u64 = 65;
+/// How long a publication waits for the rest of an edit, so that what was changed at once is seen at once.
+const WHOLE_EDIT: Duration = Duration::from_millis(100);
 /// The longest time between two looks at what is missing.
 const TURN: Duration = Duration::from_millis(32);
 
@@ -44,6 +46,8 @@ pub(super) struct Director {
     missing: HashSet<TileKey>,
     /// Tiles that are to be made anew. A result that was in work when it changed is made once more.
     stale: BTreeMap<TileKey, Stale>,
+    /// Until when publications wait for chunks that are to be made anew.
+    held: Option<Instant>,
     /// Blocks that no publication from this version on reaches.
     retired: VecDeque<(u64, Block)>,
     version: u64,
@@ -87,6 +91,7 @@ impl Director {
             wanted: 0,
             missing: HashSet::new(),
             stale: BTreeMap::new(),
+            held: None,
             retired: VecDeque::new(),
             version: 0,
             directory: None,
@@ -127,7 +132,8 @@ impl Director {
                 return None;
             }
             let moved = desk.view_serial != self.view_serial;
-            let can_publish = self.changed && desk.pending.is_none() && !self.complete && !self.no_room;
+            let can_publish =
+                self.changed && desk.pending.is_none() && !self.complete && !self.no_room && !self.is_held();
             let can_free = self.retired.front().is_some_and(|(version, _)| *version <= desk.released);
             if moved || !desk.made.is_empty() || can_publish || can_free {
                 self.view = desk.view;
@@ -191,8 +197,15 @@ impl Director {
 
     /// Chunks that the source answers anew, with the coarser tiles around them.
     fn note_changes(&mut self, chunks: &[ChunkPos]) {
+        let now = Instant::now();
+        if !chunks.is_empty() && self.held.is_none_or(|until| until <= now) {
+            self.held = Some(now + WHOLE_EDIT);
+        }
         for pos in chunks {
             let mut key = TileKey { level: 0, pos: *pos };
+            let low = key.origin()[1];
+            self.whole.include([low, low + TileKey::edge(0)]);
+            self.reach.include([low, low + TileKey::edge(0)]);
             loop {
                 let known = self.tiles.contains_key(&key) || self.missing.contains(&key);
                 if known {
@@ -204,6 +217,12 @@ impl Director {
                 key = key.parent();
             }
         }
+    }
+
+    /// Whether a part of an edit is still to be made. Coarse tiles do not count: what is seen of them is far away.
+    fn is_held(&self) -> bool {
+        let unmade = self.stale.first_key_value().is_some_and(|(key, _)| key.level == 0);
+        unmade && self.held.is_some_and(|until| Instant::now() < until)
     }
 
     /// The camera is elsewhere: what is wanted, and what goes.
@@ -279,7 +298,7 @@ impl Director {
         }
         let mut desk = self.shared.desk();
         let idle = |key: &TileKey| !desk.in_work.contains(key) && !desk.made.iter().any(|made| made.key == *key);
-        // What was changed by hand is seen to be wrong: it comes first.
+        // What was changed by hand is seen to be wrong: it comes first, chunks before the coarser tiles around them.
         let stale: Vec<TileKey> = self.stale.keys().copied().filter(idle).collect();
         let mut jobs: Vec<(f64, TileKey)> = self
             .missing
@@ -288,7 +307,7 @@ impl Director {
             .map(|key| (self.view.urgency(*key), *key))
             .collect();
         jobs.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| b.1.cmp(&a.1)));
-        desk.jobs = jobs.into_iter().map(|(_, key)| key).chain(stale.iter().copied()).collect();
+        desk.jobs = jobs.into_iter().map(|(_, key)| key).chain(stale.iter().rev().copied()).collect();
         stale.into_iter().for_each(|key| {
             self.stale.insert(key, Stale::Asked);
         });
@@ -306,8 +325,9 @@ impl Director {
             let desk = self.shared.desk();
             (desk.pending.is_some(), desk.view_serial == self.view_serial)
         };
-        let due = self.changed && if self.complete { settled } else { !pending };
+        let due = self.changed && if self.complete { settled } else { !pending && !self.is_held() };
         if due {
+            self.held = None;
             self.stats.missing_in_view = self.missing.iter().filter(|key| self.view.sees(**key)).count();
             self.make_publication();
         }

@@ -123,7 +123,7 @@ pub fn load(
             camera: description.camera,
             cameras: description.cameras,
             models: description.models,
-            save: None,
+            save: description.save,
             files: description.files,
         };
         return Ok((loaded, found));
@@ -209,7 +209,6 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
         Some((stream::read(table)?, table.span().clone()))
     });
     let save = root.get("save").and_then(|node| node.table()).and_then(|table| save::read(&table));
-    root.conflict("stream", "save", "the edits of a streamed world cannot be saved");
     let palette = Palette::read(root);
     let models = Models::read(root, path, files);
     let mut reader = OperationReader::new(palette, models, seed as u64, stream_table.is_some());
