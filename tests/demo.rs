@@ -114,3 +114,98 @@ fn a_caption_is_in_the_picture() {
     let letters = |picture: &image::RgbImage| picture.pixels().filter(|pixel| pixel.0[1] > 100).count();
     assert!(letters(&plain) == 0 && letters(&said) > 20, "{} pixels are light", letters(&said));
 }
+
+/// The project with a second graph, which has a param, from the sixth frame to the tenth.
+fn two_graphs() -> Project {
+    let project = project();
+    let other = GRAPH
+        .replace("name = 'count'", "name = 'other'")
+        .replace("add.comp", "other.comp")
+        .replace("name = 'add'", "name = 'sub'");
+    let other = format!(
+        "{other}tint = {{ type = 'f32', from = 'param.tint' }}\n[params.tint]\ntype = 'f32'\ndefault = 0.0\nrange = [0, 9]\n"
+    );
+    let shader = SHADER
+        .replace("ivec3 last; }", "ivec3 last; float tint; }")
+        .replace("push.cell.x, push.last.x", "-push.cell.x, push.tint");
+    project.write("graphs/other.toml", other).write("shaders/other.comp", shader);
+    let turns = "[[graphs]]\ntime = 0.5\ngraph = 'other.toml'\n[[graphs]]\ntime = 0.9\ngraph = 'count.toml'\n[tracks.tint]\nkeys = [[0.0, 0.0], [1.0, 2.0]]\n";
+    project.write("worlds/a.demo.toml", format!("{DEMO}{turns}"));
+    project
+}
+
+#[test]
+#[allow(clippy::float_cmp, reason = "they count frames")]
+fn graphs_take_turns_in_films_parts_and_tests() {
+    let project = two_graphs();
+    project.raxel(&["check", "worlds/a.demo.toml"]).exits(0);
+    // The last frame of the first graph, the first and the third of the second, and the first of the first again.
+    assert_eq!(texel(&project, &["--at", "0.4s"]).0, [5.0, 0.0, 0.0]);
+    let (first, run) = texel(&project, &["--at", "0.5s", "--validate"]);
+    assert_eq!((first, &run.json()[0]["run"]), ([1.0, 0.0, 1.0], &serde_json::json!([5, 6])));
+    let (third, run) = texel(&project, &["--at", "0.7s"]);
+    assert_eq!((third[0], &run.json()[0]["run"]), (3.0, &serde_json::json!([5, 8])));
+    assert!((third[2] - 1.4).abs() < 1e-3, "{third:?}");
+    assert_eq!(texel(&project, &["--at", "0.9s"]).0, [1.0, 0.0, 0.0]);
+    // The whole run and its parts have the same bytes.
+    project.raxel(&["render", "worlds/a.demo.toml", "--validate", "-o", "whole/%02d.exr"]).exits(0);
+    for shard in ["1/3", "2/3", "3/3"] {
+        project.raxel(&["render", "worlds/a.demo.toml", "--shard", shard, "-o", "parts/%02d.exr"]).exits(0);
+    }
+    for frame in 0..20 {
+        let read = |folder: &str| std::fs::read(project.path(&format!("{folder}/{frame:02}.exr"))).unwrap();
+        assert!(read("whole") == read("parts"), "frame {frame}");
+    }
+
+    // Passes of both graphs are timed, each in its own frames, and checks find them.
+    let checks = "[[check]]\npass = 'add'\nbelow_ms = 60000.0\n[[check]]\npass = 'sub'\nbelow_ms = 60000.0\n\
+                  [[check]]\nframe = 6\ntarget = 'sum'\nreference = 'refs/b.png'\nflip = 0.0\n";
+    let text = std::fs::read_to_string(project.path("worlds/a.demo.toml")).unwrap();
+    project.write("worlds/a.demo.toml", text + checks);
+    project.raxel(&["test", "--write"]).exits(0);
+    assert!(project.raxel(&["test"]).exits(0).stderr.contains("3 checks held"));
+    let bench = ["bench", "--demo", "worlds/a.demo.toml", "--format", "json", "-o", "out"];
+    let run = project.raxel(&bench).exits(0);
+    let report = &run.json()[0];
+    let passes: Vec<_> = report["passes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|p| (p["graph"].as_str().unwrap(), p["pass"].as_str().unwrap(), p["frames"].as_u64().unwrap()))
+        .collect();
+    assert_eq!(passes, [("graphs/count.toml", "add", 16), ("graphs/other.toml", "sub", 4)]);
+    assert_eq!(report["frame"]["frames"], 20);
+    assert!(report["passes"][0]["p95_ms"].as_f64() >= report["passes"][0]["median_ms"].as_f64());
+    assert_eq!(report["checks"].as_array().unwrap().len(), 2);
+    let csv = std::fs::read_to_string(project.path("out/demo.csv")).unwrap();
+    assert!(
+        csv.starts_with("graph,what,frames,median_ms,p95_ms,max_ms\n") && csv.contains("graphs/other.toml,sub,4,"),
+        "{csv}"
+    );
+    assert!(project.path("out/demo.json").exists());
+    project.edit("worlds/a.demo.toml", "pass = 'sub'\nbelow_ms = 60000.0", "pass = 'sub'\nbelow_ms = 0.0000011");
+    let run = project.raxel(&["bench", "--demo", "worlds/a.demo.toml"]).exits(1);
+    assert!(run.stdout.contains("FAILED: pass `sub`") && run.stdout.contains("(graphs/other.toml)"), "{}", run.stdout);
+    project.raxel(&["bench", "--demo", "worlds/a.demo.toml", "--layouts", "tree64"]).exits(2);
+}
+
+#[test]
+fn mistakes_in_graphs_of_a_demo_point_at_their_lines() {
+    let project = two_graphs();
+    let short = |verb: &[&str]| {
+        let run = project.raxel(verb);
+        format!("{}{}", run.stdout, run.stderr)
+    };
+    let check = ["check", "worlds/a.demo.toml", "--format", "short"];
+    let render = ["render", "worlds/a.demo.toml", "--format", "short", "-o", "a.png"];
+    project.edit("worlds/a.demo.toml", "'other.toml'", "'gone.toml'");
+    for verb in [&check[..], &render[..]] {
+        assert!(short(verb).contains("worlds/a.demo.toml:20:9: error[RX0001]"), "{}", short(verb));
+    }
+    project.edit("worlds/a.demo.toml", "'gone.toml'", "'other.toml'").edit("graphs/other.toml", "'sum'", "'smu'");
+    for verb in [&check[..], &render[..]] {
+        assert!(short(verb).contains("graphs/other.toml:2:"), "{}", short(verb));
+    }
+    project.edit("graphs/other.toml", "'smu'", "'sum'").edit("worlds/a.demo.toml", "tracks.tint", "tracks.tnit");
+    assert!(short(&check).contains("RX0403") && short(&check).contains("none of the graphs has a param `tnit`"));
+}

@@ -310,10 +310,18 @@ impl Front {
         checked.add(&part);
         let Ok(demo) = part.result else { return };
         let world = self.built(&demo.world.value);
-        if let Some(graph) = self.check_graph(&demo.graph.value, world.result.as_ref().ok(), checked) {
-            checked.found.extend(demo.check(&graph));
+        let mut graphs = BTreeMap::new();
+        for place in demo.all_graphs() {
+            let before = checked.found.len();
+            if let Some(graph) = self.check_graph(&place.value, world.result.as_ref().ok(), checked) {
+                graphs.insert(place.value.as_str(), graph);
+            }
+            place.point_at_missing(&mut checked.found[before..]);
         }
+        checked.found.extend(demo.check(&|path| graphs.get(path).map(|graph| &**graph)));
+        let before = checked.found.len();
         checked.add(&world);
+        demo.world.point_at_missing(&mut checked.found[before..]);
         if let Ok(world) = &world.result {
             checked.found.extend(demo.check_edits_in(world));
         }

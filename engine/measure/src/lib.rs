@@ -5,11 +5,16 @@
 //! * [`light`]: lighting systems held to a converged path tracer: `raxel bench light`
 //! * [`rays`]: lists of rays through a world on the device, without a graph: what `stress` and tests trace with
 //! * [`save_latency`]: the time from a save to the picture that shows it: `raxel bench reload`
+//! * [`demo`]: times of a demo's frames and of their passes: `raxel bench --demo`
 //! * [`flight`]: frame times while a world is loaded around a moving camera: `raxel bench stream`
 
 pub mod bench;
+pub mod demo;
 pub mod flight;
 pub mod light;
 pub mod rays;
 pub mod save_latency;
 pub mod stress;
+mod times;
+
+pub use times::Times;

@@ -11,6 +11,8 @@ use raxel_runtime::project::Project;
 use raxel_runtime::reload::{Failed, ReloadEvent};
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
 
+use crate::Times;
+
 /// What is measured.
 #[derive(Clone)]
 pub struct LatencyOptions {
@@ -22,14 +24,7 @@ pub struct LatencyOptions {
     pub edits: usize,
 }
 
-/// Milliseconds from the end of the save to the finished first frame of the new plan.
-#[derive(Clone, Debug, Serialize)]
-pub struct Times {
-    /// Each edit, in the order made.
-    pub milliseconds: Vec<f64>,
-}
-
-/// The result.
+/// The result. Times are from the end of the save to the finished first frame of the new plan.
 #[derive(Clone, Debug, Serialize)]
 pub struct SaveLatency {
     /// Name of the device.
@@ -65,16 +60,6 @@ pub enum LatencyError {
     /// An edit did not arrive.
     #[error("an edit of `{0}` was not noticed within ten seconds")]
     Unnoticed(String),
-}
-
-impl Times {
-    /// The value that `part` (0 to 1) of the edits do not exceed: the nearest rank.
-    pub fn percentile(&self, part: f64) -> f64 {
-        let mut sorted = self.milliseconds.clone();
-        sorted.sort_by(f64::total_cmp);
-        let rank = (part * sorted.len() as f64).ceil() as usize;
-        sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
-    }
 }
 
 /// Edits a copy of a project while a session runs it, and measures.
@@ -198,15 +183,8 @@ fn copy_folder(from: &Path, to: &Path) -> io::Result<()> {
 }
 
 #[cfg(test)]
-#[allow(clippy::float_cmp, reason = "ranks are picked from the samples, not computed")]
 mod tests {
     use super::*;
-
-    #[test]
-    fn percentiles_are_nearest_ranks() {
-        let times = Times { milliseconds: vec![5.0, 1.0, 4.0, 2.0, 3.0] };
-        assert_eq!([0.0, 0.5, 0.95, 1.0].map(|part| times.percentile(part)), [1.0, 3.0, 5.0, 5.0]);
-    }
 
     #[test]
     fn main_is_found_however_it_is_written() {

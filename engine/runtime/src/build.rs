@@ -16,6 +16,8 @@ use crate::world::SessionWorld;
 /// What a plan is made for, apart from the files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
+    /// Project path of the graph.
+    pub graph: String,
     /// Extent of the output in pixels.
     pub output: [u32; 2],
     /// What is shown.

@@ -46,6 +46,7 @@ impl GraphRunner {
         setup: Setup,
     ) -> Result<(), BuildError> {
         let selection = Selection {
+            graph: graph.name.clone(),
             output: setup.output,
             present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
             pinned: setup.pinned,

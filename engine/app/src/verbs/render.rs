@@ -165,7 +165,8 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
 /// The first frame that must be run for those that are wanted, where the session then stands. The camera of the frame before is known to
 /// every frame, so one more is run. A graph that looks back is run from the last cut of its demo.
 fn start(session: &mut Session, wanted: &Range<u64>, step: f64) -> u64 {
-    let first = if Front::looks_back(session.graph(), session.size()) {
+    let graph = session.graph_at(wanted.start as f64 * step);
+    let first = if Front::looks_back(graph, session.size()) {
         let at = |frame: u64| frame as f64 * step;
         let cut = |frame: &u64| session.demo().is_some_and(|demo| demo.cuts_between(at(frame - 1), at(*frame)));
         (1..=wanted.start).rev().find(cut).unwrap_or(0)

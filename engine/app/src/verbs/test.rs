@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, SourceMap, Span, codes};
 use raxel_gpu::DeviceOptions;
+use raxel_measure::demo::FrameTimes;
 use raxel_picture::Encoding;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::Picture;
@@ -134,25 +135,17 @@ impl Test<'_> {
             session.hold_debug_target(target).map_err(|error| Failure::usage(error.to_string()))?;
         }
         let end = if timed { demo.frames() } else { looks.last().map_or(0, |(_, frame)| frame + 1) };
-        let mut times: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+        let mut times = FrameTimes::default();
         for frame in 0..end {
-            session.frame().map_err(|error| frame_failure(error, self.console))?;
-            if timed {
-                session.wait().map_err(|error| frame_failure(error, self.console))?;
-                let plan = session.plan().cloned();
-                for time in session.timings() {
-                    if let (Some(plan), Some(nanoseconds)) = (&plan, time.nanoseconds) {
-                        times.entry(plan.graph.pass(time.pass).name.clone()).or_default().push(nanoseconds / 1e6);
-                    }
-                }
-            }
+            let ran = if timed { times.frame(&mut session) } else { session.frame().map(drop) };
+            ran.map_err(|error| frame_failure(error, self.console))?;
             for (index, _) in looks.iter().filter(|(_, of)| *of == frame) {
                 let picture = session.read_presented()?;
                 self.look(*index, picture)?;
             }
         }
         if timed {
-            self.judge_passes(&mut times);
+            self.judge_passes(&times);
         }
         self.complaints |= print_validation(&session, self.console);
         Ok(())
@@ -217,24 +210,21 @@ impl Test<'_> {
         Ok(())
     }
 
-    fn judge_passes(&mut self, times: &mut BTreeMap<String, Vec<f64>>) {
+    fn judge_passes(&mut self, times: &FrameTimes) {
         let demo = self.demo.clone();
-        for check in &demo.checks {
+        for verdict in times.judge(&demo) {
+            let check = &demo.checks[verdict.index];
             let Claim::Pass { pass, below_ms } = &check.claim else { continue };
-            let median = times.get_mut(&pass.value).map(|samples| {
-                samples.sort_by(f64::total_cmp);
-                samples[samples.len() / 2]
-            });
-            let Some(median) = median else {
+            let Some(median) = verdict.median_ms else {
                 let message = format!("pass `{}` never ran, or the device has no clock", pass.value);
                 self.found.push(
                     Diagnostic::error(codes::session::PASS_TOO_SLOW, message).label(pass.span.clone(), "this pass"),
                 );
                 continue;
             };
-            let holds = median < *below_ms;
-            self.say(&check.span, holds, &format!("pass `{}`: {median:.3} ms of {below_ms}", pass.value), median);
-            if !holds {
+            let text = format!("pass `{}`: {median:.3} ms of {below_ms}", pass.value);
+            self.say(&check.span, verdict.holds, &text, median);
+            if !verdict.holds {
                 let message = format!("pass `{}` takes {median:.3} ms; {below_ms} ms is allowed", pass.value);
                 self.found.push(
                     Diagnostic::error(codes::session::PASS_TOO_SLOW, message)

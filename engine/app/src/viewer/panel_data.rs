@@ -326,6 +326,8 @@ pub(crate) fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeli
         (!demo.camera.is_empty()).then(|| ("camera".to_owned(), demo.camera.iter().map(|key| key.time).collect()));
     let tracks =
         demo.tracks.iter().map(|track| (track.param.value.clone(), track.keys.iter().map(|key| key.value.0).collect()));
+    let graphs =
+        (!demo.graphs.is_empty()).then(|| ("graph".to_owned(), demo.graphs.iter().map(|key| key.time).collect()));
     let shows =
         (!demo.shows.is_empty()).then(|| ("target".to_owned(), demo.shows.iter().map(|key| key.time).collect()));
     Some(Timeline {
@@ -334,6 +336,6 @@ pub(crate) fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeli
         time: demo.local_time(now),
         looped: looped.unwrap_or(demo.looped),
         drives: session.demo_drives(),
-        tracks: camera.into_iter().chain(tracks).chain(shows).collect(),
+        tracks: camera.into_iter().chain(graphs).chain(tracks).chain(shows).collect(),
     })
 }

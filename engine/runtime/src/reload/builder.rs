@@ -257,6 +257,12 @@ impl Builder {
             state.graph = self.loader.graph(&state.graph_path);
             self.rebuilt.graph = true;
         }
+        for (path, graph) in &mut state.other_graphs {
+            if graph.depends_on(&changed) {
+                *graph = self.loader.graph(path);
+                self.rebuilt.graph = true;
+            }
+        }
         if let Some(path) = state.world_path.as_ref().filter(|_| state.world.depends_on(&changed)) {
             state.world = self.loader.world(path);
             self.rebuilt.world = true;
@@ -266,6 +272,9 @@ impl Builder {
         {
             *demo = self.loader.demo(path);
             self.rebuilt.demo = true;
+            let followed = state.follow_demo(&self.loader);
+            self.rebuilt.graph |= followed.graph;
+            self.rebuilt.world |= followed.world;
         }
         for path in changed {
             if !self.changed.contains(&path) {
@@ -291,6 +300,9 @@ impl Builder {
 
     /// Plans and creates what the files describe, if they are right. `None` when the device is lost: it is no fault of the edit.
     fn assemble(&mut self, since: Instant) -> Option<Outcome> {
+        let settings = self.settings.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        // A graph that the demo no longer has runs no longer.
+        self.state.change_graph(&settings.graph_path);
         let changed = std::mem::take(&mut self.changed);
         let generation = self.generation;
         let (diagnostics, texts) = self.state.diagnostics();
@@ -301,8 +313,7 @@ impl Builder {
             (Ok(graph), Ok(world)) if !diagnostics.iter().any(Diagnostic::is_error) => (graph.clone(), world.clone()),
             _ => return failed(diagnostics, texts),
         };
-        let settings = self.settings.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let selection = settings.selection(&graph, &world);
+        let selection = settings.selection(&self.state.graph_path, &graph, &world);
         let built = build::assemble(&graph, &world, &selection, &settings.context)
             .and_then(|assembly| build::prepare(&assembly, &settings.context));
         let prepared = match built {

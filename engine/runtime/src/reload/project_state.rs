@@ -7,48 +7,124 @@ use raxel_graph::checked::Graph;
 
 use crate::build::{self, DeviceContext, Selection};
 use crate::debug_target::DebugTarget;
-use crate::load::Part;
+use crate::load::{Loader, Part};
 use crate::params::Params;
 use crate::recording_files::Content;
-use crate::timeline::Demo;
+use crate::timeline::{Demo, Place};
 use crate::world::SessionWorld;
 
 /// What a session has loaded from its files.
 #[derive(Clone)]
 pub struct ProjectState {
-    /// Project path of the graph.
+    /// Project path of the graph that runs.
     pub graph_path: String,
     /// Project path of the world; `None` for the empty world.
     pub world_path: Option<String>,
     /// Project path of the demo, if one runs.
     pub demo_path: Option<String>,
-    /// The graph.
+    /// The graph that runs.
     pub graph: Part<Graph>,
+    /// The other graphs of the demo, by project path.
+    pub other_graphs: BTreeMap<String, Part<Graph>>,
     /// The world.
     pub world: Part<SessionWorld>,
     /// The demo.
     pub demo: Option<Part<Demo>>,
+    /// What was named besides the demo, and takes the place of what the demo names.
+    pub named: Named,
+}
+
+/// What a user named besides a demo.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Named {
+    /// A graph.
+    pub graph: bool,
+    /// A world.
+    pub world: bool,
 }
 
 impl ProjectState {
+    /// The graph at a project path, if it is one of those that run here.
+    pub fn graph_at(&self, path: &str) -> Option<&Part<Graph>> {
+        if path == self.graph_path { Some(&self.graph) } else { self.other_graphs.get(path) }
+    }
+
+    /// Lets another of the graphs run. False when there is none at that path.
+    pub fn change_graph(&mut self, path: &str) -> bool {
+        if path == self.graph_path {
+            return true;
+        }
+        let Some(graph) = self.other_graphs.remove(path) else { return false };
+        let before = std::mem::replace(&mut self.graph_path, path.to_owned());
+        self.other_graphs.insert(before, std::mem::replace(&mut self.graph, graph));
+        true
+    }
+
+    /// Loads what the demo names and is not there yet or wrong, and drops what it names no longer. True for graphs and for the world when there
+    /// are others.
+    pub fn follow_demo(&mut self, loader: &Loader) -> Named {
+        let mut changed = Named::default();
+        let Some(demo) = self.demo.as_ref().and_then(|part| part.result.as_ref().ok()).cloned() else { return changed };
+        if !self.named.graph {
+            let wanted = demo.all_graphs();
+            for place in &wanted {
+                if self.graph_at(&place.value).is_some_and(|part| part.result.is_ok()) {
+                    continue;
+                }
+                let mut part = loader.graph(&place.value);
+                name_missing(&mut part, place);
+                if place.value == self.graph_path {
+                    self.graph = part;
+                } else {
+                    self.other_graphs.insert(place.value.clone(), part);
+                }
+                changed.graph = true;
+            }
+            if wanted.iter().all(|place| place.value != self.graph_path) {
+                self.change_graph(&demo.graph.value);
+            }
+            let count = self.other_graphs.len();
+            self.other_graphs.retain(|path, _| wanted.iter().any(|place| place.value == *path));
+            changed.graph |= self.other_graphs.len() != count;
+        }
+        if !self.named.world && (self.world_path.as_ref() != Some(&demo.world.value) || self.world.result.is_err()) {
+            self.world = loader.world(&demo.world.value);
+            name_missing(&mut self.world, &demo.world);
+            self.world_path = Some(demo.world.value.clone());
+            changed.world = true;
+        }
+        changed
+    }
+
     /// Every file with what was found in it.
     pub(super) fn files(&self) -> BTreeMap<String, Content> {
         let mut files = self.graph.files.clone();
+        files.extend(self.other_graphs.values().flat_map(|graph| graph.files.clone()));
         files.extend(self.world.files.clone());
         files.extend(self.demo.iter().flat_map(|demo| demo.files.clone()));
         files
     }
 
-    /// Everything found in all files, with the texts; the demo is held against its graph.
+    /// Everything found in all files, with the texts; the demo is held against its graphs.
     pub fn diagnostics(&self) -> (Vec<Diagnostic>, SourceMap) {
         let mut texts = self.graph.texts.clone();
+        let mut found = self.graph.found().to_vec();
+        for other in self.other_graphs.values() {
+            texts.extend(&other.texts);
+            // Graphs that share files say the same of them.
+            found.extend(other.found().iter().filter(|diagnostic| !self.graph.found().contains(diagnostic)).cloned());
+        }
         texts.extend(&self.world.texts);
-        let mut found: Vec<Diagnostic> = self.graph.found().iter().chain(self.world.found()).cloned().collect();
+        found.extend_from_slice(self.world.found());
         if let Some(demo) = &self.demo {
             texts.extend(&demo.texts);
             found.extend_from_slice(demo.found());
-            if let (Ok(demo), Ok(graph)) = (&demo.result, &self.graph.result) {
-                found.extend(demo.check(graph));
+            if let Ok(demo) = &demo.result {
+                let graph = |path: &str| {
+                    let part = if self.named.graph { Some(&self.graph) } else { self.graph_at(path) };
+                    part.and_then(|part| part.result.as_deref().ok())
+                };
+                found.extend(demo.check(&graph));
             }
             if let (Ok(demo), Ok(world)) = (&demo.result, &self.world.result) {
                 found.extend(demo.check_edits_in(world));
@@ -58,11 +134,20 @@ impl ProjectState {
     }
 }
 
+/// A file that a demo names and that is missing is pointed at where the demo names it.
+fn name_missing<T>(part: &mut Part<T>, named: &Place<String>) {
+    if let Err(found) = &mut part.result {
+        named.point_at_missing(found);
+    }
+}
+
 /// What the session wants at the moment, for builds.
 #[derive(Clone)]
 pub struct BuildSettings {
     /// Extent of the output in pixels.
     pub output: [u32; 2],
+    /// Project path of the graph that is to run.
+    pub graph_path: String,
     /// What is shown.
     pub debug_target: DebugTarget,
     /// Resources that stay readable.
@@ -76,13 +161,14 @@ pub struct BuildSettings {
 }
 
 impl BuildSettings {
-    /// What a plan of this graph and world is made for. A debug target that the graph does not have gives way to the graph's own,
+    /// What a plan of this graph, which is at `path`, and world is made for. A debug target that the graph does not have gives way to the graph's own,
     /// and a pinned resource that it does not have is left out.
-    pub fn selection(&self, graph: &Graph, world: &SessionWorld) -> Selection {
+    pub fn selection(&self, path: &str, graph: &Graph, world: &SessionWorld) -> Selection {
         let mut params = self.params.clone();
         params.adopt(graph);
         let present = self.debug_target.resolve(graph).or_else(|_| DebugTarget::default().resolve(graph));
         Selection {
+            graph: path.to_owned(),
             output: self.output,
             present: present.unwrap_or(raxel_graph::plan::Present {
                 resource: graph.present,

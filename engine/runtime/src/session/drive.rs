@@ -5,6 +5,7 @@ use std::sync::Arc;
 use raxel_graph::checked::{Display, Fill, Graph, Param, PassId, Value};
 
 use super::{Session, open};
+use crate::build::Selection;
 use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::{DebugTarget, DebugTargetError};
@@ -111,9 +112,15 @@ impl Session {
         Ok(())
     }
 
-    /// Chooses the debug target for good: a demo does not change it any more.
+    /// Chooses the debug target for good: a demo does not change it any more. One of the demo's graphs must have it; the others show their
+    /// own.
     pub fn hold_debug_target(&mut self, target: DebugTarget) -> Result<(), DebugTargetError> {
-        self.set_debug_target(target)?;
+        let others = self.state.other_graphs.values().filter_map(|part| part.result.as_ref().ok());
+        if !others.into_iter().any(|graph| target.resolve(graph).is_ok()) {
+            target.resolve(&self.graph)?;
+        }
+        self.debug_target = target;
+        self.settings_changed();
         self.target_held = true;
         Ok(())
     }
@@ -256,6 +263,7 @@ impl Session {
     /// What builds are to be made for.
     pub(super) fn build_settings(&self) -> BuildSettings {
         BuildSettings {
+            graph_path: self.state.graph_path.clone(),
             output: self.viewport.output(),
             debug_target: self.debug_target.clone(),
             pinned: self.pinned.clone(),
@@ -263,6 +271,11 @@ impl Session {
             alias: self.options.alias,
             context: self.context.clone(),
         }
+    }
+
+    /// What a plan of what runs is to be made for.
+    pub(super) fn selection_now(&self) -> Selection {
+        self.build_settings().selection(&self.state.graph_path, &self.graph, &self.world)
     }
 
     /// The params with the values of this frame, for conditions.

@@ -150,14 +150,14 @@ impl Session {
             return Ok(());
         }
         self.plans.clear();
-        let selection = self.build_settings().selection(&self.graph, &self.world);
-        let made = self.plan_for(&selection);
+        let selection = self.selection_now();
+        let made = self.plan_for(&self.graph.clone(), &selection);
         if made.is_err() {
             // What was written of it already is not of the world before.
             self.context.sources.forget(&self.world);
             self.world = before;
-            let selection = self.build_settings().selection(&self.graph, &self.world);
-            let _ = self.plan_for(&selection);
+            let selection = self.selection_now();
+            let _ = self.plan_for(&self.graph.clone(), &selection);
         }
         made
     }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use raxel_graph::checked::{Fact, ParamId, ResourceId, Value};
+use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Value};
 
 use super::{FrameError, ReadError, Session};
 use crate::build::{self, Assembly, Selection};
@@ -103,6 +103,7 @@ impl Session {
         let before = self.clock.now();
         let time = self.clock.tick(Instant::now());
         let mut cut = before.is_none();
+        cut |= self.follow_graphs(time.time)?;
         self.values.clear();
         self.values.extend_from_slice(self.params.values());
         if let Some(demo) = self.demo.as_ref().filter(|_| !self.taken_over) {
@@ -207,7 +208,7 @@ impl Session {
 
     /// Makes the plan for what is wanted now, if the running one is for something else. What was refused is not tried again.
     fn replan(&mut self) -> Result<(), FrameError> {
-        let selection = self.build_settings().selection(&self.graph, &self.world);
+        let selection = self.selection_now();
         self.needs_replan = false;
         self.note_conditions();
         if selection == self.selection {
@@ -217,7 +218,7 @@ impl Session {
         if self.refused.as_ref() == Some(&selection) {
             return Ok(());
         }
-        match self.plan_for(&selection) {
+        match self.plan_for(&self.graph.clone(), &selection) {
             Ok(()) => {
                 self.refused = None;
                 Ok(())
@@ -244,12 +245,12 @@ impl Session {
         }
     }
 
-    /// Swaps in a plan for another selection of the same graph and world.
-    pub(super) fn plan_for(&mut self, selection: &Selection) -> Result<(), BuildError> {
+    /// Swaps in a plan of a graph for another selection over the same world.
+    pub(super) fn plan_for(&mut self, graph: &Arc<Graph>, selection: &Selection) -> Result<(), BuildError> {
         let known = self.plans.iter().find(|(known, _)| known == selection).map(|(_, plan)| plan.clone());
         let assembly = match known {
             Some(plan) => build::sources(&plan, &self.world, &self.context).map(|sources| Assembly { plan, sources }),
-            None => build::assemble(&self.graph, &self.world, selection, &self.context),
+            None => build::assemble(graph, &self.world, selection, &self.context),
         }?;
         let prepared = build::prepare(&assembly, &self.context)?;
         self.executor.swap(prepared);

@@ -4,6 +4,7 @@ mod drive;
 mod edit;
 mod error;
 mod frame;
+mod graphs;
 mod open;
 mod recover;
 mod reload;
@@ -134,6 +135,8 @@ pub struct Session {
     selection: Selection,
     /// What no plan could be made for; said once, and not tried again.
     refused: Option<Selection>,
+    /// The graph of the demo that no plan could be made for; said once, and not tried again until an edit.
+    refused_graph: Option<String>,
     /// Something was changed that a plan depends on.
     needs_replan: bool,
     /// Params that conditions of passes ask for, with the values for which the plan was made.
@@ -179,6 +182,13 @@ impl Session {
     /// The graph that runs.
     pub fn graph(&self) -> &Arc<Graph> {
         &self.graph
+    }
+
+    /// The graph at so many seconds on the clock, as the demo has it.
+    pub fn graph_at(&self, seconds: f64) -> &Arc<Graph> {
+        let demo = self.demo.as_ref().filter(|_| !self.taken_over && !self.state.named.graph);
+        let part = demo.and_then(|demo| self.state.graph_at(&demo.graph_at(seconds).value));
+        part.and_then(|part| part.result.as_ref().ok()).unwrap_or(&self.graph)
     }
 
     /// Project path of its file.

@@ -18,7 +18,7 @@ use crate::params::Params;
 use crate::present::Viewport;
 use crate::project::Project;
 use crate::reload::builder::Reloader;
-use crate::reload::project_state::{BuildSettings, ProjectState};
+use crate::reload::project_state::{BuildSettings, Named, ProjectState};
 use crate::sources::SourceName;
 use crate::world::SessionWorld;
 
@@ -61,6 +61,7 @@ impl Session {
         params.adopt(&graph);
         let viewport = Viewport::new(options.size, options.scale);
         let settings = BuildSettings {
+            graph_path: state.graph_path.clone(),
             output: viewport.output(),
             debug_target: options.debug_target.clone(),
             pinned: options.pinned.clone(),
@@ -68,7 +69,7 @@ impl Session {
             alias: options.alias,
             context: context.clone(),
         };
-        let selection = settings.selection(&graph, &world);
+        let selection = settings.selection(&state.graph_path, &graph, &world);
         let with_texts = |error| match error {
             BuildError::Diagnosed(diagnostics) => project_error(diagnostics),
             BuildError::Device(error) => OpenError::Device(error),
@@ -101,6 +102,7 @@ impl Session {
             plans: vec![(selection.clone(), assembly.plan.clone())],
             selection,
             refused: None,
+            refused_graph: None,
             needs_replan: false,
             condition_params: Vec::new(),
             recovery: Budget::default(),
@@ -208,7 +210,7 @@ fn load(
             Err(error) => (None, Some(error)),
         },
     };
-    let ((mut graph, mut world), device) = rayon::join(
+    let ((mut graph, world), device) = rayon::join(
         || {
             rayon::join(
                 || loader.graph(&graph_path),
@@ -226,20 +228,10 @@ fn load(
     {
         graph.result = Err(vec![*error]);
     }
-    if let Some(demo) = &of_demo {
-        name_missing(&mut graph, &demo.graph);
-        name_missing(&mut world, &demo.world);
-    }
-    Ok((ProjectState { graph_path, world_path, demo_path, graph, world, demo }, device))
-}
-
-/// A file that a demo names and that is missing is pointed at where the demo names it.
-fn name_missing<T>(part: &mut Part<T>, named: &crate::timeline::Place<String>) {
-    if let Err(found) = &mut part.result {
-        for diagnostic in found {
-            if diagnostic.code == codes::files::NOT_FOUND && diagnostic.labels.is_empty() {
-                *diagnostic = diagnostic.clone().label(named.span.clone(), "named here");
-            }
-        }
-    }
+    let named = Named { graph: options.graph.is_some(), world: options.world.is_some() };
+    let other_graphs = BTreeMap::new();
+    let mut state = ProjectState { graph_path, world_path, demo_path, graph, other_graphs, world, demo, named };
+    // The other graphs of the demo; what it names and is missing is pointed at where it is named.
+    state.follow_demo(loader);
+    Ok((state, device))
 }

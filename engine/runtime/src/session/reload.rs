@@ -46,7 +46,9 @@ impl Session {
 
     /// Makes an edit what runs.
     fn adopt(&mut self, ready: Ready) -> ReloadEvent {
-        let Ready { generation, changed, rebuilt, state, selection, context, prepared, since } = ready;
+        let Ready { generation, changed, rebuilt, mut state, selection, context, prepared, since } = ready;
+        // The demo may have changed the graph since the build began.
+        state.change_graph(&self.state.graph_path);
         let (mut diagnostics, texts) = state.diagnostics();
         let (Ok(graph), Ok(world)) = (&state.graph.result, &state.world.result) else {
             // The builder hands over projects without errors only.
@@ -61,7 +63,7 @@ impl Session {
         let (warnings, all_texts) = (diagnostics.clone(), texts.clone());
         // Something may have been chosen since the build began.
         let settings = self.build_settings();
-        let wanted = settings.selection(&graph, &world);
+        let wanted = settings.selection(&state.graph_path, &graph, &world);
         let stale = wanted != selection
             || !Arc::ptr_eq(&world, &base)
             || !Arc::ptr_eq(&context.memory, &self.context.memory)
@@ -96,14 +98,8 @@ impl Session {
         self.world = world;
         self.state = state;
         (self.warnings, self.texts) = (warnings, all_texts);
-        self.params.adopt(&self.graph);
-        self.values.clear();
-        self.values.extend_from_slice(self.params.values());
-        self.refused = None;
-        self.note_conditions();
-        self.find_overrides();
-        self.find_disabled();
-        self.settings_changed();
+        (self.refused, self.refused_graph) = (None, None);
+        self.adopt_graph();
         let milliseconds = since.elapsed().as_secs_f64() * 1e3;
         ReloadEvent::Reloaded(Reloaded { generation, changed, rebuilt, resources, milliseconds, diagnostics, texts })
     }

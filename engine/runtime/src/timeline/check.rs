@@ -1,65 +1,84 @@
-//! Checks a demo against its graph: the names and values that only the graph knows.
+//! Checks a demo against its graphs: the names and values that only the graphs know.
 
-use raxel_diagnostics::{Diagnostic, codes};
+use raxel_diagnostics::{Code, Diagnostic, codes};
 use raxel_graph::checked::{Graph, Param, Value};
 
-use super::demo::{Claim, Demo, Track};
+use super::demo::{Claim, Demo, Place, Track};
 use crate::debug_target::DebugTarget;
 use crate::params::{self, SetError};
 
 impl Demo {
-    /// Everything in which the demo and its graph disagree, with the places in both files.
-    pub fn check(&self, graph: &Graph) -> Vec<Diagnostic> {
+    /// Everything in which the demo and its graphs disagree, with the places in both files. `graph` gives the graph at a project path;
+    /// what concerns one that it does not give is not looked at.
+    pub fn check<'g>(&self, graph: &dyn Fn(&str) -> Option<&'g Graph>) -> Vec<Diagnostic> {
+        let places = self.all_graphs();
+        let graphs: Vec<(&Place<String>, &Graph)> =
+            places.iter().filter_map(|place| Some((*place, graph(&place.value)?))).collect();
+        let whole = graphs.len() == places.len();
         let mut found = Vec::new();
         for track in &self.tracks {
-            if let Some(id) = graph.find_param(&track.param.value) {
-                found.extend(check_track(track, &graph.params[id.0 as usize]));
-            } else {
-                let names = graph.params.iter().map(|param| param.name.as_str());
-                let error = SetError::unknown("param", &track.param.value, names);
-                found.push(
-                    Diagnostic::error(
-                        codes::session::UNKNOWN_PARAM,
-                        format!("`{}` has no param `{}`", self.graph.value, track.param.value),
-                    )
-                    .label(track.param.span.clone(), "no such param")
-                    .label(self.graph.span.clone(), "in this graph")
-                    .with_advice(&error),
-                );
+            let param = |graph: &'g Graph| Some(&graph.params[graph.find_param(&track.param.value)?.0 as usize]);
+            let declared: Vec<&Param> = graphs.iter().filter_map(|(_, graph)| param(graph)).collect();
+            if declared.is_empty() && whole {
+                let names = graphs.iter().flat_map(|(_, graph)| graph.params.iter().map(|param| param.name.as_str()));
+                found.push(self.unknown("param", codes::session::UNKNOWN_PARAM, &track.param, names));
+            }
+            for param in declared {
+                let wrong = check_track(track, param);
+                if !wrong.is_empty() {
+                    found.extend(wrong);
+                    break;
+                }
             }
         }
-        let mut look_at = |target: &super::demo::Place<DebugTarget>| {
+        let mut look_at = |time: f64, target: &Place<DebugTarget>| {
+            let place = self.graph_in(time);
+            let Some(graph) = graph(&place.value) else { return };
             if let Err(error) = target.value.resolve(graph) {
                 found.push(
                     Diagnostic::error(codes::session::UNKNOWN_TARGET, error.to_string())
                         .label(target.span.clone(), "no such debug target")
-                        .label(self.graph.span.clone(), "in this graph"),
+                        .label(place.span.clone(), "in this graph"),
                 );
             }
         };
-        self.shows.iter().for_each(|key| look_at(&key.target));
+        self.shows.iter().for_each(|key| look_at(key.time, &key.target));
         for check in &self.checks {
-            if let Claim::Picture { target: Some(target), .. } = &check.claim {
-                look_at(target);
+            if let Claim::Picture { target: Some(target), frame, .. } = &check.claim {
+                look_at(self.local_time(*frame as f64 / self.fps), target);
             }
         }
         for check in &self.checks {
             if let Claim::Pass { pass, .. } = &check.claim
-                && graph.find_pass(&pass.value).is_none()
+                && whole
+                && graphs.iter().all(|(_, graph)| graph.find_pass(&pass.value).is_none())
             {
-                let names = graph.passes.iter().filter(|pass| !pass.made).map(|pass| pass.name.as_str());
-                found.push(
-                    Diagnostic::error(
-                        codes::session::UNKNOWN_PASS,
-                        format!("`{}` has no pass `{}`", self.graph.value, pass.value),
-                    )
-                    .label(pass.span.clone(), "no such pass")
-                    .label(self.graph.span.clone(), "in this graph")
-                    .with_advice(&SetError::unknown("pass", &pass.value, names)),
-                );
+                let passes = graphs.iter().flat_map(|(_, graph)| graph.passes.iter().filter(|pass| !pass.made));
+                let names = passes.map(|pass| pass.name.as_str());
+                found.push(self.unknown("pass", codes::session::UNKNOWN_PASS, pass, names));
             }
         }
         found
+    }
+
+    /// None of the graphs has what a place names.
+    fn unknown<'n>(
+        &self,
+        what: &'static str,
+        code: Code,
+        place: &Place<String>,
+        names: impl Iterator<Item = &'n str> + Clone,
+    ) -> Diagnostic {
+        let name = &place.value;
+        let (message, label) = if self.graphs.is_empty() {
+            (format!("`{}` has no {what} `{name}`", self.graph.value), "in this graph")
+        } else {
+            (format!("none of the graphs has a {what} `{name}`"), "the first of the graphs")
+        };
+        Diagnostic::error(code, message)
+            .label(place.span.clone(), format!("no such {what}"))
+            .label(self.graph.span.clone(), label)
+            .with_advice(&SetError::unknown(what, name, names))
     }
 }
 
@@ -85,7 +104,7 @@ impl Advice for Diagnostic {
 /// one is reported for the type, and each for the range.
 fn check_track(track: &Track, param: &Param) -> Vec<Diagnostic> {
     let mut found = Vec::new();
-    let wrong = |key: &super::demo::Place<(f64, Vec<f64>)>, message: String, label: String| {
+    let wrong = |key: &Place<(f64, Vec<f64>)>, message: String, label: String| {
         Diagnostic::error(codes::session::WRONG_PARAM_VALUE, message)
             .label(key.span.clone(), label)
             .label(param.place.clone(), "declared here")
@@ -181,6 +200,11 @@ keys = [[1.0, true], [2.0, false]]
         read(&files, "worlds/a.demo.toml", &mut SourceMap::default()).map(|(demo, _)| demo)
     }
 
+    /// Checks a demo whose graphs are all the same.
+    fn check(demo: &Demo, graph: &Graph) -> Vec<Diagnostic> {
+        demo.check(&|_| Some(graph))
+    }
+
     fn codes(found: &[Diagnostic]) -> Vec<&'static str> {
         found.iter().map(|diagnostic| diagnostic.code.as_str()).collect()
     }
@@ -204,7 +228,7 @@ keys = [[1.0, true], [2.0, false]]
     #[test]
     fn a_demo_is_a_function_of_time() {
         let (demo, graph) = (read_text(GOOD).unwrap(), graph());
-        assert_eq!(demo.check(&graph), []);
+        assert_eq!(check(&demo, &graph), []);
         assert_eq!(
             (demo.world.value.as_str(), demo.graph.value.as_str()),
             ("worlds/valley.toml", "graphs/primary.toml")
@@ -266,11 +290,11 @@ target = "a@b"
             .replace("[[0.0, 1], [4.0, 4]]", "[[0.0, 1.5], [4.0, 4]]")
             .replace("[[1.0, true], [2.0, false]]", "[[1.0, 0.0], [2.0, 1.0]]");
         let text = format!("{text}\n[[show]]\ntime = 3.0\ntarget = \"depth\"\n");
-        let found = read_text(&text).unwrap().check(&graph());
+        let found = check(&read_text(&text).unwrap(), &graph());
         assert_eq!(codes(&found), ["RX0403", "RX0404", "RX0404", "RX0405"]);
         assert_eq!(found[0].help, ["did you mean `exposure`?"]);
         assert_eq!(found[1].labels[1].span, Span::new("graphs/primary.toml", 3..9));
-        let outside = read_text(&GOOD.replace("[5.0, 2.0]", "[5.0, 20.0]")).unwrap().check(&graph());
+        let outside = check(&read_text(&GOOD.replace("[5.0, 2.0]", "[5.0, 20.0]")).unwrap(), &graph());
         assert_eq!(outside[0].message, "`exposure` is 20; it must be in 0…4");
     }
 
@@ -291,6 +315,45 @@ target = "a@b"
         assert_eq!([x(0.5), x(1.0), x(1.999), x(2.0), x(3.0)], [5.0, 10.0, 10.0, 100.0, 100.0]);
         assert!(demo.cuts_between(1.9, 2.0) && demo.cuts_between(1.0, 3.0));
         assert!(!demo.cuts_between(2.0, 3.0) && !demo.cuts_between(0.0, 1.9));
+    }
+
+    #[test]
+    fn graphs_take_turns() {
+        let text = format!(
+            "{GOOD}[[graphs]]\ntime = 2.0\ngraph = \"other.toml\"\n[[graphs]]\ntime = 6.0\ngraph = \"primary.toml\"\n\
+             [[show]]\ntime = 1.0\ntarget = \"near\"\n[[show]]\ntime = 3.0\ntarget = \"far\"\n\
+             [[check]]\npass = \"trace\"\nbelow_ms = 1.0\n"
+        );
+        let demo = read_text(&text).unwrap();
+        let at = |time: f64| demo.graph_at(time).value.as_str();
+        assert_eq!(
+            [at(0.0), at(1.999), at(2.0), at(6.0), at(10.5)],
+            [
+                "graphs/primary.toml",
+                "graphs/primary.toml",
+                "graphs/other.toml",
+                "graphs/primary.toml",
+                "graphs/other.toml"
+            ]
+        );
+        assert_eq!(demo.all_graphs().iter().map(|place| place.value.as_str()).collect::<Vec<_>>(), [at(0.0), at(2.0)]);
+        assert!(demo.cuts_between(1.9, 2.0) && !demo.cuts_between(2.0, 5.9) && demo.cuts_between(5.9, 6.1));
+        // Another graph begins with its own picture.
+        let shown = |time: f64| demo.debug_target(time).map(|target| target.resource.as_str());
+        assert_eq!([shown(1.5), shown(2.5), shown(3.5), shown(6.5)], [Some("near"), None, Some("far"), None]);
+
+        // A name is looked for in the graph of its time, and those of no time in all of them.
+        let (primary, empty) = (graph(), Graph { params: Vec::new(), ..graph() });
+        let found = demo.check(&|path| Some(if path == "graphs/primary.toml" { &primary } else { &empty }));
+        assert_eq!(codes(&found), ["RX0405", "RX0405", "RX0420"]);
+        assert_eq!(found[1].labels[1].span, demo.graphs[0].graph.span, "the graph at 3 s");
+        assert_eq!(found[2].message, "none of the graphs has a pass `trace`");
+        let none = demo.check(&|_| Some(&empty));
+        assert_eq!(none.iter().filter(|d| d.code == codes::session::UNKNOWN_PARAM).count(), 3);
+        // Nothing is said of a graph that is not right.
+        assert_eq!(demo.check(&|path| (path == "graphs/primary.toml").then_some(&primary)).len(), 1);
+        let late = read_text(&format!("{GOOD}[[graphs]]\ntime = 9.0\ngraph = \"../../a.toml\"\n")).unwrap_err();
+        assert_eq!(codes(&late), ["RX0406", "RX0005"]);
     }
 
     #[test]

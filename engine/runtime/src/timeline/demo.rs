@@ -1,7 +1,7 @@
 //! A demo as data, and what it drives at a time.
 
 use glam::DVec3;
-use raxel_diagnostics::Span;
+use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_graph::checked::{Graph, ParamId, Value};
 
 use super::curve::{Interpolation, sample, segment};
@@ -21,7 +21,7 @@ pub struct Demo {
     pub about: String,
     /// Project path of the world.
     pub world: Place<String>,
-    /// Project path of the graph.
+    /// Project path of the graph that it begins with.
     pub graph: Place<String>,
     /// Seconds.
     pub duration: f64,
@@ -35,6 +35,8 @@ pub struct Demo {
     pub camera: Vec<CameraKey>,
     /// Param tracks in the order of the file.
     pub tracks: Vec<Track>,
+    /// Changes of the graph in order of time.
+    pub graphs: Vec<GraphKey>,
     /// Changes of the debug target in order of time.
     pub shows: Vec<DebugTargetKey>,
     /// Edits of the world in order of time.
@@ -91,6 +93,15 @@ pub struct Track {
     pub boolean: bool,
     /// How it gets from key to key.
     pub interpolation: Interpolation,
+}
+
+/// A change of the graph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphKey {
+    /// Seconds.
+    pub time: f64,
+    /// Project path of the graph that runs from then on.
+    pub graph: Place<String>,
 }
 
 /// A change of the debug target.
@@ -152,6 +163,17 @@ pub enum Claim {
     },
 }
 
+impl Place<String> {
+    /// Says of a file that this names and that does not exist where it is named.
+    pub fn point_at_missing(&self, found: &mut [Diagnostic]) {
+        for diagnostic in found {
+            if diagnostic.code == codes::files::NOT_FOUND && diagnostic.labels.is_empty() {
+                *diagnostic = diagnostic.clone().label(self.span.clone(), "named here");
+            }
+        }
+    }
+}
+
 impl Demo {
     /// The frame at so many seconds, headless.
     pub fn frame_at(&self, seconds: f64) -> u64 {
@@ -165,10 +187,34 @@ impl Demo {
         self.captions.iter().rev().find(shown).map(|caption| &caption.line)
     }
 
-    /// Whether the camera cuts on the way from one moment to a later one, both in seconds on the clock.
+    /// Whether there is a cut on the way from one moment to a later one, both in seconds on the clock: of the camera, or since another
+    /// graph runs.
     pub fn cuts_between(&self, before: f64, after: f64) -> bool {
         let (before, after) = (self.local_time(before), self.local_time(after));
-        self.camera.iter().any(|key| key.cut && before < key.time && key.time <= after)
+        let between = |time: f64| before < time && time <= after;
+        self.camera.iter().any(|key| key.cut && between(key.time))
+            || self.graph_in(before).value != self.graph_in(after).value
+    }
+
+    /// The graph at `time` seconds on the clock.
+    pub fn graph_at(&self, time: f64) -> &Place<String> {
+        self.graph_in(self.local_time(time))
+    }
+
+    /// The graph at `time` seconds into the timeline.
+    pub(super) fn graph_in(&self, time: f64) -> &Place<String> {
+        self.graphs.iter().rev().find(|key| key.time <= time).map_or(&self.graph, |key| &key.graph)
+    }
+
+    /// Every graph that it runs, the one that it begins with first, each at the first place that names it.
+    pub fn all_graphs(&self) -> Vec<&Place<String>> {
+        let mut all: Vec<&Place<String>> = vec![&self.graph];
+        for key in &self.graphs {
+            if all.iter().all(|known| known.value != key.graph.value) {
+                all.push(&key.graph);
+            }
+        }
+        all
     }
 
     /// Frames of a headless run from start to end.
@@ -191,10 +237,13 @@ impl Demo {
         })
     }
 
-    /// The debug target at `time` seconds on the clock: `None`, the graph's own, until the first change.
+    /// The debug target at `time` seconds on the clock: `None`, the graph's own, until the first change, and again when another graph
+    /// begins.
     pub fn debug_target(&self, time: f64) -> Option<&DebugTarget> {
         let time = self.local_time(time);
-        self.shows.iter().rev().find(|key| key.time <= time).map(|key| &key.target.value)
+        let since = self.graphs.iter().rev().find(|key| key.time <= time).map_or(0.0, |key| key.time);
+        let shown = self.shows.iter().rev().find(|key| key.time <= time)?;
+        (shown.time >= since).then_some(&shown.target.value)
     }
 
     /// The camera at `time` seconds on the clock; `None` when it is not the demo's.

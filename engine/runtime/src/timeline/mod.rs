@@ -1,4 +1,4 @@
-//! Demos: a world, a graph and a timeline of camera keys, param tracks, changes of the debug target, edits of the world, captions and
+//! Demos: a world, a graph and a timeline of camera keys, param tracks, changes of graph and debug target, edits of the world, captions and
 //! checks.
 //!
 //! What a demo shows is a function of the time alone, so that a window, a headless run and any part of a sharded run agree.
@@ -11,7 +11,9 @@ mod read;
 mod schema;
 
 pub use curve::Interpolation;
-pub use demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, Place, Track};
+pub use demo::{
+    CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, GraphKey, Place, Track,
+};
 pub use edits::EditKey;
 pub use read::read;
 pub use schema::schema;

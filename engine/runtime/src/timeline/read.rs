@@ -5,7 +5,9 @@ use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, files};
 use raxel_world::file::CAMERA_COORDINATES;
 
 use super::curve::Interpolation;
-use super::demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, Place, Track};
+use super::demo::{
+    CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, GraphKey, Place, Track,
+};
 use super::edits;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
@@ -39,6 +41,7 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
     let captions = ordered(root.reporter(), root.array_of_tables("caption").iter().map(|table| caption(table, end)));
     let rate = fps.unwrap_or(30.0);
     let checks: Vec<_> = root.array_of_tables("check").iter().map(|table| check(table, end, rate)).collect();
+    let graphs = ordered(root.reporter(), root.array_of_tables("graphs").iter().map(|table| graph_key(table, end)));
     let shows = ordered(root.reporter(), root.array_of_tables("show").iter().map(|table| debug_target_key(table, end)));
     let edits: Vec<_> = root.array_of_tables("edits").iter().map(|table| edits::read(table, end)).collect();
     let edits = edits::in_order(root.reporter(), edits);
@@ -57,6 +60,7 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
         looped: looped?,
         camera: camera?,
         tracks: tracks.into_iter().collect::<Option<_>>()?,
+        graphs: graphs?,
         shows: shows?,
         edits: edits?,
         captions: captions?,
@@ -220,6 +224,15 @@ fn check(table: &Table<'_, '_>, end: f64, fps: f64) -> Option<Check> {
         None => None,
     };
     Some(Check { span, claim: Claim::Picture { frame: frame?, target, reference: reference?, flip: flip? } })
+}
+
+fn graph_key(table: &Table<'_, '_>, end: f64) -> Keyed<GraphKey> {
+    let time = table.need("time").and_then(|node| time(&node, end));
+    let graph = project_path(table, "graph", "graphs");
+    table.finish();
+    let time = time?;
+    let key = GraphKey { time: time.value, graph: graph? };
+    Some((time, key))
 }
 
 fn debug_target_key(table: &Table<'_, '_>, end: f64) -> Keyed<DebugTargetKey> {

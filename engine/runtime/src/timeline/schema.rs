@@ -71,6 +71,19 @@ pub fn schema() -> Value {
                 "type": "array",
                 "items": { "oneOf": super::edits::schemas(&time) },
             },
+            "graphs": {
+                "description": "Changes of the graph in order of time. What passes keep from frame to frame starts over, and the new graph's own picture is shown.",
+                "type": "array",
+                "items": {
+                    "type": "object",
+                    "additionalProperties": false,
+                    "required": ["time", "graph"],
+                    "properties": {
+                        "time": time,
+                        "graph": { "description": "The graph from then on, relative to graphs/.", "type": "string" },
+                    },
+                },
+            },
             "show": {
                 "description": "Changes of the debug target in order of time.",
                 "type": "array",

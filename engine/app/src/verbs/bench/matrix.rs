@@ -56,7 +56,7 @@ pub(crate) struct Args {
 
     /// Write results.csv, results.json and a chart for each view into this folder.
     #[arg(short, long, value_name = "DIR")]
-    output: Option<PathBuf>,
+    pub(super) output: Option<PathBuf>,
 
     /// Measure nothing; write the voxels of each world, and the rays and exact hits of each camera, into this folder.
     #[arg(long, value_name = "DIR", conflicts_with = "output")]
@@ -64,6 +64,13 @@ pub(crate) struct Args {
 
     #[command(flatten)]
     pub messages: Messages,
+}
+
+impl Args {
+    /// The sizes that were asked for, or this one.
+    pub(super) fn sizes_or(&self, size: [u32; 2]) -> Vec<[u32; 2]> {
+        if self.size.is_empty() { vec![size] } else { self.size.iter().map(|size| size.0).collect() }
+    }
 }
 
 /// Everything that was asked for, found.

@@ -1,6 +1,7 @@
 //! `raxel bench`: measurements that anybody can repeat.
 
 mod chart;
+mod demo;
 mod export;
 mod files;
 mod film;
@@ -10,6 +11,8 @@ mod matrix;
 mod reload;
 mod stream;
 mod table;
+
+use std::path::PathBuf;
 
 use raxel_gpu::DeviceOptions;
 
@@ -23,6 +26,7 @@ use crate::failure::Result;
     after_help = "Examples:\n  raxel bench -o out/                                     everything, with CSV, JSON and charts\n  \
                   raxel bench first_hit --layouts tree64,svo              one graph over two layouts\n  \
                   raxel bench --worlds terrain --cameras ground,down --size 3840x2160\n  \
+                  raxel bench --demo worlds/valley.demo.toml              a demo's frames and passes\n  \
                   raxel bench --export out/ --worlds menger               voxels, rays and hits for other tracers\n  \
                   raxel bench film worlds/valley.demo.toml --frames 240   what bounds the making of frames\n  \
                   raxel bench reload                                      from a save to the picture\n  \
@@ -32,6 +36,14 @@ use crate::failure::Result;
 pub(crate) struct Args {
     #[command(subcommand)]
     what: Option<Bench>,
+
+    /// Run this demo instead, all of its frames: times of each pass, of the frames, and what its checks about passes say.
+    #[arg(
+        long,
+        value_name = "DEMO",
+        conflicts_with_all = ["graphs", "layouts", "worlds", "cameras", "frames", "warmup", "seconds", "export"]
+    )]
+    demo: Option<PathBuf>,
 
     #[command(flatten)]
     matrix: matrix::Args,
@@ -59,6 +71,9 @@ impl Args {
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
+    if let Some(demo) = &args.demo {
+        return demo::run(demo, &args.matrix, device, console);
+    }
     match &args.what {
         Some(Bench::Film(film)) => film::run(film, device, console),
         Some(Bench::Reload(reload)) => reload::run(reload, device, console),

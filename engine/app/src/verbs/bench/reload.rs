@@ -1,7 +1,8 @@
 //! `raxel bench reload`: from a save to the picture.
 
 use raxel_gpu::DeviceOptions;
-use raxel_measure::save_latency::{LatencyError, LatencyOptions, Times, save_latency};
+use raxel_measure::Times;
+use raxel_measure::save_latency::{LatencyError, LatencyOptions, save_latency};
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};
