@@ -1,0 +1,534 @@
+//! A storm of edits: graphs, shaders, includes, the world and the demo are broken and mended at random while they run. Whatever is
+//! written, raxel does not end, shows the last good picture or what a fresh start shows, is silent under validation and keeps its memory.
+//!
+//! `cargo test --release --test storm -- --ignored` makes 10,000 edits; `RAXEL_STORM_EDITS` and `RAXEL_STORM_SEED` change how many and
+//! which. A failure names the seed, and leaves the project as it was.
+
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{ChildStdin, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use common::{Display, Project, Running, command, repository};
+use serde_json::{Value, json};
+
+/// The demo, which runs two graphs in turn; what is looked at is its first frame.
+const DEMO: &str = "world = 'pool.toml'\ngraph = 'primary.toml'\nduration = 2.0\nfps = 10\nsize = [64, 36]\n\
+                    [[camera]]\ntime = 0.0\nposition = [76.0, 31.0, 86.0]\nlook_at = [38.0, 9.0, 34.0]\n\
+                    [[camera]]\ntime = 1.9\nposition = [70.0, 35.0, 80.0]\nlook_at = [38.0, 9.0, 34.0]\n\
+                    [[graphs]]\ntime = 0.1\ngraph = 'examples/mips.toml'\n[[graphs]]\ntime = 0.2\ngraph = 'primary.toml'\n\
+                    [tracks.exposure]\nkeys = [[0.0, 0.8], [1.0, 1.0]]\n\
+                    [[show]]\ntime = 0.3\ntarget = 'depth'\n\
+                    [[edits]]\ntime = 0.3\nop = 'sphere'\ncenter = [44.0, 12.0, 33.0]\nradius = 6.0\nmaterial = 'gold'\n\
+                    [[caption]]\ntime = 0.5\nuntil = 1.0\ntext = 'A pool'\n";
+const DEMO_PATH: &str = "worlds/storm.demo.toml";
+
+/// What is edited.
+const FILES: [&str; 12] = [
+    "graphs/primary.toml",
+    "graphs/examples/mips.toml",
+    "graphs/examples/blocks.toml",
+    "shaders/primary.comp",
+    "shaders/examples/light.comp",
+    "shaders/examples/mip_down.comp",
+    "shaders/examples/frame.glsl",
+    "shaders/include/raxel/sky.glsl",
+    "shaders/include/raxel/shade.glsl",
+    "shaders/include/raxel/tree64.glsl",
+    "worlds/pool.toml",
+    DEMO_PATH,
+];
+
+/// Numbers at which things go wrong.
+const NUMBERS: [&str; 16] = [
+    "0",
+    "-1",
+    "1",
+    "2",
+    "7",
+    "0.0",
+    "0.5",
+    "-0.5",
+    "255",
+    "65536",
+    "4294967296",
+    "-2147483648",
+    "1e9",
+    "1e300",
+    "nan",
+    "3.0000001",
+];
+
+/// Pieces of graphs, worlds and shaders that stand where they should not.
+const PIECES: [&str; 14] = [
+    "}",
+    "{",
+    "\"",
+    "'''",
+    "[[passes]]\n",
+    "[targets.color]\n",
+    "#include <raxel/world.glsl>\n",
+    "#include \"sky.glsl\"\n",
+    "/*",
+    "\u{feff}",
+    "return;",
+    "layout(local_size_x = 1024) in;\n",
+    "= =",
+    "present = \"depth\"\n",
+];
+
+/// A generator of numbers (xorshift64*, Marsaglia 2003).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
+    }
+
+    /// A number from 0 to one below `end`.
+    fn below(&mut self, end: usize) -> usize {
+        ((self.next() >> 33) as usize) % end.max(1)
+    }
+
+    fn of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
+        &all[self.below(all.len())]
+    }
+}
+
+/// What is written instead of a file; `None` deletes it.
+fn broken(good: &[u8], random: &mut Random) -> (&'static str, Option<Vec<u8>>) {
+    let mut bytes = good.to_vec();
+    let mut lines: Vec<&[u8]> = good.split_inclusive(|byte| *byte == b'\n').collect();
+    let (a, b) = (random.below(lines.len()), random.below(lines.len()));
+    match random.below(22) {
+        0 => {
+            bytes.truncate(random.below(good.len()));
+            ("truncated", Some(bytes))
+        }
+        1 | 2 => {
+            let at = random.below(good.len());
+            bytes[at] ^= 1 << random.below(8);
+            ("a bit flipped", Some(bytes))
+        }
+        3 | 4 => {
+            lines.swap(a, b);
+            ("two lines swapped", Some(lines.concat()))
+        }
+        5 => {
+            lines.remove(a);
+            ("a line removed", Some(lines.concat()))
+        }
+        6 => {
+            lines.insert(a, lines[b]);
+            ("a line repeated", Some(lines.concat()))
+        }
+        7..=10 => {
+            let (start, length) = word(good, random, u8::is_ascii_digit, |byte| byte.is_ascii_digit() || *byte == b'.');
+            bytes.splice(start..start + length, random.of(&NUMBERS).bytes());
+            ("a number replaced", Some(bytes))
+        }
+        11 | 12 => {
+            let name = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
+            let (start, length) = word(good, random, u8::is_ascii_alphabetic, name);
+            let (from, other) = word(good, random, u8::is_ascii_alphabetic, name);
+            bytes.splice(start..start + length, good[from..from + other].iter().copied());
+            ("a word replaced", Some(bytes))
+        }
+        13 => {
+            let at = random.below(good.len());
+            bytes.splice(at..at, random.of(&PIECES).bytes());
+            ("a piece put in", Some(bytes))
+        }
+        14 => {
+            let at = random.below(good.len());
+            bytes.splice(at..at, [0xff, 0xfe, 0]);
+            ("bytes that are no text", Some(bytes))
+        }
+        // Most of these are right.
+        15..=20 => {
+            let digits: Vec<usize> = (0..good.len()).filter(|at| good[*at].is_ascii_digit()).collect();
+            let at = *random.of(&digits);
+            bytes[at] = b'0' + random.below(10) as u8;
+            ("a digit replaced", Some(bytes))
+        }
+        _ if random.below(2) == 0 => ("emptied", Some(Vec::new())),
+        _ => ("deleted", None),
+    }
+}
+
+/// A word from a random place on: where it begins, and how long it is.
+fn word(text: &[u8], random: &mut Random, begins: fn(&u8) -> bool, goes_on: impl Fn(&u8) -> bool) -> (usize, usize) {
+    let from = random.below(text.len());
+    let Some(start) = text[from..].iter().position(begins).map(|at| from + at) else { return (from, 0) };
+    (start, text[start..].iter().take_while(|byte| goes_on(byte)).count())
+}
+
+/// A raxel that is edited while it runs.
+struct Storm {
+    project: Project,
+    child: Running,
+    requests: ChildStdin,
+    lines: Receiver<String>,
+    good: Vec<(&'static str, Vec<u8>)>,
+    /// The picture of the good files, as base64.
+    reference: String,
+    random: Random,
+    seed: u64,
+    /// What was done last.
+    last: String,
+    edits: usize,
+    /// Resident memory in KiB, after each edit.
+    memory: Vec<u64>,
+    /// Edits that were right, and wrong.
+    taken: [usize; 2],
+    in_window: bool,
+    _display: Option<Display>,
+}
+
+/// What came of an edit.
+#[derive(Debug, PartialEq)]
+enum Came {
+    Reloaded,
+    Failed,
+}
+
+impl Storm {
+    fn start(seed: u64, in_window: bool) -> Self {
+        let project = Project::shipped();
+        project.write(DEMO_PATH, DEMO);
+        let display = in_window.then(Display::start);
+        let verb: &[&str] = if in_window { &["run", "--control", "--no-panels"] } else { &["control"] };
+        let mut command =
+            command(project.root(), &[verb, &[DEMO_PATH, "--size", "64x36", "--validate", "--watchdog", "5"]].concat());
+        if let Some(display) = &display {
+            command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+        }
+        let log = fs::File::create(project.path("log")).unwrap();
+        let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(log));
+        let requests = child.0.stdin.take().unwrap();
+        let stdout = BufReader::new(child.0.stdout.take().unwrap());
+        let (sender, lines) = channel();
+        std::thread::spawn(move || stdout.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
+        let good = FILES.map(|path| (path, fs::read(project.path(path)).unwrap())).to_vec();
+        let mut storm = Self {
+            project,
+            child,
+            requests,
+            lines,
+            good,
+            reference: String::new(),
+            random: Random(seed),
+            seed,
+            last: "opening".to_owned(),
+            edits: 0,
+            memory: Vec::new(),
+            taken: [0; 2],
+            in_window,
+            _display: display,
+        };
+        assert_eq!(storm.line(Duration::from_secs(60))["event"], "ready");
+        if in_window {
+            storm.ask(&json!({ "do": "pause" }));
+        }
+        storm.reference = storm.first_picture();
+        assert!(!is_black(&storm.reference));
+        storm
+    }
+
+    /// Ends the test; the project stays for whoever looks for the reason.
+    fn fail(&mut self, why: &str) -> ! {
+        let kept = std::env::temp_dir().join(format!("raxel-storm-{}", self.seed));
+        let _ = fs::remove_dir_all(&kept);
+        let _ = fs::create_dir_all(&kept);
+        for (path, good) in &self.good {
+            let now = fs::read(self.project.path(path)).unwrap_or_default();
+            if now != *good {
+                let _ = fs::write(kept.join(path.replace('/', "_")), now);
+            }
+        }
+        let log = fs::read_to_string(self.project.path("log")).unwrap_or_default();
+        let log: Vec<&str> = log.lines().rev().take(30).collect();
+        let log: Vec<&str> = log.into_iter().rev().collect();
+        let ended = self.child.0.try_wait();
+        panic!(
+            "{why}\nseed {}, edit {}: {}\nfiles that are not as they were: {}\nprocess: {ended:?}\n{}",
+            self.seed,
+            self.edits,
+            self.last,
+            kept.display(),
+            log.join("\n")
+        );
+    }
+
+    fn line(&mut self, within: Duration) -> Value {
+        match self.lines.recv_timeout(within) {
+            Ok(line) => serde_json::from_str(&line).unwrap_or_else(|error| self.fail(&format!("{error}: {line}"))),
+            Err(error) => self.fail(&format!("no answer: {error}")),
+        }
+    }
+
+    /// Asks for something; events that come meanwhile are given to `event`.
+    fn ask_with(&mut self, request: &Value, event: &mut dyn FnMut(&Value)) -> Value {
+        if let Err(error) = writeln!(self.requests, "{request}") {
+            self.fail(&format!("it does not listen: {error}"));
+        }
+        loop {
+            // A device that is lost to a shader takes its watchdog's time, six times over on a software device.
+            let line = self.line(Duration::from_secs(120));
+            if line.get("event").is_some() {
+                event(&line);
+            } else {
+                return line;
+            }
+        }
+    }
+
+    fn ask(&mut self, request: &Value) -> Value {
+        let answer = self.ask_with(request, &mut |_| {});
+        if answer["ok"] != json!(true) {
+            self.fail(&format!("{request}: {answer}"));
+        }
+        answer
+    }
+
+    /// The picture of the first frame of the demo.
+    fn picture(&mut self) -> String {
+        if self.in_window {
+            self.ask(&json!({ "do": "seek", "seconds": 0.0 }));
+        } else {
+            self.ask(&json!({ "do": "reset" }));
+            self.ask(&json!({ "do": "step" }));
+        }
+        let picture = self.ask(&json!({ "do": "picture" }));
+        picture["data"].as_str().unwrap_or_default().to_owned()
+    }
+
+    /// The picture of the files as they were opened. A window draws it when it comes to it.
+    fn first_picture(&mut self) -> String {
+        let start = Instant::now();
+        while self.in_window && self.ask_with(&json!({ "do": "picture" }), &mut |_| {})["ok"] != json!(true) {
+            assert!(start.elapsed() < Duration::from_secs(60), "no picture within a minute");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let mut picture = self.picture();
+        while self.in_window {
+            std::thread::sleep(Duration::from_millis(500));
+            let next = self.picture();
+            if next == picture {
+                break;
+            }
+            picture = next;
+        }
+        picture
+    }
+
+    /// Waits until an edit of the file is there, right or wrong.
+    fn wait_for(&mut self, path: &str) -> Came {
+        let start = Instant::now();
+        loop {
+            let mut came = None;
+            self.ask_with(&json!({ "do": "wait_reload", "seconds": 5.0 }), &mut |event| {
+                let concerns =
+                    event["changed"].as_array().is_some_and(|changed| changed.iter().any(|file| *file == path));
+                match event["event"].as_str() {
+                    Some("reloaded") if concerns => came = Some(Came::Reloaded),
+                    Some("reload-failed") if concerns => came = Some(Came::Failed),
+                    _ => {}
+                }
+            });
+            if let Some(came) = came {
+                return came;
+            }
+            if start.elapsed() > Duration::from_secs(60) {
+                self.fail("an edit was not noticed within a minute");
+            }
+        }
+    }
+
+    /// Saves a file as most editors do, by renaming a new one over it.
+    fn save(&mut self, path: &str, bytes: Option<&[u8]>) {
+        self.edits += 1;
+        let path = self.project.path(path);
+        let Some(bytes) = bytes else { return fs::remove_file(path).unwrap() };
+        let new = path.with_extension("new");
+        fs::write(&new, bytes).unwrap();
+        fs::rename(new, path).unwrap();
+    }
+
+    /// One file is broken, looked at, and mended.
+    fn gust(&mut self) {
+        let index = self.random.below(self.good.len());
+        let (path, good) = self.good[index].clone();
+        let (how, text) = broken(&good, &mut self.random);
+        if text.as_ref() == Some(&good) {
+            return;
+        }
+        self.last = format!("{path}: {how}");
+        self.save(path, text.as_deref());
+        let came = self.wait_for(path);
+        self.taken[usize::from(came == Came::Failed)] += 1;
+        match came {
+            Came::Failed => self.must_be_as_before("an edit that is wrong changed the picture"),
+            Came::Reloaded if is_black(&self.picture()) || self.random.below(16) == 0 => {
+                self.compare_with_a_fresh_start()
+            }
+            Came::Reloaded => {}
+        }
+        if self.random.below(4) == 0 {
+            // On through both graphs, the edit of the world and the other target.
+            self.ask(&json!({ "do": "step", "frames": 5 }));
+        }
+        self.save(path, Some(&good));
+        if self.wait_for(path) != Came::Reloaded {
+            self.fail("what was good before is called wrong");
+        }
+        self.must_be_as_before("the files are as they were, the picture is not");
+        self.note_memory();
+    }
+
+    /// Several files are broken in turn without waiting, written in place; at last all are mended.
+    fn squall(&mut self) {
+        let count = 2 + self.random.below(6);
+        self.last = format!("{count} edits without a pause");
+        let mut touched = Vec::new();
+        for _ in 0..count {
+            // The demo tells when all of it has been seen.
+            let index = self.random.below(self.good.len() - 1);
+            let (path, good) = self.good[index].clone();
+            let (_, text) = broken(&good, &mut self.random);
+            fs::write(self.project.path(path), text.unwrap_or_default()).unwrap();
+            self.edits += 1;
+            touched.push(index);
+            std::thread::sleep(Duration::from_millis(self.random.below(120) as u64));
+        }
+        for index in touched {
+            let (path, good) = self.good[index].clone();
+            fs::write(self.project.path(path), good).unwrap();
+            self.edits += 1;
+        }
+        let marked = [DEMO.as_bytes(), format!("# {}\n", self.edits).as_bytes()].concat();
+        self.save(DEMO_PATH, Some(&marked));
+        // The last files may have been read before they were whole.
+        while self.wait_for(DEMO_PATH) != Came::Reloaded {}
+        self.must_be_as_before("the files are as they were, the picture is not");
+        self.note_memory();
+        let demo = self.good.len() - 1;
+        self.good[demo].1 = marked;
+    }
+
+    /// The picture is that of the good files.
+    fn must_be_as_before(&mut self, otherwise: &str) {
+        let start = Instant::now();
+        // A window draws it when it comes to it, and an older edit may still be on its way.
+        while self.picture() != self.reference {
+            if start.elapsed() > Duration::from_secs(20) {
+                self.fail(otherwise);
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// Notes how much memory the process has now.
+    fn note_memory(&mut self) {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.child.0.id())).unwrap_or_default();
+        let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+        self.memory.extend(resident.and_then(|text| text.trim().trim_end_matches(" kB").parse::<u64>().ok()));
+    }
+
+    /// What runs after an edit that is right is what a new process shows of the same files.
+    fn compare_with_a_fresh_start(&mut self) {
+        if self.in_window {
+            return;
+        }
+        let run = self.project.raxel(&["render", DEMO_PATH, "--size", "64x36", "--frames", "1", "-o", "fresh.png"]);
+        if run.code != 0 {
+            self.fail(&format!("it runs, and a new process says: {}", run.stderr));
+        }
+        self.ask(&json!({ "do": "reset" }));
+        self.ask(&json!({ "do": "step" }));
+        self.ask(&json!({ "do": "screenshot", "path": "running.png" }));
+        let pixels = |name: &str| image::open(self.project.path(name)).unwrap().into_rgb8().into_raw();
+        // An edit may move the caption to this frame, over the lower rows.
+        let rows = 64 * 3 * 22;
+        if pixels("fresh.png")[..rows] != pixels("running.png")[..rows] {
+            fs::copy(self.project.path("fresh.png"), std::env::temp_dir().join("raxel-storm-fresh.png")).unwrap();
+            fs::copy(self.project.path("running.png"), std::env::temp_dir().join("raxel-storm-running.png")).unwrap();
+            self.fail("a new process shows another picture");
+        }
+    }
+
+    fn rage(&mut self, edits: usize) {
+        while self.edits < edits {
+            if self.random.below(6) == 0 {
+                self.squall()
+            } else {
+                self.gust()
+            }
+            if self.edits / 500 != self.memory.len() / 500 && self.memory.len() % 100 == 0 {
+                eprintln!("{} edits, {:?} right and wrong, {:?} KiB", self.edits, self.taken, self.memory.last());
+            }
+        }
+        self.ask(&json!({ "do": "quit" }));
+        let status = self.child.finish();
+        let log = fs::read_to_string(self.project.path("log")).unwrap_or_default();
+        if status.code() != Some(0) || log.contains("validation") {
+            self.fail(&format!("it ended with {status}"));
+        }
+        assert!(self.taken.iter().all(|count| *count > 0), "{:?}", self.taken);
+        // Caches fill in the first half; from then on there is nothing to keep.
+        let median = |part: &[u64]| {
+            let mut sorted = part.to_vec();
+            sorted.sort_unstable();
+            sorted[sorted.len() / 2]
+        };
+        let quarter = self.memory.len() / 4;
+        let (before, after) = (median(&self.memory[quarter..2 * quarter]), median(&self.memory[3 * quarter..]));
+        eprintln!(
+            "seed {}: {} edits, {:?} right and wrong, {before} KiB, {after} KiB",
+            self.seed, self.edits, self.taken
+        );
+        assert!(after < before + before / 4 + 32 * 1024, "memory grows: {before} KiB, {after} KiB");
+    }
+}
+
+/// Whether all pixels are black, of RGBA bytes in base64: three pixels are sixteen characters.
+fn is_black(base64: &str) -> bool {
+    base64.trim_end_matches('=').as_bytes().chunks(16).all(|part| b"AAAA/wAAAP8AAAD/".starts_with(part))
+}
+
+fn number(name: &str, default: u64) -> u64 {
+    std::env::var(name).ok().map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name} is a number")))
+}
+
+#[test]
+fn some_edits_headless() {
+    Storm::start(number("RAXEL_STORM_SEED", 1), false).rage(160);
+}
+
+#[test]
+fn some_edits_in_a_window() {
+    Storm::start(number("RAXEL_STORM_SEED", 2), true).rage(60);
+}
+
+#[test]
+#[ignore = "an hour"]
+fn ten_thousand_edits() {
+    let edits = number("RAXEL_STORM_EDITS", 10_000) as usize;
+    Storm::start(number("RAXEL_STORM_SEED", 3), false).rage(edits * 3 / 4);
+    Storm::start(number("RAXEL_STORM_SEED", 4), true).rage(edits / 4);
+}
+
+#[test]
+fn black_is_told_from_dark() {
+    assert!(is_black("AAAA/wAAAP8AAAD/AAAA/w==") && is_black("AAAA/wAAAP8AAAD/AAAA/wAAAP8="));
+    assert!(!is_black("AAAA/wAAAP8AAAD/AQAA/w=="));
+    assert!(repository().join(FILES[0]).exists());
+}
