@@ -164,6 +164,19 @@ fn names_are_completed_and_explained() {
     has(&editor.offered(&graph, "[targets.a]\nfor|"), &["format", "size", "history"]);
     has(&editor.offered(&graph, "[targets.a]\nformat = \"|\""), &["rgba16f", "r32f"]);
     has(&editor.offered(&graph, "[buffers.a]\nsource = \"|\""), &["world.tree64"]);
+    // Of tables of several forms, those that are written.
+    let demo = project.path("worlds/valley.demo.toml");
+    editor.open(&demo, "");
+    let offered = editor
+        .offered(&demo, "[[edits]]\ntime = 1.0\nop = \"sphere\"\n|\nmode = \"subtract\"\n[[edits]]\nop = \"box\"\n");
+    assert_eq!(offered, ["center", "material", "mode", "op", "radius", "time"]);
+    let ops = ["box", "cylinder", "model", "restore", "set", "sphere"];
+    assert_eq!(editor.offered(&demo, "[[edits]]\nop = \"|\"\n"), ops);
+    let world = project.path("worlds/pool.toml");
+    editor.open(&world, "");
+    let offered = editor.offered(&world, "[[build]]\nop = \"cylinder\"\nra|");
+    has(&offered, &["base", "radius", "top_radius", "axis"]);
+    assert!(!offered.iter().any(|key| ["level", "layers", "center"].contains(&key.as_str())), "{offered:?}");
     let shader = project.path("shaders/inspect.comp");
     editor.open(&shader, "");
     has(&editor.offered(&shader, "void main() { rx_|"), &["rx_trace", "rx_camera_ray", "RxHit"]);

@@ -44,26 +44,11 @@ pub fn schema() -> Value {
             "loop": repeated(),
             "pass": pass(),
             "bind": bind(),
-            "fills": {
-                "description": "Values by member; members of structs in nested tables or by quoted path, e.g. \"sun.direction\".",
-                "type": "object",
-                "additionalProperties": reference("member"),
-            },
+            "fills": fills("Values by member; members of structs in nested tables or by quoted path, e.g. \"sun.direction\"."),
             "member": member(),
             "from": from(),
-            "literal": {
-                "description": "A number, a boolean, or an array of them: as many as a vector has components, columns of a matrix, elements of an array.",
-                "anyOf": [
-                    { "type": ["number", "boolean"] },
-                    { "type": "array", "items": reference("literal") },
-                ],
-            },
-            "counts": {
-                "type": "array",
-                "items": { "type": "integer", "minimum": 1, "maximum": u32::MAX },
-                "minItems": 1,
-                "maxItems": 3,
-            },
+            "literal": literal("A number, a boolean, or an array of them: as many as a vector has components, columns of a matrix, elements of an array."),
+            "counts": counts("One, two or three numbers: x, y, z."),
             "remove": flag("Takes it out of the base graph."),
             "history": {
                 "description": "How many earlier frames (ticks, with a clock) are kept, to be read as `NAME@1`, `NAME@2`, …",
@@ -102,8 +87,26 @@ fn table(about: &str, properties: &Value) -> Value {
     json!({ "description": about, "type": "object", "additionalProperties": false, "properties": properties })
 }
 
+// A reference has no description of its own, and `allOf`, which could give it one, makes Taplo run out of stack: what needs one is
+// written out.
+
 fn literal(about: &str) -> Value {
-    json!({ "description": about, "allOf": [reference("literal")] })
+    json!({
+        "description": about,
+        "anyOf": [
+            { "type": ["number", "boolean"] },
+            { "type": "array", "items": reference("literal") },
+        ],
+    })
+}
+
+fn counts(about: &str) -> Value {
+    let count = json!({ "type": "integer", "minimum": 1, "maximum": u32::MAX });
+    json!({ "description": about, "type": "array", "items": count, "minItems": 1, "maxItems": 3 })
+}
+
+fn fills(about: &str) -> Value {
+    json!({ "description": about, "type": "object", "additionalProperties": reference("member") })
 }
 
 fn words<'w>(about: &str, words: impl Iterator<Item = &'w str>) -> Value {
@@ -172,7 +175,6 @@ fn target() -> Value {
 fn size() -> Value {
     let texels = json!({ "type": "integer", "minimum": 1, "maximum": 65_536 });
     let scale = json!({ "type": "number", "minimum": 0.0001, "maximum": 64 });
-    let both = json!({ "anyOf": [scale, { "type": "array", "items": scale, "minItems": 2, "maxItems": 2 }] });
     json!({
         "description": "A part of the output (0.5), texels ([w, h] or [w, h, d]), or a part of another target or of the world. The output when left out.",
         "anyOf": [
@@ -180,7 +182,10 @@ fn size() -> Value {
             { "type": "array", "items": texels, "minItems": 2, "maxItems": 3 },
             table("A part of another target, of the world, or of the output.", &json!({
                 "of": text("The other target, or `world`: three dimensions, one texel per voxel of the world's bounds, rounded up. The output when left out."),
-                "scale": { "description": "The part: one number for every axis, or two for width and height of the output.", "allOf": [both] },
+                "scale": {
+                    "description": "The part: one number for every axis, or two for width and height of the output.",
+                    "anyOf": [scale, { "type": "array", "items": scale, "minItems": 2, "maxItems": 2 }],
+                },
             })),
         ],
     })
@@ -292,7 +297,7 @@ fn pass() -> Value {
                 "type": "object",
                 "additionalProperties": reference("bind"),
             },
-            "push": { "description": "The push constants: every member of the shader's block.", "allOf": [reference("fills")] },
+            "push": fills("The push constants: every member of the shader's block."),
             "uniforms": {
                 "description": "Uniform blocks that raxel fills, by GLSL name.",
                 "type": "object",
@@ -333,7 +338,7 @@ fn dispatch() -> Value {
                     "description": "Workgroups, or one for each texel or tile of a target.",
                     "anyOf": [{ "type": "string" }, reference("counts")],
                 },
-                "tile": { "description": "Texels of a workgroup; one when left out.", "allOf": [reference("counts")] },
+                "tile": counts("Texels of a workgroup; one when left out."),
                 "mip": mip("The mip whose texels are meant."),
             })),
             table("Threads of a queue.", &json!({

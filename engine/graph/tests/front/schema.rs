@@ -91,9 +91,6 @@ fn validate(schema: &Value, rule: &Value, value: &toml::Value, at: &str) -> Resu
     if let Some(reference) = rule["$ref"].as_str() {
         return validate(schema, schema.pointer(&reference[1..]).unwrap(), value, at);
     }
-    for all in rule["allOf"].as_array().into_iter().flatten() {
-        validate(schema, all, value, at)?;
-    }
     if let Some(any) = rule["anyOf"].as_array() {
         let outcomes: Vec<_> = any.iter().map(|rule| validate(schema, rule, value, at)).collect();
         if outcomes.iter().all(Result::is_err) {

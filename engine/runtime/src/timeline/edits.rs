@@ -218,7 +218,7 @@ pub(super) fn schemas(time: &Value) -> Vec<Value> {
     let of = |op: &str, about: &str, needed: &[&str], keys: Vec<Vec<(&str, Value)>>| {
         let mut properties = serde_json::Map::new();
         properties.insert("time".to_owned(), time.clone());
-        properties.insert("op".to_owned(), json!({ "description": about, "enum": [op] }));
+        properties.insert("op".to_owned(), json!({ "description": about, "const": op }));
         properties.extend(keys.into_iter().flatten().map(|(key, value)| (key.to_owned(), value)));
         let required: Vec<&str> = ["time", "op"].iter().chain(needed).copied().collect();
         json!({ "type": "object", "additionalProperties": false, "required": required, "properties": properties })

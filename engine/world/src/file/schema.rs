@@ -48,13 +48,13 @@ pub fn schema() -> Value {
             }
         },
         "$defs": {
-            "camera": camera(),
+            "camera": about("Where to look from.", camera()),
             "material": material(),
-            "save": object(&["path"], vec![
+            "save": about("Where edits of the world are kept.", object(&["path"], vec![
                 ("path", "The folder that edits are saved in, relative to the project.", json!({ "type": "string" })),
                 ("sync", "Seconds that a power cut may cost.", json!({ "type": "number", "minimum": 0.001, "maximum": 3600, "default": 1.0 })),
                 ("on_generator_change", "When the world is built otherwise than when the save was made: leave the save alone, or keep its chunks.", json!({ "enum": ["refuse", "keep"], "default": "refuse" })),
-            ]),
+            ])),
             "model": object(&["file"], vec![
                 ("file", "A .vox file, relative to worlds/.", json!({ "type": "string" })),
                 ("frame", "Which frame of an animation, from 0.", json!({ "type": "integer", "minimum": 0, "maximum": u32::MAX, "default": 0 })),
@@ -83,7 +83,7 @@ pub fn schema() -> Value {
                 ("below", "Only lower than this.", cell()),
                 ("seed", "Another seed, other caves.", json!({ "type": "integer", "default": 0 })),
             ]),
-            "stream": stream(),
+            "stream": about("The world is made around the camera while it moves, rather than all at once.", stream()),
             "river": object(&["bed", "width", "banks"], vec![
                 ("bed", "Height of its bed.", json!({ "type": "number" })),
                 ("width", "Half the width of its bed, about, in voxels.", positive()),

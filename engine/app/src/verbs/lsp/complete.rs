@@ -1,5 +1,7 @@
 //! What can stand at the cursor, and what a key means.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use lsp_types::{CompletionItem, CompletionItemKind, Documentation, InsertTextFormat, MarkupContent, MarkupKind};
 use raxel_graph::checked::Builtin;
 use raxel_shader::library;
@@ -19,7 +21,7 @@ pub(super) fn items(document: &Document, at: usize) -> Vec<CompletionItem> {
     let place = TomlPlace::of(&document.text, at);
     let schema = schema(&document.path);
     match &place.key {
-        None => keys(&schema, &place.table),
+        None => keys(&schema, &place),
         Some(key) => values(document, &schema, &place, key),
     }
 }
@@ -46,7 +48,7 @@ pub(super) fn hover(document: &Document, at: usize) -> Option<String> {
     }
     let schema = schema(&document.path);
     let place = TomlPlace::of(&document.text, at);
-    let node = properties(&schema, &place.table)?.get(found)?;
+    let (_, node) = properties(&schema, &place).into_iter().find(|(key, _)| *key == found)?;
     Some(describe(found, resolved(&schema, node), node))
 }
 
@@ -73,29 +75,40 @@ fn schema(path: &str) -> Value {
 
 /// What a reference leads to.
 fn resolved<'s>(schema: &'s Value, node: &'s Value) -> &'s Value {
-    let target = node["$ref"].as_str().or_else(|| node["allOf"][0]["$ref"].as_str());
-    match target.and_then(|path| schema.pointer(path.trim_start_matches('#'))) {
+    match node["$ref"].as_str().and_then(|path| schema.pointer(path.trim_start_matches('#'))) {
         Some(found) => resolved(schema, found),
         None => node,
     }
 }
 
-/// The keys of a table that can stand there: those of the first form that has any.
-fn properties<'s>(schema: &'s Value, table: &[String]) -> Option<&'s serde_json::Map<String, Value>> {
+/// The keys that can stand at a place, with what they are. Where a table has several forms, of each form that what is written there
+/// fits.
+fn properties<'s>(schema: &'s Value, place: &TomlPlace) -> Vec<(&'s str, &'s Value)> {
     let mut node = schema;
-    for name in table {
-        node = forms(schema, node).into_iter().find_map(|form| {
+    for name in &place.table {
+        let next = forms(schema, node).into_iter().find_map(|form| {
             let element = resolved(schema, &form["items"]);
             let own = form["properties"].get(name).or_else(|| element["properties"].get(name));
             own.or_else(|| Some(&form["additionalProperties"]).filter(|value| value.is_object()))
-        })?;
-        node = resolved(schema, node);
+        });
+        let Some(next) = next else { return Vec::new() };
+        node = resolved(schema, next);
     }
-    forms(schema, node).into_iter().find_map(|form| {
-        let element = resolved(schema, &form["items"]);
-        let of_element = forms(schema, element).into_iter().find_map(|form| form["properties"].as_object());
-        form["properties"].as_object().or(of_element)
-    })
+    let mut found = Vec::new();
+    for form in forms(schema, node) {
+        let elements = forms(schema, &form["items"]);
+        let tables = std::iter::once(form).chain(elements).filter_map(|form| form["properties"].as_object());
+        for table in tables.filter(|table| fits(table, &place.written)) {
+            found.extend(table.iter().map(|(key, value)| (key.as_str(), value)));
+        }
+    }
+    found
+}
+
+/// Whether no text that is written contradicts the one word that a key has in this form.
+fn fits(table: &serde_json::Map<String, Value>, written: &[(String, String)]) -> bool {
+    let word = |key: &String| table.get(key).and_then(|value| value["const"].as_str());
+    written.iter().all(|(key, text)| word(key).is_none_or(|word| word == text))
 }
 
 /// A node, and the forms that it may have.
@@ -105,13 +118,14 @@ fn forms<'s>(schema: &'s Value, node: &'s Value) -> Vec<&'s Value> {
     std::iter::once(node).chain(either.map(|form| resolved(schema, form))).collect()
 }
 
-fn keys(schema: &Value, table: &[String]) -> Vec<CompletionItem> {
-    let Some(properties) = properties(schema, table) else { return Vec::new() };
-    let item = |(key, node): (&String, &Value)| {
+fn keys(schema: &Value, place: &TomlPlace) -> Vec<CompletionItem> {
+    let item = |(key, node): (&str, &Value)| {
         let about = describe(key, resolved(schema, node), node);
         CompletionItem { insert_text: Some(format!("{key} = ")), ..item(key, CompletionItemKind::PROPERTY, &about) }
     };
-    properties.iter().map(item).collect()
+    // What several forms have is offered once.
+    let keys: BTreeMap<&str, &Value> = properties(schema, place).into_iter().rev().collect();
+    keys.into_iter().map(item).collect()
 }
 
 fn values(document: &Document, schema: &Value, place: &TomlPlace, key: &str) -> Vec<CompletionItem> {
@@ -150,10 +164,7 @@ fn values(document: &Document, schema: &Value, place: &TomlPlace, key: &str) -> 
         _ => Vec::new(),
     };
     if found.is_empty() {
-        let node = properties(schema, &place.table).and_then(|properties| properties.get(key));
-        let words =
-            node.into_iter().flat_map(|node| forms(schema, node)).filter_map(|form| form["enum"].as_array()).flatten();
-        found = words.filter_map(Value::as_str).map(|word| item(word, CompletionItemKind::ENUM_MEMBER, "")).collect();
+        found = words(schema, place, key).iter().map(|word| item(word, CompletionItemKind::ENUM_MEMBER, "")).collect();
     }
     if !place.in_string {
         for item in &mut found {
@@ -161,6 +172,17 @@ fn values(document: &Document, schema: &Value, place: &TomlPlace, key: &str) -> 
         }
     }
     found
+}
+
+/// The words that the value of a key can be, in any form of its table.
+fn words(schema: &Value, place: &TomlPlace, key: &str) -> BTreeSet<String> {
+    let nodes = properties(schema, place).into_iter().filter(|(known, _)| *known == key).map(|(_, node)| node);
+    let words = |form: &Value| {
+        let several = form["enum"].as_array().into_iter().flatten();
+        let all: Vec<String> = several.chain(form.get("const")).filter_map(Value::as_str).map(str::to_owned).collect();
+        all
+    };
+    nodes.flat_map(|node| forms(schema, node)).flat_map(words).collect()
 }
 
 fn resources(text: &str) -> Vec<CompletionItem> {

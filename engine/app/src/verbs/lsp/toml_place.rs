@@ -9,6 +9,8 @@ pub(super) struct TomlPlace {
     pub key: Option<String>,
     /// The cursor is between quotes.
     pub in_string: bool,
+    /// Texts that are written under the same header, by key: `op = "sphere"` says which operation a table is.
+    pub written: Vec<(String, String)>,
 }
 
 impl TomlPlace {
@@ -19,6 +21,9 @@ impl TomlPlace {
         let header = text[..start].lines().rev().find_map(header);
         let mut place = Self { table: header.unwrap_or_default(), ..Self::default() };
         place.line(&before[start..]);
+        let above = text[..start].lines().rev().take_while(|line| self::header(line).is_none());
+        let below = text[start..].lines().skip(1).take_while(|line| self::header(line).is_none());
+        place.written = above.chain(below).filter_map(written).collect();
         place
     }
 
@@ -67,6 +72,15 @@ impl TomlPlace {
         }
         self.in_string = quote.is_some();
     }
+}
+
+/// The key and the text of a line `key = "text"`.
+fn written(line: &str) -> Option<(String, String)> {
+    let (key, value) = line.split_once('=')?;
+    let value = value.trim();
+    let quote = value.chars().next().filter(|letter| matches!(letter, '"' | '\''))?;
+    let text = value[1..].split(quote).next()?;
+    Some((key.trim().to_owned(), text.to_owned()))
 }
 
 /// The names of a line that is a header.
