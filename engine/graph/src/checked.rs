@@ -691,6 +691,7 @@ builtins! {
     FrameTime = "frame.time", F32, (1, 1), "Seconds since the last reset.";
     FrameDelta = "frame.delta", F32, (1, 1), "Seconds since the last frame.";
     FrameStill = "frame.still", U32, (1, 1), "Frames since anything but the time changed: camera, params, graph, world, size, cursor. 0 in the frame of a change; counts up to 65,535 and stays there.";
+    HistoryValid = "history.valid", U32, (1, 1), "1 when all that has a history holds what the frames before this one left there; 0 in the first frame, and after a reset, a cut, or another size or an edit that cleared one, until as many frames have run as it goes back.";
     OutputSize = "output.size", I32, (2, 1), "Extent of the output in pixels.";
     OutputAspect = "output.aspect", F32, (1, 1), "Width of the output over its height.";
     CursorPosition = "cursor.position", I32, (2, 1), "Pixel under the cursor, from the top left; (−1, −1) without one.";

@@ -60,7 +60,12 @@ pub(crate) fn looks_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Lif
         || cull.live.iter().map(|id| graph.pass(*id)).any(|pass| {
             let mut fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
             pass.every.is_some()
-                || fills.any(|fill| matches!(fill.from, Source::Clock(..) | Source::Builtin(Builtin::FrameStill)))
+                || fills.any(|fill| {
+                    matches!(
+                        fill.from,
+                        Source::Clock(..) | Source::Builtin(Builtin::FrameStill | Builtin::HistoryValid)
+                    )
+                })
         })
 }
 
@@ -95,6 +100,7 @@ fn moves(fill: &Fill) -> bool {
             | Builtin::FrameTime
             | Builtin::FrameDelta
             | Builtin::FrameStill
+            | Builtin::HistoryValid
             | Builtin::CursorPosition => true,
         },
     }

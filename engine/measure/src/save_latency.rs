@@ -137,7 +137,7 @@ fn save_and_wait(session: &mut Session, copy: &Path, path: &str, text: &str) -> 
                     return Ok(saved.elapsed().as_secs_f64() * 1e3);
                 }
                 ReloadEvent::Failed(failed) => return Err(LatencyError::Edit(Box::new(failed))),
-                ReloadEvent::DeviceRebuilt { .. } => {}
+                ReloadEvent::HistoryCleared { .. } | ReloadEvent::DeviceRebuilt { .. } => {}
             }
         }
     }

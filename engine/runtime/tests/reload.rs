@@ -322,3 +322,49 @@ fn world_and_demo_edits_reload_what_they_concern() {
     assert!(failed.diagnostics.iter().any(|d| d.code.as_str() == "RX0403"), "{:#?}", failed.diagnostics);
     project::assert_silent(&session);
 }
+
+#[test]
+fn a_shader_is_told_whether_there_is_a_history() {
+    let project = TestProject::new();
+    project.write("graphs/valid.toml", project::VALID_GRAPH);
+    project.write("shaders/valid.comp", project::VALID);
+    let mut session =
+        TestProject::open_with(Options { graph: Some(project.path("graphs/valid.toml")), ..project.options() });
+    // The value, the number of frames that nothing changed in, and those since the history was cleared.
+    let frame = |session: &mut raxel_runtime::Session| {
+        session.frame().unwrap();
+        let texel = session.read_target("sum").unwrap().floats()[0];
+        [texel[0], texel[1], texel[2]]
+    };
+    assert_eq!([frame(&mut session), frame(&mut session)], [[0.0, 0.0, 1.0], [1.0, 1.0, 2.0]]);
+    session.reset();
+    assert_eq!([frame(&mut session), frame(&mut session)], [[0.0, 0.0, 1.0], [1.0, 1.0, 2.0]]);
+
+    // Another size clears it, and says so once, however often the window is dragged.
+    for (size, said) in [([24, 8], true), ([32, 8], false)] {
+        session.resize(size[0], size[1]);
+        assert_eq!(
+            [frame(&mut session), frame(&mut session)].map(|[valid, _, sum]| [valid, sum]),
+            [[0.0, 1.0], [1.0, 2.0]]
+        );
+        let events = session.poll_reload();
+        match events.as_slice() {
+            [ReloadEvent::HistoryCleared { size: of, resources }] if said => {
+                assert_eq!((of, resources.as_slice()), (&size, &["sum".to_owned()][..]));
+            }
+            [] if !said => {}
+            events => panic!("{events:#?}"),
+        }
+    }
+
+    // An edit that leaves the target as it is keeps what is in it; one that makes it anew does not.
+    project.write("graphs/valid.toml", &format!("{}# kept\n", project::VALID_GRAPH));
+    assert!(matches!(session.wait_reload(Duration::from_secs(10)).as_slice(), [ReloadEvent::Reloaded(_)]));
+    assert_eq!(frame(&mut session)[0], 1.0);
+    let longer = project::VALID_GRAPH.replace("history = 1", "history = 2");
+    project.write("graphs/valid.toml", &longer);
+    assert!(matches!(session.wait_reload(Duration::from_secs(10)).as_slice(), [ReloadEvent::Reloaded(_)]));
+    let valid = [frame(&mut session), frame(&mut session), frame(&mut session)].map(|texel| texel[0]);
+    assert_eq!(valid, [0.0, 0.0, 1.0], "two frames back");
+    project::assert_silent(&session);
+}

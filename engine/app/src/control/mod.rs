@@ -139,12 +139,16 @@ impl Control {
                     "changed": failed.changed,
                 })
             }
+            ReloadEvent::HistoryCleared { size, resources } => {
+                json!({ "event": "history-cleared", "size": size, "resources": resources })
+            }
             ReloadEvent::DeviceRebuilt { suspect, milliseconds } => {
                 json!({ "event": "device-rebuilt", "suspect": suspect, "milliseconds": milliseconds })
             }
         };
         console::json(&said);
-        if let (Some(waiting), false) = (&self.waiting, matches!(event, ReloadEvent::DeviceRebuilt { .. })) {
+        let of_an_edit = matches!(event, ReloadEvent::Reloaded(_) | ReloadEvent::Failed(_));
+        if let (Some(waiting), true) = (&self.waiting, of_an_edit) {
             let ok = matches!(event, ReloadEvent::Reloaded(_));
             let (generation, diagnostics) = (self.generation, &self.diagnostics);
             answer::give(

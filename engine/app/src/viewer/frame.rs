@@ -14,6 +14,7 @@ use raxel_runtime::reload::ReloadEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::problem_log::problems;
+use super::reload_log::history_cleared;
 use super::{Open, PATIENCE, REFRESH, SLICE, STILL, Viewer, panel_data};
 use crate::console::To;
 use crate::control::Next;
@@ -130,6 +131,7 @@ impl Viewer<'_> {
                 }
             }
             ReloadEvent::Failed(failed) => self.problems = problems(&failed.diagnostics, &failed.texts),
+            ReloadEvent::HistoryCleared { size, resources } => self.notice(history_cleared(*size, resources)),
             ReloadEvent::DeviceRebuilt { suspect, .. } => {
                 let off = suspect
                     .as_ref()

@@ -68,6 +68,14 @@ impl<'a> ReloadLog<'a> {
                 }
                 self.console.message(&format!("gen {} failed: showing gen {}", failed.generation, self.shown));
             }
+            ReloadEvent::HistoryCleared { size, resources } => {
+                if json {
+                    return console::event(
+                        &json!({ "reason": "history-cleared", "size": size, "resources": resources }),
+                    );
+                }
+                self.console.message(&format!("note: {}", history_cleared(*size, resources)));
+            }
             ReloadEvent::DeviceRebuilt { suspect, milliseconds } => {
                 let advice = suspect
                     .as_ref()
@@ -85,6 +93,12 @@ impl<'a> ReloadLog<'a> {
             self.console.diagnostics(diagnostics, texts, To::Stderr);
         }
     }
+}
+
+/// What another size did, in words.
+pub(super) fn history_cleared([width, height]: [u32; 2], resources: &[String]) -> String {
+    let verb = if resources.len() == 1 { "starts" } else { "start" };
+    format!("at {width}×{height} the history of {} {verb} over", list(resources))
 }
 
 fn list(names: &[String]) -> String {

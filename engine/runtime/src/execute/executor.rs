@@ -244,6 +244,15 @@ impl Executor {
         }
     }
 
+    /// How many frames back the histories of what runs go, and whether one of them is to be filled with its `init` first.
+    pub fn histories(&self) -> (u32, bool) {
+        let resources = self.running.iter().flat_map(|running| &running.resources);
+        let with_history = resources.filter(|physical| physical.source().is_none() && physical.count() > 1);
+        with_history.fold((0, false), |(depth, cleared), physical| {
+            (depth.max(physical.count() - 1), cleared || physical.needs_init())
+        })
+    }
+
     /// Runs one frame, up to its picture. Waits for the device only when it still works on the frame before the last.
     pub fn frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
         let result = self.run_frame(inputs);

@@ -64,6 +64,8 @@ pub struct Builtins {
     pub frame_delta: f32,
     /// `frame.still`, frames; also decides which passes with `every = { still }` are due.
     pub frame_still: u32,
+    /// `history.valid`: 0 or 1.
+    pub history_valid: u32,
     /// `output.size`, pixels.
     pub output_size: [i32; 2],
     /// `output.aspect`.
@@ -101,6 +103,7 @@ impl Default for Builtins {
             frame_time: 0.0,
             frame_delta: 0.0,
             frame_still: 0,
+            history_valid: 0,
             output_size: [1; 2],
             output_aspect: 1.0,
             cursor_position: [-1; 2],
@@ -158,6 +161,7 @@ impl Builtins {
             Builtin::FrameTime => Value::F32(self.frame_time),
             Builtin::FrameDelta => Value::F32(self.frame_delta),
             Builtin::FrameStill => Value::U32(self.frame_still),
+            Builtin::HistoryValid => Value::U32(self.history_valid),
             Builtin::OutputSize => Value::IVec2(self.output_size),
             Builtin::OutputAspect => Value::F32(self.output_aspect),
             Builtin::CursorPosition => Value::IVec2(self.cursor_position),

@@ -11,6 +11,13 @@ pub enum ReloadEvent {
     Reloaded(Reloaded),
     /// An edit is wrong; what ran before runs on.
     Failed(Failed),
+    /// Another size made targets or buffers with history anew: what frames before had left in them is gone. Said once for each of them.
+    HistoryCleared {
+        /// Extent of the output in pixels.
+        size: [u32; 2],
+        /// Their names.
+        resources: Vec<String>,
+    },
     /// The device was lost and opened anew.
     DeviceRebuilt {
         /// The pass that is switched off until its shader changes.

@@ -234,6 +234,7 @@ impl Session {
         self.executor.reset_history();
         self.previous_camera = self.camera;
         self.still.reset();
+        self.history.reset();
     }
 
     /// The user moved something that a demo drives: from here on the demo is only looked at, not followed. Nothing jumps.

@@ -15,6 +15,7 @@ use crate::execute::{
     Progress, ReadTicket, Texels,
 };
 use crate::params::SetError;
+use crate::reload::ReloadEvent;
 use crate::stream::{Refused, WorldStream};
 
 /// Most plans that are kept for the time when they are wanted again: debug targets that are looked at in turn.
@@ -132,12 +133,14 @@ impl Session {
             if before.is_some() {
                 self.executor.reset_history();
                 self.still.reset();
+                self.history.reset();
             }
         }
         let decided = |(id, value): &(ParamId, Value)| self.values[id.0 as usize] == *value;
         if self.needs_replan || !self.condition_params.iter().all(decided) {
             self.replan()?;
         }
+        self.history.begin(self.executor.histories());
         let version = self.begin_stream(&time)?;
         let builtins = self.builtins(&time, (0, 0));
         let given = (&self.values[..], &self.overrides[..], &self.disabled[..]);
@@ -181,6 +184,7 @@ impl Session {
             stream.end(before);
         }
         self.previous_camera = self.camera;
+        self.history.end();
         Ok(report)
     }
 
@@ -190,6 +194,7 @@ impl Session {
             frame_time: time.time as f32,
             frame_delta: time.delta as f32,
             frame_still,
+            history_valid: u32::from(self.history.is_valid()),
             world_serial,
             cursor_position: self.cursor.unwrap_or([-1; 2]),
             ..Builtins::of(&self.camera, &self.previous_camera, self.selection.output, &self.world)
@@ -253,9 +258,23 @@ impl Session {
             None => build::assemble(graph, &self.world, selection, &self.context),
         }?;
         let prepared = build::prepare(&assembly, &self.context)?;
-        self.executor.swap(prepared);
+        let resized = self.selection.graph == selection.graph && self.selection.output != selection.output;
+        let before = if resized { self.kept_over_frames() } else { Vec::new() };
+        let swapped = self.executor.swap(prepared);
+        let cleared: Vec<String> = before.into_iter().filter(|name| swapped.created.contains(name)).collect();
+        if self.history.is_news(&cleared) {
+            self.events.push(ReloadEvent::HistoryCleared { size: selection.output, resources: cleared });
+        }
         self.remember(selection.clone(), assembly.plan);
         Ok(())
+    }
+
+    /// Names of what the running plan carries from frame to frame, apart from what comes from outside.
+    fn kept_over_frames(&self) -> Vec<String> {
+        let Some(plan) = self.executor.plan() else { return Vec::new() };
+        let carries = |resource: &&raxel_graph::plan::ResourcePlan| resource.copies > 1;
+        let names = plan.resources.iter().filter(carries).map(|r| plan.graph.resource(r.resource).name.clone());
+        names.collect()
     }
 
     /// Notes the plan that runs.

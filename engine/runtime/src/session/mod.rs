@@ -5,6 +5,7 @@ mod edit;
 mod error;
 mod frame;
 mod graphs;
+mod history;
 mod open;
 mod recover;
 mod reload;
@@ -156,6 +157,7 @@ pub struct Session {
     /// Shift of all rays in pixels, right and down.
     subpixel: [f64; 2],
     still: still::Still,
+    history: history::History,
     params: Params,
     /// Values of the params in this frame: the user's, under those of the demo.
     values: Vec<Value>,

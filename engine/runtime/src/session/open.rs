@@ -83,6 +83,7 @@ impl Session {
             camera,
             previous_camera: camera,
             still: super::still::Still::default(),
+            history: super::history::History::default(),
             cursor: None,
             subpixel: [0.0; 2],
             values: params.values().to_vec(),

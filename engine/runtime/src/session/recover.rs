@@ -71,6 +71,7 @@ impl Session {
         executor.set_display(self.display);
         (self.executor, self.device, self.context) = (executor, device, context);
         self.plans.clear();
+        self.history.reset();
         self.refused = None;
         self.remember(self.selection.clone(), plan);
         self.settings_changed();

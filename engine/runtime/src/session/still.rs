@@ -37,7 +37,7 @@ impl Still {
         builtins: &Builtins,
         (values, overrides, disabled): (&[Value], &[Override], &[PassId]),
     ) -> (u32, u32) {
-        // The camera of the frame before follows the camera; time is no change.
+        // The camera of the frame before follows the camera; time, and what frames before have left, is no change.
         let timeless = Builtins {
             camera_previous_cell: builtins.camera_cell,
             camera_previous_frac: builtins.camera_frac,
@@ -46,6 +46,7 @@ impl Still {
             frame_index: 0,
             frame_time: 0.0,
             frame_delta: 0.0,
+            history_valid: 0,
             ..*builtins
         };
         let Some(last) = &mut self.last else {

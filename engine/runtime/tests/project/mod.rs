@@ -70,6 +70,37 @@ bind = { before = "sum@1", after = "sum" }
 add = { type = "f32", from = "param.add" }
 "#;
 
+/// Writes `history.valid`, `frame.still` and last frame's sum plus one.
+pub const VALID: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform readonly image2D before;
+layout(rgba32f) uniform writeonly image2D after;
+layout(push_constant) uniform PC { uint valid; uint still; } pc;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(after, pixel, vec4(pc.valid, pc.still, imageLoad(before, pixel).z + 1.0, 0.0));
+}
+";
+
+pub const VALID_GRAPH: &str = r#"
+name = "valid"
+present = "sum"
+
+[targets.sum]
+format = "rgba32f"
+history = 1
+
+[[passes]]
+name = "valid"
+shader = "valid.comp"
+dispatch = { threads = "sum" }
+bind = { before = "sum@1", after = "sum" }
+
+[passes.push]
+valid = "history.valid"
+still = "frame.still"
+"#;
+
 /// Number of solid voxels in red, a param in green.
 pub const WORLD_GRAPH: &str = r#"
 name = "world"

@@ -1,0 +1,82 @@
+//! Whether what frames before left is there: `history.valid`.
+
+/// Counts the frames since a history was cleared.
+#[derive(Default)]
+pub(super) struct History {
+    /// Frames that have run since.
+    frames: u32,
+    /// How many frames back the longest history goes.
+    depth: u32,
+    /// The targets and buffers of which it was said that another size clears them.
+    said: Vec<String>,
+}
+
+impl History {
+    /// Another frame begins: how far back the histories of what runs go, and whether one of them is cleared first.
+    pub fn begin(&mut self, (depth, cleared): (u32, bool)) {
+        self.depth = depth;
+        if cleared {
+            self.frames = 0;
+        }
+    }
+
+    /// The frame has run.
+    pub fn end(&mut self) {
+        self.frames = self.frames.saturating_add(1);
+    }
+
+    /// What is carried from frame to frame starts over.
+    pub fn reset(&mut self) {
+        self.frames = 0;
+    }
+
+    /// Whether every history holds what frames have left there; never in the first frame.
+    pub fn is_valid(&self) -> bool {
+        self.frames >= self.depth.max(1)
+    }
+
+    /// Whether these were cleared by another size for the first time: a window that is being dragged has many sizes.
+    pub fn is_news(&mut self, cleared: &[String]) -> bool {
+        let new: Vec<String> = cleared.iter().filter(|name| !self.said.contains(name)).cloned().collect();
+        let any = !new.is_empty();
+        self.said.extend(new);
+        any
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_history_is_valid_once_it_is_full() {
+        let mut history = History::default();
+        let mut frame = |depth, cleared| {
+            history.begin((depth, cleared));
+            let valid = history.is_valid();
+            history.end();
+            valid
+        };
+        // Two frames back: the third frame is the first that finds both.
+        assert_eq!([frame(2, true), frame(2, false), frame(2, false)], [false, false, true]);
+        assert_eq!([frame(1, true), frame(1, false)], [false, true]);
+        // Without any history only the first frame has none before it.
+        let mut history = History::default();
+        history.begin((0, false));
+        assert!(!history.is_valid());
+        history.end();
+        assert!(history.is_valid());
+        history.reset();
+        assert!(!history.is_valid());
+    }
+
+    #[test]
+    fn a_dragged_window_says_it_once() {
+        let mut history = History::default();
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        assert!(!history.is_news(&[]));
+        assert!(history.is_news(&names(&["sum"])));
+        assert!(!history.is_news(&names(&["sum"])));
+        assert!(history.is_news(&names(&["sum", "light"])));
+    }
+}
