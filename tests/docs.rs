@@ -4,7 +4,8 @@
 //! RAXEL_WRITE_DOCS=1 cargo test --release --test docs
 //! ```
 //!
-//! writes the generated parts: everything after `## Every key`, the figures about layouts, and the index of diagnostics.
+//! writes the generated parts: everything after `## Every key`, the figures about layouts, the index of diagnostics, and the diagnostic of the
+//! README's tour.
 
 mod common;
 
@@ -199,19 +200,22 @@ fn the_readme_quotes_what_is_there() {
     for (path, line) in [
         ("graphs/primary.toml", "[params.sun_elevation]"),
         ("graphs/primary.toml", "default = 32.0"),
-        ("graphs/primary.toml", "outColor = \"color\""),
         ("shaders/primary.comp", "vec3 surface(Seen seen, RxMaterial material, vec3 sun) {"),
     ] {
         let file = std::fs::read_to_string(repository().join(path)).unwrap();
         assert!(readme.contains(line) && file.contains(line), "{path}: {line}");
     }
-    assert!(readme.contains("docs/valley.png") && repository().join("docs/valley.png").is_file());
+    for picture in ["docs/valley.png", "docs/window.png", "docs/edit.gif"] {
+        assert!(readme.contains(picture) && repository().join(picture).is_file(), "{picture}");
+    }
     // The diagnostic that the tour promises.
     let project = Project::shipped();
-    project.edit("graphs/primary.toml", "outColor = \"color\"", "outColor = \"colour\"");
+    project.edit("graphs/primary.toml", "[targets.color]\nformat = \"rgba16f\"", "[targets.color]\nformat = \"rgba8\"");
     let said = project.raxel(&["check", "graphs/primary.toml"]).exits(3).stdout;
-    let first = said.split("\n\n").next().unwrap();
-    assert!(readme.contains(first), "the README does not have\n{first}");
+    let said = said.split("\n\n").next().unwrap();
+    let (head, rest) = readme.split_once("```text\n").unwrap();
+    let (_, tail) = rest.split_once("\n```").unwrap();
+    settle("README.md", &format!("{head}```text\n{}\n```{tail}", said.trim_end()));
 }
 
 /// A JSON schema as Markdown tables.
