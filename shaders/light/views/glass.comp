@@ -134,10 +134,20 @@ vec3 path(ivec2 pixel, ivec2 size) {
         float mirrors = mix(material.roughness < 0.9 ? rx_fresnel(vec3(0.04), local.z).x : 0.0, 1.0, material.metallic);
         if (rx_next(numbers) < mirrors) {
             vec3 h = rx_ggx_visible_normal(local, alpha, rx_next2(numbers)), l = reflect(-local, h);
-            if (l.z <= 0.0) break;
-            share *= mix(vec3(1.0), rx_fresnel(f0, dot(local, h)), material.metallic) * rx_ggx_kept(l, local, alpha);
-            ray = rx_ray_from_face(hit.voxel, hit.face, hit.uv, l.x * t + l.y * b + l.z * normal);
+            // The sun is met by a ray of its own: mirrored rays see the sky without its disc.
+            vec3 to = rx_sun_point(sun, rx_next2(numbers)), s = to_frame(to, t, b, normal);
+            shadow = !within && s.z > 0.0;
+            if (shadow) {
+                vec3 between = normalize(s + local);
+                vec3 f = mix(vec3(1.0), rx_fresnel(f0, dot(local, between)), material.metallic);
+                waiting = f * rx_ggx_distribution(between.z, alpha) * rx_ggx_visibility(s.z, local.z, alpha) * s.z * sun_irradiance(sun);
+                shadow_share = share;
+            }
+            if (l.z <= 0.0) share = vec3(0.0);
+            else share *= mix(vec3(1.0), rx_fresnel(f0, dot(local, h)), material.metallic) * rx_ggx_kept(l, local, alpha);
             mirrored = true;
+            later = rx_ray_from_face(hit.voxel, hit.face, hit.uv, l.x * t + l.y * b + l.z * normal);
+            ray = shadow ? rx_ray_from_face(hit.voxel, hit.face, hit.uv, to) : later;
             continue;
         }
         share *= material.albedo;

@@ -128,6 +128,10 @@ impl Bench {
                 session.set_param(name, Value::F32(*value))?;
             }
         }
+        // A system with a sky and surfaces of its own says by this param how it can be compared.
+        if let Ok(Value::Bool(_)) = session.param("judged") {
+            session.set_param("judged", Value::Bool(true))?;
+        }
         if let Some(camera) = scene.camera {
             session.set_camera(camera);
         }

@@ -1,0 +1,280 @@
+//! Skies and materials of graphs/light/pbr_sky.toml: its tables are made when the sun moves and at no other time, the sky in closed form is near a march
+//! through the same air, skylight is the mean of the sky, and surfaces are near a path tracer of the same materials.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use common::Project;
+use raxel::measure::light::{Bench, Effort, Scene};
+use raxel::runtime::debug_target::DebugTarget;
+use raxel::runtime::execute::PassOutcome;
+use raxel::{Options, Session, Validation, Value};
+
+const GRAPH: &str = "graphs/light/pbr_sky.toml";
+
+/// A floor, a wall, a block of gold, a block of steel and one with a coat, in the open.
+const WORLD: &str = "name = \"test\"
+[camera]
+position = [15.5, 11.0, 19.5]
+look_at = [5.0, 2.0, 4.0]
+fov = 55.0
+[materials]
+floor = { albedo = [0.6, 0.55, 0.5], roughness = 1.0 }
+wall = { albedo = [0.3, 0.5, 0.7], roughness = 0.95 }
+gold = { albedo = [0.96, 0.78, 0.38], roughness = 0.4, metallic = 1.0 }
+steel = { albedo = [0.75, 0.76, 0.78], roughness = 0.6, metallic = 1.0 }
+coat = { albedo = [0.6, 0.1, 0.1], roughness = 0.2 }
+[[build]]
+op = \"box\"
+min = [-40, -1, -40]
+max = [40, 0, 40]
+material = \"floor\"
+[[build]]
+op = \"box\"
+min = [-2, 0, -2]
+max = [14, 6, 0]
+material = \"wall\"
+[[build]]
+op = \"box\"
+min = [2, 0, 4]
+max = [5, 4, 7]
+material = \"gold\"
+[[build]]
+op = \"box\"
+min = [7, 0, 3]
+max = [10, 3, 6]
+material = \"steel\"
+[[build]]
+op = \"box\"
+min = [5, 0, 9]
+max = [9, 2, 12]
+material = \"coat\"
+";
+
+fn project() -> Project {
+    let project = Project::shipped();
+    project.write("worlds/test.toml", WORLD);
+    project
+}
+
+fn open(project: &Project, graph: &str, size: [u32; 2]) -> Session {
+    let mut session = Session::open(Options {
+        project: Some(project.root().into()),
+        graph: Some(project.path(graph)),
+        world: Some(project.path("worlds/test.toml")),
+        size,
+        validation: Validation::Required,
+        ..Options::default()
+    })
+    .unwrap_or_else(|error| panic!("{graph}: {error}"));
+    session.set_debug_target(DebugTarget::resource("radiance")).unwrap();
+    session
+}
+
+fn frame(session: &mut Session) {
+    session.frame().unwrap();
+    let messages = session.device().log().take();
+    assert!(messages.is_empty(), "{messages:#?}");
+}
+
+fn set(session: &mut Session, name: &str, value: f32) {
+    session.set_param(name, Value::F32(value)).unwrap();
+}
+
+/// Names of the passes that the last frame has dispatched.
+fn ran(session: &Session) -> Vec<String> {
+    let plan = session.plan().unwrap();
+    let passes = plan.passes.iter().zip(session.outcomes());
+    let ran = passes.filter(|(_, outcome)| *outcome == PassOutcome::Dispatched);
+    ran.map(|(pass, _)| plan.graph.pass(pass.pass).name.clone()).collect()
+}
+
+#[test]
+fn tables_are_made_when_the_sun_moves_and_at_no_other_time() {
+    let project = project();
+    let mut session = open(&project, GRAPH, [32, 18]);
+    let tables = ["transmittance", "scattered", "sky_view", "sky_map", "ambient", "kept"];
+    let made = |session: &mut Session| -> Vec<String> {
+        frame(session);
+        let ran = ran(session);
+        assert!(ran.iter().any(|name| name == "shade"), "{ran:?}");
+        ran.into_iter().filter(|name| tables.contains(&name.as_str())).collect()
+    };
+    assert_eq!(made(&mut session), tables);
+    assert!(made(&mut session).is_empty());
+    set(&mut session, "sun_elevation", 33.0);
+    // The air around the Earth is the same for each sun.
+    assert_eq!(made(&mut session), ["sky_view", "sky_map", "ambient"]);
+    assert!(made(&mut session).is_empty());
+    // The tables are as seen from the sun: a turn of it changes only what each of the six faces gets of them.
+    set(&mut session, "sun_azimuth", 100.0);
+    assert_eq!(made(&mut session), ["ambient"]);
+    session.set_param("sky", Value::U32(1)).unwrap();
+    assert_eq!(made(&mut session), ["sky_map", "ambient"]);
+    set(&mut session, "exposure", 2.0);
+    assert!(made(&mut session).is_empty());
+}
+
+const GROUND: f64 = 6360.0;
+
+fn densities(height: f64) -> [f64; 3] {
+    [(-height / 8.0).exp(), (-height / 1.2).exp(), (1.0 - (height - 25.0).abs() / 15.0).max(0.0)]
+}
+
+/// Green light: scattering by air and haze, and what is lost, per km.
+fn lost([rayleigh, mie, ozone]: [f64; 3]) -> f64 {
+    13.558e-3 * rayleigh + 4.44e-3 * mie + 1.881e-3 * ozone
+}
+
+fn radius(start: f64, cosine: f64, t: f64) -> f64 {
+    (start * start + t * t + 2.0 * start * t * cosine).sqrt()
+}
+
+fn to_top(start: f64, cosine: f64) -> f64 {
+    -start * cosine + (start * start * (cosine * cosine - 1.0) + 6460.0 * 6460.0).sqrt()
+}
+
+/// Share of sunlight that reaches a place, by 200 steps.
+fn through(start: f64, cosine: f64) -> f64 {
+    if cosine < 0.0 && start * start * (cosine * cosine - 1.0) + GROUND * GROUND >= 0.0 {
+        return 0.0;
+    }
+    let size = to_top(start, cosine) / 200.0;
+    let depth: f64 =
+        (0..200).map(|i| lost(densities(radius(start, cosine, (f64::from(i) + 0.5) * size) - GROUND))).sum();
+    (-depth * size).exp()
+}
+
+/// Green radiance of the sky from light that was scattered once, for a sun with the irradiance pi: 400 steps.
+fn marched(dir: [f64; 3], sun: [f64; 3]) -> f64 {
+    let (start, cosine) = (GROUND + 0.3, dir[0] * sun[0] + dir[1] * sun[1] + dir[2] * sun[2]);
+    let g: f64 = 0.8;
+    let rayleigh = 3.0 / (16.0 * PI) * (1.0 + cosine * cosine);
+    let mie = 3.0 / (8.0 * PI) * (1.0 - g * g) / (2.0 + g * g) * (1.0 + cosine * cosine)
+        / (1.0 + g * g - 2.0 * g * cosine).powf(1.5);
+    let size = to_top(start, dir[1]) / 400.0;
+    let (mut clear, mut light) = (1.0, 0.0);
+    for i in 0..400 {
+        let t = (f64::from(i) + 0.5) * size;
+        let at = [t * dir[0], start + t * dir[1], t * dir[2]];
+        let r = (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]).sqrt();
+        let density = densities(r - GROUND);
+        let sunlit = through(r, (at[0] * sun[0] + at[1] * sun[1] + at[2] * sun[2]) / r);
+        let sent = sunlit * (13.558e-3 * density[0] * rayleigh + 3.996e-3 * density[1] * mie);
+        let loss = (-lost(density) * size).exp();
+        light += clear * sent * (1.0 - loss) / lost(density);
+        clear *= loss;
+    }
+    PI * light
+}
+
+/// The direction of a texel of the sky's table, with the sun over +x, as rx_sky_view_direction has it.
+fn direction(x: usize, y: usize) -> [f64; 3] {
+    let (around, s) = (PI * x as f64 / 191.0, 2.0 * y as f64 / 107.0 - 1.0);
+    let above = 0.5 * PI * s.signum() * s * s;
+    [above.cos() * around.cos(), above.sin(), above.cos() * around.sin()]
+}
+
+#[test]
+fn the_sky_in_closed_form_is_near_a_march_through_the_same_air() {
+    let project = project();
+    let mut session = open(&project, GRAPH, [32, 18]);
+    session.pin("sky_map").unwrap();
+    session.set_param("sky", Value::U32(1)).unwrap();
+    set(&mut session, "sun_strength", 1.0);
+    for (elevation, within) in [(60.0, 0.03), (25.0, 0.03), (8.0, 0.08)] {
+        set(&mut session, "sun_elevation", elevation);
+        frame(&mut session);
+        let sky = session.read_target("sky_map").unwrap().floats();
+        let e = f64::from(elevation).to_radians();
+        let sun = [e.cos(), e.sin(), 0.0];
+        let (mut error, mut sum) = (0.0, 0.0);
+        for y in (56..108).step_by(5) {
+            for x in (0..192).step_by(19) {
+                let dir = direction(x, y);
+                let truth = marched(dir, sun);
+                // Weighed by what a level floor gets from there.
+                let weight = dir[1] * (1.0 - dir[1] * dir[1]).sqrt();
+                error += weight * (f64::from(sky[192 * y + x][1]) - truth).abs();
+                sum += weight * truth;
+            }
+        }
+        assert!(error / sum < within, "{elevation} degrees: off by {} of the light", error / sum);
+    }
+}
+
+#[test]
+fn skylight_on_a_face_is_the_mean_of_the_sky() {
+    let project = project();
+    let mut session = open(&project, GRAPH, [32, 18]);
+    for name in ["sky_map", "ambient"] {
+        session.pin(name).unwrap();
+    }
+    frame(&mut session);
+    let sky = session.read_target("sky_map").unwrap().floats();
+    let bytes = session.read_buffer("ambient", 0..96).unwrap();
+    let up = f64::from(f32::from_le_bytes(bytes[16 * 3 + 4..][..4].try_into().unwrap()));
+    // The integral over the table's own texels; the far half of the sky is the mirror image of this one.
+    let (mut light, mut whole) = (0.0, 0.0);
+    for y in 54..108 {
+        for x in 0..192 {
+            let (dir, s) = (direction(x, y), 2.0 * y as f64 / 107.0 - 1.0);
+            let solid = s * (1.0 - dir[1] * dir[1]).sqrt() * if x == 0 || x == 191 { 0.5 } else { 1.0 };
+            light += solid * dir[1] * f64::from(sky[192 * y + x][1]);
+            whole += solid * dir[1];
+        }
+    }
+    assert!((up * whole / light - 1.0).abs() < 0.01, "{up} where {} is the mean", light / whole);
+}
+
+fn rel_mse(found: &[[f32; 4]], truth: &[[f32; 4]]) -> f64 {
+    let pairs = found.iter().zip(truth).flat_map(|(a, b)| (0..3).map(|c| (f64::from(a[c]), f64::from(b[c]))));
+    let sum: f64 = pairs.map(|(a, b)| (a - b) * (a - b) / (b * b + 0.01)).sum();
+    sum / (3 * truth.len()) as f64
+}
+
+#[test]
+fn surfaces_are_near_a_path_tracer_of_the_same_materials() {
+    let project = project();
+    let size = [48, 27];
+    let light = |graph: &str, frames: u32, sky: Option<u32>| {
+        let mut session = open(&project, graph, size);
+        if let Some(sky) = sky {
+            session.set_param("sky", Value::U32(sky)).unwrap();
+        }
+        (0..frames).for_each(|_| frame(&mut session));
+        // Rows of sky are left out: what lies below the horizon is haze in one and ground in the other.
+        session.read_target("radiance").unwrap().floats().split_off(48 * 9)
+    };
+    let truth = light("graphs/light/views/glass.toml", 300, None);
+    let ours = rel_mse(&light(GRAPH, 32, None), &truth);
+    let seeds = rel_mse(&light("graphs/light/pbr_sky_seed.toml", 32, Some(3)), &truth);
+    assert!(ours < 0.05, "relMSE {ours}");
+    assert!(seeds > 5.0 * ours, "relMSE {seeds} of the original's formulas, {ours} of ours");
+}
+
+#[test]
+fn the_judge_compares_it_under_its_own_sky() {
+    let project = project();
+    let scene =
+        Scene { name: "test".to_owned(), world: "worlds/test.toml".to_owned(), camera: None, params: Vec::new() };
+    let effort = Effort {
+        project: project.root().to_owned(),
+        device: None,
+        validation: Validation::Required,
+        size: [48, 32],
+        frames: 8,
+        pan: 0,
+        lag: 0,
+        most_paths: 64,
+        goal: 1e-9,
+    };
+    let mut bench = Bench::new(effort);
+    let references = bench.references(&scene).unwrap();
+    let outcome = bench.system(GRAPH, &scene, &references).unwrap();
+    assert_eq!(bench.complaints(), &[] as &[String]);
+    let judged = outcome.still.last().unwrap().judged;
+    // Without bounces; under another sky it would be several times as much.
+    assert!(judged.error < 0.03, "{judged:?}");
+}
