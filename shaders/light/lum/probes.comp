@@ -3,6 +3,7 @@
 #include <raxel/world.glsl>
 #include "../scene.glsl"
 #include "field.glsl"
+#include "matter.glsl"
 
 layout(local_size_x = 64) in;
 uniform sampler3D before;
@@ -48,7 +49,7 @@ void main() {
         if (dot(dir, sun) > 0.95) light += sun_irradiance(sun) / (2.0 * RX_PI * 0.05);
 #endif
     } else if (hit.face != RX_FACE_INSIDE) {
-        RxMaterial material = rx_material_properties(hit.material);
+        RxMaterial material = matter(hit.material);
         vec3 normal = rx_normal(hit.face), place = place_in_world(hit.voxel, hit.face, hit.uv);
         vec3 falls = field(before, place, normal, 16.0);
 #if !FAITHFUL

@@ -4,12 +4,16 @@
 #include <raxel/world.glsl>
 #include "../scene.glsl"
 #include "field.glsl"
+#include "matter.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(r16) uniform readonly image2D sunMap;
 uniform sampler3D probes;
+#ifdef LIVE
+layout(rgba16f) uniform readonly image2D fine;   // normal; height on a blade of grass
+#endif
 layout(rgba32f) uniform writeonly image2D outRadiance;
 layout(push_constant) uniform Push { bool glossy; } push;
 
@@ -37,8 +41,7 @@ float occlusion(ivec2 pixel, float depth) {
     return sum;
 }
 
-vec3 falls_on(ivec3 voxel, uint face, vec2 uv, vec3 sun) {
-    vec3 normal = rx_normal(face), place = place_in_world(voxel, face, uv);
+vec3 falls_on(vec3 place, vec3 normal, vec3 sun) {
     float facing = max(dot(normal, sun), 0.0);
     if (facing > 0.0) facing *= sunlit(place + 0.5 * normal, sun);
     // The field has no directions: light that comes from behind counts, too.
@@ -57,19 +60,36 @@ void main() {
         color = vec3(0.0);
     } else {
         vec4 place = imageLoad(places, pixel);
-        RxMaterial material = rx_material_properties(hit_material(hit.w));
-        vec3 falls = falls_on(hit.xyz, face, place.xy, sun) * (1.0 - 0.7 * occlusion(pixel, place.z));
+        RxMaterial material = matter(hit_material(hit.w));
+        vec3 normal = rx_normal(face);
+#ifdef LIVE
+        vec4 finer = imageLoad(fine, pixel);
+        normal = finer.xyz;
+        // Blades are darker near the ground, where others stand around them.
+        vec3 at = place_in_world(hit.xyz, face, place.xy);
+        if (hit_material(hit.w) == GRASS_CELL) material.albedo *= mix(0.45, 1.35, finer.w);
+        else if (face == RX_FACE_POS_Y && rx_material(hit.xyz + ivec3(0, 1, 0)) == GRASS_CELL) {
+            // The field and the sun's map take a cell of blades for a full one: ground below it has the light that comes to their tips, less what they take.
+            at.y += 1.0;
+            material.albedo *= 0.8;
+        }
+#else
+        vec3 at = place_in_world(hit.xyz, face, place.xy);
+#endif
+        vec3 falls = falls_on(at, normal, sun) * (1.0 - 0.7 * occlusion(pixel, place.z));
         color = material.albedo * (frame.lamp_strength * material.emission + falls);
         if (push.glossy && material.roughness <= 0.5) {
-            vec3 mirrored = reflect(dir, rx_normal(face)), seen;
+            vec3 mirrored = reflect(dir, normal), seen;
+            if (dot(mirrored, rx_normal(face)) <= 0.0) mirrored = reflect(dir, rx_normal(face));
             RxHit there;
             if (!rx_trace(rx_ray_from_face(hit.xyz, face, place.xy, mirrored), there)) seen = sky_radiance(mirrored, sun);
             else {
-                RxMaterial other = rx_material_properties(there.material);
-                seen = other.albedo * (frame.lamp_strength * other.emission + falls_on(there.voxel, there.face, there.uv, sun));
+                RxMaterial other = matter(there.material);
+                vec3 beyond = place_in_world(there.voxel, there.face, there.uv);
+                seen = other.albedo * (frame.lamp_strength * other.emission + falls_on(beyond, rx_normal(there.face), sun));
             }
             vec3 f0 = mix(vec3(0.04), material.albedo, material.metallic);
-            color = mix(color, seen, f0 + (1.0 - f0) * pow(1.0 - clamp(-dot(dir, rx_normal(face)), 0.0, 1.0), 5.0));
+            color = mix(color, seen, f0 + (1.0 - f0) * pow(1.0 - clamp(-dot(dir, normal), 0.0, 1.0), 5.0));
         }
     }
     imageStore(outRadiance, pixel, vec4(color, 1.0));
