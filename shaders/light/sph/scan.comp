@@ -3,7 +3,7 @@
 
 layout(local_size_x = 256) in;
 layout(std430) readonly buffer Counts { uint counts[]; };
-layout(std430) writeonly buffer Starts { uint starts[]; };   // one more than there are cells
+layout(std430) writeonly buffer Starts { uint starts[]; };   // one more than there are counts
 
 shared uint sums[256];
 
