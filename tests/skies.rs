@@ -1,4 +1,4 @@
-//! Skies and materials of graphs/light/pbr_sky.toml: its tables are made when the sun moves and at no other time, the sky in closed form is near a march
+//! Skies and materials of `graphs/light/pbr_sky.toml`: its tables are made when the sun moves and at no other time, the sky in closed form is near a march
 //! through the same air, skylight is the mean of the sky, and surfaces are near a path tracer of the same materials.
 
 mod common;
@@ -169,7 +169,7 @@ fn marched(dir: [f64; 3], sun: [f64; 3]) -> f64 {
     PI * light
 }
 
-/// The direction of a texel of the sky's table, with the sun over +x, as rx_sky_view_direction has it.
+/// The direction of a texel of the sky's table, with the sun over +x, as `rx_sky_view_direction` has it.
 fn direction(x: usize, y: usize) -> [f64; 3] {
     let (around, s) = (PI * x as f64 / 191.0, 2.0 * y as f64 / 107.0 - 1.0);
     let above = 0.5 * PI * s.signum() * s * s;

@@ -1,4 +1,4 @@
-//! Water of particles (graphs/light/views/sph.toml): it stays in its box, comes to rest at its level and its density, gains no energy, and is the same
+//! Water of particles (`graphs/light/views/sph.toml`): it stays in its box, comes to rest at its level and its density, gains no energy, and is the same
 //! bytes in every run.
 
 mod common;

@@ -134,9 +134,10 @@ vec3 path(ivec2 pixel, ivec2 size) {
         float mirrors = mix(material.roughness < 0.9 ? rx_fresnel(vec3(0.04), local.z).x : 0.0, 1.0, material.metallic);
         if (rx_next(numbers) < mirrors) {
             vec3 h = rx_ggx_visible_normal(local, alpha, rx_next2(numbers)), l = reflect(-local, h);
-            // The sun is met by a ray of its own: mirrored rays see the sky without its disc.
+            // The sun is met by a ray of its own: mirrored rays see the sky without its disc. Where the eye sees a matt surface that is lit so, it is a
+            // caustic, which would take very many paths.
             vec3 to = rx_sun_point(sun, rx_next2(numbers)), s = to_frame(to, t, b, normal);
-            shadow = !within && s.z > 0.0;
+            shadow = mirrored && !within && s.z > 0.0;
             if (shadow) {
                 vec3 between = normalize(s + local);
                 vec3 f = mix(vec3(1.0), rx_fresnel(f0, dot(local, between)), material.metallic);
