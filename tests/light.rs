@@ -2,53 +2,15 @@
 //! system in graphs/light to what must hold of any: no light through walls, no light that stays, no number that is none.
 
 mod common;
+#[path = "light/scenes.rs"]
+mod scenes;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use common::Project;
 use raxel::measure::light::{Bench, Effort, REFERENCE, Scene};
-use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Options, Session, Validation, Value};
-
-/// Materials and operations of a world, and where its camera stands and looks.
-fn world(project: &Project, materials: &str, build: &[String], position: [f64; 3], look_at: [f64; 3], fov: f64) {
-    let text = format!(
-        "name = \"test\"\n[camera]\nposition = {position:?}\nlook_at = {look_at:?}\nfov = {fov:?}\n[materials]\n{materials}\n{}",
-        build.concat()
-    );
-    project.write("worlds/test.toml", text);
-}
-
-fn cuboid(material: &str, min: [i32; 3], max: [i32; 3], more: &str) -> String {
-    format!("[[build]]\nop = \"box\"\nmin = {min:?}\nmax = {max:?}\nmaterial = \"{material}\"\n{more}\n")
-}
-
-fn open(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, f32)]) -> Session {
-    let mut session = Session::open(Options {
-        project: Some(project.root().into()),
-        graph: Some(project.path(graph)),
-        world: Some(project.path("worlds/test.toml")),
-        size,
-        validation: Validation::Required,
-        ..Options::default()
-    })
-    .unwrap_or_else(|error| panic!("{graph}: {error}"));
-    session.pin("radiance").unwrap();
-    session.set_debug_target(DebugTarget::resource("radiance")).unwrap();
-    for (name, value) in params {
-        session.set_param(name, Value::F32(*value)).unwrap();
-    }
-    session
-}
-
-fn frames(session: &mut Session, count: u32) -> Vec<[f32; 4]> {
-    for _ in 0..count {
-        session.frame().unwrap();
-    }
-    let messages = session.device().log().take();
-    assert!(messages.is_empty(), "{messages:#?}");
-    session.read_target("radiance").unwrap().floats()
-}
+use scenes::{DARK, cuboid, frames, open, systems, world};
 
 /// Narrows the view to so many degrees, so that all pixels see the same point.
 fn narrow(session: &mut Session, degrees: f64) {
@@ -81,8 +43,6 @@ impl Mean {
         assert!(away <= within * truth && away <= 4.0 * self.se + 1e-5 * truth, "{self:?} is not {truth}");
     }
 }
-
-const DARK: [(&str, f32); 2] = [("sun_strength", 0.0), ("sky_strength", 0.0)];
 
 /// A sky of the same radiance everywhere instead of the project's.
 fn even_sky(project: &Project) {
@@ -260,21 +220,8 @@ fn the_path_tracer_gives_the_light_that_is_kept() {
     }
 }
 
-/// Project paths of the graphs that are judged.
-fn systems(project: &Project) -> Vec<String> {
-    let mut all: Vec<String> = std::fs::read_dir(project.path("graphs/light"))
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .filter(|name| name.rsplit_once('.').is_some_and(|(_, ending)| ending == "toml"))
-        .map(|name| format!("graphs/light/{name}"))
-        .collect();
-    all.sort();
-    assert!(all.len() >= 2, "{all:?}");
-    all
-}
-
 /// Systems that neither interpolate nor merge, and say so: others' pages say where light comes from that is not there.
-const TIGHT: [&str; 4] = ["reference", "reference_centre", "face_cache", "gi_svgf"];
+const TIGHT: [&str; 6] = ["reference", "reference_centre", "face_cache", "gi_svgf", "hash_cache", "many_lamps"];
 
 #[test]
 fn no_light_comes_through_walls() {

@@ -4,12 +4,63 @@
 //     #define PATH_CANDIDATES n     lamps compared at the first place, 1 at the others
 //     #define PATH_SUN_FIRST        also counts direct sun at the first place, which is left out otherwise
 //     #define PATH_KEPT             a function `vec4 kept(RxHit hit)` knows what falls on a face without direct sun, / pi; w is 0 where not
+//     #define PATH_LAMPS_APART      the lamps at the first place are compared elsewhere, and only those that a ray meets counted here
+//     #define PATH_PLACES n         also notes what falls on each of the first n places of the path: path_places
 #ifndef LIGHT_PATH_GLSL
 #define LIGHT_PATH_GLSL
 
 #include <raxel/light/lamps.glsl>
 
 const uint PATH_ROULETTE_FROM = 3u;
+
+#ifdef PATH_LAMPS_APART
+const bool PATH_DRAWS_FIRST = false;
+#else
+const bool PATH_DRAWS_FIRST = true;
+#endif
+
+#ifdef PATH_PLACES
+// A place that the path has reached.
+struct PathPlace {
+    RxHit at;
+    vec3 falls;   // on it so far, / pi, without direct sun
+    vec3 share;   // of light that falls on the path's last place: what of it falls on this one
+};
+PathPlace path_places[PATH_PLACES];
+uint path_reached;  // places on the path, also those that are not noted
+bool path_ended;    // by light that is kept at its last place
+
+void path_reach(RxHit at, vec3 albedo) {
+    for (uint i = 0u; i < min(path_reached, PATH_PLACES); ++i) path_places[i].share *= albedo;
+    if (path_reached < PATH_PLACES) path_places[path_reached] = PathPlace(at, vec3(0.0), vec3(1.0));
+    ++path_reached;
+}
+
+void path_begin(RxHit at) {
+    path_reached = 0u;
+    path_ended = false;
+    path_reach(at, vec3(1.0));
+}
+
+// Light that falls on the path's last place counts for the first `places` of them.
+void path_note(uint places, vec3 light) {
+    for (uint i = 0u; i < min(places, PATH_PLACES); ++i) path_places[i].falls += path_places[i].share * light;
+}
+
+void path_live(float on) {
+    for (uint i = 0u; i < min(path_reached, PATH_PLACES); ++i) path_places[i].share /= on;
+}
+
+void path_end() {
+    path_ended = true;
+}
+#else
+void path_begin(RxHit at) {}
+void path_reach(RxHit at, vec3 albedo) {}
+void path_note(uint places, vec3 light) {}
+void path_live(float on) {}
+void path_end() {}
+#endif
 
 // Irradiance / pi: what a white matt surface would send back.
 vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
@@ -23,35 +74,44 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
     bool ends = false;    // the rest of the light is known
     bool arrived = true;  // at a place whose light is asked for
     RxRay ray;
+    path_begin(at);
     for (uint turn = 0u; turn < 256u; ++turn) {
         if (!arrived) {
             RxHit hit;
             bool found = rx_trace(ray, hit);
             if (kind != ON) {
-                if (!found) sum += share * waiting;
+                if (!found) {
+                    sum += share * waiting;
+                    path_note(kind == LAMP ? depth + 1u : depth, waiting);
+                }
             } else {
                 if (!found) {
-                    sum += share * sky_radiance(ray.dir, sun);
+                    vec3 sky = sky_radiance(ray.dir, sun);
+                    sum += share * sky;
+                    path_note(depth + 1u, sky);
                     break;
                 }
                 if (hit.face == RX_FACE_INSIDE) break;
                 RxMaterial material = rx_material_properties(hit.material);
-                // A lamp that is met by chance counts where picking lamps would do worse: close to it. At the first place it does not,
-                // as the density of what is picked from several is not known.
-                if (depth > 0u && material.emission > 0.0) {
+                // A lamp that is met by chance counts where picking lamps would do worse: close to it.
+                if (material.emission > 0.0) {
                     vec3 radiance = material.albedo * material.emission;
-                    float facing = max(dot(rx_normal(at.face), ray.dir), 0.0) / RX_PI;
-                    float picked = rx_light_probability(radiance) * hit.t * hit.t / max(-dot(rx_normal(hit.face), ray.dir), 1e-6);
-                    sum += share * frame.lamp_strength * radiance * rx_power_weight(facing, picked);
+                    float points = depth == 0u ? float(PATH_CANDIDATES) : 1.0, facing = -dot(rx_normal(hit.face), ray.dir);
+                    radiance *= frame.lamp_strength * rx_met_lamp_weight(radiance, dot(rx_normal(at.face), ray.dir), facing, hit.t, points);
+                    sum += share * radiance;
+                    path_note(depth + 1u, radiance);
                 }
                 at = hit;
                 share *= material.albedo;
                 ++depth;
                 arrived = true;
+                path_reach(hit, material.albedo);
 #ifdef PATH_KEPT
                 vec4 known = kept(hit);
                 if (known.w > 0.0) {
                     sum += share * known.rgb;
+                    path_note(depth, known.rgb);
+                    path_end();
                     ends = true;
                 }
 #endif
@@ -63,9 +123,10 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
             kind = LAMP;
             if (!ends) {
                 RxRay from = rx_ray_from_face(at.voxel, at.face, at.uv, normal);
-                RxLampSample lamp = rx_resample_lamps(depth == 0u ? uint(PATH_CANDIDATES) : 1u, numbers, from, normal);
+                uint candidates = depth == 0u ? uint(PATH_CANDIDATES) : 1u;
+                RxLampSample lamp = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
+                if (depth > 0u || PATH_DRAWS_FIRST) lamp = rx_resample_lamps(candidates, numbers, from, normal, float(candidates));
                 waiting = frame.lamp_strength * lamp.light;
-                if (depth > 0u && waiting != vec3(0.0)) waiting *= rx_power_weight(lamp.density, dot(normal, normalize(lamp.to)) / RX_PI);
                 ray = rx_lamp_ray(from, lamp.to);
                 if (waiting != vec3(0.0)) continue;
             }
@@ -87,6 +148,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
             float on = min(max(share.x, max(share.y, share.z)), 0.95);
             if (rx_next(numbers) >= on) break;
             share /= on;
+            path_live(on);
         }
         ray = rx_ray_from_face(at.voxel, at.face, at.uv, rx_cosine_direction(at.face, rx_next2(numbers)));
     }

@@ -19,7 +19,7 @@ void main() {
     if (hit.w >= 0 && face != RX_FACE_INSIDE) {
         RxSampler numbers = rx_sampler(frame.index, scene_seed(uint(pixel.x) + rx_hash(uint(pixel.y) + 5u)));
         RxRay from = rx_ray_from_face(hit.xyz, face, imageLoad(places, pixel).xy, rx_normal(face));
-        RxLampSample lamp = rx_resample_lamps(uint(push.candidates), numbers, from, rx_normal(face));
+        RxLampSample lamp = rx_resample_lamps(uint(push.candidates), numbers, from, rx_normal(face), 0.0);
         RxHit block;
         if (lamp.light != vec3(0.0) && !rx_trace(rx_lamp_ray(from, lamp.to), block)) light = frame.lamp_strength * lamp.light;
     }

@@ -46,7 +46,7 @@ void main() {
         if (!found) light += waiting;
         if (turn == 2) break;
         RxRay from = rx_ray_from_face(seen.voxel, seen.face, seen.uv, rx_normal(seen.face));
-        RxLampSample lamp = rx_resample_lamps(4u, numbers, from, rx_normal(seen.face));
+        RxLampSample lamp = rx_resample_lamps(4u, numbers, from, rx_normal(seen.face), 0.0);
         waiting = albedo * frame.lamp_strength * lamp.light;
         if (waiting == vec3(0.0)) break;
         ray = rx_lamp_ray(from, lamp.to);

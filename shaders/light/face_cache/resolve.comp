@@ -10,6 +10,7 @@ layout(std430) readonly buffer Fresh { vec4 fresh[]; };
 layout(std430) buffer Generation { uint generation[]; };
 layout(std430) buffer Light { vec4 light[]; };
 layout(push_constant) uniform Push { int history; } push;
+#include "../renew.glsl"
 
 void main() {
     uint i = rx_thread();
@@ -17,13 +18,5 @@ void main() {
     uint slot = faces[i];
     vec3 sum = vec3(0.0);
     for (uint k = 0u; k < queue.per_face; ++k) sum += fresh[i * queue.per_face + k].rgb;
-    float added = float(queue.per_face);
-
-    vec4 old = light[slot];
-    // Light from before a change counts as far as the change was small; that of older generations, hardly.
-    if (state.changed != 0u) old.w = min(old.w, state.cap);
-    if (generation[slot] != state.generation) old.w = min(old.w, 0.5);
-    generation[slot] = state.generation;
-    float n = min(old.w, max(float(push.history) - added, 0.0)) + added;
-    light[slot] = vec4(old.rgb + (sum - added * old.rgb) / n, n);
+    light[slot] = renewed(slot, light[slot], sum, float(queue.per_face), float(push.history));
 }

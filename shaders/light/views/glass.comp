@@ -170,7 +170,7 @@ vec3 path(ivec2 pixel, ivec2 size) {
         bool lamp = rx_lights_count() > 0u && rx_next(numbers) < 0.5;
         float times = rx_lights_count() > 0u ? 2.0 : 1.0;
         if (lamp) {
-            RxLampSample chosen = rx_resample_lamps(4u, numbers, from, normal);
+            RxLampSample chosen = rx_resample_lamps(4u, numbers, from, normal, 0.0);
             waiting = times * frame.lamp_strength * chosen.light;
             ray = rx_lamp_ray(from, chosen.to);
         } else {

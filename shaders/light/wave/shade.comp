@@ -49,10 +49,8 @@ void main() {
     RxRay from = rx_ray_from_face(hit.xyz, face, place.xy, normal);
     vec3 to = rx_sun_point(sun, rx_next2(numbers));
     vec3 sunlight = share * sun_irradiance(sun) * (max(dot(normal, to), 0.0) / RX_PI);
-    RxLampSample lamp = rx_resample_lamps(1u, numbers, from, normal);
-    vec3 lamplight = vec3(0.0);
-    if (lamp.light != vec3(0.0))
-        lamplight = share * frame.lamp_strength * lamp.light * rx_power_weight(lamp.density, dot(normal, normalize(lamp.to)) / RX_PI);
+    RxLampSample lamp = rx_resample_lamps(1u, numbers, from, normal, 1.0);
+    vec3 lamplight = share * frame.lamp_strength * lamp.light;
     if (sunlight != vec3(0.0) || lamplight != vec3(0.0)) {
         asks[atomicAdd(asking, 1u)] = Ask(from.cell, path.pixel, from.frac, 0.0, to, 0.0, sunlight, 0.0, lamp.to, 0.0, lamplight, 0.0);
     }

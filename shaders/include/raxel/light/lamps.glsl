@@ -37,31 +37,65 @@ RxLampSample rx_sample_lamp(RxLight lamp, vec2 uv, RxRay from, vec3 normal) {
     return RxLampSample(to, material.albedo * (material.emission * cosines / (RX_PI * max(square * square, 1e-12))), density);
 }
 
+// A choice between things that come one after the other: `sum` of their shares so far, and `keep`, a number in [0, 1) that decides. True if
+// the new one, with the share `share`, takes the place of the old one.
+bool rx_takes(float share, inout float sum, inout float keep) {
+    if (!(share > 0.0)) return false;
+    sum += share;
+    // One number decides all draws: what is left of it is uniform again.
+    float odds = share / sum;
+    bool takes = keep < odds;
+    keep = takes ? keep / odds : (keep - odds) / (1.0 - odds);
+    return takes;
+}
+
+// A point on a lamp, drawn in proportion to the lamp's power: its index, and the place on its face. There are lamps. Draws a pair.
+void rx_draw_lamp(inout RxSampler s, out uint index, out vec2 uv) {
+    // The pick takes numbers of 32 bits: those of `u` are the upper 24, and what the pick leaves of them is the place.
+    vec2 u = rx_next2(s);
+    uint more = rx_hash(s.seed ^ rx_hash(s.index + 0x10001u * s.pair)), whole, part;
+    uint bits = uint(u.x * 16777216.0) << 8 | more & 255u;
+    umulExtended(bits, rx_lights_count(), whole, part);
+    index = rx_pick_light(uvec2(bits, more));
+    uv = vec2(float(part >> 8) * 5.9604644775390625e-8, u.y);
+}
+
+// What of a lamp's light is left to points that are drawn on lamps, where a cosine ray from the place counts the rest: lamps that it meets, by
+// rx_met_lamp_weight. `points` is how many points stand for each cosine ray, in their effect: any number gives the same light, with other noise.
+float rx_drawn_lamp_weight(RxLampSample lamp, float points, vec3 normal) {
+    return rx_power_weight(points * lamp.density, max(dot(normal, normalize(lamp.to)), 0.0) / RX_PI);
+}
+
+// The weight of a lamp that a cosine ray has met: `radiance` is the lamp's, `cosine` that of the ray where it starts, `facing` that where it
+// ends, `t` its length.
+float rx_met_lamp_weight(vec3 radiance, float cosine, float facing, float t, float points) {
+    return rx_power_weight(max(cosine, 0.0) / RX_PI, points * rx_light_probability(radiance) * t * t / max(facing, 1e-6));
+}
+
 // One of `candidates` points on lamps, chosen by what each would give without shadows (resampled importance sampling: Talbot, Cline and
 // Egbert, "Importance resampling for global illumination", 2005). Without bias if light counts only where rx_lamp_ray meets nothing.
-// No light where there are no lamps. Draws `candidates` + 1 pairs.
-RxLampSample rx_resample_lamps(uint candidates, inout RxSampler s, RxRay from, vec3 normal) {
+// With `points` above 0, light is only what rx_drawn_lamp_weight leaves. No light where there are no lamps. Draws `candidates` + 1 pairs.
+RxLampSample rx_resample_lamps(uint candidates, inout RxSampler s, RxRay from, vec3 normal, float points) {
     RxLampSample chosen = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
     if (rx_lights_count() == 0u) return chosen;
     float sum = 0.0, worth = 0.0, keep = rx_next(s);
     for (uint i = 0u; i < candidates; ++i) {
-        // The pick takes the numbers as 32 bits: those of `u` are its upper 24.
-        vec2 u = rx_next2(s);
-        uint more = rx_hash(s.seed ^ rx_hash(s.index + 0x10001u * s.pair));
-        uint index = rx_pick_light(uvec2(uint(u.x * 16777216.0) << 8, more));
-        vec2 uv = vec2(fract(u.x * float(rx_lights_count())), u.y);
+        uint index;
+        vec2 uv;
+        rx_draw_lamp(s, index, uv);
         RxLight lamp = rx_light(index);
         RxLampSample candidate = rx_sample_lamp(lamp, uv, from, normal);
-        float target = rx_luminance(candidate.light), weight = target / lamp.probability;
-        if (!(weight > 0.0)) continue;
-        sum += weight;
-        // One number decides all draws: what is left of it is uniform again.
-        float odds = weight / sum;
-        if (keep < odds) {
-            keep = keep / odds;
+        float target = rx_luminance(candidate.light);
+        if (!(target > 0.0)) continue;
+        if (points > 0.0) {
+            float part = rx_drawn_lamp_weight(candidate, points, normal);
+            candidate.light *= part;
+            target *= part;
+        }
+        if (rx_takes(target / lamp.probability, sum, keep)) {
             chosen = candidate;
             worth = target;
-        } else keep = (keep - odds) / (1.0 - odds);
+        }
     }
     if (worth > 0.0) chosen.light *= sum / (float(candidates) * worth);
     return chosen;

@@ -33,7 +33,7 @@ pub(crate) struct Args {
     #[arg(value_name = "GRAPH")]
     systems: Vec<String>,
 
-    /// Scenes: valley, near, room, menger, leak, or any world as WORLD or WORLD:CAMERA; those five by default.
+    /// Scenes: valley, near, room, lamps, menger, leak, or any world as WORLD or WORLD:CAMERA; those six by default.
     #[arg(long, value_name = "SCENE,…", value_delimiter = ',')]
     scenes: Vec<String>,
 

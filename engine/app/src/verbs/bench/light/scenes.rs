@@ -12,11 +12,12 @@ use crate::session::named_camera;
 /// A scene that has a name: world, camera (position and what it looks at) where it is not the world's, params.
 type Known = (&'static str, &'static str, Option<[[f64; 3]; 2]>, &'static [(&'static str, f32)]);
 
-/// Open land by day, the same at eye level, a closed room with one lamp, bars of all sizes, and a dark room under a light as bright as can be.
-const KNOWN: [Known; 5] = [
+/// Open land by day, the same at eye level, a closed room with one lamp, streets with ten thousand, bars of all sizes, and a dark room under a light as bright as can be.
+const KNOWN: [Known; 6] = [
     ("valley", "worlds/valley.toml", None, &[]),
     ("near", "worlds/valley.toml", Some([[22.0, 48.0, 4.0], [97.0, 27.0, -77.0]]), &[]),
     ("room", "worlds/light/room.toml", None, &[]),
+    ("lamps", "worlds/light/lamps.toml", None, &[("sun_strength", 0.0), ("sky_strength", 0.02)]),
     ("menger", "worlds/menger.toml", None, &[]),
     ("leak", "worlds/light/leak.toml", None, &[("sun_strength", 1000.0), ("sky_strength", 1000.0)]),
 ];

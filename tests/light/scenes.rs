@@ -1,0 +1,64 @@
+//! Small worlds, and sessions that show the light in them.
+
+#![allow(dead_code, reason = "each test file uses a part of this")]
+
+use raxel::runtime::debug_target::DebugTarget;
+use raxel::{Options, Session, Validation, Value};
+
+use crate::common::Project;
+
+/// Materials and operations of a world, and where its camera stands and looks.
+pub fn world(project: &Project, materials: &str, build: &[String], position: [f64; 3], look_at: [f64; 3], fov: f64) {
+    let text = format!(
+        "name = \"test\"\n[camera]\nposition = {position:?}\nlook_at = {look_at:?}\nfov = {fov:?}\n[materials]\n{materials}\n{}",
+        build.concat()
+    );
+    project.write("worlds/test.toml", text);
+}
+
+pub fn cuboid(material: &str, min: [i32; 3], max: [i32; 3], more: &str) -> String {
+    format!("[[build]]\nop = \"box\"\nmin = {min:?}\nmax = {max:?}\nmaterial = \"{material}\"\n{more}\n")
+}
+
+pub fn open(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, f32)]) -> Session {
+    let mut session = Session::open(Options {
+        project: Some(project.root().into()),
+        graph: Some(project.path(graph)),
+        world: Some(project.path("worlds/test.toml")),
+        size,
+        validation: Validation::Required,
+        ..Options::default()
+    })
+    .unwrap_or_else(|error| panic!("{graph}: {error}"));
+    session.pin("radiance").unwrap();
+    session.set_debug_target(DebugTarget::resource("radiance")).unwrap();
+    for (name, value) in params {
+        session.set_param(name, Value::F32(*value)).unwrap();
+    }
+    session
+}
+
+pub fn frames(session: &mut Session, count: u32) -> Vec<[f32; 4]> {
+    for _ in 0..count {
+        session.frame().unwrap();
+    }
+    let messages = session.device().log().take();
+    assert!(messages.is_empty(), "{messages:#?}");
+    session.read_target("radiance").unwrap().floats()
+}
+
+/// Neither sun nor sky.
+pub const DARK: [(&str, f32); 2] = [("sun_strength", 0.0), ("sky_strength", 0.0)];
+
+/// Project paths of the graphs that are judged.
+pub fn systems(project: &Project) -> Vec<String> {
+    let mut all: Vec<String> = std::fs::read_dir(project.path("graphs/light"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name.rsplit_once('.').is_some_and(|(_, ending)| ending == "toml"))
+        .map(|name| format!("graphs/light/{name}"))
+        .collect();
+    all.sort();
+    assert!(all.len() >= 2, "{all:?}");
+    all
+}

@@ -1,0 +1,200 @@
+//! What lighting systems promise besides their light: that they come to rest, that light of what is gone goes, and what happens at their limits.
+
+mod common;
+#[path = "light/scenes.rs"]
+mod scenes;
+
+use common::Project;
+use raxel::measure::light::{Bench, Effort, Scene};
+use raxel::{Options, Session, Validation, Value};
+use raxel_edit::{Brush, Operation};
+use scenes::{DARK, cuboid, frames, open, systems, world};
+
+/// Mean luminance of a picture.
+fn luminance(texels: &[[f32; 4]]) -> f64 {
+    let of =
+        |texel: &[f32; 4]| 0.2126 * f64::from(texel[0]) + 0.7152 * f64::from(texel[1]) + 0.0722 * f64::from(texel[2]);
+    texels.iter().map(of).sum::<f64>() / texels.len() as f64
+}
+
+/// A closed room of 12 × 8 × 12 with a lamp of 2 × 2 voxels in its ceiling, which the camera does not see.
+fn room(project: &Project) {
+    let materials = "wall = { albedo = [0.7, 0.6, 0.5] }\nlamp = { albedo = [1.0, 0.9, 0.8], emission = 30.0 }";
+    let build = [
+        cuboid("wall", [-1, -1, -1], [13, 9, 13], "shell = 1"),
+        cuboid("wall", [3, 0, 3], [5, 4, 5], ""),
+        cuboid("lamp", [6, 7, 6], [8, 8, 8], ""),
+    ];
+    world(project, materials, &build, [1.5, 4.5, 11.5], [8.0, 0.0, 4.0], 60.0);
+}
+
+/// Means of the light in each of some frames.
+fn means(session: &mut Session, count: u32) -> Vec<f64> {
+    (0..count).map(|_| luminance(&frames(session, 1))).collect()
+}
+
+/// Without slots, paths go on as if there were no cache: the light is the same.
+#[test]
+fn a_hash_cache_without_room_loses_no_light() {
+    let project = Project::shipped();
+    room(&project);
+    let light = || {
+        let mut session = open(&project, "graphs/light/hash_cache.toml", [48, 27], &DARK);
+        session.set_param("tile", Value::I32(1)).unwrap();
+        luminance(&frames(&mut session, 48))
+    };
+    let roomy = light();
+    let slots = "RX_FACE_LOG2_SLOTS = 20u";
+    project.edit("shaders/include/raxel/light/face_table.glsl", slots, "RX_FACE_LOG2_SLOTS = 5u");
+    let full = light();
+    // Two bounces are a third of the light here.
+    assert!((full / roomy - 1.0).abs() < 0.05, "{full} with 32 slots, {roomy} with 2^20");
+}
+
+/// The session's lamp, taken out by an edit.
+fn take_lamp(session: &mut Session) {
+    let lamp = Operation::sphere([7.0, 7.5, 7.0], 1.0, Brush::Subtract);
+    assert!(session.edit(&[lamp]).unwrap() > 0);
+}
+
+/// Frames until so much of a lamp's light is left that an edit has taken out, as the pages of these systems say.
+const GONE_AFTER: [(&str, usize); 5] =
+    [("face_cache", 2), ("gi_svgf", 10), ("hash_cache", 10), ("many_lamps", 10), ("ddgi", 10)];
+
+#[test]
+fn light_of_a_lamp_that_an_edit_takes_out_goes_and_comes_back() {
+    let project = Project::shipped();
+    room(&project);
+    for (system, most) in GONE_AFTER {
+        let mut session = open(&project, &format!("graphs/light/{system}.toml"), [24, 14], &DARK);
+        let before = *means(&mut session, 24).last().unwrap();
+        assert!(before > 0.1, "{system}: {before}");
+        take_lamp(&mut session);
+        let after = means(&mut session, most as u32);
+        assert!(*after.last().unwrap() < 0.05 * before, "{system}: of {before}, {after:?} are left");
+        assert!(session.undo().unwrap());
+        let again = *means(&mut session, 24).last().unwrap();
+        assert!((again / before - 1.0).abs() < 0.25, "{system}: {again} after an undo, {before} before");
+    }
+}
+
+/// Path tracers go on for as long as one looks, and the texels of surface_cache have their ticks.
+const RESTLESS: [&str; 4] = ["reference", "reference_centre", "wavefront", "surface_cache"];
+
+#[test]
+fn a_still_camera_under_still_light_stops_working() {
+    let project = Project::shipped();
+    room(&project);
+    for graph in systems(&project) {
+        let name = graph.trim_start_matches("graphs/light/").trim_end_matches(".toml");
+        if RESTLESS.contains(&name) {
+            continue;
+        }
+        let mut session = open(&project, &graph, [16, 9], &DARK);
+        frames(&mut session, 513);
+        let done = frames(&mut session, 1);
+        assert_eq!(session.frame().unwrap().dispatched, 0, "{graph}");
+        assert_eq!(frames(&mut session, 1), done, "{graph}");
+        // What changes wakes it.
+        session.set_param("sky_strength", Value::F32(0.5)).unwrap();
+        assert!(session.frame().unwrap().dispatched > 0, "{graph}");
+    }
+}
+
+/// Lamps of three colours and powers on both sides of a wall, most of them hidden from most places.
+fn lamps(project: &Project) {
+    let materials = "wall = { albedo = [0.5, 0.5, 0.5] }\nred = { albedo = [1.0, 0.4, 0.3], emission = 6.0 }\n\
+                     blue = { albedo = [0.3, 0.5, 1.0], emission = 3.0 }\nwhite = { albedo = [1.0, 1.0, 1.0], emission = 1.0 }";
+    let mut build = vec![cuboid("wall", [-2, -1, -2], [26, 0, 26], ""), cuboid("wall", [11, 0, 4], [13, 6, 20], "")];
+    for i in 0..12 {
+        let (x, z) = (1 + i * 7 % 23, 2 + i * 11 % 21);
+        let height = 1 + i % 3;
+        build.push(cuboid(["red", "blue", "white"][i as usize % 3], [x, height, z], [x + 1, height + 1, z + 1], ""));
+    }
+    world(project, materials, &build, [12.0, 16.0, 30.0], [12.0, 0.0, 11.0], 55.0);
+}
+
+#[test]
+fn points_on_lamps_that_are_used_again_add_no_light_and_take_none() {
+    let project = Project::shipped();
+    lamps(&project);
+    project.write(
+        "graphs/light/raw.toml",
+        "extends = \"many_lamps.toml\"\nname = \"raw\"\n[params.rounds]\ndefault = 0\n",
+    );
+    let dark = DARK.map(|(name, value)| (name.to_owned(), value)).to_vec();
+    let scene = Scene { name: "test".to_owned(), world: "worlds/test.toml".to_owned(), camera: None, params: dark };
+    let mut bench = Bench::new(Effort {
+        project: project.root().to_owned(),
+        device: None,
+        validation: Validation::Required,
+        size: [64, 40],
+        frames: 32,
+        pan: 8,
+        lag: 12,
+        most_paths: 128,
+        goal: 1e-9,
+    });
+    let references = bench.references(&scene).unwrap();
+    let outcome = bench.system("graphs/light/raw.toml", &scene, &references).unwrap();
+    assert_eq!(bench.complaints(), &[] as &[String]);
+    let moving = outcome.pan.unwrap().judged;
+    for judged in outcome.still.iter().map(|point| &point.judged).chain([&moving]) {
+        assert!(judged.bias2.abs() <= 4.0 * judged.bias2_se, "{judged:?}");
+    }
+    // All of the light: its mean differs from the reference's by no more than the noise of both.
+    let part = outcome.mean / references.about.mean - 1.0;
+    assert!(part.abs() < 0.01, "{part}");
+    let noise: Vec<f64> = outcome.still.iter().map(|point| point.judged.noise).collect();
+    assert!(noise.windows(2).all(|pair| pair[1] < pair[0]), "{noise:?}");
+    assert!(outcome.lag.as_ref().unwrap().to_5_percent.is_some_and(|frames| frames <= 10), "{:?}", outcome.lag);
+}
+
+#[test]
+fn first_hits_by_way_of_half_resolution_change_no_byte() {
+    let project = Project::shipped();
+    std::fs::copy(project.path("worlds/menger.toml"), project.path("worlds/test.toml")).unwrap();
+    // Sides that 2 does not divide.
+    let light = |graph: &str| frames(&mut open(&project, graph, [61, 35], &[]), 3);
+    assert_eq!(light("graphs/light/halfres.toml"), light("graphs/light/sun_history.toml"));
+}
+
+#[test]
+fn cubes_of_an_octree_are_where_the_voxels_are() {
+    let project = Project::shipped();
+    let [cubes, exact] = ["graphs/light/views/octree_view.toml", "graphs/inspect.toml"].map(|graph| {
+        Session::open(Options {
+            project: Some(project.root().into()),
+            graph: Some(graph.into()),
+            world: Some("worlds/menger.toml".into()),
+            size: [96, 54],
+            pinned: [if graph.ends_with("inspect.toml") { "hit" } else { "empty" }.to_owned()].into(),
+            validation: Validation::Required,
+            ..Options::default()
+        })
+        .unwrap()
+    });
+    let (mut cubes, mut exact) = (cubes, exact);
+    exact.frame().unwrap();
+    let hit: Vec<bool> =
+        exact.read_target("hit").unwrap().integers().unwrap().iter().map(|texel| texel[1] != 7).collect();
+    let mut met = |level: u32| -> Vec<bool> {
+        cubes.set_param("level", Value::U32(level)).unwrap();
+        cubes.frame().unwrap();
+        let texels = cubes.read_target("empty").unwrap();
+        texels.integers().unwrap().iter().map(|texel| texel[0] != 6).collect()
+    };
+    let voxels = met(0);
+    // The view's steps are those of floats: a ray along an edge may go on the other side of it.
+    let other = voxels.iter().zip(&hit).filter(|(a, b)| a != b).count();
+    assert!(other <= hit.len() / 200, "{other} of {} rays", hit.len());
+    // A cube holds its voxels, so what a voxel hides its cube hides too.
+    let mut before = voxels;
+    for level in [1, 3, 5] {
+        let now = met(level);
+        let lost = before.iter().zip(&now).filter(|(smaller, larger)| **smaller && !**larger).count();
+        assert!(lost <= hit.len() / 200, "level {level}: {lost} rays meet nothing");
+        assert!(now.iter().filter(|met| **met).count() < hit.len(), "some rays meet nothing at all");
+        before = now;
+    }
+}
