@@ -321,6 +321,7 @@ fn the_judge_finds_no_bias_in_the_path_tracer_itself() {
         lag: 2,
         most_paths: 64,
         goal: 1e-9,
+        keep: false,
     };
     let mut bench = Bench::new(effort);
     let references = bench.references(&scene).unwrap();

@@ -134,6 +134,7 @@ fn points_on_lamps_that_are_used_again_add_no_light_and_take_none() {
         lag: 12,
         most_paths: 128,
         goal: 1e-9,
+        keep: false,
     });
     let references = bench.references(&scene).unwrap();
     let outcome = bench.system("graphs/light/raw.toml", &scene, &references).unwrap();
@@ -162,19 +163,18 @@ fn first_hits_by_way_of_half_resolution_change_no_byte() {
 #[test]
 fn cubes_of_an_octree_are_where_the_voxels_are() {
     let project = Project::shipped();
-    let [cubes, exact] = ["graphs/light/views/octree_view.toml", "graphs/inspect.toml"].map(|graph| {
+    let [mut cubes, mut exact] = ["graphs/light/views/octree_view.toml", "graphs/inspect.toml"].map(|graph| {
         Session::open(Options {
             project: Some(project.root().into()),
             graph: Some(graph.into()),
             world: Some("worlds/menger.toml".into()),
             size: [96, 54],
-            pinned: [if graph.ends_with("inspect.toml") { "hit" } else { "empty" }.to_owned()].into(),
+            pinned: vec![if graph.ends_with("inspect.toml") { "hit" } else { "empty" }.to_owned()],
             validation: Validation::Required,
             ..Options::default()
         })
         .unwrap()
     });
-    let (mut cubes, mut exact) = (cubes, exact);
     exact.frame().unwrap();
     let hit: Vec<bool> =
         exact.read_target("hit").unwrap().integers().unwrap().iter().map(|texel| texel[1] != 7).collect();
@@ -197,4 +197,50 @@ fn cubes_of_an_octree_are_where_the_voxels_are() {
         assert!(now.iter().filter(|met| **met).count() < hit.len(), "some rays meet nothing at all");
         before = now;
     }
+}
+
+#[test]
+fn references_are_made_once_for_what_they_follow_from() {
+    let project = Project::shipped();
+    room(&project);
+    let scene =
+        Scene { name: "test".to_owned(), world: "worlds/test.toml".to_owned(), camera: None, params: Vec::new() };
+    let run = |paths: u32| {
+        let mut bench = Bench::new(Effort {
+            project: project.root().to_owned(),
+            device: None,
+            validation: Validation::Required,
+            size: [16, 9],
+            frames: 1,
+            pan: 0,
+            lag: 0,
+            most_paths: paths,
+            goal: 1e-9,
+            keep: true,
+        });
+        bench.references(&scene).unwrap()
+    };
+    let (made, again) = (run(16), run(16));
+    assert!(!made.about.kept && again.about.kept);
+    assert_eq!((made.halves, &made.about.hashes), (again.halves, &again.about.hashes));
+    assert_eq!((made.about.dark, made.about.paths), (again.about.dark, again.about.paths));
+    // Another effort, another voxel, another shader: another reference.
+    assert!(!run(32).about.kept && run(32).about.kept);
+    project.edit("worlds/test.toml", "max = [5, 4, 5]", "max = [5, 5, 5]");
+    assert!(!run(16).about.kept && run(16).about.kept);
+    project.edit(
+        "shaders/light/reference.comp",
+        "const uint MOST_VERTICES = 256u;",
+        "const uint MOST_VERTICES = 255u;",
+    );
+    assert!(!run(16).about.kept && run(16).about.kept);
+    // What is not whole is made again.
+    let folder = project.path(".raxel/cache/light");
+    let files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert_eq!(files.len(), 4, "{files:?}");
+    for file in files {
+        let bytes = std::fs::read(&file).unwrap();
+        std::fs::write(&file, &bytes[..bytes.len() - 4]).unwrap();
+    }
+    assert!(!run(16).about.kept && run(16).about.kept);
 }

@@ -6,6 +6,7 @@
 
 pub mod error;
 pub mod flip;
+mod kept;
 pub mod reference;
 mod run;
 
@@ -62,6 +63,8 @@ pub struct Effort {
     pub most_paths: u32,
     /// A half of a reference is good enough when this relative error is forecast for it.
     pub goal: f64,
+    /// Whether references are kept in `.raxel/cache/light` of the project, and taken from there.
+    pub keep: bool,
 }
 
 /// What is wrong with a system, or with the device.
@@ -120,6 +123,11 @@ impl Picture {
     pub fn of(texels: &Texels) -> Self {
         let rgb = texels.floats().iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
         Self { size: [texels.width, texels.height], texels: rgb }
+    }
+
+    /// BLAKE3 of its floats.
+    pub fn hash(&self) -> String {
+        blake3::hash(bytemuck::cast_slice(&self.texels)).to_hex().to_string()
     }
 
     /// Mean luminance (ITU-R BT.709) of the pixels that are finite.

@@ -2,7 +2,7 @@
 
 use raxel_graph::checked::Value;
 use raxel_runtime::Session;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{LightError, Picture, RADIANCE, Scene, run};
 
@@ -21,7 +21,7 @@ pub struct References {
 }
 
 /// Where a reference comes from, and how good it is.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct About {
     /// The scene.
     pub scene: String,
@@ -41,6 +41,8 @@ pub struct About {
     pub dark: Option<f64>,
     /// GPU milliseconds of a path a pixel.
     pub path_ms: f64,
+    /// Whether an earlier run has made it.
+    pub kept: bool,
 }
 
 impl References {
@@ -70,13 +72,10 @@ impl References {
             forecast,
             noise: judged.noise,
             mean: f64::midpoint(first.mean(), second.mean()),
-            hashes: [&first, &second].map(|half| {
-                let mut hasher = blake3::Hasher::new();
-                hasher.update(bytemuck::cast_slice(&half.texels));
-                hasher.finalize().to_hex().to_string()
-            }),
+            hashes: [first.hash(), second.hash()],
             dark,
             path_ms,
+            kept: false,
         };
         Ok(Self { halves: [first, second], about })
     }

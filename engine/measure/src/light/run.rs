@@ -14,6 +14,7 @@ use raxel_shader::interface::ScalarKind;
 
 use super::error::{flicker, judge};
 use super::flip::hdr_flip;
+use super::kept::Place;
 use super::{Effort, Lag, LightError, Outcome, Pan, Picture, Point, RADIANCE, REFERENCE, References, Scene};
 
 /// Seeds of the two runs.
@@ -56,12 +57,19 @@ impl Bench {
         &self.effort
     }
 
-    /// Makes the references of a scene.
+    /// Makes the references of a scene, or finds those that an earlier run has made.
     pub fn references(&mut self, scene: &Scene) -> Result<References, LightError> {
         let mut session = self.open(REFERENCE, scene, &["sum", "squares"])?;
+        let place = self.effort.keep.then(|| Place::of(&session, &self.effort));
+        if let Some(found) = place.as_ref().and_then(|place| place.read(&scene.name)) {
+            return Ok(found);
+        }
         let gpu = session.device().capabilities().kind != DeviceKind::Cpu;
         let made = References::make(&mut session, scene, (self.effort.goal, self.effort.most_paths), gpu);
         self.listen(&session);
+        if let (Some(place), Ok(made)) = (&place, &made) {
+            place.write(made);
+        }
         made
     }
 

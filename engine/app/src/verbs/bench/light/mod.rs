@@ -176,6 +176,7 @@ fn effort(args: &Args, device: &DeviceOptions, project: &Project) -> Result<Effo
         lag: or(args.lag, 100, 0),
         most_paths: or(args.paths, 16384, 256),
         goal,
+        keep: true,
     })
 }
 

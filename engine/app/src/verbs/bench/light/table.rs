@@ -17,7 +17,7 @@ pub(super) fn print_reference(about: &About, console: &Console) {
     }
     let [width, height] = about.size;
     console::data(&format!(
-        "\n{}, {width}×{height}: two halves of {} paths a pixel, each with an error of {:.2e} (forecast {:.2e}), {} ms a path; {} {}\n",
+        "\n{}, {width}×{height}: two halves of {} paths a pixel, each with an error of {:.2e} (forecast {:.2e}), {} ms a path; {} {}{}\n",
         about.scene,
         about.paths,
         about.noise,
@@ -25,6 +25,7 @@ pub(super) fn print_reference(about: &About, console: &Console) {
         three(about.path_ms),
         &about.hashes[0][..16],
         &about.hashes[1][..16],
+        if about.kept { ", made before" } else { "" },
     ));
 }
 

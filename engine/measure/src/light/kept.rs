@@ -1,0 +1,87 @@
+//! References on disk, so that they are made once: in `.raxel/cache/light` of the project, under a hash of all that they follow from.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use raxel_runtime::Session;
+
+use super::reference::{About, References};
+use super::{Effort, Picture};
+
+/// Where a reference lies, or will.
+pub(super) struct Place {
+    path: PathBuf,
+}
+
+impl Place {
+    /// Of the reference that a session of its graph would make: by device and driver, effort, camera, params, graph, shaders, and every voxel.
+    pub(super) fn of(session: &Session, effort: &Effort) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        let mut part = |bytes: &[u8]| {
+            hasher.update(&(bytes.len() as u64).to_le_bytes());
+            hasher.update(bytes);
+        };
+        for name in super::device_name(session.device()) {
+            part(name.as_bytes());
+        }
+        part(format!("{:?} {:?} {:?}", effort.size, effort.goal, effort.most_paths).as_bytes());
+        part(format!("{:?}", session.camera()).as_bytes());
+        part(&serde_json::to_vec(&**session.graph()).unwrap_or_default());
+        for pass in &session.graph().passes {
+            part(&pass.shader.key);
+        }
+        for param in session.params() {
+            let value = session.param(&param.name).ok();
+            part(format!("{} {value:?}", param.name).as_bytes());
+        }
+        let world = session.world().voxels();
+        part(format!("{:?}", world.materials()).as_bytes());
+        for (cell, material) in world.voxels() {
+            hasher.update(bytemuck::bytes_of(&cell.to_array()));
+            hasher.update(&material.to_le_bytes());
+        }
+        let name = format!(".raxel/cache/light/{}.reference", hasher.finalize().to_hex());
+        Self { path: session.project().on_disk(&name) }
+    }
+
+    /// What is kept there, if it is whole: its pictures have the hashes that it says.
+    pub(super) fn read(&self, scene: &str) -> Option<References> {
+        let bytes = fs::read(&self.path).ok()?;
+        let line = bytes.iter().position(|byte| *byte == b'\n')?;
+        let mut about: About = serde_json::from_slice(&bytes[..line]).ok()?;
+        let texels: Vec<f32> =
+            bytes[line + 1..].chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+        let pixels = about.size[0] as usize * about.size[1] as usize;
+        if texels.len() != 2 * 3 * pixels {
+            return None;
+        }
+        let half = |texels: &[f32]| Picture {
+            size: about.size,
+            texels: texels.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2]]).collect(),
+        };
+        let halves = [half(&texels[..3 * pixels]), half(&texels[3 * pixels..])];
+        if [halves[0].hash(), halves[1].hash()] != about.hashes {
+            return None;
+        }
+        // The same view may have another name.
+        scene.clone_into(&mut about.scene);
+        about.kept = true;
+        Some(References { halves, about })
+    }
+
+    /// Keeps a reference. A folder that cannot be written costs the next run its time, and this one nothing.
+    pub(super) fn write(&self, references: &References) {
+        let Ok(mut bytes) = serde_json::to_vec(&references.about) else { return };
+        bytes.push(b'\n');
+        for half in &references.halves {
+            bytes.extend(half.texels.iter().flatten().flat_map(|channel| channel.to_le_bytes()));
+        }
+        let folder = self.path.parent().unwrap_or(Path::new("."));
+        // A run that is broken off leaves no half of a file under the name.
+        let part = self.path.with_extension(format!("{}.part", std::process::id()));
+        let written = fs::create_dir_all(folder).and_then(|()| fs::write(&part, bytes));
+        if written.and_then(|()| fs::rename(&part, &self.path)).is_err() {
+            let _ = fs::remove_file(&part);
+        }
+    }
+}
