@@ -82,6 +82,9 @@ const PIECES: [&str; 14] = [
     "present = \"depth\"\n",
 ];
 
+/// From so many edits on, memory must have come to rest.
+const LONG: usize = 1500;
+
 /// A generator of numbers (xorshift64*, Marsaglia 2003).
 struct Random(u64);
 
@@ -483,7 +486,7 @@ impl Storm {
             self.fail(&format!("it ended with {status}"));
         }
         assert!(self.taken.iter().all(|count| *count > 0), "{:?}", self.taken);
-        // Caches fill in the first half; from then on there is nothing to keep.
+        // Shaders and pipelines of earlier edits are kept up to a limit, which a long run reaches in its first half.
         let median = |part: &[u64]| {
             let mut sorted = part.to_vec();
             sorted.sort_unstable();
@@ -495,7 +498,8 @@ impl Storm {
             "seed {}: {} edits, {:?} right and wrong, {before} KiB, {after} KiB",
             self.seed, self.edits, self.taken
         );
-        assert!(after < before + before / 4 + 32 * 1024, "memory grows: {before} KiB, {after} KiB");
+        let flat = after < before + before / 8 + 16 * 1024;
+        assert!(edits < LONG || flat, "memory grows: {before} KiB, {after} KiB");
     }
 }
 

@@ -18,6 +18,9 @@ use crate::sources::{Dependency, Sources};
 const MAX_ENTRIES: usize = 512;
 const MAX_WORDS: usize = 16 << 20;
 
+/// How many of the newest entries a new one is compared with.
+const SHARED_WITH: usize = 32;
+
 /// Compiles the shaders of one project. Shaders may be compiled on several threads at once. Texts that stop or end the compiler stop or end
 /// the process, unless it has called [`crate::worker::isolate`].
 pub struct Compiler {
@@ -105,9 +108,9 @@ impl ShaderSource for Compiler {
         }
         let _span = tracing::debug_span!("compile shader", path = request.path.as_str()).entered();
         let start = std::time::Instant::now();
-        let entry = Arc::new(self.compile(request, texts)?);
+        let entry = self.compile(request, texts)?;
         tracing::debug!("compiled {} in {:.0} ms", request.path, start.elapsed().as_secs_f64() * 1e3);
-        self.lock().insert(entry.clone());
+        let entry = self.lock().insert(entry);
         Ok((entry.shader.clone(), entry.warnings.clone()))
     }
 }
@@ -208,11 +211,26 @@ impl Cache {
         }
     }
 
-    fn insert(&mut self, entry: Arc<Entry>) {
-        self.entries.push(entry);
+    fn insert(&mut self, mut entry: Entry) -> Arc<Entry> {
+        self.share_texts(&mut entry);
+        let entry = Arc::new(entry);
+        self.entries.push(entry.clone());
         let mut words: usize = self.entries.iter().map(|entry| entry.shader.spirv.len()).sum();
         while self.entries.len() > MAX_ENTRIES || (words > MAX_WORDS && self.entries.len() > 1) {
             words -= self.entries.remove(0).shader.spirv.len();
+        }
+        entry
+    }
+
+    /// Texts that the newest entries have too are held once: most of a shader is the same library.
+    fn share_texts(&self, entry: &mut Entry) {
+        for known in self.entries.iter().rev().take(SHARED_WITH) {
+            let same = |(file, text): (&Arc<str>, &Arc<str>)| {
+                let other = known.texts.get(file).filter(|other| !Arc::ptr_eq(other, text) && *other == text)?;
+                Some((file.clone(), other.clone()))
+            };
+            let shared: Vec<_> = entry.texts.iter().filter_map(same).collect();
+            shared.into_iter().for_each(|(file, text)| entry.texts.insert(file, text));
         }
     }
 }

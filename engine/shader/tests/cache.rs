@@ -35,6 +35,25 @@ fn an_edit_is_seen_and_taking_it_back_is_free() {
 }
 
 #[test]
+fn what_two_versions_have_in_common_is_held_once() {
+    let files = MemoryFiles::new([("shaders/a.comp", TEXT), ("shaders/include/b.glsl", "#define SIZE 8\n")]);
+    let compiler = Compiler::new(Arc::new(files.clone()));
+    let included = |compiler: &Compiler| {
+        // The second time it comes out of the cache.
+        get(compiler);
+        let mut texts = SourceMap::default();
+        compiler.shader(&request(), &mut texts).unwrap();
+        texts.get("shaders/include/b.glsl").unwrap().clone()
+    };
+    let before = included(&compiler);
+    files.insert("shaders/a.comp", format!("{TEXT}// another version\n"));
+    let after = included(&compiler);
+    assert!(Arc::ptr_eq(&before, &after));
+    files.insert("shaders/include/b.glsl", "#define SIZE 16\n");
+    assert!(!Arc::ptr_eq(&after, &included(&compiler)));
+}
+
+#[test]
 fn a_file_that_comes_to_win_is_seen() {
     let files = MemoryFiles::new([("shaders/a.comp", TEXT), ("shaders/include/b.glsl", "#define SIZE 8\n")]);
     let compiler = Compiler::new(Arc::new(files.clone()));
