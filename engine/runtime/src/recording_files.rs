@@ -14,12 +14,22 @@ pub enum Content {
     Empty,
     /// BLAKE3 of the bytes.
     Bytes(blake3::Hash),
+    /// Another one each time it was read: what was built of it is of no state of the file, and must be built again.
+    Mixed,
 }
 
 impl Content {
     /// Of these bytes.
     pub fn of(bytes: &[u8]) -> Self {
         if bytes.is_empty() { Content::Empty } else { Content::Bytes(blake3::hash(bytes)) }
+    }
+}
+
+/// Adds what was found in a file to what was found in others: a file that was another one before is mixed.
+pub fn note(found: &mut BTreeMap<String, Content>, path: String, content: Content) {
+    let known = found.entry(path).or_insert(content);
+    if *known != content {
+        *known = Content::Mixed;
     }
 }
 
@@ -45,7 +55,7 @@ impl Files for RecordingFiles {
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
         let result = self.files.read(path);
         let content = content(&result);
-        self.seen.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), content);
+        note(&mut self.seen.lock().unwrap_or_else(PoisonError::into_inner), path.to_owned(), content);
         result
     }
 }
@@ -76,5 +86,21 @@ mod tests {
             [("a".into(), Content::of(b"1")), ("b".into(), Content::Empty), ("c".into(), Content::Missing)]
         );
         assert!(recorder.take().is_empty());
+    }
+    #[test]
+    fn a_file_that_is_saved_while_a_build_reads_it_is_never_taken_for_known() {
+        let files = MemoryFiles::new([("a", "1"), ("b", "1")]);
+        let recorder = RecordingFiles::new(Arc::new(files.clone()));
+        for _ in 0..2 {
+            recorder.read("b").unwrap();
+        }
+        recorder.read("a").unwrap();
+        files.insert("a", "2");
+        recorder.read("a").unwrap();
+        let seen = recorder.take();
+        assert_eq!((seen["a"], seen["b"]), (Content::Mixed, Content::of(b"1")));
+        // The next build starts anew.
+        recorder.read("a").unwrap();
+        assert_eq!(recorder.take()["a"], Content::of(b"2"));
     }
 }

@@ -16,7 +16,7 @@ use crate::build::{self, DeviceContext, Selection};
 use crate::build_error::BuildError;
 use crate::execute::{ExecuteError, Prepared};
 use crate::load::Loader;
-use crate::recording_files::content;
+use crate::recording_files::{Content, content};
 
 /// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
 const HOLD: Duration = Duration::from_millis(120);
@@ -228,10 +228,12 @@ impl Builder {
         true
     }
 
-    /// Watches what the project depends on. What changed before the watch began is noticed too.
+    /// Watches what the project depends on. What changed before the watch began, or while it was read, is noticed too.
     fn watch(&mut self) {
         let files = self.state.files();
-        let new: Vec<String> = files.keys().filter(|path| !self.debounce.matters(path)).cloned().collect();
+        let unsure =
+            |(path, content): &(&String, &Content)| !self.debounce.matters(path) || **content == Content::Mixed;
+        let new: Vec<String> = files.iter().filter(unsure).map(|(path, _)| path.clone()).collect();
         self.watcher.watch(files.keys().map(String::as_str));
         self.debounce.expect(files);
         for path in new {

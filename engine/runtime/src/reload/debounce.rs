@@ -99,7 +99,7 @@ impl Debounce {
         let mut wait = false;
         for (path, content) in &contents {
             let gone = matches!(content, Content::Missing | Content::Empty);
-            let was_there = matches!(self.known.get(path), Some(Content::Bytes(_)));
+            let was_there = matches!(self.known.get(path), Some(Content::Bytes(_) | Content::Mixed));
             if gone
                 && was_there
                 && let Some(touched) = self.touched.get_mut(path)

@@ -9,7 +9,7 @@ use crate::build::{self, DeviceContext, Selection};
 use crate::debug_target::DebugTarget;
 use crate::load::{Loader, Part};
 use crate::params::Params;
-use crate::recording_files::Content;
+use crate::recording_files::{Content, note};
 use crate::timeline::{Demo, Place};
 use crate::world::SessionWorld;
 
@@ -99,9 +99,11 @@ impl ProjectState {
     /// Every file with what was found in it.
     pub(super) fn files(&self) -> BTreeMap<String, Content> {
         let mut files = self.graph.files.clone();
-        files.extend(self.other_graphs.values().flat_map(|graph| graph.files.clone()));
-        files.extend(self.world.files.clone());
-        files.extend(self.demo.iter().flat_map(|demo| demo.files.clone()));
+        let others = self.other_graphs.values().map(|graph| &graph.files);
+        // A file may have been saved between the loading of two parts that both read it.
+        for part in others.chain([&self.world.files]).chain(self.demo.iter().map(|demo| &demo.files)) {
+            part.iter().for_each(|(path, content)| note(&mut files, path.clone(), *content));
+        }
         files
     }
 
