@@ -23,6 +23,7 @@ pub mod brute;
 pub mod camera;
 pub mod exact;
 pub mod export;
+pub mod instances;
 mod lattice;
 pub mod metrics;
 mod oracle;

@@ -10,7 +10,7 @@ use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize};
 use crate::build_error::BuildError;
 use crate::execute::{self, ExecuteError, Executor};
 use crate::params::Params;
-use crate::sources::OnDevice;
+use crate::sources::{OnDevice, check_instances};
 use crate::world::SessionWorld;
 
 /// What a plan is made for, apart from the files.
@@ -123,6 +123,9 @@ pub fn sources(plan: &Plan, world: &SessionWorld, context: &DeviceContext) -> Re
     let mut found = Vec::new();
     for resource in &plan.resources {
         let resource = plan.graph.resource(resource.resource);
+        if resource.kind.supplied_by() == Some("world.instances") {
+            found.extend(check_instances(&plan.graph, world, resource));
+        }
         match context.sources.supply(resource, world, &context.builder) {
             Ok(Some(source)) => sources.insert(&resource.name, source),
             Ok(None) => {}

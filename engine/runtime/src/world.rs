@@ -9,6 +9,7 @@ use raxel_edit::{Base, EditedSource, Scene};
 use raxel_graph::checked::Fact;
 use raxel_graph::plan::WorldInput;
 use raxel_world::file::{Aim, CameraHint, Loaded};
+use raxel_world::instances::Instances;
 use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits};
 use raxel_world::{Chunk, ChunkPos, ChunkSource as _, Material, Streamed};
 
@@ -58,6 +59,7 @@ impl SessionWorld {
             camera: None,
             cameras: Vec::new(),
             models: Vec::new(),
+            instances: Instances::default(),
             save: None,
             files: Vec::new(),
         };
@@ -241,6 +243,11 @@ impl SessionWorld {
     /// The words of the buffer of `world.lights`.
     pub fn encode_lights(&self, limits: Limits) -> Result<Vec<u32>, LayoutError> {
         raxel_world::lights::encode(&self.loaded.world, limits)
+    }
+
+    /// The models that stand in it.
+    pub fn instances(&self) -> &Instances {
+        &self.loaded.instances
     }
 
     /// The same of a model of its file; `None` when it has no model of that name.

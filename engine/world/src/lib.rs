@@ -5,6 +5,7 @@ mod chunk;
 mod dense;
 pub mod file;
 pub mod generate;
+pub mod instances;
 pub mod layout;
 pub mod lights;
 mod material;

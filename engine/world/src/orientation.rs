@@ -39,6 +39,20 @@ impl Orientation {
         Some(Self { axis: [first, second, 3 - first - second], negate: [4, 5, 6].map(|bit| byte >> bit & 1 != 0) })
     }
 
+    /// From the rows of a matrix whose entries are 0, 1 and −1. `None` when it is none of these turns.
+    pub fn from_rows(rows: [[i32; 3]; 3]) -> Option<Self> {
+        let mut found = Self::IDENTITY;
+        for (row, entries) in rows.iter().enumerate() {
+            let column = entries.iter().position(|entry| *entry != 0)?;
+            if entries.iter().map(|entry| entry.abs()).sum::<i32>() != 1 {
+                return None;
+            }
+            found.axis[row] = column;
+            found.negate[row] = entries[column] < 0;
+        }
+        (0..3).all(|axis| found.axis.contains(&axis)).then_some(found)
+    }
+
     /// Whether it turns without mirroring: 24 of the 48 do.
     pub fn is_rotation(&self) -> bool {
         let swaps =
@@ -118,12 +132,27 @@ mod tests {
         for a in &all {
             assert_eq!(a.after(&a.inverse()), Orientation::IDENTITY);
             assert_eq!(Orientation::from_vox(a.to_vox()), Some(*a));
+            let columns = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|unit| a.vector(unit));
+            let rows = [0, 1, 2].map(|row| columns.map(|column| column[row] as i32));
+            assert_eq!(Orientation::from_rows(rows), Some(*a));
             for b in &all {
                 assert_eq!(a.after(b).is_rotation(), a.is_rotation() == b.is_rotation());
                 let c = [3, -7, 11];
                 assert_eq!(a.after(b).cell(c), a.cell(b.cell(c)));
                 assert_eq!(a.after(b).vector(c), a.vector(b.vector(c)));
             }
+        }
+    }
+
+    #[test]
+    fn other_matrices_are_no_turns() {
+        for rows in [
+            [[1, 0, 0], [1, 0, 0], [0, 0, 1]],
+            [[1, 1, 0], [0, 1, 0], [0, 0, 1]],
+            [[2, 0, 0], [0, 1, 0], [0, 0, 1]],
+            [[0; 3]; 3],
+        ] {
+            assert_eq!(Orientation::from_rows(rows), None);
         }
     }
 

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use project::{MATERIALS, Project};
 use proptest::prelude::*;
 use raxel_diagnostics::{Diagnostic, Severity};
-use raxel_world::{Aim, schema, srgb_from_linear};
+use raxel_world::{Aim, Material, World, schema, srgb_from_linear, vox};
 use serde_json::Value;
 
 /// One line a diagnostic: severity, code, place as line and text, message, help.
@@ -240,6 +240,62 @@ fn walls_of_a_maze_are_no_wider_than_its_cells() {
     assert!(errors(&maze("wall = 5")).contains("which is 4"));
 }
 
+#[test]
+fn instances_stand_where_the_file_says() {
+    let text = format!(
+        "{MATERIALS}[[instances]]\nname = \"a\"\nmodel = \"arrow\"\nposition = [1, 2, 3]\nyaw = 90\n\
+         [[instances]]\nmodel = \"arrow\"\nposition = [1, 2, 3]\nanchor = \"origin\"\n\
+         turn = {{ param = \"spin\", about = [0.5, 0.0, 0.5] }}\nslide = {{ param = \"lift\", along = [0, 2, 0] }}\n"
+    );
+    let (loaded, found) = Project::with_world(&text).load().expect("it is right");
+    assert_eq!(found[0].code.as_str(), "RX0311", "instances are no voxels of the world");
+    let instances = &loaded.instances;
+    assert_eq!((instances.models.len(), instances.list.len()), (1, 2));
+    // Their materials are behind the world's own, by the name of the model.
+    let names: Vec<&str> = loaded.world.materials().iter().map(|material| material.name.as_str()).collect();
+    assert!(names[4].starts_with("arrow.") && names.len() == 6, "{names:?}");
+    assert_eq!(*instances.models[0].materials, [0, 4, 5]);
+    // The middle of its lowest layer, x from 3 to 9 and z from 1 to 3; turned to the left, +X goes to −Z.
+    assert_eq!((instances.list[0].anchor, instances.list[1].anchor), ([6, 0, 2], [0, 0, 0]));
+    let frames = instances.frames(|_| None);
+    assert_eq!(frames[0].place([3, 0, 0]), Some([1, 2, 0]));
+    // First turned about the axis, then moved.
+    let moved = instances.frames(|param| Some(if param == "spin" { 180.0 } else { 5.0 }));
+    assert_eq!(moved[0], frames[0]);
+    assert_eq!(moved[1].place([1, 0, 0]), Some([-2, 12, -3]));
+}
+
+#[test]
+fn what_is_wrong_with_instances_is_said() {
+    let one = "[[instances]]\nmodel = \"arrow\"\n";
+    let cases = [
+        (format!("{one}position = [0, 0, 2e9]"), "RX0014"),
+        (format!("{one}position = [0, 0, 0]\nname = \"a\"\n{one}position = [0, 0, 0]\nname = \"a\""), "RX0448"),
+        (format!("{one}position = [0, 0, 0]\n").repeat(16_385), "RX0445"),
+        ("[[instances]]\nmodel = \"arow\"\nposition = [0, 0, 0]".to_owned(), "RX0302"),
+        (format!("{one}position = [0, 0]"), "RX0014"),
+        (format!("{one}position = [0, 0, 0]\nturn = {{ param = \"a\", axis = \"w\" }}"), "RX0014"),
+        (format!("{one}position = [0, 0, 0]\nslide = {{ param = \"a\" }}"), "RX0012"),
+    ];
+    for (case, code) in cases {
+        let text = format!("{MATERIALS}{case}");
+        let found = Project::with_world(&text).load().expect_err(code);
+        assert!(found.iter().any(|d| d.code.as_str() == code), "{code}: {found:?}");
+    }
+}
+
+#[test]
+fn a_model_of_an_instance_must_be_in_reach() {
+    // One voxel far from the origin of its file, by the key `anchor` far from where it stands.
+    let far =
+        World::from_voxels(vec![Material::air(), Material::matt("m", [0.5; 3])], [(glam::IVec3::new(70_000, 0, 0), 1)]);
+    let text = format!("{MATERIALS}[[instances]]\nmodel = \"arrow\"\nanchor = \"origin\"\nposition = [0, 0, 0]\n");
+    let mut project = Project::with_world(&text);
+    project.0.insert("worlds/models/arrow.vox".to_owned(), vox::export(&far).expect("one voxel"));
+    let found = project.load().expect_err("it is too far away");
+    assert_eq!(found[0].code.as_str(), "RX0446", "{found:?}");
+}
+
 fn keys_in(schema: &Value) -> BTreeSet<String> {
     schema["properties"].as_object().expect("an object").keys().cloned().collect()
 }
@@ -256,6 +312,9 @@ fn the_schema_has_exactly_the_keys_that_are_read() {
         ("model", format!("[models.m]\n{odd}")),
         ("stream", format!("[stream]\n{odd}")),
         ("save", format!("[save]\n{odd}")),
+        ("instance", format!("[[instances]]\n{odd}")),
+        ("slide", format!("[[instances]]\nslide = {{ {odd} }}")),
+        ("turn", format!("[[instances]]\nturn = {{ {odd} }}")),
     ];
     for (name, text) in parts {
         assert_eq!(keys_read(&text), keys_in(&schema["$defs"][name]), "{name}");
@@ -360,4 +419,14 @@ min = [-9, -9]
 max = [9, 9]
 count = 3
 on = ["a", "b"]
+[[instances]]
+name = "hand"
+model = "arrow"
+anchor = "corner"
+position = [4, 2.5, -9]
+yaw = 30
+pitch = -10
+roll = 90
+turn = { param = "spin", axis = "x", about = [1, 2, 3], upright = true, default = 4 }
+slide = { param = "lift", along = [0, 1, 0] }
 "#;

@@ -53,3 +53,16 @@ fn terrain() {
     assert_eq!(world.bounds().expect("land").size(), [2048, 163, 2048]);
     assert_eq!(cameras.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["overview", "ground", "down"]);
 }
+
+#[test]
+fn fair() {
+    let path = "worlds/fair.toml";
+    let (loaded, warnings) = load(path, &Root, &mut SourceMap::default()).unwrap_or_else(|e| panic!("{path}: {e:#?}"));
+    assert_eq!(warnings, [], "{path}");
+    let instances = &loaded.instances;
+    let named: Vec<&str> = instances.list.iter().filter_map(|instance| instance.name.as_deref()).collect();
+    assert_eq!((named, instances.list.len()), (vec!["carousel", "wheel"], 23));
+    assert_eq!(instances.models.len(), 5);
+    // Everything can move.
+    assert!(instances.list.iter().all(|instance| !instance.motions.is_empty()));
+}

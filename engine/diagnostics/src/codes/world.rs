@@ -63,4 +63,12 @@ declare! {
     SAVE_UNREADABLE = "RX0357";
     /// Edits that a change of the world's file has undone.
     EDITS_DROPPED = "RX0358";
+    /// More instances than a world may have.
+    TOO_MANY_INSTANCES = "RX0445";
+    /// An instance that reaches too far.
+    INSTANCE_RANGE = "RX0446";
+    /// A param that moves an instance and that the graph lacks.
+    INSTANCE_PARAM = "RX0447";
+    /// Two instances of one name.
+    INSTANCE_NAME = "RX0448";
 }

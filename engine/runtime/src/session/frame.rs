@@ -142,6 +142,7 @@ impl Session {
         }
         self.history.begin(self.executor.histories());
         let version = self.begin_stream(&time)?;
+        self.context.sources.move_instances(&self.world, &self.graph, &self.values);
         let builtins = self.builtins(&time, (0, 0));
         let given = (&self.values[..], &self.overrides[..], &self.disabled[..]);
         let still = match self.executor.plan() {

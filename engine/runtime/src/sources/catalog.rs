@@ -6,6 +6,7 @@ use raxel_diagnostics::Files;
 use raxel_graph::{Catalog, FileContents, ImageRequest, Refusal, SourceLayout};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
+use raxel_world::instances::InstanceBuffer;
 use raxel_world::layout::{BlockMember, Layout};
 
 use super::SourceName;
@@ -14,7 +15,7 @@ use super::file::FileSources;
 /// The texels of a layout's image.
 pub const VOXEL_FORMAT: Format = Format::R16ui;
 
-/// The sources of a project: every layout of the session's world, its lights, models in every layout, and the project's files.
+/// The sources of a project: every layout of the session's world, its lights and instances, models in every layout, and the project's files.
 pub struct SourceCatalog {
     worlds: Vec<SourceLayout>,
     files: Arc<dyn Files>,
@@ -25,7 +26,7 @@ impl SourceCatalog {
     /// Reads files by `files`.
     pub fn new(files: Arc<dyn Files>) -> Self {
         let layouts = Layout::ALL.iter().map(|layout| SourceName::World(*layout));
-        let worlds = layouts.chain([SourceName::Lights]).map(|name| described(&name)).collect();
+        let worlds = layouts.chain([SourceName::Lights, SourceName::Instances]).map(|name| described(&name)).collect();
         Self { worlds, files, read: FileSources::default() }
     }
 }
@@ -48,9 +49,10 @@ fn described(name: &SourceName) -> SourceLayout {
     let layout = name.layout();
     SourceLayout {
         name: name.to_string(),
-        block: match layout {
-            Some(layout) => block("RxWorld", &layout.block()),
-            None => block("RxLights", &raxel_world::lights::block()),
+        block: match (name, layout) {
+            (_, Some(layout)) => block("RxWorld", &layout.block()),
+            (SourceName::Instances, None) => block("RxInstances", &InstanceBuffer::block()),
+            (_, None) => block("RxLights", &raxel_world::lights::block()),
         },
         image: layout.filter(|layout| layout.has_image()).map(|_| VOXEL_FORMAT),
         access: Access::Read,
@@ -98,7 +100,8 @@ mod tests {
         let catalog = SourceCatalog::new(Arc::new(MemoryFiles::default()));
         let sources = catalog.sources();
         let layouts = Layout::ALL.iter().map(|layout| layout.name());
-        let names: Vec<String> = layouts.chain(["lights"]).map(|layout| format!("world.{layout}")).collect();
+        let names: Vec<String> =
+            layouts.chain(["lights", "instances"]).map(|layout| format!("world.{layout}")).collect();
         assert_eq!(sources.iter().map(|source| &source.name).collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());
         for source in sources {
             let last = source.block.members.last().unwrap();

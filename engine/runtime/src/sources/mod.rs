@@ -3,11 +3,13 @@
 
 mod catalog;
 mod file;
+mod instances;
 mod name;
 mod on_device;
 
 pub(crate) use catalog::SourceCatalog;
 pub use catalog::VOXEL_FORMAT;
+pub(crate) use instances::check as check_instances;
 pub use name::SourceName;
 pub(crate) use on_device::OnDevice;
 pub use on_device::layout_limits;

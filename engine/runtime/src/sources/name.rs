@@ -13,6 +13,8 @@ pub enum SourceName {
     Model(String, Layout),
     /// `world.lights`: the faces of the session's world that give off light.
     Lights,
+    /// `world.instances`: the models that stand in the session's world.
+    Instances,
 }
 
 impl SourceName {
@@ -20,6 +22,7 @@ impl SourceName {
     pub fn parse(text: &str) -> Option<Self> {
         match text.split_once('.')? {
             ("world", "lights") => Some(Self::Lights),
+            ("world", "instances") => Some(Self::Instances),
             ("world", layout) => Layout::from_name(layout).map(Self::World),
             ("model", rest) => {
                 let (name, layout) = rest.rsplit_once('.')?;
@@ -35,7 +38,7 @@ impl SourceName {
     pub fn world_layout(text: &str) -> Option<Layout> {
         match Self::parse(text)? {
             Self::World(layout) => Some(layout),
-            Self::Model(..) | Self::Lights => None,
+            Self::Model(..) | Self::Lights | Self::Instances => None,
         }
     }
 
@@ -43,7 +46,7 @@ impl SourceName {
     pub fn layout(&self) -> Option<Layout> {
         match self {
             Self::World(layout) | Self::Model(_, layout) => Some(*layout),
-            Self::Lights => None,
+            Self::Lights | Self::Instances => None,
         }
     }
 }
@@ -54,6 +57,7 @@ impl fmt::Display for SourceName {
             Self::World(layout) => write!(f, "world.{}", layout.name()),
             Self::Model(name, layout) => write!(f, "model.{name}.{}", layout.name()),
             Self::Lights => f.write_str("world.lights"),
+            Self::Instances => f.write_str("world.instances"),
         }
     }
 }
@@ -72,6 +76,7 @@ mod tests {
         }
         assert_eq!(SourceName::parse("world.lights"), Some(SourceName::Lights));
         assert_eq!((SourceName::Lights.to_string().as_str(), SourceName::Lights.layout()), ("world.lights", None));
+        assert_eq!(SourceName::parse("world.instances"), Some(SourceName::Instances));
         for wrong in ["", "world", "world.", "world.tree", "tree64", "worlds.tree64", "model.tree64", "model..tree64"] {
             assert_eq!(SourceName::parse(wrong), None, "{wrong}");
         }

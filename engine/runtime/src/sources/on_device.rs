@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use raxel_diagnostics::table::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_graph::checked::{Origin, Resource};
+use raxel_graph::checked::{Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
 use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveTree64, Patch};
@@ -14,6 +14,7 @@ use raxel_world::{Chunk, ChunkPos};
 
 use super::SourceName;
 use super::catalog::VOXEL_FORMAT;
+use super::instances::LiveInstances;
 use crate::build_error::BuildError;
 use crate::execute::{self, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
 use crate::stream::{Refused, WorldStream};
@@ -33,8 +34,15 @@ struct Entry {
     source: Arc<DeviceSource>,
     /// What brings it, if it is a streamed world.
     stream: Option<Arc<WorldStream>>,
-    /// Follows edits of the world.
-    live: Option<LiveTree64>,
+    /// What follows edits of the world, or its params.
+    live: Option<Live>,
+}
+
+/// What a source follows between frames.
+#[derive(Debug)]
+enum Live {
+    Edits(LiveTree64),
+    Instances(Box<LiveInstances>),
 }
 
 /// What a source on the device was made from.
@@ -106,7 +114,7 @@ impl OnDevice {
             return Ok(Some(known.source.clone()));
         }
         if let (Key::Voxels { name: parsed, copied, .. }, Some(streamed)) = (&key, world.streamed().zip(world.tiles()))
-            && !matches!(parsed, SourceName::Model(..))
+            && !matches!(parsed, SourceName::Model(..) | SourceName::Instances)
         {
             if *parsed != SourceName::World(Layout::Tree64) || *copied {
                 return Err(diagnosed(needs_whole(name, *copied, resource, world)));
@@ -124,7 +132,12 @@ impl OnDevice {
         let source = match (&key, &resource.origin) {
             (Key::Voxels { name: SourceName::World(Layout::Tree64), copied: false, .. }, _) if world.is_edited() => {
                 let (source, tree) = upload_live(name, resource, world, builder)?;
-                live = Some(tree);
+                live = Some(Live::Edits(tree));
+                source
+            }
+            (Key::Voxels { name: SourceName::Instances, .. }, _) => {
+                let (source, instances) = upload_instances(name, resource, world, builder)?;
+                live = Some(Live::Instances(Box::new(instances)));
                 source
             }
             (Key::Voxels { name: parsed, copied, .. }, _) => {
@@ -143,7 +156,7 @@ impl OnDevice {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let before = entries.len();
         entries.retain_mut(|entry| match &entry.key {
-            Key::Voxels { name: SourceName::Model(..), .. } => true,
+            Key::Voxels { name: SourceName::Model(..) | SourceName::Instances, .. } => true,
             Key::Voxels { world: of, .. } if is(of, world) => entry.follow(world, changes),
             _ => true,
         });
@@ -154,6 +167,21 @@ impl OnDevice {
     pub fn edit_streamed(&self, world: &SessionWorld, chunks: &[ChunkPos]) {
         if let Some(stream) = self.stream(world).filter(|_| !chunks.is_empty()) {
             stream.streamer().changed(chunks);
+        }
+    }
+
+    /// Moves the instances of a world to where the params of a graph say, before the next frame.
+    pub fn move_instances(&self, world: &SessionWorld, graph: &Arc<Graph>, values: &[Value]) {
+        if world.instances().list.is_empty() {
+            return;
+        }
+        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        for entry in entries.iter_mut() {
+            if let (Key::Voxels { world: of, .. }, Some(Live::Instances(live))) = (&entry.key, &mut entry.live)
+                && is(of, world)
+            {
+                live.follow(graph, values, &entry.source);
+            }
         }
     }
 
@@ -195,10 +223,8 @@ impl OnDevice {
 impl Entry {
     /// Writes what an edit changed, if that is possible before one frame.
     fn follow(&mut self, world: &SessionWorld, changes: &[(ChunkPos, Option<Arc<Chunk>>)]) -> bool {
-        let Some(patches) = self.live.as_mut().and_then(|live| live.update(world.voxels(), changes.iter().cloned()))
-        else {
-            return false;
-        };
+        let Some(Live::Edits(live)) = &mut self.live else { return false };
+        let Some(patches) = live.update(world.voxels(), changes.iter().cloned()) else { return false };
         // A part of an edit alone must never be in a frame: its nodes would lead to what is not there yet.
         let bytes: usize = patches.iter().map(|patch| 4 * patch.words.len()).sum();
         if self.source.waiting_bytes() + bytes > FRAME_BYTES {
@@ -223,6 +249,19 @@ fn upload_live(
     let limits = layout_limits(builder.device());
     let (live, words) = LiveTree64::new(world.voxels(), limits.buffer_bytes)
         .map_err(|error| diagnosed(too_large(&error, &SourceName::World(Layout::Tree64), resource, world)))?;
+    let buffer = builder.upload_buffer(bytemuck::cast_slice(&words), name).map_err(|error| refused(error, resource))?;
+    Ok((builder.source(name, Some(buffer), None), live))
+}
+
+/// The instances of a world in a buffer that follows params.
+fn upload_instances(
+    name: &str,
+    resource: &Resource,
+    world: &SessionWorld,
+    builder: &Builder,
+) -> Result<(Arc<DeviceSource>, LiveInstances), BuildError> {
+    let (live, words) = LiveInstances::new(world, layout_limits(builder.device()))
+        .map_err(|error| diagnosed(too_large(&error, &SourceName::Instances, resource, world)))?;
     let buffer = builder.upload_buffer(bytemuck::cast_slice(&words), name).map_err(|error| refused(error, resource))?;
     Ok((builder.source(name, Some(buffer), None), live))
 }
@@ -252,6 +291,7 @@ fn upload_voxels(
     let encoded = match parsed {
         SourceName::World(layout) => world.encode(*layout, copied, limits).map(words),
         SourceName::Lights => world.encode_lights(limits).map(|words| (words, None)),
+        SourceName::Instances => LiveInstances::new(world, limits).map(|(_, words)| (words, None)),
         SourceName::Model(model, layout) => {
             let Some(encoded) = world.encode_model(model, *layout, copied, limits) else {
                 return Err(diagnosed(no_model(model, resource, world)));
@@ -346,7 +386,8 @@ fn no_model(model: &str, resource: &Resource, world: &SessionWorld) -> Diagnosti
 
 fn unknown(name: &str, resource: &Resource) -> Diagnostic {
     let layouts = Layout::ALL.iter().map(|layout| SourceName::World(*layout));
-    let names: Vec<String> = layouts.chain([SourceName::Lights]).map(|name| name.to_string()).collect();
+    let names: Vec<String> =
+        layouts.chain([SourceName::Lights, SourceName::Instances]).map(|name| name.to_string()).collect();
     let names = || names.iter().map(String::as_str);
     let diagnostic = Diagnostic::error(codes::session::UNKNOWN_SOURCE, format!("nothing supplies `{name}`"))
         .label(resource.place.clone(), "for this");

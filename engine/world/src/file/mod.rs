@@ -2,6 +2,7 @@
 
 mod camera;
 mod extent;
+mod instances;
 mod materials;
 mod models;
 mod operations;
@@ -23,6 +24,7 @@ pub use stream::StreamSettings;
 
 use crate::build::{BuildError, Operation, build};
 use crate::generate::{Generator, NeedsWhole};
+use crate::instances::Instances;
 use crate::vox;
 use crate::world::World;
 use materials::Palette;
@@ -46,6 +48,8 @@ pub struct Loaded {
     pub cameras: Vec<(String, CameraHint)>,
     /// Its models by name, each a world of its own around its origin, with its own materials.
     pub models: Vec<(String, Arc<World>)>,
+    /// Models that stand in it without being part of its voxels.
+    pub instances: Instances,
     /// Where edits are saved, if they are.
     pub save: Option<SaveSettings>,
     /// Every file that was read, the world file first: a change of any of them changes the world.
@@ -75,6 +79,7 @@ impl Loaded {
             camera: self.camera,
             cameras: self.cameras.clone(),
             models: self.models.clone(),
+            instances: self.instances.clone(),
             save: self.save.clone(),
             files: self.files.clone(),
         }
@@ -91,6 +96,7 @@ struct Description {
     palette: Palette,
     operations: Vec<(Operation, Span)>,
     models: Vec<(String, Arc<World>)>,
+    instances: Instances,
     save: Option<SaveSettings>,
     files: Vec<String>,
 }
@@ -123,6 +129,7 @@ pub fn load(
             camera: description.camera,
             cameras: description.cameras,
             models: description.models,
+            instances: description.instances,
             save: description.save,
             files: description.files,
         };
@@ -152,6 +159,7 @@ pub fn load(
         camera: description.camera,
         cameras: description.cameras,
         models: description.models,
+        instances: description.instances,
         save: description.save,
         files: description.files,
     };
@@ -182,6 +190,7 @@ fn load_vox(path: &str, files: &dyn Files) -> Result<(Loaded, Vec<Diagnostic>), 
             camera: None,
             cameras: Vec::new(),
             models: Vec::new(),
+            instances: Instances::default(),
             save: None,
             files,
         },
@@ -215,12 +224,13 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
     let operations = (root.array_of_tables("build").iter().enumerate())
         .filter_map(|(index, table)| Some((reader.read(index, table)?, table.span().clone())))
         .collect();
+    let instances = instances::read(root, &mut reader);
     root.finish();
     let (palette, models) = reader.into_parts();
     let mut all_files = vec![path.to_owned()];
     let (models, files) = models.into_parts();
     all_files.extend(files);
-    Description { stream, name, about, camera, cameras, palette, operations, models, save, files: all_files }
+    Description { stream, name, about, camera, cameras, palette, operations, models, instances, save, files: all_files }
 }
 
 fn needs_whole(error: NeedsWhole, places: &[Span]) -> Diagnostic {

@@ -1,6 +1,6 @@
 //! `[[build]]`: which operation a table describes, and the operations that place models.
 
-use raxel_diagnostics::table::Table;
+use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, codes};
 
 use crate::build::{Jittered, Operation, Placed, Scatter, place_anchor};
@@ -10,7 +10,7 @@ use crate::random::mix;
 use crate::world::{Bounds, World};
 
 use super::materials::Palette;
-use super::models::Models;
+use super::models::{Model, Models};
 use super::{extent, solids, terrain};
 
 /// Words for [`Mode`].
@@ -51,7 +51,7 @@ const KINDS: &[(&str, Kind)] = &[
 
 /// Which point of a model its place is about.
 #[derive(Clone, Copy)]
-enum Anchor {
+pub(super) enum Anchor {
     /// The middle of its lowest layer.
     Base,
     /// Its smallest corner.
@@ -91,8 +91,13 @@ impl OperationReader {
         operation
     }
 
+    /// The model that a value names, with its materials in the palette.
+    pub(super) fn model(&mut self, node: &Node<'_, '_>) -> Option<Model> {
+        self.models.find(node, &mut self.palette)
+    }
+
     fn read_model(&mut self, table: &Table<'_, '_>, mode: Option<Mode>) -> Option<Operation> {
-        let model = table.need("model").and_then(|node| self.models.find(&node, &mut self.palette));
+        let model = table.need("model").and_then(|node| self.model(&node));
         let origin = table.get("origin").map_or(Some([0; 3]), |node| node.integers::<3>(extent::CELLS));
         let turns = [("0", 0), ("90", 1), ("180", 2), ("270", 3)];
         let turns = table.get("rotation").map_or(Some(0), |node| {
@@ -117,7 +122,7 @@ impl OperationReader {
     }
 
     fn read_scatter(&mut self, table: &Table<'_, '_>, mode: Option<Mode>, seed: Seed) -> Option<Operation> {
-        let model = table.need("model").and_then(|node| self.models.find(&node, &mut self.palette));
+        let model = table.need("model").and_then(|node| self.model(&node));
         let grid = table.get("cell").map(|node| node.integer(1..=1 << 20));
         let area = if grid.is_some() { extent::read_endless(table, self.streamed) } else { extent::read::<2>(table) };
         let how_many = match grid {
@@ -227,11 +232,11 @@ fn read_count(table: &Table<'_, '_>, area: Option<([i64; 2], [i64; 2])>) -> Opti
     count.map(HowMany::Count)
 }
 
-fn anchor(table: &Table<'_, '_>) -> Option<Anchor> {
+pub(super) fn anchor(table: &Table<'_, '_>) -> Option<Anchor> {
     table.get("anchor").map_or(Some(Anchor::Base), |node| node.word(ANCHORS))
 }
 
-fn anchor_cell(anchor: Anchor, model: &World) -> [i64; 3] {
+pub(super) fn anchor_cell(anchor: Anchor, model: &World) -> [i64; 3] {
     let Some(bounds) = model.bounds() else { return [0; 3] };
     match anchor {
         Anchor::Base => {

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::stream::StreamSettings;
 use crate::build::{Menger, Scatter};
+use crate::instances::MAX_INSTANCES;
 use crate::material::MAX_MATERIALS;
 
 const CELL_MIN: i64 = -(1 << 31);
@@ -38,6 +39,12 @@ pub fn schema() -> Value {
                 "description": ".vox files by name.",
                 "type": "object",
                 "additionalProperties": { "$ref": "#/$defs/model" }
+            },
+            "instances": {
+                "description": "Models that stand in the world without being part of its voxels, and can move.",
+                "type": "array",
+                "maxItems": MAX_INSTANCES,
+                "items": { "$ref": "#/$defs/instance" }
             },
             "stream": { "$ref": "#/$defs/stream" },
             "save": { "$ref": "#/$defs/save" },
@@ -84,6 +91,19 @@ pub fn schema() -> Value {
                 ("seed", "Another seed, other caves.", json!({ "type": "integer", "default": 0 })),
             ]),
             "stream": about("The world is made around the camera while it moves, rather than all at once.", stream()),
+            "instance": instance(),
+            "slide": object(&["param", "along"], vec![
+                ("param", "A number among the params of the graph.", json!({ "type": "string" })),
+                ("along", "Voxels for each 1 of its value.", vector(3)),
+                ("default", "The value in graphs without that param.", json!({ "type": "number" })),
+            ]),
+            "turn": object(&["param"], vec![
+                ("param", "A number among the params of the graph: degrees to the left, seen from the end of the axis.", json!({ "type": "string" })),
+                ("axis", "An axis of the world.", json!({ "enum": ["x", "y", "z"], "default": "y" })),
+                ("about", "A point on the axis, in voxels; the middle of its own anchor if left out.", vector(3)),
+                ("upright", "Goes around the axis without being turned itself.", json!({ "type": "boolean", "default": false })),
+                ("default", "The value in graphs without that param.", json!({ "type": "number" })),
+            ]),
             "river": object(&["bed", "width", "banks"], vec![
                 ("bed", "Height of its bed.", json!({ "type": "number" })),
                 ("width", "Half the width of its bed, about, in voxels.", positive()),
@@ -109,6 +129,28 @@ fn camera() -> Value {
             ),
             ("pitch", "Tilt upwards in degrees.", json!({ "type": "number", "minimum": -90, "maximum": 90 })),
             ("fov", "Vertical field of view in degrees.", json!({ "type": "number", "minimum": 1, "maximum": 179 })),
+        ],
+    )
+}
+
+fn instance() -> Value {
+    let degrees = || json!({ "type": "number", "minimum": -360, "maximum": 360, "default": 0 });
+    object(
+        &["model", "position"],
+        vec![
+            ("name", "What it is called.", json!({ "type": "string" })),
+            ("model", "One of [models].", json!({ "type": "string" })),
+            ("position", "Where the anchor's cell goes, in voxels; fractions are allowed.", vector(3)),
+            (
+                "anchor",
+                "The middle of its lowest layer, its smallest corner, or the origin of its file.",
+                json!({ "enum": ["base", "corner", "origin"], "default": "base" }),
+            ),
+            ("yaw", "Degrees to the left, seen from above, about the middle of the anchor's cell.", degrees()),
+            ("pitch", "Degrees about its own X axis, before yaw.", degrees()),
+            ("roll", "Degrees about its own Z axis, before pitch.", degrees()),
+            ("turn", "Turned by a param, about an axis of the world.", json!({ "$ref": "#/$defs/turn" })),
+            ("slide", "Moved by a param, after it was turned.", json!({ "$ref": "#/$defs/slide" })),
         ],
     )
 }

@@ -1,0 +1,230 @@
+//! Rays through a world and its instances, exactly. What `shaders/include/raxel/instances.glsl` finds has to be the same.
+
+use std::sync::Arc;
+
+use glam::{I64Vec3, IVec3};
+use raxel_world::World;
+use raxel_world::instances::{Frame, Instances, Turn};
+
+use crate::exact::{Answer, Time};
+use crate::lattice::{Lattice, ONE};
+use crate::oracle::Oracle;
+use crate::ray::Ray;
+
+/// A hit of the world or of an instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SceneHit {
+    /// Index of the instance; `None` is the world.
+    pub instance: Option<usize>,
+    /// The voxel: of the world, or of the model, counted from the anchor, if the instance is not on the lattice of the world.
+    pub voxel: [i32; 3],
+    /// Its face, in the same axes.
+    pub face: u32,
+    /// Palette index of the world.
+    pub material: u16,
+    /// When; in lattice steps of the world's ray, times 2.
+    pub time: Time,
+}
+
+/// A world with instances where they stand.
+pub struct Scene {
+    world: World,
+    /// The voxels that each instance on the lattice of the world covers, and the models of the others.
+    bodies: Vec<Body>,
+}
+
+struct Body {
+    frame: Frame,
+    anchor: [i64; 3],
+    materials: Option<Arc<[u16]>>,
+    voxels: Arc<World>,
+}
+
+impl Scene {
+    /// A world with instances at `frames`.
+    pub fn new(world: World, instances: &Instances, frames: &[Frame]) -> Self {
+        let body = |(instance, frame): (&raxel_world::instances::Instance, &Frame)| {
+            let model = &instances.models[instance.model];
+            let (anchor, frame) = (instance.anchor, *frame);
+            match frame.turn {
+                Turn::Free(_) => {
+                    let materials = Some(model.materials.clone());
+                    Body { frame, anchor, materials, voxels: model.voxels.clone() }
+                }
+                Turn::Quarter(_) => {
+                    let placed = model.voxels.voxels().filter_map(|(cell, material)| {
+                        let from_anchor = I64Vec3::from(cell) - I64Vec3::from(anchor);
+                        let at = frame.place(from_anchor.to_array())?.map(i32::try_from);
+                        let [Ok(x), Ok(y), Ok(z)] = at else { return None };
+                        Some((IVec3::new(x, y, z), model.materials[usize::from(material)]))
+                    });
+                    let voxels = Arc::new(World::from_voxels(world.materials().to_vec(), placed));
+                    Body { frame, anchor, materials: None, voxels }
+                }
+            }
+        };
+        let bodies = instances.list.iter().zip(frames).map(body).collect();
+        Self { world, bodies }
+    }
+
+    /// Prepares it for rays.
+    pub fn oracle(&self) -> SceneOracle<'_> {
+        let bodies = self.bodies.iter().map(|body| (body, Oracle::new(&body.voxels))).collect();
+        SceneOracle { world: Oracle::new(&self.world), bodies }
+    }
+}
+
+/// A scene, prepared for exact rays.
+pub struct SceneOracle<'s> {
+    world: Oracle<'s>,
+    bodies: Vec<(&'s Body, Oracle<'s>)>,
+}
+
+impl SceneOracle<'_> {
+    /// The first hit along a ray: of two at the same time the world's, then that of the first instance. `t_max` is not looked at.
+    pub fn first_hit(&self, ray: &Ray) -> Option<SceneHit> {
+        let lattice = Lattice::of(ray)?;
+        let of_world = self.world.first_hit(ray);
+        let mut best = found(&of_world, None, 1, None);
+        for (index, (body, oracle)) in self.bodies.iter().enumerate() {
+            let hit = match body.frame.turn {
+                Turn::Quarter(_) => found(&oracle.first_hit(ray), Some(index), 1, None),
+                Turn::Free(_) => turned(body, &lattice).and_then(|(ray, shift)| {
+                    let mut hit = found(&oracle.first_hit(&ray), Some(index), shift, body.materials.as_deref())?;
+                    hit.voxel = std::array::from_fn(|i| (i64::from(hit.voxel[i]) - body.anchor[i]) as i32);
+                    Some(hit)
+                }),
+            };
+            if let Some(hit) = hit
+                && best.is_none_or(|best| hit.time < best.time)
+            {
+                best = Some(hit);
+            }
+        }
+        best
+    }
+}
+
+/// A ray in the frame of a free instance's model, and by which power of two the numerators of its times are to be multiplied.
+fn turned(body: &Body, lattice: &Lattice) -> Option<(Ray, u32)> {
+    let (cell, fraction) = body.frame.into_model(lattice.cell, lattice.frac)?;
+    // Exact: a component has 24 significant bits at most.
+    let direction = body.frame.direction(lattice.dir.map(|d| d as f32 / (1_u32 << 30) as f32))?;
+    let cell = std::array::from_fn(|i| (cell[i] + body.anchor[i]) as i32);
+    let ray = Ray::new(cell, fraction.map(|f| f as f32 / ONE as f32), direction);
+    let exponent = Lattice::of(&ray)?.exponent;
+    // Of the world's ray it is −30 here.
+    Some((ray, (1 - (exponent + 30)).try_into().ok()?))
+}
+
+fn found(answer: &Answer, instance: Option<usize>, shift: u32, materials: Option<&[u16]>) -> Option<SceneHit> {
+    let hit = answer.hit?;
+    Some(SceneHit {
+        instance,
+        voxel: hit.voxel,
+        face: hit.face,
+        material: materials.map_or(hit.material, |materials| materials[usize::from(hit.material)]),
+        time: Time { numerator: hit.time.numerator << shift, denominator: hit.time.denominator },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_world::Material;
+    use raxel_world::instances::{Instance, InstanceModel, Pose};
+
+    use super::*;
+    use crate::scenes::Scene as Solids;
+    use crate::sets::Random;
+
+    /// A world of some voxels, and instances of one model at poses.
+    fn scene(poses: &[Pose]) -> (World, Instances) {
+        let materials = || vec![Material::air(), Material::matt("stone", [0.5; 3]), Material::matt("brick", [0.6; 3])];
+        let floor = (0..64).flat_map(|x| (0..64).map(move |z| (IVec3::new(x - 32, -9, z - 32), 1)));
+        let model = Solids::find("gravel").expect("a scene").world(IVec3::ZERO, 3);
+        let few = model.voxels().filter(|(cell, _)| cell.cmplt(IVec3::splat(24)).all()).map(|(cell, _)| (cell, 1));
+        let model = Arc::new(World::from_voxels(materials(), few));
+        let list =
+            poses.iter().map(|&pose| Instance { name: None, model: 0, anchor: [3, 0, 5], pose, motions: Vec::new() });
+        let instances = Instances {
+            models: vec![InstanceModel { voxels: model, materials: Arc::from([0, 2, 2].as_slice()) }],
+            list: list.collect(),
+        };
+        (World::from_voxels(materials(), floor), instances)
+    }
+
+    fn rays(count: usize) -> impl Iterator<Item = Ray> {
+        let mut random = Random::new(11);
+        (0..count).map(move |_| {
+            let mut at = |size: u64| random.below(size) as i32 - size as i32 / 2;
+            let (from, to) = ([at(150), at(150), at(150)], [at(40), at(40), at(40)]);
+            let dir = std::array::from_fn(|i| (to[i] - from[i]) as f32);
+            Ray::new(from, [random.unit(), random.unit(), random.unit()], dir)
+        })
+    }
+
+    #[test]
+    fn quarter_turns_and_whole_moves_are_the_same_model_built_into_the_world() {
+        let poses = [
+            Pose::new([-20.0, 1.0, 3.0], [90.0, 0.0, 0.0]),
+            Pose::new([9.0, -3.0, -14.0], [180.0, 90.0, 0.0]),
+            Pose::new([12.0, 20.0, 10.0], [-90.0, 0.0, 270.0]),
+        ];
+        let (world, instances) = scene(&poses);
+        let frames = instances.frames(|_| None);
+        let model = &instances.models[0];
+        let stamped = frames.iter().flat_map(|frame| {
+            model.voxels.voxels().map(move |(cell, _)| {
+                let at = frame.place((I64Vec3::from(cell) - I64Vec3::new(3, 0, 5)).to_array()).expect("on the lattice");
+                (I64Vec3::from(at).as_ivec3(), 2)
+            })
+        });
+        let both = World::from_voxels(world.materials().to_vec(), stamped.chain(world.voxels()));
+        let scene = Scene::new(world, &instances, &frames);
+        let (scene, both) = (scene.oracle(), Oracle::new(&both));
+        let mut hits = 0;
+        for ray in rays(20_000) {
+            let (a, b) = (scene.first_hit(&ray), both.first_hit(&ray).hit);
+            assert_eq!(
+                a.map(|hit| (hit.voxel, hit.face, hit.material)),
+                b.map(|hit| (hit.voxel, hit.face, hit.material))
+            );
+            hits += usize::from(a.is_some_and(|hit| hit.instance.is_some()));
+        }
+        assert!(hits > 3000, "{hits}");
+    }
+
+    #[test]
+    fn other_turns_hit_near_where_real_numbers_say() {
+        let pose = Pose::new([4.3, 2.0, -7.9], [33.0, 21.0, 70.0]);
+        let (world, instances) = scene(&[pose]);
+        let frames = instances.frames(|_| None);
+        let model = &instances.models[0];
+        let empty = World::new(world.materials().to_vec(), []);
+        let scene = Scene::new(empty, &instances, &frames);
+        let oracle = scene.oracle();
+        let mut hits = 0;
+        for ray in rays(4000) {
+            let Some(hit) = oracle.first_hit(&ray) else { continue };
+            hits += 1;
+            let lattice = Lattice::of(&ray).expect("a ray");
+            let t = hit.time.numerator as f64 / hit.time.denominator as f64 / 2.0 / ONE as f64
+                * (-f64::from(lattice.exponent)).exp2();
+            // The place of the hit, by the pose alone, lies on the face of the voxel.
+            let there: [f64; 3] =
+                std::array::from_fn(|i| f64::from(ray.cell[i]) + f64::from(ray.frac[i]) + t * f64::from(ray.dir[i]));
+            let arm: [f64; 3] = std::array::from_fn(|i| there[i] - pose.middle()[i]);
+            for axis in 0..3 {
+                let own: f64 = (0..3).map(|k| pose.rotation[k][axis] * arm[k]).sum::<f64>() + 0.5;
+                let within = own - f64::from(hit.voxel[axis]);
+                assert!((-1e-3..=1.001).contains(&within), "{ray:?} {hit:?}: {within}");
+                if hit.face / 2 == axis as u32 {
+                    assert!((within - f64::from(hit.face & 1)).abs() < 1e-3, "{ray:?} {hit:?}: {within}");
+                }
+            }
+            let cell = IVec3::from_array(hit.voxel) + IVec3::new(3, 0, 5);
+            assert_ne!(model.voxels.voxel(cell), 0);
+        }
+        assert!(hits > 300, "{hits}");
+    }
+}

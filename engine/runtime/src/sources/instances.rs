@@ -1,0 +1,88 @@
+//! The instances of a world on the device: where they stand follows from params.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::{Diagnostic, codes};
+use raxel_graph::checked::{Graph, Resource, Value};
+use raxel_world::instances::{Frame, InstanceBuffer, Instances};
+use raxel_world::layout::{LayoutError, Limits};
+
+use crate::execute::DeviceSource;
+use crate::params;
+use crate::world::SessionWorld;
+
+/// Instances that are on a device.
+#[derive(Debug)]
+pub struct LiveInstances {
+    instances: Instances,
+    buffer: InstanceBuffer,
+    /// Where they stand in what was last written.
+    shown: Vec<Frame>,
+    /// The graph and the values of its params that this follows from; `None` before the first frame.
+    followed: Option<(Arc<Graph>, Vec<Value>)>,
+}
+
+impl LiveInstances {
+    /// Those of a world, where they stand without any param; with the words of their buffer.
+    pub fn new(world: &SessionWorld, limits: Limits) -> Result<(Self, Vec<u32>), LayoutError> {
+        let instances = world.instances().clone();
+        let buffer = instances.encode(limits.buffer_bytes)?;
+        let shown = instances.frames(|_| None);
+        let words = buffer.words(&shown);
+        Ok((Self { instances, buffer, shown, followed: None }, words))
+    }
+
+    /// Moves them to where the params of a graph say, before the next frame. Does nothing while no param changes.
+    pub fn follow(&mut self, graph: &Arc<Graph>, values: &[Value], source: &Arc<DeviceSource>) {
+        let same = |(known, seen): &(Arc<Graph>, Vec<Value>)| Arc::ptr_eq(known, graph) && seen == values;
+        if self.followed.as_ref().is_some_and(same) {
+            return;
+        }
+        let frames = self.instances.frames(|param| {
+            let id = graph.find_param(param)?;
+            number(&values[id.0 as usize])
+        });
+        // Where too much waits already, the next frame tries again.
+        let words = || self.buffer.moving(&frames);
+        if frames == self.shown || source.write(0, bytemuck::cast_slice(&words())).is_ok() {
+            self.shown = frames;
+            self.followed = Some((graph.clone(), values.to_vec()));
+        }
+    }
+}
+
+/// A param that can move an instance.
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::I32(_) | Value::U32(_) | Value::F32(_) => params::components(value).first().copied(),
+        _ => None,
+    }
+}
+
+/// What is wrong with moving the instances of a world by the params of a graph that binds them as `resource`.
+pub fn check(graph: &Graph, world: &SessionWorld, resource: &Resource) -> Vec<Diagnostic> {
+    let motions = world.instances().list.iter().flat_map(|instance| &instance.motions);
+    let needed: BTreeSet<&str> = motions.filter(|m| m.default.is_none()).map(|m| m.param.as_str()).collect();
+    let numbers = || graph.params.iter().filter(|param| number(&param.default).is_some()).map(|p| p.name.as_str());
+    let missing = needed.into_iter().filter(|name| numbers().all(|known| known != *name));
+    let whose = world.path.as_deref().unwrap_or("the world");
+    let diagnostic = |name: &str| {
+        let message = match graph.find_param(name) {
+            None => format!("instances of `{whose}` are moved by `{name}`, which is no param of the graph"),
+            Some(_) => format!("instances of `{whose}` are moved by the param `{name}`, which is no single number"),
+        };
+        let error = Diagnostic::error(codes::world::INSTANCE_PARAM, message).label(resource.place.clone(), "for this");
+        match closest(name, numbers()) {
+            Some(close) => error.help(format!("did you mean `{close}`?")),
+            None if numbers().next().is_none() => {
+                error.help(format!("declare it: [params.{name}] with type = \"f32\""))
+            }
+            None => {
+                error.help(format!("numbers among the params: {}; or give the instance a `default`", list(numbers())))
+            }
+        }
+    };
+    missing.map(diagnostic).collect()
+}

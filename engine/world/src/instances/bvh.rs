@@ -1,0 +1,163 @@
+//! A tree of boxes over instances, made anew whenever one of them moves.
+//!
+//! Splits are where the surface area heuristic is least over a few planes (Wald, "On fast construction of SAH-based bounding volume
+//! hierarchies", 2007), but each side takes at least a quarter: that bounds the depth, and so the stack of the shader.
+
+/// Words of a node.
+pub(super) const NODE_WORDS: usize = 8;
+/// In place of an axis: a leaf.
+const LEAF: u32 = 3;
+/// Places where a split is tried.
+const BINS: usize = 16;
+
+/// Smallest voxel and last voxel.
+pub(super) type Box3 = [[i64; 3]; 2];
+
+/// The nodes of a tree over boxes, depth first, as words: smallest corner, link, last voxel, kind. The kind is the axis that was split, and
+/// then the first child, the one lower on that axis, follows and the link is the index of the second; or 3, and the link is the index of
+/// the box.
+pub(super) fn build(boxes: &[Box3]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    let mut words = Vec::with_capacity(NODE_WORDS * (2 * boxes.len()).saturating_sub(1));
+    if !order.is_empty() {
+        add(boxes, &mut order, &mut words);
+    }
+    words
+}
+
+fn add(boxes: &[Box3], order: &mut [u32], words: &mut Vec<u32>) {
+    let at = words.len();
+    let bounds = order.iter().map(|&i| boxes[i as usize]).reduce(union).unwrap_or_default();
+    let put = |words: &mut Vec<u32>, link: u32, kind: u32| {
+        let [low, last] = bounds.map(|corner| corner.map(|c| (c as i32).cast_unsigned()));
+        words.extend([low[0], low[1], low[2], link, last[0], last[1], last[2], kind]);
+    };
+    if let [only] = *order {
+        return put(words, only, LEAF);
+    }
+    let (axis, left) = split(boxes, order);
+    put(words, 0, axis as u32);
+    let (low, high) = order.split_at_mut(left);
+    add(boxes, low, words);
+    words[at + 3] = (words.len() / NODE_WORDS) as u32;
+    add(boxes, high, words);
+}
+
+/// Sorts boxes to two sides of an axis; gives the axis and how many are on the lower side.
+fn split(boxes: &[Box3], order: &mut [u32]) -> (usize, usize) {
+    // Twice the middle, so that it is whole.
+    let middle = |i: u32, axis: usize| boxes[i as usize][0][axis] + boxes[i as usize][1][axis];
+    let range = |axis: usize| {
+        let middles = || order.iter().map(|&i| middle(i, axis));
+        (middles().min().unwrap_or(0), middles().max().unwrap_or(0))
+    };
+    let widest = (0..3).max_by_key(|&axis| {
+        let (low, high) = range(axis);
+        (high - low, 2 - axis)
+    });
+    let axis = widest.unwrap_or(0);
+    let (low, high) = range(axis);
+    order.sort_unstable_by_key(|&i| (middle(i, axis), i));
+    let count = order.len();
+    let [least, most] = [count.div_ceil(4), count - count.div_ceil(4)];
+    let half = count / 2;
+    if high == low || count < 4 {
+        return (axis, half);
+    }
+    // Ends of the bins in the sorted order, and the cost of a split at each.
+    let bin = |i: u32| ((middle(i, axis) - low) as i128 * BINS as i128 / (high - low + 1) as i128) as usize;
+    let mut ends = [0_usize; BINS];
+    let mut hulls: [Option<Box3>; BINS] = [None; BINS];
+    for &i in order.iter() {
+        let bin = bin(i);
+        ends[bin] += 1;
+        hulls[bin] = join(hulls[bin], Some(boxes[i as usize]));
+    }
+    for i in 1..BINS {
+        ends[i] += ends[i - 1];
+    }
+    let mut above = [None; BINS];
+    for i in (0..BINS - 1).rev() {
+        above[i] = join(above[i + 1], hulls[i + 1]);
+    }
+    let mut below = None;
+    let mut best = (f64::INFINITY, half);
+    for i in 0..BINS - 1 {
+        below = join(below, hulls[i]);
+        let (Some(low), Some(high)) = (below, above[i]) else { continue };
+        let cost = area(low) * ends[i] as f64 + area(high) * (count - ends[i]) as f64;
+        if (least..=most).contains(&ends[i]) && cost < best.0 {
+            best = (cost, ends[i]);
+        }
+    }
+    (axis, best.1)
+}
+
+fn union(a: Box3, b: Box3) -> Box3 {
+    [std::array::from_fn(|i| a[0][i].min(b[0][i])), std::array::from_fn(|i| a[1][i].max(b[1][i]))]
+}
+
+fn join(a: Option<Box3>, b: Option<Box3>) -> Option<Box3> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(union(a, b)),
+        (a, b) => a.or(b),
+    }
+}
+
+fn area([low, last]: Box3) -> f64 {
+    let [x, y, z] = [0, 1, 2].map(|i| (last[i] - low[i] + 1) as f64);
+    x * y + y * z + z * x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::SplitMix64;
+
+    /// What the shader has room for.
+    const DEPTH: usize = 36;
+
+    /// Checks a node and gives the boxes below it, and how many may wait on the stack.
+    fn check(words: &[u32], node: usize, boxes: &[Box3], found: &mut Vec<u32>) -> (Box3, usize) {
+        let at = &words[NODE_WORDS * node..][..NODE_WORDS];
+        let corner = |from: usize| [0, 1, 2].map(|i| i64::from(at[from + i].cast_signed()));
+        let hull = [corner(0), corner(4)];
+        if at[7] == LEAF {
+            found.push(at[3]);
+            assert_eq!(hull, boxes[at[3] as usize]);
+            return (hull, 0);
+        }
+        let (low, a) = check(words, node + 1, boxes, found);
+        let (high, b) = check(words, at[3] as usize, boxes, found);
+        assert_eq!(hull, union(low, high));
+        (hull, 1 + a.max(b))
+    }
+
+    #[test]
+    fn every_box_is_in_one_leaf_and_the_stack_holds_the_way() {
+        let mut random = SplitMix64::new(3);
+        for count in [1, 2, 3, 4, 7, 100, 1000, crate::instances::MAX_INSTANCES] {
+            for spread in [1, 60, 1 << 20] {
+                // Far apart by powers: the worst for a split by planes.
+                let mut at = || {
+                    let size = 1 + (random.bits() % spread) as i64 * if random.bits() % 9 == 0 { 512 } else { 1 };
+                    (random.bits() % size as u64) as i64
+                };
+                let boxes: Vec<Box3> = (0..count)
+                    .map(|_| {
+                        let low = [at(), at(), at()];
+                        [low, low.map(|c| c + 5)]
+                    })
+                    .collect();
+                let words = build(&boxes);
+                assert_eq!(words.len(), NODE_WORDS * (2 * count - 1));
+                let mut found = Vec::new();
+                let (_, depth) = check(&words, 0, &boxes, &mut found);
+                found.sort_unstable();
+                assert!(found.iter().copied().eq(0..count as u32));
+                assert!(depth <= DEPTH, "{depth} for {count} over {spread}");
+            }
+        }
+        assert!(build(&[]).is_empty());
+    }
+}

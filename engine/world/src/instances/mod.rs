@@ -1,0 +1,79 @@
+//! Instances: models that stand in a world without being part of its voxels, so that they can be moved and turned in every frame. The
+//! twin of `shaders/include/raxel/instances.glsl`.
+
+mod bvh;
+mod encode;
+mod frame;
+mod pose;
+
+use std::sync::Arc;
+
+pub use encode::InstanceBuffer;
+pub use frame::{Frame, REACH, Turn};
+pub use pose::{Axis, Motion, MotionKind, Pose};
+
+use crate::layout::LayoutError;
+use crate::material::MaterialIndex;
+use crate::world::World;
+
+/// Most instances of a world: what the stack of the shader holds for the deepest tree of boxes.
+pub const MAX_INSTANCES: usize = 16_384;
+
+/// Coordinates that voxels of instances may have, in either direction.
+pub const COORDINATES: i64 = 1 << 30;
+
+/// The instances of a world.
+#[derive(Clone, Debug, Default)]
+pub struct Instances {
+    /// The models that are used, each once.
+    pub models: Vec<InstanceModel>,
+    /// In the order of the file.
+    pub list: Vec<Instance>,
+}
+
+/// A model that instances show.
+#[derive(Clone, Debug)]
+pub struct InstanceModel {
+    /// Its voxels around its own origin.
+    pub voxels: Arc<World>,
+    /// Palette index in the world, by the model's palette index.
+    pub materials: Arc<[MaterialIndex]>,
+}
+
+/// A model at a place.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Index of its model.
+    pub model: usize,
+    /// The cell of the model that is put at the position, and about whose middle the model turns.
+    pub anchor: [i64; 3],
+    /// Where it stands before it is moved.
+    pub pose: Pose,
+    /// What moves it, one after the other.
+    pub motions: Vec<Motion>,
+}
+
+impl Instance {
+    /// Where it stands, by the values of params. `None` of a value stands for the motion's own default.
+    pub fn pose_at(&self, value: impl Fn(&str) -> Option<f64>) -> Pose {
+        let moved = |pose: Pose, motion: &Motion| {
+            let amount = value(&motion.param).or(motion.default).unwrap_or(0.0);
+            pose.moved(motion.kind, amount)
+        };
+        self.motions.iter().fold(self.pose, moved)
+    }
+}
+
+impl Instances {
+    /// Where all of them stand, by the values of params.
+    pub fn frames(&self, value: impl Fn(&str) -> Option<f64>) -> Vec<Frame> {
+        self.list.iter().map(|instance| Frame::of(&instance.pose_at(&value))).collect()
+    }
+
+    /// What shaders see of them.
+    pub fn encode(&self, limit: u64) -> Result<InstanceBuffer, LayoutError> {
+        InstanceBuffer::new(self, limit)
+    }
+}

@@ -1,0 +1,414 @@
+// Models that stand in the world without being part of its voxels, see [[instances]] in docs/world-file.md. Bind `instances` to a
+// buffer with `source = "world.instances"`, and `world` as ever:
+//
+//     bool rx_trace_scene(RxSceneRay ray, out RxSceneHit hit);   the first solid voxel of the world or of an instance along a ray
+//     RxSceneRay rx_scene_ray(RxRay ray);                        a ray that begins anywhere
+//     RxSceneRay rx_scene_ray_from_hit(RxSceneHit hit, vec3 dir);   one that goes on from a hit
+//
+// The buffer holds a tree of boxes, depth first: two quads a node, smallest voxel, link, last voxel, kind. A kind below 3 is the axis
+// that was split, then the first child follows, and the link is the second; 3 is a leaf, and the link is its instance. Then come eight
+// quads for each instance, and the models in the layout `tree64`.
+//
+// An instance that is on the lattice of the world, turned by quarter turns, is walked in the world's frame, with the ray as it is: its
+// hits are those of voxels of the world. A ray is brought into the frame of any other instance by whole numbers, rounded down
+// to multiples of 2^-24, and is exact from there on. Which hit is first, is compared exactly, too. docs/exactness.md has the details.
+#ifndef RAXEL_INSTANCES_GLSL
+#define RAXEL_INSTANCES_GLSL
+
+#include "world.glsl"
+#include "mask.glsl"
+
+layout(std430) readonly buffer RxInstances {
+    uint count;     // how many there are
+    uint first;     // the first one, in quads
+    uint unused0;
+    uint unused1;
+    uvec4 quads[];
+} instances;
+
+const uint RX_NO_INSTANCE = 0xffffffffu;
+const uint RX_INSTANCE_QUADS = 8u;
+const uint RX_INSTANCE_DEPTH = 36u;  // more than any tree of boxes has
+const uint RX_INSTANCE_LEAF = 3u;
+
+struct RxSceneHit {
+    RxHit at;        // `voxel`, `face` and `uv` are those of the world, or of the model's own frame if `free`
+    uint instance;   // in the order of the world's file; RX_NO_INSTANCE is the world itself
+    bool free;       // the instance is not on the lattice of the world
+    ivec3 cell;      // the voxel in its model, in the coordinates of its file; that of the world, if it was the world
+    uint cell_face;  // the face of that voxel
+};
+
+// A ray through the world and its instances.
+struct RxSceneRay {
+    RxRay ray;     // in the world
+    uint own;      // the free instance that it leaves, or RX_NO_INSTANCE
+    RxRay start;   // in the frame of that instance: it begins on the plane of the face that it leaves, so there is no epsilon
+};
+
+// Where rays are followed through an instance.
+struct RxInstance {
+    ivec3 corner;     // smallest corner of the cube of its tree: in the world, or counted from its anchor in its own frame
+    uint shape;       // log2 of the size of that cube, turn from its cells to the model's << 8, free << 16
+    ivec3 low;        // box of its solid voxels, from that corner
+    ivec3 high;
+    uint tree;        // first quad of its model
+    uint root;        // the root, in nodes of the tree
+    ivec3 model_corner;  // the corner in the model's own coordinates
+    ivec3 cell;       // the middle of its anchor in the world
+    uvec3 fraction;
+    ivec3 row_x;      // of the rotation from the world's axes to the model's, in units of 2^-23
+    ivec3 row_y;
+    ivec3 row_z;
+};
+
+RxInstance rx_instance_of(uint index) {
+    uint at = instances.first + RX_INSTANCE_QUADS * index;
+    uvec4 q0 = instances.quads[at], q1 = instances.quads[at + 1u], q2 = instances.quads[at + 2u], q3 = instances.quads[at + 3u];
+    uvec4 q4 = instances.quads[at + 4u], q5 = instances.quads[at + 5u];
+    return RxInstance(ivec3(q0.xyz), q0.w, ivec3(q1.xyz), ivec3(q2.xyz), q1.w, q2.w, ivec3(q3.xyz), ivec3(q4.xyz),
+                      uvec3(q3.w, q4.w, q5.w), ivec3(q5.xyz), ivec3(instances.quads[at + 6u].xyz),
+                      ivec3(instances.quads[at + 7u].xyz));
+}
+
+bool rx_instance_is_free(RxInstance instance) {
+    return ((instance.shape >> 16) & 1u) != 0u;
+}
+
+// A vector in the axes of the model, after the turn of an instance on the lattice: `negate` is what a component is turned to.
+uint rx_instance_axis(RxInstance instance, uint axis) {
+    uint turn = instance.shape >> 8;
+    uint x = turn & 3u, y = (turn >> 2) & 3u;
+    return axis == 0u ? x : axis == 1u ? y : 3u - x - y;
+}
+
+bool rx_instance_turns_around(RxInstance instance, uint axis) {
+    return ((instance.shape >> (12u + axis)) & 1u) != 0u;
+}
+
+// A cell of the cube of an instance, as a cell of its model's cube.
+uvec3 rx_instance_cell(RxInstance instance, uvec3 cell) {
+    uint last = (1u << (instance.shape & 31u)) - 1u;
+    uvec3 turned = uvec3(0u);
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        uint c = rx_pick(cell, rx_instance_axis(instance, axis));
+        rx_put(turned, axis, rx_instance_turns_around(instance, axis) ? last - c : c);
+    }
+    return turned;
+}
+
+// A face of a voxel in the frame that an instance is walked in, as a face of its model.
+uint rx_instance_face(RxInstance instance, uint face) {
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        if (rx_instance_axis(instance, axis) == rx_face_axis(face)) {
+            return 2u * axis + ((face & 1u) ^ (rx_instance_turns_around(instance, axis) ? 1u : 0u));
+        }
+    }
+    return face;
+}
+
+uint rx_instance_word(RxInstance instance, uint at) {
+    return instances.quads[instance.tree + (at >> 2)][at & 3u];
+}
+
+// Index of the world's material of a voxel, by what tree64.glsl says of its leaf; see there.
+uint rx_instance_material(RxInstance instance, uint material, uint rank, uvec2 leaf, uint voxel) {
+    uint own = material & 0xffffu;
+    if ((material & 0xc0000000u) == 0u) {
+        uint link = rx_instance_word(instance, material + rank);
+        uint half_word = link + rx_mask_rank(leaf, voxel);
+        own = (link & 0x40000000u) != 0u ? link & 0xffffu
+                                         : (rx_instance_word(instance, half_word >> 1) >> ((half_word & 1u) * 16u)) & 0xffffu;
+    }
+    return rx_instance_word(instance, 8u * own + 7u);
+}
+
+// As rx_look of trace.glsl: the material of a cell of the model's cube, or 0 and an empty cube around it.
+uint rx_instance_look(RxInstance instance, uvec3 c, out uint log2_free) {
+    uvec4 node = instances.quads[instance.tree + instance.root];
+    log2_free = 0u;
+    for (uint height = (instance.shape & 31u) >> 1;; --height) {
+        uint child = rx_mask_bit(c >> (2u * height - 2u));
+        if (!rx_mask_has(node.xy, child)) {
+            log2_free = 2u * height - 2u + rx_mask_free(node.xy, child);
+            return 0u;
+        }
+        uint rank = rx_mask_rank(node.xy, child);
+        if ((node.w & 0x80000000u) != 0u) return rx_instance_material(instance, node.w, rank, uvec2(0u), 0u);
+        if (height == 2u) {
+            uint at = node.z + rank;
+            uvec4 pair = instances.quads[instance.tree + (at >> 1)];
+            uvec2 leaf = (at & 1u) != 0u ? pair.zw : pair.xy;
+            uint voxel = rx_mask_bit(c);
+            if (rx_mask_has(leaf, voxel)) return rx_instance_material(instance, node.w, rank, leaf, voxel);
+            log2_free = rx_mask_free(leaf, voxel);
+            return 0u;
+        }
+        node = instances.quads[instance.tree + node.z + rank];
+    }
+}
+
+// Follows a ray through the cube of an instance.
+bool rx_trace_in_instance(RxInstance instance, RxRay ray, out RxHit hit) {
+    hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
+    uint log2_size = instance.shape & 31u;
+    RxWalk walk;
+    if (!rx_walk_begin(ray, instance.corner, log2_size, 0.0, walk)) return false;
+    uvec3 flip = rx_walk_flip(walk, (1u << log2_size) - 1u);
+    uvec3 limit = rx_walk_limit(walk, log2_size, instance.low, instance.high);
+    uint log2_free = 0u, material = 0u;
+    bool unsure = false;
+    // Every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
+    uint rounds = 4u << log2_size;
+    do {
+        for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
+            if (any(greaterThan(walk.q, limit)) || walk.t > walk.t_end) break;
+            material = rx_instance_look(instance, rx_instance_cell(instance, walk.q ^ flip), log2_free);
+            if (material != 0u) break;
+            unsure = !rx_walk_step(walk, log2_free);
+        }
+        if (unsure) rx_walk_settle(walk, ray, instance.corner, log2_size, log2_free);
+    } while (unsure);
+    if (material == 0u) return false;
+    uint steps = hit.steps + 1u;
+    bool within = rx_walk_hit(walk, ray, instance.corner, log2_size, hit);
+    hit.material = material;
+    hit.steps = steps;
+    return within;
+}
+
+// 64-bit integers as (low, high), two's complement, as in walk.glsl.
+uvec2 rx_sum(uvec2 a, uvec2 b) {
+    uint low = a.x + b.x;
+    return uvec2(low, a.y + b.y + (low < a.x ? 1u : 0u));
+}
+
+uvec2 rx_signed_product(int a, int b) {
+    int high, low;
+    imulExtended(a, b, high, low);
+    return uvec2(uint(low), uint(high));
+}
+
+uvec2 rx_dot(ivec3 a, ivec3 b) {
+    return rx_sum(rx_sum(rx_signed_product(a.x, b.x), rx_signed_product(a.y, b.y)), rx_signed_product(a.z, b.z));
+}
+
+// The product of a row in units of 2^-23 with a place, cells and a rest in units of 2^-24, plus half a voxel: the cell, and what is
+// over in units of 2^-24, rounded down.
+void rx_turned(ivec3 row, ivec3 cells, ivec3 rest, out int cell, out uint over) {
+    uvec2 whole = rx_dot(row, cells);                                  // in 2^-23
+    cell = int((whole.x >> 23) | (whole.y << 9));
+    uint left = whole.x & 0x7fffffu;
+    uvec2 sum = rx_sum(rx_dot(row, rest), uvec2(left << 24, left >> 8));  // in 2^-47
+    sum = rx_sum(sum, uvec2(0u, 0x4000u));                             // half a voxel
+    cell += int(sum.y) >> 15;
+    over = ((sum.x >> 23) | (sum.y << 9)) & 0xffffffu;
+}
+
+// A ray in the frame of a free instance; its time counts in units of the direction on the lattice, see rx_lattice_direction. False if it
+// begins more than 2^29 voxels away along an axis.
+bool rx_ray_in_instance(RxInstance instance, RxRay ray, vec3 direction, out RxRay turned) {
+    ivec3 cells = ray.cell - instance.cell;
+    // Whether the difference went over the end, too.
+    bvec3 over = notEqual(lessThan(cells, ivec3(0)), lessThan(ray.cell, instance.cell));
+    turned = RxRay(ivec3(0), vec3(0.0), vec3(0.0), RX_FAR);
+    if (any(over) || any(greaterThan(abs(cells), ivec3(0x20000000)))) return false;
+    ivec3 rest = ivec3(clamp(ray.frac, 0.0, 1.0) * 16777216.0) - ivec3(instance.fraction);
+    uvec3 place;
+    rx_turned(instance.row_x, cells, rest, turned.cell.x, place.x);
+    rx_turned(instance.row_y, cells, rest, turned.cell.y, place.y);
+    rx_turned(instance.row_z, cells, rest, turned.cell.z, place.z);
+    turned.frac = vec3(place) * 5.9604644775390625e-8;
+    turned.dir = direction;
+    return true;
+}
+
+// A direction in the axes of a free instance.
+vec3 rx_direction_in_instance(RxInstance instance, vec3 dir) {
+    vec3 x = vec3(instance.row_x) * 1.1920928955078125e-7, y = vec3(instance.row_y) * 1.1920928955078125e-7;
+    vec3 z = vec3(instance.row_z) * 1.1920928955078125e-7;
+    precise vec3 a = vec3(x.x, y.x, z.x) * dir.x;
+    precise vec3 b = vec3(x.y, y.y, z.y) * dir.y;
+    precise vec3 c = vec3(x.z, y.z, z.z) * dir.z;
+    precise vec3 sum = a + b;
+    precise vec3 turned = sum + c;
+    return turned;
+}
+
+// A vector in the axes of a free instance, in those of the world.
+vec3 rx_direction_from_instance(RxInstance instance, vec3 v) {
+    return (vec3(instance.row_x) * v.x + vec3(instance.row_y) * v.y + vec3(instance.row_z) * v.z) * 1.1920928955078125e-7;
+}
+
+// The direction of a ray on the lattice, its largest component in 1 to 2; zero for a ray that hits nothing.
+vec3 rx_lattice_direction(RxRay ray) {
+    uint top = rx_lattice_top(ray.dir);
+    if (top == 0u || rx_not_finite(ray.dir) || rx_not_finite(ray.frac)) return vec3(0.0);
+    uvec3 bits = floatBitsToUint(ray.dir);
+    vec3 size = vec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
+    return mix(size, -size, notEqual(bits >> 31, uvec3(0u))) * 9.31322574615478515625e-10;
+}
+
+// The time of a hit, exactly: numerator / size, in multiples of a constant that is the same for all frames.
+struct RxTime {
+    uvec2 numerator;
+    uint size;
+};
+
+// `ray` is the one that found the hit, in its own frame, and `exponent` that of the largest component of the direction in the world.
+RxTime rx_time_of(RxRay ray, RxHit hit, uint exponent) {
+    uint axis = rx_face_axis(hit.face);
+    if (axis > 2u) return RxTime(uvec2(0u), 1u);
+    uint top = rx_lattice_top(ray.dir);
+    uint bits = rx_pick(floatBitsToUint(ray.dir), axis);
+    bool down = (bits >> 31) != 0u;
+    uint frac = rx_pick(uvec3(clamp(ray.frac, 0.0, 1.0) * 16777216.0), axis);
+    uint planes = rx_pick(down ? uvec3(ray.cell) - uvec3(hit.voxel) : uvec3(hit.voxel) - uvec3(ray.cell), axis);
+    uvec2 numerator = rx_difference(uvec2(planes << 24, planes >> 8), uvec2(down ? 16777216u - frac : frac, 0u));
+    // A turn changes the largest component by at most a factor of the square root of 3.
+    uint shift = exponent + 1u - top;
+    numerator = uvec2(numerator.x << shift, (numerator.y << shift) | (shift == 0u ? 0u : numerator.x >> (32u - shift)));
+    return RxTime(numerator, rx_lattice_component(bits, top));
+}
+
+// numerator * by, 96 bits with the lowest word first.
+uvec3 rx_time_product(uvec2 numerator, uint by) {
+    uvec2 low = rx_product(numerator.x, by), high = rx_product(numerator.y, by);
+    uint middle = low.y + high.x;
+    return uvec3(low.x, middle, high.y + (middle < low.y ? 1u : 0u));
+}
+
+bool rx_time_before(RxTime a, RxTime b) {
+    uvec3 p = rx_time_product(a.numerator, b.size), q = rx_time_product(b.numerator, a.size);
+    return p.z != q.z ? p.z < q.z : p.y != q.y ? p.y < q.y : p.x < q.x;
+}
+
+// The first time, about and never too late, at which a ray may be in a box: cells `low` to `last`; RX_NEVER if it is not met. All within
+// 2^-18 of the distance that is still to go, which is more than free frames turn rays.
+float rx_box_time(RxRay ray, vec3 inverse, ivec3 low, ivec3 last) {
+    vec3 frac = clamp(ray.frac, 0.0, 1.0);
+    // Differences of any two coordinates, before they are rounded.
+    bvec3 below = lessThan(low, ray.cell), above = lessThan(last, ray.cell);
+    vec3 to_low = vec3(mix(uvec3(low) - uvec3(ray.cell), uvec3(ray.cell) - uvec3(low), below));
+    vec3 to_last = vec3(mix(uvec3(last) - uvec3(ray.cell), uvec3(ray.cell) - uvec3(last), above));
+    to_low = mix(to_low, -to_low, below) - frac;
+    to_last = mix(to_last, -to_last, above) + (1.0 - frac);
+    vec3 far = max(abs(to_low), abs(to_last));
+    float room = (far.x + far.y + far.z) * 3.814697265625e-6 + 0.03125;
+    to_low -= room;
+    to_last += room;
+    // An axis that the ray does not move along is one on which it is in the box all the time, or never.
+    bvec3 still = equal(inverse, vec3(0.0));
+    for (uint i = 0u; i < 3u; ++i) {
+        if (still[i] && (to_low[i] > 0.0 || to_last[i] < 0.0)) return RX_NEVER;
+    }
+    vec3 a = mix(to_low * inverse, vec3(-RX_NEVER), still), b = mix(to_last * inverse, vec3(RX_NEVER), still);
+    vec3 enter = min(a, b), leave = max(a, b);
+    float t = max(max(enter.x, enter.y), max(enter.z, 0.0));
+    return t <= min(leave.x, min(leave.y, leave.z)) ? t : RX_NEVER;
+}
+
+// The instances along a ray. `hit` and `first` are the nearest hit so far and its time.
+bool rx_trace_instances_on(RxSceneRay scene_ray, bool found, RxTime first, inout RxSceneHit hit) {
+    RxRay ray = scene_ray.ray;
+    vec3 dir = rx_lattice_direction(ray);
+    if (instances.count == 0u || dir == vec3(0.0)) return found;
+    vec3 inverse = mix(1.0 / dir, vec3(0.0), equal(dir, vec3(0.0)));
+    uint exponent = 127u;  // that of the largest component of dir
+    // From a time of dir to one of ray.dir.
+    precise float scale = uintBitsToFloat(max(254u - rx_lattice_top(ray.dir), 1u) << 23);
+    float t_end = ray.t_max >= 1.0e37 ? RX_FAR : ray.t_max * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3;
+    if (found) t_end = min(t_end, hit.at.t * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3);
+
+    uint stack[RX_INSTANCE_DEPTH];
+    uint depth = 0u, node = 0u;
+    for (uint visits = 0u; visits < 2u * instances.count; ++visits) {
+        uvec4 low = instances.quads[2u * node], last = instances.quads[2u * node + 1u];
+        bool meets = rx_box_time(ray, inverse, ivec3(low.xyz), ivec3(last.xyz)) <= t_end;
+        if (meets && last.w != RX_INSTANCE_LEAF) {
+            bool down = dir[last.w] < 0.0;
+            stack[depth++] = down ? node + 1u : low.w;
+            node = down ? low.w : node + 1u;
+            continue;
+        }
+        if (meets) {
+            RxInstance instance = rx_instance_of(low.w);
+            bool free = rx_instance_is_free(instance);
+            RxRay turned = ray;
+            bool there = true;
+            if (free) {
+                vec3 direction = rx_direction_in_instance(instance, dir);
+                if (low.w == scene_ray.own) {
+                    turned = scene_ray.start;
+                    turned.dir = direction;
+                } else {
+                    there = rx_ray_in_instance(instance, ray, direction, turned);
+                }
+            }
+            turned.t_max = free ? t_end : t_end >= 1.0e37 ? RX_FAR : t_end * scale * 1.0001;
+            RxHit at;
+            if (there && rx_trace_in_instance(instance, turned, at)) {
+                RxTime time = rx_time_of(turned, at, free ? exponent : rx_lattice_top(ray.dir));
+                precise float t = free ? at.t * scale : at.t;
+                at.t = t;
+                bool nearer = !found || rx_time_before(time, first)
+                    || (!rx_time_before(first, time) && hit.instance != RX_NO_INSTANCE && low.w < hit.instance);
+                if (nearer && (ray.t_max >= RX_FAR || t <= ray.t_max)) {
+                    uvec3 cell = rx_instance_cell(instance, uvec3(at.voxel - instance.corner));
+                    hit = RxSceneHit(at, low.w, free, instance.model_corner + ivec3(cell), rx_instance_face(instance, at.face));
+                    first = time;
+                    found = true;
+                    t_end = min(t_end, t * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3);
+                }
+            }
+        }
+        if (depth == 0u) break;
+        node = stack[--depth];
+    }
+    return found;
+}
+
+RxSceneRay rx_scene_ray(RxRay ray) {
+    return RxSceneRay(ray, RX_NO_INSTANCE, ray);
+}
+
+// The first solid voxel along a ray, of the world or of an instance; of two at the same time the world's, then that of the first instance.
+bool rx_trace_scene(RxSceneRay ray, out RxSceneHit hit) {
+    hit = RxSceneHit(RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u), RX_NO_INSTANCE, false, ivec3(0), 0u);
+    bool found = rx_trace(ray.ray, hit.at);
+    hit.cell = hit.at.voxel;
+    hit.cell_face = hit.at.face;
+    RxTime first = RxTime(uvec2(0u), 1u);
+    if (found) first = rx_time_of(ray.ray, hit.at, rx_lattice_top(ray.ray.dir));
+    return rx_trace_instances_on(ray, found, first, hit);
+}
+
+// The outward normal of a face that was hit, in the world; zero for a start inside.
+vec3 rx_scene_normal(RxSceneHit hit) {
+    vec3 normal = rx_normal(hit.at.face);
+    return hit.free ? rx_direction_from_instance(rx_instance_of(hit.instance), normal) : normal;
+}
+
+// The ray that goes on from a hit in a direction of the world. In the world it starts exactly on the face, or, where that is the face of a
+// voxel that is not on the lattice, at most 2^-22 of the size of the model beside it.
+RxSceneRay rx_scene_ray_from_hit(RxSceneHit hit, vec3 dir) {
+    RxRay start = rx_ray_from_hit(hit.at, dir);
+    if (!hit.free) return rx_scene_ray(start);
+    RxInstance instance = rx_instance_of(hit.instance);
+    // The transposed rows bring the place back; it is counted from the middle of the anchor.
+    ivec3 column_x = ivec3(instance.row_x.x, instance.row_y.x, instance.row_z.x);
+    ivec3 column_y = ivec3(instance.row_x.y, instance.row_y.y, instance.row_z.y);
+    ivec3 column_z = ivec3(instance.row_x.z, instance.row_y.z, instance.row_z.z);
+    ivec3 rest = ivec3(start.frac * 16777216.0) - 8388608;
+    ivec3 cell;
+    uvec3 over;
+    rx_turned(column_x, start.cell, rest, cell.x, over.x);
+    rx_turned(column_y, start.cell, rest, cell.y, over.y);
+    rx_turned(column_z, start.cell, rest, cell.z, over.z);
+    // rx_turned adds half a voxel.
+    uvec3 sum = over + instance.fraction + 8388608u;
+    RxRay ray = rx_ray(instance.cell + cell + ivec3(sum >> 24) - 1, vec3(sum & 0xffffffu) * 5.9604644775390625e-8, dir);
+    return RxSceneRay(ray, hit.instance, start);
+}
+
+#endif
