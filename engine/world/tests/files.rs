@@ -275,7 +275,7 @@ fn what_is_wrong_with_instances_is_said() {
         ("[[instances]]\nmodel = \"arow\"\nposition = [0, 0, 0]".to_owned(), "RX0302"),
         (format!("{one}position = [0, 0]"), "RX0014"),
         (format!("{one}position = [0, 0, 0]\nturn = {{ param = \"a\", axis = \"w\" }}"), "RX0014"),
-        (format!("{one}position = [0, 0, 0]\nslide = {{ param = \"a\" }}"), "RX0012"),
+        (format!("{one}position = [0, 0, 0]\nslide = {{ param = \"a\" }}"), "RX0013"),
     ];
     for (case, code) in cases {
         let text = format!("{MATERIALS}{case}");
