@@ -1,4 +1,4 @@
-//! Makes the models that move in `worlds/fair.toml`: `carousel`, `horse`, `wheel`, `gondola` and `boat`, in `worlds/models`.
+//! Makes the models that move in `worlds/fair.toml`: `carousel`, `horse`, `wheel`, `gondola` and `sailboat`, in `worlds/models`.
 //!
 //! `cargo run --release -p raxel-world --example fair -- worlds/models`
 
@@ -21,8 +21,13 @@ fn main() -> ExitCode {
         eprintln!("usage: fair FOLDER");
         return ExitCode::from(2);
     };
-    let models =
-        [("carousel", carousel()), ("horse", horse()), ("wheel", wheel()), ("gondola", gondola()), ("boat", boat())];
+    let models = [
+        ("carousel", carousel()),
+        ("horse", horse()),
+        ("wheel", wheel()),
+        ("gondola", gondola()),
+        ("sailboat", sailboat()),
+    ];
     for (name, parts) in models {
         let path = format!("{folder}/{name}.vox");
         let bytes = (build(materials(), &parts).map_err(|e| e.to_string()))
@@ -131,7 +136,7 @@ fn gondola() -> Vec<Operation> {
 }
 
 /// Floats with the voxel at the origin on the water, and looks along −Z.
-fn boat() -> Vec<Operation> {
+fn sailboat() -> Vec<Operation> {
     vec![
         ball([0.0, 2.0, 0.0], [4.2, 4.5, 10.5], WOOD, Mode::Add),
         ball([0.0, 2.5, 0.0], [3.2, 3.6, 9.4], WOOD, Mode::Subtract),
