@@ -93,9 +93,10 @@ fn read_one(
 fn read_slide(node: &Node<'_, '_>) -> Option<Motion> {
     let table = node.table()?;
     let along = table.need("along").and_then(|node| node.numbers::<3>(-1.0e6..=1.0e6));
-    let (param, default) = read_param(&table);
+    let by = read_param(&table);
     table.finish();
-    Some(Motion { param: param?, default: default?, kind: MotionKind::Slide(along?) })
+    let (param, default) = by?;
+    Some(Motion { param, default, kind: MotionKind::Slide(along?) })
 }
 
 fn read_turn(node: &Node<'_, '_>) -> Option<Motion> {
@@ -106,18 +107,19 @@ fn read_turn(node: &Node<'_, '_>) -> Option<Motion> {
         None => Some(None),
     };
     let upright = table.get("upright").map_or(Some(false), |node| node.boolean());
-    let (param, default) = read_param(&table);
+    let by = read_param(&table);
     table.finish();
+    let (param, default) = by?;
     let kind = MotionKind::Turn { axis: axis?, about: about?, upright: upright? };
-    Some(Motion { param: param?, default: default?, kind })
+    Some(Motion { param, default, kind })
 }
 
 /// The param that moves an instance, and its value for graphs without it.
-fn read_param(table: &Table<'_, '_>) -> (Option<String>, Option<Option<f64>>) {
+fn read_param(table: &Table<'_, '_>) -> Option<(String, Option<f64>)> {
     let param = table.need("param").and_then(|node| node.string());
-    let default = match table.get("default") {
-        Some(node) => node.number(-1.0e6..=1.0e6).map(Some),
-        None => Some(None),
-    };
-    (param, default)
+    let default = table.get("default").map(|node| node.number(-1.0e6..=1.0e6));
+    match default {
+        Some(value) => Some((param?, Some(value?))),
+        None => Some((param?, None)),
+    }
 }

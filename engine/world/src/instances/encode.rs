@@ -72,7 +72,7 @@ impl InstanceBuffer {
             .iter()
             .zip(frames)
             .map(|(instance, frame)| {
-                let [low, last] = self.from_anchor(instance);
+                let [low, last] = self.about_anchor(instance);
                 frame.bounds(low, last).map(|corner| corner.map(|c| c.clamp(i64::from(i32::MIN), i64::from(i32::MAX))))
             })
             .collect();
@@ -93,7 +93,7 @@ impl InstanceBuffer {
     }
 
     /// The box of the solid voxels of an instance's model, counted from its anchor.
-    fn from_anchor(&self, instance: &Instance) -> [[i64; 3]; 2] {
+    fn about_anchor(&self, instance: &Instance) -> [[i64; 3]; 2] {
         let header = &self.models[instance.model].header;
         [header.bounds_min, header.bounds_last]
             .map(|corner| std::array::from_fn(|i| i64::from(corner[i]) - instance.anchor[i]))
@@ -105,7 +105,7 @@ impl InstanceBuffer {
         let ModelTree { header, at } = &self.models[instance.model];
         let last = (1_i64 << header.log2_size) - 1;
         let cube: [i64; 3] = std::array::from_fn(|i| i64::from(header.origin[i]) - instance.anchor[i]);
-        let [low, high] = self.from_anchor(instance);
+        let [low, high] = self.about_anchor(instance);
         let (corner, [low, high], turn) = match frame.turn {
             Turn::Quarter(orientation) => {
                 let [corner, _] = frame.bounds(cube, cube.map(|c| c + last));
