@@ -51,7 +51,7 @@ impl InstanceBuffer {
         let buffer = Self { instances: instances.list.clone(), models, trees };
         let bytes = 4 * (buffer.moving_words() + buffer.trees.len()) as u64;
         if bytes > limit {
-            return Err(LayoutError::InstancesTooLarge { bytes, limit });
+            return Err(LayoutError::TooLarge { layout: "instances", bytes, limit });
         }
         Ok(buffer)
     }

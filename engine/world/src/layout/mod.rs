@@ -131,14 +131,6 @@ pub enum LayoutError {
         /// Largest extent allowed.
         limit: u64,
     },
-    /// More models and instances than the buffer may have.
-    #[error("the instances of the world take {bytes} bytes, and the largest storage buffer has {limit} bytes")]
-    InstancesTooLarge {
-        /// Bytes needed.
-        bytes: u64,
-        /// Bytes allowed.
-        limit: u64,
-    },
     /// More lamps than the buffer may have.
     #[error(
         "{faces} faces of the world give off light and take {bytes} bytes, and the largest storage buffer has {limit} bytes"
