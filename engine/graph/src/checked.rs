@@ -134,14 +134,44 @@ pub struct Param {
     pub name: String,
     /// Its default value, which also gives its type.
     pub default: Value,
-    /// Smallest and largest value, per component. `None` for bools and where the file gives none.
+    /// Smallest and largest value, per component; of choices the first and the last. `None` for bools and where the file gives none.
     pub range: Option<[f64; 2]>,
     /// Step of a slider.
     pub step: Option<f64>,
     /// Text beside the slider; the name when the file gives none.
     pub label: String,
+    /// What it does, for whoever rests the pointer on it.
+    pub tooltip: Option<String>,
+    /// Unit of the value, e.g. `°`.
+    pub unit: Option<String>,
+    /// Title of the group that it stands in.
+    pub group: Option<String>,
+    /// Names of the values 0, 1, 2, …; empty for a param that is just a number.
+    pub choices: Vec<String>,
+    /// Three or four floats that are a linear colour.
+    pub color: bool,
     /// Where it is declared.
     pub place: Span,
+}
+
+impl Param {
+    /// A param of which a file says nothing but type and default.
+    pub fn new(name: impl Into<String>, default: Value, place: Span) -> Self {
+        let name = name.into();
+        Self {
+            label: name.clone(),
+            name,
+            default,
+            range: None,
+            step: None,
+            tooltip: None,
+            unit: None,
+            group: None,
+            choices: Vec::new(),
+            color: false,
+            place,
+        }
+    }
 }
 
 /// A rhythm of its own, apart from the frames.

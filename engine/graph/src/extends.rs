@@ -303,6 +303,11 @@ impl Layer for Param {
         replace(&mut self.range, above.range);
         replace(&mut self.step, above.step);
         replace(&mut self.label, above.label);
+        replace(&mut self.tooltip, above.tooltip);
+        replace(&mut self.unit, above.unit);
+        replace(&mut self.group, above.group);
+        replace(&mut self.choices, above.choices);
+        replace(&mut self.color, above.color);
     }
 }
 

@@ -71,6 +71,16 @@ pub struct Param {
     pub step: Option<At<f64>>,
     /// `label`.
     pub label: Option<At<String>>,
+    /// `tooltip`.
+    pub tooltip: Option<At<String>>,
+    /// `unit`.
+    pub unit: Option<At<String>>,
+    /// `group`.
+    pub group: Option<At<String>>,
+    /// `choices`.
+    pub choices: Option<At<Vec<At<String>>>>,
+    /// `color`.
+    pub color: Option<At<bool>>,
 }
 
 /// `[clocks.NAME]`.

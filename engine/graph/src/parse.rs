@@ -15,6 +15,9 @@ use crate::model::{At, Clock, Data, File, Literal, Param};
 /// Most entries that an array of numbers in a graph file may have.
 const LONGEST_ARRAY: usize = 4096;
 
+/// Most names of a param's values.
+pub const MOST_CHOICES: usize = 64;
+
 /// Ticks that a clock may catch up in one frame at most: each is a group of passes in the plan.
 const MOST_TICKS: i64 = 16;
 
@@ -68,10 +71,31 @@ fn param(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Param {
         range: table.get("range").and_then(|node| at(&node, node.numbers::<2>(f64::MIN..=f64::MAX))),
         step: table.get("step").and_then(|node| at(&node, node.number(0.0..=f64::MAX))),
         label: text(table, "label"),
+        tooltip: text(table, "tooltip"),
+        unit: text(table, "unit"),
+        group: text(table, "group"),
+        choices: table.get("choices").and_then(|node| at(&node, choices(&node))),
+        color: table.get("color").and_then(|node| at(&node, node.boolean())),
     };
     table.finish();
     param.flawed = table.reporter().count() > before;
     param
+}
+
+/// Names of values: at least two, none of them empty.
+fn choices(node: &Node<'_, '_>) -> Option<Vec<At<String>>> {
+    let elements = node.array()?;
+    if !(2..=MOST_CHOICES).contains(&elements.len()) {
+        let count = elements.len();
+        return node.bad_value(format!("`{}` needs 2 to {MOST_CHOICES} names, not {count}", node.name));
+    }
+    let name = |element: &Node<'_, '_>| match element.string()? {
+        name if name.trim().is_empty() => element.bad_value(format!("`{}` is empty", element.name)),
+        name => Some(At::new(name, element.span.clone())),
+    };
+    // Every element is read, so that everything wrong is said.
+    let names: Vec<Option<At<String>>> = elements.iter().map(name).collect();
+    names.into_iter().collect()
 }
 
 fn clock(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Clock {

@@ -5,7 +5,7 @@ use raxel_shader::format::Format;
 use serde_json::{Value, json};
 
 use crate::checked::{Builtin, MOST_ROUNDS, MOST_STILL, RoundIndex};
-use crate::parse::DISPLAY_MAPS;
+use crate::parse::{DISPLAY_MAPS, MOST_CHOICES};
 use crate::resolve::FACTS;
 use crate::value::ValueType;
 
@@ -130,6 +130,17 @@ fn param() -> Value {
             "range": pair("Smallest and largest value, for each component."),
             "step": { "description": "Step of the slider.", "type": "number", "minimum": 0 },
             "label": text("Text beside the slider."),
+            "tooltip": text("What it does, for whoever rests the pointer on it."),
+            "unit": text("Unit of the value, e.g. `°` or `voxels`: shown behind the number."),
+            "group": text("Title of the group that it stands in, in the window and in `raxel list`. Without one, params whose names begin with the same word stand together."),
+            "choices": {
+                "description": "Names of the values 0, 1, 2, … of an `i32` or `u32`, to be chosen from. They are its range.",
+                "type": "array",
+                "items": { "type": "string", "minLength": 1 },
+                "minItems": 2,
+                "maxItems": MOST_CHOICES,
+            },
+            "color": flag("Of a `vec3` or `vec4`: it is a linear colour. When left out, one is whose name or label has `color`, `colour`, `tint` or `albedo`."),
             "remove": reference("remove"),
         }),
     )

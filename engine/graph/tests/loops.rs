@@ -82,14 +82,7 @@ fn plans_lead_back_to_the_passes_of_the_file() {
 fn counts_follow_params_and_mips() {
     let mut hand = relaxing(0);
     let place = raxel_diagnostics::Span::new("graphs/hand.toml", 0..0);
-    hand.graph.params.push(Param {
-        name: "rounds".to_owned(),
-        default: Value::I32(1),
-        range: Some([0.0, 8.0]),
-        step: None,
-        label: String::new(),
-        place,
-    });
+    hand.graph.params.push(Param { range: Some([0.0, 8.0]), ..Param::new("rounds", Value::I32(1), place) });
     hand.graph.loops[0].rounds = Rounds::Param(ParamId(0));
     assert_eq!(passes(&hand.plan("color").unwrap()).len(), 3, "the default");
     hand.counts = vec![(ParamId(0), 4)];

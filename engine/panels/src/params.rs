@@ -6,7 +6,7 @@ use crate::action::Action;
 use crate::view::{Kind, Param, View};
 
 /// Integers of so few values are chosen from a list.
-const CHOICES: f64 = 8.0;
+const LISTED: f64 = 8.0;
 
 /// Draws the panel.
 pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
@@ -27,37 +27,55 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
             actions.extend(changed.iter().cloned().map(Action::ResetParam));
         }
     });
-    let mut rest = &params[..];
-    while let Some(first) = rest.first() {
-        let group = group_of(params, first);
-        let count = rest.iter().take_while(|param| group_of(params, param) == group).count();
-        let (these, others) = rest.split_at(count);
-        rest = others;
-        match group {
-            Some(group) => {
-                CollapsingHeader::new(capital(group)).default_open(true).id_salt(("group", &first.name)).show(
-                    ui,
-                    |ui| {
-                        for param in these {
-                            row(ui, param, actions);
-                        }
-                    },
-                );
+    for section in sections(params) {
+        let rows = |ui: &mut Ui, actions: &mut Vec<Action>| {
+            for param in &section.params {
+                row(ui, param, actions);
             }
-            None => {
-                for param in these {
-                    row(ui, param, actions);
-                }
+        };
+        match &section.title {
+            Some(title) => {
+                let header = CollapsingHeader::new(title).default_open(true).id_salt(("group", title));
+                header.show(ui, |ui| rows(ui, actions));
             }
+            None => rows(ui, actions),
         }
     }
 }
 
-/// Params that begin with the same word belong together: `sun_azimuth`, `sun_strength`.
-fn group_of<'p>(params: &'p [Param], param: &'p Param) -> Option<&'p str> {
-    let word = |param: &'p Param| param.name.split_once('_').map(|(word, _)| word);
+/// Params that stand together, under a title or under none.
+struct Section<'p> {
+    title: Option<String>,
+    params: Vec<&'p Param>,
+}
+
+/// The params by group, each group where its first param stands.
+fn sections(params: &[Param]) -> Vec<Section<'_>> {
+    let mut sections: Vec<Section<'_>> = Vec::new();
+    for param in params {
+        let title = group_of(params, param);
+        let known = match &title {
+            Some(_) => sections.iter_mut().find(|section| section.title == title),
+            None => sections.last_mut().filter(|section| section.title.is_none()),
+        };
+        match known {
+            Some(section) => section.params.push(param),
+            None => sections.push(Section { title, params: vec![param] }),
+        }
+    }
+    sections
+}
+
+/// The group that the file says; else params that begin with the same word belong together: `sun_azimuth`, `sun_strength`.
+fn group_of(params: &[Param], param: &Param) -> Option<String> {
+    if param.group.is_some() {
+        return param.group.clone();
+    }
+    fn word(param: &Param) -> Option<&str> {
+        param.name.split_once('_').map(|(word, _)| word).filter(|_| param.group.is_none())
+    }
     let own = word(param)?;
-    (params.iter().filter(|other| word(other) == Some(own)).count() > 1).then_some(own)
+    (params.iter().filter(|other| word(other) == Some(own)).count() > 1).then(|| capital(own))
 }
 
 fn capital(word: &str) -> String {
@@ -73,7 +91,7 @@ fn row(ui: &mut Ui, param: &Param, actions: &mut Vec<Action>) {
     let mut value = param.value.clone();
     ui.horizontal(|ui| {
         let reset = Button::new("↺").small();
-        let hint = format!("Reset {} to {}", param.name, text_of(&param.default));
+        let hint = format!("Reset {} to {}", param.name, text_of(param, &param.default));
         let response = ui.add_enabled(is_changed(param), reset).on_hover_text(&hint);
         response
             .widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, format!("reset {}", param.name)));
@@ -94,10 +112,7 @@ fn row(ui: &mut Ui, param: &Param, actions: &mut Vec<Action>) {
 
 /// Draws a param, and says whether it was changed.
 fn widget(ui: &mut Ui, param: &Param, value: &mut [f64]) -> bool {
-    let hint = || {
-        let range = param.range.map_or_else(String::new, |[low, high]| format!(", {low} to {high}"));
-        format!("{}{range}\n{}", param.name, param.place)
-    };
+    let hint = || hint_of(param);
     if let [component] = value {
         return match param.kind {
             Kind::Bool => {
@@ -106,13 +121,11 @@ fn widget(ui: &mut Ui, param: &Param, value: &mut [f64]) -> bool {
                 *component = f64::from(u8::from(on));
                 response.changed()
             }
-            Kind::Int | Kind::Uint if param.range.is_some_and(|[low, high]| high - low < CHOICES) => {
-                choice(ui, param, component)
-            }
+            Kind::Int | Kind::Uint if !param.choices.is_empty() || is_short(param) => choice(ui, param, component),
             _ => scalar(ui, param, component, hint),
         };
     }
-    if is_color(param) {
+    if param.color {
         return color(ui, param, value, hint);
     }
     let mut changed = false;
@@ -136,7 +149,8 @@ fn scalar(ui: &mut Ui, param: &Param, component: &mut f64, hint: impl Fn() -> St
         return ui.add(drag(param, component)).labelled_by(label.id).on_hover_text(hint()).changed();
     };
     ui.spacing_mut().slider_width = 90.0;
-    let mut slider = Slider::new(component, low..=high).clamping(SliderClamping::Edits).text(&param.label);
+    let mut slider = Slider::new(component, low..=high).clamping(SliderClamping::Edits);
+    slider = slider.text(&param.label).suffix(suffix(param));
     slider = match (param.step, param.kind) {
         (Some(step), _) => slider.step_by(step),
         (None, Kind::Int | Kind::Uint) => slider.step_by(1.0),
@@ -154,7 +168,7 @@ fn drag<'v>(param: &Param, component: &'v mut f64) -> DragValue<'v> {
         (Kind::Float, None) => (component.abs() * 0.01).max(0.001),
         _ => 0.1,
     });
-    let drag = DragValue::new(component).speed(step).clamp_existing_to_range(false);
+    let drag = DragValue::new(component).speed(step).clamp_existing_to_range(false).suffix(suffix(param));
     let drag = if param.kind == Kind::Float { drag.max_decimals(5) } else { drag.max_decimals(0) };
     match (param.range, param.kind) {
         (Some([low, high]), _) => drag.range(low..=high),
@@ -164,23 +178,44 @@ fn drag<'v>(param: &Param, component: &'v mut f64) -> DragValue<'v> {
     }
 }
 
+/// Whether its range has so few integers that they are listed.
+fn is_short(param: &Param) -> bool {
+    param.range.is_some_and(|[low, high]| high - low < LISTED)
+}
+
 fn choice(ui: &mut Ui, param: &Param, component: &mut f64) -> bool {
     let [low, high] = param.range.unwrap_or_default().map(|end| end as i64);
+    let text = |number: i64| {
+        let name = usize::try_from(number).ok().and_then(|index| param.choices.get(index));
+        name.cloned().unwrap_or_else(|| format!("{number}{}", suffix(param)))
+    };
     let before = *component;
-    let selected = format!("{before}");
-    ComboBox::from_label(&param.label).width(60.0).selected_text(selected).show_ui(ui, |ui| {
+    let width = if param.choices.is_empty() { 60.0 } else { 130.0 };
+    let list = ComboBox::from_label(&param.label).width(width).selected_text(text(before as i64));
+    let shown = list.show_ui(ui, |ui| {
         for number in low..=high {
-            ui.selectable_value(component, number as f64, number.to_string());
+            ui.selectable_value(component, number as f64, text(number));
         }
     });
+    shown.response.on_hover_text(hint_of(param));
     before.to_bits() != component.to_bits()
 }
 
-/// Three or four floats from 0 to 1 that are called a colour.
-fn is_color(param: &Param) -> bool {
-    let text = format!("{} {}", param.name, param.label).to_lowercase();
-    let named = ["color", "colour", "tint", "albedo"].iter().any(|word| text.contains(word));
-    param.kind == Kind::Float && matches!(param.value.len(), 3 | 4) && named
+/// What it does, its name and range, and where it is declared.
+fn hint_of(param: &Param) -> String {
+    let about = param.tooltip.as_ref().map_or_else(String::new, |text| format!("{text}\n\n"));
+    let range = match (param.range, param.choices.as_slice()) {
+        (Some([low, high]), []) => format!(", {low} to {high}{}", suffix(param)),
+        _ => String::new(),
+    };
+    format!("{about}{}{range}\n{}", param.name, param.place)
+}
+
+/// The unit, to stand behind a number: `°` close to it, a word apart.
+fn suffix(param: &Param) -> String {
+    let Some(unit) = &param.unit else { return String::new() };
+    let apart = unit.starts_with(char::is_alphanumeric);
+    format!("{}{unit}", if apart { " " } else { "" })
 }
 
 fn color(ui: &mut Ui, param: &Param, value: &mut [f64], hint: impl Fn() -> String) -> bool {
@@ -211,7 +246,10 @@ fn color(ui: &mut Ui, param: &Param, value: &mut [f64], hint: impl Fn() -> Strin
     changed
 }
 
-fn text_of(value: &[f64]) -> String {
+fn text_of(param: &Param, value: &[f64]) -> String {
+    if let ([index], true) = (value, !param.choices.is_empty()) {
+        return param.choices.get(*index as usize).cloned().unwrap_or_else(|| index.to_string());
+    }
     let parts: Vec<String> = value.iter().map(ToString::to_string).collect();
-    parts.join(", ")
+    format!("{}{}", parts.join(", "), suffix(param))
 }

@@ -227,6 +227,16 @@ pub struct Param {
     pub range: Option<[f64; 2]>,
     /// Step of a slider.
     pub step: Option<f64>,
+    /// What it does, in a sentence.
+    pub tooltip: Option<String>,
+    /// Unit of the value.
+    pub unit: Option<String>,
+    /// Title of the group that it stands in.
+    pub group: Option<String>,
+    /// Names of the values 0, 1, 2, …
+    pub choices: Vec<String>,
+    /// Its three or four components are a linear colour.
+    pub color: bool,
     /// A demo drives it.
     pub driven: bool,
     /// Path and line of its declaration.

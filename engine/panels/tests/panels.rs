@@ -161,6 +161,37 @@ fn params_are_set_reset_and_written() {
 }
 
 #[test]
+fn params_stand_in_groups_with_units_and_named_choices() {
+    let mut window = Window::new(&[Panel::Params]);
+    window.params[0].group = Some("Camera".to_owned());
+    window.params[0].unit = Some("EV".to_owned());
+    let names = ["Reinhard", "AgX"].map(str::to_owned).to_vec();
+    let tone =
+        Param { kind: Kind::Uint, choices: names, range: Some([0.0, 1.0]), ..param("tone", vec![1.0], vec![1.0]) };
+    let camera = Some("Camera".to_owned());
+    window.params.push(Param { group: camera, tooltip: Some("The curve of the film.".to_owned()), ..tone });
+    window.params.push(Param { color: true, ..param("ground", vec![0.5; 3], vec![0.5; 3]) });
+    let mut harness = window.harness(1280.0, 720.0);
+    // A slider and its number both have the label.
+    let y = |harness: &Harness<'_, Window>, name: &str| {
+        harness.query_all_by_label(name).next().map(|node| node.rect().center().y)
+    };
+    // The group has both of its params, though another stands between them in the file.
+    let rows = ["Camera", "exposure", "tone", "fog", "ground"].map(|name| y(&harness, name));
+    assert!(rows.is_sorted(), "{rows:?}");
+    assert!(harness.query_by_value("2.0 EV").is_some(), "the number has its unit");
+    harness.get_by_label("tone").hover();
+    harness.run_steps(60);
+    assert!(harness.query_by_label_contains("The curve of the film.").is_some());
+    click(&mut harness, "tone");
+    assert_eq!(click(&mut harness, "Reinhard"), [Action::SetParam("tone".to_owned(), vec![0.0])]);
+    // A closed group hides its params.
+    click(&mut harness, "Camera");
+    harness.run_steps(30);
+    assert!(harness.query_by_label("exposure").is_none() && harness.query_by_label("fog").is_some());
+}
+
+#[test]
 fn what_goes_wrong_opens_by_itself_and_its_place_is_copied() {
     let mut harness = Window::new(&[]).harness(1280.0, 720.0);
     let place = "graphs/a.toml:7:12";

@@ -51,6 +51,18 @@ pub enum SetError {
         /// Smallest and largest value.
         range: [f64; 2],
     },
+    /// The text is neither a choice of the param nor the number of one.
+    #[error("`{name}` has no choice `{text}`{}", advice(.closest.as_deref(), .known))]
+    NotAChoice {
+        /// Name.
+        name: String,
+        /// The text.
+        text: String,
+        /// The choice that may be meant.
+        closest: Option<String>,
+        /// Every choice.
+        known: Vec<String>,
+    },
     /// The text is no value of the type.
     #[error("`{text}` is no {expected}, which `{name}` needs")]
     NotAValue {
@@ -167,13 +179,22 @@ pub fn checked(param: &Param, value: Value) -> Result<Value, SetError> {
     Ok(value)
 }
 
-/// Reads the value of a param from text: `0.5`, `true`, `1,2,3` or `[1, 2, 3]`.
+/// Reads the value of a param from text: `0.5`, `true`, `1,2,3`, `[1, 2, 3]`, or the name of a choice.
 pub fn parse(graph: &Graph, name: &str, text: &str) -> Result<Value, SetError> {
     let (_, param) = find(graph, name)?;
-    let value = parse_like(text, &param.default).ok_or_else(|| SetError::NotAValue {
-        name: name.to_owned(),
-        text: text.to_owned(),
-        expected: type_name(&param.default),
+    let choice = param.choices.iter().position(|choice| choice == text.trim());
+    let value = match choice {
+        Some(index) => from_components(&[index as f64], &param.default),
+        None => parse_like(text, &param.default),
+    };
+    let value = value.ok_or_else(|| match param.choices.as_slice() {
+        [] => SetError::NotAValue { name: name.to_owned(), text: text.to_owned(), expected: type_name(&param.default) },
+        choices => SetError::NotAChoice {
+            name: name.to_owned(),
+            text: text.to_owned(),
+            closest: closest(text, choices.iter().map(String::as_str)).map(str::to_owned),
+            known: choices.to_vec(),
+        },
     })?;
     checked(param, value)
 }
@@ -312,12 +333,8 @@ mod tests {
 
     fn graph(params: &[(&str, Value, Option<[f64; 2]>)]) -> Graph {
         let params = params.iter().map(|(name, default, range)| Param {
-            name: (*name).to_owned(),
-            default: *default,
             range: *range,
-            step: None,
-            label: (*name).to_owned(),
-            place: Span::new("graphs/a.toml", 0..0),
+            ..Param::new(*name, *default, Span::new("graphs/a.toml", 0..0))
         });
         Graph {
             name: "a".into(),
@@ -368,6 +385,18 @@ mod tests {
         assert_eq!(said("exposure", Value::F32(9.0)), "`exposure` is 9; it must be in 0…8");
         params.set(&graph, "exposure", Value::I32(2)).unwrap();
         assert_eq!(params.get(ParamId(0)), Value::F32(2.0));
+    }
+
+    #[test]
+    fn choices_are_set_by_name_and_by_number() {
+        let mut graph = graph(&[("tone", Value::U32(0), Some([0.0, 1.0]))]);
+        graph.params[0].choices = vec!["Reinhard".to_owned(), "AgX".to_owned()];
+        assert_eq!(parse(&graph, "tone", " AgX "), Ok(Value::U32(1)));
+        assert_eq!(parse(&graph, "tone", "1"), Ok(Value::U32(1)));
+        let said = |text| parse(&graph, "tone", text).unwrap_err().to_string();
+        assert_eq!(said("Agx"), "`tone` has no choice `Agx`; did you mean `AgX`?");
+        assert_eq!(said("-"), "`tone` has no choice `-`; there are `Reinhard`, `AgX`");
+        assert_eq!(said("2"), "`tone` is 2; it must be in 0…1");
     }
 
     #[test]

@@ -211,6 +211,10 @@ fn describe(param: &Param, session: &Session) -> Value {
         "default": shown(&param.default),
         "range": param.range,
         "step": param.step,
+        "tooltip": param.tooltip,
+        "unit": param.unit,
+        "group": param.group,
+        "choices": param.choices,
     })
 }
 

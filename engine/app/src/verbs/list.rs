@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use raxel_graph::checked::{Graph, Value};
+use raxel_graph::checked::{Graph, Param, Value};
 use raxel_runtime::params::{components, type_name};
 use raxel_runtime::world::SessionWorld;
 use serde_json::json;
@@ -61,10 +61,7 @@ fn resources(graph: &Graph) -> impl Iterator<Item = (&str, &'static str, String)
 
 fn human(graph: &Graph, world: Option<&SessionWorld>) -> String {
     let mut text = String::new();
-    let params = graph.params.iter().map(|param| {
-        let range = param.range.map_or_else(String::new, |[low, high]| format!("{low}…{high}"));
-        [param.name.clone(), type_name(&param.default).to_owned(), literal(&param.default), range, param.label.clone()]
-    });
+    let params = graph.params.iter().map(row);
     section(&mut text, "params (--set NAME=VALUE)", params.collect());
     let listed = resources(graph).map(|(name, kind, about)| [name.to_owned(), kind.to_owned(), about]);
     section(&mut text, "targets and buffers (--target NAME)", listed.collect());
@@ -73,6 +70,24 @@ fn human(graph: &Graph, world: Option<&SessionWorld>) -> String {
     let cameras = world.into_iter().flat_map(SessionWorld::camera_names).map(|name| [name.to_owned()]);
     section(&mut text, "cameras (--camera NAME)", cameras.collect());
     text
+}
+
+/// Name, type, default, what it can be, its group and label, and what it does.
+fn row(param: &Param) -> [String; 6] {
+    let default = literal(&param.default);
+    let chosen = default.parse().ok().and_then(|index: usize| param.choices.get(index)).cloned();
+    let unit = param.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+    let range = match (param.choices.as_slice(), param.range) {
+        ([], Some([low, high])) => format!("{low}…{high}{unit}"),
+        ([], None) => unit.trim_start().to_owned(),
+        (choices, _) => choices.join(" | "),
+    };
+    let label = match &param.group {
+        Some(group) => format!("{group}: {}", param.label),
+        None => param.label.clone(),
+    };
+    let about = param.tooltip.clone().unwrap_or_default();
+    [param.name.clone(), type_name(&param.default).to_owned(), chosen.unwrap_or(default), range, label, about]
 }
 
 /// Rows under a title, their columns aligned; nothing when there are none.
@@ -106,6 +121,10 @@ fn machine(path: &str, graph: &Graph, world: Option<&SessionWorld>) -> serde_jso
             "range": param.range,
             "step": param.step,
             "label": param.label,
+            "tooltip": param.tooltip,
+            "unit": param.unit,
+            "group": param.group,
+            "choices": param.choices,
         })
     });
     let resources = resources(graph).map(|(name, kind, about)| json!({ "name": name, "kind": kind, "about": about }));

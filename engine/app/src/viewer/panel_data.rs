@@ -289,6 +289,11 @@ pub(crate) fn params(session: &Session) -> Vec<Param> {
         default: components(&param.default),
         range: param.range,
         step: param.step,
+        tooltip: param.tooltip.clone(),
+        unit: param.unit.clone(),
+        group: param.group.clone(),
+        choices: param.choices.clone(),
+        color: param.color,
         driven: drives && tracks(&param.name),
         place: place(&param.place, session.texts()),
     };

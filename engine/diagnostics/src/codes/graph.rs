@@ -103,6 +103,10 @@ declare! {
     TOO_MANY = "RX0155";
     /// A file that cannot be what a target or buffer is to be.
     FILE_SOURCE = "RX0156";
+    /// Names of a param's values that do not fit it.
+    PARAM_CHOICES = "RX0157";
+    /// A param that cannot be a colour.
+    PARAM_COLOR = "RX0158";
     /// Something is read that nothing writes.
     NEVER_WRITTEN = "RX0160";
     /// Something is declared that nothing uses.

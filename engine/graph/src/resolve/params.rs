@@ -6,7 +6,7 @@ use raxel_shader::interface::Scalar;
 
 use super::{Declared, missing};
 use crate::checked::{self, Value};
-use crate::model::{Data, Literal, Param};
+use crate::model::{At, Data, Literal, Param};
 use crate::value::{ValueType, describe, typed};
 
 pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Param> {
@@ -25,16 +25,31 @@ pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Pa
         _ => None,
     };
     range(param, ty, default, found);
+    choices(param, ty, default, found);
+    color(param, ty, found);
     let detail = param.ty.as_ref().map_or(&name.span, |ty| &ty.span).clone();
     let item = checked::Param {
         name: name.value.clone(),
         default: default.unwrap_or(Value::Bool(false)),
-        range: param.range.as_ref().map(|range| range.value),
+        range: match (&param.choices, &param.range) {
+            (Some(choices), _) => Some([0.0, choices.value.len() as f64 - 1.0]),
+            (None, range) => range.as_ref().map(|range| range.value),
+        },
         step: param.step.as_ref().map(|step| step.value),
-        label: param.label.as_ref().map_or_else(|| name.value.clone(), |label| label.value.clone()),
+        label: said(&param.label).unwrap_or_else(|| name.value.clone()),
+        tooltip: said(&param.tooltip),
+        unit: said(&param.unit),
+        group: said(&param.group),
+        choices: param.choices.iter().flat_map(|names| &names.value).map(|name| name.value.clone()).collect(),
+        color: param.color.as_ref().map_or_else(|| is_called_color(param, ty), |color| color.value),
         place: name.span.clone(),
     };
     Declared { item, sound: default.is_some() && !param.flawed && found.len() == before, detail }
+}
+
+/// The text of a key, unless it is empty.
+fn said(text: &Option<At<String>>) -> Option<String> {
+    text.as_ref().map(|text| text.value.clone()).filter(|text| !text.trim().is_empty())
 }
 
 /// The type of that word; a param can be all but a matrix.
@@ -97,6 +112,71 @@ fn range(param: &Param, ty: Option<ValueType>, default: Option<Value>, found: &m
                 .push(error(message).label(literal.span.clone(), "the default").label(range.span.clone(), "the range"));
         }
     }
+}
+
+fn choices(param: &Param, ty: Option<ValueType>, default: Option<Value>, found: &mut Vec<Diagnostic>) {
+    let Some(choices) = &param.choices else { return };
+    let name = &param.name.value;
+    let error = |message: String| Diagnostic::error(codes::graph::PARAM_CHOICES, message);
+    if let Some(ty) = ty
+        && !(ty.shape == (1, 1) && matches!(ty.scalar, Scalar::I32 | Scalar::U32))
+    {
+        let mut diagnostic = error(format!("param `{name}` is a `{}`, which has no choices", ty.word()))
+            .label(choices.span.clone(), "the choices");
+        if let Some(ty) = &param.ty {
+            diagnostic = diagnostic.label(ty.span.clone(), "the type");
+        }
+        found.push(diagnostic.help("the names stand for the values 0, 1, 2, … of an `i32` or `u32`"));
+        return;
+    }
+    if let Some(range) = &param.range {
+        let message = format!("`choices` and `range` of param `{name}` exclude each other: the choices are the range");
+        found.push(
+            Diagnostic::error(codes::files::CONFLICTING_KEYS, message)
+                .label(choices.span.clone(), "this one")
+                .label(range.span.clone(), "and this one"),
+        );
+    }
+    for (index, choice) in choices.value.iter().enumerate() {
+        if let Some(first) = choices.value[..index].iter().find(|first| first.value == choice.value) {
+            let message = format!("two choices of param `{name}` are called `{}`", choice.value);
+            found.push(error(message).label(choice.span.clone(), "again").label(first.span.clone(), "first here"));
+        }
+    }
+    if let (Some(_), Some(literal)) = (default, &param.default) {
+        let last = choices.value.len() - 1;
+        if let Some(outside) = numbers(literal).into_iter().find(|number| !(0.0..=last as f64).contains(number)) {
+            let message = format!("the default of param `{name}` is {outside}; its choices are 0…{last}");
+            found.push(
+                error(message).label(literal.span.clone(), "the default").label(choices.span.clone(), "the choices"),
+            );
+        }
+    }
+}
+
+fn color(param: &Param, ty: Option<ValueType>, found: &mut Vec<Diagnostic>) {
+    let (Some(color), Some(ty)) = (param.color.as_ref().filter(|color| color.value), ty) else { return };
+    if !can_be_color(ty) {
+        let message = format!("param `{}` is a `{}`, which is no colour", param.name.value, ty.word());
+        let mut diagnostic =
+            Diagnostic::error(codes::graph::PARAM_COLOR, message).label(color.span.clone(), "said here");
+        if let Some(ty) = &param.ty {
+            diagnostic = diagnostic.label(ty.span.clone(), "the type");
+        }
+        found.push(diagnostic.help("colours are `vec3` or, with opacity, `vec4`"));
+    }
+}
+
+fn can_be_color(ty: ValueType) -> bool {
+    ty.scalar == Scalar::F32 && matches!(ty.shape, (3 | 4, 1))
+}
+
+/// Where a file does not say, the name or the label does.
+fn is_called_color(param: &Param, ty: Option<ValueType>) -> bool {
+    let label = param.label.as_ref().map_or("", |label| &label.value);
+    let text = format!("{} {label}", param.name.value).to_lowercase();
+    let called = ["color", "colour", "tint", "albedo"].iter().any(|word| text.contains(word));
+    called && ty.is_some_and(can_be_color)
 }
 
 fn numbers(literal: &Literal) -> Vec<f64> {

@@ -14,6 +14,7 @@ fn every_construct_arrives_in_the_checked_graph() {
     assert_eq!(graph.resource(graph.present).name, "color");
     assert_eq!(graph.params[1].default, Value::Vec3([1.0; 3]));
     assert_eq!(graph.params[0].range, Some([0.0, 8.0]));
+    assert!(graph.params[1].color, "it is called a tint");
 
     let target = |name: &str| match &graph.resource(graph.find_resource(name).unwrap()).kind {
         ResourceKind::Target(target) => target.clone(),
@@ -130,4 +131,25 @@ fn a_queue_becomes_two_passes() {
     assert!(text.contains("primary  threads from counters + 8"), "{text}");
     let counted = plan.passes.iter().filter(|live| !plan.graph.pass(live.pass).made).count();
     assert!(text.contains(&format!("{counted} of 4 passes")), "{text}");
+}
+
+#[test]
+fn a_param_says_how_it_is_shown() {
+    let project = Project::new().edit(
+        "graphs/base.toml",
+        "[params.probes]",
+        "[params.tone]\ntype = \"u32\"\ndefault = 1\nchoices = [\"Reinhard\", \"AgX\"]\ngroup = \"Picture\"\n\
+         tooltip = \"The curve of the film.\"\nunit = \"\"\n[params.tint2]\ntype = \"vec3\"\ndefault = [1, 1, 1]\n\
+         color = false\n[params.probes]",
+    );
+    let (compiled, _) = project.compile("graphs/base.toml");
+    let (graph, _) = compiled.unwrap_or_else(|_| panic!("{}", project.talk("graphs/base.toml")));
+    let param = |name: &str| graph.params[graph.find_param(name).unwrap().0 as usize].clone();
+    let tone = param("tone");
+    assert_eq!(tone.choices, ["Reinhard", "AgX"]);
+    assert_eq!(tone.range, Some([0.0, 1.0]), "the choices are the range");
+    assert_eq!(tone.group.as_deref(), Some("Picture"));
+    assert_eq!(tone.tooltip.as_deref(), Some("The curve of the film."));
+    assert_eq!((tone.unit, tone.label.as_str()), (None, "tone"));
+    assert!(!param("tint2").color, "what the file says wins over the name");
 }

@@ -169,14 +169,8 @@ keys = [[1.0, true], [2.0, false]]
 "#;
 
     fn graph() -> Graph {
-        let param = |name: &str, default, range| Param {
-            name: name.to_owned(),
-            default,
-            range,
-            step: None,
-            label: name.to_owned(),
-            place: Span::new("graphs/primary.toml", 3..9),
-        };
+        let place = || Span::new("graphs/primary.toml", 3..9);
+        let param = |name: &str, default, range| Param { range, ..Param::new(name, default, place()) };
         Graph {
             name: "primary".into(),
             about: String::new(),
