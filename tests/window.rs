@@ -22,6 +22,19 @@ fn press(display: &Display, key: &str, what: &str, mut holds: impl FnMut() -> bo
     });
 }
 
+/// Presses a mouse button in the middle of a window of 320 × 180, and again when nothing came of it.
+#[track_caller]
+fn press_button(display: &Display, button: &str, what: &str, mut holds: impl FnMut() -> bool) {
+    let mut pressed: Option<Instant> = None;
+    eventually(what, || {
+        if pressed.is_none_or(|at| at.elapsed() > Duration::from_secs(5)) {
+            display.xdotool(&["mousemove", "160", "90", "click", button]);
+            pressed = Some(Instant::now());
+        }
+        holds()
+    });
+}
+
 /// The picture that `render` writes.
 fn rendered(project: &Project, target: &str) -> Vec<[u8; 3]> {
     project
@@ -86,6 +99,10 @@ fn a_window_shows_pictures_edits_and_debug_targets() {
     press(&display, "Tab", "the next target", || screen() == steps);
     press(&display, "shift+Tab", "the target before", || screen() == normal);
 
+    // The brush digs a ball out of the middle, and undo puts it back.
+    press_button(&display, "3", "a ball is dug out", || screen() != normal);
+    press(&display, "ctrl+z", "the ball is back", || screen() == normal);
+
     // An edit shows; a mistake does not, and is said.
     project.edit("graphs/inspect.toml", "present = \"normal\"", "present = \"depth\"");
     eventually("the reload is told", || log(&log_path).contains("reloaded graphs/inspect.toml"));
@@ -122,6 +139,42 @@ fn frames_of_a_demo_are_counted() {
     let arguments = ["run", "worlds/valley.demo.toml", "--size", "160x90", "--frames", "5", "--validate", "-v"];
     let mut command = command(common::repository(), &arguments);
     Run::from(output(command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY"))).exits(0);
+}
+
+#[test]
+fn the_camera_is_recorded_into_the_demo() {
+    let display = Display::start();
+    let project = Project::shipped();
+    let before = fs::read_to_string(project.path("worlds/sponge.demo.toml")).unwrap();
+    let log_path = project.path("log");
+    let mut child = Running::start(
+        command(project.root(), &["run", "worlds/sponge.demo.toml", "--size", "320x180", "--validate", "--no-panels"])
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(fs::File::create(&log_path).unwrap()),
+    );
+    let mut window = String::new();
+    eventually("the window", || {
+        display.xdotool(&["search", "--name", "raxel"]).trim().clone_into(&mut window);
+        !window.is_empty()
+    });
+    let title = || display.xdotool(&["getwindowname", &window]);
+    eventually("the title", || title().starts_with("inspect · "));
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    press(&display, "space", "a pause", || title().contains("· paused"));
+    let read = || fs::read_to_string(project.path("worlds/sponge.demo.toml")).unwrap();
+    press(&display, "k", "the key is in the file", || read() != before);
+    let recorded = read();
+    // Every line of the file is still there, in order, but the camera of a key that happened to be at this time.
+    let mut lines = recorded.lines();
+    let stays = |line: &&str| !line.is_empty() && !line.starts_with("position") && !line.starts_with("look_at");
+    assert!(before.lines().filter(stays).all(|line| lines.any(|new| new == line)), "{recorded}");
+    let key = recorded.split("[[camera]]\n").find(|key| !before.contains(key.trim_end())).unwrap();
+    assert!(["time = ", "position = [", "yaw = ", "pitch = ", "fov = "].iter().all(|line| key.contains(line)), "{key}");
+    eventually("the demo is read again", || log(&log_path).contains("gen 1"));
+    assert!(!log(&log_path).contains("error"), "{}", log(&log_path));
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
 }
 
 #[test]

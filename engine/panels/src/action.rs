@@ -1,6 +1,6 @@
 //! What the user asks for.
 
-use crate::view::{Map, Shown};
+use crate::view::{Brush, Lane, Map, Shown};
 
 /// One thing that a panel asks the window to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +45,24 @@ pub enum Action {
     Loop(bool),
     /// Let the demo drive again.
     HandBack,
+    /// Write another time of a key into the demo's file.
+    MoveKey {
+        /// Its track.
+        lane: Lane,
+        /// Its index in the track.
+        key: usize,
+        /// Seconds.
+        to: f64,
+    },
+    /// Take a key out of the demo's file.
+    DeleteKey {
+        /// Its track.
+        lane: Lane,
+        /// Its index in the track.
+        key: usize,
+    },
+    /// Write the camera into the demo's file, as a key at this time.
+    RecordKey,
     /// Put the camera where a camera of the world is.
     Camera(String),
     /// Put the camera where it began.
@@ -55,4 +73,10 @@ pub enum Action {
     WriteCamera(String),
     /// Voxels that the camera flies in a second.
     Speed(f64),
+    /// What the right mouse button does to voxels from now on.
+    Brush(Brush),
+    /// Take the newest edit back.
+    Undo,
+    /// Make the edit again that was taken back last.
+    Redo,
 }

@@ -24,8 +24,10 @@ pub struct Panels {
     recent: Option<Side>,
     /// What the pointer rests on, since when, and whether it is shown.
     pub(crate) peek: Option<Peek>,
-    /// Text of a field: the name under which a camera is written.
-    pub(crate) camera_name: String,
+    /// Texts of the fields of the panel of the world.
+    fields: world::Fields,
+    /// A key of the timeline on its way to another time.
+    moving: Option<timeline::Moving>,
     /// The failed generation for which the problems were opened by themselves.
     told: Option<u64>,
     /// Whether the colours and the zoom were set.
@@ -205,11 +207,11 @@ impl Panels {
             }
             Panel::Params => params::show(ui, view, actions),
             Panel::Inspect => inspect::show(ui, view, actions),
-            Panel::World => world::show(ui, &view.world, &mut self.camera_name, actions),
+            Panel::World => world::show(ui, &view.world, &mut self.fields, actions),
             Panel::Frame => frame::show(ui, &view.frame, actions),
             Panel::Timeline => {
                 if let Some(timeline) = &view.timeline {
-                    timeline::show(ui, timeline, view.status.paused, actions);
+                    timeline::show(ui, timeline, view.status.paused, &mut self.moving, actions);
                 }
             }
             Panel::Problems => problems::show(ui, view, actions),

@@ -3,6 +3,7 @@
 
 mod action;
 mod bar;
+mod brush;
 mod docks;
 mod frame;
 mod inspect;

@@ -71,11 +71,13 @@ fn group_of(params: &[Param], param: &Param) -> Option<String> {
     if param.group.is_some() {
         return param.group.clone();
     }
-    fn word(param: &Param) -> Option<&str> {
-        param.name.split_once('_').map(|(word, _)| word).filter(|_| param.group.is_none())
-    }
     let own = word(param)?;
     (params.iter().filter(|other| word(other) == Some(own)).count() > 1).then(|| capital(own))
+}
+
+/// The first of the words of the name of a param without a group.
+fn word(param: &Param) -> Option<&str> {
+    param.name.split_once('_').map(|(word, _)| word).filter(|_| param.group.is_none())
 }
 
 fn capital(word: &str) -> String {

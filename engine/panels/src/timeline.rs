@@ -1,18 +1,44 @@
-//! The demo: where it is, its keys, scrubbing.
+//! The demo: where it is, its tracks with their keys, scrubbing and re-timing.
 
-use egui::{Align2, Color32, Sense, Stroke, Ui, pos2, vec2};
+use egui::{Align2, Color32, CursorIcon, Id, Rect, Sense, Stroke, Ui, WidgetInfo, WidgetType, pos2, vec2};
 
 use crate::action::Action;
 use crate::docks::caption;
-use crate::view::Timeline;
+use crate::view::{Lane, Timeline, Track};
 
-/// Points of a track's row, and of the column with the names.
-const ROW: f32 = 16.0;
-const NAMES: f32 = 110.0;
+/// Points of a track's row, of the ruler above the rows, and of the column with the names.
+const ROW: f32 = 18.0;
+const RULER: f32 = 16.0;
+const NAMES: f32 = 120.0;
+
+/// Half the size of a key, in points.
+const KEY: f32 = 4.5;
+
+/// Keys of a track keep this distance, in seconds. It is also what times are rounded to.
+const STEP: f64 = 0.01;
+
+/// A key on its way to another time.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Moving {
+    lane: Lane,
+    key: usize,
+    to: f64,
+    /// It was let go, and the file does not have it yet: the times of its track as they were, and when it was let go.
+    dropped: Option<(Vec<f64>, f64)>,
+}
+
+/// A dropped key returns to its old time when the file has not changed for so many seconds.
+const PATIENCE: f64 = 2.0;
 
 /// Draws the panel.
-pub(crate) fn show(ui: &mut Ui, timeline: &Timeline, paused: bool, actions: &mut Vec<Action>) {
-    ui.horizontal(|ui| {
+pub(crate) fn show(
+    ui: &mut Ui,
+    timeline: &Timeline,
+    paused: bool,
+    moving: &mut Option<Moving>,
+    actions: &mut Vec<Action>,
+) {
+    ui.horizontal_wrapped(|ui| {
         if ui.button(if paused { "Play demo" } else { "Pause demo" }).clicked() {
             actions.push(Action::Pause);
         }
@@ -31,39 +57,158 @@ pub(crate) fn show(ui: &mut Ui, timeline: &Timeline, paused: bool, actions: &mut
             actions.push(Action::Seek(time));
         }
         ui.weak(format!("of {:.2}, {}", timeline.duration, timeline.name));
+        let hint =
+            "Writes the camera into the demo's file at this time; the K key. A key that is there already is replaced.";
+        if ui.button("Record camera").on_hover_text(hint).clicked() {
+            actions.push(Action::RecordKey);
+        }
         if !timeline.drives {
             ui.label("your hand is on it");
-            if ui.button("Give back").on_hover_text("The demo drives again").clicked() {
+            if ui.button("Give back").on_hover_text("The demo drives again; the G key").clicked() {
                 actions.push(Action::HandBack);
             }
         }
     });
-    strip(ui, timeline, actions);
+    settle(moving, timeline, ui.input(|input| input.time));
+    strip(ui, timeline, moving, actions);
 }
 
-/// A row for each track with its keys; a click or a drag puts the demo there.
-fn strip(ui: &mut Ui, timeline: &Timeline, actions: &mut Vec<Action>) {
-    let rows = timeline.tracks.len().max(1) as f32;
-    let size = vec2(ui.available_width().max(NAMES + 80.0), rows * ROW + 4.0);
+/// Forgets a dropped key when the file has it, or did not get it.
+fn settle(moving: &mut Option<Moving>, timeline: &Timeline, now: f64) {
+    let Some(Moving { lane, dropped: Some((before, at)), .. }) = moving else { return };
+    let track = timeline.tracks.iter().find(|track| track.lane == *lane);
+    if track.is_none_or(|track| track.keys != *before) || now - *at > PATIENCE {
+        *moving = None;
+    }
+}
+
+/// From seconds to points and back.
+#[derive(Clone, Copy)]
+struct Scale {
+    left: f32,
+    right: f32,
+    duration: f64,
+}
+
+impl Scale {
+    fn x(self, seconds: f64) -> f32 {
+        self.left + (seconds / self.duration).clamp(0.0, 1.0) as f32 * (self.right - self.left)
+    }
+
+    fn seconds(self, x: f32) -> f64 {
+        f64::from((x - self.left) / (self.right - self.left).max(1.0)).clamp(0.0, 1.0) * self.duration
+    }
+}
+
+/// The ruler, and a row for each track with its keys. A click or a drag beside the keys puts the demo there.
+fn strip(ui: &mut Ui, timeline: &Timeline, moving: &mut Option<Moving>, actions: &mut Vec<Action>) {
+    let rows = timeline.tracks.len() as f32;
+    let size = vec2(ui.available_width().max(NAMES + 80.0), RULER + rows * ROW + 4.0);
     let (response, painter) = ui.allocate_painter(size, Sense::click_and_drag());
     let area = response.rect;
-    let (left, right) = (area.left() + NAMES, area.right() - 8.0);
     let duration = timeline.duration.max(1e-6);
-    let x = |seconds: f64| left + (seconds / duration).clamp(0.0, 1.0) as f32 * (right - left);
+    let scale = Scale { left: area.left() + NAMES, right: area.right() - 10.0, duration };
     painter.rect_filled(area, 2.0, Color32::from_black_alpha(120));
-    for (row, (name, keys)) in timeline.tracks.iter().enumerate() {
-        let y = area.top() + 2.0 + (row as f32 + 0.5) * ROW;
-        caption(ui, pos2(area.left() + 4.0, y), Align2::LEFT_CENTER, name);
-        painter.hline(left..=right, y, Stroke::new(1.0, Color32::from_gray(60)));
-        for key in keys {
-            painter.circle_filled(pos2(x(*key), y), 3.5, Color32::from_rgb(235, 200, 90));
+    ruler(ui, area, scale);
+    for (row, track) in timeline.tracks.iter().enumerate() {
+        let y = area.top() + RULER + (row as f32 + 0.5) * ROW;
+        caption(ui, pos2(area.left() + 4.0, y), Align2::LEFT_CENTER, &track.name);
+        painter.hline(scale.left..=scale.right, y, Stroke::new(1.0, Color32::from_gray(60)));
+        for key in 0..track.keys.len() {
+            handle(ui, (scale, y), (timeline, track, key), moving, actions);
         }
     }
-    painter.vline(x(timeline.time), area.y_range(), Stroke::new(1.5, Color32::WHITE));
+    let playhead = if timeline.drives { Color32::WHITE } else { Color32::from_gray(140) };
+    painter.vline(scale.x(timeline.time), area.y_range(), Stroke::new(1.5, playhead));
     if (response.dragged() || response.clicked())
         && let Some(pointer) = response.interact_pointer_pos()
     {
-        let share = f64::from((pointer.x - left) / (right - left).max(1.0)).clamp(0.0, 1.0);
-        actions.push(Action::Seek(share * timeline.duration));
+        actions.push(Action::Seek(scale.seconds(pointer.x)));
+    }
+}
+
+/// Marks at round seconds, not closer than their numbers need.
+fn ruler(ui: &Ui, area: Rect, scale: Scale) {
+    let fits = f64::from((scale.right - scale.left) / 46.0).max(1.0);
+    let steps = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 600.0, 3600.0];
+    let step = steps.into_iter().find(|step| scale.duration / step <= fits).unwrap_or(scale.duration);
+    let marks = (scale.duration / step + 1e-9).floor() as u32;
+    for mark in 0..=marks {
+        let seconds = f64::from(mark) * step;
+        let x = scale.x(seconds);
+        ui.painter().vline(x, area.top()..=area.top() + 4.0, Stroke::new(1.0, Color32::from_gray(120)));
+        let decimals = usize::from(step < 1.0);
+        caption(ui, pos2(x, area.top() + 3.0), Align2::CENTER_TOP, &format!("{seconds:.decimals$}"));
+    }
+}
+
+/// A key: dragging it moves it in time, a click goes to its time, the right button offers more.
+fn handle(
+    ui: &Ui,
+    (scale, y): (Scale, f32),
+    (timeline, track, key): (&Timeline, &Track, usize),
+    moving: &mut Option<Moving>,
+    actions: &mut Vec<Action>,
+) {
+    let time = track.keys[key];
+    let own = moving.as_ref().filter(|moving| moving.lane == track.lane && moving.key == key);
+    let at = own.map_or(time, |own| own.to);
+    let rect = Rect::from_center_size(pos2(scale.x(at), y), vec2(2.5 * KEY, ROW - 2.0));
+    let response = ui.interact(rect, Id::new(("key", &track.name, key)), Sense::click_and_drag());
+    let name = format!("{} key {} at {time:.2} s", track.name, key + 1);
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, &name));
+    let held = response.hovered() || response.dragged();
+    let color = if held { Color32::WHITE } else { Color32::from_rgb(235, 200, 90) };
+    let (x, r) = (rect.center().x, KEY);
+    let diamond = vec![pos2(x, y - r), pos2(x + r, y), pos2(x, y + r), pos2(x - r, y)];
+    ui.painter().add(egui::Shape::convex_polygon(diamond, color, Stroke::NONE));
+    if response.dragged()
+        && let Some(pointer) = response.interact_pointer_pos()
+    {
+        let to = between(track, key, scale.seconds(pointer.x), timeline.duration);
+        caption(ui, pos2(x, y - r - 1.0), Align2::CENTER_BOTTOM, &format!("{to:.2} s"));
+        *moving = Some(Moving { lane: track.lane.clone(), key, to, dropped: None });
+    } else if response.drag_stopped() {
+        if let Some(moved) = moving.as_mut().filter(|moved| (moved.to - time).abs() > STEP / 2.0) {
+            moved.dropped = Some((track.keys.clone(), ui.input(|input| input.time)));
+            actions.push(Action::MoveKey { lane: track.lane.clone(), key, to: moved.to });
+        } else {
+            *moving = None;
+        }
+    } else if response.clicked() {
+        actions.push(Action::Seek(time));
+    }
+    let response = response.on_hover_cursor(CursorIcon::ResizeHorizontal);
+    response
+        .on_hover_text(format!("{name}\nDrag it to another time; the file is written when you let go"))
+        .context_menu(|ui| {
+            if ui.button("Delete key").clicked() {
+                actions.push(Action::DeleteKey { lane: track.lane.clone(), key });
+                ui.close();
+            }
+        });
+}
+
+/// The time that a key may have: in the demo, and between its neighbours.
+fn between(track: &Track, key: usize, wanted: f64, duration: f64) -> f64 {
+    let round = |seconds: f64| (seconds / STEP).round() * STEP;
+    let low = key.checked_sub(1).map_or(0.0, |before| track.keys[before] + STEP);
+    let high = track.keys.get(key + 1).map_or(duration, |after| after - STEP);
+    if low > high { track.keys[key] } else { round(wanted).clamp(low, high) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_stay_in_order_and_in_the_demo() {
+        let track = Track { lane: Lane::Camera, name: "camera".to_owned(), keys: vec![0.0, 2.0, 2.005, 5.0] };
+        let moved = |key, wanted| (between(&track, key, wanted, 6.0) * 1000.0).round() / 1000.0;
+        assert_eq!([moved(0, -1.0), moved(0, 1.2345), moved(0, 9.0)], [0.0, 1.23, 1.99]);
+        assert_eq!([moved(3, 0.0), moved(3, 9.0)], [2.015, 6.0]);
+        // Between two that are closer than a step there is no room: it stays.
+        let close = Track { keys: vec![1.0, 1.005, 1.01], ..track.clone() };
+        assert_eq!(between(&close, 1, 1.1, 6.0).to_bits(), 1.005_f64.to_bits());
     }
 }

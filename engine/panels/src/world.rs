@@ -1,12 +1,22 @@
-//! The world and the camera.
+//! The world, the camera and the brush.
 
 use egui::{DragValue, Grid, Ui};
 
 use crate::action::Action;
+use crate::brush;
 use crate::view::World;
 
-/// Draws the panel. `name` is the text of the field for a new camera's name.
-pub(crate) fn show(ui: &mut Ui, world: &World, name: &mut String, actions: &mut Vec<Action>) {
+/// Texts of fields.
+#[derive(Debug, Default)]
+pub(crate) struct Fields {
+    /// The name under which a camera is written.
+    camera: String,
+    /// What the palette is searched by.
+    search: String,
+}
+
+/// Draws the panel.
+pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions: &mut Vec<Action>) {
     Grid::new("world").num_columns(2).show(ui, |ui| {
         ui.weak("world");
         ui.label(world.path.as_deref().unwrap_or("none"));
@@ -56,6 +66,7 @@ pub(crate) fn show(ui: &mut Ui, world: &World, name: &mut String, actions: &mut 
     if world.path.is_some() {
         ui.horizontal(|ui| {
             let label = ui.label("name");
+            let name = &mut fields.camera;
             ui.add(egui::TextEdit::singleline(name).desired_width(100.0).hint_text("camera")).labelled_by(label.id);
             let good = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
             let hint = "Writes [cameras.NAME] into the world's file; one of that name is replaced";
@@ -64,4 +75,6 @@ pub(crate) fn show(ui: &mut Ui, world: &World, name: &mut String, actions: &mut 
             }
         });
     }
+    ui.separator();
+    brush::show(ui, &world.editing, &mut fields.search, actions);
 }

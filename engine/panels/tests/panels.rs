@@ -4,7 +4,8 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use raxel_panels::view::{
-    Frame, Inspected, Kind, Map, Param, Pass, PassState, Problem, Resource, Shown, Status, Table, Timeline, Use, World,
+    Brush, Editing, Effect, Frame, Inspected, Kind, Lane, Map, Param, Pass, PassState, Problem, Resource, Shape, Shown,
+    Status, Swatch, Table, Timeline, Track, Use, World,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View};
 
@@ -18,6 +19,10 @@ struct Window {
     inspected: Option<Inspected>,
     status: Status,
     timeline: Option<Timeline>,
+    brush: Brush,
+    steps: [usize; 2],
+    refused: Option<String>,
+    swatches: Vec<Swatch>,
     actions: Vec<Action>,
 }
 
@@ -52,6 +57,12 @@ impl Window {
             inspected: None,
             status: Status { graph: "test".to_owned(), shown, is_default: true, ..Status::default() },
             timeline: None,
+            brush: Brush::default(),
+            steps: [0, 0],
+            refused: None,
+            swatches: (1..=40)
+                .map(|n| Swatch { material: n, name: format!("stone {n}"), color: [200, 90, 40] })
+                .collect(),
             actions: Vec::new(),
         }
     }
@@ -80,6 +91,13 @@ impl Window {
             world: World {
                 path: Some("worlds/a.toml".to_owned()),
                 cameras: vec!["roof".to_owned()],
+                editing: Editing {
+                    brush: self.brush,
+                    materials: &self.swatches,
+                    steps: self.steps,
+                    refused: self.refused.clone(),
+                    under: Some("stone 3 at 1, 2, 3, 4.0 voxels away".to_owned()),
+                },
                 ..World::default()
             },
             timeline: self.timeline.clone(),
@@ -259,13 +277,73 @@ fn a_demo_is_paused_looped_and_given_back() {
     window.timeline = Some(Timeline {
         duration: 10.0,
         time: 2.5,
-        tracks: vec![("camera".to_owned(), vec![0.0, 5.0])],
+        tracks: vec![Track { lane: Lane::Camera, name: "camera".to_owned(), keys: vec![0.0, 5.0] }],
         ..Timeline::default()
     });
     let mut harness = window.harness(1280.0, 720.0);
+    assert_eq!(click(&mut harness, "Record camera"), [Action::RecordKey]);
+    assert_eq!(click(&mut harness, "camera key 2 at 5.00 s"), [Action::Seek(5.0)]);
     assert_eq!(click(&mut harness, "loop"), [Action::Loop(true)]);
     assert_eq!(click(&mut harness, "Pause demo"), [Action::Pause]);
     assert_eq!(click(&mut harness, "Give back"), [Action::HandBack]);
+}
+
+/// Two keys of a param in a demo of ten seconds; gives where the second one is, and the points of a second.
+fn re_timed() -> (Harness<'static, Window>, egui::Pos2, f32) {
+    let mut window = Window::new(&[Panel::Timeline]);
+    let lane = Lane::Param("fog".to_owned());
+    let tracks = vec![Track { lane, name: "fog".to_owned(), keys: vec![2.0, 4.0] }];
+    window.timeline = Some(Timeline { duration: 10.0, drives: true, tracks, ..Timeline::default() });
+    let harness = window.harness(1280.0, 720.0);
+    let [first, second] =
+        ["fog key 1 at 2.00 s", "fog key 2 at 4.00 s"].map(|name| harness.get_by_label(name).rect().center());
+    (harness, second, (second.x - first.x) / 2.0)
+}
+
+fn drag(harness: &mut Harness<'_, Window>, from: egui::Pos2, to: egui::Pos2) {
+    harness.drag_at(from);
+    harness.run_steps(2);
+    harness.hover_at(from + (to - from) * 0.5);
+    harness.run_steps(2);
+    harness.hover_at(to);
+    harness.run_steps(2);
+    harness.drop_at(to);
+    harness.run_steps(2);
+}
+
+#[test]
+fn a_key_is_dragged_to_another_time_and_stays_between_its_neighbours() {
+    let (mut harness, at, second) = re_timed();
+    drag(&mut harness, at, at + egui::vec2(3.0 * second, 0.0));
+    let moved: Vec<_> = harness.state().actions.clone();
+    let [Action::MoveKey { lane: Lane::Param(name), key: 1, to }] = moved.as_slice() else { panic!("{moved:?}") };
+    assert!(name == "fog" && (to - 7.0).abs() < 0.05, "{to}");
+    // Until the file has it, it stays where it was dropped; then it is where the file says.
+    let x = |harness: &Harness<'_, Window>| harness.get_by_label_contains("fog key 2").rect().center().x;
+    assert!((x(&harness) - at.x - 3.0 * second).abs() < 2.0);
+    harness.state_mut().timeline.as_mut().unwrap().tracks[0].keys[1] = 6.0;
+    harness.run_steps(2);
+    assert!((x(&harness) - at.x - 2.0 * second).abs() < 2.0);
+
+    // Not beyond the key before it.
+    let (mut harness, at, second) = re_timed();
+    drag(&mut harness, at, at - egui::vec2(3.5 * second, 0.0));
+    let Some(Action::MoveKey { to, .. }) = harness.state().actions.last() else { panic!() };
+    assert!((to - 2.01).abs() < 1e-9, "{to}");
+}
+
+#[test]
+fn a_drag_beside_the_keys_scrubs() {
+    let (mut harness, at, second) = re_timed();
+    let from = at + egui::vec2(2.0 * second, 0.0);
+    drag(&mut harness, from, from + egui::vec2(second, 0.0));
+    let seeks: Vec<f64> = harness
+        .state()
+        .actions
+        .iter()
+        .map(|action| if let Action::Seek(to) = action { *to } else { panic!("{action:?}") })
+        .collect();
+    assert!(seeks.is_sorted() && (seeks.last().unwrap() - 7.0).abs() < 0.05, "{seeks:?}");
 }
 
 #[test]
@@ -276,6 +354,33 @@ fn the_camera_goes_home_and_to_the_places_of_the_world() {
     assert_eq!(click(&mut harness, "Copy camera as TOML"), [Action::CopyCamera]);
     // Without a name there is nothing to write under.
     assert_eq!(click(&mut harness, "Write to world"), []);
+}
+
+#[test]
+fn the_brush_has_shape_effect_size_and_material() {
+    let mut harness = Window::new(&[Panel::World]).harness(1280.0, 720.0);
+    let brush = Brush::default();
+    assert_eq!(click(&mut harness, "Undo"), [], "there is nothing to undo");
+    assert_eq!(click(&mut harness, "paint"), [Action::Brush(Brush { effect: Effect::Paint, ..brush })]);
+    assert_eq!(click(&mut harness, "box"), [Action::Brush(Brush { shape: Shape::Box, ..brush })]);
+    assert!(harness.query_by_label("height").is_none() && harness.query_by_label("stone 1").is_none());
+    let window = harness.state_mut();
+    window.brush = Brush { effect: Effect::Add, shape: Shape::Cylinder, ..brush };
+    (window.steps, window.refused) = ([3, 1], Some("the edit covers nothing".to_owned()));
+    harness.run_steps(2);
+    let brush = harness.state().brush;
+    assert_eq!(click(&mut harness, "Undo"), [Action::Undo]);
+    assert_eq!(click(&mut harness, "Redo"), [Action::Redo]);
+    assert_eq!(click(&mut harness, "stone 2"), [Action::Brush(Brush { material: Some(2), ..brush })]);
+    assert!(harness.query_by_label("the last edit was not made: the edit covers nothing").is_some());
+    assert!(harness.query_all_by_label("height").next().is_some());
+    // A long palette is searched.
+    assert!(harness.query_by_label("stone 37").is_none(), "it is farther down");
+    let search = harness.query_all_by_role(egui::accesskit::Role::TextInput).last().unwrap();
+    search.focus();
+    search.type_text("NE 37");
+    harness.run_steps(4);
+    assert_eq!(click(&mut harness, "stone 37"), [Action::Brush(Brush { material: Some(37), ..brush })]);
 }
 
 #[test]

@@ -7,13 +7,16 @@ use std::time::{Duration, Instant};
 use raxel_diagnostics::SourceMap;
 use raxel_graph::checked::{BufferSize, ResourceKind};
 use raxel_panels::Action;
+use raxel_panels::view::{Brush, Effect};
+use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::params::from_components;
 use raxel_runtime::{EditFailure, Session};
 use winit::event_loop::ActiveEventLoop;
 
+use super::brush::Stroke;
 use super::controls::Command;
-use super::{Viewer, dig, panel_data, write_back};
+use super::{Viewer, brush, demo_keys, panel_data, write_back};
 use crate::console::{self, To};
 use crate::failure::Result;
 use crate::output::{self, Pending, shown};
@@ -37,11 +40,13 @@ impl Viewer<'_> {
             Command::Reset => self.reset(),
             Command::Undo => self.edited(|session| session.undo().map(drop)),
             Command::Redo => self.edited(|session| session.redo().map(drop)),
-            Command::Larger => self.choose(|ball, _| ball.resize(1)),
-            Command::Smaller => self.choose(|ball, _| ball.resize(-1)),
-            Command::NextMaterial => self.choose(dig::Ball::next_material),
+            Command::Larger => self.choose(|brush, _| brush::resize(brush, true)),
+            Command::Smaller => self.choose(|brush, _| brush::resize(brush, false)),
+            Command::NextMaterial => self.choose(brush::next_material),
             Command::Panels => self.panels.toggle(),
             Command::Home => self.go_to(self.home),
+            Command::RecordKey => self.perform(Action::RecordKey, event_loop),
+            Command::HandBack => self.session.hand_back(),
             Command::CopyCamera => self.perform(Action::CopyCamera, event_loop),
             Command::Cancel => self.cancel(event_loop),
             Command::Screenshot => match self.screenshot() {
@@ -99,6 +104,17 @@ impl Viewer<'_> {
             }
             Action::Loop(looped) => self.looped = Some(looped),
             Action::HandBack => self.session.hand_back(),
+            Action::MoveKey { lane, key, to } => {
+                self.write_demo(format!("key {} is at {to:.2} s now", key + 1), |text, _, _| {
+                    demo_keys::with_time(text, &lane, key, to)
+                });
+            }
+            Action::DeleteKey { lane, key } => {
+                self.write_demo(format!("key {} is deleted", key + 1), |text, _, _| {
+                    demo_keys::without_key(text, &lane, key)
+                });
+            }
+            Action::RecordKey => self.write_demo("the camera is a key now".to_owned(), demo_keys::with_camera_key),
             Action::Camera(name) => match named_camera(self.session.world(), &name) {
                 Ok(camera) => self.go_to(camera),
                 Err(failure) => self.console.failure(&failure),
@@ -112,28 +128,40 @@ impl Viewer<'_> {
             }
             Action::WriteCamera(name) => self.write_camera(&name),
             Action::Speed(voxels) => self.controls.set_speed(voxels),
+            Action::Brush(brush) => self.brush = brush,
+            Action::Undo => self.run_command(Command::Undo, event_loop),
+            Action::Redo => self.run_command(Command::Redo, event_loop),
         }
     }
 
-    /// Digs or places a ball at the cursor.
-    pub(super) fn dig(&mut self, action: dig::Action) {
-        let edit = self.controls.cursor().and_then(|pixel| self.ball.edit(action, &self.session, pixel));
-        if let Some(edit) = edit {
-            self.edited(|session| session.edit(&[edit]).map(drop));
+    /// Does with the voxel under the cursor what the brush does. Painting goes on while the button is held, from voxel to voxel.
+    pub(super) fn stroke(&mut self) {
+        let effect = brush::effect(&self.brush, self.modifiers);
+        let Some(hit) = self.controls.cursor().and_then(|pixel| self.session.pick(pixel, brush::REACH)) else { return };
+        if self.painting == Some(hit.exact.voxel) {
+            return;
+        }
+        self.painting = (effect == Effect::Paint).then_some(hit.exact.voxel);
+        match brush::stroke(&self.brush, effect, &hit) {
+            Stroke::Edit(edit) => self.edited(|session| session.edit(&[edit]).map(drop)),
+            Stroke::Pick(material) => self.choose(|brush, _| brush.material = Some(material)),
         }
     }
 
     /// Edits the world, and says why when that is refused.
     fn edited(&mut self, edit: impl FnOnce(&mut Session) -> std::result::Result<(), EditFailure>) {
-        if let Err(failure) = edit(&mut self.session) {
+        let result = edit(&mut self.session);
+        self.refused = result.as_ref().err().map(ToString::to_string);
+        if let Err(failure) = result {
+            self.notice(failure.to_string());
             self.console.diagnostics(&failure.into_diagnostics(), &SourceMap::default(), To::Stderr);
         }
     }
 
-    /// Chooses another ball, and says which.
-    fn choose(&mut self, change: impl FnOnce(&mut dig::Ball, usize)) {
-        change(&mut self.ball, self.session.scene().materials.len());
-        self.notice(self.ball.text(&self.session));
+    /// Chooses another brush, and says which.
+    fn choose(&mut self, change: impl FnOnce(&mut Brush, usize)) {
+        change(&mut self.brush, self.session.scene().materials.len());
+        self.notice(brush::text(&self.brush, &self.session));
     }
 
     fn reset(&mut self) {
@@ -142,7 +170,7 @@ impl Viewer<'_> {
         self.session.set_camera(self.home);
     }
 
-    fn go_to(&mut self, camera: raxel_runtime::camera::Camera) {
+    fn go_to(&mut self, camera: Camera) {
         self.session.take_over();
         self.session.set_camera(camera);
     }
@@ -188,6 +216,24 @@ impl Viewer<'_> {
         let on_disk = self.session.project().on_disk(&path);
         match write_back::edit(&on_disk, |text| write_back::with_camera(text, name, &camera)) {
             Ok(()) => self.notice(format!("wrote camera `{name}` to {path}")),
+            Err(error) => self.warn(error),
+        }
+    }
+
+    /// Changes the text of the demo's file, given its time in seconds and the camera, and says what was done.
+    fn write_demo(
+        &mut self,
+        done: String,
+        change: impl FnOnce(&str, f64, &Camera) -> std::result::Result<String, String>,
+    ) {
+        let Some(demo) = self.session.demo() else {
+            return self.warn("no demo runs: `raxel run worlds/NAME.demo.toml` opens one to record into".to_owned());
+        };
+        let (file, camera) = (demo.file.clone(), *self.session.camera());
+        let time = demo.local_time(self.session.clock().now().map_or(0.0, |now| now.time));
+        let on_disk = self.session.project().on_disk(&file);
+        match write_back::edit(&on_disk, |text| change(text, time, &camera)) {
+            Ok(()) => self.notice(format!("{done}, in {file}")),
             Err(error) => self.warn(error),
         }
     }

@@ -22,7 +22,7 @@ pub(crate) enum Command {
     Undo,
     /// Make the edit again that was taken back last.
     Redo,
-    /// A larger ball to dig and place with.
+    /// A larger brush.
     Larger,
     /// A smaller one.
     Smaller,
@@ -34,6 +34,10 @@ pub(crate) enum Command {
     Home,
     /// Write the camera to stdout and to the clipboard.
     CopyCamera,
+    /// Write the camera into the demo's file, as a key at this time.
+    RecordKey,
+    /// Let the demo drive again.
+    HandBack,
     /// Give up the pass that the device works on.
     Cancel,
     /// Write the picture to a PNG.
@@ -46,10 +50,11 @@ pub(crate) enum Command {
 pub(crate) const KEYS: &str = "\
 W A S D, Q E    fly, down and up; Shift flies faster
 mouse           drag with the left button to look around; the wheel sets the speed
-right button    dig a ball out of the world; with Shift, place one
-[ ]  M          size and material of the ball;  Ctrl+Z undo, Ctrl+Y redo
+right button    the brush: digs a ball out of the world; with Shift, places one; with Ctrl, picks the material
+[ ]  M          size and material of the brush;  Ctrl+Z undo, Ctrl+Y redo
 Home            back to where the camera began
 C               the camera as the lines of a world's file, on stdout and on the clipboard
+K  G            the camera as a key in the demo's file;  give the camera back to the demo
 Tab             next debug target or layer of one; Shift+Tab the one before
 F1              show or hide the panels; Ctrl+Plus and Ctrl+Minus change their size
 Space           pause;  .  one frame;  R  start over
@@ -131,6 +136,8 @@ impl Controls {
             Key::Character(text) if text.eq_ignore_ascii_case("m") => Command::NextMaterial,
             Key::Character(text) if text.eq_ignore_ascii_case("z") && modifiers.control_key() => Command::Undo,
             Key::Character(text) if text.eq_ignore_ascii_case("y") && modifiers.control_key() => Command::Redo,
+            Key::Character(text) if text.eq_ignore_ascii_case("k") && !modifiers.control_key() => Command::RecordKey,
+            Key::Character(text) if text.eq_ignore_ascii_case("g") && !modifiers.control_key() => Command::HandBack,
             Key::Character(text) if text.eq_ignore_ascii_case("c") && !modifiers.control_key() => Command::CopyCamera,
             Key::Character(text) if text.eq_ignore_ascii_case("r") && !modifiers.control_key() => Command::Reset,
             _ => return None,

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use raxel_diagnostics::SourceMap;
 use raxel_gpu::DeviceKind;
-use raxel_panels::view::Status;
+use raxel_panels::view::{Editing, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::FrameError;
 use raxel_runtime::camera::FlyInput;
@@ -159,6 +159,17 @@ impl Viewer<'_> {
         };
         let cursor = self.controls.cursor().filter(|_| !overlay.has_pointer());
         let cursor = cursor.map(|pixel| self.session.viewport().to_output(pixel));
+        // Which voxel that is takes a walk through the world: only where it is said.
+        let pixel =
+            self.controls.cursor().filter(|_| !overlay.has_pointer() && self.panels.layout.is_open(Panel::World));
+        self.data.palette(self.session.scene());
+        let editing = Editing {
+            brush: self.brush,
+            materials: self.data.swatches(),
+            steps: self.session.edit_steps(),
+            refused: self.refused.clone(),
+            under: pixel.and_then(|pixel| panel_data::under(&self.session, pixel)),
+        };
         let resources = self.data.resources();
         let view = View {
             status,
@@ -167,7 +178,7 @@ impl Viewer<'_> {
             resources,
             params: panel_data::params(&self.session),
             problems: &self.problems,
-            world: panel_data::world(&self.session, self.controls.speed()),
+            world: World { editing, ..panel_data::world(&self.session, self.controls.speed()) },
             timeline: panel_data::timeline(&self.session, self.looped),
             inspected: self.inspector.view(&self.session, resources, cursor),
         };

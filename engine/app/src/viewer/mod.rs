@@ -2,9 +2,10 @@
 
 mod app;
 mod args;
+mod brush;
 mod commands;
 mod controls;
-mod dig;
+mod demo_keys;
 mod elements;
 mod frame;
 mod inspector;
@@ -23,7 +24,7 @@ use std::time::{Duration, Instant};
 
 use raxel_gpu::{Device, DeviceOptions};
 use raxel_panels::Panels;
-use raxel_panels::view::Problem;
+use raxel_panels::view::{Brush, Effect, Problem};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::Progress;
@@ -164,8 +165,12 @@ struct Viewer<'a> {
     /// Where the camera began.
     home: Camera,
     controls: Controls,
-    /// What the right button digs and places.
-    ball: dig::Ball,
+    /// What the right button does to voxels.
+    brush: Brush,
+    /// Why the last edit was not made.
+    refused: Option<String>,
+    /// The voxel that was painted last while the right button is held.
+    painting: Option<[i32; 3]>,
     modifiers: ModifiersState,
     titled: Option<Instant>,
     last: Instant,
@@ -235,17 +240,25 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
                 });
                 self.redraw();
             }
-            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Right, .. } => {
-                let place = self.modifiers.shift_key();
-                self.dig(if place { dig::Action::Place } else { dig::Action::Dig });
+            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Right, .. } if !taken => {
+                self.stroke();
                 self.redraw();
+            }
+            WindowEvent::MouseInput { state: ElementState::Released, button: MouseButton::Right, .. } => {
+                self.painting = None;
             }
             WindowEvent::CursorMoved { position, .. } => {
                 self.controls.cursor_moved([position.x, position.y]);
+                if self.painting.is_some() {
+                    self.stroke();
+                }
                 self.redraw();
             }
             WindowEvent::CursorLeft { .. } => self.controls.cursor_left(),
-            WindowEvent::Focused(false) => self.controls.release_all(),
+            WindowEvent::Focused(false) => {
+                self.controls.release_all();
+                self.painting = None;
+            }
             WindowEvent::RedrawRequested => {
                 if let Err(failure) = self.draw(event_loop) {
                     self.stop(event_loop, failure);
@@ -307,7 +320,9 @@ impl<'a> Viewer<'a> {
             fps_cap: None,
             window: None,
             controls: Controls::default(),
-            ball: dig::Ball::default(),
+            brush: Brush::default(),
+            refused: None,
+            painting: None,
             modifiers: ModifiersState::empty(),
             titled: None,
             last: Instant::now(),

@@ -5,16 +5,22 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use raxel_diagnostics::{SourceMap, Span, render};
+use raxel_edit::Scene;
 use raxel_graph::checked::{BufferSize, Graph, PassId, Resource, ResourceKind, Value};
 use raxel_graph::plan::{CullReason, Lifetime, Plan, ResourceDesc};
 use raxel_graph::sizes::Size;
-use raxel_panels::view::{Frame, Kind, Param, Pass, PassState, Shown, Timeline, Use, World};
+use raxel_panels::view::{
+    Editing, Frame, Kind, Lane, Param, Pass, PassState, Shown, Swatch, Timeline, Track, Use, World,
+};
 use raxel_panels::{Samples, view};
 use raxel_runtime::Session;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::{FrameReport, PassOutcome};
 use raxel_runtime::params::components;
 use raxel_runtime::present::Viewport;
+use raxel_world::{Material, srgb_from_linear};
+
+use super::brush::REACH;
 
 /// Times of frames and passes, and what the running plan is made of.
 #[derive(Default)]
@@ -28,6 +34,8 @@ pub(crate) struct PanelData {
     timed: Option<u64>,
     ran: [u32; 3],
     plan: Option<Described>,
+    /// Materials that edits can use.
+    swatches: Vec<Swatch>,
 }
 
 /// A plan in words.
@@ -84,6 +92,25 @@ impl PanelData {
         if self.plan.as_ref().is_none_or(|known| !Arc::ptr_eq(&known.plan, plan)) {
             self.plan = Some(Described::new(plan, session.texts()));
         }
+    }
+
+    /// Notes the materials of a world, where they are others than those that are known.
+    pub fn palette(&mut self, scene: &Scene) {
+        // Index 0 is air, which no brush has.
+        if self.swatches.len() + 1 == scene.materials.len().max(1) {
+            return;
+        }
+        let swatch = |(index, material): (usize, &Material)| Swatch {
+            material: index as u16,
+            name: material.name.clone(),
+            color: material.albedo.map(srgb_from_linear),
+        };
+        self.swatches = scene.materials.iter().enumerate().skip(1).map(swatch).collect();
+    }
+
+    /// The materials, as [`PanelData::palette`] has noted them.
+    pub fn swatches(&self) -> &[Swatch] {
+        &self.swatches
     }
 
     /// The passes with their times.
@@ -310,7 +337,7 @@ fn kind(value: &Value) -> Kind {
 }
 
 /// World and camera.
-pub(crate) fn world(session: &Session, speed: f64) -> World {
+pub(crate) fn world(session: &Session, speed: f64) -> World<'static> {
     let (world, camera) = (session.world(), session.camera());
     World {
         path: world.path.clone(),
@@ -320,27 +347,40 @@ pub(crate) fn world(session: &Session, speed: f64) -> World {
         angles: [camera.yaw, camera.pitch, camera.fov].map(f64::to_degrees),
         speed,
         cameras: world.camera_names().map(str::to_owned).collect(),
+        editing: Editing::default(),
     }
+}
+
+/// Material and place of the voxel under a pixel of the window.
+pub(crate) fn under(session: &Session, pixel: [i32; 2]) -> Option<String> {
+    let hit = session.pick(pixel, REACH)?;
+    let [x, y, z] = hit.exact.voxel;
+    let name = session.scene().materials.get(usize::from(hit.exact.material)).map_or("?", |material| &material.name);
+    Some(format!("{name} at {x}, {y}, {z}, {:.1} voxels away", hit.distance))
 }
 
 /// The demo. `looped` is what the user has chosen.
 pub(crate) fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
     let demo = session.demo()?;
     let now = session.clock().now().map_or(0.0, |now| now.time);
-    let camera =
-        (!demo.camera.is_empty()).then(|| ("camera".to_owned(), demo.camera.iter().map(|key| key.time).collect()));
-    let tracks =
-        demo.tracks.iter().map(|track| (track.param.value.clone(), track.keys.iter().map(|key| key.value.0).collect()));
-    let graphs =
-        (!demo.graphs.is_empty()).then(|| ("graph".to_owned(), demo.graphs.iter().map(|key| key.time).collect()));
-    let shows =
-        (!demo.shows.is_empty()).then(|| ("target".to_owned(), demo.shows.iter().map(|key| key.time).collect()));
+    let track = |lane: Lane, name: &str, keys: Vec<f64>| Track { lane, name: name.to_owned(), keys };
+    let params = demo.tracks.iter().map(|driven| {
+        let name = &driven.param.value;
+        track(Lane::Param(name.clone()), name, driven.keys.iter().map(|key| key.value.0).collect())
+    });
+    let mut tracks = vec![track(Lane::Camera, "camera", demo.camera.iter().map(|key| key.time).collect())];
+    tracks.extend(params);
+    tracks.push(track(Lane::Graphs, "graph", demo.graphs.iter().map(|key| key.time).collect()));
+    tracks.push(track(Lane::Show, "target", demo.shows.iter().map(|key| key.time).collect()));
+    tracks.push(track(Lane::Edits, "edits", demo.edits.iter().map(|key| key.time).collect()));
+    // The camera's row is there before its first key is recorded.
+    tracks.retain(|track| track.lane == Lane::Camera || !track.keys.is_empty());
     Some(Timeline {
         name: demo.name.clone(),
         duration: demo.duration,
         time: demo.local_time(now),
         looped: looped.unwrap_or(demo.looped),
         drives: session.demo_drives(),
-        tracks: camera.into_iter().chain(graphs).chain(tracks).chain(shows).collect(),
+        tracks,
     })
 }

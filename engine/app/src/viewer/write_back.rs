@@ -56,9 +56,12 @@ pub(crate) fn camera_lines(name: &str, camera: &Camera) -> String {
     format!("[cameras.{name}]\n{}", lines.concat())
 }
 
-fn camera_values(camera: &Camera) -> [(&'static str, Item); 4] {
-    // As exact as a voxel's thousandth and a thousandth of a degree are read by people.
-    let rounded = |number: f64| (number * 1000.0).round() / 1000.0 + 0.0;
+/// As exact as a thousandth of a voxel, of a degree and of a second are read by people; never -0.
+pub(super) fn rounded(number: f64) -> f64 {
+    (number * 1000.0).round() / 1000.0 + 0.0
+}
+
+pub(super) fn camera_values(camera: &Camera) -> [(&'static str, Item); 4] {
     let degrees = |radians: f64| value(rounded(radians.to_degrees()));
     let position: Array = camera.position().to_array().into_iter().map(rounded).collect();
     [
@@ -69,7 +72,7 @@ fn camera_values(camera: &Camera) -> [(&'static str, Item); 4] {
     ]
 }
 
-fn parsed(text: &str) -> Result<DocumentMut, String> {
+pub(super) fn parsed(text: &str) -> Result<DocumentMut, String> {
     text.parse().map_err(|error: toml_edit::TomlError| format!("the file is broken: {}", error.message()))
 }
 

@@ -36,10 +36,10 @@ pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Pa
             (None, range) => range.as_ref().map(|range| range.value),
         },
         step: param.step.as_ref().map(|step| step.value),
-        label: said(&param.label).unwrap_or_else(|| name.value.clone()),
-        tooltip: said(&param.tooltip),
-        unit: said(&param.unit),
-        group: said(&param.group),
+        label: said(param.label.as_ref()).unwrap_or_else(|| name.value.clone()),
+        tooltip: said(param.tooltip.as_ref()),
+        unit: said(param.unit.as_ref()),
+        group: said(param.group.as_ref()),
         choices: param.choices.iter().flat_map(|names| &names.value).map(|name| name.value.clone()).collect(),
         color: param.color.as_ref().map_or_else(|| is_called_color(param, ty), |color| color.value),
         place: name.span.clone(),
@@ -48,8 +48,8 @@ pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Pa
 }
 
 /// The text of a key, unless it is empty.
-fn said(text: &Option<At<String>>) -> Option<String> {
-    text.as_ref().map(|text| text.value.clone()).filter(|text| !text.trim().is_empty())
+fn said(text: Option<&At<String>>) -> Option<String> {
+    text.map(|text| text.value.clone()).filter(|text| !text.trim().is_empty())
 }
 
 /// The type of that word; a param can be all but a matrix.
