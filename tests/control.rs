@@ -137,3 +137,70 @@ fn the_python_package_passes_its_tests() {
     let run = Run::from(output(&mut example)).exits(0);
     assert!(run.stdout.contains("graphs/inspect.toml") && run.stdout.contains("voxels"), "{}", run.stdout);
 }
+
+/// As much of RenderDoc as a program sees of it: the table of functions of its API 1.1.2, which says what is called.
+const FAKE_RENDERDOC: &str = r#"
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+static uint32_t captures;
+static void say(const char *what) {
+    FILE *file = fopen(getenv("FAKE_RENDERDOC"), "a");
+    fprintf(file, "%s\n", what);
+    fclose(file);
+}
+static void start(void *device, void *window) { say(device || window ? "start one" : "start any"); }
+static uint32_t end(void *device, void *window) { say("end"); ++captures; return !getenv("FAKE_RENDERDOC_FAILS"); }
+static uint32_t count(void) { return captures; }
+static uint32_t get(uint32_t index, char *name, uint32_t *length, uint64_t *time) {
+    char file[64];
+    snprintf(file, sizeof file, "/captures/frame%u.rdc", index);
+    if (name) strcpy(name, file);
+    if (length) *length = strlen(file) + 1;
+    return 1;
+}
+static void *table[24];
+int RENDERDOC_GetAPI(int version, void **api) {
+    if (version != 10102) return 0;
+    table[13] = count; table[14] = get; table[19] = start; table[21] = end;
+    *api = table;
+    return 1;
+}
+"#;
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_frame_is_captured_under_renderdoc_and_refused_without_it() {
+    let project = Project::shipped();
+    let mut talk = Talk::start(command(project.root(), &["control"]).args(SCENE));
+    let refused = talk.say(r#"{"do": "capture"}"#);
+    assert!(refused["ok"] == false && refused["error"].as_str().unwrap().contains("renderdoccmd capture"), "{refused}");
+    drop(talk);
+
+    let source = project.path("renderdoc.c");
+    std::fs::write(&source, FAKE_RENDERDOC).unwrap();
+    let library = project.path("librenderdoc.so");
+    let built = Command::new("cc")
+        .args(["-shared", "-fPIC", "-Wl,-soname,librenderdoc.so", "-o"])
+        .args([&library, &source])
+        .status()
+        .unwrap();
+    assert!(built.success());
+    let log = project.path("calls");
+    let under = |command: &mut Command| {
+        command.args(SCENE).env("LD_PRELOAD", &library).env("FAKE_RENDERDOC", &log);
+    };
+    let mut control = command(project.root(), &["control"]);
+    under(&mut control);
+    let mut talk = Talk::start(&mut control);
+    talk.ask(json!({ "do": "step", "frames": 3 }));
+    assert_eq!(talk.ask(json!({ "do": "capture" }))["path"], "/captures/frame0.rdc");
+    assert_eq!(talk.ask(json!({ "do": "capture" }))["path"], "/captures/frame1.rdc");
+    assert_eq!(std::fs::read_to_string(&log).unwrap(), "start any\nend\nstart any\nend\n");
+    drop(talk);
+    let mut control = command(project.root(), &["control"]);
+    under(control.env("FAKE_RENDERDOC_FAILS", "1"));
+    let refused = Talk::start(&mut control).say(r#"{"do": "capture"}"#);
+    assert!(refused["error"].as_str().unwrap().contains("made no capture"), "{refused}");
+}

@@ -151,6 +151,10 @@ class Session:
 
     # What is read.
 
+    def capture(self):
+        """Runs a frame and captures it by the RenderDoc that raxel runs under. Gives the file of the capture."""
+        return self.ask("capture")["path"]
+
     def screenshot(self, path):
         """Writes the picture of the last frame; the extension says the form."""
         return self.ask("screenshot", path=os.fspath(path))

@@ -363,7 +363,7 @@ impl Recording<'_> {
         }
     }
 
-    /// Opens a named region for captures; does nothing without the validation layer.
+    /// Opens a named region, for captures and messages.
     pub fn label(&mut self, name: &std::ffi::CStr) {
         if let Some(debug) = &self.device().debug {
             let label = vk::DebugUtilsLabelEXT::default().label_name(name);

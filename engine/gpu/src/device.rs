@@ -373,7 +373,7 @@ fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<
     };
     Ok(Arc::new(Device {
         swapchain: present.then(|| khr::swapchain::Device::new(&instance.raw, &raw)),
-        debug: instance.validated.then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
+        debug: instance.labels.then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
         marker: marker.then(|| amd::buffer_marker::Device::new(&instance.raw, &raw)),
         allocator: Mutex::new(Some(allocator)),
         retired: Mutex::default(),

@@ -28,6 +28,8 @@ pub(crate) struct Instance {
     pub(crate) entry: ash::Entry,
     pub(crate) surface: Option<khr::surface::Instance>,
     pub(crate) validated: bool,
+    /// Handles can be named and regions of command buffers labelled, for messages and captures.
+    pub(crate) labels: bool,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     // The messenger's callback holds a pointer to it: dropped after the instance.
     pub(crate) log: Arc<ValidationLog>,
@@ -75,8 +77,9 @@ impl Instance {
         let wayland = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| std::env::var_os(name).is_some());
         let usable = |name: &CStr| has(name) && (wayland || name != khr::wayland_surface::NAME);
         let mut extensions: Vec<&CStr> = windowing.into_iter().filter(|name| usable(name)).collect();
-        let debug = validated && (has(ext::debug_utils::NAME) || layer_has(ext::debug_utils::NAME));
-        if debug {
+        let labels = has(ext::debug_utils::NAME) || layer_has(ext::debug_utils::NAME);
+        let debug = validated && labels;
+        if labels {
             extensions.push(ext::debug_utils::NAME);
         }
         // MoltenVK is only listed with portability enumeration. Untested: no machine with it was at hand.
@@ -150,7 +153,7 @@ impl Instance {
             None
         };
         let surface = has(khr::surface::NAME).then(|| khr::surface::Instance::new(&entry, &raw));
-        Ok(Instance { raw, entry, surface, validated, messenger, log })
+        Ok(Instance { raw, entry, surface, validated, labels, messenger, log })
     }
 }
 

@@ -204,9 +204,9 @@ mod tests {
     #[test]
     fn keys_stay_in_order_and_in_the_demo() {
         let track = Track { lane: Lane::Camera, name: "camera".to_owned(), keys: vec![0.0, 2.0, 2.005, 5.0] };
-        let moved = |key, wanted| (between(&track, key, wanted, 6.0) * 1000.0).round() / 1000.0;
-        assert_eq!([moved(0, -1.0), moved(0, 1.2345), moved(0, 9.0)], [0.0, 1.23, 1.99]);
-        assert_eq!([moved(3, 0.0), moved(3, 9.0)], [2.015, 6.0]);
+        let milliseconds = |key, wanted| (between(&track, key, wanted, 6.0) * 1000.0).round() as i64;
+        assert_eq!([milliseconds(0, -1.0), milliseconds(0, 1.2345), milliseconds(0, 9.0)], [0, 1230, 1990]);
+        assert_eq!([milliseconds(3, 0.0), milliseconds(3, 9.0)], [2015, 6000]);
         // Between two that are closer than a step there is no room: it stays.
         let close = Track { keys: vec![1.0, 1.005, 1.01], ..track.clone() };
         assert_eq!(between(&close, 1, 1.1, 6.0).to_bits(), 1.005_f64.to_bits());

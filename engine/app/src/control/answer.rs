@@ -48,6 +48,7 @@ macro_rules! refused_by {
 refused_by!(
     ReadError,
     raxel_runtime::FrameError,
+    raxel_runtime::session::CaptureError,
     raxel_runtime::params::SetError,
     raxel_runtime::debug_target::DebugTargetError
 );
@@ -130,6 +131,10 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
             Ok(json!({ "size": [width, height] }))
         }
         Request::Screenshot { path } => screenshot(session, &path),
+        Request::Capture => {
+            let (_, file) = session.capture_frame()?;
+            Ok(json!({ "path": file }))
+        }
         Request::Picture => {
             let picture = session.read_presented()?;
             Ok(json!({

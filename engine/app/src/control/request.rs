@@ -49,6 +49,8 @@ pub(super) enum Request {
     Screenshot { path: String },
     /// The picture of the last frame.
     Picture,
+    /// Runs a frame and captures it by RenderDoc.
+    Capture,
     /// Texels of a target as numbers.
     Texels {
         target: String,

@@ -53,6 +53,7 @@ impl Viewer<'_> {
                 Ok(path) => self.console.message(&format!("wrote {}", shown(&path))),
                 Err(failure) => self.console.failure(&failure),
             },
+            Command::Capture => self.captures = true,
             Command::Quit => event_loop.exit(),
         }
     }
@@ -286,7 +287,7 @@ impl Viewer<'_> {
     }
 
     /// Says something in the bar and on the terminal.
-    fn warn(&mut self, text: String) {
+    pub(super) fn warn(&mut self, text: String) {
         self.console.message(&format!("warning: {text}"));
         self.notice(text);
     }

@@ -42,6 +42,8 @@ pub(crate) enum Command {
     Cancel,
     /// Write the picture to a PNG.
     Screenshot,
+    /// Capture the next frame by RenderDoc.
+    Capture,
     /// Leave.
     Quit,
 }
@@ -59,6 +61,7 @@ Tab             next debug target or layer of one; Shift+Tab the one before
 F1              show or hide the panels; Ctrl+Plus and Ctrl+Minus change their size
 Space           pause;  .  one frame;  R  start over
 Delete          give up a pass that the device has worked on for long
+F11             capture the next frame, under RenderDoc
 F12             screenshot
 Escape          quit";
 
@@ -128,6 +131,7 @@ impl Controls {
             Key::Named(NamedKey::F1) => Command::Panels,
             Key::Named(NamedKey::Home) => Command::Home,
             Key::Named(NamedKey::Delete) => Command::Cancel,
+            Key::Named(NamedKey::F11) => Command::Capture,
             Key::Named(NamedKey::F12) => Command::Screenshot,
             Key::Named(NamedKey::Escape) => Command::Quit,
             Key::Character(text) if text == "." => Command::Step,

@@ -8,9 +8,10 @@ use raxel_panels::view::{Editing, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::FrameError;
 use raxel_runtime::camera::FlyInput;
-use raxel_runtime::execute::Progress;
+use raxel_runtime::execute::{FrameReport, Progress};
 use raxel_runtime::present::Presented;
 use raxel_runtime::reload::ReloadEvent;
+use raxel_runtime::session::CaptureError;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::problem_log::problems;
@@ -19,6 +20,7 @@ use super::{Open, PATIENCE, REFRESH, SLICE, STILL, Viewer, panel_data};
 use crate::console::To;
 use crate::control::Next;
 use crate::failure::Result;
+use crate::output::shown;
 use crate::session::{frame_failure, print_validation};
 
 impl Viewer<'_> {
@@ -57,7 +59,7 @@ impl Viewer<'_> {
         if inspects {
             self.inspector.ask(&mut self.session);
         }
-        let report = match self.session.frame() {
+        let report = match self.next_report() {
             Ok(report) => report,
             // Said once; what ran before runs on.
             Err(error @ FrameError::Plan { .. }) => {
@@ -92,6 +94,25 @@ impl Viewer<'_> {
             event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STILL));
         }
         Ok(())
+    }
+
+    /// Runs a frame, captured if that was asked for.
+    fn next_report(&mut self) -> std::result::Result<FrameReport, FrameError> {
+        if !std::mem::take(&mut self.captures) {
+            return self.session.frame();
+        }
+        match self.session.capture_frame() {
+            Ok((report, file)) => {
+                self.console.message(&format!("wrote {}", shown(&file)));
+                self.notice(format!("wrote {}", shown(&file)));
+                Ok(report)
+            }
+            Err(CaptureError::Frame(error)) => Err(error),
+            Err(error) => {
+                self.warn(error.to_string());
+                self.session.frame()
+            }
+        }
     }
 
     /// At the end of the demo: starts it over or stays there, as the user has chosen.

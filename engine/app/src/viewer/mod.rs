@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 
 use raxel_gpu::{Device, DeviceOptions};
 use raxel_panels::Panels;
-use raxel_panels::view::{Brush, Effect, Problem};
+use raxel_panels::view::{Brush, Problem};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::Progress;
@@ -160,6 +160,8 @@ struct Viewer<'a> {
     editors: Vec<Child>,
     /// Whether the demo starts over, if the user has chosen.
     looped: Option<bool>,
+    /// The next frame is captured by RenderDoc.
+    captures: bool,
     /// Most frames a second.
     fps_cap: Option<u32>,
     /// Where the camera began.
@@ -317,6 +319,7 @@ impl<'a> Viewer<'a> {
             written: Vec::new(),
             editors: Vec::new(),
             looped: None,
+            captures: false,
             fps_cap: None,
             window: None,
             controls: Controls::default(),

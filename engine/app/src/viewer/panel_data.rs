@@ -372,7 +372,7 @@ pub(crate) fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeli
     tracks.extend(params);
     tracks.push(track(Lane::Graphs, "graph", demo.graphs.iter().map(|key| key.time).collect()));
     tracks.push(track(Lane::Show, "target", demo.shows.iter().map(|key| key.time).collect()));
-    tracks.push(track(Lane::Edits, "edits", demo.edits.iter().map(|key| key.time).collect()));
+    tracks.push(track(Lane::Edits, "edits", demo.edits.iter().map(|key| key.time.value).collect()));
     // The camera's row is there before its first key is recorded.
     tracks.retain(|track| track.lane == Lane::Camera || !track.keys.is_empty());
     Some(Timeline {

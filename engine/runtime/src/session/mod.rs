@@ -1,5 +1,6 @@
 //! A session: a project that is open and runs. The library's front door; the command line and the window drive the same type.
 
+mod capture;
 mod drive;
 mod edit;
 mod error;
@@ -16,6 +17,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use capture::CaptureError;
 pub use edit::EditFailure;
 pub use error::{FrameError, OpenError, ReadError};
 pub use raxel_gpu::Validation;

@@ -1,0 +1,36 @@
+//! One frame as RenderDoc sees it.
+
+use std::path::PathBuf;
+
+use raxel_gpu::RenderDoc;
+
+use super::{FrameError, Session};
+use crate::execute::FrameReport;
+
+/// Why a frame was not captured.
+#[derive(Debug, thiserror::Error)]
+pub enum CaptureError {
+    /// RenderDoc is not in this process.
+    #[error(
+        "this process does not run under RenderDoc; start it by RenderDoc's `Launch Application`, or by `renderdoccmd capture`"
+    )]
+    NotUnderRenderDoc,
+    /// RenderDoc made no capture.
+    #[error("RenderDoc made no capture of the frame")]
+    NotMade,
+    /// The frame did not run.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+}
+
+impl Session {
+    /// Runs the next frame as [`Self::frame`] does, but with every pass that is due, valid results or not, and captures it by the
+    /// RenderDoc that this process runs under. Gives the file of the capture.
+    pub fn capture_frame(&mut self) -> Result<(FrameReport, PathBuf), CaptureError> {
+        let renderdoc = RenderDoc::find().ok_or(CaptureError::NotUnderRenderDoc)?;
+        self.executor.set_memo(false);
+        let (report, file) = renderdoc.capture(|| self.frame());
+        self.executor.set_memo(self.options.memo);
+        Ok((report?, file.ok_or(CaptureError::NotMade)?))
+    }
+}
