@@ -254,7 +254,11 @@ fn a_graph_and_a_world_are_listed_by_name() {
     let text = project.raxel(&list).exits(0).stdout;
     // Columns are as wide as what stands in them.
     let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
-    for line in ["exposure f32 0.85 0…8 Exposure", "hit target rgba32i", "primary"] {
+    for line in [
+        "sky_strength f32 0.6 0…4 Sun and sky: Skylight Light from the whole sky; corners of the world see less of it.",
+        "hit target rgba32i",
+        "primary",
+    ] {
         assert!(text.lines().any(|found| words(found) == words(line)), "{line:?} is not in\n{text}");
     }
     let json = project.raxel(&[&list[..], &["--format", "json"]].concat()).exits(0).stdout;
@@ -263,6 +267,20 @@ fn a_graph_and_a_world_are_listed_by_name() {
     assert_eq!(json["params"][0]["name"], "exposure");
     assert!(json["passes"].as_array().unwrap().iter().any(|pass| pass == "trace"), "{json}");
     project.raxel(&["list", "graphs/none.toml"]).exits(3);
+    // Choices stand for their numbers, units with what has them.
+    let text = project.raxel(&["list", "graphs/examples/params.toml"]).exits(0).stdout;
+    for line in ["pattern u32 Discs Discs | Stripes | Squares Pattern", "turn f32 30 0…360 ° Shape: Turned by"] {
+        assert!(text.lines().any(|found| words(found) == words(line)), "{line:?} is not in\n{text}");
+    }
+    let render = |choice: &str| {
+        let set = format!("pattern={choice}");
+        project.raxel(&["render", "graphs/examples/params.toml", "--size", "32x18", "--set", &set, "-o", "p.png"])
+    };
+    render("Stripes").exits(0);
+    let by_name = std::fs::read(project.path("p.png")).unwrap();
+    render("1").exits(0);
+    assert!(std::fs::read(project.path("p.png")).unwrap() == by_name);
+    assert!(render("Stripe").exits(2).stderr.contains("did you mean `Stripes`?"));
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! The brush: what the right mouse button does to the world's voxels.
 
-use egui::{Button, Color32, DragValue, Grid, RichText, ScrollArea, Sense, TextEdit, Ui, vec2};
+use egui::{
+    Button, Color32, Context, DragValue, Grid, LayerId, RichText, ScrollArea, Sense, Stroke, TextEdit, Ui, pos2, vec2,
+};
 
 use crate::action::Action;
 use crate::bar::YELLOW;
@@ -34,11 +36,24 @@ pub(crate) fn show(ui: &mut Ui, editing: &Editing<'_>, search: &mut String, acti
     if brush.effect != Effect::Pick {
         extent(ui, brush, actions);
     }
+    if brush.effect != Effect::Subtract {
+        palette(ui, editing, search, actions);
+    }
+    // Last: it comes and goes with the cursor, and nothing below it may move.
     if let Some(under) = &editing.under {
         ui.label(format!("under the cursor: {under}"));
     }
-    if brush.effect != Effect::Subtract {
-        palette(ui, editing, search, actions);
+}
+
+/// Draws lines over the picture, below all panels.
+pub(crate) fn outline(ctx: &Context, lines: &[[[f32; 2]; 2]]) {
+    let painter = ctx.layer_painter(LayerId::background());
+    let scale = ctx.pixels_per_point();
+    for [a, b] in lines {
+        let ends = [a, b].map(|[x, y]| pos2(x / scale, y / scale));
+        // Dark below light: seen over any picture.
+        painter.line_segment(ends, Stroke::new(2.5, Color32::from_black_alpha(110)));
+        painter.line_segment(ends, Stroke::new(1.0, Color32::from_white_alpha(220)));
     }
 }
 
@@ -86,7 +101,7 @@ fn palette(ui: &mut Ui, editing: &Editing<'_>, search: &mut String, actions: &mu
     let brush = editing.brush;
     ui.weak("material");
     if editing.materials.len() > SEARCHED {
-        ui.add(TextEdit::singleline(search).desired_width(140.0).hint_text("search"));
+        ui.add(TextEdit::singleline(search).desired_width(140.0).hint_text(RichText::new("search").weak()));
     } else {
         search.clear();
     }

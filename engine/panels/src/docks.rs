@@ -7,7 +7,7 @@ use crate::action::Action;
 use crate::layout::{Layout, Panel, Side};
 use crate::problems::problem_list;
 use crate::view::{Problem, Shown, View};
-use crate::{bar, frame, inspect, params, passes, problems, resources, timeline, world};
+use crate::{bar, brush, frame, inspect, params, passes, problems, resources, timeline, world};
 
 /// Below so many points the window has room for the panels of one side only.
 const NARROW: f32 = 760.0;
@@ -68,6 +68,7 @@ impl Panels {
         }
         let mut hovered = None;
         if self.layout.visible {
+            brush::outline(ctx, &view.world.editing.outline);
             self.bar(ctx, view, &mut actions);
             for side in self.sides(ctx) {
                 self.dock(ctx, view, side, (&mut actions, &mut hovered));

@@ -406,6 +406,8 @@ pub struct Editing<'a> {
     pub refused: Option<String>,
     /// Material and place of the voxel under the cursor.
     pub under: Option<String>,
+    /// Lines around what a press of the button would reach: their ends in pixels, from the top left.
+    pub outline: Vec<[[f32; 2]; 2]>,
 }
 
 /// A demo.

@@ -67,7 +67,8 @@ pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions:
         ui.horizontal(|ui| {
             let label = ui.label("name");
             let name = &mut fields.camera;
-            ui.add(egui::TextEdit::singleline(name).desired_width(100.0).hint_text("camera")).labelled_by(label.id);
+            let field = egui::TextEdit::singleline(name).desired_width(100.0);
+            ui.add(field.hint_text(egui::RichText::new("camera").weak())).labelled_by(label.id);
             let good = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
             let hint = "Writes [cameras.NAME] into the world's file; one of that name is replaced";
             if ui.add_enabled(good, egui::Button::new("Write to world")).on_hover_text(hint).clicked() {

@@ -97,6 +97,7 @@ impl Window {
                     steps: self.steps,
                     refused: self.refused.clone(),
                     under: Some("stone 3 at 1, 2, 3, 4.0 voxels away".to_owned()),
+                    outline: vec![[[600.0, 300.0], [700.0, 300.0]]],
                 },
                 ..World::default()
             },

@@ -39,15 +39,17 @@ pub(crate) fn without_key(text: &str, lane: &Lane, key: usize) -> Result<String,
             }
             (key < keys.len()).then(|| keys.remove(key)).ok_or_else(missing)?;
         }
-        Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits => match document.get_mut(array_of(lane)).ok_or_else(missing)? {
-            Item::ArrayOfTables(tables) if key < tables.len() => {
-                tables.remove(key);
+        Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits => {
+            match document.get_mut(array_of(lane)).ok_or_else(missing)? {
+                Item::ArrayOfTables(tables) if key < tables.len() => {
+                    tables.remove(key);
+                }
+                Item::Value(Value::Array(keys)) if key < keys.len() => {
+                    keys.remove(key);
+                }
+                _ => return Err(missing()),
             }
-            Item::Value(Value::Array(keys)) if key < keys.len() => {
-                keys.remove(key);
-            }
-            _ => return Err(missing()),
-        },
+        }
     }
     Ok(document.to_string())
 }

@@ -14,9 +14,10 @@ use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::session::CaptureError;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
+use super::brush::Stroke;
 use super::problem_log::problems;
 use super::reload_log::history_cleared;
-use super::{Open, PATIENCE, REFRESH, SLICE, STILL, Viewer, panel_data};
+use super::{Open, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data};
 use crate::console::To;
 use crate::control::Next;
 use crate::failure::Result;
@@ -181,15 +182,24 @@ impl Viewer<'_> {
         let cursor = self.controls.cursor().filter(|_| !overlay.has_pointer());
         let cursor = cursor.map(|pixel| self.session.viewport().to_output(pixel));
         // Which voxel that is takes a walk through the world: only where it is said.
-        let pixel =
-            self.controls.cursor().filter(|_| !overlay.has_pointer() && self.panels.layout.is_open(Panel::World));
+        let says = self.panels.layout.is_open(Panel::World) && !overlay.has_pointer();
+        let pixel = self.controls.cursor().filter(|_| says);
+        let hit = pixel.and_then(|pixel| self.session.pick(pixel, brush::REACH));
+        let effect = brush::effect(&self.brush, self.modifiers);
+        let outline = match hit.as_ref().map(|hit| brush::stroke(&self.brush, effect, hit)) {
+            Some(Stroke::Edit(edit)) => {
+                outline::outline(&edit, self.session.camera(), self.session.viewport().window())
+            }
+            Some(Stroke::Pick(_)) | None => Vec::new(),
+        };
         self.data.palette(self.session.scene());
         let editing = Editing {
             brush: self.brush,
             materials: self.data.swatches(),
             steps: self.session.edit_steps(),
             refused: self.refused.clone(),
-            under: pixel.and_then(|pixel| panel_data::under(&self.session, pixel)),
+            under: hit.as_ref().map(|hit| panel_data::under(&self.session, hit)),
+            outline,
         };
         let resources = self.data.resources();
         let view = View {

@@ -10,6 +10,7 @@ mod elements;
 mod frame;
 mod inspector;
 mod layout_file;
+mod outline;
 mod overlay;
 mod panel_data;
 mod problem_log;

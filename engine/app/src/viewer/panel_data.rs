@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{SourceMap, Span, render};
 use raxel_edit::Scene;
+use raxel_edit::query::CastHit;
 use raxel_graph::checked::{BufferSize, Graph, PassId, Resource, ResourceKind, Value};
 use raxel_graph::plan::{CullReason, Lifetime, Plan, ResourceDesc};
 use raxel_graph::sizes::Size;
@@ -19,8 +20,6 @@ use raxel_runtime::execute::{FrameReport, PassOutcome};
 use raxel_runtime::params::components;
 use raxel_runtime::present::Viewport;
 use raxel_world::{Material, srgb_from_linear};
-
-use super::brush::REACH;
 
 /// Times of frames and passes, and what the running plan is made of.
 #[derive(Default)]
@@ -351,12 +350,11 @@ pub(crate) fn world(session: &Session, speed: f64) -> World<'static> {
     }
 }
 
-/// Material and place of the voxel under a pixel of the window.
-pub(crate) fn under(session: &Session, pixel: [i32; 2]) -> Option<String> {
-    let hit = session.pick(pixel, REACH)?;
+/// Material and place of a voxel that was met.
+pub(crate) fn under(session: &Session, hit: &CastHit) -> String {
     let [x, y, z] = hit.exact.voxel;
     let name = session.scene().materials.get(usize::from(hit.exact.material)).map_or("?", |material| &material.name);
-    Some(format!("{name} at {x}, {y}, {z}, {:.1} voxels away", hit.distance))
+    format!("{name} at {x}, {y}, {z}, {:.1} voxels away", hit.distance)
 }
 
 /// The demo. `looped` is what the user has chosen.
