@@ -1,7 +1,10 @@
 //! The bar at the top and the docks at three sides, and which panel each of them holds.
 
+use egui::containers::panel::PanelState;
 use egui::scroll_area::ScrollBarVisibility;
-use egui::{Align2, CentralPanel, Color32, Context, Frame, Id, RichText, ScrollArea, SidePanel, TopBottomPanel, Ui};
+use egui::{
+    Align2, CentralPanel, Color32, Context, Frame, Id, RichText, ScrollArea, SidePanel, TopBottomPanel, Ui, Vec2,
+};
 
 use crate::action::Action;
 use crate::layout::{Layout, Panel, Side};
@@ -32,6 +35,8 @@ pub struct Panels {
     told: Option<u64>,
     /// Whether the colours and the zoom were set.
     styled: bool,
+    /// Points of the window when it was drawn last.
+    room: Vec2,
 }
 
 /// A pass whose output is looked at while the pointer rests on it.
@@ -67,6 +72,7 @@ impl Panels {
             }
         }
         let mut hovered = None;
+        self.follow_window(ctx);
         if self.layout.visible {
             brush::outline(ctx, &view.world.editing.outline);
             self.bar(ctx, view, &mut actions);
@@ -90,6 +96,20 @@ impl Panels {
             ScrollArea::both().auto_shrink(false).show(ui, |ui| problem_list(ui, found, &mut actions));
         });
         actions
+    }
+
+    /// In a window of another size each dock has the size that the user has chosen for it again, as far as there is room: a window that was
+    /// small for a moment must not leave it narrow.
+    fn follow_window(&mut self, ctx: &Context) {
+        let room = ctx.content_rect().size();
+        if self.room != room {
+            self.room = room;
+            ctx.data_mut(|data| {
+                for panel in Panel::ALL {
+                    data.remove::<PanelState>(dock_id(panel));
+                }
+            });
+        }
     }
 
     /// The sides that there is room for, in the order in which they take theirs.
@@ -167,7 +187,7 @@ impl Panels {
             return;
         }
         let (size, room) = (self.layout.dock(side).size, ctx.content_rect().size());
-        let id = Id::new(("dock", panel.title()));
+        let id = dock_id(panel);
         let content = |ui: &mut Ui| self.content(ui, view, panel, (actions, hovered));
         let shown = match side {
             Side::Left | Side::Right => {
@@ -250,6 +270,11 @@ impl Panels {
             }
         }
     }
+}
+
+/// Under which egui keeps the size of a dock.
+fn dock_id(panel: Panel) -> Id {
+    Id::new(("dock", panel.title()))
 }
 
 /// The ground of bar and docks.

@@ -406,6 +406,18 @@ fn everything_can_be_hidden_and_works_in_any_window() {
 }
 
 #[test]
+fn a_window_that_was_small_for_a_moment_leaves_the_docks_as_they_were() {
+    let mut harness = Window::new(&[Panel::Params]).harness(1280.0, 720.0);
+    let left = |harness: &Harness<'_, Window>| harness.get_by_label("Write to file").rect().left();
+    let before = left(&harness);
+    for (width, height) in [(64.0, 64.0), (1280.0, 720.0)] {
+        harness.set_size(Vec2::new(width, height));
+        harness.run_steps(4);
+    }
+    assert!((left(&harness) - before).abs() < 1.0, "{before} {}", left(&harness));
+}
+
+#[test]
 fn a_device_that_works_for_long_can_be_interrupted() {
     let mut window = Window::new(&[]);
     window.status.busy = Some((Some("spin".to_owned()), 4));

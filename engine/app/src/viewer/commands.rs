@@ -106,16 +106,16 @@ impl Viewer<'_> {
             Action::Loop(looped) => self.looped = Some(looped),
             Action::HandBack => self.session.hand_back(),
             Action::MoveKey { lane, key, to } => {
-                self.write_demo(format!("key {} is at {to:.2} s now", key + 1), |text, _, _| {
+                self.write_demo(&format!("key {} is at {to:.2} s now", key + 1), |text, _, _| {
                     demo_keys::with_time(text, &lane, key, to)
                 });
             }
             Action::DeleteKey { lane, key } => {
-                self.write_demo(format!("key {} is deleted", key + 1), |text, _, _| {
+                self.write_demo(&format!("key {} is deleted", key + 1), |text, _, _| {
                     demo_keys::without_key(text, &lane, key)
                 });
             }
-            Action::RecordKey => self.write_demo("the camera is a key now".to_owned(), demo_keys::with_camera_key),
+            Action::RecordKey => self.write_demo("the camera is a key now", demo_keys::with_camera_key),
             Action::Camera(name) => match named_camera(self.session.world(), &name) {
                 Ok(camera) => self.go_to(camera),
                 Err(failure) => self.console.failure(&failure),
@@ -224,7 +224,7 @@ impl Viewer<'_> {
     /// Changes the text of the demo's file, given its time in seconds and the camera, and says what was done.
     fn write_demo(
         &mut self,
-        done: String,
+        done: &str,
         change: impl FnOnce(&str, f64, &Camera) -> std::result::Result<String, String>,
     ) {
         let Some(demo) = self.session.demo() else {
