@@ -225,7 +225,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let place = Place::frames(&pattern(folder.path()), 0).unwrap();
         std::fs::create_dir(folder.path().join("005.png")).unwrap();
-        let mut pipeline = Pipeline::start(CODING, place, 3);
+        let mut pipeline = Pipeline::start(CODING, place, 3).unwrap();
         let pushed: Result = (0..1000).try_for_each(|frame| pipeline.push(frame, shot(frame as u8), None));
         let failure = pushed.and_then(|()| pipeline.finish().map(drop)).unwrap_err();
         assert!(failure.message.unwrap().contains("005.png` cannot be written: it is a folder"));
