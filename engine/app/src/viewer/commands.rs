@@ -16,7 +16,7 @@ use winit::event_loop::ActiveEventLoop;
 
 use super::brush::Stroke;
 use super::controls::Command;
-use super::{Viewer, brush, demo_keys, panel_data, write_back};
+use super::{NextFrame, Viewer, brush, demo_keys, panel_data, write_back};
 use crate::console::{self, To};
 use crate::failure::Result;
 use crate::output::{self, Pending, shown};
@@ -53,7 +53,7 @@ impl Viewer<'_> {
                 Ok(path) => self.console.message(&format!("wrote {}", shown(&path))),
                 Err(failure) => self.console.failure(&failure),
             },
-            Command::Capture => self.captures = true,
+            Command::Capture => self.next_runs = NextFrame::Captured,
             Command::Quit => event_loop.exit(),
         }
     }

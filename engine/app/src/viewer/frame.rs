@@ -17,7 +17,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use super::brush::Stroke;
 use super::problem_log::problems;
 use super::reload_log::history_cleared;
-use super::{Open, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data};
+use super::{NextFrame, Open, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data};
 use crate::console::To;
 use crate::control::Next;
 use crate::failure::Result;
@@ -99,7 +99,7 @@ impl Viewer<'_> {
 
     /// Runs a frame, captured if that was asked for.
     fn next_report(&mut self) -> std::result::Result<FrameReport, FrameError> {
-        if !std::mem::take(&mut self.captures) {
+        if std::mem::take(&mut self.next_runs) == NextFrame::Plain {
             return self.session.frame();
         }
         match self.session.capture_frame() {

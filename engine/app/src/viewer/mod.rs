@@ -138,6 +138,16 @@ fn new_window(event_loop: &ActiveEventLoop, args: &Args, title: String) -> Resul
     Ok(Arc::new(window))
 }
 
+/// How the next frame runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum NextFrame {
+    /// As any other.
+    #[default]
+    Plain,
+    /// Captured by RenderDoc.
+    Captured,
+}
+
 struct Viewer<'a> {
     args: &'a Args,
     /// A program that drives the session too.
@@ -161,8 +171,8 @@ struct Viewer<'a> {
     editors: Vec<Child>,
     /// Whether the demo starts over, if the user has chosen.
     looped: Option<bool>,
-    /// The next frame is captured by RenderDoc.
-    captures: bool,
+    /// How the next frame runs.
+    next_runs: NextFrame,
     /// Most frames a second.
     fps_cap: Option<u32>,
     /// Where the camera began.
@@ -320,7 +330,7 @@ impl<'a> Viewer<'a> {
             written: Vec::new(),
             editors: Vec::new(),
             looped: None,
-            captures: false,
+            next_runs: NextFrame::default(),
             fps_cap: None,
             window: None,
             controls: Controls::default(),
