@@ -523,7 +523,7 @@ fn some_edits_in_a_window() {
 }
 
 #[test]
-#[ignore = "an hour"]
+#[ignore = "a quarter of an hour"]
 fn ten_thousand_edits() {
     let edits = number("RAXEL_STORM_EDITS", 10_000) as usize;
     Storm::start(number("RAXEL_STORM_SEED", 3), false).rage(edits * 3 / 4);
