@@ -41,7 +41,7 @@ struct Entry {
 /// What a source follows between frames.
 #[derive(Debug)]
 enum Live {
-    Edits(LiveTree64),
+    Edits(Box<LiveTree64>),
     Instances(Box<LiveInstances>),
 }
 
@@ -132,7 +132,7 @@ impl OnDevice {
         let source = match (&key, &resource.origin) {
             (Key::Voxels { name: SourceName::World(Layout::Tree64), copied: false, .. }, _) if world.is_edited() => {
                 let (source, tree) = upload_live(name, resource, world, builder)?;
-                live = Some(Live::Edits(tree));
+                live = Some(Live::Edits(Box::new(tree)));
                 source
             }
             (Key::Voxels { name: SourceName::Instances, .. }, _) => {
