@@ -49,10 +49,9 @@ fn tree64_voxels(buffer: &[u32]) -> Voxels {
             } else {
                 let link = if material >> 30 == 1 { material } else { words[material as usize + rank] };
                 for (rank, voxel) in occupied(mask_at(2 * (children as usize + rank))).enumerate() {
-                    let half = link as usize + rank;
-                    let one = || words[half / 2] >> (16 * (half % 2));
+                    let material = decode::linked_material(words, link, rank);
                     let cell = child_cell(voxel).map(i64::from);
-                    fill(std::array::from_fn(|i| corner[i] + cell[i]), 1, if link >> 30 == 1 { link } else { one() });
+                    fill(std::array::from_fn(|i| corner[i] + cell[i]), 1, material.into());
                 }
             }
         }

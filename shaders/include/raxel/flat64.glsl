@@ -9,8 +9,8 @@
 //     free radii       four bits for each octant of directions (bit a of its number: down along axis a): how many blocks of 16^3
 //                      further on, in all directions that such a ray goes, have no solids either
 //
-// Leaf l has the link `links_at` + l - `leaves_at`: RX_UNIFORM | material, or the halfword where the materials of its voxels begin,
-// in the order of its mask. Blocks of 16^3 that are full of one material share their leaves.
+// Leaf l has the link `links_at` + l - `leaves_at`: RX_UNIFORM | material, or where the materials of its voxels are, packed in the
+// order of its mask (packed.glsl). Blocks of 16^3 that are full of one material share their leaves.
 //
 // Free radii are the anisotropic Chebyshev distances of Deakin and Knackstedt, "Efficient ray casting of volumetric images using
 // distance maps for empty space skipping" (2020): a ray never turns, so only what lies ahead of it counts.
@@ -33,6 +33,7 @@ layout(std430) readonly buffer RxWorld {
 #include "mask.glsl"
 
 const uint RX_UNIFORM = 0x40000000u;
+#include "packed.glsl"
 
 // Mask of a leaf.
 uvec2 rx_leaf(uint leaf) {
@@ -41,10 +42,7 @@ uvec2 rx_leaf(uint leaf) {
 }
 
 uint rx_leaf_material(uint leaf, uvec2 mask, uint voxel) {
-    uint link = rx_word(world.links_at + leaf - world.leaves_at);
-    if ((link & RX_UNIFORM) != 0u) return link & 0xffffu;
-    uint half_word = link + rx_mask_rank(mask, voxel);
-    return (rx_word(half_word >> 1) >> ((half_word & 1u) * 16u)) & 0xffffu;
+    return rx_linked_material(rx_word(world.links_at + leaf - world.leaves_at), rx_mask_rank(mask, voxel));
 }
 
 // As trace.glsl has it.

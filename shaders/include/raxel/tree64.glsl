@@ -6,8 +6,8 @@
 //
 //     RX_FILLED | material     every occupied child is full, and of that material: there are no children in the buffer
 //     RX_UNIFORM | material    (16^3) every voxel below is of that material
-//     word                     (16^3) where the links of its leaves begin: RX_UNIFORM | material, or the halfword where the
-//                              materials of the leaf's voxels begin, in the order of its mask
+//     word                     (16^3) where the links of its leaves begin: RX_UNIFORM | material, or where the materials of the
+//                              leaf's voxels are, packed in the order of its mask (packed.glsl)
 //
 // The idea and the 2^3 skips are from "A guide to fast voxel ray tracing using sparse 64-trees" (dubiousconst282, 2024); the
 // stepping is walk.glsl's, so no hit depends on rounding.
@@ -30,6 +30,7 @@ layout(std430) readonly buffer RxWorld {
 
 const uint RX_FILLED = 0x80000000u;
 const uint RX_UNIFORM = 0x40000000u;
+#include "packed.glsl"
 
 // Child of a node of height h (its cube has 4^h voxels a side) that holds cell q.
 uint rx_child(uvec3 q, uint height) {
@@ -66,10 +67,7 @@ uvec2 rx_leaf(uint leaf) {
 // Material of a voxel in a leaf: `rank` is the leaf's among its node's, `material` the node's last word.
 uint rx_leaf_material(uint material, uint rank, uvec2 leaf, uint voxel) {
     if ((material & (RX_FILLED | RX_UNIFORM)) != 0u) return material & 0xffffu;
-    uint link = rx_word(material + rank);
-    if ((link & RX_UNIFORM) != 0u) return link & 0xffffu;
-    uint half_word = link + rx_child_rank(leaf, voxel);
-    return (rx_word(half_word >> 1) >> ((half_word & 1u) * 16u)) & 0xffffu;
+    return rx_linked_material(rx_word(material + rank), rx_child_rank(leaf, voxel));
 }
 
 // As trace.glsl has it.

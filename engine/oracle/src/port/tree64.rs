@@ -71,8 +71,16 @@ impl<'a> Tree64<'a> {
         if link & UNIFORM != 0 {
             return link & 0xffff;
         }
-        let half_word = link + child_rank(leaf, voxel);
-        self.words[(half_word >> 1) as usize] >> ((half_word & 1) * 16) & 0xffff
+        // A palette of 2^(2^kind) materials, two a word, then 2^kind bits for each voxel; with kind 4, the 16 bits are the material.
+        let word = |at: u32| self.words[at as usize];
+        let (code, at) = (link >> 30 & 2 | link >> 29 & 1, link & 0x1fff_ffff);
+        let kind = if code == 3 { 4 } else { code };
+        let (bit, bits) = (child_rank(leaf, voxel) << kind, 1 << kind);
+        if kind == 4 {
+            return word(at + bit / 32) >> (bit % 32) & 0xffff;
+        }
+        let index = word(at + (1 << bits >> 1) + bit / 32) >> (bit % 32) & ((1 << bits) - 1);
+        word(at + index / 2) >> (16 * (index & 1)) & 0xffff
     }
 
     /// Material of a voxel, 0 for air: `rx_material`.

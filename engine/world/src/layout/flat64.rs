@@ -4,7 +4,9 @@ use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
+use super::packed::Packing;
 use super::parts::{Parts, filled_node, uniform_block};
+use super::tree64::{ADDRESSABLE, packed_link};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_cell};
 use crate::material::MaterialIndex;
@@ -43,7 +45,7 @@ header! {
 #[derive(Clone, Copy, Default)]
 struct ChunkSize {
     leaves: usize,
-    /// Halfwords of materials.
+    /// Words of materials.
     attributes: usize,
 }
 
@@ -82,10 +84,8 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     at.links = at.leaves + 2 * leaves;
     at.attributes = at.links + leaves;
     // Leaves are read two at a time, the last one too.
-    at.end = (at.attributes + attributes.div_ceil(2)).next_multiple_of(QUAD);
-    // A link to materials has 30 bits and counts halfwords.
-    let addressable = 2 << 30;
-    let bytes = check_size(layout, 4 * (Flat64Header::WORDS as usize + at.end) as u64, limit.min(addressable))?;
+    at.end = (at.attributes + attributes).next_multiple_of(QUAD);
+    let bytes = check_size(layout, 4 * (Flat64Header::WORDS as usize + at.end) as u64, limit.min(ADDRESSABLE))?;
 
     let header = Flat64Header {
         records_at: (at.records / QUAD) as u32,
@@ -151,7 +151,7 @@ impl ChunkSize {
         for block in own_leaves(chunk) {
             size.leaves += 1;
             if uniform_block(chunk, block).is_none() {
-                size.attributes += chunk.mask(block).count_ones() as usize;
+                size.attributes += Packing::of(chunk.block_materials(block)).words();
             }
         }
         size
@@ -245,10 +245,9 @@ fn index(size: [usize; 3], cell: [usize; 3]) -> usize {
 
 /// Writes the leaves with their links and materials, and gives each distinct chunk's first leaf.
 fn fill_leaves(distinct: &[&Chunk], sizes: &[ChunkSize], runs: &Runs, body: &mut [u32], at: &Sections) -> Vec<usize> {
-    let (front, attributes) = body.split_at_mut(at.attributes);
+    let (front, mut attributes) = body.split_at_mut(at.attributes);
     let (front, links) = front.split_at_mut(at.links);
     let masks: &mut [[u32; 2]] = bytemuck::cast_slice_mut(&mut front[at.leaves..]);
-    let mut attributes: &mut [u16] = bytemuck::cast_slice_mut(attributes);
     let (run_masks, mut masks) = masks.split_at_mut(runs.leaves());
     let (run_links, mut links) = links.split_at_mut(runs.leaves());
     run_masks.fill([u32::MAX; 2]);
@@ -257,29 +256,29 @@ fn fill_leaves(distinct: &[&Chunk], sizes: &[ChunkSize], runs: &Runs, body: &mut
     }
 
     let mut jobs = Vec::with_capacity(distinct.len());
-    let (mut leaf, mut half) = (runs.leaves(), 2 * at.attributes);
+    let (mut leaf, mut word) = (runs.leaves(), at.attributes);
     let mut first_leaves = Vec::with_capacity(distinct.len());
     for (chunk, size) in distinct.iter().zip(sizes) {
         let (own_masks, rest_masks) = masks.split_at_mut(size.leaves);
         let (own_links, rest_links) = links.split_at_mut(size.leaves);
         let (own_attributes, rest_attributes) = attributes.split_at_mut(size.attributes);
         (masks, links, attributes) = (rest_masks, rest_links, rest_attributes);
-        jobs.push((*chunk, own_masks, own_links, own_attributes, half));
+        jobs.push((*chunk, own_masks, own_links, own_attributes, word));
         first_leaves.push(leaf);
         leaf += size.leaves;
-        half += size.attributes;
+        word += size.attributes;
     }
-    jobs.into_par_iter().for_each(|(chunk, masks, links, mut attributes, mut half)| {
+    jobs.into_par_iter().for_each(|(chunk, masks, links, mut attributes, mut word)| {
         for ((block, mask), link) in own_leaves(chunk).zip(masks).zip(links) {
             *mask = [chunk.mask(block) as u32, (chunk.mask(block) >> 32) as u32];
             *link = uniform_block(chunk, block).map_or_else(
                 || {
-                    let count = chunk.mask(block).count_ones() as usize;
-                    let (own, rest) = std::mem::take(&mut attributes).split_at_mut(count);
-                    own.iter_mut().zip(chunk.block_materials(block)).for_each(|(to, from)| *to = from);
+                    let packing = Packing::of(chunk.block_materials(block));
+                    let (own, rest) = std::mem::take(&mut attributes).split_at_mut(packing.words());
+                    packing.write(chunk.block_materials(block), own);
                     attributes = rest;
-                    half += count;
-                    (half - count) as u32
+                    word += packing.words();
+                    packed_link(packing.kind, word - packing.words())
                 },
                 |material| UNIFORM | u32::from(material),
             );

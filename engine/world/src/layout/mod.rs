@@ -10,6 +10,7 @@ mod flat64;
 mod hashed_chunks;
 mod header;
 mod octree;
+mod packed;
 mod parts;
 mod svdag;
 mod svo;

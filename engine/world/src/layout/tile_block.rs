@@ -104,7 +104,7 @@ impl<'c> TileBlock<'c> {
     /// Words that it takes: a multiple of 4.
     pub fn words(&self) -> u32 {
         let ChunkSize { nodes, leaves, links, attributes } = self.size;
-        let words = QUAD * (nodes + self.cells) + 2 * leaves + links + attributes.div_ceil(2);
+        let words = QUAD * (nodes + self.cells) + 2 * leaves + links + attributes;
         words.next_multiple_of(QUAD) as u32
     }
 
@@ -132,7 +132,7 @@ impl<'c> TileBlock<'c> {
             nodes: Part { rest: bytemuck::cast_slice_mut(node_words), at: at / QUAD },
             leaves: Part { rest: bytemuck::cast_slice_mut(leaf_words), at: leaves_at / 2 },
             links: Part { rest: link_words, at: links_at },
-            attributes: Part { rest: bytemuck::cast_slice_mut(attribute_words), at: 2 * (links_at + links) },
+            attributes: Part { rest: attribute_words, at: links_at + links },
         };
         encode_chunk(self.chunk, room).into()
     }

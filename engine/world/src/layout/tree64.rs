@@ -10,6 +10,7 @@ pub use live::{LiveTree64, Patch};
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
+use super::packed::Packing;
 use super::parts::{filled_node, uniform_block, uniform_node};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_index};
@@ -23,6 +24,15 @@ pub(super) const FILLED: u32 = 0x8000_0000;
 /// Word 3 of a node whose voxels are all of the material in the low half; also a leaf's link, by itself.
 pub(super) const UNIFORM: u32 = 0x4000_0000;
 
+/// Bytes that the link of a leaf reaches: it has 29 bits, and counts words.
+pub(super) const ADDRESSABLE: u64 = 4 << 29;
+
+/// The link of a leaf of several materials: where they are packed, and in bits 29 and 31 how ([`Packing::kind`], 3 for 4).
+pub(super) fn packed_link(kind: u32, at: usize) -> u32 {
+    let code = kind.min(3);
+    (code >> 1) << 31 | (code & 1) << 29 | at as u32
+}
+
 /// What one distinct chunk takes in the buffer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ChunkSize {
@@ -32,7 +42,7 @@ pub(super) struct ChunkSize {
     pub(super) leaves: usize,
     /// Leaves of nodes of more than one material.
     pub(super) links: usize,
-    /// Voxels of leaves of more than one material.
+    /// Words of the materials of leaves of more than one.
     pub(super) attributes: usize,
 }
 
@@ -101,10 +111,8 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     at.links = at.leaves + 2 * leaves;
     at.attributes = at.links + links;
     // Nodes are read four words at a time, the last leaf too.
-    at.end = (at.attributes + attributes.div_ceil(2)).next_multiple_of(QUAD);
-    // A leaf's link has 30 bits and counts halfwords.
-    let addressable = 2 << 30;
-    let bytes = check_size(layout, 4 * (Tree64Header::WORDS as usize + at.end) as u64, limit.min(addressable))?;
+    at.end = (at.attributes + attributes).next_multiple_of(QUAD);
+    let bytes = check_size(layout, 4 * (Tree64Header::WORDS as usize + at.end) as u64, limit.min(ADDRESSABLE))?;
 
     let header = Tree64Header {
         root: (at.nodes / QUAD) as u32,
@@ -183,7 +191,7 @@ impl ChunkSize {
             size.links += leaves;
             for block in Bits(mask).map(|bit| node * 64 + bit as usize) {
                 if uniform_block(chunk, block).is_none() {
-                    size.attributes += chunk.mask(block).count_ones() as usize;
+                    size.attributes += Packing::of(chunk.block_materials(block)).words();
                 }
             }
         }
@@ -228,7 +236,7 @@ pub(super) struct Room<'a> {
     pub(super) nodes: Part<'a, [u32; QUAD]>,
     pub(super) leaves: Part<'a, [u32; 2]>,
     pub(super) links: Part<'a, u32>,
-    pub(super) attributes: Part<'a, u16>,
+    pub(super) attributes: Part<'a, u32>,
 }
 
 /// Encodes every distinct chunk into its parts of the buffer, in parallel, and gives their nodes.
@@ -242,7 +250,7 @@ fn fill_chunks(distinct: &[&Chunk], sizes: &[ChunkSize], body: &mut [u32], at: &
         nodes: Part { rest: bytemuck::cast_slice_mut(nodes), at: first_node },
         leaves: Part { rest: bytemuck::cast_slice_mut(leaves), at: at.leaves / 2 },
         links: Part { rest: links, at: at.links },
-        attributes: Part { rest: bytemuck::cast_slice_mut(attributes), at: 2 * at.attributes },
+        attributes: Part { rest: attributes, at: at.attributes },
     };
     let rooms: Vec<Room> = sizes
         .iter()
@@ -281,9 +289,10 @@ pub(super) fn encode_chunk(chunk: &Chunk, mut room: Room) -> Node {
                 for (link, block) in links.rest.iter_mut().zip(blocks()) {
                     *link = uniform_block(chunk, block).map_or_else(
                         || {
-                            let voxels = room.attributes.take(chunk.mask(block).count_ones() as usize);
-                            voxels.rest.iter_mut().zip(chunk.block_materials(block)).for_each(|(to, from)| *to = from);
-                            voxels.at as u32
+                            let packing = Packing::of(chunk.block_materials(block));
+                            let words = room.attributes.take(packing.words());
+                            packing.write(chunk.block_materials(block), words.rest);
+                            packed_link(packing.kind, words.at)
                         },
                         |material| UNIFORM | u32::from(material),
                     );

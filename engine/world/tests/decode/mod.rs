@@ -270,19 +270,32 @@ fn svdag_material(attributes: &[u32], link: u32, number: usize) -> u16 {
         return link as u16;
     }
     let block = attributes[link as usize + number / 64];
-    let at = (block & 0x0fff_ffff) as usize;
-    let index = |kind: u32, at: usize| {
-        let bit = (number % 64) << kind;
-        attributes[at + bit / 32] >> (bit % 32) & ((1 << (1 << kind)) - 1)
-    };
     match block >> 28 {
         8.. => block as u16,
-        4 => index(4, at) as u16,
-        0 => half_word(attributes, 2 * at + index(0, at + 1) as usize),
-        1 => half_word(attributes, 2 * at + index(1, at + 2) as usize),
-        2 => half_word(attributes, 2 * at + index(2, at + 8) as usize),
-        kind => panic!("blocks of kind {kind}"),
+        kind => packed_material(attributes, (block & 0x0fff_ffff) as usize, kind, number % 64),
     }
+}
+
+/// The material of one of the voxels that are packed from a word on.
+fn packed_material(words: &[u32], at: usize, kind: u32, number: usize) -> u16 {
+    let index = |at: usize| {
+        let bit = number << kind;
+        words[at + bit / 32] >> (bit % 32) & ((1 << (1 << kind)) - 1)
+    };
+    match kind {
+        4 => index(at) as u16,
+        0 => half_word(words, 2 * at + index(at + 1) as usize),
+        1 => half_word(words, 2 * at + index(at + 2) as usize),
+        2 => half_word(words, 2 * at + index(at + 8) as usize),
+        kind => panic!("voxels are packed by kind {kind}"),
+    }
+}
+
+/// The material of a voxel of a leaf, by the leaf's link.
+pub fn linked_material(words: &[u32], link: u32, rank: usize) -> u16 {
+    let [uniform, low, high] = [30, 29, 31].map(|bit| link >> bit & 1);
+    let kind = [0, 1, 2, 4][(2 * high + low) as usize];
+    if uniform == 1 { link as u16 } else { packed_material(words, (link & 0x1fff_ffff) as usize, kind, rank) }
 }
 
 /// A record of the layout `flat64` with its block of 16³, counted from the corner of the cube.
@@ -318,7 +331,7 @@ pub fn flat64(buffer: &[u32]) -> Voxels {
             let leaf = record[2].wrapping_add(1 + rank as u32);
             let link = words[(header.links_at + leaf - header.leaves_at) as usize];
             for (rank, voxel) in bits(mask64(words, 2 * leaf as usize)).enumerate() {
-                let material = if link >> 30 == 1 { link as u16 } else { half_word(words, link as usize + rank) };
+                let material = linked_material(words, link, rank);
                 fill(&mut voxels, cell64(cell64(corner, bit, 4), voxel, 1), 1, material);
             }
         }

@@ -81,11 +81,13 @@
 #define rx_leaf NAME_leaf
 #define rx_leaf_mask NAME_leaf_mask
 #define rx_leaf_material NAME_leaf_material
+#define rx_linked_material NAME_linked_material
 #define rx_look NAME_look
 #define rx_looked_mask NAME_looked_mask
 #define rx_node_mask NAME_node_mask
 #define rx_mip_free NAME_mip_free
 #define rx_occupied NAME_occupied
+#define rx_palette_material NAME_palette_material
 #define rx_table_find NAME_table_find
 #define rx_table_free NAME_table_free
 #define rx_table_slot NAME_table_slot
@@ -194,11 +196,13 @@
 #undef rx_leaf
 #undef rx_leaf_mask
 #undef rx_leaf_material
+#undef rx_linked_material
 #undef rx_look
 #undef rx_looked_mask
 #undef rx_node_mask
 #undef rx_mip_free
 #undef rx_occupied
+#undef rx_palette_material
 #undef rx_table_find
 #undef rx_table_free
 #undef rx_table_slot

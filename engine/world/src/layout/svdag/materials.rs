@@ -1,11 +1,12 @@
 //! What the voxels of chunks are made of, apart from where they are: a sequence for each chunk in the order in which a walk over its
-//! part of the graph meets its voxels, as in Dado et al., "Geometry and attribute compression for voxel scenes" (2016), whose
-//! blocks with small palettes are used too. Equal blocks are stored once.
+//! part of the graph meets its voxels, as in Dado et al., "Geometry and attribute compression for voxel scenes" (2016), in
+//! packed blocks. Equal blocks are stored once.
 
 use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::super::packed::Packing;
 use super::geometry::blocks_in_order;
 use crate::chunk::Chunk;
 use crate::material::MaterialIndex;
@@ -14,12 +15,12 @@ use crate::material::MaterialIndex;
 const BLOCK: usize = 64;
 /// A chunk's link, or a block's, if all is of the material in its low half.
 const UNIFORM: u32 = 0x8000_0000;
-/// Where a block's kind is: the bits of an index are 2^kind, and kind 4 has materials in place of indices.
+/// Where a block's kind is.
 const KIND_SHIFT: u32 = 28;
 /// Words that a block's address can reach.
 pub(super) const MAX_WORDS: usize = 1 << KIND_SHIFT;
 
-/// A block of several materials: its kind, then its palette of 2^(2^kind) materials two a word, then an index a voxel.
+/// A block of several materials: its kind, and its words as [`Packing`] has them.
 type Packed = (u32, Vec<u32>);
 
 /// A sequence of blocks: of one material, or by index in a list of different ones.
@@ -107,52 +108,11 @@ fn sequence(chunk: &Chunk, order: &[usize]) -> Vec<Result<MaterialIndex, Packed>
 
 /// A block of one material, or packed.
 fn pack(materials: &[MaterialIndex]) -> Result<MaterialIndex, Packed> {
-    let mut palette = materials.to_vec();
-    palette.sort_unstable();
-    palette.dedup();
-    if let [only] = palette[..] {
-        return Ok(only);
+    if materials.iter().all(|material| *material == materials[0]) {
+        return Ok(materials[0]);
     }
-    let kind = match palette.len() {
-        0..=2 => 0,
-        3..=4 => 1,
-        5..=16 => 2,
-        _ => 4,
-    };
-    let mut words = Vec::new();
-    let bits = 1 << kind;
-    if kind == 4 {
-        palette.clear();
-    } else {
-        palette.resize(1 << bits, 0);
-    }
-    words.extend(palette.chunks(2).map(|pair| u32::from(pair[0]) | u32::from(pair[1]) << 16));
-    let value = |material: &MaterialIndex| match kind {
-        4 => u32::from(*material),
-        _ => palette.iter().position(|of_palette| of_palette == material).unwrap_or(0) as u32,
-    };
-    let a_word = 32 / bits;
-    let values = |some: &[MaterialIndex]| {
-        some.iter().map(value).enumerate().fold(0, |word, (i, value)| word | value << (bits * i))
-    };
-    words.extend(materials.chunks(a_word).map(values));
-    Err((kind, words))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn blocks_take_as_few_bits_as_their_materials_need() {
-        assert_eq!(pack(&[9; 64]), Ok(9));
-        assert_eq!(pack(&[9]), Ok(9));
-        let two: Vec<u16> = (0..64).map(|i| 5 + u16::from(i % 2 == 0) * 300).collect();
-        assert_eq!(pack(&two), Err((0, vec![5 | 305 << 16, 0x5555_5555, 0x5555_5555])));
-        let words =
-            |materials: u16| pack(&(0..64).map(|i| i % materials).collect::<Vec<_>>()).map_err(|(_, w)| w.len());
-        assert_eq!([3, 4, 5, 16, 17, 64].map(words), [Err(6), Err(6), Err(16), Err(16), Err(32), Err(32)]);
-        // The last block of a chunk is as long as it is.
-        assert_eq!(pack(&[1, 2, 3]), Err((1, vec![1 | 2 << 16, 3, 0b10_01_00])));
-    }
+    let packing = Packing::of(materials.iter().copied());
+    let mut words = vec![0; packing.words()];
+    packing.write(materials.iter().copied(), &mut words);
+    Err((packing.kind, words))
 }

@@ -8,7 +8,8 @@ use offset_allocator::{Allocation, Allocator};
 use rayon::prelude::*;
 
 use super::{
-    ChunkSize, MATERIAL_WORDS, Node, Part, QUAD, Room, Tree64Header, encode_chunk, fill_upper, path, upper_nodes,
+    ADDRESSABLE, ChunkSize, MATERIAL_WORDS, Node, Part, QUAD, Room, Tree64Header, encode_chunk, fill_upper, path,
+    upper_nodes,
 };
 use crate::chunk::Chunk;
 use crate::layout::header::{Extent, buffer};
@@ -73,8 +74,7 @@ impl LiveTree64 {
         let quads: u64 = sizes.iter().map(|size| u64::from(quads_of(size))).sum();
         let front = Tree64Header::WORDS as u64 + u64::from(MATERIAL_WORDS) * world.materials().len() as u64;
         let needed = quads + quads / 4 + 2 * chunks.len() as u64 + ROOM;
-        // A leaf's link has 30 bits and counts halfwords.
-        let limit = limit.min(2 << 30);
+        let limit = limit.min(ADDRESSABLE);
         let least = 4 * front + 16 * (quads + upper_quads(chunks.len()));
         check_size(layout, least, limit)?;
         let quads = needed.min((limit / 4 - front) / QUAD as u64);
@@ -258,7 +258,7 @@ fn address(chunk: &Arc<Chunk>) -> usize {
 
 /// Quads of a chunk's block.
 fn quads_of(size: &ChunkSize) -> u32 {
-    let words = QUAD * size.nodes + 2 * size.leaves + size.links + size.attributes.div_ceil(2);
+    let words = QUAD * size.nodes + 2 * size.leaves + size.links + size.attributes;
     words.div_ceil(QUAD) as u32
 }
 
@@ -279,7 +279,7 @@ fn encode_block(chunk: &Chunk, size: &ChunkSize, start: usize) -> (Node, Vec<u32
         nodes: Part { rest: bytemuck::cast_slice_mut(nodes), at: start / QUAD },
         leaves: Part { rest: bytemuck::cast_slice_mut(leaves), at: leaves_at / 2 },
         links: Part { rest: links, at: links_at },
-        attributes: Part { rest: bytemuck::cast_slice_mut(attributes), at: 2 * (links_at + size.links) },
+        attributes: Part { rest: attributes, at: links_at + size.links },
     };
     let node = encode_chunk(chunk, room);
     (node, words)
