@@ -245,6 +245,10 @@ impl Front {
     /// Whether frames of a graph depend on those before them by more than the camera, whatever is shown and whichever conditions hold.
     /// What cannot be planned on paper counts as if they did.
     pub fn looks_back(graph: &Arc<Graph>, output: [u32; 2]) -> bool {
+        if graph.collected().next().is_some() {
+            // What passes do to the world is seen by the frames after.
+            return true;
+        }
         let present = Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None };
         let all: Vec<ResourceId> = (0..graph.resources.len() as u32).map(ResourceId).collect();
         let facts: [&dyn Fn(&Fact) -> bool; 2] = [&|_| true, &|_| false];

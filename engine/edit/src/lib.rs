@@ -10,6 +10,7 @@ mod history;
 mod operation;
 mod packed;
 pub mod query;
+pub mod records;
 pub mod save;
 mod scene;
 mod shape;

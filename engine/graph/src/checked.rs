@@ -96,6 +96,12 @@ impl Graph {
         self.resources.iter().filter_map(|resource| resource.kind.supplied_by()).collect()
     }
 
+    /// The buffers that the runtime takes something out of after each frame.
+    pub fn collected(&self) -> impl Iterator<Item = ResourceId> + '_ {
+        let collected = self.resources.iter().enumerate().filter(|(_, resource)| resource.collected_as().is_some());
+        collected.map(|(index, _)| ResourceId(index as u32))
+    }
+
     /// Whether sizes, dispatches or values follow the bounds or the materials of the world: a plan must know them.
     pub fn is_sized_by_world(&self) -> bool {
         let resource = |resource: &Resource| match &resource.kind {
@@ -242,10 +248,18 @@ impl Resource {
         self.kind.supplied_by().filter(|_| matches!(self.origin, Origin::Copy))
     }
 
+    /// What the runtime takes out of it after each frame, e.g. `world.edits`.
+    pub fn collected_as(&self) -> Option<&str> {
+        match &self.origin {
+            Origin::Collected(name) => Some(name),
+            _ => None,
+        }
+    }
+
     /// Whether passes may write it.
     pub fn is_writable(&self) -> bool {
         match &self.origin {
-            Origin::Graph | Origin::Copy => true,
+            Origin::Graph | Origin::Copy | Origin::Collected(_) => true,
             Origin::Source(access) => access.writes(),
             Origin::File(_) => false,
         }
@@ -264,6 +278,8 @@ pub enum Origin {
     File(Arc<FileContents>),
     /// It is a copy of a source that passes may write: filled when the source changes, at creation and on reset.
     Copy,
+    /// From the graph, zero when a frame begins; what passes write goes outside under this name, e.g. `world.edits`.
+    Collected(String),
 }
 
 /// What a resource is.

@@ -6,7 +6,7 @@ use raxel_diagnostics::Diagnostic;
 
 use crate::alias::{Alias, alias};
 use crate::barriers::{Frame, barriers};
-use crate::checked::Graph;
+use crate::checked::{Graph, ResourceId};
 use crate::cull::cull;
 use crate::describe::describe;
 use crate::lifetimes::{Life, lifetimes};
@@ -53,7 +53,9 @@ fn bake(
 
     // Loops are written out: from here on a frame is a list of passes.
     let (graph, present) = unroll(declared, &sizes, input)?;
-    let input = &PlanInput { present, ..input.clone() };
+    // What the runtime takes from passes is wanted like what is read.
+    let pinned: Vec<ResourceId> = input.pinned.iter().copied().chain(graph.collected()).collect();
+    let input = &PlanInput { present, pinned: &pinned, ..input.clone() };
     let mut watch = |after: &After| watch(after, &graph);
     watch(&After::Unroll(declared));
 

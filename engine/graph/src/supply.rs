@@ -18,6 +18,9 @@ pub struct SourceLayout {
     pub image: Option<Format>,
     /// What passes may do with it.
     pub access: Access,
+    /// Bytes of a buffer that works the other way round: passes fill it, and after the frame the runtime takes what is in it. The memory
+    /// is the graph's own, and zero when a frame begins.
+    pub collected: Option<u64>,
 }
 
 /// Everything that can come from outside.

@@ -5,13 +5,14 @@ use std::io::IsTerminal;
 use std::ops::Range;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use raxel_diagnostics::SourceMap;
 use raxel_gpu::DeviceOptions;
 use raxel_runtime::session::Session;
 use raxel_runtime::timeline::Demo;
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};
-use crate::console::{self, Console, Format};
+use crate::console::{self, Console, Format, To};
 use crate::failure::{Failure, Result};
 use crate::front::Front;
 use crate::output::{Coding, Compression, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown};
@@ -157,6 +158,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let frame = |session: &mut Session| session.frame().map(drop).map_err(|error| frame_failure(error, console));
     let stages = shoot.run(&mut session, place, each, frame)?;
     bar.finish_and_clear();
+    console.diagnostics(&session.take_edit_messages(), &SourceMap::default(), To::Stderr);
     let complaints = print_validation(&session, console);
     report(&output, &session, &shoot, &stages, &times, console);
     validated(complaints)

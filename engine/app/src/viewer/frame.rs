@@ -74,7 +74,7 @@ impl Viewer<'_> {
             Err(error) => return Err(frame_failure(error, self.console)),
         };
         self.complained |= print_validation(&self.session, self.console);
-        let said = self.session.take_save_messages();
+        let said = self.session.take_edit_messages();
         self.console.diagnostics(&said, &SourceMap::default(), To::Stderr);
         self.data.note(&mut self.session, &report);
         if inspects {

@@ -63,6 +63,10 @@ declare! {
     SAVE_UNREADABLE = "RX0357";
     /// Edits that a change of the world's file has undone.
     EDITS_DROPPED = "RX0358";
+    /// Passes have written edits that are wrong.
+    RECORD_WRONG = "RX0440";
+    /// Passes have written more edits than there is room for.
+    RECORDS_LOST = "RX0441";
     /// More instances than a world may have.
     TOO_MANY_INSTANCES = "RX0445";
     /// An instance that reaches too far.

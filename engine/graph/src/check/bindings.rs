@@ -261,6 +261,9 @@ fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind,
     let Some(target) = &entry.target else { return };
     let declared = &context.graph.resources[target.value.0.0 as usize];
     let ResourceKind::Buffer(buffer) = &declared.item.kind else { return };
+    if let (Some(name), true) = (declared.item.collected_as(), context.first_use) {
+        return sources::check(context, binding, block, name, declared, found);
+    }
     match &buffer.size {
         // The layout is a define of the shader, so another pass with the same shader has the same difference.
         BufferSize::Source(source) if context.first_use => {

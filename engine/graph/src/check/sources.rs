@@ -26,11 +26,12 @@ pub fn check(
     );
     let place = difference.place.as_ref().or(binding.place.as_ref());
     let diagnostic = context.in_shader(diagnostic, place, "the shader says");
-    found.push(
-        diagnostic
-            .label(declared.detail.clone(), "the source")
-            .help("declare it with `#include <raxel/world.glsl>`, which has the block of the layout that is bound"),
-    );
+    let help = if layout.collected.is_some() {
+        "declare it with `#include <raxel/edits.glsl>`"
+    } else {
+        "declare it with `#include <raxel/world.glsl>`, which has the block of the layout that is bound"
+    };
+    found.push(diagnostic.label(declared.detail.clone(), "the source").help(help));
 }
 
 struct Difference {

@@ -134,6 +134,7 @@ impl Scope<'_> {
         }
         let mut fill = |literal: &Option<Literal>, key| pattern(&name.value, key, literal.as_ref()?, found);
         let (clear, init) = (fill(&buffer.clear, "clear"), fill(&buffer.init, "init"));
+        let clear = if matches!(origin, Some(Origin::Collected(_))) { Some(0) } else { clear };
         let clock = self.clock(buffer.clock.as_ref(), found);
         let sound = size.is_some() && !buffer.flawed && found.len() == before;
         let size = size.unwrap_or(checked::BufferSize::Bytes(4));

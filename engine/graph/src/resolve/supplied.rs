@@ -116,8 +116,20 @@ impl Scope<'_> {
             found.push(unknown(codes::graph::UNKNOWN_SOURCE, "source", &source.value, &source.span, names));
             return None;
         };
-        let origin = if buffer.copy.is_some() { Origin::Copy } else { Origin::Source(known.access) };
-        Some((size(), origin))
+        match (known.collected, &buffer.copy) {
+            (Some(bytes), None) => Some((checked::BufferSize::Bytes(bytes), Origin::Collected(known.name))),
+            (Some(_), Some(copy)) => {
+                let message = format!("`{}` is what passes write, and there is nothing to copy", copy.value);
+                found.push(
+                    Diagnostic::error(codes::graph::WRONG_KIND, message)
+                        .label(copy.span.clone(), "a source that passes read is needed here")
+                        .help(format!("write `source = \"{}\"`", copy.value)),
+                );
+                None
+            }
+            (None, Some(_)) => Some((size(), Origin::Copy)),
+            (None, None) => Some((size(), Origin::Source(known.access))),
+        }
     }
 }
 

@@ -100,6 +100,7 @@ pub fn sources() -> Vec<SourceLayout> {
         name: name.to_owned(),
         access: Access::Read,
         image,
+        collected: None,
         block: Block {
             name: "RxWorld".to_owned(),
             size: 16,

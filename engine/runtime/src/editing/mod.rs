@@ -27,7 +27,7 @@ pub(crate) struct Editing {
     script: Vec<(f64, Operation)>,
     /// So many of them are made.
     scripted: usize,
-    /// What is to be said about the save.
+    /// What is to be said about the save, and about edits that passes write.
     messages: Vec<Diagnostic>,
 }
 
@@ -128,7 +128,12 @@ impl Editing {
         }
     }
 
-    /// What was to be said about the save since the last call.
+    /// Has something said.
+    pub(crate) fn say(&mut self, message: Diagnostic) {
+        self.messages.push(message);
+    }
+
+    /// What was to be said since the last call.
     pub(crate) fn take_messages(&mut self) -> Vec<Diagnostic> {
         std::mem::take(&mut self.messages)
     }

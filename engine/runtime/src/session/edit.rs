@@ -93,8 +93,9 @@ impl Session {
         raxel_edit::query::histogram(self.world.newest(), bounds)
     }
 
-    /// What is to be said about the save since the last call: that it fails, and that it works again.
-    pub fn take_save_messages(&mut self) -> Vec<Diagnostic> {
+    /// What is to be said about edits since the last call: that they cannot be saved and are saved again, and what is wrong with those that
+    /// passes write.
+    pub fn take_edit_messages(&mut self) -> Vec<Diagnostic> {
         self.editing.take_messages()
     }
 

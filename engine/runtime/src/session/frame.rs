@@ -126,6 +126,7 @@ impl Session {
         if let Some(demo) = self.demo.clone().filter(|_| !self.taken_over) {
             self.follow_edits(demo.local_time(time.time))?;
         }
+        self.make_collected_edits()?;
         self.editing.poll_save();
         if cut && time.advanced {
             // There is no way from the last picture to this one.
@@ -184,6 +185,7 @@ impl Session {
         if let Some(stream) = self.stream() {
             stream.end(before);
         }
+        self.collect_edits()?;
         self.previous_camera = self.camera;
         self.history.end();
         Ok(report)

@@ -1,6 +1,7 @@
 //! A session: a project that is open and runs. The library's front door; the command line and the window drive the same type.
 
 mod capture;
+mod collect;
 mod drive;
 mod edit;
 mod error;
@@ -125,6 +126,7 @@ pub struct Session {
     graph: Arc<Graph>,
     world: Arc<SessionWorld>,
     editing: Editing,
+    collected: collect::Collected,
     demo: Option<Arc<Demo>>,
     texts: SourceMap,
     warnings: Vec<Diagnostic>,

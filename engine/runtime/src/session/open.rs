@@ -114,6 +114,7 @@ impl Session {
             graph,
             world,
             editing,
+            collected: super::collect::Collected::default(),
             demo,
             texts,
             warnings,

@@ -72,6 +72,7 @@ impl Session {
         (self.executor, self.device, self.context) = (executor, device, context);
         self.plans.clear();
         self.history.reset();
+        self.collected.forget();
         self.refused = None;
         self.remember(self.selection.clone(), plan);
         self.settings_changed();

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::Files;
+use raxel_edit::records;
 use raxel_graph::{Catalog, FileContents, ImageRequest, Refusal, SourceLayout};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
@@ -11,6 +12,9 @@ use raxel_world::layout::{BlockMember, Layout};
 
 use super::SourceName;
 use super::file::FileSources;
+
+/// The name under which graphs declare what their passes do to the world.
+pub const EDITS: &str = "world.edits";
 
 /// The texels of a layout's image.
 pub const VOXEL_FORMAT: Format = Format::R16ui;
@@ -26,7 +30,8 @@ impl SourceCatalog {
     /// Reads files by `files`.
     pub fn new(files: Arc<dyn Files>) -> Self {
         let layouts = Layout::ALL.iter().map(|layout| SourceName::World(*layout));
-        let worlds = layouts.chain([SourceName::Lights, SourceName::Instances]).map(|name| described(&name)).collect();
+        let named = layouts.chain([SourceName::Lights, SourceName::Instances]);
+        let worlds = named.map(|name| described(&name)).chain([edits()]).collect();
         Self { worlds, files, read: FileSources::default() }
     }
 }
@@ -37,6 +42,9 @@ impl Catalog for SourceCatalog {
     }
 
     fn source(&self, name: &str) -> Option<SourceLayout> {
+        if name == EDITS {
+            return Some(edits());
+        }
         SourceName::parse(name).map(|name| described(&name))
     }
 
@@ -56,6 +64,26 @@ fn described(name: &SourceName) -> SourceLayout {
         },
         image: layout.filter(|layout| layout.has_image()).map(|_| VOXEL_FORMAT),
         access: Access::Read,
+        collected: None,
+    }
+}
+
+/// What passes write to edit the world.
+fn edits() -> SourceLayout {
+    let member = |name, offset, stride| BlockMember { name, offset, ty: "uint", stride };
+    let members = [
+        member("count", 0, None),
+        member("unused0", 4, None),
+        member("unused1", 8, None),
+        member("unused2", 12, None),
+        member("records", 4 * records::HEADER_WORDS as u32, Some(4)),
+    ];
+    SourceLayout {
+        name: EDITS.to_owned(),
+        block: block("RxEdits", &members),
+        image: None,
+        access: Access::ReadWrite,
+        collected: Some(records::BYTES),
     }
 }
 
@@ -101,7 +129,7 @@ mod tests {
         let sources = catalog.sources();
         let layouts = Layout::ALL.iter().map(|layout| layout.name());
         let names: Vec<String> =
-            layouts.chain(["lights", "instances"]).map(|layout| format!("world.{layout}")).collect();
+            layouts.chain(["lights", "instances", "edits"]).map(|layout| format!("world.{layout}")).collect();
         assert_eq!(sources.iter().map(|source| &source.name).collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());
         for source in sources {
             let last = source.block.members.last().unwrap();

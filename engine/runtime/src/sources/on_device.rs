@@ -13,7 +13,7 @@ use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits, Li
 use raxel_world::{Chunk, ChunkPos};
 
 use super::SourceName;
-use super::catalog::VOXEL_FORMAT;
+use super::catalog::{EDITS, VOXEL_FORMAT};
 use super::instances::LiveInstances;
 use crate::build_error::BuildError;
 use crate::execute::{self, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
@@ -386,8 +386,11 @@ fn no_model(model: &str, resource: &Resource, world: &SessionWorld) -> Diagnosti
 
 fn unknown(name: &str, resource: &Resource) -> Diagnostic {
     let layouts = Layout::ALL.iter().map(|layout| SourceName::World(*layout));
-    let names: Vec<String> =
-        layouts.chain([SourceName::Lights, SourceName::Instances]).map(|name| name.to_string()).collect();
+    let names: Vec<String> = layouts
+        .chain([SourceName::Lights, SourceName::Instances])
+        .map(|name| name.to_string())
+        .chain([EDITS.to_owned()])
+        .collect();
     let names = || names.iter().map(String::as_str);
     let diagnostic = Diagnostic::error(codes::session::UNKNOWN_SOURCE, format!("nothing supplies `{name}`"))
         .label(resource.place.clone(), "for this");

@@ -170,7 +170,7 @@ pub fn graph_with(files: &[(&str, &str)], access: Access) -> Arc<Graph> {
         Member { name: "words".to_owned(), offset: 0, ty: Type::Array { element, len: None, stride: 4 }, place: None };
     let block = Block { name: "Words".to_owned(), size: 0, members: vec![words] };
     let name = "test.words".to_owned();
-    let sources = vec![SourceLayout { name, block, image: Some(Format::R16ui), access }];
+    let sources = vec![SourceLayout { name, block, image: Some(Format::R16ui), access, collected: None }];
     let mut texts = SourceMap::default();
     let compiler = Compiler::new(files.clone());
     match compile("graphs/test.toml", &*files, &compiler, &sources, &mut texts) {

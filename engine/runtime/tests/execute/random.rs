@@ -317,7 +317,7 @@ fn layouts() -> Vec<SourceLayout> {
             place: None,
         };
         let block = Block { name: "Block".to_owned(), size: 0, members: vec![values] };
-        SourceLayout { name: name.to_owned(), block, image: None, access }
+        SourceLayout { name: name.to_owned(), block, image: None, access, collected: None }
     };
     vec![layout(GIVEN, Access::Read), layout(OPEN, Access::ReadWrite)]
 }

@@ -1,0 +1,215 @@
+//! Edits that shaders write: made once, two frames later, whatever is wrong with some of them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use raxel_graph::checked::Value;
+use raxel_runtime::session::Validation;
+use raxel_runtime::{Options, Saves, Session};
+use raxel_world::Bounds;
+use tempfile::TempDir;
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
+}
+
+fn options(project: &Path, graph: &str, world: &str) -> Options {
+    Options {
+        project: Some(project.to_owned()),
+        graph: Some(project.join(graph)),
+        world: Some(project.join(world)),
+        size: [96, 54],
+        saves: Saves::Ignore,
+        validation: Validation::Required,
+        ..Options::default()
+    }
+}
+
+fn open(options: Options) -> Session {
+    Session::open(options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Runs a frame; gives how many passes it dispatched.
+fn frame(session: &mut Session) -> u32 {
+    session.frame().unwrap_or_else(|error| panic!("{error}")).dispatched
+}
+
+fn silent(session: &Session) {
+    let messages = session.device().log().take();
+    assert!(messages.is_empty(), "{messages:#?}");
+}
+
+/// A project of one's own with the shipped shaders.
+fn project(files: &[(&str, String)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for of in ["shaders/examples", "graphs", "worlds", "graphs/examples", "worlds/models"] {
+        fs::create_dir_all(folder.path().join(of)).unwrap();
+    }
+    for shipped in [
+        "shaders/examples/drill.comp",
+        "shaders/examples/see_copy.comp",
+        "graphs/examples/drill.toml",
+        "worlds/menger.toml",
+        "worlds/models/tree.vox",
+        "worlds/models/pine.vox",
+    ] {
+        fs::copy(repository().join(shipped), folder.path().join(shipped)).unwrap();
+    }
+    for (path, text) in files {
+        fs::write(folder.path().join(path), text).unwrap();
+    }
+    folder
+}
+
+/// A world that a shader drills a hole into.
+fn drilled() -> Session {
+    open(options(&repository(), "graphs/examples/drill.toml", "worlds/quarry.toml"))
+}
+
+#[test]
+fn shaders_edit_the_world_two_frames_later_and_once() {
+    let mut session = drilled();
+    frame(&mut session);
+    let before = session.read_presented().unwrap();
+    let solids = |session: &Session| session.world().voxels().solids();
+    let whole = solids(&session);
+    frame(&mut session);
+    assert_eq!((session.edit_steps(), solids(&session)), ([0, 0], whole), "not yet");
+    assert!(session.read_presented().unwrap() == before);
+    // A frame whose passes need not run writes nothing again: each hole is dug once.
+    frame(&mut session);
+    let after_one = solids(&session);
+    assert_eq!(session.edit_steps(), [1, 0]);
+    assert!(after_one < whole);
+    assert!(session.read_presented().unwrap() != before, "it is seen");
+    frame(&mut session);
+    assert_eq!((session.edit_steps(), solids(&session)), ([1, 0], after_one));
+    // The ray goes on through the hole.
+    frame(&mut session);
+    assert_eq!(session.edit_steps(), [2, 0]);
+    assert!(solids(&session) < after_one);
+    session.set_param("drill", Value::Bool(false)).unwrap();
+    for _ in 0..4 {
+        frame(&mut session);
+    }
+    let steps = session.edit_steps();
+    assert_eq!(frame(&mut session), 0, "it is off");
+    assert_eq!(session.edit_steps(), steps);
+    for _ in 0..steps[0] {
+        assert!(session.undo().unwrap());
+    }
+    frame(&mut session);
+    assert_eq!(solids(&session), whole);
+    assert!(session.read_presented().unwrap() == before);
+    assert!(session.take_edit_messages().is_empty());
+    silent(&session);
+}
+
+#[test]
+fn what_shaders_do_is_the_same_in_every_run() {
+    let run = || {
+        let mut session = drilled();
+        (0..9).for_each(|_| _ = frame(&mut session));
+        (session.world().voxels().solids(), session.read_presented().unwrap())
+    };
+    assert!(run() == run());
+}
+
+#[test]
+fn shaders_edit_a_streamed_world() {
+    let land = fs::read_to_string(repository().join("worlds/frontier.toml")).unwrap();
+    let near = land.replace("near       = 384", "near = 128").replace("far        = 24576", "far = 1000");
+    assert!(near.contains("near = 128") && near.contains("far = 1000"));
+    let project = project(&[("worlds/land.toml", near.replace("256 MiB", "100 MiB"))]);
+    let mut session = open(options(project.path(), "graphs/examples/drill.toml", "worlds/land.toml"));
+    session.set_param("radius", Value::F32(9.0)).unwrap();
+    let mut pictures = Vec::new();
+    for _ in 0..5 {
+        frame(&mut session);
+        pictures.push(session.read_presented().unwrap().rgba);
+    }
+    let changes: Vec<usize> = (1..5).filter(|frame| pictures[*frame] != pictures[frame - 1]).collect();
+    assert_eq!((changes, session.edit_steps()), (vec![2, 4], [2, 0]));
+    assert!(session.take_edit_messages().is_empty());
+    silent(&session);
+}
+
+#[test]
+fn wrong_and_too_many_edits_of_shaders_are_said_once_and_the_others_are_made() {
+    let shader = r"
+#version 460
+#include <raxel/edits.glsl>
+layout(local_size_x = 64) in;
+layout(push_constant) uniform Push { uint wanted; } push;
+void main() {
+    uint n = gl_GlobalInvocationID.x;
+    if (n < push.wanted) rx_edit_set(ivec3(n & 63u, 300 + int(n >> 6), 0), 1u);
+    if (n == 0u) rx_edit_set(ivec3(0, -500, 0), 60000u);
+    if (n == 1u) rx_edit_sphere(ivec3(0, -520, 0), 0.0, RX_EDIT_ADD, 1u);
+}
+";
+    let graph = r#"
+name = "many"
+present = "color"
+[params.wanted]
+type = "u32"
+default = 100
+range = [0, 100000]
+[buffers.edits]
+source = "world.edits"
+[buffers.world]
+source = "world.tree64"
+[targets.color]
+format = "rgba16f"
+[[passes]]
+name = "write"
+shader = "many.comp"
+dispatch = { threads = [100000, 1, 1] }
+bind = { edits = "edits" }
+push = { wanted = "param.wanted" }
+[[passes]]
+name = "see"
+shader = "examples/see_copy.comp"
+dispatch = { threads = "color" }
+bind = { world = "world", outColor = "color" }
+[passes.push]
+view_to_world = "camera.view_to_world"
+camera_cell = "camera.cell"
+camera_frac = "camera.frac"
+tan_half_fov = "camera.tan_half_fov"
+"#;
+    let project = project(&[("shaders/many.comp", shader.to_owned()), ("graphs/many.toml", graph.to_owned())]);
+    let options = options(project.path(), "graphs/many.toml", "worlds/menger.toml");
+    let mut session = open(options.clone());
+    let mut said = Vec::new();
+    let mut run = |session: &mut Session, frames: usize| -> Vec<String> {
+        for _ in 0..frames {
+            frame(session);
+            said.extend(session.take_edit_messages());
+        }
+        said.drain(..).map(|message| format!("{}: {}", message.code, message.message)).collect()
+    };
+    let messages = run(&mut session, 4);
+    assert_eq!(messages.len(), 1, "{messages:?}");
+    assert!(messages[0].starts_with("RX0440: passes have written edits that cannot be made"), "{messages:?}");
+    let bounds = |y: [i64; 2]| Bounds { min: [0, y[0], 0], max: [64, y[1], 1] };
+    let made = |session: &Session| session.region(&bounds([300, 2000])).unwrap().get(&1).copied();
+    assert_eq!(made(&session), Some(100));
+    assert_eq!(session.region(&bounds([-600, -400])).unwrap().get(&1), None);
+    session.set_param("wanted", Value::U32(50_000)).unwrap();
+    let messages = run(&mut session, 4);
+    assert_eq!(messages.len(), 1, "what is still wrong is not said again: {messages:?}");
+    assert!(messages[0].starts_with("RX0441: passes have written 45906 more edits than the 4096"), "{messages:?}");
+    assert!(made(&session).unwrap() > 4000);
+    silent(&session);
+
+    // A block that is laid out otherwise is refused when it is compiled.
+    let other = "buffer RxEdits { uint count; uint records[]; } edits;
+        void rx_edit_set(ivec3 c, uint m) { edits.count = m; }
+        void rx_edit_sphere(ivec3 c, float r, uint o, uint m) {}
+        const uint RX_EDIT_ADD = 1u;";
+    let other = shader.replace("#include <raxel/edits.glsl>", other);
+    fs::write(project.path().join("shaders/many.comp"), other).unwrap();
+    let refused = Session::open(options).err().expect("it is laid out otherwise").to_string();
+    assert!(refused.contains("is not laid out as `world.edits`"), "{refused}");
+}
