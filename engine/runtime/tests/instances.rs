@@ -92,8 +92,12 @@ fn project(origin: [i32; 3], seed: u64, instances: &str) -> TestProject {
     let mut model = |name: &str, size: [i32; 3], share: u64| {
         let cells = (0..size[0] * size[1] * size[2])
             .map(|i| IVec3::new(i % size[0], i / size[0] % size[1], i / size[0] / size[1]));
-        let solid: Vec<_> =
-            cells.filter_map(|cell| (random.below(100) < share).then(|| (cell, 1 + random.below(2) as u16))).collect();
+        let mut solid = Vec::new();
+        for cell in cells {
+            if random.below(100) < share {
+                solid.push((cell, 1 + random.below(2) as u16));
+            }
+        }
         let materials =
             vec![Material::air(), Material::matt("a", [0.2, 0.5, 0.1]), Material::matt("b", [0.9, 0.1, 0.3])];
         let bytes = vox::export(&World::from_voxels(materials, solid)).expect("a small model");

@@ -111,14 +111,19 @@ uint rx_instance_word(RxInstance instance, uint at) {
     return instances.quads[instance.tree + (at >> 2)][at & 3u];
 }
 
-// Index of the world's material of a voxel, by what tree64.glsl says of its leaf; see there.
+// Index of the world's material of a voxel, by what tree64.glsl says of its leaf and packed.glsl of packed materials; see there.
 uint rx_instance_material(RxInstance instance, uint material, uint rank, uvec2 leaf, uint voxel) {
     uint own = material & 0xffffu;
     if ((material & 0xc0000000u) == 0u) {
         uint link = rx_instance_word(instance, material + rank);
-        uint half_word = link + rx_mask_rank(leaf, voxel);
-        own = (link & 0x40000000u) != 0u ? link & 0xffffu
-                                         : (rx_instance_word(instance, half_word >> 1) >> ((half_word & 1u) * 16u)) & 0xffffu;
+        own = link & 0xffffu;
+        if ((link & 0x40000000u) == 0u) {
+            uint at = link & 0x1fffffffu, code = ((link >> 30) & 2u) | ((link >> 29) & 1u), kind = code == 3u ? 4u : code;
+            uint bit = rx_mask_rank(leaf, voxel) << kind, bits = 1u << kind;
+            uint palette_words = kind == 4u ? 0u : (1u << bits) >> 1;
+            own = (rx_instance_word(instance, at + palette_words + (bit >> 5)) >> (bit & 31u)) & ((1u << bits) - 1u);
+            if (kind != 4u) own = (rx_instance_word(instance, at + (own >> 1)) >> (16u * (own & 1u))) & 0xffffu;
+        }
     }
     return rx_instance_word(instance, 8u * own + 7u);
 }
