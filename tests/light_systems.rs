@@ -78,7 +78,7 @@ fn light_of_a_lamp_that_an_edit_takes_out_goes_and_comes_back() {
     }
 }
 
-/// Path tracers go on for as long as one looks, and the texels of surface_cache have their ticks.
+/// Path tracers go on for as long as one looks, and the texels of `surface_cache` have their ticks.
 const RESTLESS: [&str; 4] = ["reference", "reference_centre", "wavefront", "surface_cache"];
 
 #[test]

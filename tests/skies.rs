@@ -269,6 +269,7 @@ fn the_judge_compares_it_under_its_own_sky() {
         lag: 0,
         most_paths: 64,
         goal: 1e-9,
+        keep: false,
     };
     let mut bench = Bench::new(effort);
     let references = bench.references(&scene).unwrap();

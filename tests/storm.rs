@@ -381,7 +381,7 @@ impl Storm {
         match came {
             Came::Failed => self.must_be_as_before("an edit that is wrong changed the picture"),
             Came::Reloaded if is_black(&self.picture()) || self.random.below(16) == 0 => {
-                self.compare_with_a_fresh_start()
+                self.compare_with_a_fresh_start();
             }
             Came::Reloaded => {}
         }
@@ -471,11 +471,11 @@ impl Storm {
     fn rage(&mut self, edits: usize) {
         while self.edits < edits {
             if self.random.below(6) == 0 {
-                self.squall()
+                self.squall();
             } else {
-                self.gust()
+                self.gust();
             }
-            if self.edits / 500 != self.memory.len() / 500 && self.memory.len() % 100 == 0 {
+            if self.edits / 500 != self.memory.len() / 500 && self.memory.len().is_multiple_of(100) {
                 eprintln!("{} edits, {:?} right and wrong, {:?} KiB", self.edits, self.taken, self.memory.last());
             }
         }
