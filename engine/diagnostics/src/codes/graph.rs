@@ -67,7 +67,7 @@ declare! {
     DESCRIPTOR_ARRAY = "RX0131";
     /// A block that is not laid out as its source.
     SOURCE_LAYOUT = "RX0132";
-    /// A filter or wrap that cannot be.
+    /// An invalid filter or wrap.
     SAMPLER = "RX0133";
     /// A buffer with fewer bytes than the shader's block.
     BUFFER_SIZE = "RX0134";
@@ -101,7 +101,7 @@ declare! {
     NOTHING_TO_OVERLAY = "RX0154";
     /// More things than a graph may have.
     TOO_MANY = "RX0155";
-    /// A file that cannot be what a target or buffer is to be.
+    /// A file that does not fit its target or buffer.
     FILE_SOURCE = "RX0156";
     /// Names of a param's values that do not fit it.
     PARAM_CHOICES = "RX0157";
