@@ -140,7 +140,8 @@ mod tests {
             for spread in [1, 60, 1 << 20] {
                 // Far apart by powers: the worst for a split by planes.
                 let mut at = || {
-                    let size = 1 + (random.bits() % spread) as i64 * if random.bits().is_multiple_of(9) { 512 } else { 1 };
+                    let size =
+                        1 + (random.bits() % spread) as i64 * if random.bits().is_multiple_of(9) { 512 } else { 1 };
                     (random.bits() % size as u64) as i64
                 };
                 let boxes: Vec<Box3> = (0..count)
