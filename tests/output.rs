@@ -64,7 +64,11 @@ fn stopped_by(signal: &str, project: &Project, to: &str) -> Option<i32> {
     // A graph that looks back: of others only the frames that are written are computed.
     let keeping = ["render", "graphs/examples/keep.toml", "--world", "worlds/menger.toml", "--size", "64x36"];
     let arguments = [&keeping[..], &["--frames", "10000000", "-o", to]].concat();
-    let mut child = Running::start(command(project.root(), &arguments).stderr(Stdio::null()));
+    // Whoever runs the tests by `nohup` passes on that HUP is ignored; here it must not be.
+    let mut raxel = Command::new("env");
+    raxel.arg("--default-signal=HUP,INT,TERM").arg(env!("CARGO_BIN_EXE_raxel")).args(arguments);
+    raxel.current_dir(project.root()).stdin(Stdio::null()).stderr(Stdio::null());
+    let mut child = Running::start(&mut raxel);
     let start = Instant::now();
     while names(&folder).is_empty() {
         assert!(!child.ended() && start.elapsed() < Duration::from_secs(60), "nothing is being made");
