@@ -221,7 +221,8 @@ fn the_path_tracer_gives_the_light_that_is_kept() {
 }
 
 /// Systems that neither interpolate nor merge, and say so: others' pages say where light comes from that is not there.
-const TIGHT: [&str; 6] = ["reference", "reference_centre", "face_cache", "gi_svgf", "hash_cache", "many_lamps"];
+const TIGHT: [&str; 7] =
+    ["reference", "reference_centre", "face_cache", "surface_f32", "gi_svgf", "hash_cache", "many_lamps"];
 
 #[test]
 fn no_light_comes_through_walls() {

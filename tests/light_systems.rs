@@ -58,8 +58,8 @@ fn take_lamp(session: &mut Session) {
 }
 
 /// Frames until so much of a lamp's light is left that an edit has taken out, as the pages of these systems say.
-const GONE_AFTER: [(&str, usize); 5] =
-    [("face_cache", 2), ("gi_svgf", 10), ("hash_cache", 10), ("many_lamps", 10), ("ddgi", 10)];
+const GONE_AFTER: [(&str, usize); 6] =
+    [("face_cache", 2), ("surface_f32", 2), ("gi_svgf", 10), ("hash_cache", 10), ("many_lamps", 10), ("ddgi", 10)];
 
 #[test]
 fn light_of_a_lamp_that_an_edit_takes_out_goes_and_comes_back() {
@@ -98,6 +98,41 @@ fn a_still_camera_under_still_light_stops_working() {
         // What changes wakes it.
         session.set_param("sky_strength", Value::F32(0.5)).unwrap();
         assert!(session.frame().unwrap().dispatched > 0, "{graph}");
+    }
+}
+
+/// Light that is kept in texels is that which whole faces keep: of a lamp in a closed room, and of a sun and a sky over it.
+#[test]
+fn texels_of_floats_have_the_light_of_whole_faces() {
+    let project = Project::shipped();
+    let light = |graph: &str, params: &[(&str, f32)], texels_from: Option<f32>| {
+        let mut session = open(&project, graph, [48, 27], params);
+        if let Some(pixels) = texels_from {
+            session.set_param("texels_from", Value::F32(pixels)).unwrap();
+        }
+        let mean = luminance(&frames(&mut session, 128));
+        let given = texels_from.map(|_| {
+            let bytes =
+                session.read_buffer("unwrapped", 4 * (1_048_576 + 65_536)..4 * (1_048_576 + 65_536 + 1)).unwrap();
+            u32::from_le_bytes(bytes[..4].try_into().unwrap())
+        });
+        (mean, given)
+    };
+    let open_land = [("sun_strength", 2.0), ("sky_strength", 0.5), ("sun_elevation", 50.0)];
+    for (lit_by, params) in [("a lamp", &DARK[..]), ("sun and sky", &open_land)] {
+        if lit_by == "a lamp" {
+            room(&project);
+        } else {
+            let build = [cuboid("wall", [0, 0, 0], [16, 1, 16], ""), cuboid("wall", [5, 1, 5], [8, 6, 8], "")];
+            world(&project, "wall = { albedo = [0.7, 0.6, 0.5] }", &build, [14.5, 9.5, 18.5], [7.0, 1.0, 6.0], 50.0);
+        }
+        let (whole, _) = light("graphs/light/face_cache.toml", params, None);
+        let (texels, given) = light("graphs/light/surface_f32.toml", params, Some(1.0));
+        assert!(given.unwrap() > 20, "{lit_by}: only {given:?} faces have texels");
+        assert!((texels / whole - 1.0).abs() < 0.04, "{lit_by}: {texels} in texels, {whole} on whole faces");
+        let (far, given) = light("graphs/light/surface_f32.toml", params, Some(1000.0));
+        assert_eq!(given, Some(0), "{lit_by}: no face is a thousand pixels wide");
+        assert!((far / whole - 1.0).abs() < 0.04, "{lit_by}: {far} without texels, {whole} on whole faces");
     }
 }
 

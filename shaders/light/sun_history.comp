@@ -1,6 +1,6 @@
 // The sun: one ray a pixel and frame to a random place in its disc, averaged over time along the surface. Where a pixel was in the last
 // frame is known exactly, and a value of that frame counts only if it is of the same face of the same voxel: no thresholds, and no
-// trails.
+// trails. With SUN_TEXELS, a face that has texels (surface/unwrapped.glsl) knows its sunlight by itself.
 #version 460
 #include <raxel/world.glsl>
 #include "scene.glsl"
@@ -12,6 +12,11 @@ layout(rgba32f) uniform readonly image2D places;
 layout(rgba32i) uniform readonly iimage2D hitsBefore;
 layout(rg32f) uniform readonly image2D sunBefore;
 layout(rg32f) uniform writeonly image2D outSun;
+#ifdef SUN_TEXELS
+layout(r32ui) uniform readonly uimage2D slots;
+layout(std430) readonly buffer SunTexels { vec2 sun_texels[]; };
+#include "surface/unwrapped.glsl"
+#endif
 #include "change.glsl"
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; int history; vec3 frac; } push;
 
@@ -27,6 +32,14 @@ void main() {
         imageStore(outSun, pixel, vec4(0.0, 1.0, 0.0, 0.0));
         return;
     }
+#ifdef SUN_TEXELS
+    uint slot = imageLoad(slots, pixel).x, block_here = slot == 0xffffffffu ? NO_BLOCK : block_of(slot);
+    vec2 texel = block_here == NO_BLOCK ? vec2(0.0) : sun_texels[texel_in(block_here, place.xy)];
+    if (texel.y > 0.0) {
+        imageStore(outSun, pixel, vec4(texel.x, min(texel.y, float(push.history)), 0.0, 0.0));
+        return;
+    }
+#endif
     uint seed = scene_seed(uint(pixel.x) + rx_hash(uint(pixel.y)));
     vec3 to = rx_sun_point(sun, rx_sobol(frame.index, 0u, seed));
     float cosine = max(dot(rx_normal(face), to), 0.0);

@@ -17,12 +17,7 @@ layout(std430) writeonly buffer Faces { uint faces[]; };
 layout(push_constant) uniform Push { float quarters; } push;
 #define RX_FACE_INSERT
 #include <raxel/light/face_table.glsl>
-
-// Pixels across a face, from the distance between its middle and the camera, so that all of its pixels agree.
-float pixels_across(ivec3 voxel, uint face, float height) {
-    vec3 middle = vec3(voxel - frame.camera_cell) - frame.camera_frac + 0.5 + 0.5 * rx_normal(face);
-    return 0.5 * height / (frame.tan_half_fov.y * max(length(middle), 1e-3));
-}
+#include "across.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outHit);

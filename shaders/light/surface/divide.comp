@@ -1,0 +1,13 @@
+// How many paths each item gets, so that all together are about as many as was asked for.
+#version 460
+#define WORK_ACCESS
+#include "work.glsl"
+layout(local_size_x = 1) in;
+layout(push_constant) uniform Push { uint pixels; float paths; } push;
+
+void main() {
+    work.count = min(work.count, items.length());
+    uint budget = uint(clamp(push.paths, 0.0, 2.0) * float(push.pixels));
+    work.per_item = clamp(budget / max(work.count, 1u), 1u, 8u);
+    work.paths = work.count * work.per_item;
+}
