@@ -5,6 +5,7 @@
 //     #define PATH_SUN_FIRST        also counts direct sun at the first place, which is left out otherwise
 //     #define PATH_KEPT             a function `vec4 kept(RxHit hit)` knows what falls on a face without direct sun, / pi; w is 0 where not
 //     #define PATH_LAMPS_APART      the lamps at the first place are compared elsewhere, and only those that a ray meets counted here
+//     #define PATH_PANES n          rays go through clear bodies that are at most n voxels thick on the way; needs <raxel/light/body.glsl>
 //     #define PATH_PLACES n         also notes what falls on each of the first n places of the path: path_places
 #ifndef LIGHT_PATH_GLSL
 #define LIGHT_PATH_GLSL
@@ -79,6 +80,14 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
         if (!arrived) {
             RxHit hit;
             bool found = rx_trace(ray, hit);
+#ifdef PATH_PANES
+            vec3 left = vec3(1.0);
+            if (found && rx_pass_body(hit, PATH_PANES, ray, left)) {
+                if (kind == ON) share *= left;
+                else waiting *= left;
+                continue;
+            }
+#endif
             if (kind != ON) {
                 if (!found) {
                     sum += share * waiting;

@@ -1,6 +1,7 @@
 // The sun: one ray a pixel and frame to a random place in its disc, averaged over time along the surface. Where a pixel was in the last
 // frame is known exactly, and a value of that frame counts only if it is of the same face of the same voxel: no thresholds, and no
 // trails. With SUN_TEXELS, a face that has texels (surface/unwrapped.glsl) knows its sunlight by itself.
+// With PANES, rays go through clear bodies of at most so many voxels, and what they bring then is kept apart, in its colours and without a history.
 #version 460
 #include <raxel/world.glsl>
 #include "scene.glsl"
@@ -12,6 +13,10 @@ layout(rgba32f) uniform readonly image2D places;
 layout(rgba32i) uniform readonly iimage2D hitsBefore;
 layout(rg32f) uniform readonly image2D sunBefore;
 layout(rg32f) uniform writeonly image2D outSun;
+#ifdef PANES
+#include <raxel/light/body.glsl>
+layout(rgba16f) uniform writeonly image2D outStained;   // share of the sun times the cosine
+#endif
 #ifdef SUN_TEXELS
 layout(r32ui) uniform readonly uimage2D slots;
 layout(std430) readonly buffer SunTexels { vec2 sun_texels[]; };
@@ -27,6 +32,9 @@ void main() {
     vec4 place = imageLoad(places, pixel);
     uint face = hit_face(hit.w);
     vec3 sun = frame_sun();
+#ifdef PANES
+    imageStore(outStained, pixel, vec4(0.0));
+#endif
     // A face that looks away from all of the disc needs no ray.
     if (hit.w < 0 || face == RX_FACE_INSIDE || dot(rx_normal(face), sun) <= -0.00466 || frame.sun_strength <= 0.0) {
         imageStore(outSun, pixel, vec4(0.0, 1.0, 0.0, 0.0));
@@ -44,7 +52,21 @@ void main() {
     vec3 to = rx_sun_point(sun, rx_sobol(frame.index, 0u, seed));
     float cosine = max(dot(rx_normal(face), to), 0.0);
     RxHit block;
-    if (cosine > 0.0 && rx_trace(rx_ray_from_face(hit.xyz, face, place.xy, to), block)) cosine = 0.0;
+    RxRay ray = rx_ray_from_face(hit.xyz, face, place.xy, to);
+#ifdef PANES
+    vec3 left = vec3(cosine);
+    bool blocked = false, through = false;
+    for (uint pane = 0u; cosine > 0.0; ++pane) {
+        blocked = rx_trace(ray, block);
+        if (!blocked || pane == 3u || !rx_pass_body(block, PANES, ray, left)) break;
+        through = true;
+    }
+    if (through && !blocked) imageStore(outStained, pixel, vec4(left, 0.0));
+    blocked = blocked || through;
+#else
+    bool blocked = cosine > 0.0 && rx_trace(ray, block);
+#endif
+    if (blocked) cosine = 0.0;
 
     vec2 old = vec2(0.0);
     vec2 at;

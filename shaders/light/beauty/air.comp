@@ -1,10 +1,14 @@
 // Light that the air and the mist add before each depth, and what they let through: a column of slices for each part of the view. The
-// slices grow with the distance. One ray a slice asks whether the sun reaches it, so that trees throw shafts into the mist.
+// slices grow with the distance. One ray a slice asks whether the sun reaches it, so that trees throw shafts into
+// the mist, and panes of glass coloured ones.
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
 #include <raxel/light/atmosphere.glsl>
 #include "air_slices.glsl"
+#ifdef PANES
+#include <raxel/light/body.glsl>
+#endif
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba16f) uniform writeonly image3D outAir;
@@ -33,18 +37,34 @@ void main() {
         float t = mix(near, far, rx_sobol(frame.index, 0u, rx_hash(seed + uint(i))).x), length = far - near;
         // The direct light, asked for once a slice.
         float height = camera_height + t * dir.y;
-        float lit = 1.0;
+        vec3 lit = vec3(1.0), above = vec3(1.0);
         if (t < 600.0) {
             vec3 at = frame.camera_frac + t * dir;
             ivec3 cell = ivec3(floor(at));
+            RxRay ray = rx_ray(frame.camera_cell + cell, at - vec3(cell), sun);
             RxHit block;
-            if (sunlight != vec3(0.0) && rx_trace(rx_ray(frame.camera_cell + cell, at - vec3(cell), sun), block)) lit = 0.0;
+            bool blocked = sunlight != vec3(0.0) && rx_trace(ray, block);
+#ifdef PANES
+            for (int pane = 0; pane < 2 && blocked && rx_pass_body(block, PANES, ray, lit); ++pane) blocked = rx_trace(ray, block);
+#endif
+            if (blocked) lit = vec3(0.0);
+#ifdef PANES
+            // Indoors, little of the sky reaches the mist: one ray to anywhere above says how much.
+            uint state = rx_hash(rx_hash(seed + uint(i)) ^ frame.index);
+            vec3 up = rx_random_direction(state);
+            up.y = abs(up.y) + 1e-3;
+            vec3 open = vec3(1.0);
+            ray = rx_ray(frame.camera_cell + cell, at - vec3(cell), up);
+            blocked = rx_trace(ray, block);
+            for (int pane = 0; pane < 2 && blocked && rx_pass_body(block, PANES, ray, open); ++pane) blocked = rx_trace(ray, block);
+            above = blocked ? vec3(0.0) : open;
+#endif
         }
         RxAir air = rx_air(max(RX_AIR_EYE + 0.001 * (height - camera_height), 0.0));
         float thick = 0.001 * push.mist * exp(-max(height - push.mist_floor, 0.0) / push.mist_height);
         vec3 loss = air.extinction * km + thick;
         vec3 sent = sunlight * lit * (air.rayleigh * km * rayleigh + air.mie * km * mie + 0.9 * thick * misty)
-                  + many * (air.rayleigh + air.mie) * km + 0.9 * thick * sky;
+                  + above * (many * (air.rayleigh + air.mie) * km + 0.9 * thick * sky);
         vec3 through = exp(-loss * length);
         light += clear * sent * (1.0 - through) / max(loss, vec3(1e-9));
         clear *= dot(through, vec3(1.0 / 3.0));

@@ -1,6 +1,10 @@
 // Temporal anti-aliasing: each frame looks through another place of each pixel, and what the pixel showed before goes into a mean. In motion,
-// what was seen before must lie within what is around the pixel now; at rest, the mean is of all frames.
+// what was seen before must lie within what is around the pixel now; at rest, the mean is of all frames. With WAVES, water that moves has a short memory,
+// and everything else keeps what it is after 512 frames at rest, when the passes that find first hits have stopped.
 #version 460
+#ifdef WAVES
+#include <raxel/world.glsl>
+#endif
 #include "../scene.glsl"
 #include <raxel/light/reproject.glsl>
 
@@ -13,7 +17,7 @@ layout(rgba32f) uniform writeonly image2D outAverage;
 layout(rgba16f) uniform writeonly image2D outPicture;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;
 
-const float MOST_IN_MOTION = 6.0;
+const float MOST_IN_MOTION = 6.0, MOST_ON_WATER = 3.0;
 
 // Bright colours count less, so that one bright sample in a mean does not flicker.
 vec3 pressed(vec3 light) {
@@ -30,9 +34,20 @@ void main() {
     vec3 now = pressed(imageLoad(seen, pixel).rgb);
     vec3 result = now;
     float frames = 1.0;
+    bool water = false;
+#ifdef WAVES
+    int word = imageLoad(hits, pixel).w;
+    if (word >= 0 && hit_face(word) == RX_FACE_POS_Y) water = rx_material_properties(hit_material(word)).transparency > 0.0;
+    if (frame.still >= 512u && !water) {
+        vec4 old = imageLoad(before, pixel);
+        imageStore(outAverage, pixel, old);
+        imageStore(outPicture, pixel, vec4(old.rgb, 1.0));
+        return;
+    }
+#endif
     if (frame.still > 0u) {
         vec4 old = imageLoad(before, pixel);
-        frames = min(old.w, float(frame.still)) + 1.0;
+        frames = min(old.w, water ? MOST_ON_WATER : float(frame.still)) + 1.0;
         // What came from the frames in motion has little weight against what follows.
         result = mix(pressed(old.rgb), now, 1.0 / frames);
     } else {

@@ -14,6 +14,7 @@ layout(rg32f) uniform readonly image2D sun;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 layout(std430) readonly buffer Light { vec4 light[]; };
 layout(rgba16f) uniform writeonly image2D outGloss;
+layout(push_constant) uniform Push { float seconds; } push;
 #include <raxel/light/face_table.glsl>
 
 const uint DEEPEST = 40u;       // voxels looked through
@@ -29,13 +30,13 @@ vec3 kept(ivec3 voxel, uint face, vec2 uv, vec3 to_sun) {
     return 0.5 * sky_radiance(normalize(rx_normal(face) + vec3(0.0, 0.6, 0.0)), to_sun);
 }
 
-// Small waves that stand still: slopes of sums of sines, so that faces stay the faces that they are. They fade where they are smaller than
-// a pixel.
+// Small waves: slopes of sums of sines, so that faces stay the faces that they are. Each goes its way as fast as waves of its length do on deep
+// water, where a voxel is about 30 cm. They fade where they are smaller than a pixel.
 vec3 ripples(vec3 place, float distance) {
     vec2 slope = vec2(0.0), way = vec2(0.8, 0.6);
     float size = 0.55, strength = 0.030;
     for (int i = 0; i < 4; ++i) {
-        slope += way * (strength * cos(dot(way, place.xz) * size + float(i) * 2.1));
+        slope += way * (strength * cos(dot(way, place.xz) * size - 5.7 * sqrt(size) * push.seconds + float(i) * 2.1));
         way = mat2(0.28, 0.96, -0.96, 0.28) * way;
         size *= 1.9;
         strength *= 0.8;
@@ -74,35 +75,57 @@ void main() {
         vec3 share = clear ? vec3(rx_fresnel_dielectric(clamp(-dot(dir, normal), 0.02, 1.0), ETA))
                            : rx_fresnel(mix(vec3(0.04), material.albedo, material.metallic), clamp(-dot(dir, normal), 0.0, 1.0));
 
-        // The mirrored ray, and from what it hits one to the sun.
-        RxHit hit;
-        vec3 light_there = vec3(0.0), waiting = vec3(0.0);
-        RxRay ray = rx_ray_from_face(seen.xyz, face, place.xy, mirrored);
-        for (int turn = 0; turn < 2; ++turn) {
-            RxHit next;
-            bool found = rx_trace(ray, next);
-            if (turn == 1) {
-                if (!found) light_there += waiting;
-                break;
-            }
-            if (!found) {
-                light_there = sky_radiance(mirrored, to_sun);
-                // The sun on water, as wide as small waves make it.
-                if (clear) light_there += sun_irradiance(to_sun) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
-                break;
-            }
-            if (next.face == RX_FACE_INSIDE) break;
-            hit = next;
-            RxMaterial other = rx_material_properties(hit.material);
-            light_there = other.albedo * (frame.lamp_strength * other.emission + kept(hit.voxel, hit.face, hit.uv, to_sun));
-            float cosine = dot(rx_normal(hit.face), to_sun);
-            if (cosine <= 0.0) break;
-            waiting = other.albedo * sun_irradiance(to_sun) * (cosine / RX_PI);
-            ray = rx_ray_from_face(hit.voxel, hit.face, hit.uv, to_sun);
-        }
-        result = vec4(share * light_there, (1.0 - share.y) * (clear ? 1.0 : 1.0 - material.metallic));
+        bool pane = false;
+#ifdef PANES
+        // A pane shows what is behind it.
+        vec3 clearly = vec3(0.96);
+        RxRay behind = rx_ray(seen.xyz, vec3(0.5), dir);
+        RxHit surface = RxHit(seen.xyz, face, hit_material(seen.w), 0.0, place.xy, 0u);
+        pane = clear && face != RX_FACE_POS_Y && rx_pass_body(surface, PANES, behind, clearly);
+#endif
 
-        if (clear) {
+        // The mirrored ray, then that through a pane; from what each hits another one to the sun.
+        const uint MIRRORED = 0u, BEHIND = 1u;
+        vec3 light_of[2] = vec3[2](vec3(0.0), vec3(0.0)), waiting = vec3(0.0);
+        RxRay ray = rx_ray_from_face(seen.xyz, face, place.xy, mirrored);
+        bool sunward = false;
+        uint way = MIRRORED;
+        for (int turn = 0; turn < 8; ++turn) {
+            RxHit hit;
+            bool found = rx_trace(ray, hit);
+#ifdef PANES
+            if (found && sunward && rx_pass_body(hit, PANES, ray, waiting)) continue;
+#endif
+            if (sunward) {
+                if (!found) light_of[way] += waiting;
+            } else if (!found) {
+                light_of[way] = sky_radiance(ray.dir, to_sun);
+                // The sun on water, as wide as small waves make it.
+                if (clear && way == MIRRORED) light_of[way] += sun_irradiance(to_sun) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
+            } else if (hit.face != RX_FACE_INSIDE) {
+                RxMaterial other = rx_material_properties(hit.material);
+                light_of[way] = other.albedo * (frame.lamp_strength * other.emission + kept(hit.voxel, hit.face, hit.uv, to_sun));
+                float cosine = dot(rx_normal(hit.face), to_sun);
+                if (cosine > 0.0) {
+                    waiting = other.albedo * sun_irradiance(to_sun) * (cosine / RX_PI);
+                    ray = rx_ray_from_face(hit.voxel, hit.face, hit.uv, to_sun);
+                    sunward = true;
+                    continue;
+                }
+            }
+            if (way == BEHIND || !pane) break;
+            way = BEHIND;
+            sunward = false;
+#ifdef PANES
+            ray = behind;
+#endif
+        }
+        result = vec4(share * light_of[MIRRORED], (1.0 - share.y) * (clear ? 1.0 : 1.0 - material.metallic));
+
+#ifdef PANES
+        if (pane) result = vec4(result.rgb + (1.0 - share) * clearly * light_of[BEHIND], 0.0);
+#endif
+        if (clear && !pane) {
             // What comes up through the body: light that went straight down and back, taken away by its colour on the way.
             vec3 inward = refract(dir, normal, 1.0 / ETA);
             RxRay from = rx_ray_from_face(seen.xyz, face, place.xy, inward);

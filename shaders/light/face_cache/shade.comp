@@ -8,6 +8,9 @@ layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(r32ui) uniform readonly uimage2D slots;
 layout(rg32f) uniform readonly image2D sun;
+#ifdef PANES
+layout(rgba16f) uniform readonly image2D stained;
+#endif
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 layout(std430) readonly buffer Asked { uint asked[]; };
 layout(std430) readonly buffer Light { vec4 light[]; };
@@ -31,6 +34,9 @@ void main() {
         vec3 kept = slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb;
         if (push.smooth_faces && slot != RX_NO_FACE) kept = blended(slot, imageLoad(places, pixel).xy, kept);
         vec3 sunlight = sun_irradiance(to_sun) * (imageLoad(sun, pixel).x / RX_PI);
+#ifdef PANES
+        sunlight += sun_irradiance(to_sun) * imageLoad(stained, pixel).rgb / RX_PI;
+#endif
         color = material.albedo * (frame.lamp_strength * material.emission + kept + sunlight);
     }
     imageStore(outRadiance, pixel, vec4(color, 1.0));

@@ -26,6 +26,9 @@ vec4 kept(RxHit hit) {
     return light[slot];
 }
 
+#ifdef PATH_PANES
+#include <raxel/light/body.glsl>
+#endif
 #define PATH_KEPT
 #define PATH_CANDIDATES push.candidates
 #include "../path.glsl"

@@ -43,4 +43,34 @@ vec3 rx_body_loss(RxMaterial material) {
     return -log(clamp(material.albedo, 0.02, 0.99)) * mix(0.4, 0.04, material.transparency);
 }
 
+// Goes straight on through clear bodies that a ray has met, such as panes of glass, if it comes out into the air within `most` cells of each and at most four
+// of them. Then `ray` begins behind them and ends where it ended, and `share` is less what they take. Their surfaces mirror nothing here.
+bool rx_pass_body(RxHit hit, uint most, inout RxRay ray, inout vec3 share) {
+    if (hit.face == RX_FACE_INSIDE) return false;
+    // From the same place, but into the voxel.
+    RxRay at = rx_ray_from_face(hit.voxel, hit.face, hit.uv, ray.dir);
+    uint axis = rx_face_axis(hit.face), body = hit.material;
+    at.cell = hit.voxel;
+    at.frac[axis] = 1.0 - at.frac[axis];
+    at.t_max = ray.t_max - hit.t;
+    vec3 left = vec3(1.0);
+    for (int i = 0; i < 4; ++i) {
+        RxMaterial material = rx_material_properties(body);
+        RxBodyEnd end;
+        if (material.transparency <= 0.0 || !rx_walk_body(at.cell, at.frac, ray.dir, body, most, end)) return false;
+        left *= exp(-rx_body_loss(material) * (end.t * length(ray.dir)));
+        float rest = at.t_max - end.t;
+        // A ray that leaves the last voxel of the body begins in the cell behind it.
+        at = rx_ray_from_face(end.inside, end.face ^ 1u, end.uv, ray.dir);
+        at.t_max = rest;
+        body = end.material;
+        if (body == 0u) {
+            ray = at;
+            share *= left;
+            return true;
+        }
+    }
+    return false;
+}
+
 #endif
