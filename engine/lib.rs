@@ -11,6 +11,8 @@ pub use raxel_runtime::reload::ReloadEvent;
 pub use raxel_runtime::session::Validation;
 pub use raxel_runtime::{EditFailure, FrameError, OpenError, Options, ReadError, Saves, Session};
 
+/// Compiled shaders and pipelines, kept from one run to the next.
+pub use raxel_cache as cache;
 /// Edits of worlds, queries, saves.
 pub use raxel_edit as edit;
 /// Vulkan: devices, and surfaces for windows of your own.

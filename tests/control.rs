@@ -127,6 +127,7 @@ fn the_python_package_passes_its_tests() {
     let mut tests = Command::new("python3");
     tests.args(["-m", "unittest", "discover", "-v", "-s"]).arg(python).current_dir(repository());
     tests.env("PYTHONPATH", "python").env("PYTHONDONTWRITEBYTECODE", "1").env("RAXEL", env!("CARGO_BIN_EXE_raxel"));
+    tests.env("RAXEL_CACHE", "off");
     let run: Run = output(tests.stdin(Stdio::null())).into();
     let run = run.exits(0);
     assert!(run.stderr.contains("\nOK"), "{}", run.stderr);
@@ -134,6 +135,7 @@ fn the_python_package_passes_its_tests() {
     let mut example = Command::new("python3");
     example.arg("python/examples/depth_profile.py").current_dir(repository()).stdin(Stdio::null());
     example.env("PYTHONPATH", "python").env("PYTHONDONTWRITEBYTECODE", "1").env("RAXEL", env!("CARGO_BIN_EXE_raxel"));
+    example.env("RAXEL_CACHE", "off");
     let run = Run::from(output(&mut example)).exits(0);
     assert!(run.stdout.contains("graphs/inspect.toml") && run.stdout.contains("voxels"), "{}", run.stdout);
 }

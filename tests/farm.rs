@@ -15,7 +15,12 @@ const DEMO: [&str; 6] = ["render", "worlds/valley.demo.toml", "--size", "48x26",
 fn task(out: &Path, environment: &[(&str, String)]) -> Run {
     let mut shell = Command::new(repository().join("examples/farm/shard.sh"));
     shell.current_dir(repository()).env("RAXEL", env!("CARGO_BIN_EXE_raxel")).env("OUT", out);
-    shell.env("SIZE", "48x26").env("FRAMES", "7").env_remove("SLURM_ARRAY_TASK_ID").env_remove("JOB_COMPLETION_INDEX");
+    shell
+        .env("RAXEL_CACHE", "off")
+        .env("SIZE", "48x26")
+        .env("FRAMES", "7")
+        .env_remove("SLURM_ARRAY_TASK_ID")
+        .env_remove("JOB_COMPLETION_INDEX");
     output(shell.envs(environment.iter().map(|(name, value)| (name, value)))).into()
 }
 

@@ -28,6 +28,7 @@ fn with_small_files(arguments: &[&str]) -> Run {
     let mut shell = Command::new("sh");
     let limited = "ulimit -f 64; trap '' XFSZ; exec \"$0\" \"$@\"";
     shell.args(["-c", limited, env!("CARGO_BIN_EXE_raxel")]).args(arguments).current_dir(common::repository());
+    shell.env("RAXEL_CACHE", "off");
     output(shell.stdin(Stdio::null()).env("NO_COLOR", "1")).into()
 }
 
@@ -67,7 +68,7 @@ fn stopped_by(signal: &str, project: &Project, to: &str) -> Option<i32> {
     // Whoever runs the tests by `nohup` passes on that HUP is ignored; here it must not be.
     let mut raxel = Command::new("env");
     raxel.arg("--default-signal=HUP,INT,TERM").arg(env!("CARGO_BIN_EXE_raxel")).args(arguments);
-    raxel.current_dir(project.root()).stdin(Stdio::null()).stderr(Stdio::null());
+    raxel.env("RAXEL_CACHE", "off").current_dir(project.root()).stdin(Stdio::null()).stderr(Stdio::null());
     let mut child = Running::start(&mut raxel);
     let start = Instant::now();
     while names(&folder).is_empty() {
@@ -125,6 +126,7 @@ fn a_signal_that_is_ignored_stays_ignored() {
     let script = "trap '' HUP; \"$0\" \"$@\" & child=$!; sleep 1; kill -s HUP $child; wait $child";
     let arguments = [&MENGER[..], &["--frames", "300", "-o", path.to_str().unwrap()]].concat();
     shell.args(["-c", script, env!("CARGO_BIN_EXE_raxel")]).args(arguments).current_dir(common::repository());
+    shell.env("RAXEL_CACHE", "off");
     Run::from(output(&mut shell)).exits(0);
     assert!(path.is_file());
 }

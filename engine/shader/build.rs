@@ -1,11 +1,15 @@
-//! Makes the table of the shader library that is embedded in the binary: every `.glsl` under `shaders/include/raxel`.
+//! Makes the table of the shader library that is embedded in the binary: every `.glsl` under `shaders/include/raxel`. And says which
+//! libraries of the shader compiler the binary is linked with, because modules are kept on disk for as long as these are the same.
 
 use std::fmt::Write as _;
+use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
     let manifest = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").ok_or(io::ErrorKind::NotFound)?);
+    println!("cargo:rerun-if-env-changed=SHADERC_LIB_DIR");
+    println!("cargo:rustc-env=RAXEL_SHADERC_LIBRARIES={}", shaderc_libraries());
     let include = manifest.join("../../shaders/include");
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed={}", include.join("raxel").display());
@@ -22,6 +26,24 @@ fn main() -> io::Result<()> {
     table.push(']');
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or(io::ErrorKind::NotFound)?);
     fs::write(out.join("library_table.rs"), table)
+}
+
+/// A hash of the libraries that are linked; of those that cargo builds from source the version of the crate says enough.
+fn shaderc_libraries() -> String {
+    let Some(folder) = env::var_os("SHADERC_LIB_DIR") else { return "built".to_owned() };
+    let mut files: Vec<PathBuf> = fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.is_file())
+        .collect();
+    files.sort();
+    let mut hasher = DefaultHasher::new();
+    for bytes in files.iter().filter_map(|path| fs::read(path).ok()) {
+        hasher.write(&bytes);
+    }
+    format!("{:016x}", hasher.finish())
 }
 
 fn collect(folder: &Path, name: &str, found: &mut Vec<(String, PathBuf)>) -> io::Result<()> {

@@ -53,6 +53,8 @@ pub fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_raxel"));
     command.args(arguments).current_dir(folder).stdin(Stdio::null());
     command.env("NO_COLOR", "1").env_remove("CLICOLOR_FORCE").env_remove("RUST_BACKTRACE");
+    // What one test keeps must not change what another sees.
+    command.env("RAXEL_CACHE", "off");
     command
 }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::CommandFactory;
 use raxel_gpu::{DeviceOptions, Validation};
 
+use crate::cache;
 use crate::console::{Color, Console, Format};
 use crate::failure::Result;
 use crate::journal::Journal;
@@ -101,6 +102,13 @@ impl Verb {
     }
 }
 
+impl Verb {
+    /// Whether it measures what a cache would save.
+    fn measures_compilers(&self) -> bool {
+        matches!(self, Verb::Bench(args) if args.measures_compilers())
+    }
+}
+
 impl Cli {
     /// Where messages go, and in what form.
     pub fn console(&self) -> Console {
@@ -110,6 +118,9 @@ impl Cli {
     /// Runs its verb.
     pub fn run(self, console: &Console) -> Result {
         let journal = Journal::listen(self.trace.as_deref(), console)?;
+        if !self.verb.measures_compilers() {
+            cache::open(console);
+        }
         // What was slow is told of a run that failed, too.
         let result = self.run_verb(console);
         result.and(journal.finish())

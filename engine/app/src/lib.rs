@@ -1,6 +1,7 @@
 //! The raxel command line: one file a verb, and the window. Results go to stdout, messages to stderr.
 
 mod args;
+mod cache;
 mod cli;
 mod console;
 mod control;

@@ -150,6 +150,11 @@ impl What {
         Ok(target)
     }
 
+    /// Whether the file that is named is a demo.
+    pub fn is_demo(&self) -> bool {
+        self.file(FileKind::Demo).is_some()
+    }
+
     /// The demo, if there is one. Its errors are not reported here: opening does that.
     pub fn demo(&self) -> Option<Arc<Demo>> {
         let file = self.file(FileKind::Demo)?;

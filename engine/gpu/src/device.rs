@@ -7,11 +7,13 @@ use std::time::Duration;
 
 use ash::{amd, ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use raxel_cache::Cache;
 
 use crate::candidates::{Seen, look_at_all, text};
 use crate::choice::{DeviceKind, Verdict, choose};
 use crate::instance::{Instance, Validation};
 use crate::log::ValidationLog;
+use crate::pipeline_cache::{PipelineCache, PipelineCounts};
 use crate::queue::Queue;
 use crate::result::{Error, Named, Result};
 use crate::retire::Retired;
@@ -67,6 +69,17 @@ pub struct Capabilities {
     pub validated: bool,
 }
 
+impl Capabilities {
+    /// Whether packets of rays (`<raxel/packet.glsl>`) have what they take: subgroups of 32 with votes, ballots and shuffles.
+    pub fn traces_packets(&self) -> bool {
+        let needed = vk::SubgroupFeatureFlags::BASIC
+            | vk::SubgroupFeatureFlags::VOTE
+            | vk::SubgroupFeatureFlags::BALLOT
+            | vk::SubgroupFeatureFlags::SHUFFLE;
+        self.subgroup_size == 32 && self.subgroup_operations.contains(needed)
+    }
+}
+
 /// An open device. Everything made on it holds an `Arc` of it.
 pub struct Device {
     pub(crate) raw: ash::Device,
@@ -78,7 +91,7 @@ pub struct Device {
     /// `None` only while the device is dropped.
     pub(crate) allocator: Mutex<Option<Allocator>>,
     pub(crate) retired: Mutex<Retired>,
-    pub(crate) pipeline_cache: vk::PipelineCache,
+    pub(crate) pipelines: PipelineCache,
     /// The driver said so, or it was abandoned.
     pub(crate) lost: AtomicBool,
     /// Its work may never end.
@@ -98,6 +111,11 @@ impl fmt::Debug for Device {
 impl Device {
     /// Opens the best device, or the one that `options` or `RAXEL_DEVICE` names.
     pub fn new(options: &DeviceOptions) -> Result<Arc<Device>> {
+        Self::with_cache(options, raxel_cache::of_process())
+    }
+
+    /// The same; what the driver compiles is kept in this cache, or nowhere, instead of the process's.
+    pub fn with_cache(options: &DeviceOptions, cache: Option<Arc<Cache>>) -> Result<Arc<Device>> {
         let instance = Arc::new(Instance::new(options.validation)?);
         let wanted = options
             .device
@@ -113,7 +131,7 @@ impl Device {
                 _ => Error::NoDriver { candidates },
             });
         };
-        open(instance, &looked_at[chosen], verdicts)
+        open(instance, &looked_at[chosen], verdicts, cache)
     }
 
     /// Every device the loader listed and why it was or was not chosen; the text `raxel` prints.
@@ -150,6 +168,16 @@ impl Device {
     /// Whether its work may never end.
     pub(crate) fn is_hung(&self) -> bool {
         self.hung.load(Ordering::Relaxed)
+    }
+
+    /// How many pipelines were made, and how many of them the driver had kept.
+    pub fn pipeline_counts(&self) -> PipelineCounts {
+        self.pipelines.counts()
+    }
+
+    /// Keeps what the driver has compiled so far for the next process, if this one has a cache (`raxel_cache`). Closing the device does so, too.
+    pub fn keep_pipelines(&self) {
+        self.pipelines.keep(&self.raw);
     }
 
     /// Gives a handle a name in messages and captures.
@@ -234,7 +262,8 @@ impl Drop for Device {
             if let Ok(allocator) = self.allocator.get_mut() {
                 drop(allocator.take());
             }
-            self.raw.destroy_pipeline_cache(self.pipeline_cache, None);
+            self.keep_pipelines();
+            self.raw.destroy_pipeline_cache(self.pipelines.raw, None);
             self.queue.destroy(&self.raw);
             self.raw.destroy_device(None);
         }
@@ -243,7 +272,12 @@ impl Drop for Device {
 
 static NEXT_ID: AtomicU64 = AtomicU64::new(1);
 
-fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<Arc<Device>> {
+fn open(
+    instance: Arc<Instance>,
+    seen: &Seen,
+    verdicts: Vec<Verdict>,
+    cache: Option<Arc<Cache>>,
+) -> Result<Arc<Device>> {
     let physical = seen.physical;
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
@@ -320,17 +354,16 @@ fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<
         buffer_device_address: false,
         allocation_sizes: gpu_allocator::AllocationSizes::default(),
     });
-    // SAFETY: the device was just made; the cache starts empty.
-    let cache = unsafe { raw.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default(), None) };
+    let cache = PipelineCache::new(&raw, &properties, cache);
     let queue = Queue::new(&raw, seen.family);
-    let (allocator, pipeline_cache, queue) = match (allocator, cache.named("vkCreatePipelineCache"), queue) {
+    let (allocator, pipelines, queue) = match (allocator, cache, queue) {
         (Ok(allocator), Ok(cache), Ok(queue)) => (allocator, cache, queue),
         (allocator, cache, queue) => {
             drop(allocator);
             // SAFETY: nothing else was made on the device but these.
             unsafe {
                 if let Ok(cache) = &cache {
-                    raw.destroy_pipeline_cache(*cache, None);
+                    raw.destroy_pipeline_cache(cache.raw, None);
                 }
                 if let Ok(queue) = &queue {
                     queue.destroy(&raw);
@@ -377,7 +410,7 @@ fn open(instance: Arc<Instance>, seen: &Seen, verdicts: Vec<Verdict>) -> Result<
         marker: marker.then(|| amd::buffer_marker::Device::new(&instance.raw, &raw)),
         allocator: Mutex::new(Some(allocator)),
         retired: Mutex::default(),
-        pipeline_cache,
+        pipelines,
         lost: AtomicBool::new(false),
         hung: AtomicBool::new(false),
         capabilities,

@@ -398,7 +398,7 @@ fn pipeline(
         .layout(layout.raw)
         .push_next(&mut rendering)];
     // SAFETY: modules, layout and everything `create` points to live until the call returns; the cache is internally synchronised.
-    let made = unsafe { device.raw.create_graphics_pipelines(device.pipeline_cache, &create, None) };
+    let made = unsafe { device.raw.create_graphics_pipelines(device.pipelines.raw, &create, None) };
     Ok(device.watch(made.map_err(|(_, result)| result).named("vkCreateGraphicsPipelines"))?[0])
 }
 

@@ -124,10 +124,13 @@ impl ComputePipeline {
             .module(module.raw)
             .name(&entry)
             .specialization_info(&specialization);
-        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw)];
-        // SAFETY: module and layout are alive; the cache is internally synchronised.
-        let made = unsafe { device.raw.create_compute_pipelines(device.pipeline_cache, &create, None) };
+        let mut feedback = vk::PipelineCreationFeedback::default();
+        let mut wanted = vk::PipelineCreationFeedbackCreateInfo::default().pipeline_creation_feedback(&mut feedback);
+        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw).push_next(&mut wanted)];
+        // SAFETY: module and layout are alive; the cache is internally synchronised; the feedback lives until the call returns.
+        let made = unsafe { device.raw.create_compute_pipelines(device.pipelines.raw, &create, None) };
         let raw = device.watch(made.map_err(|(_, result)| result).named("vkCreateComputePipelines"))?[0];
+        device.pipelines.count(feedback);
         device.name(raw, name);
         Ok(ComputePipeline { raw, layout, device: device.clone() })
     }

@@ -97,9 +97,11 @@ pub struct Assembly {
     pub plan: Arc<Plan>,
     /// The sources.
     pub sources: execute::Sources,
+    /// The plan's pipelines, until it is prepared.
+    pub pipelined: execute::Pipelined,
 }
 
-/// Plans a graph, and encodes and uploads the layouts that its live passes bind.
+/// Plans a graph, encodes and uploads the layouts that its live passes bind, and has the driver compile them meanwhile.
 pub fn assemble(
     graph: &Arc<Graph>,
     world: &SessionWorld,
@@ -110,11 +112,16 @@ pub fn assemble(
     let sizes = context.sources.sizes(world);
     let plan = make_plan(graph, world, &sizes, selection, context)?;
     // Only the plan knows which layouts a live pass binds; a world's other layouts are never made.
-    let sources = sources(&plan, world, context)?;
+    let (pipelined, sources) = std::thread::scope(|scope| {
+        let pipelined = scope.spawn(|| context.builder.compile_pipelines(&plan));
+        let sources = sources(&plan, world, context);
+        (pipelined.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), sources)
+    });
+    let sources = sources?;
     // The first plan did not know the sizes of the layouts made just now.
     let now = context.sources.sizes(world);
     let plan = if now == sizes { plan } else { make_plan(graph, world, &now, selection, context)? };
-    Ok(Assembly { plan: Arc::new(plan), sources })
+    Ok(Assembly { plan: Arc::new(plan), sources, pipelined })
 }
 
 /// What a plan needs from outside, made where they are not there yet.

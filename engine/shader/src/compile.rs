@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use raxel_cache::Cache;
 use raxel_diagnostics::{Diagnostic, Span, codes};
 
 use crate::fatal::{BUFFER_REFERENCE, buffer_reference};
 use crate::front_end::{self, Include, Job, Outcome};
 use crate::hlsl;
+use crate::kept::Keeper;
 use crate::lexer::{self, Token};
 use crate::messages;
 use crate::request::Request;
@@ -14,19 +16,35 @@ use crate::sources::Sources;
 use crate::worker::{self, Stopped};
 
 /// Compiles the text of a request; everything said about it goes to `sources.diagnostics`. `None` when there is an error.
-pub(crate) fn compile(request: &Request, text: &Arc<str>, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
+/// What it made is kept in `cache`.
+pub(crate) fn compile(
+    request: &Request,
+    text: &Arc<str>,
+    sources: &mut Sources<'_>,
+    cache: Option<&Cache>,
+) -> Option<Vec<u32>> {
     let refusals = refusals(request, text);
     if !refusals.is_empty() {
         sources.diagnostics.extend(refusals);
         return None;
     }
     let job = Job { request: request.clone(), text: text.clone() };
-    let mut include = |include: Include| sources.include(&include);
+    let mut keeper = cache.map(Keeper::new);
+    let mut include = |include: Include| {
+        let answer = sources.include(&include);
+        if let Some(keeper) = &mut keeper {
+            keeper.asked(include, &answer);
+        }
+        answer
+    };
     let outcome = worker::compile(&job, &mut include).unwrap_or_else(|| Ok(front_end::compile(&job, &mut include)));
     match outcome {
         Ok(Outcome::Module { words, warnings }) => {
             let found = messages::diagnostics(&warnings, sources);
             sources.diagnostics.extend(found);
+            if let Some(keeper) = keeper {
+                keeper.keep(&job, &words, &warnings);
+            }
             Some(words)
         }
         Ok(Outcome::Mistakes(output)) => {

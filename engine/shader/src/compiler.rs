@@ -1,14 +1,18 @@
-//! The compiler with its cache: a request in, a module and its interface out.
+//! The compiler with its caches: a request in, a module and its interface out. Modules of this process are kept in memory, those of earlier
+//! ones on disk.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
 use raxel_spirv::{Module, ModuleError};
 
 use crate::compile;
-use crate::front_end;
+use crate::front_end::{self, Job};
 use crate::interface::Interface;
+use crate::kept;
 use crate::places;
 use crate::reflect;
 use crate::request::{Request, Shader, ShaderSource};
@@ -26,18 +30,31 @@ const SHARED_WITH: usize = 32;
 pub struct Compiler {
     files: Arc<dyn Files>,
     cache: Mutex<Cache>,
+    on_disk: Option<Arc<raxel_cache::Cache>>,
+    compiled: AtomicU64,
 }
 
 impl Compiler {
-    /// For the project that `files` reads.
+    /// For the project that `files` reads. Modules are kept in the process's cache, if it has one.
     pub fn new(files: Arc<dyn Files>) -> Self {
-        Self { files, cache: Mutex::default() }
+        Self { files, cache: Mutex::default(), on_disk: raxel_cache::of_process(), compiled: AtomicU64::new(0) }
+    }
+
+    /// Keeps modules in this cache, or in none.
+    #[must_use]
+    pub fn with_cache(self, on_disk: Option<Arc<raxel_cache::Cache>>) -> Self {
+        Self { on_disk, ..self }
+    }
+
+    /// Texts that were compiled, not found in a cache.
+    pub fn compiled(&self) -> u64 {
+        self.compiled.load(Ordering::Relaxed)
     }
 
     fn compile(&self, request: &Request, texts: &mut SourceMap) -> Result<Entry, Vec<Diagnostic>> {
         let mut sources = Sources::new(&*self.files);
         let ready = request.path.to_ascii_lowercase().ends_with(".spv");
-        let words = if ready { self.ready(request, &mut sources) } else { Self::of_text(request, &mut sources) };
+        let words = if ready { self.ready(request, &mut sources) } else { self.of_text(request, &mut sources) };
         let result = words.and_then(|words| {
             finish(&words, request, ready, &sources).map_err(|diagnostic| sources.diagnostics.push(*diagnostic)).ok()
         });
@@ -50,14 +67,28 @@ impl Compiler {
         }
     }
 
-    fn of_text(request: &Request, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
-        match sources.root(&request.path) {
-            Ok(text) => compile::compile(request, &text, sources),
-            Err(diagnostic) => {
-                sources.diagnostics.push(*diagnostic);
-                None
+    fn of_text<'f>(&'f self, request: &Request, sources: &mut Sources<'f>) -> Option<Vec<u32>> {
+        let root = |sources: &mut Sources<'f>| {
+            sources.root(&request.path).map_err(|diagnostic| sources.diagnostics.push(*diagnostic)).ok()
+        };
+        let start = Instant::now();
+        let milliseconds = || start.elapsed().as_secs_f64() * 1e3;
+        let mut text = root(sources)?;
+        if let Some(cache) = &self.on_disk {
+            let job = Job { request: request.clone(), text };
+            if let Some(words) = kept::find(cache, &job, sources) {
+                tracing::debug!("took {} from the cache on disk in {:.0} ms", request.path, milliseconds());
+                return Some(words);
             }
+            // Its includes were asked for in vain.
+            *sources = Sources::new(&*self.files);
+            text = root(sources)?;
         }
+        let _span = tracing::debug_span!("compile shader", path = request.path.as_str()).entered();
+        self.compiled.fetch_add(1, Ordering::Relaxed);
+        let words = compile::compile(request, &text, sources, self.on_disk.as_deref())?;
+        tracing::debug!("compiled {} in {:.0} ms", request.path, milliseconds());
+        Some(words)
     }
 
     fn ready(&self, request: &Request, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
@@ -106,10 +137,8 @@ impl ShaderSource for Compiler {
             tracing::debug!("reused {}", request.path);
             return Ok(hit);
         }
-        let _span = tracing::debug_span!("compile shader", path = request.path.as_str()).entered();
-        let start = std::time::Instant::now();
+        let _span = tracing::debug_span!("load shader", path = request.path.as_str()).entered();
         let entry = self.compile(request, texts)?;
-        tracing::debug!("compiled {} in {:.0} ms", request.path, start.elapsed().as_secs_f64() * 1e3);
         let entry = self.lock().insert(entry);
         Ok((entry.shader.clone(), entry.warnings.clone()))
     }

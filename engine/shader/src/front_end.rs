@@ -14,8 +14,13 @@ use crate::limits;
 use crate::request::Request;
 
 /// Changes when the same texts would give another module: part of every key.
-pub(crate) const VERSION: &str =
-    concat!("raxel-shader ", env!("CARGO_PKG_VERSION"), " shaderc 0.10 spv1.5 unoptimised, shared memory bounded");
+pub(crate) const VERSION: &str = concat!(
+    "raxel-shader ",
+    env!("CARGO_PKG_VERSION"),
+    " shaderc 0.10 ",
+    env!("RAXEL_SHADERC_LIBRARIES"),
+    " spv1.5 unoptimised, shared memory bounded"
+);
 
 /// What the compiler prints where an include cannot be had.
 const INCLUDE_FAILED: &str = "raxel cannot include this";

@@ -1,6 +1,8 @@
-//! Shaders of the runtime's own triangles. Graphs have no such shaders, so nothing is reflected, cached or reported to a user.
+//! Shaders of the runtime's own triangles. Graphs have no such shaders, so nothing is reflected or reported to a user.
 
 use shaderc::{CompileOptions, EnvVersion, OptimizationLevel, ShaderKind, SpirvVersion, TargetEnv};
+
+use crate::kept;
 
 /// A stage of a graphics pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +18,11 @@ pub enum GraphicsStage {
 /// # Errors
 /// What the compiler says.
 pub fn compile_graphics(stage: GraphicsStage, name: &str, text: &str) -> Result<Vec<u32>, String> {
+    let follows_from = [if stage == GraphicsStage::Vertex { "vertex" } else { "fragment" }, name, text];
+    kept::words(raxel_cache::of_process(), &follows_from, || compile(stage, name, text))
+}
+
+fn compile(stage: GraphicsStage, name: &str, text: &str) -> Result<Vec<u32>, String> {
     let compiler = shaderc::Compiler::new().map_err(|error| error.to_string())?;
     let mut options = CompileOptions::new().map_err(|error| error.to_string())?;
     options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);

@@ -11,6 +11,7 @@ mod front_end;
 mod graphics;
 mod hlsl;
 pub mod interface;
+mod kept;
 mod lexer;
 pub mod library;
 mod limits;

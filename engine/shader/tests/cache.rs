@@ -1,7 +1,8 @@
-//! The cache: nothing is compiled twice, and nothing stale is given out.
+//! The caches, in memory and on disk: nothing is compiled twice, and nothing stale is given out.
 
 use std::sync::Arc;
 
+use raxel_cache::Cache;
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_shader::{Compiler, Request, Shader, ShaderSource, library};
 
@@ -103,4 +104,89 @@ fn many_threads_may_compile() {
             });
         }
     });
+}
+
+/// A compiler of another process, for all that it knows: what it finds is on disk.
+fn with_disk(files: &MemoryFiles, folder: &std::path::Path) -> Compiler {
+    Compiler::new(Arc::new(files.clone())).with_cache(Some(Arc::new(Cache::at(folder))))
+}
+
+fn same(a: &Shader, b: &Shader) {
+    assert_eq!((&a.spirv, &a.interface, &a.files, a.key), (&b.spirv, &b.interface, &b.files, b.key));
+}
+
+#[test]
+fn a_later_process_compiles_nothing_and_sees_every_edit() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = MemoryFiles::new([("shaders/a.comp", TEXT), ("shaders/include/b.glsl", "#define SIZE 8\n")]);
+    let first = with_disk(&files, folder.path());
+    let made = get(&first);
+    let later = with_disk(&files, folder.path());
+    same(&made, &get(&later));
+    assert_eq!((first.compiled(), later.compiled()), (1, 0));
+    // An include that changes, one that comes to win, and the text itself.
+    for (path, text, size) in [
+        ("shaders/include/b.glsl", "#define SIZE 16\n".to_owned(), 16),
+        ("shaders/b.glsl", "#define SIZE 32\n".to_owned(), 32),
+        ("shaders/a.comp", TEXT.replace("SIZE", "4"), 4),
+    ] {
+        files.insert(path, text);
+        for expected in [1, 0] {
+            let compiler = with_disk(&files, folder.path());
+            assert_eq!(get(&compiler).interface.local_size[0].value, size, "{path}");
+            assert_eq!(compiler.compiled(), expected, "{path}");
+        }
+    }
+    // Defines belong to the request.
+    files.insert("shaders/a.comp", TEXT.replace("#include \"b.glsl\"", ""));
+    for size in ["3", "5"] {
+        let request = Request { defines: vec![("SIZE".to_owned(), size.to_owned())], ..request() };
+        let (shader, _) = with_disk(&files, folder.path()).shader(&request, &mut SourceMap::default()).unwrap();
+        assert_eq!(shader.interface.local_size[0].value.to_string(), size);
+    }
+}
+
+#[test]
+fn warnings_and_texts_come_from_disk_too_and_errors_do_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!("{}// a \\\nb\n", TEXT.replace("#version 460", "#version 460\n#pragma nothing_known"));
+    let files = MemoryFiles::new([("shaders/a.comp", text), ("shaders/include/b.glsl", "#define SIZE 8\n".to_owned())]);
+    let run = || {
+        let compiler = with_disk(&files, folder.path());
+        let mut texts = SourceMap::default();
+        let found = compiler.shader(&request(), &mut texts).map(|(_, warnings)| warnings);
+        (found, texts.get("shaders/include/b.glsl").cloned(), compiler.compiled())
+    };
+    let (first, again) = (run(), run());
+    assert!(first.0.is_ok() && first.1.is_some());
+    assert_eq!((first.0, first.1, 0), again);
+    files.insert("shaders/include/b.glsl", "#define SIZE none\n");
+    let (first, again) = (run(), run());
+    assert!(first.0.is_err());
+    assert_eq!((first.0, first.2), (again.0, again.2));
+}
+
+#[test]
+fn what_is_damaged_on_disk_is_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = MemoryFiles::new([("shaders/a.comp", TEXT), ("shaders/include/b.glsl", "#define SIZE 8\n")]);
+    let made = get(&with_disk(&files, folder.path()));
+    let entry = std::fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap();
+    let whole = std::fs::read(entry.path()).unwrap();
+    let name = entry.file_name().into_string().unwrap();
+    let name = name.strip_suffix(".kept").unwrap();
+    let damage: [&dyn Fn(); 3] = [
+        &|| std::fs::write(entry.path(), &whole[..whole.len() / 2]).unwrap(),
+        &|| std::fs::write(entry.path(), b"").unwrap(),
+        // Whole, and no module.
+        &|| Cache::at(folder.path()).write(name, b"something else"),
+    ];
+    for damage in damage {
+        damage();
+        for expected in [1, 0] {
+            let compiler = with_disk(&files, folder.path());
+            same(&made, &get(&compiler));
+            assert_eq!(compiler.compiled(), expected);
+        }
+    }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use raxel_cache::{Cache, Place, SWITCH};
 use raxel_diagnostics::{Diagnostic, MemoryFiles};
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_runtime::BuildError;
@@ -86,6 +87,13 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
             let able = device.capabilities();
             report.line(Grade::Good, "devices", &verdicts.join("\n"));
             report.line(Grade::Good, "driver", &able.driver);
+            let subgroups = format!("subgroups of {}", able.subgroup_size);
+            let packets = if able.traces_packets() {
+                format!("in packets of 16 × 16, by {subgroups}")
+            } else {
+                format!("one by one: packets need subgroups of 32, and this device has {subgroups}")
+            };
+            report.line(Grade::Good, "rays of the camera", &packets);
             if able.present {
                 report.line(Grade::Good, "windows", "the device can present");
             } else {
@@ -119,6 +127,8 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
         }
     }
 
+    report.line(Grade::Good, "cache", &cache());
+
     match output::ffmpeg_version() {
         Some(version) => report.line(Grade::Good, "ffmpeg", &format!("{version}; `-o film.mp4` uses it")),
         None => report.line(Grade::Optional, "ffmpeg", "not found; films need it: apt-get install ffmpeg"),
@@ -138,6 +148,18 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
         Err(_) => report.line(Grade::Optional, "project", "none around this folder; `raxel new DIR` makes one"),
     }
     report.failure.map_or(Ok(()), Err)
+}
+
+/// Where compiled shaders and pipelines are kept.
+fn cache() -> String {
+    match Place::of_environment() {
+        Place::Folder(folder) => {
+            let (files, bytes) = Cache::at(&folder).size();
+            format!("{}: {files} files, {:.1} MiB", folder.display(), bytes as f64 / f64::from(1 << 20))
+        }
+        Place::Off => format!("off, by {SWITCH}"),
+        Place::Unknown => format!("off, since there is no home; {SWITCH} may name a folder"),
+    }
 }
 
 /// A project of one pass that is compiled in.

@@ -31,7 +31,7 @@ pub use display::display_of;
 pub use error::ExecuteError;
 pub use executor::{Executor, ExecutorOptions, FramePicture, Progress};
 pub use inputs::{Builtins, FrameInputs, Override};
-pub use prepare::{Builder, Prepared};
+pub use prepare::{Builder, Pipelined, Prepared};
 pub use readback::ReadTicket;
 pub use replay::{Counts, Recorder, Replay};
 pub use report::{FrameReport, GpuTimes, PassOutcome, PassTime, Picture, SwapReport, Texels};

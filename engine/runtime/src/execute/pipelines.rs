@@ -1,10 +1,12 @@
 //! Compute pipelines and samplers, kept for as long as a plan may ask for them again.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use raxel_gpu::{ComputePipeline, Device, PipelineInfo, Sampler, Slot, vk};
 use raxel_graph::checked::{Pass, Value};
+use raxel_graph::plan::Plan;
 use raxel_shader::Shader;
 use raxel_shader::interface::BindingKind;
 
@@ -57,6 +59,37 @@ impl Pipelines {
         Ok(sampler)
     }
 
+    /// The pipelines of a plan that can be made, in no order. Passes whose modules and constants are equal share one; the driver compiles several
+    /// at a time.
+    pub(super) fn of_plan(&self, device: &Arc<Device>, plan: &Plan) -> Vec<Arc<ComputePipeline>> {
+        let mut seen = HashSet::new();
+        let passes: Vec<(&Pass, &[(u32, Value)])> = (plan.passes.iter())
+            .map(|planned| (plan.graph.pass(planned.pass), &planned.specialization[..]))
+            .filter(|(pass, specialization)| seen.insert(key(pass, specialization)))
+            .collect();
+        let next = AtomicUsize::new(0);
+        let work = || {
+            let mut made = Vec::new();
+            while let Some((pass, specialization)) = passes.get(next.fetch_add(1, Ordering::Relaxed)) {
+                // Who needs one that cannot be made asks for it by its pass, and is told why.
+                made.extend(self.of_pass(device, pass, specialization).ok());
+            }
+            made
+        };
+        let known = {
+            let retained = lock(&self.passes);
+            passes.iter().filter(|(pass, specialization)| retained.has(&key(pass, specialization))).count()
+        };
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        std::thread::scope(|scope| {
+            let others: Vec<_> = (1..cores.min(passes.len() - known)).map(|_| scope.spawn(work)).collect();
+            let mut made = work();
+            // A thread that panicked leaves what it did not make to the one that asks for it.
+            made.extend(others.into_iter().filter_map(|other| other.join().ok()).flatten());
+            made
+        })
+    }
+
     /// The pipeline of a pass.
     pub(super) fn of_pass(
         &self,
@@ -64,9 +97,7 @@ impl Pipelines {
         pass: &Pass,
         specialization: &[(u32, Value)],
     ) -> Result<Arc<ComputePipeline>, ExecuteError> {
-        let specialization: Vec<_> =
-            specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect();
-        let key = (pass.shader.key, specialization);
+        let key = key(pass, specialization);
         if let Some(pipeline) = lock(&self.passes).get(&key) {
             tracing::debug!("pipeline of pass `{}` reused", pass.name);
             return Ok(pipeline);
@@ -91,6 +122,10 @@ impl Pipelines {
         lock(&self.displays).insert(variant, pipeline.clone());
         Ok(pipeline)
     }
+}
+
+fn key(pass: &Pass, specialization: &[(u32, Value)]) -> PipelineKey {
+    (pass.shader.key, specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect())
 }
 
 fn make_pipeline(

@@ -45,6 +45,12 @@ pub(super) struct Shared {
     pub(super) pipelines: Pipelines,
 }
 
+/// Pipelines that wait for their plan to be prepared.
+#[derive(Default)]
+pub struct Pipelined {
+    _held: Vec<Arc<ComputePipeline>>,
+}
+
 #[derive(Default)]
 pub(super) struct Running {
     /// Counts the swaps.
@@ -247,6 +253,12 @@ impl Builder {
         DeviceSource::new(name, buffer, image, self.shared.writes.clone())
     }
 
+    /// Has the driver compile what a plan runs, several shaders at a time. They are there for [`Self::prepare`] as long as the result is held;
+    /// what cannot be made is its error.
+    pub fn compile_pipelines(&self, plan: &Plan) -> Pipelined {
+        Pipelined { _held: self.shared.pipelines.of_plan(&self.shared.device, plan) }
+    }
+
     /// Makes everything that a plan needs. What the running plan has and the new one describes alike is shared, contents included;
     /// the running plan is not disturbed.
     #[allow(clippy::needless_pass_by_value, reason = "the result keeps it")]
@@ -257,6 +269,7 @@ impl Builder {
             (running.resources.clone(), running.picture.clone(), running.serial)
         };
         let resources = physical::make(device, &plan, &running, sources)?;
+        let _pipelined = self.compile_pipelines(&plan);
         let picture = self.picture(&plan, picture)?;
         let (variant, mut push) = display::describe(&plan);
         let shown = resources.iter().zip(&plan.resources).find(|(_, r)| r.resource == plan.present.resource);

@@ -35,6 +35,11 @@ impl<K: Eq + Hash, T> Retained<K, T> {
         Some(entry.thing.clone())
     }
 
+    /// Whether it is there; no use of it.
+    pub(super) fn has(&self, key: &K) -> bool {
+        self.entries.contains_key(key)
+    }
+
     /// Keeps a thing.
     pub(super) fn insert(&mut self, key: K, thing: Arc<T>, bytes: u64) {
         self.uses += 1;

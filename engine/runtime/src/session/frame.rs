@@ -12,7 +12,7 @@ use crate::build_error::BuildError;
 use crate::clock::FrameTime;
 use crate::execute::{
     Builtins, Captured, ExecuteError, FrameInputs, FramePicture, FrameReport, GpuTimes, PassOutcome, PassTime, Picture,
-    Progress, ReadTicket, Texels,
+    Pipelined, Progress, ReadTicket, Texels,
 };
 use crate::params::SetError;
 use crate::reload::ReloadEvent;
@@ -257,7 +257,11 @@ impl Session {
     pub(super) fn plan_for(&mut self, graph: &Arc<Graph>, selection: &Selection) -> Result<(), BuildError> {
         let known = self.plans.iter().find(|(known, _)| known == selection).map(|(_, plan)| plan.clone());
         let assembly = match known {
-            Some(plan) => build::sources(&plan, &self.world, &self.context).map(|sources| Assembly { plan, sources }),
+            Some(plan) => build::sources(&plan, &self.world, &self.context).map(|sources| Assembly {
+                plan,
+                sources,
+                pipelined: Pipelined::default(),
+            }),
             None => build::assemble(graph, &self.world, selection, &self.context),
         }?;
         let prepared = build::prepare(&assembly, &self.context)?;

@@ -1,6 +1,7 @@
 //! Opening: files, device, first plan.
 
 use std::collections::BTreeMap;
+use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -76,6 +77,8 @@ impl Session {
         };
         let assembly = build::assemble(&graph, &world, &selection, &context).map_err(with_texts)?;
         let prepared = build::prepare(&assembly, &context).map_err(with_texts)?;
+        // Now and not only at the end: a window may be killed.
+        device.keep_pipelines();
 
         let camera = world.first_camera();
         let mut session = Self {
@@ -212,19 +215,15 @@ fn load(
             Err(error) => (None, Some(error)),
         },
     };
-    let ((mut graph, world), device) = rayon::join(
-        || {
-            rayon::join(
-                || loader.graph(&graph_path),
-                || {
-                    world_path
-                        .as_ref()
-                        .map_or_else(|| Part::without_file(SessionWorld::empty()), |path| loader.world(path))
-                },
-            )
-        },
-        || open_device(options).map_err(OpenError::from),
-    );
+    // Threads of their own: graph and device wait for other processes and for the driver, and rayon's threads are the world's.
+    let (mut graph, world, device) = std::thread::scope(|scope| {
+        let graph = scope.spawn(|| loader.graph(&graph_path));
+        let device = scope.spawn(|| open_device(options).map_err(OpenError::from));
+        let world =
+            world_path.as_ref().map_or_else(|| Part::without_file(SessionWorld::empty()), |path| loader.world(path));
+        let graph = graph.join().unwrap_or_else(|panic| resume_unwind(panic));
+        (graph, world, device.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    });
     if let (Ok(loaded), Some(error)) = (&graph.result, no_world)
         && loaded.source_names().iter().any(|name| SourceName::parse(name).is_some())
     {

@@ -5,6 +5,7 @@ mod demo;
 mod export;
 mod files;
 mod film;
+mod first_picture;
 mod labels;
 mod light;
 mod matrix;
@@ -58,6 +59,11 @@ enum Bench {
 }
 
 impl Args {
+    /// Whether the time that compilers take is measured.
+    pub fn measures_compilers(&self) -> bool {
+        matches!(self.what, Some(Bench::Reload(_)))
+    }
+
     /// The form of messages asked for.
     pub fn format(&self) -> Format {
         match &self.what {

@@ -1,18 +1,19 @@
-//! `raxel bench reload`: from a save to the picture.
+//! `raxel bench reload`: from a save to the picture, and from the start of the program to its first one.
 
 use raxel_gpu::DeviceOptions;
 use raxel_measure::Times;
 use raxel_measure::save_latency::{LatencyError, LatencyOptions, save_latency};
 use serde_json::json;
 
+use super::first_picture::first_picture;
 use crate::args::{Messages, Size, size};
 use crate::console::{self, Console, Format};
 use crate::failure::{Exit, Failure, Result};
 use crate::output::Scratch;
 use crate::session::{What, frame_failure, open_failure};
 
-/// Measures the time from the end of a save to the finished picture, for edits of a shader and of a graph. A copy of the project is
-/// edited, never the project.
+/// Measures the time from the end of a save to the finished picture, for edits of a shader and of a graph, and from the start of the program
+/// to its first picture, with nothing kept from earlier runs and again. A copy of the project is edited, never the project.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel bench reload --edits 50 --size 640x360")]
 pub(crate) struct Args {
@@ -43,6 +44,10 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let mut session = args.what.options(device)?;
     session.size = args.size.0;
     let scratch = Scratch::new()?;
+    let first = {
+        let starts = Scratch::new()?;
+        first_picture(&args.what, args.size, device, starts.path())?
+    };
     let times =
         save_latency(&LatencyOptions { session, scratch: scratch.path().to_owned(), edits: args.edits as usize })
             .map_err(|error| failure(error, console))?;
@@ -55,6 +60,8 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             "size": times.size,
             "shader": part(&times.shader),
             "graph": part(&times.graph),
+            "first": part(&first.fresh),
+            "first_again": part(&first.again),
         }));
     } else {
         let row = |what: &str, times: &Times| {
@@ -65,6 +72,8 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         console::data(&format!("{:<14} {:>8} {:>8} {:>8}\n", "", "p50", "p95", "max"));
         row("shader edit", &times.shader);
         row("graph edit", &times.graph);
+        row("first picture", &first.fresh);
+        row(".. again", &first.again);
     }
     let met = times.shader.percentile(0.5) <= SHADER_BUDGET.0
         && times.shader.percentile(0.95) <= SHADER_BUDGET.1
