@@ -6,7 +6,7 @@
 
 use super::header::{MATERIAL_WORDS, material_words};
 use super::parts::{filled_node, uniform_block};
-use super::tree64::{ChunkSize, FILLED, Node, Part, QUAD, Room, UNIFORM, encode_chunk, filled_chunk};
+use super::tree64::{ChunkSize, FILLED, Materials, Node, Part, QUAD, Room, UNIFORM, encode_chunk, filled_chunk};
 use crate::chunk::{Bits, Chunk};
 use crate::material::{Material, MaterialIndex};
 use crate::tile::Content;
@@ -132,7 +132,7 @@ impl<'c> TileBlock<'c> {
             nodes: Part { rest: bytemuck::cast_slice_mut(node_words), at: at / QUAD },
             leaves: Part { rest: bytemuck::cast_slice_mut(leaf_words), at: leaves_at / 2 },
             links: Part { rest: link_words, at: links_at },
-            attributes: Part { rest: attribute_words, at: links_at + links },
+            materials: Materials::Own(Part { rest: attribute_words, at: links_at + links }),
         };
         encode_chunk(self.chunk, room).into()
     }

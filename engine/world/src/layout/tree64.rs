@@ -1,6 +1,7 @@
 //! Layout `tree64`: see `shaders/include/raxel/tree64.glsl` for the format.
 
 mod live;
+mod shared;
 
 use std::collections::HashMap;
 
@@ -16,6 +17,7 @@ use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_index};
 use crate::material::MaterialIndex;
 use crate::world::{ChunkPos, World};
+use shared::SharedMaterials;
 
 /// Words of a node.
 pub(super) const QUAD: usize = 4;
@@ -94,12 +96,12 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let extent = Extent::of(world, layout)?;
     let levels = (extent.log2_size - 6) / 2;
     let (distinct, uses) = distinct_chunks(world, &extent);
-    let sizes: Vec<ChunkSize> = distinct.par_iter().map(|chunk| ChunkSize::of(chunk)).collect();
+    let (sizes, mut materials) = SharedMaterials::of(&distinct);
 
     let sum = |part: fn(&ChunkSize) -> usize| sizes.iter().map(part).sum::<usize>();
     let upper = upper_nodes(&uses, levels);
     let nodes = upper + sum(|size| size.nodes);
-    let [leaves, links, attributes] = [sum(|size| size.leaves), sum(|size| size.links), sum(|size| size.attributes)];
+    let [leaves, links] = [sum(|size| size.leaves), sum(|size| size.links)];
     let mut at = Sections {
         nodes: MATERIAL_WORDS as usize * world.materials().len(),
         leaves: 0,
@@ -111,8 +113,10 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     at.links = at.leaves + 2 * leaves;
     at.attributes = at.links + links;
     // Nodes are read four words at a time, the last leaf too.
-    at.end = (at.attributes + attributes).next_multiple_of(QUAD);
+    at.end = (at.attributes + materials.words.len()).next_multiple_of(QUAD);
     let bytes = check_size(layout, 4 * (Tree64Header::WORDS as usize + at.end) as u64, limit.min(ADDRESSABLE))?;
+
+    materials.begin_at(at.attributes);
 
     let header = Tree64Header {
         root: (at.nodes / QUAD) as u32,
@@ -124,7 +128,8 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
     let mut buffer = buffer(&header, world.materials(), Tree64Header::WORDS as usize + at.end);
 
     let body = &mut buffer[Tree64Header::WORDS as usize..];
-    let roots = fill_chunks(&distinct, &sizes, body, &at, upper);
+    let roots = fill_chunks(&distinct, &sizes, &materials.links, body, &at, upper);
+    body[at.attributes..][..materials.words.len()].copy_from_slice(&materials.words);
     let chunks = uses.iter().map(|&(path, index)| (path, roots[index])).collect();
     fill_upper(chunks, levels, &mut body[at.nodes..at.nodes + QUAD * upper], at.nodes);
 
@@ -169,7 +174,15 @@ fn upper_nodes<T>(chunks: &[(u128, T)], levels: u32) -> usize {
 }
 
 impl ChunkSize {
+    /// With room of the chunk's own for materials.
     pub(super) fn of(chunk: &Chunk) -> Self {
+        let mut attributes = 0;
+        let size = Self::visit(chunk, |block| attributes += Packing::of(chunk.block_materials(block)).words());
+        Self { attributes, ..size }
+    }
+
+    /// Without room for materials; `mixed` is given each block of several materials, in the order of the leaves.
+    fn visit(chunk: &Chunk, mut mixed: impl FnMut(usize)) -> Self {
         let mut size = Self::default();
         if filled_chunk(chunk).is_some() {
             return size;
@@ -191,7 +204,7 @@ impl ChunkSize {
             size.links += leaves;
             for block in Bits(mask).map(|bit| node * 64 + bit as usize) {
                 if uniform_block(chunk, block).is_none() {
-                    size.attributes += Packing::of(chunk.block_materials(block)).words();
+                    mixed(block);
                 }
             }
         }
@@ -236,29 +249,56 @@ pub(super) struct Room<'a> {
     pub(super) nodes: Part<'a, [u32; QUAD]>,
     pub(super) leaves: Part<'a, [u32; 2]>,
     pub(super) links: Part<'a, u32>,
-    pub(super) attributes: Part<'a, u32>,
+    pub(super) materials: Materials<'a>,
+}
+
+/// The materials of the leaves of a chunk that have several.
+pub(super) enum Materials<'a> {
+    /// They are packed into this part, leaf by leaf.
+    Own(Part<'a, u32>),
+    /// They are packed already; the links in the order of the leaves.
+    Shared(std::slice::Iter<'a, u32>),
+}
+
+impl Materials<'_> {
+    /// The link of the next leaf.
+    fn link(&mut self, chunk: &Chunk, block: usize) -> u32 {
+        match self {
+            Self::Own(part) => {
+                let packing = Packing::of(chunk.block_materials(block));
+                let words = part.take(packing.words());
+                packing.write(chunk.block_materials(block), words.rest);
+                packed_link(packing.kind, words.at)
+            }
+            Self::Shared(links) => *links.next().expect("there is one for each block that `ChunkSize::visit` gives"),
+        }
+    }
 }
 
 /// Encodes every distinct chunk into its parts of the buffer, in parallel, and gives their nodes.
-fn fill_chunks(distinct: &[&Chunk], sizes: &[ChunkSize], body: &mut [u32], at: &Sections, upper: usize) -> Vec<Node> {
-    let (front, attributes) = body.split_at_mut(at.attributes);
+/// `materials` has the links of each.
+fn fill_chunks(
+    distinct: &[&Chunk],
+    sizes: &[ChunkSize],
+    materials: &[Vec<u32>],
+    body: &mut [u32],
+    at: &Sections,
+    upper: usize,
+) -> Vec<Node> {
+    let (front, _) = body.split_at_mut(at.attributes);
     let (front, links) = front.split_at_mut(at.links);
     let (front, leaves) = front.split_at_mut(at.leaves);
     let first_node = at.nodes / QUAD + upper;
     let nodes = &mut front[QUAD * first_node..at.leaves];
-    let mut room = Room {
-        nodes: Part { rest: bytemuck::cast_slice_mut(nodes), at: first_node },
-        leaves: Part { rest: bytemuck::cast_slice_mut(leaves), at: at.leaves / 2 },
-        links: Part { rest: links, at: at.links },
-        attributes: Part { rest: attributes, at: at.attributes },
-    };
-    let rooms: Vec<Room> = sizes
-        .iter()
-        .map(|size| Room {
-            nodes: room.nodes.take(size.nodes),
-            leaves: room.leaves.take(size.leaves),
-            links: room.links.take(size.links),
-            attributes: room.attributes.take(size.attributes),
+    let mut nodes = Part { rest: bytemuck::cast_slice_mut(nodes), at: first_node };
+    let mut leaves = Part { rest: bytemuck::cast_slice_mut(leaves), at: at.leaves / 2 };
+    let mut links = Part { rest: links, at: at.links };
+    let rooms: Vec<Room> = (sizes.iter().zip(materials))
+        .map(|(size, materials)| Room {
+            nodes: nodes.take(size.nodes),
+            leaves: leaves.take(size.leaves),
+            links: links.take(size.links),
+            materials: Materials::Shared(materials.iter()),
         })
         .collect();
     distinct.par_iter().zip(rooms).map(|(chunk, room)| encode_chunk(chunk, room)).collect()
@@ -287,15 +327,8 @@ pub(super) fn encode_chunk(chunk: &Chunk, mut room: Room) -> Node {
             || {
                 let links = room.links.take(leaves.rest.len());
                 for (link, block) in links.rest.iter_mut().zip(blocks()) {
-                    *link = uniform_block(chunk, block).map_or_else(
-                        || {
-                            let packing = Packing::of(chunk.block_materials(block));
-                            let words = room.attributes.take(packing.words());
-                            packing.write(chunk.block_materials(block), words.rest);
-                            packed_link(packing.kind, words.at)
-                        },
-                        |material| UNIFORM | u32::from(material),
-                    );
+                    *link = uniform_block(chunk, block)
+                        .map_or_else(|| room.materials.link(chunk, block), |material| UNIFORM | u32::from(material));
                 }
                 links.at as u32
             },

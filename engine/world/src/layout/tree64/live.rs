@@ -8,8 +8,8 @@ use offset_allocator::{Allocation, Allocator};
 use rayon::prelude::*;
 
 use super::{
-    ADDRESSABLE, ChunkSize, MATERIAL_WORDS, Node, Part, QUAD, Room, Tree64Header, encode_chunk, fill_upper, path,
-    upper_nodes,
+    ADDRESSABLE, ChunkSize, MATERIAL_WORDS, Materials, Node, Part, QUAD, Room, Tree64Header, encode_chunk, fill_upper,
+    path, upper_nodes,
 };
 use crate::chunk::Chunk;
 use crate::layout::header::{Extent, buffer};
@@ -279,7 +279,7 @@ fn encode_block(chunk: &Chunk, size: &ChunkSize, start: usize) -> (Node, Vec<u32
         nodes: Part { rest: bytemuck::cast_slice_mut(nodes), at: start / QUAD },
         leaves: Part { rest: bytemuck::cast_slice_mut(leaves), at: leaves_at / 2 },
         links: Part { rest: links, at: links_at },
-        attributes: Part { rest: attributes, at: links_at + size.links },
+        materials: Materials::Own(Part { rest: attributes, at: links_at + size.links }),
     };
     let node = encode_chunk(chunk, room);
     (node, words)
