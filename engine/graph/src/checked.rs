@@ -114,7 +114,8 @@ impl Graph {
 
     /// Whether conditions of passes ask what the world contains.
     pub fn asks_the_world(&self) -> bool {
-        let condition = |pass: &Pass| pass.when.as_ref().is_some_and(|when| !matches!(when.fact, Fact::Param(_)));
+        let of_world = |fact: &Fact| !matches!(fact, Fact::Param(_) | Fact::DevicePackets);
+        let condition = |pass: &Pass| pass.when.as_ref().is_some_and(|when| of_world(&when.fact));
         self.passes.iter().any(condition)
     }
 
@@ -765,6 +766,9 @@ pub enum Fact {
     WorldHasTransparency,
     /// The world has any solid voxel: `world.has_voxels`.
     WorldHasVoxels,
+    /// Packets of rays can be traced: the device's subgroups have 32 invocations and the operations that they take, the world is in `tree64`, bounded
+    /// and of at most 4096 voxels along each axis (`<raxel/packet.glsl>`): `device.packets`.
+    DevicePackets,
     /// A param of type bool is true: `param.NAME`.
     Param(ParamId),
 }

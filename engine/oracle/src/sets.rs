@@ -440,7 +440,12 @@ fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
     };
     let (cell, frac) = (clamped(cell), if random.below(4) == 0 { [0.0; 3] } else { fraction(random) });
     let aim = Vec3::from_array(towards((cell.map(i64::from), frac), (target, [0.5; 3])));
-    let aim = if random.below(3) == 0 { Vec3::from_array(random.direction()) } else { aim };
+    let aim = match random.below(8) {
+        0 | 1 => Vec3::from_array(random.direction()),
+        // Along an axis or a diagonal: the tile may lie on the border of octants.
+        2 => Vec3::from_array(std::array::from_fn(|_| random.below(3) as f32 - 1.0)),
+        _ => aim,
+    };
     let forward = aim.try_normalize().unwrap_or(Vec3::X);
     // Any direction that is not nearly the same.
     let up = Vec3::from_array(random.direction());

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Rounds, count_of};
 use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize};
+use raxel_world::layout::Layout;
 
 use crate::build_error::BuildError;
 use crate::execute::{self, ExecuteError, Executor};
 use crate::params::Params;
-use crate::sources::{OnDevice, check_instances};
+use crate::sources::{OnDevice, SourceName, check_instances};
 use crate::world::SessionWorld;
 
 /// What a plan is made for, apart from the files.
@@ -32,12 +33,13 @@ pub struct Selection {
     pub alias: bool,
 }
 
-/// The facts that the passes of a graph ask for, and whether they hold.
-pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params) -> Vec<(Fact, bool)> {
+/// The facts that the passes of a graph ask for, and whether they hold on a device.
+pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params, device: &raxel_gpu::Device) -> Vec<(Fact, bool)> {
     let mut facts: Vec<(Fact, bool)> = Vec::new();
     for condition in graph.passes.iter().filter_map(|pass| pass.when.as_ref()) {
         if facts.iter().all(|(fact, _)| *fact != condition.fact) {
             let holds = match condition.fact {
+                Fact::DevicePackets => device.capabilities().traces_packets() && suits_packets(graph, world),
                 Fact::Param(id) => params.get(id) == raxel_graph::checked::Value::Bool(true),
                 _ => world.holds(&condition.fact),
             };
@@ -45,6 +47,17 @@ pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params) -> Vec<(Fact,
         }
     }
     facts
+}
+
+/// Voxels along each axis of the largest world that packets trace: half of their reach, since a tree grows by fours.
+const LARGEST_FOR_PACKETS: i64 = 1 << 12;
+
+/// Whether packets can trace the world of a graph.
+fn suits_packets(graph: &Graph, world: &SessionWorld) -> bool {
+    let [least, end] = world.bounds();
+    let fits = |axis: usize| i64::from(end[axis]) - i64::from(least[axis] & !63) <= LARGEST_FOR_PACKETS;
+    let mut layouts = graph.source_names().into_iter().filter_map(SourceName::world_layout);
+    world.tiles().is_none() && (0..3).all(fits) && layouts.all(|layout| layout == Layout::Tree64)
 }
 
 /// The rounds of the loops that follow a param.

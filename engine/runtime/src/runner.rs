@@ -50,7 +50,7 @@ impl GraphRunner {
             output: setup.output,
             present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
             pinned: setup.pinned,
-            facts: build::facts(graph, world, params),
+            facts: build::facts(graph, world, params, self.executor.device()),
             counts: build::counts(graph, params),
             alias: setup.alias,
         };

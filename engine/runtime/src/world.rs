@@ -145,7 +145,7 @@ impl SessionWorld {
         &self.loaded.world
     }
 
-    /// Whether a fact about worlds holds. Facts about params are not the world's.
+    /// Whether a fact about worlds holds. Facts about devices and params are not the world's.
     pub fn holds(&self, fact: &Fact) -> bool {
         if let Some(tiles) = &self.tiles {
             // Whatever is declared may come into view.
@@ -154,14 +154,14 @@ impl SessionWorld {
                 Fact::WorldHasEmission => any(|material| material.emission),
                 Fact::WorldHasTransparency => any(|material| material.transparency),
                 Fact::WorldHasVoxels => true,
-                Fact::Param(_) => false,
+                Fact::DevicePackets | Fact::Param(_) => false,
             };
         }
         match fact {
             Fact::WorldHasEmission => self.loaded.world.has_emission(),
             Fact::WorldHasTransparency => self.loaded.world.has_transparency(),
             Fact::WorldHasVoxels => self.loaded.world.bounds().is_some(),
-            Fact::Param(_) => false,
+            Fact::DevicePackets | Fact::Param(_) => false,
         }
     }
 

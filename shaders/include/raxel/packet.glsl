@@ -18,7 +18,8 @@
 //     void rx_tile_rest(ivec2 pixel, float t_free);   not decided: rx_trace_from says what this pixel hits
 //
 // and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. One of the three is called once for each pixel of the tile on the output, in
-// any order. Where a subgroup is not 32 wide, every pixel is handed on.
+// any order. Where a subgroup is not 32 wide, or the world's layout is not tree64, every pixel is handed on. A pass with
+// `when = "device.packets"` runs where that is not so. What else there is to know of a hit, rx_hit_of tells.
 #ifndef RAXEL_PACKET_GLSL
 #define RAXEL_PACKET_GLSL
 
@@ -139,6 +140,18 @@ void rx_tile_frustum(uint lane, ivec4 rect, float slack, out vec3 slow, out vec3
     fast = (1.0 + 2.0 * RX_TILE_ERROR) / least;
 }
 
+void rx_tile_hand_on(ivec2 first, ivec2 in_group, ivec2 size) {
+    for (int s = 0; s < 8; ++s) {
+        ivec2 pixel = first + ivec2(8 * (s & 1), 4 * (s >> 1)) + in_group;
+        if (all(lessThan(pixel, size))) rx_tile_rest(pixel, 0.0);
+    }
+}
+
+#ifndef RX_LAYOUT_TREE64
+void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 size) {
+    rx_tile_hand_on(tile * RX_TILE, ivec2(gl_LocalInvocationIndex & 7u, gl_LocalInvocationIndex >> 3), size);
+}
+#else
 void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 size) {
     const uint lane = gl_LocalInvocationIndex;
     const ivec2 first = tile * RX_TILE;
@@ -154,10 +167,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         && all(lessThan(abs(from), ivec3(RX_TILE_REACH)))
         && all(lessThan((0.5 / tan_half_fov + 0.5) * vec2(size) * reach, vec2(RX_TILE_SCALE))) && rx_material(cell) == 0u;
     if (!proven) {
-        for (int s = 0; s < 8; ++s) {
-            ivec2 pixel = first + ivec2(8 * (s & 1), 4 * (s >> 1)) + in_group;
-            if (all(lessThan(pixel, size))) rx_tile_rest(pixel, 0.0);
-        }
+        rx_tile_hand_on(first, in_group, size);
         return;
     }
 
@@ -439,5 +449,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         rx_tile_fence();
     }
 }
+
+#endif
 
 #endif

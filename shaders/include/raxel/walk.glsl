@@ -222,20 +222,26 @@ float rx_walk_scale(vec3 dir) {
     return uintBitsToFloat(clamp(rx_lattice_top(dir), 1u, 253u) << 23);
 }
 
+// The direction on the lattice. False if the ray is invalid.
+bool rx_walk_lattice(RxRay ray, out RxWalk w, out bvec3 still, out bvec3 down) {
+    uint top = rx_lattice_top(ray.dir);
+    uvec3 bits = floatBitsToUint(ray.dir);
+    uvec3 d_fixed = uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
+    still = equal(d_fixed, uvec3(0u));
+    down = bvec3((bits.x >> 31) != 0u && !still.x, (bits.y >> 31) != 0u && !still.y, (bits.z >> 31) != 0u && !still.z);
+    w.down = (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u);
+    w.d = vec3(d_fixed) * 9.31322574615478515625e-10;
+    w.inv = mix(1.0 / max(w.d, vec3(1.0e-20)), vec3(0.0), still);
+    return top != 0u && !rx_not_finite(ray.dir) && !rx_not_finite(ray.frac);
+}
+
 // Puts a ray on the lattice and enters the cube of 2^log2_size voxels (at most 2^30) whose smallest corner is `corner`.
 // False if the ray is invalid or never is in the cube. `t_free`, in lengths of the direction: the caller knows that no voxel that
 // the ray is in up to that time is solid, and these cells are passed over.
 bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out RxWalk w) {
     uint last = (1u << log2_size) - 1u;
-    uint top = rx_lattice_top(ray.dir);
-    bool valid = top != 0u && !rx_not_finite(ray.dir) && !rx_not_finite(ray.frac);
-    uvec3 bits = floatBitsToUint(ray.dir);
-    uvec3 d_fixed = uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
-    bvec3 still = equal(d_fixed, uvec3(0u));
-    bvec3 down = bvec3((bits.x >> 31) != 0u && !still.x, (bits.y >> 31) != 0u && !still.y, (bits.z >> 31) != 0u && !still.z);
-    w.down = (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u);
-    w.d = vec3(d_fixed) * 9.31322574615478515625e-10;
-    w.inv = mix(1.0 / max(w.d, vec3(1.0e-20)), vec3(0.0), still);
+    bvec3 still, down;
+    bool valid = rx_walk_lattice(ray, w, still, down);
     RxExact e = rx_walk_exact(w, ray, corner, last);
     w.base = 0.0;
     float scale = rx_walk_scale(ray.dir);
@@ -349,4 +355,13 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, uint log2_size, out RxHit hi
     return ray.t_max >= RX_FAR || t <= ray.t_max;
 }
 
+// The same for a ray that is known to hit this voxel on this face, without a walk.
+void rx_walk_known_hit(RxRay ray, ivec3 corner, uint log2_size, ivec3 voxel, uint face, out RxHit hit) {
+    RxWalk w;
+    bvec3 still, down;
+    rx_walk_lattice(ray, w, still, down);
+    w.q = (uvec3(voxel) - uvec3(corner)) ^ rx_walk_flip(w, (1u << log2_size) - 1u);
+    w.axes = face == RX_FACE_INSIDE ? 0u : 1u << rx_face_axis(face);
+    rx_walk_hit(w, ray, corner, log2_size, hit);
+}
 #endif

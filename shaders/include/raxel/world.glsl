@@ -55,4 +55,12 @@
 #undef RX_WRITE
 #undef RX_WORLD_ACCESS
 
+// What rx_trace finds, but for the steps, of a ray that is known to hit this voxel on this face (packet.glsl tells no more of it).
+RxHit rx_hit_of(RxRay ray, ivec3 voxel, uint face) {
+    RxHit hit;
+    rx_walk_known_hit(ray, world.origin, world.log2_size, voxel, face, hit);
+    hit.material = rx_material(voxel);
+    return hit;
+}
+
 #endif

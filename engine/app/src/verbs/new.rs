@@ -56,6 +56,8 @@ macro_rules! shipped {
 
 const VOXEL: &[TemplateFile] = shipped![
     "graphs/primary.toml",
+    "shaders/packet.comp",
+    "shaders/packet_rest.comp",
     "shaders/primary.comp",
     "shaders/trace.comp",
     "worlds/valley.toml",

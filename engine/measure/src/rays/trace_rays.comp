@@ -3,7 +3,11 @@
 #include <raxel/world.glsl>
 #include <raxel/march.glsl>
 
+#ifdef RX_MARCH_PACKET
+layout(local_size_x = 32) in;
+#else
 layout(local_size_x = 64) in;
+#endif
 
 // Words, so that no bit of a NaN or denormal is lost on the way.
 struct RayWords {
@@ -51,7 +55,62 @@ void write_hit(uint i, bool found, RxHit hit) {
                        floatBitsToUint(hit.uv), hit.steps, 0u);
 }
 
-#ifdef RX_MARCH_BEAM
+#if defined(RX_MARCH_PACKET)
+// A subgroup traces the tile of 16 x 16 pixels that holds 8 x 8, of which the hits are wanted. The lines are those of RX_MARCH_BEAM.
+#include <raxel/packet.glsl>
+
+const int TILE = 8;
+
+uint line;  // the first of the tile's
+ivec3 camera_cell;
+vec3 camera_frac;
+mat4 view_to_world;
+vec2 tan_half_fov;
+ivec2 size;
+ivec2 first;
+
+uint line_of(ivec2 pixel) {
+    ivec2 at = pixel - first;
+    return line + uint(at.y * TILE + at.x);
+}
+
+bool wanted(ivec2 pixel) {
+    ivec2 at = pixel - first;
+    return all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(TILE))) && line_of(pixel) < count;
+}
+
+RxRay ray_of(ivec2 pixel) {
+    return rx_camera_ray(camera_cell, camera_frac, view_to_world, tan_half_fov, pixel, size);
+}
+
+void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
+    if (wanted(pixel)) write_hit(line_of(pixel), true, rx_hit_of(ray_of(pixel), voxel, face));
+}
+
+void rx_tile_miss(ivec2 pixel) {
+    if (wanted(pixel)) write_hit(line_of(pixel), false, RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u));
+}
+
+void rx_tile_rest(ivec2 pixel, float t_free) {
+    if (!wanted(pixel)) return;
+    RxHit hit;
+    // As shaders/packet_rest.comp does it.
+    bool found = rx_trace_from(ray_of(pixel), 0.9999 * t_free, hit);
+    write_hit(line_of(pixel), found, hit);
+}
+
+void main() {
+    line = gl_WorkGroupID.x * 64u;
+    camera_cell = rays[line].cell;
+    camera_frac = uintBitsToFloat(rays[line].frac);
+    view_to_world = mat4(uintBitsToFloat(rays[line + 1u].dir), uintBitsToFloat(rays[line + 2u].dir),
+                         uintBitsToFloat(rays[line + 3u].dir), vec4(0.0, 0.0, 0.0, 1.0));
+    tan_half_fov = uintBitsToFloat(rays[line + 4u].frac.xy);
+    size = rays[line + 4u].cell.xy;
+    first = ivec2(rays[line + 4u].dir.xy);
+    rx_trace_tile(first / RX_TILE, camera_cell, camera_frac, view_to_world, tan_half_fov, size);
+}
+#elif defined(RX_MARCH_BEAM)
 // A group traces a tile of 8 x 8 pixels. In the place of its rays stand five lines of its camera, see rays/words.rs.
 #include <raxel/beam.glsl>
 

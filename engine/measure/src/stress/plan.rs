@@ -31,9 +31,10 @@ impl Row {
     pub fn exact(&self) -> bool {
         match self {
             Row::Port => true,
-            Row::Device(method) => {
-                method.marcher.as_deref().is_none_or(|marcher| ["raymask", Self::AHEAD, Self::BEAM].contains(&marcher))
-            }
+            Row::Device(method) => method
+                .marcher
+                .as_deref()
+                .is_none_or(|marcher| ["raymask", Self::AHEAD, Self::BEAM, Self::PACKET].contains(&marcher)),
         }
     }
 
@@ -44,6 +45,10 @@ impl Row {
     /// (`shaders/include/raxel/beam.glsl`). It traces the sets that are made of tiles, and no others.
     pub const BEAM: &str = "beam";
 
+    /// The marcher that walks the tree once for the rays of a tile (`shaders/include/raxel/packet.glsl`), and traces what that does not decide
+    /// ray by ray; where subgroups are not 32 wide that is all of them. It traces the sets that are made of tiles, and no others.
+    pub const PACKET: &str = "packet";
+
     /// Whether it begins rays ahead of their origin.
     pub(super) fn begins_ahead(&self) -> bool {
         matches!(self, Row::Device(method) if method.marcher.as_deref() == Some(Self::AHEAD))
@@ -51,12 +56,13 @@ impl Row {
 
     /// Whether it traces tiles of pixels.
     pub fn traces_tiles(&self) -> bool {
-        matches!(self, Row::Device(method) if method.marcher.as_deref() == Some(Self::BEAM))
+        matches!(self, Row::Device(method) if matches!(method.marcher.as_deref(), Some(Self::BEAM | Self::PACKET)))
     }
 
-    /// Whether its steps are cells on the ray. Those of `bvh` are nodes beside it, too.
+    /// Whether its steps are cells on the ray. Those of `bvh` are nodes beside it, too, and packets count none.
     pub fn steps_are_cells(&self) -> bool {
-        self.exact() && !matches!(self, Row::Device(method) if method.layout == Layout::Bvh)
+        let others = |method: &Method| method.layout == Layout::Bvh || method.marcher.as_deref() == Some(Self::PACKET);
+        self.exact() && !matches!(self, Row::Device(method) if others(method))
     }
 }
 

@@ -180,7 +180,7 @@ impl BuildSettings {
                 after: None,
             }),
             pinned: self.pinned.iter().filter_map(|name| graph.find_resource(name)).collect(),
-            facts: build::facts(graph, world, &params),
+            facts: build::facts(graph, world, &params, self.context.builder.device()),
             counts: build::counts(graph, &params),
             alias: self.alias,
         }
