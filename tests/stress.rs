@@ -22,15 +22,15 @@ fn every_tracer_that_claims_to_be_exact_is() {
     let count = |row: &Value, name: &str| row["total"][name].as_u64().unwrap();
     let exact: Vec<_> = rows.values().filter(|row| row["exact"] == true).collect();
     assert!(exact.len() >= 20 && rows.contains_key("brickmap:ahead"), "{:?}", rows.keys());
-    for row in exact.iter().filter(|row| row["row"] != "tree64:beam") {
+    let of_tiles = ["tree64:beam", "tree64:packet"];
+    for row in exact.iter().filter(|row| of_tiles.iter().all(|name| row["row"] != *name)) {
         assert!(count(row, "rays") > 10_000 && count(row, "hits") > 2000 && count(row, "ties") > 1000, "{row}");
     }
-    // A beam is for the tiles of pixels alone.
-    let beam = &rows["tree64:beam"];
-    assert!(
-        count(beam, "rays") > 500 && count(beam, "rays") == beam["sets"]["tiles"]["rays"].as_u64().unwrap(),
-        "{beam}"
-    );
+    // Beams and packets are for the tiles of pixels alone.
+    for row in of_tiles.map(|name| &rows[name]) {
+        let tiles = row["sets"]["tiles"]["rays"].as_u64().unwrap();
+        assert!(row["exact"] == true && tiles > 500 && count(row, "rays") == tiles, "{row}");
+    }
     for row in exact {
         for column in ["wrong", "hangs", "wrong_t", "wrong_uv", "wrong_steps", "beyond_t_max"] {
             assert_eq!(count(row, column), 0, "{column}: {row}");
@@ -173,6 +173,28 @@ fn a_beam_that_goes_too_far_is_caught() {
     for row in ["tree64:beam", "svo:beam"] {
         assert!(count(row, "hits") > 1000 && count(row, "wrong") > 100, "{}", found[row]);
     }
+    raxel(&[&scope[..], &layouts].concat()).exits(0);
+}
+
+/// Rays that packets hand on and that begin too far ahead.
+#[test]
+fn a_packet_that_promises_too_much_is_caught() {
+    let project = Project::empty();
+    let packet = std::fs::read_to_string(repository().join("shaders/include/raxel/packet.glsl")).unwrap();
+    let (right, wrong) = ("rx_tile_rest(pixel, 0.0);", "rx_tile_rest(pixel, 30.0);");
+    assert!(packet.contains(right));
+    project.write("shaders/include/raxel/packet.glsl", packet.replace(right, wrong));
+    let scope = ["stress", "--scenes", "hills,menger,gravel", "--sets", "tiles", "--rays", "4e4"];
+    let layouts = ["--layouts", "tree64,tree64:packet", "--format", "json"];
+    let run = project.raxel(&[&scope[..], &layouts].concat()).exits(1);
+    let found = rows(&run);
+    let count = |row: &str, name: &str| found[row]["total"][name].as_u64().unwrap();
+    assert_eq!(count("tree64", "wrong") + count("tree64", "wrong_t"), 0);
+    assert!(
+        count("tree64:packet", "hits") > 1000 && count("tree64:packet", "wrong") > 100,
+        "{}",
+        found["tree64:packet"]
+    );
     raxel(&[&scope[..], &layouts].concat()).exits(0);
 }
 

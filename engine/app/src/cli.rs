@@ -103,9 +103,14 @@ impl Verb {
 }
 
 impl Verb {
-    /// Whether it measures what a cache would save.
-    fn measures_compilers(&self) -> bool {
-        matches!(self, Verb::Bench(args) if args.measures_compilers())
+    /// Whether what it compiles is kept for the next run.
+    fn keeps_results(&self) -> bool {
+        match self {
+            // Its texts change with every key.
+            Verb::Lsp(_) => false,
+            Verb::Bench(args) => !args.measures_compilers(),
+            _ => true,
+        }
     }
 }
 
@@ -118,7 +123,7 @@ impl Cli {
     /// Runs its verb.
     pub fn run(self, console: &Console) -> Result {
         let journal = Journal::listen(self.trace.as_deref(), console)?;
-        if !self.verb.measures_compilers() {
+        if self.verb.keeps_results() {
             cache::open(console);
         }
         // What was slow is told of a run that failed, too.

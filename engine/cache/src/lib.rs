@@ -329,7 +329,7 @@ mod tests {
         std::thread::scope(|scope| {
             for byte in 0..4u8 {
                 let other = Cache::at(cache.folder());
-                scope.spawn(move || (0..50).for_each(|_| other.write("shared", &[byte; 30_000])));
+                scope.spawn(move || (0..50).for_each(|_| other.write("shared", &vec![byte; 30_000])));
             }
             for _ in 0..200 {
                 if let Some(bytes) = cache.read("shared") {

@@ -186,10 +186,8 @@ fn make_plan(
 /// Creates everything that a plan needs, next to what is running.
 pub fn prepare(assembly: &Assembly, context: &DeviceContext) -> Result<execute::Prepared, BuildError> {
     let _span = tracing::debug_span!("prepare").entered();
-    context
-        .builder
-        .prepare(assembly.plan.clone(), &assembly.sources)
-        .map_err(|error| refusal(error, &assembly.plan.graph))
+    let Assembly { plan, sources, pipelined: _held } = assembly;
+    context.builder.prepare(plan.clone(), sources).map_err(|error| refusal(error, &plan.graph))
 }
 
 /// An error of the device as a diagnostic that points at what the author can change, if there is such a thing.

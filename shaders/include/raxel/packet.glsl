@@ -149,6 +149,14 @@ void rx_tile_hand_on(ivec2 first, ivec2 in_group, ivec2 size) {
 
 #ifndef RX_LAYOUT_TREE64
 void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 size) {
+    // Packets know no other tree, but whether there is anything to hit.
+    if (any(greaterThan(world.bounds_min, world.bounds_last))) {
+        for (uint i = gl_LocalInvocationIndex; i < uint(RX_TILE * RX_TILE); i += 32u) {
+            ivec2 pixel = tile * RX_TILE + ivec2(i & 15u, i >> 4);
+            if (all(lessThan(pixel, size))) rx_tile_miss(pixel);
+        }
+        return;
+    }
     rx_tile_hand_on(tile * RX_TILE, ivec2(gl_LocalInvocationIndex & 7u, gl_LocalInvocationIndex >> 3), size);
 }
 #else
