@@ -125,7 +125,11 @@ impl ComputePipeline {
             .name(&entry)
             .specialization_info(&specialization);
         let mut feedback = vk::PipelineCreationFeedback::default();
-        let mut wanted = vk::PipelineCreationFeedbackCreateInfo::default().pipeline_creation_feedback(&mut feedback);
+        // Early versions of Vulkan 1.3 ask for the feedback of the stage, too.
+        let mut of_stage = [vk::PipelineCreationFeedback::default()];
+        let mut wanted = vk::PipelineCreationFeedbackCreateInfo::default()
+            .pipeline_creation_feedback(&mut feedback)
+            .pipeline_stage_creation_feedbacks(&mut of_stage);
         let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw).push_next(&mut wanted)];
         // SAFETY: module and layout are alive; the cache is internally synchronised; the feedback lives until the call returns.
         let made = unsafe { device.raw.create_compute_pipelines(device.pipelines.raw, &create, None) };
