@@ -1,5 +1,5 @@
 //! SPIR-V modules: read and checked word by word, validated by the Khronos validator, and rewritten where raxel needs it (a place of its
-//! own for each binding, bounds on arrays in shared memory). What comes from a file may be anything, and neither a reflector nor a
+//! own for each binding, bounds on arrays in shared memory, uniform values that drivers do not fold in). What comes from a file may be anything, and neither a reflector nor a
 //! driver copes with a damaged module. Numbers and layouts are those of the SPIR-V 1.6 specification, sections 2.3 (physical layout)
 //! and 3 (binary form).
 
@@ -11,6 +11,7 @@ mod error;
 mod instruction;
 mod memory;
 mod module;
+mod opaque;
 mod reads;
 mod validate;
 

@@ -9,7 +9,7 @@ use crate::error::{ModuleError, broken};
 use crate::instruction::Instruction;
 use crate::memory::{Memory, memory};
 use crate::reads::Chains;
-use crate::{bindings, bounds, check, reads};
+use crate::{bindings, bounds, check, opaque, reads};
 
 /// Most bytes of variables that each thread may have: more than any device keeps at hand, and software drivers take minutes and
 /// gigabytes to compile it.
@@ -205,6 +205,11 @@ impl<'w> Module<'w> {
     /// The module with every access to shared memory inside its array, vector or matrix; `None` when it is so already.
     pub fn with_shared_bounds(&self) -> Option<Vec<u32>> {
         bounds::bounded(self.words, &self.instructions)
+    }
+
+    /// The module with values of uniform blocks and push constants that no driver can fold into it; `None` when it has none of them.
+    pub fn with_opaque_uniforms(&self) -> Option<Vec<u32>> {
+        opaque::opaque(self.words, &self.instructions)
     }
 
     fn of(&self, op: Op) -> impl Iterator<Item = &'w [u32]> {

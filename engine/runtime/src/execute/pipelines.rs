@@ -4,11 +4,12 @@ use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
-use raxel_gpu::{ComputePipeline, Device, PipelineInfo, Sampler, Slot, vk};
+use raxel_gpu::{ComputePipeline, Device, DeviceKind, PipelineInfo, Sampler, Slot, vk};
 use raxel_graph::checked::{Pass, Value};
 use raxel_graph::plan::Plan;
 use raxel_shader::Shader;
 use raxel_shader::interface::BindingKind;
+use raxel_spirv::Module;
 
 use super::display::{self, Variant};
 use super::error::ExecuteError;
@@ -149,14 +150,20 @@ fn make_pipeline(
             Some(Slot { set: binding.set, binding: binding.binding, ty, count: binding.count.max(1) })
         })
         .collect();
+    let opaque = if device.capabilities().kind == DeviceKind::Cpu { opaque(shader) } else { None };
     let info = PipelineInfo {
-        spirv: &shader.spirv,
+        spirv: opaque.as_deref().unwrap_or(&shader.spirv),
         entry: &shader.interface.entry,
         slots: &slots,
         push_bytes: shader.interface.push.as_ref().map_or(0, |block| block.size),
         specialization,
     };
     ComputePipeline::new(device, name, &info)
+}
+
+/// The module for a software device. lavapipe would compile it again at each dispatch, for the values that its blocks have then.
+fn opaque(shader: &Shader) -> Option<Vec<u32>> {
+    Module::new(&shader.spirv, &shader.interface.entry).ok()?.with_opaque_uniforms()
 }
 
 /// What a shader needs and the device lacks.

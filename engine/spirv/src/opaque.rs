@@ -1,0 +1,243 @@
+//! Values of uniform blocks and push constants that no driver can fold into a shader. lavapipe compiles a shader again, at each dispatch, for
+//! the values that its branches depend on: milliseconds a frame, and memory that it gives back only with the pipeline. So each value that is
+//! loaded becomes `value | zero`, where `zero` is the number of workgroups shifted right by 31: always 0, and nothing that is known before
+//! a dispatch. The bits of floats stay what they are.
+
+use std::collections::{HashMap, HashSet};
+
+use spirv::{BuiltIn, Decoration, Op, StorageClass};
+
+use crate::binary::HEADER_WORDS;
+use crate::instruction::Instruction;
+
+/// The module with such values; `None` where nothing is loaded from a uniform block or push constants.
+pub(crate) fn opaque(words: &[u32], instructions: &[Instruction<'_>]) -> Option<Vec<u32>> {
+    let split = instructions.iter().position(|instruction| instruction.is(Op::Function))?;
+    let (declarations, functions) = instructions.split_at(split);
+    let mut declared = Declared::of(declarations);
+    declared.next_id = words[3];
+    let mut rewritten = Vec::new();
+    let mut loads = 0usize;
+    for instruction in functions {
+        declared.pointer(instruction);
+        match declared.uniform_load(instruction) {
+            Some(shape) => {
+                declared.hide(instruction, shape, &mut rewritten)?;
+                loads += 1;
+            }
+            None => instruction.write(&mut rewritten),
+        }
+    }
+    if loads == 0 {
+        return None;
+    }
+    let workgroups = declared.workgroups?;
+    let mut opaque = words[..HEADER_WORDS].to_vec();
+    opaque[3] = declared.next_id;
+    let types = declarations.iter().position(is_declaration).unwrap_or(declarations.len());
+    for (at, instruction) in declarations.iter().enumerate() {
+        if at == types {
+            opaque.extend_from_slice(&declared.decorations);
+        }
+        if instruction.is(Op::EntryPoint) && !interface(instruction.operands).contains(&workgroups.variable) {
+            let operands = [instruction.operands, &[workgroups.variable]].concat();
+            Instruction { opcode: instruction.opcode, operands: &operands }.write(&mut opaque);
+        } else {
+            instruction.write(&mut opaque);
+        }
+    }
+    opaque.extend_from_slice(&declared.additions);
+    opaque.extend_from_slice(&rewritten);
+    Some(opaque)
+}
+
+/// Whether an instruction is a type, constant or global variable: the section that follows the decorations (section 2.4).
+fn is_declaration(instruction: &Instruction<'_>) -> bool {
+    let sections =
+        [Op::TypeVoid as u32..=Op::TypeForwardPointer as u32, Op::ConstantTrue as u32..=Op::SpecConstantOp as u32];
+    sections.iter().any(|section| section.contains(&instruction.opcode))
+        || instruction.is(Op::Variable)
+        || instruction.is(Op::Undef)
+}
+
+/// The variables that an entry point lists, behind its name.
+fn interface(operands: &[u32]) -> &[u32] {
+    let name = operands.get(2..).unwrap_or(&[]);
+    let end = name.iter().position(|word| word.to_le_bytes().contains(&0)).map_or(name.len(), |last| last + 1);
+    &name[end..]
+}
+
+/// 32-bit components of a value.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Shape {
+    float: bool,
+    count: u32,
+}
+
+/// The variable with the number of workgroups, its type, that of its components, and the constant 31.
+#[derive(Clone, Copy)]
+struct Workgroups {
+    variable: u32,
+    triple: u32,
+    uint: u32,
+    shift: u32,
+}
+
+/// What the module declares, and what is added to it.
+#[derive(Default)]
+struct Declared {
+    /// Scalars and vectors of 32-bit numbers.
+    shapes: HashMap<u32, Shape>,
+    /// Pointer types: storage class and pointee.
+    pointers: HashMap<u32, (u32, u32)>,
+    /// Pointers to uniform blocks and push constants, and into them.
+    uniform: HashSet<u32>,
+    /// The unsigned 32-bit integer, and vectors of it by their lengths.
+    unsigned: HashMap<u32, u32>,
+    /// The variable with the number of workgroups and its type, where the module has one.
+    built_in: Option<u32>,
+    built_in_type: Option<u32>,
+    workgroups: Option<Workgroups>,
+    next_id: u32,
+    decorations: Vec<u32>,
+    additions: Vec<u32>,
+}
+
+impl Declared {
+    fn of(declarations: &[Instruction<'_>]) -> Self {
+        let mut declared = Self::default();
+        for instruction in declarations {
+            match (Op::from_u32(instruction.opcode), instruction.operands) {
+                (Some(Op::Decorate), [id, decoration, built_in])
+                    if (*decoration, *built_in) == (Decoration::BuiltIn as u32, BuiltIn::NumWorkgroups as u32) =>
+                {
+                    declared.built_in = Some(*id);
+                }
+                (Some(Op::TypeInt), [id, 32, signed]) => {
+                    declared.shapes.insert(*id, Shape { float: false, count: 1 });
+                    if *signed == 0 {
+                        declared.unsigned.insert(1, *id);
+                    }
+                }
+                (Some(Op::TypeFloat), [id, 32, ..]) => {
+                    declared.shapes.insert(*id, Shape { float: true, count: 1 });
+                }
+                (Some(Op::TypeVector), [id, part, count]) => {
+                    if let Some(shape) = declared.shapes.get(part).copied() {
+                        declared.shapes.insert(*id, Shape { count: *count, ..shape });
+                        if declared.unsigned.get(&1) == Some(part) {
+                            declared.unsigned.insert(*count, *id);
+                        }
+                    }
+                }
+                (Some(Op::TypePointer), [id, class, pointee]) => {
+                    declared.pointers.insert(*id, (*class, *pointee));
+                }
+                (Some(Op::Variable), [ty, id, ..]) if declared.built_in == Some(*id) => {
+                    declared.built_in_type = declared.pointers.get(ty).map(|(_, pointee)| *pointee);
+                }
+                _ => declared.pointer(instruction),
+            }
+        }
+        declared
+    }
+
+    /// Remembers a result that points into a uniform block or push constants.
+    fn pointer(&mut self, instruction: &Instruction<'_>) {
+        let points = [Op::Variable, Op::AccessChain, Op::InBoundsAccessChain, Op::FunctionParameter, Op::CopyObject];
+        if let [ty, id, ..] = instruction.operands
+            && points.iter().any(|op| instruction.is(*op))
+            && let Some((class, _)) = self.pointers.get(ty)
+            && [StorageClass::Uniform as u32, StorageClass::PushConstant as u32].contains(class)
+        {
+            self.uniform.insert(*id);
+        }
+    }
+
+    /// What an instruction loads, if it is a number or vector from a uniform block or push constants.
+    fn uniform_load(&self, instruction: &Instruction<'_>) -> Option<Shape> {
+        let [ty, _, pointer, ..] = instruction.operands else { return None };
+        let shape = self.shapes.get(ty).copied()?;
+        (instruction.is(Op::Load) && self.uniform.contains(pointer)).then_some(shape)
+    }
+
+    /// Writes a load whose result is the value `| zero`. `None` when the module declares the number of workgroups as something odd.
+    fn hide(&mut self, load: &Instruction<'_>, shape: Shape, function: &mut Vec<u32>) -> Option<()> {
+        let Workgroups { variable, triple, uint, shift } = self.workgroups()?;
+        let (ty, result) = (load.operands[0], load.operands[1]);
+        let [value, groups, first, mut zero] = [(); 4].map(|()| self.id());
+        write(Op::Load, &[&[ty, value], &load.operands[2..]].concat(), function);
+        write(Op::Load, &[triple, groups, variable], function);
+        write(Op::CompositeExtract, &[uint, first, groups, 0], function);
+        write(Op::ShiftRightLogical, &[uint, zero, first, shift], function);
+        let bits = self.unsigned(shape.count);
+        if shape.count > 1 {
+            let scalar = std::mem::replace(&mut zero, self.id());
+            write(
+                Op::CompositeConstruct,
+                &[&[bits, zero], vec![scalar; shape.count as usize].as_slice()].concat(),
+                function,
+            );
+        }
+        if shape.float {
+            let [before, after] = [(); 2].map(|()| self.id());
+            write(Op::Bitcast, &[bits, before, value], function);
+            write(Op::BitwiseOr, &[bits, after, before, zero], function);
+            write(Op::Bitcast, &[ty, result, after], function);
+        } else {
+            write(Op::BitwiseOr, &[ty, result, value, zero], function);
+        }
+        Some(())
+    }
+
+    fn workgroups(&mut self) -> Option<Workgroups> {
+        if self.workgroups.is_some() {
+            return self.workgroups;
+        }
+        let (uint, triple) = (self.unsigned(1), self.unsigned(3));
+        let variable = match self.built_in {
+            Some(variable) if self.built_in_type == Some(triple) => variable,
+            Some(_) => return None,
+            None => {
+                let [pointer, variable] = [(); 2].map(|()| self.id());
+                let class = StorageClass::Input as u32;
+                let known = self.pointers.iter().find(|(_, points)| **points == (class, triple)).map(|(id, _)| *id);
+                if known.is_none() {
+                    write(Op::TypePointer, &[pointer, class, triple], &mut self.additions);
+                }
+                write(Op::Variable, &[known.unwrap_or(pointer), variable, class], &mut self.additions);
+                let decoration = [variable, Decoration::BuiltIn as u32, BuiltIn::NumWorkgroups as u32];
+                write(Op::Decorate, &decoration, &mut self.decorations);
+                variable
+            }
+        };
+        let shift = self.id();
+        write(Op::Constant, &[uint, shift, 31], &mut self.additions);
+        self.workgroups = Some(Workgroups { variable, triple, uint, shift });
+        self.workgroups
+    }
+
+    /// The unsigned 32-bit integer, or a vector of it.
+    fn unsigned(&mut self, count: u32) -> u32 {
+        if let Some(id) = self.unsigned.get(&count) {
+            return *id;
+        }
+        let part = if count > 1 { Some(self.unsigned(1)) } else { None };
+        let id = self.id();
+        match part {
+            Some(part) => write(Op::TypeVector, &[id, part, count], &mut self.additions),
+            None => write(Op::TypeInt, &[id, 32, 0], &mut self.additions),
+        }
+        self.unsigned.insert(count, id);
+        id
+    }
+
+    fn id(&mut self) -> u32 {
+        self.next_id += 1;
+        self.next_id - 1
+    }
+}
+
+fn write(op: Op, operands: &[u32], words: &mut Vec<u32>) {
+    Instruction { opcode: op as u32, operands }.write(words);
+}
