@@ -91,12 +91,48 @@ fn everything_is_tested_and_all_that_failed_is_listed_at_the_end() {
 }
 
 #[test]
+fn what_failed_is_run_again_and_nothing_else() {
+    let launcher = Launcher::new();
+    launcher.program(
+        "cargo",
+        "echo \"cargo $*\" >>calls\n\
+         [ \"$1\" = test ] || exit 0\n\
+         echo '     Running tests/cli.rs (target/release/deps/cli-0123456789abcdef)' >&2\n\
+         echo 'test help ... FAILED'\n\
+         echo 'error: test failed, to rerun pass `-p raxel --test cli`' >&2\n\
+         exit 101",
+    );
+    let run = |arguments: &[&str]| {
+        let _ = fs::remove_file(launcher.path("calls"));
+        let output = common::output(&mut launcher.command(arguments));
+        (output.status.code(), texts(&output).1, fs::read_to_string(launcher.path("calls")).unwrap_or_default())
+    };
+    assert_eq!(run(&["test"]).0, Some(1));
+    let once_more = "cargo test --release --no-fail-fast -p raxel --test cli\n";
+    let (code, said, calls) = run(&["test", "--again"]);
+    assert_eq!((code, calls.as_str()), (Some(1), once_more), "{said}");
+    assert!(said.contains("    tests/cli.rs: help\n"), "{said}");
+
+    launcher.program("cargo", "echo \"cargo $*\" >>calls");
+    let (code, said, calls) = run(&["test", "--again"]);
+    assert_eq!((code, calls.as_str()), (Some(0), once_more), "{said}");
+    assert!(said.ends_with("raxel: tests: all passed\n"), "{said}");
+    let (code, said, calls) = run(&["test", "--again"]);
+    assert_eq!((code, calls.as_str()), (Some(2), ""), "{said}");
+
+    // What does not compile fails again.
+    launcher.program("cargo", "[ $1 != test ] || { echo 'error: could not compile `raxel` (lib)' >&2; exit 101; }");
+    assert_eq!(run(&["test"]).0, Some(1));
+    assert_eq!(run(&["test", "--again"]).0, Some(1));
+}
+
+#[test]
 fn nothing_failed_and_some_crates_only() {
     let launcher = Launcher::new();
     let output = common::output(&mut launcher.command(&["test", "-p", "raxel-shader"]));
     let (done, said) = texts(&output);
     assert_eq!(output.status.code(), Some(0), "{said}");
-    assert!(said.ends_with("raxel: formatting, lints and tests: all passed\n"), "{said}");
+    assert!(said.ends_with("raxel: formatting, lints, tests: all passed\n"), "{said}");
     for called in
         ["fmt --all --check", "clippy --release -p raxel-shader", "test --release --no-fail-fast -p raxel-shader"]
     {

@@ -8,9 +8,9 @@ mod scenes;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use common::Project;
-use raxel::measure::light::{Bench, Effort, REFERENCE, Scene};
+use raxel::measure::light::{Bench, Effort, REFERENCE};
 use raxel::{Options, Session, Validation, Value};
-use scenes::{DARK, cuboid, frames, open, systems, world};
+use scenes::{DARK, cuboid, effort, frames, open, scene, systems, world};
 
 /// Narrows the view to so many degrees, so that all pixels see the same point.
 fn narrow(session: &mut Session, degrees: f64) {
@@ -310,21 +310,8 @@ fn the_judge_finds_no_bias_in_the_path_tracer_itself() {
     project.edit("worlds/test.toml", "emission = 1.0", "emission = 0.0");
     let text = std::fs::read_to_string(project.path("worlds/test.toml")).unwrap();
     project.write("worlds/test.toml", text + &cuboid("lamp", [0, 4, 0], [2, 5, 1], ""));
-    let scene =
-        Scene { name: "test".to_owned(), world: "worlds/test.toml".to_owned(), camera: None, params: Vec::new() };
-    let effort = Effort {
-        project: project.root().to_owned(),
-        device: None,
-        validation: Validation::Required,
-        size: [48, 32],
-        frames: 16,
-        pan: 3,
-        lag: 2,
-        most_paths: 64,
-        goal: 1e-9,
-        keep: false,
-    };
-    let mut bench = Bench::new(effort);
+    let scene = scene();
+    let mut bench = Bench::new(Effort { pan: 3, lag: 2, ..effort(&project, [48, 32], 16, 64) });
     let references = bench.references(&scene).unwrap();
     assert_eq!(references.about.hashes, bench.references(&scene).unwrap().about.hashes, "same command, same bytes");
     assert_ne!(references.about.hashes[0], references.about.hashes[1]);

@@ -8,7 +8,7 @@ use common::Project;
 use raxel::measure::light::{Bench, Effort, Scene};
 use raxel::{Options, Session, Validation, Value};
 use raxel_edit::{Brush, Operation};
-use scenes::{DARK, cuboid, frames, open, systems, world};
+use scenes::{DARK, cuboid, effort, frames, open, scene, systems, world};
 
 /// Mean luminance of a picture.
 fn luminance(texels: &[[f32; 4]]) -> f64 {
@@ -158,19 +158,8 @@ fn points_on_lamps_that_are_used_again_add_no_light_and_take_none() {
         "extends = \"many_lamps.toml\"\nname = \"raw\"\n[params.rounds]\ndefault = 0\n",
     );
     let dark = DARK.map(|(name, value)| (name.to_owned(), value)).to_vec();
-    let scene = Scene { name: "test".to_owned(), world: "worlds/test.toml".to_owned(), camera: None, params: dark };
-    let mut bench = Bench::new(Effort {
-        project: project.root().to_owned(),
-        device: None,
-        validation: Validation::Required,
-        size: [64, 40],
-        frames: 32,
-        pan: 8,
-        lag: 12,
-        most_paths: 128,
-        goal: 1e-9,
-        keep: false,
-    });
+    let scene = Scene { params: dark, ..scene() };
+    let mut bench = Bench::new(Effort { pan: 8, lag: 12, ..effort(&project, [64, 40], 32, 128) });
     let references = bench.references(&scene).unwrap();
     let outcome = bench.system("graphs/light/raw.toml", &scene, &references).unwrap();
     assert_eq!(bench.complaints(), &[] as &[String]);
@@ -238,21 +227,9 @@ fn cubes_of_an_octree_are_where_the_voxels_are() {
 fn references_are_made_once_for_what_they_follow_from() {
     let project = Project::shipped();
     room(&project);
-    let scene =
-        Scene { name: "test".to_owned(), world: "worlds/test.toml".to_owned(), camera: None, params: Vec::new() };
+    let scene = scene();
     let run = |paths: u32| {
-        let mut bench = Bench::new(Effort {
-            project: project.root().to_owned(),
-            device: None,
-            validation: Validation::Required,
-            size: [16, 9],
-            frames: 1,
-            pan: 0,
-            lag: 0,
-            most_paths: paths,
-            goal: 1e-9,
-            keep: true,
-        });
+        let mut bench = Bench::new(Effort { keep: true, ..effort(&project, [16, 9], 1, paths) });
         bench.references(&scene).unwrap()
     };
     let (made, again) = (run(16), run(16));

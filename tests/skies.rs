@@ -2,11 +2,13 @@
 //! through the same air, skylight is the mean of the sky, and surfaces are near a path tracer of the same materials.
 
 mod common;
+#[path = "light/scenes.rs"]
+mod scenes;
 
 use std::f64::consts::PI;
 
 use common::Project;
-use raxel::measure::light::{Bench, Effort, Scene};
+use raxel::measure::light::Bench;
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::runtime::execute::PassOutcome;
 use raxel::{Options, Session, Validation, Value};
@@ -257,21 +259,8 @@ fn surfaces_are_near_a_path_tracer_of_the_same_materials() {
 #[test]
 fn the_judge_compares_it_under_its_own_sky() {
     let project = project();
-    let scene =
-        Scene { name: "test".to_owned(), world: "worlds/test.toml".to_owned(), camera: None, params: Vec::new() };
-    let effort = Effort {
-        project: project.root().to_owned(),
-        device: None,
-        validation: Validation::Required,
-        size: [48, 32],
-        frames: 8,
-        pan: 0,
-        lag: 0,
-        most_paths: 64,
-        goal: 1e-9,
-        keep: false,
-    };
-    let mut bench = Bench::new(effort);
+    let scene = scenes::scene();
+    let mut bench = Bench::new(scenes::effort(&project, [48, 32], 8, 64));
     let references = bench.references(&scene).unwrap();
     let outcome = bench.system(GRAPH, &scene, &references).unwrap();
     assert_eq!(bench.complaints(), &[] as &[String]);

@@ -432,7 +432,7 @@ impl Storm {
         let start = Instant::now();
         // A window draws it when it comes to it, and an older edit may still be on its way.
         while self.picture() != self.reference {
-            if start.elapsed() > Duration::from_secs(20) {
+            if start.elapsed() > Duration::from_secs(120) {
                 self.fail(otherwise);
             }
             std::thread::sleep(Duration::from_millis(50));

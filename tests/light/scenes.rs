@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
+use raxel::measure::light::{Effort, Scene};
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Options, Session, Validation, Value};
 
@@ -45,6 +46,27 @@ pub fn frames(session: &mut Session, count: u32) -> Vec<[f32; 4]> {
     let messages = session.device().log().take();
     assert!(messages.is_empty(), "{messages:#?}");
     session.read_target("radiance").unwrap().floats()
+}
+
+/// `worlds/test.toml` from its own camera, as the judge takes it.
+pub fn scene() -> Scene {
+    Scene { name: "test".to_owned(), world: "worlds/test.toml".to_owned(), camera: None, params: Vec::new() }
+}
+
+/// How the judge looks at small pictures, standing still: `frames` of each system, against at most `paths` paths a pixel.
+pub fn effort(project: &Project, size: [u32; 2], frames: u32, paths: u32) -> Effort {
+    Effort {
+        project: project.root().to_owned(),
+        device: None,
+        validation: Validation::Required,
+        size,
+        frames,
+        pan: 0,
+        lag: 0,
+        most_paths: paths,
+        goal: 1e-9,
+        keep: false,
+    }
 }
 
 /// Neither sun nor sky.

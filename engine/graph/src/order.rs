@@ -221,13 +221,15 @@ impl Ordering<'_> {
             Some(_) => Action::Copy(resource),
             None => Action::Clear(resource, tick),
         });
-        // A copy reads what passes may have written.
-        for (from, id) in (0..).zip(&self.cull.used).filter(|_| copied.is_some()) {
-            let source = self.graph.resource(*id);
-            if source.kind.supplied_by() == copied && source.copied_from().is_none() && source.is_writable() {
-                let range = SubresourceRange::whole(&self.sizes[id.0 as usize]);
-                let (turn, mask) = (self.turn(from), AccessMask::TRANSFER_READ);
-                self.order.accesses.push(ResourceAccess { action, resource: from, age: 0, turn, range, mask });
+        if let Some(copied) = copied {
+            // A copy reads what passes may have written.
+            for (from, id) in (0..).zip(&self.cull.used) {
+                let source = self.graph.resource(*id);
+                if source.kind.supplied_by() == Some(copied) && source.copied_from().is_none() && source.is_writable() {
+                    let range = SubresourceRange::whole(&self.sizes[id.0 as usize]);
+                    let (turn, mask) = (self.turn(from), AccessMask::TRANSFER_READ);
+                    self.order.accesses.push(ResourceAccess { action, resource: from, age: 0, turn, range, mask });
+                }
             }
         }
         let turn = self.turn(resource);

@@ -153,7 +153,7 @@ fn files_are_sources_and_edits_of_them_are_swapped_in() {
     assert_eq!(session.frame().unwrap().dispatched, 0);
 
     fs::write(project.path("textures/a.png"), png([&[0, 50, 0, 0], &[0, 50, 0, 0]])).unwrap();
-    let events = session.wait_reload(Duration::from_secs(10));
+    let events = session.wait_reload(Duration::from_secs(60));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
     session.frame().unwrap();
     let [red, _, table, width] = texel(&mut session);
@@ -161,7 +161,7 @@ fn files_are_sources_and_edits_of_them_are_swapped_in() {
 
     // A file that is broken stops the edit, names itself and the graph, and what ran runs on.
     fs::write(project.path("textures/a.png"), &png([&[7, 7], &[7, 7]])[..40]).unwrap();
-    let events = session.wait_reload(Duration::from_secs(10));
+    let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
     assert_eq!(failed.changed, ["textures/a.png"]);
     let [error] = failed.diagnostics.as_slice() else { panic!("{failed:#?}") };
@@ -173,7 +173,7 @@ fn files_are_sources_and_edits_of_them_are_swapped_in() {
     // Mended, and the table is edited with it.
     fs::write(project.path("data/table.bin"), floats(&[0.0, 8.0, 9.0])).unwrap();
     fs::write(project.path("textures/a.png"), png([&[1, 2], &[3, 4]])).unwrap();
-    let events = session.wait_reload(Duration::from_secs(10));
+    let events = session.wait_reload(Duration::from_secs(60));
     assert!(matches!(events.last(), Some(ReloadEvent::Reloaded(_))), "{events:#?}");
     session.frame().unwrap();
     let [red, _, table, width] = texel(&mut session);
@@ -270,14 +270,14 @@ fn shaders_dig_into_a_copy_beside_a_model_and_an_edit_of_the_world_fills_it_agai
     session.frame().unwrap();
     assert_eq!(red(&mut session), 208.0);
     project.write("worlds/box.toml", &(project::box_world(3) + model));
-    let events = session.wait_reload(Duration::from_secs(10));
+    let events = session.wait_reload(Duration::from_secs(60));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
     // The pass that digs is not due; what it dug is gone with the old world.
     session.frame().unwrap();
     assert_eq!(red(&mut session), 27.0);
     // A model that the world does not have.
     project.write("worlds/box.toml", &project::box_world(3));
-    let events = session.wait_reload(Duration::from_secs(10));
+    let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
     assert!(failed.diagnostics[0].message.contains("there is no model `pine`"), "{failed:#?}");
     project::assert_silent(&session);
