@@ -202,4 +202,7 @@ fn the_demo_computes_less_where_the_processor_draws_it() {
     assert!(on_gpu.contains(&format!("raxel run {flight}")) && !on_gpu.contains("--scale"), "{on_gpu}");
     let headless = demo(software, None, &[]);
     assert!(headless.contains(&format!("raxel render {flight}")) && headless.contains("picture: "), "{headless}");
+    // Whether there is a film follows from whether ffmpeg is there.
+    assert_eq!(headless.contains(".mp4 --fps 15"), headless.contains("film: "), "{headless}");
+    assert!(!demo("NVIDIA H200 (discrete GPU, Vulkan 1.3)", None, &[]).contains("--fps"));
 }
