@@ -7,10 +7,15 @@ use raxel::{Options, Session, Validation};
 
 /// What `tests/light_library/NAME.comp` has written to its buffer `results` of so many floats.
 fn results(name: &str, buffers: &str, passes: &str, count: usize) -> Vec<f32> {
-    let project = Project::empty();
-    let shader = std::fs::read(repository().join(format!("tests/light_library/{name}.comp"))).unwrap();
     let world = "name = \"one\"\n[materials.stone]\nalbedo = \"#808080\"\n\
                  [[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\nmaterial = \"stone\"\n";
+    results_in(world, name, buffers, passes, count)
+}
+
+/// The same in a world of its own.
+fn results_in(world: &str, name: &str, buffers: &str, passes: &str, count: usize) -> Vec<f32> {
+    let project = Project::empty();
+    let shader = std::fs::read(repository().join(format!("tests/light_library/{name}.comp"))).unwrap();
     project.write("worlds/one.toml", world).write("shaders/check.comp", shader).write(
         "graphs/check.toml",
         format!(
@@ -88,4 +93,46 @@ fn a_place_is_found_on_the_picture_before() {
     let found = results("reproject", "", ONE_PASS, 2);
     assert!(found[0] < 2e-3, "off by {} pixels", found[0]);
     assert!(found[1] == 0.0, "a place behind the camera is on its picture");
+}
+
+/// A pane of two voxels, two panes of other colours side by side, glass before a wall, and glass of 20 voxels; a long pane that a ray meets on a slant.
+#[test]
+fn rays_go_through_panes_and_take_their_colours() {
+    let mut world = "name = \"panes\"\n[materials]\nred = { albedo = [0.5, 0.25, 0.25], transparency = 0.5 }\n\
+                     green = { albedo = [0.25, 0.5, 0.25], transparency = 1.0 }\nstone = { albedo = [0.5, 0.5, 0.5] }\n"
+        .to_owned();
+    for (material, y, from, to) in [
+        ("red", 0, 0, 2),
+        ("red", 2, 0, 1),
+        ("green", 2, 1, 3),
+        ("red", 4, 0, 1),
+        ("stone", 4, 1, 2),
+        ("red", 6, 0, 20),
+        ("red", -1, 0, 2),
+    ] {
+        world += &format!(
+            "[[build]]\nop = \"box\"\nmin = [{from}, {y}, 0]\nmax = [{to}, {}, 1]\nmaterial = \"{material}\"\n",
+            y + 1
+        );
+    }
+    let pass = "[[passes]]\nname = \"check\"\nshader = \"check.comp\"\ndispatch = [1, 1, 1]\nbind = { Results = \"results\", world = \"world\" }\n";
+    let found = results_in(&world, "body", "[buffers.world]\nsource = \"world.tree64\"\n", pass, 10);
+    // What is left of a color behind so many voxels: albedo to the power of the way times 0.4 for matt glass, 0.04 for clear.
+    let left = |albedo: f32, transparency: f32, way: f32| albedo.powf(way * (0.4 + (0.04 - 0.4) * transparency));
+    let slant = 1.01_f32.sqrt();
+    let expected = [
+        left(0.5, 0.5, 2.0),
+        left(0.25, 0.5, 2.0),
+        2.0,
+        10.0 - 2.75,
+        left(0.5, 0.5, 1.0) * left(0.25, 1.0, 2.0),
+        left(0.25, 0.5, 1.0) * left(0.5, 1.0, 2.0),
+        1.0,
+        1.0,
+        left(0.25, 0.5, 2.0 * slant),
+        -0.5 + 0.1 * 5.5,
+    ];
+    for (index, (found, expected)) in found.iter().zip(expected).enumerate() {
+        assert!((found - expected).abs() < 1e-4, "{index}: {found} in place of {expected}");
+    }
 }
