@@ -124,3 +124,63 @@ fn without_gravity_and_pressure_nothing_moves() {
     assert_eq!(places.len(), COUNT, "each has a place of its own");
     assert!(places == later);
 }
+
+/// How many voxels of the box are water by their density, how many are in the copy of the world, and in how many the two disagree.
+const COUNT_WATER: &str = "#version 460
+#include <raxel/world.glsl>
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+uniform usampler3D walls;
+uniform sampler3D field;
+layout(std430) buffer Counts { uint counts[4]; };
+void main() {
+    ivec3 voxel = ivec3(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(voxel, textureSize(walls, 0)))) return;
+    float sum = 0.0;
+    for (int i = 0; i < 8; ++i) sum += texelFetch(field, 2 * voxel + ivec3(i & 1, i >> 1 & 1, i >> 2), 0).x;
+    uint material = rx_material(ivec3(1) + voxel);
+    bool solid = texelFetch(walls, voxel, 0).x != 0u, wet = !solid && sum > 4.0;
+    bool water = material != 0u && rx_material_properties(material).transparency > 0.0;
+    if (wet) atomicAdd(counts[0], 1u);
+    if (water) atomicAdd(counts[1], 1u);
+    if (wet != water || solid != (material != 0u && !water)) atomicAdd(counts[2], 1u);
+}
+";
+
+#[test]
+fn the_water_is_in_the_voxels_of_a_copy_of_the_world() {
+    let project = Project::shipped();
+    project.write("shaders/count_water.comp", COUNT_WATER).write(
+        "graphs/light/views/counted.toml",
+        format!(
+            "extends = \"sph.toml\"\nname = \"counted\"\n[params.voxels]\ndefault = true\n[targets.walls]\nsize = [12, 16, 8]\n\
+             [buffers.particles]\nsize = {{ count = {COUNT}, stride = 32 }}\n[buffers.counts]\nsize = 16\nclear = 0\n\
+             [[passes]]\nname = \"count\"\nshader = \"count_water.comp\"\ndispatch = {{ threads = \"walls\" }}\n\
+             bind = {{ world = \"wet\", walls = \"walls\", field = \"field\", Counts = \"counts\" }}\n"
+        ),
+    );
+    let mut session = Session::open(Options {
+        project: Some(project.root().into()),
+        graph: Some(project.path("graphs/light/views/counted.toml")),
+        world: Some(project.path("worlds/tank.toml")),
+        size: [32, 18],
+        validation: Validation::Required,
+        ..Options::default()
+    })
+    .unwrap_or_else(|error| panic!("{error}"));
+    session.pin("counts").unwrap();
+    let mut counts = |ticks: u32| {
+        for _ in 0..ticks {
+            session.frame().unwrap();
+        }
+        let messages = session.device().log().take();
+        assert!(messages.is_empty(), "{messages:#?}");
+        let bytes = session.read_buffer("counts", 0..16).unwrap();
+        [0, 1, 2].map(|i| u32::from_le_bytes(bytes[4 * i..][..4].try_into().unwrap()))
+    };
+    // Two particles a voxel; what has fallen leaves nothing where it was.
+    for (ticks, after) in [(2, "2 ticks"), (40, "42")] {
+        let [wet, water, wrong] = counts(ticks);
+        assert!((COUNT as u32 / 4..COUNT as u32).contains(&wet), "{wet} wet voxels after {after}");
+        assert_eq!((water, wrong), (wet, 0), "after {after}");
+    }
+}
