@@ -151,15 +151,23 @@ fn handle(
     actions: &mut Vec<Action>,
 ) {
     let time = track.keys[key];
-    let own = moving.as_ref().filter(|moving| moving.lane == track.lane && moving.key == key);
-    let at = own.map_or(time, |own| own.to);
+    let dragged = moving.as_ref().filter(|moving| moving.lane == track.lane && moving.key == key);
+    let at = dragged.map_or(time, |moved| moved.to);
     let rect = Rect::from_center_size(pos2(scale.x(at), y), vec2(2.5 * KEY, ROW - 2.0));
-    let response = ui.interact(rect, Id::new(("key", &track.name, key)), Sense::click_and_drag());
+    let movable = track.lane.movable();
+    let sense = if movable { Sense::click_and_drag() } else { Sense::click() };
+    let (lasts, x) = (track.lasts(key), rect.center().x);
+    if lasts > 0.0 {
+        let bar = Rect::from_x_y_ranges(x..=scale.x(at + lasts).max(x), y - 3.0..=y + 3.0);
+        ui.painter().rect_filled(bar, 2.0, Color32::from_rgb(110, 95, 45));
+    }
+    let response = ui.interact(rect, Id::new(("key", &track.name, key)), sense);
     let name = format!("{} key {} at {time:.2} s", track.name, key + 1);
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, &name));
     let held = response.hovered() || response.dragged();
-    let color = if held { Color32::WHITE } else { Color32::from_rgb(235, 200, 90) };
-    let (x, r) = (rect.center().x, KEY);
+    let own = if movable { Color32::from_rgb(235, 200, 90) } else { Color32::from_rgb(120, 200, 140) };
+    let color = if held { Color32::WHITE } else { own };
+    let r = KEY;
     let diamond = vec![pos2(x, y - r), pos2(x + r, y), pos2(x, y + r), pos2(x - r, y)];
     ui.painter().add(egui::Shape::convex_polygon(diamond, color, Stroke::NONE));
     if response.dragged()
@@ -178,6 +186,10 @@ fn handle(
     } else if response.clicked() {
         actions.push(Action::Seek(time));
     }
+    if !movable {
+        response.on_hover_text(name);
+        return;
+    }
     let response = response.on_hover_cursor(CursorIcon::ResizeHorizontal);
     response
         .on_hover_text(format!("{name}\nDrag it to another time; the file is written when you let go"))
@@ -193,7 +205,8 @@ fn handle(
 fn between(track: &Track, key: usize, wanted: f64, duration: f64) -> f64 {
     let round = |seconds: f64| (seconds / STEP).round() * STEP;
     let low = key.checked_sub(1).map_or(0.0, |before| track.keys[before] + STEP);
-    let high = track.keys.get(key + 1).map_or(duration, |after| after - STEP);
+    let end = duration - track.lasts(key);
+    let high = track.keys.get(key + 1).map_or(end, |after| (after - STEP).min(end));
     if low > high { track.keys[key] } else { round(wanted).clamp(low, high) }
 }
 
@@ -203,12 +216,15 @@ mod tests {
 
     #[test]
     fn keys_stay_in_order_and_in_the_demo() {
-        let track = Track { lane: Lane::Camera, name: "camera".to_owned(), keys: vec![0.0, 2.0, 2.005, 5.0] };
+        let track = Track::new(Lane::Camera, "camera", vec![0.0, 2.0, 2.005, 5.0]);
         let milliseconds = |key, wanted| (between(&track, key, wanted, 6.0) * 1000.0).round() as i64;
         assert_eq!([milliseconds(0, -1.0), milliseconds(0, 1.2345), milliseconds(0, 9.0)], [0, 1230, 1990]);
         assert_eq!([milliseconds(3, 0.0), milliseconds(3, 9.0)], [2015, 6000]);
         // Between two that are closer than a step there is no room: it stays.
         let close = Track { keys: vec![1.0, 1.005, 1.01], ..track.clone() };
         assert_eq!(between(&close, 1, 1.1, 6.0).to_bits(), 1.005_f64.to_bits());
+        // What lasts ends with the demo at the latest.
+        let caption = Track { lasting: vec![1.5], ..Track::new(Lane::Captions, "captions", vec![1.0]) };
+        assert!((between(&caption, 0, 6.0, 6.0) - 4.5).abs() < 1e-9);
     }
 }

@@ -440,6 +440,17 @@ pub enum Lane {
     Show,
     /// The world.
     Edits,
+    /// Lines of text over the picture.
+    Captions,
+    /// What is checked of pictures.
+    Checks,
+}
+
+impl Lane {
+    /// Whether its keys can be moved and taken out here. What a check looks at belongs to its reference.
+    pub fn movable(&self) -> bool {
+        *self != Lane::Checks
+    }
 }
 
 /// A track of a demo.
@@ -451,6 +462,20 @@ pub struct Track {
     pub name: String,
     /// Seconds of its keys, in order.
     pub keys: Vec<f64>,
+    /// For how many seconds each of them lasts; empty where they are moments.
+    pub lasting: Vec<f64>,
+}
+
+impl Track {
+    /// A track whose keys are moments.
+    pub fn new(lane: Lane, name: &str, keys: Vec<f64>) -> Self {
+        Self { lane, name: name.to_owned(), keys, lasting: Vec::new() }
+    }
+
+    /// For how many seconds a key lasts.
+    pub fn lasts(&self, key: usize) -> f64 {
+        self.lasting.get(key).copied().unwrap_or(0.0)
+    }
 }
 
 /// How texels become colours.

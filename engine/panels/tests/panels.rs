@@ -278,7 +278,7 @@ fn a_demo_is_paused_looped_and_given_back() {
     window.timeline = Some(Timeline {
         duration: 10.0,
         time: 2.5,
-        tracks: vec![Track { lane: Lane::Camera, name: "camera".to_owned(), keys: vec![0.0, 5.0] }],
+        tracks: vec![Track::new(Lane::Camera, "camera", vec![0.0, 5.0])],
         ..Timeline::default()
     });
     let mut harness = window.harness(1280.0, 720.0);
@@ -293,7 +293,7 @@ fn a_demo_is_paused_looped_and_given_back() {
 fn re_timed() -> (Harness<'static, Window>, egui::Pos2, f32) {
     let mut window = Window::new(&[Panel::Timeline]);
     let lane = Lane::Param("fog".to_owned());
-    let tracks = vec![Track { lane, name: "fog".to_owned(), keys: vec![2.0, 4.0] }];
+    let tracks = vec![Track::new(lane, "fog", vec![2.0, 4.0])];
     window.timeline = Some(Timeline { duration: 10.0, drives: true, tracks, ..Timeline::default() });
     let harness = window.harness(1280.0, 720.0);
     let [first, second] =
@@ -310,6 +310,30 @@ fn drag(harness: &mut Harness<'_, Window>, from: egui::Pos2, to: egui::Pos2) {
     harness.run_steps(2);
     harness.drop_at(to);
     harness.run_steps(2);
+}
+
+#[test]
+fn a_caption_is_dragged_as_a_whole_and_a_check_is_not() {
+    let mut window = Window::new(&[Panel::Timeline]);
+    let captions = Track { lasting: vec![2.0], ..Track::new(Lane::Captions, "captions", vec![1.0]) };
+    let tracks = vec![captions, Track::new(Lane::Checks, "checks", vec![4.0])];
+    window.timeline = Some(Timeline { duration: 10.0, drives: true, tracks, ..Timeline::default() });
+    let mut harness = window.harness(1280.0, 720.0);
+    let [caption, check] =
+        ["captions key 1 at 1.00 s", "checks key 1 at 4.00 s"].map(|name| harness.get_by_label(name).rect().center());
+    let second = (check.x - caption.x) / 3.0;
+    drag(&mut harness, check, check + egui::vec2(second, 0.0));
+    let moves = |harness: &Harness<'_, Window>| {
+        let moved = |action: &Action| matches!(action, Action::MoveKey { .. });
+        harness.state().actions.iter().filter(|action| moved(action)).cloned().collect::<Vec<_>>()
+    };
+    assert_eq!(moves(&harness), []);
+    // It stays on screen to its end, however far it is pulled.
+    drag(&mut harness, caption, caption + egui::vec2(20.0 * second, 0.0));
+    let moved = moves(&harness);
+    let [Action::MoveKey { lane: Lane::Captions, key: 0, to }] = moved.as_slice() else { panic!("{moved:?}") };
+    assert!((to - 8.0).abs() < 1e-6, "{to}");
+    assert_eq!(click(&mut harness, "checks key 1 at 4.00 s"), [Action::Seek(4.0)]);
 }
 
 #[test]

@@ -9,6 +9,9 @@ use super::write_back::{camera_values, parsed, rounded};
 /// A key that is so near in seconds is the one that is recorded anew.
 const SAME: f64 = 0.005;
 
+/// Why a check stays where it is.
+const FIXED: &str = "a check is changed in the file: its reference is the picture of its frame";
+
 /// The text of a demo with another time of a key.
 pub(crate) fn with_time(text: &str, lane: &Lane, key: usize, to: f64) -> Result<String, String> {
     let mut document = parsed(text)?;
@@ -16,11 +19,18 @@ pub(crate) fn with_time(text: &str, lane: &Lane, key: usize, to: f64) -> Result<
         Lane::Param(name) => param_keys(&mut document, name)
             .and_then(|keys| keys.get_mut(key)?.as_array_mut()?.get_mut(0))
             .ok_or_else(|| format!("the file has no such key of the param `{name}`"))?,
-        Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits => {
+        Lane::Checks => return Err(FIXED.to_owned()),
+        Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits | Lane::Captions => {
             let name = array_of(lane);
-            let table = document.get_mut(name).and_then(|keys| table_at(keys, key));
-            let time = table.and_then(|table| table.get_mut("time")?.as_value_mut());
-            time.ok_or_else(|| format!("the file has no `time` of entry {} of `{name}`", key + 1))?
+            let missing = || format!("the file has no `time` of entry {} of `{name}`", key + 1);
+            let table = document.get_mut(name).and_then(|keys| table_at(keys, key)).ok_or_else(missing)?;
+            // What has an end keeps its length.
+            if let (Some(from), Some(until)) = (seconds_of(table, "time"), seconds_of(table, "until"))
+                && let Some(end) = table.get_mut("until").and_then(Item::as_value_mut)
+            {
+                replace(end, rounded(to + until - from).into());
+            }
+            table.get_mut("time").and_then(Item::as_value_mut).ok_or_else(missing)?
         }
     };
     replace(time, rounded(to).into());
@@ -39,7 +49,8 @@ pub(crate) fn without_key(text: &str, lane: &Lane, key: usize) -> Result<String,
             }
             (key < keys.len()).then(|| keys.remove(key)).ok_or_else(missing)?;
         }
-        Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits => {
+        Lane::Checks => return Err(FIXED.to_owned()),
+        Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits | Lane::Captions => {
             match document.get_mut(array_of(lane)).ok_or_else(missing)? {
                 Item::ArrayOfTables(tables) if key < tables.len() => {
                     tables.remove(key);
@@ -58,7 +69,7 @@ pub(crate) fn without_key(text: &str, lane: &Lane, key: usize) -> Result<String,
 pub(crate) fn with_camera_key(text: &str, time: f64, camera: &Camera) -> Result<String, String> {
     let mut document = parsed(text)?;
     let keys = document.entry("camera").or_insert_with(|| Item::ArrayOfTables(ArrayOfTables::new()));
-    let times: Vec<f64> = (0..).map_while(|key| time_of(table_at(keys, key)?)).collect();
+    let times: Vec<f64> = (0..).map_while(|key| seconds_of(table_at(keys, key)?, "time")).collect();
     if let Some(same) = times.iter().position(|at| (at - time).abs() < SAME) {
         let table = table_at(keys, same).ok_or("the key is no table")?;
         table.remove("look_at");
@@ -102,6 +113,8 @@ fn array_of(lane: &Lane) -> &'static str {
         Lane::Graphs => "graphs",
         Lane::Show => "show",
         Lane::Edits => "edits",
+        Lane::Captions => "caption",
+        Lane::Checks => "check",
         Lane::Param(_) => "tracks",
     }
 }
@@ -120,9 +133,9 @@ fn table_at(keys: &mut Item, index: usize) -> Option<&mut dyn TableLike> {
     }
 }
 
-fn time_of(table: &dyn TableLike) -> Option<f64> {
-    let time = table.get("time")?;
-    time.as_float().or_else(|| time.as_integer().map(|seconds| seconds as f64))
+fn seconds_of(table: &dyn TableLike, key: &str) -> Option<f64> {
+    let seconds = table.get(key)?;
+    seconds.as_float().or_else(|| seconds.as_integer().map(|seconds| seconds as f64))
 }
 
 /// Puts a value in the place of another, between the same spaces and comments.
@@ -138,7 +151,8 @@ mod tests {
 
     const DEMO: &str = "# A flight.\nduration = 8.0\n\n# the start\n[[camera]]\ntime     = 0.0 # s\nposition = [1.0, 2.0, 3.0]\nlook_at  = [0.0, 0.0, 0.0]\n\n\
                         [[camera]]\ntime = 4\nposition = [5.0, 2.0, 3.0]\nyaw = 3.0\n\n[tracks.fog]\nkeys = [[0.0, 1.0], [5, 2.0]] # mist\n\n\
-                        [[show]]\ntime = 1.0\ntarget = \"depth\"\n";
+                        [[show]]\ntime = 1.0\ntarget = \"depth\"\n\n\
+                        [[caption]]\ntime = 1\nuntil = 2.5 # gone\ntext = \"mist\"\n";
 
     #[test]
     fn a_key_moves_and_nothing_else_changes() {
@@ -147,6 +161,8 @@ mod tests {
         assert_eq!(moved(Lane::Camera, 1, 3.0), DEMO.replace("time = 4\n", "time = 3.0\n"));
         assert_eq!(moved(Lane::Param("fog".to_owned()), 1, 6.2), DEMO.replace("[5, 2.0]", "[6.2, 2.0]"));
         assert_eq!(moved(Lane::Show, 0, 2.25), DEMO.replace("time = 1.0", "time = 2.25"));
+        let caption = DEMO.replace("time = 1\n", "time = 4.25\n").replace("until = 2.5", "until = 5.75");
+        assert_eq!(moved(Lane::Captions, 0, 4.25), caption);
         let inline = "camera = [{ time = 0.0, yaw = 1 }, { time = 2.0 }] # all\n";
         assert_eq!(with_time(inline, &Lane::Camera, 1, 1.5).unwrap(), inline.replace("2.0", "1.5"));
     }
@@ -157,6 +173,7 @@ mod tests {
         assert!(with_time(DEMO, &Lane::Param("sun".to_owned()), 0, 1.0).unwrap_err().contains("`sun`"));
         assert!(with_time("a = ", &Lane::Camera, 0, 1.0).unwrap_err().starts_with("the file is broken"));
         assert!(without_key(DEMO, &Lane::Edits, 0).is_err());
+        assert!(with_time(DEMO, &Lane::Checks, 0, 1.0).is_err() && without_key(DEMO, &Lane::Checks, 0).is_err());
         assert!(without_key("tracks.fog.keys = [[0.0, 1.0]]", &Lane::Param("fog".to_owned()), 0).is_err());
         assert!(with_camera_key("camera = 3", 1.0, &Camera::at([0.0; 3])).is_err());
     }

@@ -361,16 +361,20 @@ pub(crate) fn under(session: &Session, hit: &CastHit) -> String {
 pub(crate) fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
     let demo = session.demo()?;
     let now = session.clock().now().map_or(0.0, |now| now.time);
-    let track = |lane: Lane, name: &str, keys: Vec<f64>| Track { lane, name: name.to_owned(), keys };
     let params = demo.tracks.iter().map(|driven| {
         let name = &driven.param.value;
-        track(Lane::Param(name.clone()), name, driven.keys.iter().map(|key| key.value.0).collect())
+        Track::new(Lane::Param(name.clone()), name, driven.keys.iter().map(|key| key.value.0).collect())
     });
-    let mut tracks = vec![track(Lane::Camera, "camera", demo.camera.iter().map(|key| key.time).collect())];
+    let mut tracks = vec![Track::new(Lane::Camera, "camera", demo.camera.iter().map(|key| key.time).collect())];
     tracks.extend(params);
-    tracks.push(track(Lane::Graphs, "graph", demo.graphs.iter().map(|key| key.time).collect()));
-    tracks.push(track(Lane::Show, "target", demo.shows.iter().map(|key| key.time).collect()));
-    tracks.push(track(Lane::Edits, "edits", demo.edits.iter().map(|key| key.time.value).collect()));
+    tracks.push(Track::new(Lane::Graphs, "graph", demo.graphs.iter().map(|key| key.time).collect()));
+    tracks.push(Track::new(Lane::Show, "target", demo.shows.iter().map(|key| key.time).collect()));
+    tracks.push(Track::new(Lane::Edits, "edits", demo.edits.iter().map(|key| key.time.value).collect()));
+    tracks.push(Track {
+        lasting: demo.captions.iter().map(|caption| caption.during[1] - caption.during[0]).collect(),
+        ..Track::new(Lane::Captions, "captions", demo.captions.iter().map(|caption| caption.during[0]).collect())
+    });
+    tracks.push(Track::new(Lane::Checks, "checks", demo.checked_times()));
     // The camera's row is there before its first key is recorded.
     tracks.retain(|track| track.lane == Lane::Camera || !track.keys.is_empty());
     Some(Timeline {

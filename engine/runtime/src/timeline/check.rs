@@ -385,6 +385,7 @@ target = "a@b"
         assert!(
             matches!(&demo.checks[2].claim, Claim::Picture { frame: 60, reference, .. } if reference.value == "worlds/b.png")
         );
+        assert_eq!(demo.checked_times(), [2.0, 239.0 / 30.0]);
         let graph = graph();
         let found = demo.check(&|_| Some(&graph));
         assert_eq!(codes(&found), ["RX0405", "RX0420"]);

@@ -180,6 +180,17 @@ impl Demo {
         (seconds * self.fps).round() as u64
     }
 
+    /// The seconds at which checks look at pictures, in order.
+    pub fn checked_times(&self) -> Vec<f64> {
+        let seconds = |check: &Check| match check.claim {
+            Claim::Picture { frame, .. } => Some(frame as f64 / self.fps),
+            Claim::Pass { .. } => None,
+        };
+        let mut times: Vec<f64> = self.checks.iter().filter_map(seconds).collect();
+        times.sort_by(f64::total_cmp);
+        times
+    }
+
     /// The caption at `time` seconds on the clock: of several the last that has appeared.
     pub fn caption(&self, time: f64) -> Option<&CaptionText> {
         let time = self.local_time(time);
