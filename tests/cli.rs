@@ -211,7 +211,7 @@ fn plans_without_a_device_follow_the_world() {
 
 #[test]
 fn schemas_are_json_and_a_new_project_has_them() {
-    for kind in ["graph", "world", "demo"] {
+    for kind in ["graph", "world", "demo", "project"] {
         let schema: serde_json::Value = serde_json::from_str(&raxel(&["schema", kind]).exits(0).stdout).unwrap();
         assert_eq!(schema["type"], "object", "{kind}");
     }
@@ -229,6 +229,37 @@ fn a_new_project_checks_and_a_full_folder_is_refused() {
         assert!(run.stdout.is_empty(), "{}", run.stdout);
         let again = raxel(&["new", name]).exits(2);
         assert!(again.stderr.contains("is not empty"));
+    }
+}
+
+#[test]
+fn the_manifest_says_what_runs_by_default() {
+    let project = Project::shipped();
+    project.write("raxel.toml", "graph = 'inspect.toml'\nworld = 'menger.toml'\nsize = [64, 36]\n");
+    assert!(project.raxel(&["list"]).exits(0).stdout.contains("sky_depth"));
+    let rendered = |args: &[&str]| {
+        let run = project.raxel(&[&["render", "-o", "a.png", "--format", "json"], args].concat()).exits(0);
+        run.json().into_iter().find(|line| line["reason"] == "rendered").unwrap()
+    };
+    let said = rendered(&[]);
+    assert_eq!((&said["graph"], &said["size"]), (&"graphs/inspect.toml".into(), &serde_json::json!([64, 36])));
+    // The command line wins, and a demo over graph and world.
+    assert_eq!(rendered(&["graphs/naive.toml", "--size", "32x18"])["size"], serde_json::json!([32, 18]));
+    project.write(
+        "worlds/own.demo.toml",
+        "world = 'menger.toml'\ngraph = 'naive.toml'\nduration = 1.0\nsize = [48, 27]\n",
+    );
+    project.write("raxel.toml", "graph = 'inspect.toml'\ndemo = 'own.demo.toml'\nsize = [64, 36]\n");
+    let said = rendered(&[]);
+    assert_eq!((&said["graph"], &said["size"]), (&"graphs/naive.toml".into(), &serde_json::json!([48, 27])));
+    assert_eq!(rendered(&["--world", "worlds/menger.toml"])["graph"], "graphs/inspect.toml");
+    project.raxel(&["check", "raxel.toml"]).exits(0);
+
+    project.write("raxel.toml", "graph = 'none.toml'\n");
+    for args in [&["check"][..], &["list"], &["render", "-o", "a.png"], &["graph"]] {
+        let run = project.raxel(args).exits(3);
+        let said = run.stdout + &run.stderr;
+        assert!(said.contains("RX0460") && said.contains("raxel.toml:1:9"), "{args:?}: {said}");
     }
 }
 

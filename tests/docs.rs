@@ -35,6 +35,7 @@ fn file_references_follow_the_schemas() {
         ("docs/graph-file.md", raxel::graph::schema()),
         ("docs/world-file.md", raxel::world::schema()),
         ("docs/demo-file.md", raxel::runtime::timeline::schema()),
+        ("docs/project-file.md", raxel::runtime::manifest::schema()),
     ] {
         let text = std::fs::read_to_string(repository().join(path)).unwrap();
         let (head, _) = text.split_once(MARK).unwrap();
@@ -43,8 +44,13 @@ fn file_references_follow_the_schemas() {
 }
 
 /// The schemas with their names.
-fn schemas() -> [(&'static str, Value); 3] {
-    [("graph", raxel::graph::schema()), ("world", raxel::world::schema()), ("demo", raxel::runtime::timeline::schema())]
+fn schemas() -> [(&'static str, Value); 4] {
+    [
+        ("graph", raxel::graph::schema()),
+        ("world", raxel::world::schema()),
+        ("demo", raxel::runtime::timeline::schema()),
+        ("project", raxel::runtime::manifest::schema()),
+    ]
 }
 
 /// What an editor shows when the cursor rests on a key.

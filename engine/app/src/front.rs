@@ -11,6 +11,7 @@ use raxel_graph::memory::EstimatedMemory;
 use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize, WorldInput};
 use raxel_graph::print::Phase;
 use raxel_runtime::load::{Loader, Part};
+use raxel_runtime::manifest::{self, Manifest};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{SavedWorld, Saves};
@@ -38,6 +39,8 @@ pub(crate) enum FileKind {
     Graph,
     World,
     Demo,
+    /// The manifest of a project.
+    Project,
 }
 
 impl FileKind {
@@ -48,9 +51,11 @@ impl FileKind {
         FileKind::of(&if folder { format!("worlds/{name}") } else { name })
     }
 
-    /// By the name of a project path: `*.demo.toml` is a demo; `*.vox` and everything else in `worlds/` is a world.
+    /// By the name of a project path: `raxel.toml` is the manifest, `*.demo.toml` a demo; `*.vox` and everything else in `worlds/` is a world.
     pub fn of(path: &str) -> Self {
-        if path.ends_with(".demo.toml") {
+        if path == manifest::PATH {
+            FileKind::Project
+        } else if path.ends_with(".demo.toml") {
             FileKind::Demo
         } else if path.starts_with("worlds/") || path.to_ascii_lowercase().ends_with(".vox") {
             FileKind::World
@@ -65,6 +70,7 @@ impl FileKind {
             FileKind::Graph => "graph",
             FileKind::World => "world",
             FileKind::Demo => "demo",
+            FileKind::Project => "project",
         }
     }
 }
@@ -118,6 +124,11 @@ impl PlannedOver {
             }
         }
     }
+}
+
+/// The manifest of a project; its mistakes are shown, and stop what was asked for.
+pub(crate) fn manifest_of(project: &Project, console: &Console) -> Result<Manifest> {
+    project.manifest().map_err(|(found, texts)| console.stop_in(&found, &texts))
 }
 
 /// Which conditions of passes hold on paper.
@@ -175,15 +186,17 @@ impl Front {
         default: impl FnOnce(&Project) -> std::result::Result<String, Box<Diagnostic>>,
         console: &Console,
     ) -> Result<(Self, String)> {
-        let open = || {
-            let front = Self::around(named.unwrap_or(Path::new(".")))?;
-            let path = match named {
-                Some(named) => front.project.path_of(named)?,
-                None => default(&front.project)?,
-            };
-            Ok((front, path))
+        let stop = |diagnostic: Box<Diagnostic>| console.stop(&[*diagnostic]);
+        let front = Self::around(named.unwrap_or(Path::new("."))).map_err(stop)?;
+        let path = match named {
+            Some(named) => front.project.path_of(named),
+            None => {
+                manifest_of(&front.project, console)?;
+                default(&front.project)
+            }
         };
-        open().map_err(|diagnostic: Box<Diagnostic>| console.stop(&[*diagnostic]))
+        let path = path.map_err(stop)?;
+        Ok((front, path))
     }
 
     /// A part that is right, its warnings shown; or the failure, its errors shown.
@@ -286,6 +299,10 @@ impl Front {
             }
             FileKind::World => checked.add(&self.built(path)),
             FileKind::Demo => self.check_demo(path, &mut checked),
+            FileKind::Project => {
+                let read = manifest::read(&**self.loader.files(), &mut checked.texts);
+                checked.found = read.map_or_else(|found| found, |(_, warnings)| warnings);
+            }
         }
         checked
     }

@@ -8,6 +8,8 @@ use raxel_diagnostics::table;
 use raxel_gpu::{Device, DeviceOptions, Severity};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::manifest::Manifest;
+use raxel_runtime::project::Project;
 use raxel_runtime::timeline::Demo;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
@@ -15,12 +17,12 @@ use raxel_world::file::CAMERA_COORDINATES;
 
 use crate::console::{Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
-use crate::front::{FileKind, Front};
+use crate::front::{FileKind, Front, manifest_of};
 
 /// What `run` and `render` open.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct What {
-    /// A graph, a demo (*.demo.toml) or a world; the project's graph by default.
+    /// A graph, a demo (*.demo.toml) or a world; the project's demo or graph by default.
     #[arg(value_name = "GRAPH|DEMO|WORLD")]
     pub file: Option<PathBuf>,
 
@@ -106,6 +108,17 @@ pub(crate) fn named_camera(world: &SessionWorld, name: &str) -> Result<Camera> {
 }
 
 impl What {
+    /// The same with the demo of the project's manifest where no file and no world is named, and what else the manifest says.
+    pub fn in_project(&self, console: &Console) -> Result<(Self, Manifest)> {
+        let named = self.file.as_deref().or(self.world.as_deref());
+        let project = named.map_or_else(|| Project::around(Path::new(".")), Project::around_file);
+        // Opening says what is wrong with it.
+        let Ok(project) = project else { return Ok((self.clone(), Manifest::default())) };
+        let manifest = manifest_of(&project, console)?;
+        let demo = manifest.demo.as_ref().filter(|_| named.is_none()).map(|demo| project.on_disk(demo));
+        Ok((Self { file: demo.or_else(|| self.file.clone()), ..self.clone() }, manifest))
+    }
+
     /// The file, if it is of this kind.
     fn file(&self, kind: FileKind) -> Option<PathBuf> {
         self.file.clone().filter(|file| FileKind::of_named(file) == kind)

@@ -26,6 +26,7 @@ pub mod debug_target;
 mod editing;
 pub mod execute;
 pub mod load;
+pub mod manifest;
 pub mod params;
 pub mod present;
 pub mod project;

@@ -2,7 +2,9 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use raxel_diagnostics::{Diagnostic, codes, table};
+use raxel_diagnostics::{Diagnostic, DiskFiles, SourceMap, codes, table};
+
+use crate::manifest::{self, Manifest};
 
 /// A project on disk. Every path that raxel shows or keeps is relative to its root, with `/` separators.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -117,19 +119,30 @@ impl Project {
         self.list("worlds", |name| name.ends_with(".demo.toml"))
     }
 
-    /// The graph to run when nobody names one: `graphs/primary.toml`, or the only one there is.
+    /// What the project's manifest says, or everything that is wrong with it and the texts that this points into.
+    pub fn manifest(&self) -> Result<Manifest, (Vec<Diagnostic>, SourceMap)> {
+        let mut texts = SourceMap::default();
+        // A folder that cannot be read has no manifest; whoever reads from it says why.
+        let Ok(files) = DiskFiles::new(&self.root) else { return Ok(Manifest::default()) };
+        match manifest::read(&files, &mut texts) {
+            Ok((manifest, _)) => Ok(manifest),
+            Err(found) => Err((found, texts)),
+        }
+    }
+
+    /// What the manifest says, where it is right: whoever opens a project has looked at its mistakes before.
+    fn said(&self) -> Manifest {
+        self.manifest().unwrap_or_default()
+    }
+
+    /// The graph to run when nobody names one: the manifest's, else `graphs/primary.toml`, or the only one there is.
     pub fn default_graph(&self) -> Result<String, Box<Diagnostic>> {
-        choose("graph", "graphs/primary.toml", self.graphs())
+        self.said().graph.map_or_else(|| choose("graph", "graphs/primary.toml", self.graphs()), Ok)
     }
 
-    /// The world to run when nobody names one: `worlds/valley.toml`, or the only one there is.
+    /// The world to run when nobody names one: the manifest's, else `worlds/valley.toml`, or the only one there is.
     pub fn default_world(&self) -> Result<String, Box<Diagnostic>> {
-        choose("world", "worlds/valley.toml", self.worlds())
-    }
-
-    /// The demo to run when nobody names one: `worlds/valley.demo.toml`, or the only one there is.
-    pub fn default_demo(&self) -> Result<String, Box<Diagnostic>> {
-        choose("demo", "worlds/valley.demo.toml", self.demos())
+        self.said().world.map_or_else(|| choose("world", "worlds/valley.toml", self.worlds()), Ok)
     }
 
     fn list(&self, folder: &str, wanted: impl Fn(&str) -> bool) -> Vec<String> {
@@ -217,6 +230,14 @@ mod tests {
         assert_eq!(project.default_graph().unwrap(), "graphs/primary.toml");
         write("worlds/x.demo.toml");
         assert!(project.default_world().is_err());
-        assert_eq!(project.default_demo().unwrap(), "worlds/x.demo.toml");
+
+        // The manifest comes first; one with a mistake says nothing, and has its own errors.
+        write("worlds/w.toml");
+        write("worlds/valley.toml");
+        std::fs::write(folder.path().join("raxel.toml"), "graph = 'y.toml'\nworld = 'w.toml'\n").unwrap();
+        assert_eq!(project.default_graph().unwrap(), "graphs/y.toml");
+        assert_eq!(project.default_world().unwrap(), "worlds/w.toml");
+        std::fs::write(folder.path().join("raxel.toml"), "graph = 'z.toml'\n").unwrap();
+        assert_eq!(project.manifest().unwrap_err().0[0].code, codes::session::WRONG_DEFAULT);
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use raxel_runtime::manifest;
 use serde_json::json;
 
 use crate::args::{Messages, each_once};
@@ -9,14 +10,14 @@ use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::{Checked, FileKind, Front, PlannedOver};
 
-/// Reports every mistake in graphs, worlds and demos (with the shaders and models they use), without a GPU.
+/// Reports every mistake in graphs, worlds, demos and the project's manifest (with the shaders and models they use), without a GPU.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Diagnostics go to stdout; with --format json one object a line, and one with \"reason\":\"checked\" \
                         after each file.\n\nExample: raxel check graphs/*.toml --format json"
 )]
 pub(crate) struct Args {
-    /// Graphs, worlds and demos; all of the project's by default.
+    /// Graphs, worlds, demos and manifests; all of the project's by default.
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
 
@@ -34,7 +35,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     if args.files.is_empty() {
         let front = Front::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
         let project = &front.project;
-        let all: Vec<String> = [project.graphs(), project.worlds(), project.demos()].concat();
+        let manifest = project.on_disk(manifest::PATH).exists().then(|| manifest::PATH.to_owned());
+        let all: Vec<String> =
+            [manifest.into_iter().collect(), project.graphs(), project.worlds(), project.demos()].concat();
         total = all.len();
         for path in &all {
             bad += u32::from(!check(&front, path, args.world.as_deref(), console)?);

@@ -17,21 +17,22 @@ pub(crate) struct Args {
     #[command(flatten)]
     what: What,
 
-    /// Pixels.
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
-    size: Size,
+    /// Pixels: the project's, or 1280x720 by default.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<Size>,
 
-    /// Frames a second: time that passes with each frame.
-    #[arg(long, value_name = "RATE", default_value_t = 60.0, value_parser = super::render::rate)]
-    fps: f64,
+    /// Frames a second, time that passes with each frame: the project's, or 60 by default.
+    #[arg(long, value_name = "RATE", value_parser = super::render::rate)]
+    fps: Option<f64>,
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
-    let mut options = args.what.options(device)?;
-    options.size = args.size.0;
-    options.step = Some(1.0 / args.fps);
+    let (what, manifest) = args.what.in_project(console)?;
+    let mut options = what.options(device)?;
+    options.size = args.size.map(|size| size.0).or(manifest.size).unwrap_or(options.size);
+    options.step = Some(1.0 / args.fps.or(manifest.fps).unwrap_or(60.0));
     options.watch = true;
-    let mut session = args.what.open(options, console)?;
+    let mut session = what.open(options, console)?;
     Control::listen(Drive::Requests, || ()).serve(&mut session);
     validated(print_validation(&session, console))
 }

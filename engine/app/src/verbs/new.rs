@@ -63,6 +63,7 @@ const VOXEL: &[TemplateFile] = shipped![
     "worlds/valley.toml",
     "worlds/models/tree.vox",
     "worlds/models/pine.vox",
+    "raxel.toml",
 ];
 
 const VOXEL_OWN: &[TemplateFile] = &[("README.md", include_bytes!("../../templates/voxel/README.md").as_slice())];
@@ -71,6 +72,7 @@ const MINIMAL: &[TemplateFile] = &[
     ("README.md", include_bytes!("../../templates/minimal/README.md").as_slice()),
     ("graphs/primary.toml", include_bytes!("../../templates/minimal/graphs/primary.toml").as_slice()),
     ("shaders/paint.comp", include_bytes!("../../templates/minimal/shaders/paint.comp").as_slice()),
+    ("raxel.toml", include_bytes!("../../templates/minimal/raxel.toml").as_slice()),
 ];
 
 const EVERY: &[TemplateFile] = &[(".gitignore", include_bytes!("../../templates/gitignore").as_slice())];

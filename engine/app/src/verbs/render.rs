@@ -52,7 +52,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TARGET,…", value_delimiter = ',', conflicts_with_all = ["target", "after"])]
     layers: Vec<String>,
 
-    /// Pixels: the demo's, or 1280x720 by default.
+    /// Pixels: the demo's or the project's, or 1280x720 by default.
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<Size>,
 
@@ -68,7 +68,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with_all = ["frames", "shard"])]
     at: Option<f64>,
 
-    /// Frames a second: of the film, and of the time that passes. The demo's, or 60 by default.
+    /// Frames a second: of the film, and of the time that passes. The demo's or the project's, or 60 by default.
     #[arg(long, value_name = "RATE", value_parser = rate)]
     fps: Option<f64>,
 
@@ -124,19 +124,21 @@ impl Shard {
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let output = Output::parse(&args.output, args.kind)?;
     args.check(&output, console)?;
-    let demo = args.what.demo();
-    let fps = args.fps.or(demo.as_ref().map(|demo| demo.fps)).unwrap_or(60.0);
+    let (what, manifest) = args.what.in_project(console)?;
+    let demo = what.demo();
+    let fps = args.fps.or(demo.as_ref().map(|demo| demo.fps)).or(manifest.fps).unwrap_or(60.0);
     let wanted = args.wanted(&output, demo.as_deref(), fps);
-    let size = args.size.map(|size| size.0).or(demo.as_ref().map(|demo| demo.size)).unwrap_or([1280, 720]);
+    let size = args.size.map(|size| size.0).or(demo.as_ref().map(|demo| demo.size)).or(manifest.size);
+    let size = size.unwrap_or([1280, 720]);
 
     // Whether the result can be written is found out before anything else.
     let place = Place::prepare(&output, size, fps, wanted.start)?;
 
-    let mut options = args.what.options(device)?;
+    let mut options = what.options(device)?;
     options.size = size;
     options.step = Some(1.0 / fps);
     options.pinned.clone_from(&args.layers);
-    let mut session = args.what.open(options, console)?;
+    let mut session = what.open(options, console)?;
     let shoot = Shoot {
         run: start(&mut session, &wanted, 1.0 / fps)..wanted.end,
         captions: demo.map(|demo| (demo, 1.0 / fps)),

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use raxel_runtime::project::Project;
-use raxel_runtime::timeline;
+use raxel_runtime::{manifest, timeline};
 use serde_json::Value;
 
 use crate::console::{self, Console};
 use crate::failure::Result;
 use crate::output::{Folders, Pending, shown};
 
-/// Writes the JSON schemas of graphs, worlds and demos to .raxel/, or prints one.
+/// Writes the JSON schemas of graphs, worlds, demos and manifests to .raxel/, or prints one.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "A file whose first line is `#:schema ../.raxel/graph.schema.json` is completed and checked by editors \
@@ -31,16 +31,19 @@ enum Kind {
     Graph,
     World,
     Demo,
+    Project,
 }
 
 impl Kind {
-    const ALL: [(Kind, &str); 3] = [(Kind::Graph, "graph"), (Kind::World, "world"), (Kind::Demo, "demo")];
+    const ALL: [(Kind, &str); 4] =
+        [(Kind::Graph, "graph"), (Kind::World, "world"), (Kind::Demo, "demo"), (Kind::Project, "project")];
 
     fn schema(self) -> Value {
         match self {
             Kind::Graph => raxel_graph::schema(),
             Kind::World => raxel_world::file::schema(),
             Kind::Demo => timeline::schema(),
+            Kind::Project => manifest::schema(),
         }
     }
 }

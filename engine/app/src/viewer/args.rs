@@ -4,19 +4,19 @@ use crate::args::{Size, scale, size};
 use crate::session::What;
 
 /// What a window shows, and how.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 #[allow(clippy::struct_excessive_bools, reason = "each is an option of the command line")]
 pub(crate) struct Args {
     #[command(flatten)]
     pub what: What,
 
-    /// The window's first size in pixels.
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
-    pub size: Size,
+    /// The window's first size in pixels: the project's, or 1280x720 by default.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<Size>,
 
-    /// Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels.
-    #[arg(long, value_name = "N", value_parser = scale, default_value = "1")]
-    pub scale: f64,
+    /// Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels. The project's, or 1 by default.
+    #[arg(long, value_name = "N", value_parser = scale)]
+    pub scale: Option<f64>,
 
     /// Begin with the bare picture; F1 shows the panels.
     #[arg(long)]
@@ -37,4 +37,11 @@ pub(crate) struct Args {
     /// Listen to lines of JSON on stdin, and answer on stdout: docs/control.md.
     #[arg(long)]
     pub control: bool,
+}
+
+impl Args {
+    /// The window's first size in pixels.
+    pub fn first_size(&self) -> [u32; 2] {
+        self.size.map_or([1280, 720], |size| size.0)
+    }
 }

@@ -49,6 +49,7 @@ use self::overlay::Overlay;
 use self::panel_data::PanelData;
 use self::reload_log::ReloadLog;
 use self::title::Title;
+use crate::args::Size;
 use crate::console::Console;
 use crate::control::Control;
 use crate::failure::{Exit, Failure, Result};
@@ -77,9 +78,12 @@ const PATIENCE: Duration = Duration::from_secs(2);
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| no_window(&error))?;
     let proxy = event_loop.create_proxy();
+    let (what, manifest) = args.what.in_project(console)?;
+    let size = args.size.or(manifest.size.map(Size));
+    let args = &Args { what, size, ..args.clone() };
     let mut options = args.what.options(device)?;
-    options.size = args.size.0;
-    options.scale = args.scale;
+    options.size = args.first_size();
+    options.scale = args.scale.or(manifest.scale).unwrap_or(options.scale);
     options.step = None;
     options.watch = true;
     options.saves = Saves::Write;
@@ -126,7 +130,7 @@ impl Open {
 }
 
 fn new_window(event_loop: &ActiveEventLoop, args: &Args, title: String) -> Result<Arc<Window>> {
-    let [width, height] = args.size.0;
+    let [width, height] = args.first_size();
     let attributes = Window::default_attributes()
         .with_title(title)
         .with_inner_size(PhysicalSize::new(width, height))

@@ -188,6 +188,11 @@ fn load(
     options: &Options,
     loader: &Loader,
 ) -> Result<(ProjectState, Result<Arc<raxel_gpu::Device>, OpenError>), OpenError> {
+    if options.demo.is_none() && (options.graph.is_none() || options.world.is_none()) {
+        // It says which they are.
+        let wrong = |(diagnostics, texts)| OpenError::Project { diagnostics, texts: Box::new(texts) };
+        project.manifest().map_err(wrong)?;
+    }
     let named = |path: &Option<std::path::PathBuf>| path.as_ref().map(|path| project.path_of(path)).transpose();
     let demo_path = named(&options.demo)?;
     let demo = demo_path.as_ref().map(|path| loader.demo(path));

@@ -23,9 +23,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
     frames: u64,
 
-    /// Pixels.
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
-    size: Size,
+    /// Pixels: the project's, or 1280x720 by default.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<Size>,
 
     #[command(flatten)]
     pub messages: Messages,
@@ -42,18 +42,20 @@ const CASES: [(&str, &str, Compression, Mode); 5] = [
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let scratch = Scratch::new()?;
-    let fps = args.what.demo().map_or(60.0, |demo| demo.fps);
-    let mut options = args.what.options(device)?;
-    options.size = args.size.0;
+    let (what, manifest) = args.what.in_project(console)?;
+    let fps = what.demo().map(|demo| demo.fps).or(manifest.fps).unwrap_or(60.0);
+    let mut options = what.options(device)?;
+    let size = args.size.map(|size| size.0).or(manifest.size).unwrap_or(options.size);
+    options.size = size;
     options.step = Some(1.0 / fps);
-    let mut session = args.what.open(options, console)?;
+    let mut session = what.open(options, console)?;
     // Shaders and pipelines are made before anything is measured.
     session.frame().and_then(|_| session.wait()).map_err(|error| frame_failure(error, console))?;
     let mut first: Option<f64> = None;
     for (name, file, compression, mode) in CASES {
         let path = scratch.path().join(file);
         let output = Output::parse(&path.display().to_string(), None)?;
-        let place = match Place::prepare(&output, args.size.0, fps, 0) {
+        let place = match Place::prepare(&output, size, fps, 0) {
             Err(failure) if matches!(output, Output::Film(_)) => {
                 console.message(&format!("{name}: left out: {}", failure.message.unwrap_or_default()));
                 continue;

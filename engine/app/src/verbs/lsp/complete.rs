@@ -70,6 +70,7 @@ fn schema(path: &str) -> Value {
         FileKind::Graph => raxel_graph::schema(),
         FileKind::World => raxel_world::file::schema(),
         FileKind::Demo => raxel_runtime::timeline::schema(),
+        FileKind::Project => raxel_runtime::manifest::schema(),
     }
 }
 

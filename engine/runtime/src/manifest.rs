@@ -1,0 +1,154 @@
+//! The manifest of a project, `raxel.toml` in its root: what runs when nothing else is named.
+
+use raxel_diagnostics::table::{Node, Table, read_document};
+use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, files};
+use serde_json::{Value, json};
+
+use crate::present::Viewport;
+
+/// Project path of the manifest.
+pub const PATH: &str = "raxel.toml";
+
+/// Defaults of a project. What is `None` is not said.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Manifest {
+    /// Project path of the graph.
+    pub graph: Option<String>,
+    /// Project path of the world.
+    pub world: Option<String>,
+    /// Project path of the demo that is opened when no file is named, instead of graph and world.
+    pub demo: Option<String>,
+    /// Pixels of pictures and films, and of a window at first.
+    pub size: Option<[u32; 2]>,
+    /// Pixels of the picture for each pixel of the window, along each axis.
+    pub scale: Option<f64>,
+    /// Frames a second, without a window.
+    pub fps: Option<f64>,
+}
+
+/// Reads the manifest of the project whose files these are, with its warnings, or everything that is wrong with it. Without the file nothing is
+/// said.
+pub fn read(files: &dyn Files, texts: &mut SourceMap) -> Result<(Manifest, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let text = match files::read_text(files, PATH, None, texts) {
+        Ok(text) => text,
+        Err(error) if error.code == codes::files::NOT_FOUND => return Ok((Manifest::default(), Vec::new())),
+        Err(error) => return Err(vec![*error]),
+    };
+    read_document(PATH, &text, texts, |root| document(files, root))
+}
+
+fn document(files: &dyn Files, root: &Table<'_, '_>) -> Option<Manifest> {
+    let graph = named(files, root, "graph", "graphs");
+    let world = named(files, root, "world", "worlds");
+    let demo = named(files, root, "demo", "worlds");
+    let size = said(root, "size", |node| {
+        let [width, height] = node.integers(1..=16384)?;
+        Some([width as u32, height as u32])
+    });
+    let scale = said(root, "scale", |node| node.number(Viewport::SCALES));
+    let fps = said(root, "fps", |node| node.number(1e-3..=1000.0));
+    root.finish();
+    Some(Manifest { graph: graph?, world: world?, demo: demo?, size: size?, scale: scale?, fps: fps? })
+}
+
+/// What a key says: `Some(None)` without the key, `None` when it is wrong.
+#[allow(clippy::option_option, reason = "absent, and wrong")]
+fn said<T>(root: &Table<'_, '_>, key: &str, read: impl FnOnce(&Node<'_, '_>) -> Option<T>) -> Option<Option<T>> {
+    match root.get(key) {
+        None => Some(None),
+        Some(node) => read(&node).map(Some),
+    }
+}
+
+/// A file of the project, relative to the folder of its kind; it must be there.
+#[allow(clippy::option_option, reason = "absent, and wrong")]
+fn named(files: &dyn Files, root: &Table<'_, '_>, key: &str, folder: &str) -> Option<Option<String>> {
+    said(root, key, |node| {
+        let text = node.string()?;
+        let label = || format!("relative to `{folder}/`");
+        let Some(path) = files::join(folder, &text) else {
+            node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` leads outside the project root"), label());
+            return None;
+        };
+        let is_demo = path.ends_with(".demo.toml");
+        if folder == "worlds" && is_demo != (key == "demo") {
+            let what = if is_demo { "a demo, and no world" } else { "no demo: those end in `.demo.toml`" };
+            node.report(codes::session::WRONG_DEFAULT, format!("the default {key} is {what}"), label());
+            return None;
+        }
+        if files.read(&path).is_err() {
+            node.report(codes::session::WRONG_DEFAULT, format!("the default {key} `{path}` cannot be read"), label());
+            return None;
+        }
+        Some(path)
+    })
+}
+
+/// JSON schema of `raxel.toml`.
+pub fn schema() -> Value {
+    json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "raxel project",
+        "description": "What runs when nothing else is named.",
+        "type": "object",
+        "additionalProperties": false,
+        "properties": {
+            "graph": { "description": "The graph that runs when none is named, relative to graphs/. Without it primary.toml, or the only graph there is.", "type": "string" },
+            "world": { "description": "The world that graphs run over when none is named, relative to worlds/. Without it valley.toml, or the only world there is.", "type": "string" },
+            "demo": { "description": "The demo that `raxel run`, `render`, `control` and `bench film` open when no file and no world is named, relative to worlds/. Without it graph and world.", "type": "string" },
+            "size": { "description": "Pixels of pictures and films where neither the command line nor a demo says them, and of a window at first: width and height.", "type": "array", "items": { "type": "integer", "minimum": 1, "maximum": 16384 }, "minItems": 2, "maxItems": 2, "default": [1280, 720] },
+            "scale": { "description": "Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels.", "type": "number", "minimum": Viewport::SCALES.start(), "maximum": Viewport::SCALES.end(), "default": 1.0 },
+            "fps": { "description": "Frames a second without a window, where neither the command line nor a demo says them.", "type": "number", "minimum": 0.001, "maximum": 1000, "default": 60 },
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_diagnostics::{MemoryFiles, render};
+
+    use super::*;
+
+    fn read_text(text: &str) -> Result<Manifest, String> {
+        let project = [("graphs/a.toml", ""), ("worlds/b.toml", ""), ("worlds/c.demo.toml", ""), (PATH, text)];
+        let mut texts = SourceMap::default();
+        read(&MemoryFiles::new(project), &mut texts)
+            .map(|(manifest, _)| manifest)
+            .map_err(|found| render::short(&found, &texts))
+    }
+
+    #[test]
+    fn every_key_is_read() {
+        let text =
+            "graph = 'a.toml'\nworld = 'b.toml'\ndemo = 'c.demo.toml'\nsize = [320, 180]\nscale = 0.5\nfps = 24\n";
+        let manifest = Manifest {
+            graph: Some("graphs/a.toml".to_owned()),
+            world: Some("worlds/b.toml".to_owned()),
+            demo: Some("worlds/c.demo.toml".to_owned()),
+            size: Some([320, 180]),
+            scale: Some(0.5),
+            fps: Some(24.0),
+        };
+        assert_eq!(read_text(text), Ok(manifest));
+        assert_eq!(read_text(""), Ok(Manifest::default()));
+        let none: [(&str, &str); 0] = [];
+        assert_eq!(read(&MemoryFiles::new(none), &mut SourceMap::default()), Ok((Manifest::default(), Vec::new())));
+        // The schema has the keys that are read.
+        let keys = ["demo", "fps", "graph", "scale", "size", "world"];
+        let schema = schema();
+        assert!(schema["properties"].as_object().unwrap().keys().all(|key| keys.contains(&key.as_str())));
+        assert_eq!(schema["properties"].as_object().unwrap().len(), keys.len());
+    }
+
+    #[test]
+    fn every_mistake_has_its_place() {
+        let text = "graph = 'x.toml'\nworld = 'c.demo.toml'\ndemo = 'b.toml'\nsize = [0, 180]\nscale = 99\nfps = 'fast'\ngrahp = 1\n";
+        let found = read_text(text).unwrap_err();
+        for line in 1..=7 {
+            assert!(found.contains(&format!("raxel.toml:{line}:")), "line {line}: {found}");
+        }
+        assert_eq!(found.matches("RX0460").count(), 3, "{found}");
+        assert!(read_text("graph = '../../a'").unwrap_err().contains("outside"), "a way out");
+        assert!(read_text("graph = ").unwrap_err().contains("raxel.toml:1:"));
+    }
+}
