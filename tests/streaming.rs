@@ -9,6 +9,7 @@ use glam::IVec3;
 use raxel::oracle::Oracle;
 use raxel::oracle::camera::Pinhole;
 use raxel::stream::union;
+use raxel::world::layout::Layout;
 use raxel::{Camera, Options, Session, Validation};
 use raxel_edit::{Brush, Operation};
 use raxel_runtime::Saves;
@@ -308,19 +309,87 @@ fn a_live_world_comes_into_view_and_no_frame_waits_for_it() {
 fn what_a_streamed_world_cannot_do_is_said() {
     let project = project();
     let refused = |options: Options| Session::open(options).err().expect("it cannot open").to_string();
-    let svdag = Some(raxel::world::layout::Layout::Svdag);
-    let message = refused(Options { layout: svdag, ..options(&project, "bench/first_hit") });
-    assert!(message.contains("RX0342") && message.contains("`world.svdag` needs the whole world"), "{message}");
+    for layout in Layout::ALL.iter().copied().filter(|layout| *layout != Layout::Tree64) {
+        let message = refused(Options { layout: Some(layout), ..options(&project, "bench/first_hit") });
+        let whole = format!("`world.{}` needs the whole world", layout.name());
+        assert!(message.contains("RX0342") && message.contains(&whole), "{message}");
+        assert!(message.contains("graphs/bench/first_hit.toml:"), "what needs it: {message}");
+        assert!(message.contains("worlds/frontier.toml:"), "what is streamed: {message}");
+    }
+    project.edit("worlds/frontier.toml", "gpu_memory =", "cpu_memory = \"64 KiB\"\ngpu_memory =");
+    let message = refused(options(&project, "bench/first_hit"));
+    assert!(message.contains("RX0470") && message.contains("`cpu_memory` is 0.1 MiB"), "{message}");
+    project.edit("worlds/frontier.toml", "\"64 KiB\"", "0");
     project.edit("worlds/frontier.toml", "\"100 MiB\"", "\"2 MiB\"");
     let message = refused(options(&project, "bench/first_hit"));
     assert!(message.contains("RX0341") && message.contains("there are 2.0 MiB"), "{message}");
+}
+
+/// The list of lamps of a world where nothing gives off light is empty, wherever the camera is; with lamps, it needs the whole world.
+#[test]
+fn graphs_with_lamps_show_streamed_worlds_without_any() {
+    let project = project();
+    let mut session = open(&project, "beauty", &[]);
+    for _ in 0..2 {
+        session.frame().unwrap_or_else(|error| panic!("{error}"));
+    }
+    let rgba = session.read_presented().unwrap().rgba;
+    let colours: std::collections::BTreeSet<&[u8]> = rgba.chunks(4).collect();
+    assert!(colours.len() > 500, "land under a sky: {} colours", colours.len());
+    silent(&session);
+    project.edit("worlds/frontier.toml", "stone  = { albedo", "stone  = { emission = 1.0, albedo");
+    let message = Session::open(options(&project, "beauty")).err().expect("stone shines").to_string();
+    assert!(message.contains("RX0342") && message.contains("`world.lights` needs the whole world"), "{message}");
+}
+
+/// On devices whose memory the host cannot write, tiles go through staging memory; here, because it is asked for.
+#[test]
+fn tiles_that_go_through_staging_memory_give_the_same_pictures() {
+    let project = project();
+    // A ring of the smallest size, far smaller than the world.
+    project.edit("worlds/frontier.toml", "gpu_memory =", "upload = \"64 KiB\"\ngpu_memory =");
+    project.write(
+        "worlds/short.demo.toml",
+        r#"
+name = "short"
+world = "frontier.toml"
+graph = "primary.toml"
+duration = 1.0
+[[camera]]
+time = 0.0
+position = [40.0, 170.0, 60.0]
+look_at = [40.0, 100.0, -20.0]
+[[camera]]
+time = 1.0
+position = [140.0, 190.0, -160.0]
+look_at = [40.0, 100.0, -220.0]
+[[edits]]
+time = 0.3
+op = "sphere"
+center = [60.0, 120.0, -60.0]
+radius = 20.0
+material = "snow"
+"#,
+    );
+    let pictures = |folder: &str, uploads: &str| {
+        let frames = format!("{folder}/%04d.png");
+        let arguments =
+            ["--validate", "render", "worlds/short.demo.toml", "--fps", "4", "--size", "95x57", "-o", &frames];
+        let mut command = common::command(project.root(), &arguments);
+        let run: common::Run = common::output(command.env("RAXEL_UPLOADS", uploads)).into();
+        run.exits(0);
+        (0..4).map(|n| std::fs::read(project.path(&format!("{folder}/{n:04}.png"))).unwrap()).collect::<Vec<_>>()
+    };
+    let [direct, staged] = [pictures("direct", ""), pictures("staged", "staged")];
+    assert!(direct == staged, "the pictures differ");
+    assert!(direct[0] != direct[3]);
 }
 
 #[test]
 fn a_flight_is_measured() {
     let project = project();
     let arguments = ["bench", "stream", "graphs/bench/first_hit.toml", "--world", "worlds/frontier.toml"];
-    let short = ["--seconds", "1", "--speed", "200", "--size", "48x27", "--format", "json"];
+    let short = ["--seconds", "1", "--speed", "200", "--size", "48x27", "--edits", "6", "--format", "json"];
     let run = project.raxel(&[&arguments[..], &short].concat()).exits(0);
     let result = run.json().pop().expect("a line");
     assert_eq!(result["reason"], "bench-stream");
@@ -329,6 +398,11 @@ fn a_flight_is_measured() {
     assert!(frames.iter().map(|frame| frame["bytes"].as_u64().unwrap()).sum::<u64>() > 0);
     let resident = result["resident"]["frames"].as_array().unwrap();
     assert!(resident.iter().all(|frame| frame["missing"] == 0), "complete before each frame");
+    let edits = result["edits"].as_array().expect("edits");
+    assert!(!edits.is_empty() && edits.len() <= 6 && edits.iter().all(|edit| edit["frames"].as_u64() > Some(0)));
+    let kept = &result["kept"];
+    assert!(kept["bytes"].as_u64() <= kept["most"].as_u64() && kept["chunks"].as_u64() > Some(0), "{kept}");
+    assert!(kept["found"].as_u64() > Some(0), "the sample around the first camera is not made twice: {kept}");
     assert!(result["pool"][1].as_u64() <= result["pool"][2].as_u64());
     // A world that is whole has nothing to measure.
     let whole = project.raxel(&["bench", "stream", "graphs/bench/first_hit.toml", "--world", "worlds/menger.toml"]);

@@ -7,6 +7,7 @@
 mod apply;
 mod edits;
 mod history;
+mod kept;
 mod operation;
 mod packed;
 pub mod query;
@@ -18,6 +19,7 @@ mod source;
 
 pub use edits::{Change, ChunkChange, Edits, Overlay};
 pub use history::HISTORY_BYTES;
+pub use kept::{KeptSource, KeptStats};
 pub use operation::{Brush, EditError, MOST_CHUNKS, MOST_RADIUS, Operation, UNIT, fixed};
 pub use packed::PackedChunk;
 pub use scene::{Base, EditModel, Scene};

@@ -126,6 +126,10 @@ impl ChunkSource for EditedSource {
             Content::pack(tile)
         })
     }
+
+    fn given_up(&self, level: u32, pos: ChunkPos) {
+        self.unedited.0.given_up(level, pos);
+    }
 }
 
 impl Base for EditedSource {

@@ -171,7 +171,7 @@ fn every_publication_shows_the_edited_world_at_every_level() {
     let settings = StreamSettings { near: 64, far: 256, ..StreamSettings::default() };
     let mut reach = Reach::of(&settings, [-64, 64]);
     let memory = Arc::new(Words(Mutex::new(vec![0xdead_beef; WORDS as usize])));
-    let options = StreamOptions { workers: 2, complete: true, poison: true };
+    let options = StreamOptions { workers: 2, complete: true, upload: None, poison: true };
     let mut camera = IVec3::new(20, 30, 20);
     let streamer =
         Streamer::new(living.source.clone(), memory.clone(), WORDS, reach.clone(), View::at(camera), options);

@@ -287,6 +287,14 @@ impl Recording<'_> {
         unsafe { self.device().raw.cmd_copy_buffer(self.raw(), from.raw, to.raw, &[region]) };
     }
 
+    /// Copies many parts of one buffer to another: the offsets in both, and bytes. What they write does not meet.
+    pub(crate) fn copy_regions(&mut self, from: &Buffer, to: &Buffer, parts: &[[u64; 3]]) {
+        let region = |&[src_offset, dst_offset, size]: &[u64; 3]| vk::BufferCopy { src_offset, dst_offset, size };
+        let regions: Vec<vk::BufferCopy> = parts.iter().map(region).collect();
+        // SAFETY: as in `clear_image`.
+        unsafe { self.device().raw.cmd_copy_buffer(self.raw(), from.raw, to.raw, &regions) };
+    }
+
     /// Copies one layer, or one slice of a 3-D image, of one mip to the start of a buffer, without padding. The image is in `GENERAL`.
     pub fn copy_image_to_buffer(&mut self, image: &Image, mip: u32, layer: u32, to: &Buffer) {
         let [width, height, _] = image.mip_extent(mip);

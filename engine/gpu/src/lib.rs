@@ -27,6 +27,7 @@ mod readback;
 mod renderdoc;
 mod result;
 mod retire;
+mod ring;
 mod surface;
 mod transfer;
 
@@ -49,5 +50,6 @@ pub use queue::TimelineValue;
 pub use readback::{Readback, ReadbackRing};
 pub use renderdoc::RenderDoc;
 pub use result::{Error, Result};
+pub use ring::UploadRing;
 pub use surface::{Acquire, AcquiredImage, Presented, Surface};
-pub use transfer::{download_buffer, download_image, upload, upload_image, upload_to};
+pub use transfer::{download_buffer, download_image, upload, upload_image};

@@ -40,27 +40,6 @@ pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Duration)
     Ok(buffer)
 }
 
-/// Writes bytes to a part of a buffer on the device that no submitted work uses, at a multiple of 4. Waits for the copy; may be called from
-/// any thread.
-pub fn upload_to(device: &Arc<Device>, buffer: &Buffer, offset: u64, bytes: &[u8], timeout: Duration) -> Result<()> {
-    let size = bytes.len() as u64;
-    if size == 0 {
-        return Ok(());
-    }
-    let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_SRC, location: Location::Upload };
-    let staging = Buffer::new(device, "staging of a part", &info, Backing::Own)?;
-    if !staging.write(0, bytes) {
-        return Err(unmapped(buffer.name(), size));
-    }
-    let mut commands = CommandBuffer::new(device, "upload")?;
-    let mut recording = commands.begin()?;
-    recording.barrier(&Barrier::full());
-    recording.copy_buffer((&staging, 0), (buffer, offset), size);
-    recording.barrier(&Barrier::full());
-    let value = recording.submit()?;
-    device.wait(value, timeout)
-}
-
 /// Bytes of one staging buffer for an image, unless a single slice has more.
 const STAGING_BYTES: u64 = 64 << 20;
 

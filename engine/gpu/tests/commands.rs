@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Device, DeviceOptions, Error, Location, ReadbackRing,
-    Validation, upload, vk,
+    UploadRing, Validation, download_buffer, upload, vk,
 };
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -125,5 +125,48 @@ fn any_part_of_what_the_device_wrote_can_be_copied_out() {
     assert!(!host.read(60, &mut [0; 5]) && !host.read(u64::MAX, &mut [0; 5]));
     // What the device alone sees cannot be read.
     assert!(!buffer.read(0, &mut [0; 4]));
+    silent(&device);
+}
+
+/// A small ring in front of a large buffer, written from many threads at once: every part has room of its own, and is written again and
+/// again, with and without a flush in between.
+#[test]
+fn what_goes_through_a_ring_arrives_in_order() {
+    const PART: usize = 16 << 10;
+    const PARTS: u64 = 8;
+    let device = device();
+    let target = Arc::new(upload(&device, "target", &[0xee; PART * PARTS as usize], PATIENCE).expect("it fits"));
+    let ring = UploadRing::new(&device, &target, 20_000, PATIENCE).expect("it fits");
+    let mut expected = vec![0xee; PART * PARTS as usize];
+    std::thread::scope(|scope| {
+        for (number, part) in expected.chunks_mut(PART).enumerate() {
+            let ring = &ring;
+            scope.spawn(move || {
+                let mut random = 1 + number as u64;
+                let mut next = |range: usize| {
+                    random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    (random >> 33) as usize % range
+                };
+                for round in 0..60 {
+                    let start = 4 * next(PART / 4);
+                    let bytes = vec![round ^ number as u8; 4 * next((PART - start) / 4 + 1)];
+                    ring.write((number * PART + start) as u64, &bytes).expect("the device goes on");
+                    part[start..start + bytes.len()].copy_from_slice(&bytes);
+                    if next(10) == 0 {
+                        ring.flush().expect("the device goes on");
+                    }
+                }
+            });
+        }
+    });
+    ring.flush().expect("the device goes on");
+    let waits = device.waits();
+    ring.flush().expect("there is nothing to do");
+    assert_eq!(device.waits(), waits, "a flush does not wait");
+    let found = download_buffer(&device, &target, 0, target.size(), PATIENCE).expect("it is there");
+    assert!(found == expected, "the bytes differ");
+    drop(ring);
+    device.wait_idle(PATIENCE).expect("it ends");
+    device.collect();
     silent(&device);
 }

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
+use raxel_edit::{Brush, Operation};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::Progress;
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
@@ -18,7 +19,9 @@ pub struct FlightOptions {
     pub speed: f64,
     /// Seconds of each straight part.
     pub seconds: f64,
-    /// Longest time until the first place is there.
+    /// Edits after the flight: balls that are put in view and taken away again.
+    pub balls: u32,
+    /// Longest time until the first place is there, or an edit is seen.
     pub patience: Duration,
 }
 
@@ -41,6 +44,12 @@ pub enum FlightError {
         seconds: u64,
         /// Tiles missing.
         missing: usize,
+    },
+    /// An edit did not come into view.
+    #[error("after {seconds} s, an edit is not seen")]
+    Unseen {
+        /// Seconds waited.
+        seconds: u64,
     },
 }
 
@@ -82,19 +91,54 @@ pub struct Flight {
     pub first_seconds: f64,
     /// The flight, with the world being loaded.
     pub live: Flown,
+    /// Edits in view after the flight: each with the frames and the milliseconds until the end of the first picture that has it.
+    pub edits: Vec<EditLatency>,
+    /// What was kept on the host at the end of the flight.
+    pub kept: Kept,
     /// The same path, every place complete before its frame: what loading costs is the difference.
     pub resident: Flown,
     /// Bytes of the pool: in use at the end, most at any time, all.
     pub pool: [u64; 3],
 }
 
+/// How long an edit took to be seen.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct EditLatency {
+    /// Frames, the one that shows it included.
+    pub frames: u32,
+    /// From the call to the end of the picture on the device.
+    pub milliseconds: f64,
+    /// Chunks that it changed.
+    pub chunks: usize,
+}
+
+/// Packed chunks on the host.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Kept {
+    /// Chunks.
+    pub chunks: usize,
+    /// Bytes that they take.
+    pub bytes: u64,
+    /// Bytes that they may take.
+    pub most: u64,
+    /// Chunks that were found there in place of being made.
+    pub found: u64,
+    /// Chunks that were made.
+    pub made: u64,
+}
+
+/// What `part` (0 to 1) of some values do not exceed: the nearest rank.
+pub fn percentile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    let rank = (part * sorted.len() as f64).ceil() as usize;
+    sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
+}
+
 impl Flown {
     /// What `part` (0 to 1) of the frames do not exceed: the nearest rank.
     pub fn percentile(&self, part: f64, of: impl Fn(&Frame) -> f64) -> f64 {
-        let mut sorted: Vec<f64> = self.frames.iter().map(of).collect();
-        sorted.sort_by(f64::total_cmp);
-        let rank = (part * sorted.len() as f64).ceil() as usize;
-        sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
+        percentile(self.frames.iter().map(of), part)
     }
 
     /// Frames that take longer than so many times the median.
@@ -169,6 +213,8 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
         frames.push(one(&mut session, time, path(&first, options.speed, options.seconds, time))?);
     }
     let stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
+    let kept = session.world().kept().unwrap_or_default();
+    let edits = edit(&mut session, options)?;
     let (device, size) = (session.device().capabilities().name.clone(), session.size());
     drop(session);
 
@@ -189,8 +235,44 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
         first_seconds,
         pool: stats.pool,
         live: Flown { frames, stats },
+        edits,
+        kept: Kept {
+            chunks: kept.tiles,
+            bytes: kept.bytes[0],
+            most: kept.bytes[1],
+            found: kept.found_made[0],
+            made: kept.found_made[1],
+        },
         resident: Flown { frames: resident, stats: resident_stats },
     })
+}
+
+/// Puts balls in front of the camera and takes them away again, each when the one before is seen.
+fn edit(session: &mut Session, options: &FlightOptions) -> Result<Vec<EditLatency>, FlightError> {
+    let camera = *session.camera();
+    let middle = camera.position() + camera.rotation() * DVec3::NEG_Z * 48.0;
+    let mut edits = Vec::new();
+    for n in 0..2 * options.balls {
+        let place = [n / 2 * 37 % 64, n / 2 * 11 % 64, n / 2 * 53 % 64].map(|c| f64::from(c) - 32.0);
+        let brush = if n % 2 == 0 { Brush::Add(1) } else { Brush::Subtract };
+        let ball = Operation::sphere((middle + DVec3::from_array(place)).to_array(), 6.0, brush);
+        let began = Instant::now();
+        let chunks = session.edit(&[ball]).unwrap_or(0);
+        // Rock is rock before and after.
+        if chunks == 0 {
+            continue;
+        }
+        let mut frames = 0;
+        while frames == 0 || !session.stream().is_some_and(|stream| stream.shows_changes()) {
+            one(session, 0.0, camera)?;
+            frames += 1;
+            if began.elapsed() > options.patience {
+                return Err(FlightError::Unseen { seconds: options.patience.as_secs() });
+            }
+        }
+        edits.push(EditLatency { frames, milliseconds: began.elapsed().as_secs_f64() * 1e3, chunks });
+    }
+    Ok(edits)
 }
 
 /// Runs a frame to its end.

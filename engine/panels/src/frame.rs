@@ -42,6 +42,13 @@ fn numbers(ui: &mut Ui, frame: &Frame<'_>) {
     ui.weak(format!("{dispatched} dispatched, {skipped} unchanged, {idle} not due or off"));
     ui.weak(format!("{}, {} saved by sharing", bytes(frame.memory), bytes(frame.saved)));
     ui.weak(&frame.device);
+    if let Some(loading) = &frame.loading {
+        let [there, wanted] = loading.there;
+        let [device, pool] = loading.device.map(bytes);
+        ui.weak(format!("{there} of {wanted} chunks, {device} of {pool}"));
+        let ([host, most], [found, made]) = (loading.host.map(bytes), loading.found_made);
+        ui.weak(format!("{host} of {most} packed, {found} found, {made} made"));
+    }
 }
 
 fn settings(ui: &mut Ui, frame: &Frame<'_>, actions: &mut Vec<Action>) {

@@ -96,6 +96,21 @@ pub struct Frame<'a> {
     pub device: String,
     /// Dispatches of the last frame, passes it skipped since their results are still valid, and passes that were not due or are off.
     pub ran: [u32; 3],
+    /// A world that is loaded around the camera.
+    pub loading: Option<Loading>,
+}
+
+/// How the loading of a world does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Loading {
+    /// Chunks that are there, and that are wanted.
+    pub there: [usize; 2],
+    /// Bytes on the device, and bytes that there are.
+    pub device: [u64; 2],
+    /// Bytes of packed chunks on the host, and bytes that they may take.
+    pub host: [u64; 2],
+    /// Chunks that were found on the host, and chunks that were made.
+    pub found_made: [u64; 2],
 }
 
 /// What became of a pass in the last frame.

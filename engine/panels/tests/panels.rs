@@ -4,8 +4,8 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use raxel_panels::view::{
-    Brush, Editing, Effect, Frame, Inspected, Kind, Lane, Map, Param, Pass, PassState, Problem, Resource, Shape, Shown,
-    Status, Swatch, Table, Timeline, Track, Use, World,
+    Brush, Editing, Effect, Frame, Inspected, Kind, Lane, Loading, Map, Param, Pass, PassState, Problem, Resource,
+    Shape, Shown, Status, Swatch, Table, Timeline, Track, Use, World,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View};
 
@@ -24,6 +24,7 @@ struct Window {
     refused: Option<String>,
     swatches: Vec<Swatch>,
     actions: Vec<Action>,
+    loading: Option<Loading>,
 }
 
 impl Window {
@@ -64,6 +65,7 @@ impl Window {
                 .map(|n| Swatch { material: n, name: format!("stone {n}"), color: [200, 90, 40] })
                 .collect(),
             actions: Vec::new(),
+            loading: None,
         }
     }
 
@@ -79,7 +81,13 @@ impl Window {
         };
         let view = View {
             status: self.status.clone(),
-            frame: Frame { gpu: Some(&self.gpu), scale: 1.0, scales: [0.0625, 4.0], ..Frame::default() },
+            frame: Frame {
+                gpu: Some(&self.gpu),
+                scale: 1.0,
+                scales: [0.0625, 4.0],
+                loading: self.loading,
+                ..Frame::default()
+            },
             passes: vec![
                 pass("hit", PassState::Ran, Some(0)),
                 pass("shade", PassState::Skipped, Some(1)),
@@ -128,6 +136,17 @@ fn click(harness: &mut Harness<'_, Window>, name: &str) -> Vec<Action> {
     // One for each event, and more for what opens to find its size.
     harness.run_steps(6);
     harness.state().actions.iter().filter(|action| !matches!(action, Action::Peek(_))).cloned().collect()
+}
+
+#[test]
+fn the_frame_says_how_the_loading_of_a_world_does() {
+    let mut harness = Window::new(&[Panel::Frame]).harness(1280.0, 720.0);
+    assert!(harness.query_by_label_contains("packed").is_none(), "the world is whole");
+    harness.state_mut().loading =
+        Some(Loading { there: [40, 50], device: [3 << 20, 8 << 20], host: [1536, 2048], found_made: [7, 9] });
+    harness.run_steps(2);
+    harness.get_by_label("40 of 50 chunks, 3.0 MiB of 8.0 MiB");
+    harness.get_by_label("1.5 KiB of 2.0 KiB packed, 7 found, 9 made");
 }
 
 #[test]

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_edit::EditedSource;
-use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, TimelineValue, vk};
+use raxel_edit::{EditedSource, KeptSource};
+use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, TimelineValue, UploadRing, vk};
 use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, View};
-use raxel_world::Streamed;
+use raxel_world::{ChunkPos, Streamed};
 
 use crate::camera::Camera;
 use crate::execute::{Builder, DeviceSource, ExecuteError};
@@ -19,6 +19,14 @@ const PATIENCE: Duration = Duration::from_secs(600);
 
 /// How long a copy to the device may take.
 const COPY: Duration = Duration::from_secs(60);
+
+/// Frames whose uploads a staging ring has room for, and its bytes.
+const RING_FRAMES: u64 = 4;
+const LEAST_RING: u64 = 1 << 20;
+const MOST_RING: u64 = 64 << 20;
+
+/// With the value `staged`, tiles go through staging memory on every device, also where the host could write them in place.
+const UPLOADS: &str = "RAXEL_UPLOADS";
 
 /// The part of the device's memory that a pool may take at most.
 const SHARE: u64 = 2;
@@ -39,8 +47,11 @@ struct Frames {
     taken: Option<Arc<Publication>>,
     /// Versions, with the last submission before the frame that was the first to see each.
     unreleased: VecDeque<(u64, TimelineValue)>,
-    /// The version that the last frame saw.
+    /// The version that the last frame saw, and the number of the last change of chunks that is in it.
     version: u64,
+    changes: u64,
+    /// The number of the last change of chunks.
+    changed: u64,
     /// Where the camera was in the last frame.
     last: Option<DVec3>,
     /// What the last frame spent here, and how much of it waiting for a complete world.
@@ -77,20 +88,25 @@ impl WorldStream {
         let capabilities = device.capabilities();
         let there = u64::from(capabilities.limits.max_storage_buffer_range).min(capabilities.memory / SHARE);
         let bytes = settings.gpu_memory.min(there) & !15;
-        let needed = Streamer::estimate(&**tiles, &reach, camera.cell);
+        let [needed, packed] = Streamer::estimate(&**tiles, &reach, camera.cell, &KeptSource::bytes_of);
         if needed > bytes {
             return Err(Refused::World(Box::new(too_small(streamed, needed, bytes))));
+        }
+        if settings.cpu_memory > 0 && packed > settings.cpu_memory {
+            return Err(Refused::World(Box::new(too_small_on_host(streamed, packed))));
         }
         let buffer = pool_buffer(device, bytes)?;
         let memory: Arc<dyn PoolMemory> = if buffer.is_device_local() && buffer.write(0, &[0; 4]) {
             Arc::new(InPlace(buffer.clone()))
         } else {
-            Arc::new(Staged { device: device.clone(), buffer: buffer.clone() })
+            let ring = (RING_FRAMES * settings.upload).clamp(LEAST_RING, MOST_RING);
+            Arc::new(Staged(UploadRing::new(device, &buffer, ring, COPY).map_err(ExecuteError::from)?))
         };
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let options = StreamOptions {
             workers: if settings.threads == 0 { cores.saturating_sub(1).max(1) } else { settings.threads as usize },
             complete,
+            upload: Some(settings.upload),
             poison: capabilities.validated,
         };
         let source = builder.source("world.tree64", Some(buffer), None);
@@ -105,9 +121,16 @@ impl WorldStream {
         &self.source
     }
 
-    /// Tells when chunks of its source have changed.
-    pub fn streamer(&self) -> &Streamer {
-        &self.streamer
+    /// Tells that its source answers otherwise for these chunks.
+    pub fn changed(&self, chunks: &[ChunkPos]) {
+        let number = self.streamer.changed(chunks);
+        self.frames().changed = number;
+    }
+
+    /// Whether the last frame saw everything that [`Self::changed`] was told of.
+    pub fn shows_changes(&self) -> bool {
+        let frames = self.frames();
+        frames.changes >= frames.changed
     }
 
     /// How it is doing.
@@ -152,7 +175,7 @@ impl WorldStream {
         {
             // Too many waiting writes: the next frame tries again.
             if self.source.write(0, bytemuck::cast_slice(publication.words())).is_ok() {
-                frames.version = publication.version;
+                (frames.version, frames.changes) = (publication.version, publication.changes);
             } else {
                 frames.taken = None;
             }
@@ -244,7 +267,8 @@ fn pool_buffer(device: &Arc<Device>, size: u64) -> Result<Arc<Buffer>, ExecuteEr
     let usage =
         vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
     let make = |location| Buffer::new(device, "world.tree64", &BufferInfo { size, usage, location }, Backing::Own);
-    if let Ok(buffer) = make(Location::Upload)
+    if std::env::var_os(UPLOADS).is_none_or(|how| how != "staged")
+        && let Ok(buffer) = make(Location::Upload)
         && buffer.is_device_local()
     {
         return Ok(Arc::new(buffer));
@@ -268,16 +292,17 @@ impl PoolMemory for InPlace {
     }
 }
 
-/// Words are copied by the device, while the thread that brings them waits.
-struct Staged {
-    device: Arc<Device>,
-    buffer: Arc<Buffer>,
-}
+/// Words are copied by the device: frames that are submitted after a copy see them.
+struct Staged(UploadRing);
 
 impl PoolMemory for Staged {
     fn write(&self, at: u32, words: &[u32]) {
         // A device that is lost shows it at the next frame; the world is then loaded anew for the next device.
-        let _ = raxel_gpu::upload_to(&self.device, &self.buffer, 4 * u64::from(at), bytemuck::cast_slice(words), COPY);
+        let _ = self.0.write(4 * u64::from(at), bytemuck::cast_slice(words));
+    }
+
+    fn flush(&self) {
+        let _ = self.0.flush();
     }
 }
 
@@ -298,6 +323,14 @@ fn too_small(streamed: &Streamed, needed: u64, bytes: u64) -> Diagnostic {
     } else {
         diagnostic.help("raise `gpu_memory`, or lower `near` or `far`")
     }
+}
+
+fn too_small_on_host(streamed: &Streamed, needed: u64) -> Diagnostic {
+    let (needed, there) = (mebibytes(needed), mebibytes(streamed.settings.cpu_memory));
+    let message = format!("the chunks around the camera take about {needed} packed, and `cpu_memory` is {there}");
+    Diagnostic::error(codes::world::STREAM_HOST_BUDGET, message)
+        .label(streamed.place.clone(), "what is near and far has to fit in `cpu_memory`")
+        .help("raise `cpu_memory`, lower `near` or `far`, or keep nothing by `cpu_memory = 0`")
 }
 
 fn incomplete(error: &StreamError) -> Diagnostic {
@@ -327,15 +360,11 @@ mod tests {
     fn staged_words_arrive_as_written_ones_do() {
         const WORDS: u32 = 1 << 16;
         let device = Device::new(&DeviceOptions { device: None, validation: Validation::Required }).unwrap();
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
-            | vk::BufferUsageFlags::TRANSFER_SRC
-            | vk::BufferUsageFlags::TRANSFER_DST;
-        let info = BufferInfo { size: 4 * u64::from(WORDS), usage, location: Location::Device };
-        let buffer = Arc::new(Buffer::new(&device, "pool", &info, Backing::Own).unwrap());
         let zeros = vec![0; 4 * WORDS as usize];
-        raxel_gpu::upload_to(&device, &buffer, 0, &zeros, COPY).unwrap();
+        let buffer = Arc::new(raxel_gpu::upload(&device, "pool", &zeros, COPY).unwrap());
         let host = Arc::new(Host(Mutex::new(vec![0; WORDS as usize])));
-        let staged = Arc::new(Staged { device: device.clone(), buffer: buffer.clone() });
+        // So small that it is full again and again.
+        let staged = Arc::new(Staged(UploadRing::new(&device, &buffer, 10_000, COPY).unwrap()));
 
         let voxels =
             (0..4000).map(|i| (IVec3::new(i * 7 % 300 - 150, i * 13 % 90, i * 29 % 280 - 140), 1 + (i % 2) as u16));
@@ -344,7 +373,7 @@ mod tests {
         let memories: [Arc<dyn PoolMemory>; 2] = [host.clone(), staged];
         for memory in memories {
             // One worker takes its places in the order of the tiles.
-            let options = StreamOptions { workers: 1, complete: true, poison: false };
+            let options = StreamOptions { workers: 1, complete: true, upload: None, poison: false };
             let reach = Reach::of(&settings, [0, 90]);
             let streamer = Streamer::new(world.clone(), memory, WORDS, reach, View::at(IVec3::ZERO), options);
             streamer.wait(PATIENCE).unwrap();

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap};
-use raxel_edit::{Base, EditedSource, Scene};
+use raxel_edit::{Base, EditedSource, KeptSource, KeptStats, Scene};
 use raxel_graph::checked::Fact;
 use raxel_graph::plan::WorldInput;
 use raxel_world::file::{Aim, CameraHint, Loaded};
@@ -26,6 +26,8 @@ pub struct SessionWorld {
     materials: Vec<String>,
     /// The tiles of a streamed world, with its edits.
     tiles: Option<Arc<EditedSource>>,
+    /// Those of them that were made, packed, without edits.
+    kept: Option<Arc<KeptSource>>,
     /// Whether it has edits, and encodings are made to follow them.
     edited: bool,
 }
@@ -78,13 +80,17 @@ impl SessionWorld {
 
     fn new(path: Option<String>, loaded: Loaded) -> Self {
         let mut materials = loaded.world.materials().to_vec();
-        let tiles = loaded.stream.as_ref().map(|streamed| {
+        let kept = loaded
+            .stream
+            .as_ref()
+            .map(|streamed| Arc::new(KeptSource::new(streamed.generator.clone(), streamed.settings.cpu_memory)));
+        let tiles = kept.as_ref().map(|kept| {
             // The palette of a streamed world never changes: what models may bring is in it from the beginning.
             materials = Scene::new(&materials, &loaded.models).materials;
-            Arc::new(EditedSource::new(streamed.generator.clone(), materials.clone()))
+            Arc::new(EditedSource::new(kept.clone(), materials.clone()))
         });
         let materials = materials.into_iter().map(|material| material.name).collect();
-        Self { path, loaded, identity: Arc::default(), costs: Mutex::default(), materials, tiles, edited: false }
+        Self { path, loaded, identity: Arc::default(), costs: Mutex::default(), materials, tiles, kept, edited: false }
     }
 
     /// The same world with other chunks. All worlds that edits make of one file share an identity, since their encodings follow the edits.
@@ -122,6 +128,11 @@ impl SessionWorld {
     /// The tiles of a streamed world, with its edits.
     pub fn tiles(&self) -> Option<&Arc<EditedSource>> {
         self.tiles.as_ref()
+    }
+
+    /// What is kept of the tiles of a streamed world on the host.
+    pub fn kept(&self) -> Option<KeptStats> {
+        self.kept.as_ref().map(|kept| kept.stats())
     }
 
     /// The newest voxels, chunk by chunk. Those of a streamed world are made when they are asked for.

@@ -5,6 +5,7 @@
 //! `tree64`. A frame takes the newest publication by writing the header. Nothing that a header can reach is ever written: blocks and
 //! directories that are no longer reached become free when the frames that could reach them have finished.
 
+mod allowance;
 mod directory;
 mod pool;
 mod publication;

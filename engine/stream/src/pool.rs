@@ -8,9 +8,11 @@ use raxel_world::layout::{FULL_RUN_WORDS, MATERIAL_WORDS, Tree64Header, full_run
 
 /// Where the words of the pool are.
 pub trait PoolMemory: Send + Sync {
-    /// Writes words, from the word `at` of the buffer on, and returns when every frame that is submitted from now on sees them. Nobody
-    /// else reads or writes them meanwhile.
+    /// Takes words for the buffer, from the word `at` on, which nobody else reads or writes meanwhile. May wait for the device.
     fn write(&self, at: u32, words: &[u32]);
+
+    /// Returns when every frame that is submitted from now on sees all words that were taken before. Never waits for the device.
+    fn flush(&self) {}
 }
 
 /// Words of the unit of allocation: a node.
@@ -85,6 +87,7 @@ impl Pool {
             unused: 0,
         };
         memory.write(0, bytemuck::cast_slice(std::slice::from_ref(&header)));
+        memory.flush();
         let allocator = Allocator::with_max_allocs(capacity.max(1), MOST_BLOCKS);
         let account = Account { allocator, used: 0, peak: 0, failed: 0 };
         Self { memory, allocator: Mutex::new(account), first, full_run: full_run_at, capacity, poison }
@@ -144,6 +147,11 @@ impl Pool {
     pub fn write(&self, block: &Block, words: &[u32]) {
         debug_assert!(words.len() <= (block.units * UNIT) as usize);
         self.memory.write(Tree64Header::WORDS + self.address(block), words);
+    }
+
+    /// Makes all that was written visible to every frame that is submitted from now on.
+    pub fn flush(&self) {
+        self.memory.flush();
     }
 
     /// The address of the full run.

@@ -9,6 +9,8 @@ pub struct Publication {
     pub version: u64,
     /// The first words of the buffer.
     pub header: Tree64Header,
+    /// Every call of [`crate::Streamer::changed`] up to the one that gave this number is in its chunks.
+    pub changes: u64,
     /// What there was when it was made.
     pub stats: Stats,
 }
@@ -37,6 +39,8 @@ pub struct Stats {
     pub dropped: u64,
     /// Bytes of blocks and directories written since the start.
     pub written: u64,
+    /// Most bytes written in a frame.
+    pub most_written: u64,
     /// Publications since the start.
     pub publications: u64,
     /// Bytes in use, bytes most in use at any time, and bytes there are.

@@ -13,8 +13,9 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use raxel_world::layout::TileBlock;
-use raxel_world::{ChunkPos, ChunkSource};
+use raxel_world::{ChunkPos, ChunkSource, Content};
 
+use crate::allowance::Allowance;
 use crate::pool::{Pool, PoolMemory};
 use crate::publication::{Publication, Stats};
 use crate::reach::{Reach, TileKey};
@@ -30,6 +31,8 @@ pub struct StreamOptions {
     /// What is there follows from the camera alone: publications are made when everything that is wanted is there, and nothing else is
     /// kept. For pictures that must not depend on the time.
     pub complete: bool,
+    /// Bytes that a frame brings to the pool, about, unless the world is complete. Edits do not wait for the next frame, but count.
+    pub upload: Option<u64>,
     /// Freed blocks are overwritten with nonsense.
     pub poison: bool,
 }
@@ -67,6 +70,8 @@ struct Shared {
     work: Condvar,
     /// There is something for the director.
     news: Condvar,
+    /// A frame may bring more.
+    allowed: Condvar,
     /// Everything that is wanted is there, or cannot be.
     settled: Condvar,
     stop: AtomicBool,
@@ -81,10 +86,13 @@ struct Desk {
     view_serial: u64,
     /// Chunks that the source answers anew.
     changed: Vec<ChunkPos>,
+    /// How often somebody has said so.
+    changes: u64,
     /// What is missing, the most urgent last.
-    jobs: Vec<TileKey>,
+    jobs: Vec<Job>,
     in_work: HashSet<TileKey>,
     made: Vec<Made>,
+    allowance: Allowance,
     /// For a frame to take.
     pending: Option<Arc<Publication>>,
     /// Versions below this one are reached by no frame that has not finished.
@@ -94,6 +102,14 @@ struct Desk {
     /// How the last attempt for a view ended.
     error: Option<(u64, StreamError)>,
     stats: Stats,
+}
+
+/// A tile to be made.
+#[derive(Clone, Copy)]
+struct Job {
+    key: TileKey,
+    /// It is in the pool as it was before an edit.
+    stale: bool,
 }
 
 impl Shared {
@@ -119,9 +135,11 @@ impl Streamer {
             considered: view,
             view_serial: 1,
             changed: Vec::new(),
+            changes: 0,
             jobs: Vec::new(),
             in_work: HashSet::new(),
             made: Vec::new(),
+            allowance: Allowance::new(options.upload.filter(|_| !options.complete), Instant::now()),
             pending: None,
             released: 0,
             settled: 0,
@@ -134,6 +152,7 @@ impl Streamer {
             desk: Mutex::new(desk),
             work: Condvar::new(),
             news: Condvar::new(),
+            allowed: Condvar::new(),
             settled: Condvar::new(),
             stop: AtomicBool::new(false),
         });
@@ -146,8 +165,14 @@ impl Streamer {
         Self { shared, threads: threads.into_iter().flatten().collect() }
     }
 
-    /// Bytes that the pool takes for what a camera wants, about: a sample of the columns around it is made.
-    pub fn estimate(source: &dyn ChunkSource, reach: &Reach, camera: glam::IVec3) -> u64 {
+    /// Bytes that the pool takes for what a camera wants, about, and those that `packed` gives for the same tiles: a sample of the columns
+    /// around it is made.
+    pub fn estimate(
+        source: &dyn ChunkSource,
+        reach: &Reach,
+        camera: glam::IVec3,
+        packed: &dyn Fn(&Content) -> u64,
+    ) -> [u64; 2] {
         /// Columns of each level that are looked at.
         const COLUMNS: u64 = 12;
         let mut random = raxel_world::random::SplitMix64::new(0x5eed);
@@ -155,31 +180,35 @@ impl Streamer {
         for tile in reach.tiles(camera) {
             columns.entry((tile.level, tile.pos.x, tile.pos.z)).or_default().push(tile);
         }
-        let mut bytes = 0.0;
+        let mut bytes = [0.0; 2];
         for level in 0..=reach.top() {
             let of_level: Vec<&Vec<TileKey>> =
                 columns.range((level, i32::MIN, i32::MIN)..=(level, i32::MAX, i32::MAX)).map(|(_, c)| c).collect();
             let looked_at = COLUMNS.min(of_level.len() as u64);
-            let mut words = 0u64;
+            let mut found = [0u64; 2];
             for _ in 0..looked_at {
                 for tile in of_level[random.below(of_level.len() as u64) as usize] {
                     let content = source.chunk(tile.level, tile.pos);
-                    words += TileBlock::of(&content, tile.level).map_or(0, |block| u64::from(block.words()));
+                    let words = TileBlock::of(&content, tile.level).map_or(0, |block| u64::from(block.words()));
                     // Its node, in two directories at a time.
-                    words += 8;
+                    found[0] += 4 * (words + 8);
+                    found[1] += packed(&content);
                 }
             }
             if looked_at > 0 {
-                bytes += 4.0 * words as f64 * of_level.len() as f64 / looked_at as f64;
+                let share = of_level.len() as f64 / looked_at as f64;
+                (0..2).for_each(|kind| bytes[kind] += found[kind] as f64 * share);
             }
         }
-        Pool::bytes_for(bytes as u64, source.materials().len())
+        [Pool::bytes_for(bytes[0] as u64, source.materials().len()), bytes[1] as u64]
     }
 
-    /// Tells where the camera is. Takes a microsecond; nothing waits.
+    /// Tells where the camera is at the start of a frame. Takes a microsecond; nothing waits.
     pub fn follow(&self, view: View) {
         let mut desk = self.shared.desk();
         desk.view = view;
+        desk.allowance.frame(Instant::now());
+        self.shared.allowed.notify_all();
         if !desk.considered.is_near(&view) {
             desk.considered = view;
             desk.view_serial += 1;
@@ -188,12 +217,14 @@ impl Streamer {
     }
 
     /// Tells that the source now answers otherwise for these chunks, and for the coarser tiles around them. Their tiles are made anew, and
-    /// shown when they are; no other one is touched.
-    pub fn changed(&self, chunks: &[ChunkPos]) {
+    /// shown when they are; no other one is touched. Gives a number that [`Publication::changes`] reaches when all of it is shown.
+    pub fn changed(&self, chunks: &[ChunkPos]) -> u64 {
         let mut desk = self.shared.desk();
         desk.changed.extend_from_slice(chunks);
+        desk.changes += 1;
         desk.view_serial += 1;
         self.shared.news.notify_one();
+        desk.changes
     }
 
     /// The newest publication that was not taken yet. Whoever takes it writes its header to the start of the buffer before the next frame,
@@ -258,8 +289,11 @@ impl Streamer {
     /// How it is doing.
     pub fn stats(&self) -> Stats {
         let (used, peak, failed) = self.shared.pool.usage();
-        let stats = self.shared.desk().stats;
-        Stats { pool: [used, peak, self.shared.pool.capacity()], failed, ..stats }
+        let (stats, most_written) = {
+            let desk = self.shared.desk();
+            (desk.stats, desk.allowance.most())
+        };
+        Stats { most_written, pool: [used, peak, self.shared.pool.capacity()], failed, ..stats }
     }
 
     /// What it asks for tiles.
@@ -275,6 +309,7 @@ impl Drop for Streamer {
         drop(self.shared.desk());
         self.shared.work.notify_all();
         self.shared.news.notify_all();
+        self.shared.allowed.notify_all();
         for thread in self.threads.drain(..) {
             // A thread that panicked has said so.
             let _ = thread.join();

@@ -10,6 +10,7 @@ use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::RayTargets;
 use raxel_oracle::{Oracle, sets};
 use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, TileKey, View, union};
+use raxel_world::layout::TileBlock;
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, World, voxel_index};
 
@@ -96,7 +97,7 @@ fn settings(near: u32, far: u32) -> StreamSettings {
 }
 
 fn options(complete: bool) -> StreamOptions {
-    StreamOptions { workers: 2, complete, poison: true }
+    StreamOptions { workers: 2, complete, upload: None, poison: true }
 }
 
 /// Tiles that a directory of level 0 alone reaches, by walking down its nodes.
@@ -126,11 +127,12 @@ fn resident(words: &[u32]) -> Vec<TileKey> {
 struct Remembered {
     world: World,
     tiles: Mutex<BTreeMap<TileKey, Content>>,
+    given_up: Mutex<Vec<TileKey>>,
 }
 
 impl Remembered {
     fn new(seed: u64) -> Arc<Self> {
-        Arc::new(Self { world: scattered_world(seed), tiles: Mutex::default() })
+        Arc::new(Self { world: scattered_world(seed), tiles: Mutex::default(), given_up: Mutex::default() })
     }
 }
 
@@ -158,6 +160,10 @@ impl ChunkSource for Remembered {
         };
         self.tiles.lock().unwrap().insert(key, content.clone());
         content
+    }
+
+    fn given_up(&self, level: u32, pos: ChunkPos) {
+        self.given_up.lock().unwrap().push(TileKey { level, pos });
     }
 }
 
@@ -198,6 +204,8 @@ fn complete_worlds_are_exact_at_every_level() {
             hits += judge(&memory.frame(now.as_ref().unwrap()), &world, 64, step as u64);
         }
         assert!(hits > 1000, "{hits} hits of {near} to {far}");
+        let given_up = std::mem::take(&mut *source.given_up.lock().unwrap());
+        assert_eq!(given_up.len() as u64, streamer.stats().dropped, "the source is told of each");
     }
 }
 
@@ -236,6 +244,42 @@ fn every_publication_of_a_flight_is_exact() {
     assert!(publications > 50 && hits > 1000, "{publications} publications, {hits} hits, {stats:?}");
     assert_eq!(stats.failed, 0, "{stats:?}");
     assert!(stats.dropped > 100, "{stats:?}");
+}
+
+#[test]
+fn a_frame_brings_no_more_than_its_bytes_and_all_of_it_arrives() {
+    const UPLOAD: u64 = 40 << 10;
+    let source = Arc::new(scattered_world(8));
+    let (reach, view) = (Reach::of(&settings(256, 256), [-300, 300]), View::at(IVec3::ZERO));
+    let bytes = |tile: &TileKey| {
+        let content = ChunkSource::chunk(&*source, tile.level, tile.pos);
+        TileBlock::of(&content, tile.level).map_or(0, |block| 4 * u64::from(block.words()))
+    };
+    let largest = reach.tiles(IVec3::ZERO).iter().map(bytes).max().unwrap();
+    let load = |upload| {
+        let options = StreamOptions { upload, ..options(false) };
+        let streamer = Streamer::new(source.clone(), Words::new(1 << 22), 1 << 22, reach.clone(), view, options);
+        let (mut directory, mut frames) = (0, 0);
+        while !streamer.is_settled() || streamer.has_pending() {
+            if upload.is_some() {
+                streamer.follow(view);
+                frames += 1;
+            }
+            if let Some(taken) = streamer.take() {
+                streamer.released(taken.version);
+                directory = directory.max(16 * u64::from(taken.header.node_count));
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        (streamer.stats(), directory, frames)
+    };
+    let (free, _, _) = load(None);
+    assert_eq!(free.most_written, free.written, "nothing says when a frame begins");
+    let (stats, directory, frames) = load(Some(UPLOAD));
+    // The last write of a frame may begin while a byte is left; directories do not wait.
+    assert!(stats.most_written <= UPLOAD + largest + 2 * directory, "{stats:?} {largest} {directory}");
+    assert!(stats.written > 4 * stats.most_written && frames > 10, "{stats:?} in {frames} frames");
+    assert_eq!((stats.missing, stats.live), (0, free.live));
 }
 
 #[test]
@@ -289,7 +333,7 @@ fn a_pool_that_is_too_small_shrinks_what_is_near_or_says_so() {
     let source = Arc::new(scattered_world(2));
     let reach = Reach::of(&settings(512, 512), [-300, 300]);
     let words = 90_000;
-    let wanted = Streamer::estimate(&*source, &reach, IVec3::ZERO);
+    let [wanted, _] = Streamer::estimate(&*source, &reach, IVec3::ZERO, &|_| 0);
     assert!(wanted > 4 * words, "{wanted}");
     let memory = Words::new(words as usize);
     let view = View::at(IVec3::ZERO);
@@ -368,6 +412,7 @@ fn changed_chunks_are_made_anew_and_no_others() {
         let taken = streamer.take().expect("something has changed");
         streamer.released(taken.version);
         assert_eq!(streamer.stats().made - made, touched.len() as u64);
+        assert_eq!(taken.changes, step + 1, "the publication has all of it");
         let world = union(&*source, &reach.tiles(IVec3::ZERO));
         judge(&memory.frame(&taken), &world, 32, step);
     }

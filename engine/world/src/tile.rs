@@ -33,6 +33,9 @@ pub trait ChunkSource: Send + Sync {
 
     /// The cells of a tile, of a level of at most [`MAX_LEVEL`]; `pos` counts tiles of that level.
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content;
+
+    /// Whoever held a tile has given it up just now: sources that remember tiles remember this one longest.
+    fn given_up(&self, _level: u32, _pos: ChunkPos) {}
 }
 
 impl Content {

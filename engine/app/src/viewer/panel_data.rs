@@ -11,7 +11,7 @@ use raxel_graph::checked::{BufferSize, Graph, PassId, Resource, ResourceKind, Va
 use raxel_graph::plan::{CullReason, Lifetime, Plan, ResourceDesc};
 use raxel_graph::sizes::Size;
 use raxel_panels::view::{
-    Editing, Frame, Kind, Lane, Param, Pass, PassState, Shown, Swatch, Timeline, Track, Use, World,
+    Editing, Frame, Kind, Lane, Loading, Param, Pass, PassState, Shown, Swatch, Timeline, Track, Use, World,
 };
 use raxel_panels::{Samples, view};
 use raxel_runtime::Session;
@@ -153,8 +153,21 @@ impl PanelData {
             fps_cap,
             device: session.device().capabilities().name.clone(),
             ran: self.ran,
+            loading: loading(session),
         }
     }
+}
+
+/// How a streamed world does.
+fn loading(session: &Session) -> Option<Loading> {
+    let (stats, kept) = (session.stream()?.stats(), session.world().kept()?);
+    let [used, _, pool] = stats.pool;
+    Some(Loading {
+        there: [stats.wanted.saturating_sub(stats.missing), stats.wanted],
+        device: [used, pool],
+        host: kept.bytes,
+        found_made: kept.found_made,
+    })
 }
 
 impl Described {

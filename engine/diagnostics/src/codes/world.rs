@@ -75,4 +75,6 @@ declare! {
     INSTANCE_PARAM = "RX0447";
     /// Two instances of one name.
     INSTANCE_NAME = "RX0448";
+    /// A budget on the host that cannot hold what a streamed world wants.
+    STREAM_HOST_BUDGET = "RX0470";
 }

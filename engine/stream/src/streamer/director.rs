@@ -9,7 +9,7 @@ use raxel_world::ChunkPos;
 use raxel_world::layout::Tree64Header;
 
 use super::worker::Made;
-use super::{Shared, StreamError};
+use super::{Job, Shared, StreamError};
 use crate::directory::{Cube, Directory, LiveTile};
 use crate::pool::Block;
 use crate::publication::{Publication, Stats};
@@ -46,6 +46,8 @@ pub(super) struct Director {
     missing: HashSet<TileKey>,
     /// Tiles that are to be made anew. A result that was in work when it changed is made once more.
     stale: BTreeMap<TileKey, Stale>,
+    /// Changes that were noted, and those that the chunks in the pool show.
+    changes: [u64; 2],
     /// Until when publications wait for chunks that are to be made anew.
     held: Option<Instant>,
     /// Blocks that no publication from this version on reaches.
@@ -60,6 +62,14 @@ pub(super) struct Director {
     /// What the workers were asked for is no longer what is missing.
     ask_again: bool,
     stats: Stats,
+}
+
+/// What has happened since the director looked last.
+struct News {
+    made: Vec<Made>,
+    changed: Vec<ChunkPos>,
+    released: u64,
+    moved: bool,
 }
 
 struct Tile {
@@ -91,6 +101,7 @@ impl Director {
             wanted: 0,
             missing: HashSet::new(),
             stale: BTreeMap::new(),
+            changes: [0; 2],
             held: None,
             retired: VecDeque::new(),
             version: 0,
@@ -105,7 +116,7 @@ impl Director {
 
     pub(super) fn run(mut self) {
         loop {
-            let Some((made, changed, released, moved)) = self.wait() else { return };
+            let Some(News { made, changed, released, moved }) = self.wait() else { return };
             self.free(released);
             made.into_iter().for_each(|made| self.take(made));
             self.note_changes(&changed);
@@ -123,8 +134,7 @@ impl Director {
     }
 
     /// Sleeps until there is something to do. `None` when all is over.
-    #[allow(clippy::type_complexity, reason = "taken apart at once")]
-    fn wait(&mut self) -> Option<(Vec<Made>, Vec<ChunkPos>, u64, bool)> {
+    fn wait(&mut self) -> Option<News> {
         let shared = self.shared.clone();
         let mut desk = shared.desk();
         loop {
@@ -138,7 +148,13 @@ impl Director {
             if moved || !desk.made.is_empty() || can_publish || can_free {
                 self.view = desk.view;
                 self.view_serial = desk.view_serial;
-                return Some((std::mem::take(&mut desk.made), std::mem::take(&mut desk.changed), desk.released, moved));
+                self.changes[0] = desk.changes;
+                return Some(News {
+                    made: std::mem::take(&mut desk.made),
+                    changed: std::mem::take(&mut desk.changed),
+                    released: desk.released,
+                    moved,
+                });
             }
             desk = shared.news.wait_timeout(desk, TURN).unwrap_or_else(PoisonError::into_inner).0;
         }
@@ -220,9 +236,13 @@ impl Director {
     }
 
     /// Whether a part of an edit is still to be made. Coarse tiles do not count: what is seen of them is far away.
+    fn has_unmade(&self) -> bool {
+        self.stale.first_key_value().is_some_and(|(key, _)| key.level == 0)
+    }
+
+    /// Whether publications wait for the rest of an edit.
     fn is_held(&self) -> bool {
-        let unmade = self.stale.first_key_value().is_some_and(|(key, _)| key.level == 0);
-        unmade && self.held.is_some_and(|until| Instant::now() < until)
+        self.has_unmade() && self.held.is_some_and(|until| Instant::now() < until)
     }
 
     /// The camera is elsewhere: what is wanted, and what goes.
@@ -247,6 +267,7 @@ impl Director {
         for key in gone {
             let tile = self.tiles.remove(&key);
             self.stale.remove(&key);
+            self.shared.source.given_up(key.level, key.pos);
             self.retire(tile.and_then(|tile| tile.block));
             self.stats.dropped += 1;
             self.changed = true;
@@ -307,7 +328,8 @@ impl Director {
             .map(|key| (self.view.urgency(*key), *key))
             .collect();
         jobs.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| b.1.cmp(&a.1)));
-        desk.jobs = jobs.into_iter().map(|(_, key)| key).chain(stale.iter().rev().copied()).collect();
+        let missing = jobs.into_iter().map(|(_, key)| Job { key, stale: false });
+        desk.jobs = missing.chain(stale.iter().rev().map(|key| Job { key: *key, stale: true })).collect();
         stale.into_iter().for_each(|key| {
             self.stale.insert(key, Stale::Asked);
         });
@@ -353,7 +375,9 @@ impl Director {
             return;
         };
         let (words, root) = directory.place(self.shared.pool.address(&block));
+        self.shared.desk().allowance.spend(4 * words.len() as u64);
         self.shared.pool.write(&block, &words);
+        self.shared.pool.flush();
         let before = self.directory.replace(block);
         self.retire(before);
         self.version += 1;
@@ -374,7 +398,11 @@ impl Director {
             leaf_count: 0,
             unused: 0,
         };
-        let publication = Publication { version: self.version, header, stats: self.stats };
+        if !self.has_unmade() {
+            self.changes[1] = self.changes[0];
+        }
+        let [_, changes] = self.changes;
+        let publication = Publication { version: self.version, header, changes, stats: self.stats };
         self.shared.desk().pending = Some(Arc::new(publication));
     }
 }

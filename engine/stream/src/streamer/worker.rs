@@ -2,11 +2,12 @@
 
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 use raxel_world::Content;
 use raxel_world::layout::{TileBlock, TileNode};
 
-use super::Shared;
+use super::{Job, Shared};
 use crate::directory::LiveTile;
 use crate::pool::Block;
 use crate::reach::TileKey;
@@ -23,22 +24,22 @@ pub(super) struct Made {
 pub(super) fn run(shared: &Shared) {
     loop {
         let mut desk = shared.desk();
-        let key = loop {
+        let job = loop {
             if shared.stop.load(Ordering::Acquire) {
                 return;
             }
             match desk.jobs.pop() {
-                Some(key) => break key,
+                Some(job) => break job,
                 None => desk = shared.work.wait(desk).unwrap_or_else(PoisonError::into_inner),
             }
         };
-        desk.in_work.insert(key);
+        desk.in_work.insert(job.key);
         drop(desk);
 
-        let made = make(shared, key);
+        let made = make(shared, job);
 
         let mut desk = shared.desk();
-        desk.in_work.remove(&key);
+        desk.in_work.remove(&job.key);
         desk.made.push(made);
         // The director looks when there is enough for it to do, or nothing else to wait for.
         if desk.made.len() == 1 || desk.jobs.is_empty() {
@@ -47,7 +48,7 @@ pub(super) fn run(shared: &Shared) {
     }
 }
 
-fn make(shared: &Shared, key: TileKey) -> Made {
+fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
     let content = shared.source.chunk(key.level, key.pos);
     let block = match TileBlock::of(&content, key.level) {
         Err(node) => return Made { key, tile: Some((LiveTile { node, children: [].into() }, None)), bytes: 0 },
@@ -56,6 +57,7 @@ fn make(shared: &Shared, key: TileKey) -> Made {
     debug_assert!(matches!(content, Content::Chunk(_)));
     let Some(place) = shared.pool.allocate_tile(block.words()) else { return Made { key, tile: None, bytes: 0 } };
     let (words, node) = block.encode(shared.pool.address(&place), shared.pool.full_run());
+    wait_for_frame(shared, 4 * words.len() as u64, stale);
     shared.pool.write(&place, &words);
     // A part of a coarse tile may be shown beside finer ones: then the directory has copies of its nodes.
     let children = if key.level == 0 {
@@ -65,4 +67,14 @@ fn make(shared: &Shared, key: TileKey) -> Made {
         words.chunks_exact(4).take(count).map(|quad| TileNode([quad[0], quad[1], quad[2], quad[3]])).collect()
     };
     Made { key, tile: Some((LiveTile { node: Some(node), children }, Some(place))), bytes: 4 * words.len() as u64 }
+}
+
+/// Waits until a frame may bring so many bytes; what was edited is brought at once.
+fn wait_for_frame(shared: &Shared, bytes: u64, stale: bool) {
+    let mut desk = shared.desk();
+    while !stale && !shared.stop.load(Ordering::Acquire) {
+        let Some(wait) = desk.allowance.wait(Instant::now()) else { break };
+        desk = shared.allowed.wait_timeout(desk, wait).unwrap_or_else(PoisonError::into_inner).0;
+    }
+    desk.allowance.spend(bytes);
 }

@@ -157,13 +157,15 @@ fn instance() -> Value {
 
 fn stream() -> Value {
     type Settings = StreamSettings;
-    let memory = json!({
-        "oneOf": [
-            { "type": "string", "pattern": "^[0-9]+ *[KMGT]iB$" },
-            { "type": "integer", "minimum": Settings::LEAST_MEMORY, "maximum": Settings::MOST_GPU_MEMORY },
-        ],
-        "default": format!("{} MiB", Settings::GPU_MEMORY >> 20),
-    });
+    let memory = |least: u64, most: u64, default: u64| {
+        json!({
+            "oneOf": [
+                { "type": "string", "pattern": "^[0-9]+ *[KMGT]iB$" },
+                { "type": "integer", "minimum": least, "maximum": most },
+            ],
+            "default": format!("{} MiB", default >> 20),
+        })
+    };
     let voxels = |most: u32| json!({ "type": "integer", "minimum": 64, "maximum": most });
     let mut near = voxels(Settings::MOST_NEAR);
     near["default"] = json!(Settings::NEAR);
@@ -181,7 +183,21 @@ fn stream() -> Value {
                 "The lowest height that is loaded, and one past the highest; all that is built if left out.",
                 cells(2),
             ),
-            ("gpu_memory", "Bytes of the buffer on the device.", memory),
+            (
+                "gpu_memory",
+                "Bytes of the buffer on the device.",
+                memory(Settings::LEAST_MEMORY, Settings::MOST_GPU_MEMORY, Settings::GPU_MEMORY),
+            ),
+            (
+                "cpu_memory",
+                "Bytes of packed chunks that are kept on the host, so that going back makes nothing again; 0 keeps none.",
+                memory(0, Settings::MOST_CPU_MEMORY, Settings::CPU_MEMORY),
+            ),
+            (
+                "upload",
+                "Bytes that a frame of a window brings to the device, about; at most `gpu_memory`.",
+                memory(Settings::LEAST_UPLOAD, Settings::MOST_GPU_MEMORY, Settings::UPLOAD),
+            ),
             (
                 "threads",
                 "Threads that make chunks; 0 is one for each core but one.",

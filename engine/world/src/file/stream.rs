@@ -15,13 +15,25 @@ pub struct StreamSettings {
     pub height: Option<[i64; 2]>,
     /// Bytes of the buffer on the device.
     pub gpu_memory: u64,
+    /// Bytes of packed chunks that are kept on the host, so that going back makes nothing again; 0 keeps none.
+    pub cpu_memory: u64,
+    /// Bytes that a frame of a window brings to the device, about.
+    pub upload: u64,
     /// Threads that make chunks; 0 is one for each core but one.
     pub threads: u32,
 }
 
 impl Default for StreamSettings {
     fn default() -> Self {
-        Self { near: Self::NEAR, far: Self::NEAR, height: None, gpu_memory: Self::GPU_MEMORY, threads: 0 }
+        Self {
+            near: Self::NEAR,
+            far: Self::NEAR,
+            height: None,
+            gpu_memory: Self::GPU_MEMORY,
+            cpu_memory: Self::CPU_MEMORY,
+            upload: Self::UPLOAD,
+            threads: 0,
+        }
     }
 }
 
@@ -36,8 +48,16 @@ impl StreamSettings {
     pub const GPU_MEMORY: u64 = 256 << 20;
     /// What the addresses in the buffer can reach.
     pub const MOST_GPU_MEMORY: u64 = 2 << 30;
-    /// Smallest budget for memory.
+    /// Smallest buffer.
     pub const LEAST_MEMORY: u64 = 1 << 20;
+    /// Bytes of packed chunks, if the file does not say.
+    pub const CPU_MEMORY: u64 = 256 << 20;
+    /// Bytes of packed chunks at most.
+    pub const MOST_CPU_MEMORY: u64 = 1 << 40;
+    /// Bytes that a frame brings to the device, if the file does not say.
+    pub const UPLOAD: u64 = 4 << 20;
+    /// Least that a frame may bring.
+    pub const LEAST_UPLOAD: u64 = 1 << 16;
     /// Most threads.
     pub const MOST_THREADS: u32 = 256;
 }
@@ -75,6 +95,22 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<StreamSettings> {
     let gpu_memory = table.get("gpu_memory").map_or(Some(default.gpu_memory), |node| {
         bytes(&node, StreamSettings::LEAST_MEMORY, StreamSettings::MOST_GPU_MEMORY)
     });
+    let cpu_memory = table
+        .get("cpu_memory")
+        .map_or(Some(default.cpu_memory), |node| bytes(&node, 0, StreamSettings::MOST_CPU_MEMORY));
+    let upload = match table.get("upload") {
+        None => Some(default.upload),
+        Some(node) => {
+            let upload = bytes(&node, StreamSettings::LEAST_UPLOAD, StreamSettings::MOST_GPU_MEMORY);
+            match upload.zip(gpu_memory) {
+                Some((upload, memory)) if upload > memory => node.bad_value(format!(
+                    "`{}` is {upload} bytes, and `gpu_memory` is {memory}: a frame cannot bring more than there is room for",
+                    node.name
+                )),
+                _ => upload,
+            }
+        }
+    };
     let threads =
         table.get("threads").map_or(Some(0), |node| node.integer(0..=i64::from(StreamSettings::MOST_THREADS)));
     table.finish();
@@ -83,6 +119,8 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<StreamSettings> {
         far: far? as u32,
         height: height?,
         gpu_memory: gpu_memory?,
+        cpu_memory: cpu_memory?,
+        upload: upload?,
         threads: threads? as u32,
     })
 }

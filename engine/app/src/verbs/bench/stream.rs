@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use raxel_gpu::DeviceOptions;
-use raxel_measure::flight::{Flight, FlightError, FlightOptions, Flown, Frame, fly};
+use raxel_measure::flight::{EditLatency, Flight, FlightError, FlightOptions, Flown, Frame, Kept, fly, percentile};
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};
@@ -12,7 +12,7 @@ use crate::failure::{Exit, Failure, Result};
 use crate::session::{What, frame_failure, open_failure};
 
 /// Flies through a streamed world while it is loaded, and over the same path with everything there, and prints the frame times of both:
-/// straight over fresh land, half a turn, back, down, and three jumps.
+/// straight over fresh land, half a turn, back, down, and three jumps. Then it edits what is in view, and prints how long edits take to be seen.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example: raxel bench stream graphs/bench/first_hit.toml --world worlds/frontier.toml --speed 256 --size 1920x1080"
@@ -28,6 +28,10 @@ pub(crate) struct Args {
     /// Seconds of each of the two straight parts.
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=3600))]
     seconds: u32,
+
+    /// Edits after the flight, of which half take away what the other half put there.
+    #[arg(long, value_name = "EDITS", default_value_t = 200, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    edits: u32,
 
     /// Pixels.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
@@ -48,7 +52,8 @@ const PATIENCE: Duration = Duration::from_secs(600);
 pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let mut session = args.what.options(device)?;
     session.size = args.size.0;
-    let options = FlightOptions { session, speed: args.speed, seconds: f64::from(args.seconds), patience: PATIENCE };
+    let (seconds, balls) = (f64::from(args.seconds), args.edits / 2);
+    let options = FlightOptions { session, speed: args.speed, seconds, balls, patience: PATIENCE };
     let flight = fly(&options).map_err(|error| failure(error, console))?;
     if console.format() == Format::Json {
         console::json(&json!({
@@ -58,6 +63,9 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             "speed": args.speed,
             "first_seconds": flight.first_seconds,
             "pool": flight.pool,
+            "most_written": flight.live.stats.most_written,
+            "kept": flight.kept,
+            "edits": flight.edits,
             "live": flight.live,
             "resident": flight.resident,
         }));
@@ -105,7 +113,25 @@ fn table(flight: &Flight, speed: f64) -> String {
         flight.live.stats.made,
         flight.live.stats.dropped
     );
-    text += &format!("pool {used:.1} MiB in use, {peak:.1} at most, of {all:.1}\n");
+    text += &format!(
+        "pool {used:.1} MiB in use, {peak:.1} at most, of {all:.1}; at most {:.2} MiB written in a frame\n",
+        mebibytes(flight.live.stats.most_written)
+    );
+    let Kept { chunks, bytes, most, found, made } = flight.kept;
+    text += &format!(
+        "{chunks} chunks on the host in {:.1} of {:.1} MiB; {found} found there, {made} made\n",
+        mebibytes(bytes),
+        mebibytes(most)
+    );
+    if !flight.edits.is_empty() {
+        let of = |part, of: fn(&EditLatency) -> f64| percentile(flight.edits.iter().map(of), part);
+        let [a, b, c] = [0.5, 0.99, 1.0].map(|part| of(part, |edit| f64::from(edit.frames)));
+        let [d, e, f] = [0.5, 0.99, 1.0].map(|part| of(part, |edit| edit.milliseconds));
+        text += &format!(
+            "{} edits: seen after p50 {a}, p99 {b}, at most {c} frames; p50 {d:.1}, p99 {e:.1}, at most {f:.1} ms\n",
+            flight.edits.len()
+        );
+    }
     text
 }
 
@@ -116,6 +142,6 @@ fn failure(error: FlightError, console: &Console) -> Failure {
         FlightError::NotStreamed(_) => {
             Failure::new(Exit::Project, error.to_string()).help("raxel bench stream --world worlds/frontier.toml")
         }
-        FlightError::Unsettled { .. } => Failure::new(Exit::Check, error.to_string()),
+        FlightError::Unsettled { .. } | FlightError::Unseen { .. } => Failure::new(Exit::Check, error.to_string()),
     }
 }

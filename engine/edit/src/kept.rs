@@ -1,0 +1,269 @@
+//! Tiles that were made once, packed, so that a camera that goes back makes nothing again.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use raxel_world::{ChunkPos, ChunkSource, Content, Material, MaterialIndex};
+
+use crate::packed::PackedChunk;
+
+/// Bytes of a tile beside those of its packed cells: its places in both maps, about.
+const ENTRY: u64 = 160;
+
+/// A source with a memory: tiles that were asked for are kept packed, as many as a number of bytes has room for. What was given up last is
+/// kept longest. Since a source always gives the same answers, nothing in it ever becomes wrong.
+pub struct KeptSource {
+    source: Arc<dyn ChunkSource>,
+    kept: Mutex<Kept>,
+}
+
+/// How a [`KeptSource`] is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct KeptStats {
+    /// Tiles that are kept.
+    pub tiles: usize,
+    /// Bytes that they take, and bytes that they may take.
+    pub bytes: [u64; 2],
+    /// Tiles that were found here, and tiles that had to be made.
+    pub found_made: [u64; 2],
+}
+
+type Key = (u32, ChunkPos);
+
+#[derive(Default)]
+struct Kept {
+    most: u64,
+    bytes: u64,
+    entries: HashMap<Key, Entry>,
+    /// The entries by when they were made, found or given up.
+    order: BTreeMap<u64, Key>,
+    now: u64,
+    found_made: [u64; 2],
+}
+
+struct Entry {
+    used: u64,
+    packed: Packed,
+}
+
+#[derive(Clone)]
+enum Packed {
+    Empty,
+    Full(MaterialIndex),
+    Cells(PackedChunk),
+}
+
+impl KeptSource {
+    /// A memory of so many bytes over a source. Without any, nothing is kept.
+    pub fn new(source: Arc<dyn ChunkSource>, bytes: u64) -> Self {
+        Self { source, kept: Mutex::new(Kept { most: bytes, ..Kept::default() }) }
+    }
+
+    /// Bytes that a tile takes here.
+    pub fn bytes_of(content: &Content) -> u64 {
+        Packed::of(content).bytes()
+    }
+
+    /// How it is doing.
+    pub fn stats(&self) -> KeptStats {
+        let kept = self.kept();
+        KeptStats { tiles: kept.entries.len(), bytes: [kept.bytes, kept.most], found_made: kept.found_made }
+    }
+
+    fn kept(&self) -> std::sync::MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl ChunkSource for KeptSource {
+    fn materials(&self) -> &[Material] {
+        self.source.materials()
+    }
+
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        let key = (level, pos);
+        let (found, keeps) = {
+            let mut kept = self.kept();
+            (kept.find(key), kept.most > 0)
+        };
+        if let Some(content) = found.and_then(|packed| packed.unpack(self.source.materials().len())) {
+            self.kept().found_made[0] += 1;
+            return content;
+        }
+        let content = self.source.chunk(level, pos);
+        let packed = keeps.then(|| Packed::of(&content));
+        let mut kept = self.kept();
+        kept.found_made[1] += 1;
+        if let Some(packed) = packed {
+            kept.insert(key, packed);
+        }
+        content
+    }
+
+    fn given_up(&self, level: u32, pos: ChunkPos) {
+        self.kept().touch((level, pos));
+    }
+}
+
+impl std::fmt::Debug for KeptSource {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "KeptSource({:?})", self.stats())
+    }
+}
+
+impl Kept {
+    fn find(&mut self, key: Key) -> Option<Packed> {
+        self.touch(key);
+        self.entries.get(&key).map(|entry| entry.packed.clone())
+    }
+
+    fn touch(&mut self, key: Key) {
+        let Some(entry) = self.entries.get_mut(&key) else { return };
+        self.now += 1;
+        self.order.remove(&entry.used);
+        self.order.insert(self.now, key);
+        entry.used = self.now;
+    }
+
+    fn insert(&mut self, key: Key, packed: Packed) {
+        let bytes = packed.bytes();
+        // Two threads may have made the same tile.
+        if bytes > self.most || self.entries.contains_key(&key) {
+            return;
+        }
+        while self.bytes + bytes > self.most {
+            let Some((_, oldest)) = self.order.pop_first() else { return };
+            if let Some(entry) = self.entries.remove(&oldest) {
+                self.bytes -= entry.packed.bytes();
+            }
+        }
+        self.now += 1;
+        self.bytes += bytes;
+        self.order.insert(self.now, key);
+        self.entries.insert(key, Entry { used: self.now, packed });
+    }
+}
+
+impl Packed {
+    fn of(content: &Content) -> Self {
+        match content {
+            Content::Empty => Self::Empty,
+            Content::Full(material) => Self::Full(*material),
+            Content::Chunk(chunk) => Self::Cells(PackedChunk::pack(Some(chunk))),
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        match self {
+            Self::Empty | Self::Full(_) => ENTRY,
+            Self::Cells(packed) => ENTRY + packed.bytes().len() as u64,
+        }
+    }
+
+    fn unpack(&self, materials: usize) -> Option<Content> {
+        match self {
+            Self::Empty => Some(Content::Empty),
+            Self::Full(material) => Some(Content::Full(*material)),
+            Self::Cells(packed) => Some(Content::Chunk(Arc::new(packed.unpack(materials)??))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    use raxel_world::DenseChunk;
+    use raxel_world::random::mix;
+
+    use super::*;
+
+    /// Tiles of noise, some empty, some full, and how many of them were made.
+    struct Noise(Vec<Material>, AtomicU64);
+
+    impl ChunkSource for Noise {
+        fn materials(&self) -> &[Material] {
+            &self.0
+        }
+
+        fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+            self.1.fetch_add(1, Ordering::Relaxed);
+            let seed = mix(u64::from(level) << 40 | u64::from(pos.x.cast_unsigned()));
+            let mut dense = DenseChunk::default();
+            match seed % 5 {
+                0 => return Content::Empty,
+                1 => return Content::Full(2),
+                _ => (0..400).for_each(|n| {
+                    let at = mix(seed + n);
+                    let [x, y, z] = [at & 63, at >> 6 & 63, at >> 12 & 63].map(|c| c as u32);
+                    dense.set(x, y, z, 1 + (at >> 20 & 3) as u16);
+                }),
+            }
+            Content::pack(&dense)
+        }
+    }
+
+    fn noise() -> Arc<Noise> {
+        Arc::new(Noise(vec![Material::air(); 5], AtomicU64::new(0)))
+    }
+
+    fn tile(n: i32) -> Key {
+        ((n & 3).cast_unsigned(), ChunkPos::new(n, 0, 0))
+    }
+
+    #[test]
+    fn tiles_come_back_as_they_were_made_and_never_take_more_than_their_bytes() {
+        let noise = noise();
+        let kept = KeptSource::new(noise.clone(), 60_000);
+        let mut most = 0;
+        for round in 0..2000 {
+            let (level, pos) = tile((mix(round) % 120) as i32);
+            assert_eq!(kept.chunk(level, pos), noise.chunk(level, pos), "{round}");
+            if mix(round) & 64 == 0 {
+                kept.given_up(level, pos);
+            }
+            let KeptStats { tiles, bytes: [bytes, limit], .. } = kept.stats();
+            assert!(bytes <= limit && tiles as u64 * ENTRY <= bytes, "{:?}", kept.stats());
+            most = most.max(bytes);
+        }
+        let KeptStats { found_made: [found, made], .. } = kept.stats();
+        assert!(found > 200 && made > 200 && found + made == 2000, "{found} {made}");
+        assert!(most > 50_000, "{most}");
+        // What is there is what was counted.
+        let kept = kept.kept();
+        assert_eq!(kept.bytes, kept.entries.values().map(|entry| entry.packed.bytes()).sum::<u64>());
+        assert_eq!(kept.order.len(), kept.entries.len());
+    }
+
+    #[test]
+    fn a_camera_that_goes_back_makes_nothing_again_and_what_was_given_up_last_is_kept_longest() {
+        let noise = noise();
+        let made = || noise.1.load(Ordering::Relaxed);
+        let ask = |kept: &KeptSource, n| drop(kept.chunk(tile(n).0, tile(n).1));
+        let kept = KeptSource::new(noise.clone(), 1 << 30);
+        (0..100).chain((0..100).rev()).for_each(|n| ask(&kept, n));
+        assert_eq!(made(), 100);
+        // Room for about a third of them: given up in the order 0, 1, 2, …, after all were made.
+        let all = kept.stats().bytes[0];
+        let kept = KeptSource::new(noise.clone(), all / 3);
+        for n in 0..100 {
+            ask(&kept, n);
+            // 30 tiles are held at a time.
+            if n >= 30 {
+                kept.given_up(tile(n - 30).0, tile(n - 30).1);
+            }
+        }
+        let before = made();
+        (90..100).rev().for_each(|n| ask(&kept, n));
+        assert_eq!(made(), before);
+    }
+
+    #[test]
+    fn without_bytes_nothing_is_kept() {
+        let noise = noise();
+        let kept = KeptSource::new(noise.clone(), 0);
+        (0..10).chain(0..10).for_each(|n| drop(kept.chunk(tile(n).0, tile(n).1)));
+        assert_eq!(noise.1.load(Ordering::Relaxed), 20);
+        assert_eq!(kept.stats(), KeptStats { found_made: [0, 20], ..KeptStats::default() });
+    }
+}
