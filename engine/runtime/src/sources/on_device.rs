@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use raxel_diagnostics::table::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_graph::checked::{Graph, Origin, Resource, Value};
+use raxel_graph::checked::{Fact, Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
 use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveTree64, Patch};
@@ -115,6 +115,8 @@ impl OnDevice {
         }
         if let (Key::Voxels { name: parsed, copied, .. }, Some(streamed)) = (&key, world.streamed().zip(world.tiles()))
             && !matches!(parsed, SourceName::Model(..) | SourceName::Instances)
+            // Where nothing gives off light, wherever it is, there is nothing to list.
+            && (*parsed != SourceName::Lights || *copied || world.holds(&Fact::WorldHasEmission))
         {
             if *parsed != SourceName::World(Layout::Tree64) || *copied {
                 return Err(diagnosed(needs_whole(name, *copied, resource, world)));
@@ -166,7 +168,7 @@ impl OnDevice {
     /// Tells a streamed world on the device which of its chunks are other ones now.
     pub fn edit_streamed(&self, world: &SessionWorld, chunks: &[ChunkPos]) {
         if let Some(stream) = self.stream(world).filter(|_| !chunks.is_empty()) {
-            stream.streamer().changed(chunks);
+            stream.changed(chunks);
         }
     }
 
@@ -350,9 +352,12 @@ fn needs_whole(name: &str, copied: bool, resource: &Resource, world: &SessionWor
     } else {
         format!("`{whose}` is streamed, and `{name}` needs the whole world")
     };
-    Diagnostic::error(codes::world::STREAM_LAYOUT, message)
-        .label(resource.place.clone(), "for this")
-        .help("bind `world.tree64`, or give the world bounds and take `[stream]` out of its file")
+    let diagnostic = Diagnostic::error(codes::world::STREAM_LAYOUT, message).label(resource.place.clone(), "for this");
+    let diagnostic = match world.streamed() {
+        Some(streamed) => diagnostic.label(streamed.place.clone(), "the world is never whole in memory"),
+        None => diagnostic,
+    };
+    diagnostic.help("bind `world.tree64`, or give the world bounds and take `[stream]` out of its file")
 }
 
 fn diagnosed(diagnostic: Diagnostic) -> BuildError {
