@@ -13,6 +13,7 @@ use raxel::world::layout::Layout;
 use raxel::{Camera, Options, Session, Validation};
 use raxel_edit::{Brush, Operation};
 use raxel_runtime::Saves;
+use raxel_runtime::session::OpenError;
 use raxel_runtime::stream::reach_of;
 use rayon::prelude::*;
 
@@ -310,11 +311,14 @@ fn what_a_streamed_world_cannot_do_is_said() {
     let project = project();
     let refused = |options: Options| Session::open(options).err().expect("it cannot open").to_string();
     for layout in Layout::ALL.iter().copied().filter(|layout| *layout != Layout::Tree64) {
-        let message = refused(Options { layout: Some(layout), ..options(&project, "bench/first_hit") });
+        let options = Options { layout: Some(layout), ..options(&project, "bench/first_hit") };
+        let Err(OpenError::Project { diagnostics, .. }) = Session::open(options) else { panic!("{layout:?} opens") };
+        let [found] = &diagnostics[..] else { panic!("{diagnostics:?}") };
         let whole = format!("`world.{}` needs the whole world", layout.name());
-        assert!(message.contains("RX0342") && message.contains(&whole), "{message}");
-        assert!(message.contains("graphs/bench/first_hit.toml:"), "what needs it: {message}");
-        assert!(message.contains("worlds/frontier.toml:"), "what is streamed: {message}");
+        assert!(found.code.as_str() == "RX0342" && found.message.contains(&whole), "{found:?}");
+        // What needs it, and what is streamed.
+        let files: Vec<&str> = found.labels.iter().map(|label| &*label.span.file).collect();
+        assert_eq!(files, ["graphs/bench/first_hit.toml", "worlds/frontier.toml"]);
     }
     project.edit("worlds/frontier.toml", "gpu_memory =", "cpu_memory = \"64 KiB\"\ngpu_memory =");
     let message = refused(options(&project, "bench/first_hit"));

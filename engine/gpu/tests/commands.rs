@@ -133,11 +133,11 @@ fn any_part_of_what_the_device_wrote_can_be_copied_out() {
 #[test]
 fn what_goes_through_a_ring_arrives_in_order() {
     const PART: usize = 16 << 10;
-    const PARTS: u64 = 8;
+    const PARTS: usize = 8;
     let device = device();
-    let target = Arc::new(upload(&device, "target", &[0xee; PART * PARTS as usize], PATIENCE).expect("it fits"));
+    let mut expected = vec![0xee; PART * PARTS];
+    let target = Arc::new(upload(&device, "target", &expected, PATIENCE).expect("it fits"));
     let ring = UploadRing::new(&device, &target, 20_000, PATIENCE).expect("it fits");
-    let mut expected = vec![0xee; PART * PARTS as usize];
     std::thread::scope(|scope| {
         for (number, part) in expected.chunks_mut(PART).enumerate() {
             let ring = &ring;
