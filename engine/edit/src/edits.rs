@@ -145,17 +145,18 @@ impl Edits {
         self.overlay.is_empty()
     }
 
-    /// Takes over the chunks of a save. Packed chunks are unpacked when they are asked for, or all at once by [`Edits::unpack`].
-    pub fn adopt(&mut self, chunks: impl IntoIterator<Item = (ChunkPos, PackedChunk)>) {
-        self.overlay.extend(chunks.into_iter().map(|(pos, packed)| (pos, Stored::Packed(packed))));
+    /// Takes over the chunks of a save, with materials below `materials`. They are unpacked when they are asked for, or all at once by
+    /// [`Edits::unpack`].
+    pub fn adopt(&mut self, chunks: impl IntoIterator<Item = (ChunkPos, PackedChunk)>, materials: usize) {
+        self.overlay.extend(chunks.into_iter().map(|(pos, packed)| (pos, Stored::Packed(packed, materials))));
     }
 
-    /// Unpacks every chunk on all cores. Gives the positions of those that are broken, or have materials that are not below `materials`;
-    /// they are the base's again.
-    pub fn unpack(&mut self, materials: usize) -> Vec<ChunkPos> {
+    /// Unpacks every chunk on all cores. Gives the positions of those that are broken, or have materials that they cannot have; they are
+    /// the base's again.
+    pub fn unpack(&mut self) -> Vec<ChunkPos> {
         let ready = |(pos, stored): (&ChunkPos, &mut Stored)| {
-            let Stored::Packed(packed) = stored else { return None };
-            match packed.unpack(materials) {
+            let Stored::Packed(packed, materials) = stored else { return None };
+            match packed.unpack(*materials) {
                 Some(chunk) => {
                     *stored = Stored::Ready(chunk.map(Arc::new));
                     None

@@ -21,23 +21,24 @@ const MOST_STEPS: usize = 1000;
 pub(crate) enum Stored {
     /// Ready to be used; `None` has no solids.
     Ready(Option<Arc<Chunk>>),
-    /// Packed.
-    Packed(PackedChunk),
+    /// Packed, with the number of materials that it can have.
+    Packed(PackedChunk, usize),
 }
 
 impl Stored {
-    /// The chunk. Packed bytes were made by this process, or read from a save that was checked.
+    /// The chunk. Packed bytes were made by this process, or read from a save whose checksums were right; what is no chunk all the same
+    /// has no solids.
     pub(crate) fn chunk(&self) -> Option<Arc<Chunk>> {
         match self {
             Self::Ready(chunk) => chunk.clone(),
-            Self::Packed(packed) => packed.unpack(usize::MAX).flatten().map(Arc::new),
+            Self::Packed(packed, materials) => packed.unpack(*materials).flatten().map(Arc::new),
         }
     }
 
     pub(crate) fn packed(&self) -> PackedChunk {
         match self {
             Self::Ready(chunk) => PackedChunk::pack(chunk.as_deref()),
-            Self::Packed(packed) => packed.clone(),
+            Self::Packed(packed, _) => packed.clone(),
         }
     }
 }
@@ -66,7 +67,9 @@ impl Step {
 
     fn pack(&mut self) {
         for stored in self.chunks.iter_mut().flat_map(|chunk| [&mut chunk.before, &mut chunk.after]).flatten() {
-            *stored = Stored::Packed(stored.packed());
+            if let Stored::Ready(chunk) = stored {
+                *stored = Stored::Packed(PackedChunk::pack(chunk.as_deref()), usize::MAX);
+            }
         }
         self.bytes = bytes_of(&self.chunks);
         self.packed = true;
@@ -80,7 +83,7 @@ fn bytes_of(chunks: &[StepChunk]) -> u64 {
     let bytes = stored.map(|stored| match stored {
         Stored::Ready(Some(chunk)) if seen.insert(Arc::as_ptr(chunk)) => chunk.bytes(),
         Stored::Ready(_) => 0,
-        Stored::Packed(packed) => packed.bytes().len() as u64,
+        Stored::Packed(packed, _) => packed.bytes().len() as u64,
     });
     bytes.sum::<u64>() + size_of_val(chunks) as u64
 }

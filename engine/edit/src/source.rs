@@ -9,7 +9,8 @@ use raxel_world::{
     reduce, voxel_index,
 };
 
-use crate::edits::{Change, Edits, Overlay};
+use crate::edits::{Change, Edits};
+use crate::history::Stored;
 use crate::scene::Base;
 
 /// The tiles of a source with edits. Edits go in on one thread while others ask for tiles; an answer is always that of whole edits of
@@ -36,7 +37,7 @@ struct Edited {
 }
 
 struct EditedChunk {
-    content: Content,
+    voxels: Stored,
     /// Made when a coarse tile is first asked for.
     coarse: OnceLock<Coarse>,
 }
@@ -69,7 +70,7 @@ impl EditedSource {
     pub fn change(&self, change: &Change) {
         let mut edited = self.edited.write().unwrap_or_else(PoisonError::into_inner);
         for chunk in &change.chunks {
-            edited.put(chunk.pos, chunk.edited.then_some(chunk.after.as_ref()));
+            edited.put(chunk.pos, chunk.edited.then(|| Stored::Ready(chunk.after.clone())));
         }
     }
 
@@ -78,11 +79,8 @@ impl EditedSource {
         let mut edited = self.edited.write().unwrap_or_else(PoisonError::into_inner);
         let heights = edited.heights;
         *edited = Edited { heights, ..Edited::default() };
-        for pos in edits.positions() {
-            if let Overlay::Edited(chunk) = edits.overlay(pos) {
-                edited.put(pos, Some(chunk.as_ref()));
-            }
-        }
+        // What a save has packed stays so until somebody asks for it.
+        edits.positions().for_each(|pos| edited.put(pos, edits.stored(pos)));
     }
 
     /// Smallest and one past the largest height of all chunks that edits have ever changed, whole chunks; `None` before the first.
@@ -109,7 +107,7 @@ impl ChunkSource for EditedSource {
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
         if level == 0 {
             return match self.edited_chunk(pos) {
-                Some(edited) => edited.content.clone(),
+                Some(edited) => edited.content(),
                 None => self.unedited.0.chunk(0, pos),
             };
         }
@@ -153,10 +151,9 @@ impl std::fmt::Debug for EditedSource {
 
 impl Edited {
     /// Puts an edited chunk in place, or goes back to that of the source.
-    #[allow(clippy::option_option, reason = "not edited, and edited to nothing, are different")]
-    fn put(&mut self, pos: ChunkPos, chunk: Option<Option<&Arc<Chunk>>>) {
+    fn put(&mut self, pos: ChunkPos, voxels: Option<Stored>) {
         let tiles = (1..=MAX_LEVEL).map(|level| (level, tile_of(level, pos)));
-        let Some(chunk) = chunk else {
+        let Some(voxels) = voxels else {
             self.chunks.remove(&pos);
             for tile in tiles {
                 if let Some(positions) = self.of_tile.get_mut(&tile) {
@@ -168,8 +165,7 @@ impl Edited {
             }
             return;
         };
-        let content = chunk.map_or(Content::Empty, |chunk| Content::of(chunk.clone()));
-        self.chunks.insert(pos, Arc::new(EditedChunk { content, coarse: OnceLock::new() }));
+        self.chunks.insert(pos, Arc::new(EditedChunk { voxels, coarse: OnceLock::new() }));
         for tile in tiles {
             self.of_tile.entry(tile).or_default().insert(pos);
         }
@@ -180,13 +176,17 @@ impl Edited {
 }
 
 impl EditedChunk {
+    fn content(&self) -> Content {
+        self.voxels.chunk().map_or(Content::Empty, Content::of)
+    }
+
     /// Replaces the cells of a tile above level 0 that the chunk is in.
     fn lay(&self, level: u32, pos: ChunkPos, tile: &mut DenseChunk, working: &mut DenseChunk) {
         let within = |mask: i32| [pos.x, pos.y, pos.z].map(|c| (c & mask) as u32);
         match level {
-            1 => reduce(&self.content, within(3), tile),
+            1 => reduce(&self.content(), within(3), tile),
             2 => {
-                let coarse = self.coarse.get_or_init(|| Coarse::of(&self.content, working));
+                let coarse = self.coarse.get_or_init(|| Coarse::of(&self.content(), working));
                 let [x, y, z] = within(15);
                 let block = block_index(x, y, z);
                 tile.apply(block, u64::MAX, Mode::Subtract, AIR);
@@ -195,7 +195,7 @@ impl EditedChunk {
                 }
             }
             _ => {
-                let coarse = self.coarse.get_or_init(|| Coarse::of(&self.content, working));
+                let coarse = self.coarse.get_or_init(|| Coarse::of(&self.content(), working));
                 let [x, y, z] = within(63);
                 let (block, bit) = voxel_index(x, y, z);
                 match coarse.cell {

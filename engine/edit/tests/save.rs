@@ -53,7 +53,7 @@ impl Game {
     fn start(opened: Opened) -> Self {
         let Opened { mut save, chunks, steps, .. } = opened;
         let (base, scene, mut edits) = (world(), scene(), Edits::default());
-        edits.adopt(chunks);
+        edits.adopt(chunks, scene.materials.len());
         for (_, operations) in steps {
             let change = edits.replay(&operations, &scene, &base).unwrap();
             save.replayed(&change);
@@ -468,7 +468,7 @@ fn ten_thousand_edited_chunks_open_quickly() {
     let opened = Save::open(folder.path(), &meta(), quiet()).unwrap();
     let read = began.elapsed();
     let mut edits = Edits::default();
-    edits.adopt(opened.chunks);
-    assert_eq!(edits.unpack(scene().materials.len()), []);
+    edits.adopt(opened.chunks, scene().materials.len());
+    assert_eq!(edits.unpack(), []);
     println!("{} chunks: read and checked in {read:?}, unpacked after {:?}", edits.positions().len(), began.elapsed());
 }

@@ -217,6 +217,34 @@ fn every_publication_shows_the_edited_world_at_every_level() {
     assert!(published > 50 && hits > 3000, "{published} publications, {hits} hits");
 }
 
+/// The chunks of a save stay packed until a tile is asked for, and show the same then.
+#[test]
+fn adopted_chunks_are_tiles_like_any_other() {
+    let mut living = Living::new();
+    let mut random = Random(23);
+    (0..40).for_each(|_| drop(living.apply(random.operation())));
+    let mut edits = Edits::default();
+    let packed = living.edits.positions().map(|pos| (pos, living.edits.packed(pos).unwrap()));
+    edits.adopt(packed.collect::<Vec<_>>(), living.source.materials().len());
+    let adopted = EditedSource::new(living.ground.clone(), scene().materials);
+    adopted.replace(&edits);
+    let mut edited = 0;
+    for pos in living.edits.positions() {
+        for level in 0..=MAX_LEVEL {
+            let tile = ChunkPos::new(pos.x >> (2 * level), pos.y >> (2 * level), pos.z >> (2 * level));
+            let [found, expected] = [&adopted, &*living.source].map(|source| ChunkSource::chunk(source, level, tile));
+            assert_eq!(found, expected, "level {level} {tile:?}");
+            edited += usize::from(found != living.ground.chunk(level, tile));
+        }
+    }
+    assert!(edited > 20, "{edited}");
+    // Where a save has a material that the world does not, there is nothing, and no panic.
+    let mut short = Edits::default();
+    short.adopt(living.edits.positions().map(|pos| (pos, living.edits.packed(pos).unwrap())).collect::<Vec<_>>(), 1);
+    adopted.replace(&short);
+    assert!(living.edits.positions().all(|pos| ChunkSource::chunk(&adopted, 0, pos) == Content::Empty));
+}
+
 #[test]
 fn questions_are_answered_by_the_newest_voxels() {
     let mut living = Living::new();

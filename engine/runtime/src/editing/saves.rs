@@ -66,8 +66,10 @@ impl Editing {
             found.push(Diagnostic::warning(codes::world::SAVE_READ_ONLY, message));
         }
         let mut save = opened.save;
-        self.edits.adopt(opened.chunks);
-        for pos in self.edits.unpack(self.scene.materials.len()) {
+        self.edits.adopt(opened.chunks, self.scene.materials.len());
+        // A world that is whole is built of all chunks. Of one that is streamed, those are unpacked that come near.
+        let broken = if base.tiles().is_none() { self.edits.unpack() } else { Vec::new() };
+        for pos in broken {
             let message =
                 format!("`{}`: the chunk at {}, {}, {} cannot be unpacked", settings.path, pos.x, pos.y, pos.z);
             found.push(Diagnostic::warning(codes::world::SAVE_DAMAGED, message));
