@@ -12,9 +12,8 @@ use raxel::stream::union;
 use raxel::world::layout::Layout;
 use raxel::{Camera, Options, Session, Validation};
 use raxel_edit::{Brush, Operation};
-use raxel_runtime::Saves;
-use raxel_runtime::session::OpenError;
 use raxel_runtime::stream::reach_of;
+use raxel_runtime::{OpenError, Saves};
 use rayon::prelude::*;
 
 const SIZE: [u32; 2] = [95, 57];

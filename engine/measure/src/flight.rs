@@ -37,8 +37,8 @@ pub enum FlightError {
     /// The world is whole, or no pass binds it.
     #[error("`{0}` is not streamed by this graph: there is nothing to measure")]
     NotStreamed(String),
-    /// The first place did not come.
-    #[error("after {seconds} s, {missing} chunks around the first camera are missing")]
+    /// A place did not come.
+    #[error("after {seconds} s, {missing} chunks around the camera are missing")]
     Unsettled {
         /// Seconds waited.
         seconds: u64,
@@ -187,21 +187,7 @@ fn length(leg: f64) -> f64 {
 pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     let mut session = Session::open(Options { step: None, ..options.session.clone() })?;
     let began = Instant::now();
-    loop {
-        session.frame()?;
-        let Some(stream) = session.stream() else {
-            let whose = session.world().path.clone().unwrap_or_default();
-            return Err(FlightError::NotStreamed(whose));
-        };
-        if stream.is_settled() && !stream.has_news() {
-            break;
-        }
-        if began.elapsed() > options.patience {
-            let missing = stream.stats().missing;
-            return Err(FlightError::Unsettled { seconds: options.patience.as_secs(), missing });
-        }
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    settle(&mut session, options.patience)?;
     let first_seconds = began.elapsed().as_secs_f64();
     let first = *session.camera();
     let end = length(options.seconds);
@@ -247,8 +233,32 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     })
 }
 
-/// Puts balls in front of the camera and takes them away again, each when the one before is seen.
+/// Waits until all that the camera wants is there and shown.
+fn settle(session: &mut Session, patience: Duration) -> Result<(), FlightError> {
+    let began = Instant::now();
+    loop {
+        session.frame()?;
+        let Some(stream) = session.stream() else {
+            let whose = session.world().path.clone().unwrap_or_default();
+            return Err(FlightError::NotStreamed(whose));
+        };
+        if stream.is_settled() && !stream.has_news() {
+            return Ok(());
+        }
+        if began.elapsed() > patience {
+            let missing = stream.stats().missing;
+            return Err(FlightError::Unsettled { seconds: patience.as_secs(), missing });
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// A frame of a window while it is edited lasts so long at least.
+const EDITED_FRAME: Duration = Duration::from_micros(16_667);
+
+/// Puts balls in front of the camera and takes them away again, each when the one before is seen, once everything else is there.
 fn edit(session: &mut Session, options: &FlightOptions) -> Result<Vec<EditLatency>, FlightError> {
+    settle(session, options.patience)?;
     let camera = *session.camera();
     let middle = camera.position() + camera.rotation() * DVec3::NEG_Z * 48.0;
     let mut edits = Vec::new();
@@ -264,6 +274,7 @@ fn edit(session: &mut Session, options: &FlightOptions) -> Result<Vec<EditLatenc
         }
         let mut frames = 0;
         while frames == 0 || !session.stream().is_some_and(|stream| stream.shows_changes()) {
+            std::thread::sleep((began + frames * EDITED_FRAME).saturating_duration_since(Instant::now()));
             one(session, 0.0, camera)?;
             frames += 1;
             if began.elapsed() > options.patience {
