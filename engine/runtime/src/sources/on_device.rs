@@ -9,7 +9,7 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Fact, Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
-use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveTree64, Patch};
+use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveLayout, Patch};
 use raxel_world::{Chunk, ChunkPos};
 
 use super::SourceName;
@@ -41,7 +41,7 @@ struct Entry {
 /// What a source follows between frames.
 #[derive(Debug)]
 enum Live {
-    Edits(Box<LiveTree64>),
+    Edits(Box<LiveLayout>),
     Instances(Box<LiveInstances>),
 }
 
@@ -132,9 +132,11 @@ impl OnDevice {
         }
         let mut live = None;
         let source = match (&key, &resource.origin) {
-            (Key::Voxels { name: SourceName::World(Layout::Tree64), copied: false, .. }, _) if world.is_edited() => {
-                let (source, tree) = upload_live(name, resource, world, builder)?;
-                live = Some(Live::Edits(Box::new(tree)));
+            (Key::Voxels { name: parsed @ SourceName::World(layout), copied: false, .. }, _)
+                if world.is_edited() && layout.follows_edits() =>
+            {
+                let (source, follower) = upload_live((name, parsed, *layout), resource, world, builder)?;
+                live = Some(Live::Edits(Box::new(follower)));
                 source
             }
             (Key::Voxels { name: SourceName::Instances, .. }, _) => {
@@ -243,14 +245,14 @@ fn is(identity: &Weak<WorldIdentity>, world: &SessionWorld) -> bool {
 
 /// The world in a buffer that follows edits.
 fn upload_live(
-    name: &str,
+    (name, parsed, layout): (&str, &SourceName, Layout),
     resource: &Resource,
     world: &SessionWorld,
     builder: &Builder,
-) -> Result<(Arc<DeviceSource>, LiveTree64), BuildError> {
+) -> Result<(Arc<DeviceSource>, LiveLayout), BuildError> {
     let limits = layout_limits(builder.device());
-    let (live, words) = LiveTree64::new(world.voxels(), limits.buffer_bytes)
-        .map_err(|error| diagnosed(too_large(&error, &SourceName::World(Layout::Tree64), resource, world)))?;
+    let (live, words) = LiveLayout::new(layout, world.voxels(), limits.buffer_bytes)
+        .map_err(|error| diagnosed(too_large(&error, parsed, resource, world)))?;
     let buffer = builder.upload_buffer(bytemuck::cast_slice(&words), name).map_err(|error| refused(error, resource))?;
     Ok((builder.source(name, Some(buffer), None), live))
 }

@@ -9,6 +9,7 @@ mod chunks;
 mod flat64;
 mod hashed_chunks;
 mod header;
+mod live;
 mod octree;
 mod packed;
 mod parts;
@@ -26,13 +27,14 @@ pub use brickmap::BrickmapHeader;
 pub use bvh::BvhHeader;
 pub use chunks::ChunksHeader;
 pub use flat64::Flat64Header;
-pub use hashed_chunks::HashedChunksHeader;
+pub use hashed_chunks::{HashedChunksHeader, LiveHashedChunks};
 pub use header::{Extent, MATERIAL_WORDS};
+pub use live::{LiveLayout, Patch};
 pub use svdag::SvdagHeader;
 pub use svo::SvoHeader;
 pub use texture3d::{EncodedImage, Texture3dHeader};
 pub use tile_block::{FULL_RUN_WORDS, TileBlock, TileNode, full_run, palette};
-pub use tree64::{LiveTree64, Patch, Tree64Header};
+pub use tree64::{LiveTree64, Tree64Header};
 
 use crate::world::World;
 
@@ -213,6 +215,11 @@ impl Layout {
     /// Whether its shaders can set single voxels of a writable copy: `rx_set` in its GLSL.
     pub const fn has_set(self) -> bool {
         matches!(self, Self::Chunks | Self::ChunkTable | Self::Octree | Self::Texture3d)
+    }
+
+    /// Whether its buffer follows edits of the world by writing what they touched ([`LiveLayout`]). The others are encoded again.
+    pub const fn follows_edits(self) -> bool {
+        matches!(self, Self::Tree64 | Self::Octree | Self::ChunkTable)
     }
 
     /// Encodes a world for a copy that shaders write. Where [`Layout::has_set`], equal chunks are stored as often as they stand in

@@ -65,7 +65,7 @@ impl<'a> Parts<Octant<'a>> {
             .map(|&chunk| {
                 std::array::from_fn(|number| {
                     let octant = Octant { chunk, number: number as u32 };
-                    octant.node_masks().iter().any(|mask| *mask != 0).then(|| {
+                    octant.is_solid().then(|| {
                         distinct.push(octant);
                         distinct.len() - 1
                     })
@@ -82,6 +82,28 @@ impl<'a> Parts<Octant<'a>> {
 }
 
 impl Octant<'_> {
+    /// Whether it has a solid voxel.
+    pub fn is_solid(&self) -> bool {
+        self.node_masks().iter().any(|mask| *mask != 0)
+    }
+
+    /// Index in the chunk of one of its 512 blocks of 4³ voxels, numbered in Morton order.
+    pub fn block(&self, number: u32) -> usize {
+        let corner = octant_cell(self.number).map(|c| c << 3);
+        let [x, y, z] = unmorton(number);
+        block_index(corner[0] + x, corner[1] + y, corner[2] + z)
+    }
+
+    /// The blocks in which two octants of one number differ, as [`Self::block`] numbers them, sorted.
+    pub fn different_blocks(&self, other: &Octant) -> Vec<u32> {
+        let differ = |&number: &u32| {
+            let at = self.block(number);
+            let (mask, theirs) = (self.chunk.mask(at), other.chunk.mask(at));
+            mask != theirs || (mask != 0 && !self.chunk.block_materials(at).eq(other.chunk.block_materials(at)))
+        };
+        (0..512).filter(differ).collect()
+    }
+
     /// Which 4³ blocks of its eight 16³ nodes have solids; nodes as octants of the octant, bits in the order of `child_index`.
     pub fn node_masks(&self) -> [u64; 8] {
         std::array::from_fn(|node| {
@@ -134,6 +156,11 @@ pub(super) fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
 /// Cell in 0…1 of one of the eight children of an octree node.
 pub(super) fn octant_cell(number: u32) -> [u32; 3] {
     [number & 1, number >> 1 & 1, number >> 2]
+}
+
+/// The cell at a place of the Morton order: every third bit is a bit of x, then of y, then of z.
+pub(super) fn unmorton(index: u32) -> [u32; 3] {
+    std::array::from_fn(|axis| (0..10).fold(0, |c, bit| c | (index >> (3 * bit + axis as u32) & 1) << bit))
 }
 
 /// Cell of a child of an octree node, in its own size.

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-pub use live::{LiveTree64, Patch};
+pub use live::LiveTree64;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};

@@ -13,23 +13,12 @@ use super::{
 };
 use crate::chunk::Chunk;
 use crate::layout::header::{Extent, buffer};
+use crate::layout::live::{Patch, roomy};
 use crate::layout::{Layout, LayoutError, check_size};
 use crate::world::{ChunkPos, World};
 
-/// Voxels around the world that edits can reach without another buffer.
-const MARGIN: i64 = 256;
-
 /// Quads of room besides a quarter of what the world takes: 4 MiB.
 const ROOM: u64 = 1 << 18;
-
-/// Words that changed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Patch {
-    /// Index of the first one in the buffer.
-    pub at: usize,
-    /// The words.
-    pub words: Vec<u32>,
-}
 
 /// A world in a buffer of the layout `tree64` that follows edits.
 pub struct LiveTree64 {
@@ -61,7 +50,7 @@ impl LiveTree64 {
     /// Puts a world into a buffer, whose words are given as well.
     pub fn new(world: &World, limit: u64) -> Result<(Self, Vec<u32>), LayoutError> {
         let layout = Layout::Tree64;
-        let extent = roomy(world)?;
+        let extent = roomy(world, layout)?;
         let chunks: Vec<(u128, &Arc<Chunk>)> = world.chunks().map(|(pos, chunk)| (path(pos, &extent), chunk)).collect();
         let mut distinct: HashMap<usize, &Arc<Chunk>> = HashMap::new();
         for (_, chunk) in &chunks {
@@ -109,14 +98,9 @@ impl LiveTree64 {
         if world.materials().len() != self.materials {
             return None;
         }
-        let size = 1_i64 << self.extent.log2_size;
-        let inside = |pos: ChunkPos| {
-            let at = pos.origin().to_array();
-            (0..3).all(|i| (0..size).contains(&(i64::from(at[i]) - i64::from(self.extent.origin[i]))))
-        };
         let mut of_path = Vec::new();
         for (pos, chunk) in changes {
-            if inside(pos) {
+            if self.extent.holds(pos) {
                 of_path.push((path(pos, &self.extent), chunk));
             } else if chunk.is_some() {
                 return None;
@@ -223,13 +207,7 @@ impl LiveTree64 {
     fn header(&self, world: &World) -> Tree64Header {
         let nodes: usize = self.blocks.values().map(|block| block.size.nodes).sum();
         let leaves: usize = self.blocks.values().map(|block| block.size.leaves).sum();
-        let mut extent = self.extent;
-        if let Some(bounds) = world.bounds() {
-            extent.bounds_min = bounds.min.map(|min| min as i32);
-            extent.bounds_last = bounds.max.map(|max| (max - 1) as i32);
-        } else {
-            (extent.bounds_min, extent.bounds_last) = ([0; 3], [-1; 3]);
-        }
+        let extent = self.extent.with_bounds_of(world);
         Tree64Header {
             root: (MATERIAL_WORDS as usize * self.materials / QUAD) as u32
                 + self.upper.map_or(0, |(place, _)| place.offset),
@@ -283,15 +261,4 @@ fn encode_block(chunk: &Chunk, size: &ChunkSize, start: usize) -> (Node, Vec<u32
     };
     let node = encode_chunk(chunk, room);
     (node, words)
-}
-
-/// A cube around a world with a margin, where there is one to be had.
-fn roomy(world: &World) -> Result<Extent, LayoutError> {
-    let tight = Extent::of(world, Layout::Tree64)?;
-    let Some(bounds) = world.bounds() else { return Ok(Extent { origin: [-512; 3], log2_size: 10, ..tight }) };
-    let low = bounds.min.map(|min| (min - MARGIN).max(-(1 << 31)) & !63);
-    let span = (0..3).map(|i| bounds.max[i] + MARGIN - low[i]).max().unwrap_or(1);
-    let Some(log2_size) = (6..=30).step_by(2).find(|log2| span <= 1 << log2) else { return Ok(tight) };
-    let origin = low.map(|low| low.min((1 << 31) - (1 << log2_size)) as i32);
-    Ok(Extent { origin, log2_size, ..tight })
 }

@@ -1,10 +1,14 @@
 //! What the layouts `chunk_table` and `octree` have in common: chunks of one size in a hash table. See
 //! `shaders/include/raxel/hashed_chunks.glsl`.
 
+mod live;
+
+pub use live::LiveHashedChunks;
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
+use super::live::Patch;
 use super::parts::{Octant, Parts};
 use super::table::Table;
 use super::{Access, Encoded, Layout, LayoutError, check_size};
@@ -27,16 +31,24 @@ header! {
     }
 }
 
-/// Puts a world into 32³ chunks of `chunk_words` words, which `fill` writes over zeros. All of them count as geometry: in both layouts,
-/// what says where voxels are also says what they are made of.
-pub(super) fn encode(
-    world: &World,
-    layout: Layout,
-    limit: u64,
-    access: Access,
-    chunk_words: usize,
-    fill: impl Fn(&Octant, &mut [u32]) + Sync,
-) -> Result<Encoded, LayoutError> {
+/// What a layout puts into a chunk.
+pub(super) struct Form {
+    pub layout: Layout,
+    /// Words of a chunk.
+    pub chunk_words: usize,
+    /// Writes a chunk over zeros.
+    pub fill: fn(&Octant, &mut [u32]),
+    /// The words of a chunk that depend on some of its 4³ blocks, numbered as in [`Octant::block`] and sorted: all that may have changed
+    /// when these have. No two of them overlap.
+    pub rewrite: fn(&Octant, &[u32]) -> Vec<Patch>,
+    /// So many changed blocks are rewritten at most: from there on the whole chunk is written in less time.
+    pub most_parts: usize,
+}
+
+/// Puts a world into 32³ chunks. All of them count as geometry: in both layouts, what says where voxels are also says what they are made
+/// of.
+pub(super) fn encode(world: &World, form: &Form, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
+    let &Form { layout, chunk_words, fill, .. } = form;
     let mut extent = Extent::of(world, layout)?;
     let parts = Parts::octants(world, &extent).for_access(access);
     if access == Access::Write {
