@@ -242,7 +242,7 @@ fn buffer() -> Value {
                 "maxItems": 4096,
             },
             "type": words("Type of the values, `f32` when left out; laid out as std430 does, a `vec3` in 16 bytes, a `bool` as a `uint`.", ValueType::words()),
-            "source": text("What supplies it from outside, and passes only read: `world.tree64` or another layout, `model.NAME.tree64`, or the bytes of a file, e.g. `file.data/table.bin`. Or `world.edits`, which passes write: what they do to the world."),
+            "source": text("What supplies it from outside, and passes only read: `world.tree64` or another layout, `model.NAME.tree64`, or the bytes of a file, e.g. `file.data/table.bin`. Or `world.edits` or `world.poses`, which passes write: what they do to the world, and where its instances go."),
             "copy": text("What fills it when that changes, at creation and on reset, and passes may write: `world.octree` or another layout, or `model.NAME.octree`."),
             "clear": { "description": "32-bit pattern that fills it at the start of each frame.", "type": "integer" },
             "init": { "description": "32-bit pattern that fills it at creation and on reset.", "type": "integer" },

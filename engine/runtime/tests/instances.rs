@@ -15,8 +15,9 @@ use raxel_graph::checked::Value;
 use raxel_oracle::instances::{Scene, SceneHit};
 use raxel_oracle::sets::{self, Random};
 use raxel_oracle::{Lattice, Ray};
+use raxel_runtime::session::Validation;
 use raxel_runtime::{OpenError, Options, Session};
-use raxel_world::instances::Frame;
+use raxel_world::instances::{Frame, Pose, Turn};
 use raxel_world::{Loaded, Material, World, vox};
 
 const RAYS: usize = 21 * 256;
@@ -244,6 +245,13 @@ fn judge(session: &Session, frames: &[Frame], rays: &[Ray], found: &[[u32; 24]])
     kinds
 }
 
+/// The same for every sixteenth ray: the exact tracer asks each instance.
+fn judge_some(session: &Session, frames: &[Frame], rays: &[Ray], found: &[[u32; 24]]) -> [usize; 3] {
+    let rays: Vec<Ray> = rays.iter().step_by(16).copied().collect();
+    let found: Vec<_> = found.iter().step_by(16).copied().collect();
+    judge(session, frames, &rays, &found)
+}
+
 /// The world of a project as its file says it.
 fn load(project: &TestProject) -> Loaded {
     let files = DiskFiles::new(&project.path("")).unwrap();
@@ -293,8 +301,8 @@ fn params_move_them_and_nothing_runs_while_they_stand() {
     };
     let places = [(0.0, 0), (7.0, 0), (8.0, 90), (8.0, 33), (0.0, 0)];
     let frames: Vec<_> = places.iter().map(|&(tide, spin)| of(tide, f64::from(spin))).collect();
-    assert!(frames[2][..2].iter().all(|frame| matches!(frame.turn, raxel_world::instances::Turn::Quarter(_))));
-    assert!(matches!(frames[1][0].turn, raxel_world::instances::Turn::Free(_)));
+    assert!(frames[2][..2].iter().all(|frame| matches!(frame.turn, Turn::Quarter(_))));
+    assert!(matches!(frames[1][0].turn, Turn::Free(_)));
     let rays = rays_for(&loaded, &frames[0]);
     fs::write(project.path("data/rays.bin"), bytes(&rays)).unwrap();
     let mut session = open(&project);
@@ -308,6 +316,161 @@ fn params_move_them_and_nothing_runs_while_they_stand() {
     assert_silent(&session);
 }
 
+/// Puts the first instances where a buffer says, one record a thread, and traces the rays of a file two frames long.
+const POSE_SHADER: &str = r"#version 460
+#include <raxel/poses.glsl>
+layout(local_size_x = 64) in;
+layout(push_constant) uniform Push { uint kind; uint wrong; } push;
+layout(std430) readonly buffer Wanted { uint wanted[]; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (12u * i >= wanted.length()) return;
+    ivec3 cell = ivec3(wanted[12u * i], wanted[12u * i + 1u], wanted[12u * i + 2u]);
+    vec4 place = uintBitsToFloat(uvec4(wanted[12u * i + 3u], wanted[12u * i + 4u], wanted[12u * i + 5u], wanted[12u * i + 6u]));
+    vec4 turn = vec4(uintBitsToFloat(uvec3(wanted[12u * i + 7u], wanted[12u * i + 8u], wanted[12u * i + 9u])), 0.0);
+    if (push.kind == 1u) rx_pose_set(i, cell, place.xyz, turn.x, turn.y, turn.z);
+    if (push.kind == 2u) rx_pose_restore(i);
+    if (push.kind == 3u) rx_pose_set_quaternion(i, cell, place.xyz, vec4(0.0, 0.0, place.w, place.w));
+    if (push.wrong == 1u && i == 0u) rx_pose_set(100000u, cell, place.xyz, 0.0, 0.0, 0.0);
+    if (push.wrong == 1u && i == 1u) rx_pose_set(1u, cell, vec3(0.0, uintBitsToFloat(0x7fc00000u), 0.0), 0.0, 0.0, 0.0);
+    if (push.wrong == 2u) for (uint k = 0u; k < 400u; ++k) rx_pose_set(i, cell, place.xyz, turn.x, turn.y, turn.z);
+}
+";
+
+const POSE_PASS: &str = r#"
+[params.kind]
+type = "u32"
+default = 0
+range = [0, 3]
+[params.wrong]
+type = "u32"
+default = 0
+range = [0, 2]
+[buffers.wanted]
+source = "file.data/wanted.bin"
+[buffers.poses]
+source = "world.poses"
+[[passes]]
+name = "pose"
+shader = "pose.comp"
+dispatch = { threads = [64, 1, 1] }
+bind = { poses = "poses", Wanted = "wanted" }
+push = { kind = "param.kind", wrong = "param.wrong" }
+"#;
+
+/// The words that the shader reads, and the same as the file of a world would say it: a cell, a place in it, three angles.
+fn wanted(count: usize, seed: u64) -> (Vec<u8>, Vec<Pose>) {
+    let mut random = Random::new(seed);
+    let mut words = Vec::new();
+    let mut poses = Vec::new();
+    for i in 0..count {
+        let cell: [i32; 3] = std::array::from_fn(|_| random.below(70) as i32 - 35);
+        let free = i % 2 == 1;
+        let place: [f32; 3] = std::array::from_fn(|_| if free { random.unit() * 3.0 - 1.0 } else { 0.0 });
+        let turn: [f32; 3] =
+            std::array::from_fn(|_| if free { random.unit() * 700.0 - 350.0 } else { 90.0 * random.below(4) as f32 });
+        words.extend(cell.map(i32::cast_unsigned));
+        words.extend(place.map(f32::to_bits));
+        words.push(std::f32::consts::FRAC_1_SQRT_2.to_bits());
+        words.extend(turn.map(f32::to_bits));
+        words.extend([0, 0]);
+        let position = std::array::from_fn(|axis| f64::from(cell[axis]) + f64::from(place[axis]));
+        poses.push(Pose::new(position, turn.map(f64::from)));
+    }
+    (words.into_iter().flat_map(u32::to_le_bytes).collect(), poses)
+}
+
+/// A world of 60 instances whose first 48 a shader puts elsewhere, the file and the poses; and the graph's text without the pass.
+fn posed(seed: u64) -> (TestProject, Loaded, Vec<Pose>) {
+    let project = project([0; 3], seed, &random_instances([0; 3], seed));
+    let (bytes, poses) = wanted(48, seed + 100);
+    fs::write(project.path("data/wanted.bin"), bytes).unwrap();
+    project.write("graphs/instances.toml", &format!("{GRAPH}{POSE_PASS}"));
+    project.write("shaders/pose.comp", POSE_SHADER);
+    let loaded = load(&project);
+    (project, loaded, poses)
+}
+
+#[test]
+fn shaders_move_them_two_frames_later_and_exactly() {
+    let (project, loaded, poses) = posed(3);
+    let home = loaded.instances.frames(|_| None);
+    let own: Vec<Option<Pose>> = poses.iter().copied().map(Some).collect();
+    let away = loaded.instances.frames_with(&own, |_| None);
+    assert!(away[..48].iter().any(|frame| matches!(frame.turn, Turn::Quarter(_))));
+    assert_eq!(away[48..], home[48..]);
+    // A turn about Z by a quarter, from a quaternion of `f32`, is one of whole numbers.
+    let turned: Vec<_> = poses
+        .iter()
+        .map(|pose| Some(Pose { rotation: Pose::new([0.0; 3], [0.0, 0.0, 90.0]).rotation, ..*pose }))
+        .collect();
+    let turned = loaded.instances.frames_with(&turned, |_| None);
+    let rays = rays_for(&loaded, &home);
+    fs::write(project.path("data/rays.bin"), bytes(&rays)).unwrap();
+    let mut session = open(&project);
+    let expect = |session: &mut Session, frames: &[Frame], name: &str| {
+        let found = hits(session);
+        assert!(session.instance_frames() == frames, "{name}");
+        judge_some(session, frames, &rays, &found);
+    };
+    expect(&mut session, &home, "nothing is written");
+    for (kind, before, after) in [(1, &home, &away), (3, &away, &turned), (2, &turned, &home), (1, &home, &away)] {
+        session.set_param("kind", Value::U32(kind)).unwrap();
+        expect(&mut session, before, "written");
+        expect(&mut session, before, "on its way");
+        expect(&mut session, after, "there");
+        expect(&mut session, after, "and there it stays");
+        assert_eq!(
+            session.frame().unwrap().dispatched,
+            0,
+            "a pass that has written what it would write again is not run"
+        );
+    }
+    // Another beginning has no past.
+    session.reset();
+    session.set_param("kind", Value::U32(0)).unwrap();
+    for _ in 0..4 {
+        expect(&mut session, &home, "from the start");
+    }
+    assert!(session.take_edit_messages().is_empty());
+    assert_silent(&session);
+}
+
+#[test]
+fn what_is_wrong_with_poses_of_shaders_is_said_once_and_left_out() {
+    let (project, loaded, poses) = posed(5);
+    let own: Vec<Option<Pose>> = poses.iter().copied().map(Some).collect();
+    let away = loaded.instances.frames_with(&own, |_| None);
+    let rays = rays_for(&loaded, &away);
+    fs::write(project.path("data/rays.bin"), bytes(&rays)).unwrap();
+    // Without the memo the pass writes them in every frame.
+    let mut session = TestProject::open_with(Options { memo: false, ..options(&project) });
+    session.set_param("kind", Value::U32(1)).unwrap();
+    let mut run = |wrong: u32| -> Vec<String> {
+        session.set_param("wrong", Value::U32(wrong)).unwrap();
+        let mut said = Vec::new();
+        for _ in 0..4 {
+            let found = hits(&mut session);
+            let frames = session.instance_frames();
+            judge_some(&session, &frames, &rays, &found);
+            said.extend(session.take_edit_messages());
+        }
+        assert!(session.instance_frames() == away);
+        said.iter().map(|message| format!("{}: {}", message.code, message.message)).collect()
+    };
+    let said = run(1);
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(
+        said[0].starts_with("RX0475: passes have written poses that are wrong: the pose of instance 1 has a number"),
+        "{said:?}"
+    );
+    // 48 writers of 401 poses each: all but 16,384 are lost, and the same pose again is no other one.
+    let said = run(2);
+    assert_eq!(said, ["RX0476: passes have written 2864 more poses than the 16384 that one frame can take"]);
+    assert_eq!(run(0), [String::new(); 0]);
+    assert_silent(&session);
+}
+
 #[test]
 fn a_param_that_the_graph_lacks_is_named() {
     let instances =
@@ -318,4 +481,33 @@ fn a_param_that_the_graph_lacks_is_named() {
         diagnostics.iter().find(|found| found.code.as_str() == "RX0447").unwrap_or_else(|| panic!("{diagnostics:#?}"));
     assert_eq!(found.message, "instances of `worlds/test.toml` are moved by `tides`, which is no param of the graph");
     assert_eq!(found.help, ["did you mean `tide`?"]);
+}
+
+#[test]
+fn the_flock_flies() {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
+    let mut session = TestProject::open_with(Options {
+        project: Some(root.clone()),
+        graph: Some(root.join("graphs/examples/flock.toml")),
+        world: Some(root.join("worlds/flock.toml")),
+        size: [96, 54],
+        validation: Validation::Required,
+        ..Options::default()
+    });
+    let home = session.instance_frames();
+    assert_eq!(home.len(), 512);
+    let mut places = Vec::new();
+    for _ in 0..8 {
+        session.frame().unwrap();
+        places.push(session.instance_frames());
+    }
+    assert!(places[1] == home, "not before the third frame");
+    let [before, after] = [&places[5], &places[7]];
+    for ((frame, before), home) in after.iter().zip(before).zip(&home) {
+        assert!(frame != before && frame != home, "every bird flies on");
+        // About a voxel in a thirtieth of a second.
+        assert!((0..3).all(|axis| (frame.cell[axis] - before.cell[axis]).abs() <= 3), "{frame:?} {before:?}");
+    }
+    assert!(session.take_edit_messages().is_empty());
+    assert_silent(&session);
 }

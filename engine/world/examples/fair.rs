@@ -1,4 +1,5 @@
-//! Makes the models that move in `worlds/fair.toml`: `carousel`, `horse`, `wheel`, `gondola` and `sailboat`, in `worlds/models`.
+//! Makes the models that move, in `worlds/models`: `carousel`, `horse`, `wheel`, `gondola` and `sailboat` of `worlds/fair.toml`, and `bird`
+//! of `worlds/flock.toml`.
 //!
 //! `cargo run --release -p raxel-world --example fair -- worlds/models`
 
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
         ("wheel", wheel()),
         ("gondola", gondola()),
         ("sailboat", sailboat()),
+        ("bird", bird()),
     ];
     for (name, parts) in models {
         let path = format!("{folder}/{name}.vox");
@@ -38,6 +40,20 @@ fn main() -> ExitCode {
         }
     }
     ExitCode::SUCCESS
+}
+
+/// It flies towards −Z, its wings raised a little.
+fn bird() -> Vec<Operation> {
+    vec![
+        cuboid([0, 0, -3], [1, 1, 3], COAT, Mode::Add),
+        cuboid([-1, 0, 2], [2, 1, 4], STEEL, Mode::Add),
+        cuboid([0, 0, -4], [1, 1, -3], GOLD, Mode::Add),
+        cuboid([-2, 0, -2], [3, 1, 1], COAT, Mode::Add),
+        cuboid([-4, 1, -1], [-2, 2, 1], COAT, Mode::Add),
+        cuboid([3, 1, -1], [5, 2, 1], COAT, Mode::Add),
+        cuboid([-5, 2, 0], [-4, 3, 2], STEEL, Mode::Add),
+        cuboid([5, 2, 0], [6, 3, 2], STEEL, Mode::Add),
+    ]
 }
 
 fn materials() -> Vec<Material> {

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use project::{MATERIALS, Project};
 use proptest::prelude::*;
 use raxel_diagnostics::{Diagnostic, Severity};
+use raxel_world::instances::Pose;
 use raxel_world::{Aim, Material, World, schema, srgb_from_linear, vox};
 use serde_json::Value;
 
@@ -266,12 +267,37 @@ fn instances_stand_where_the_file_says() {
 }
 
 #[test]
+fn a_grid_of_instances_is_numbered_along_x_first() {
+    let text = format!(
+        "{MATERIALS}[[instances]]\nmodel = \"arrow\"\nposition = [5, 0, 0]\n\
+         [[instances]]\nname = \"a\"\nmodel = \"arrow\"\nposition = [1, 2, 3]\nyaw = 90\ncount = [2, 3, 4]\nstep = [10, 0.5, -100]\n\
+         [[instances]]\nmodel = \"arrow\"\nposition = [7, 8, 9]\ncount = [2, 1, 1]\n"
+    );
+    let (loaded, _) = Project::with_world(&text).load().expect("it is right");
+    let list = &loaded.instances.list;
+    assert_eq!((list.len(), loaded.instances.models.len()), (1 + 24 + 2, 1));
+    let named: Vec<usize> = (0..list.len()).filter(|&i| list[i].name.is_some()).collect();
+    assert_eq!(named, [1]);
+    for i in 0..24_u8 {
+        let steps = [i % 2, i / 2 % 3, i / 6].map(f64::from);
+        let position = [1.0 + 10.0 * steps[0], 2.0 + 0.5 * steps[1], 3.0 - 100.0 * steps[2]];
+        let of = &list[1 + usize::from(i)];
+        assert_eq!(of.pose, Pose { position, ..Pose::new([0.0; 3], [90.0, 0.0, 0.0]) });
+    }
+    assert_eq!(list[25].pose, list[26].pose);
+}
+
+#[test]
 fn what_is_wrong_with_instances_is_said() {
     let one = "[[instances]]\nmodel = \"arrow\"\n";
     let cases = [
         (format!("{one}position = [0, 0, 2e9]"), "RX0014"),
         (format!("{one}position = [0, 0, 0]\nname = \"a\"\n{one}position = [0, 0, 0]\nname = \"a\""), "RX0448"),
         (format!("{one}position = [0, 0, 0]\n").repeat(16_385), "RX0445"),
+        (format!("{one}position = [0, 0, 0]\ncount = [128, 1, 128]\n{one}position = [0, 0, 0]"), "RX0445"),
+        (format!("{one}position = [0, 0, 0]\ncount = [16384, 16384, 16384]"), "RX0445"),
+        (format!("{one}position = [0, 0, 0]\ncount = [0, 1, 1]"), "RX0014"),
+        (format!("{one}position = [0, 0, 0]\ncount = [2000, 1, 1]\nstep = [-1e6, 0, 0]"), "RX0446"),
         ("[[instances]]\nmodel = \"arow\"\nposition = [0, 0, 0]".to_owned(), "RX0302"),
         (format!("{one}position = [0, 0]"), "RX0014"),
         (format!("{one}position = [0, 0, 0]\nturn = {{ param = \"a\", axis = \"w\" }}"), "RX0014"),
@@ -429,4 +455,6 @@ pitch = -10
 roll = 90
 turn = { param = "spin", axis = "x", about = [1, 2, 3], upright = true, default = 4 }
 slide = { param = "lift", along = [0, 1, 0] }
+count = [2, 1, 3]
+step = [8, 0, 8.5]
 "#;

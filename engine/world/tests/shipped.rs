@@ -66,3 +66,13 @@ fn fair() {
     // Everything can move.
     assert!(instances.list.iter().all(|instance| !instance.motions.is_empty()));
 }
+
+#[test]
+fn flock() {
+    let path = "worlds/flock.toml";
+    let (loaded, warnings) = load(path, &Root, &mut SourceMap::default()).unwrap_or_else(|e| panic!("{path}: {e:#?}"));
+    assert_eq!(warnings, [], "{path}");
+    assert_eq!((loaded.instances.models.len(), loaded.instances.list.len()), (1, 512));
+    // The shader moves them all: graphs/examples/flock.toml has as many.
+    assert!(loaded.instances.list.iter().all(|instance| instance.motions.is_empty()));
+}

@@ -18,14 +18,6 @@
 #include "world.glsl"
 #include "mask.glsl"
 
-layout(std430) readonly buffer RxInstances {
-    uint count;     // how many there are
-    uint first;     // the first one, in quads
-    uint unused0;
-    uint unused1;
-    uvec4 quads[];
-} instances;
-
 const uint RX_NO_INSTANCE = 0xffffffffu;
 const uint RX_INSTANCE_QUADS = 8u;
 const uint RX_INSTANCE_DEPTH = 36u;  // more than any tree of boxes has

@@ -67,6 +67,10 @@ declare! {
     RECORD_WRONG = "RX0440";
     /// Passes have written more edits than there is room for.
     RECORDS_LOST = "RX0441";
+    /// Passes have written poses of instances that are wrong.
+    POSE_WRONG = "RX0475";
+    /// Passes have written more poses than there is room for.
+    POSES_LOST = "RX0476";
     /// More instances than a world may have.
     TOO_MANY_INSTANCES = "RX0445";
     /// An instance that reaches too far.

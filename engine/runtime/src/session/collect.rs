@@ -1,44 +1,96 @@
-//! Edits that passes write (`source = "world.edits"`): copied at the end of the frame that wrote them, made before the next frame but one.
+//! What passes write for the runtime to take (`source = "world.edits"`, `source = "world.poses"`): copied at the end of the frame that wrote
+//! it, taken before the next frame but one.
 
 use std::collections::VecDeque;
 
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_edit::records::{self, Records};
 use raxel_graph::checked::ResourceId;
+use raxel_world::instances::records::{self as poses, PoseRecords};
+use raxel_world::instances::{Frame, Instances};
 
 use super::{FrameError, Session};
 use crate::execute::{ExecuteError, PassOutcome, ReadTicket};
+use crate::sources::{EDITS, WrittenPoses, instance_frames};
 
-/// Frames from one that writes edits to the first that can show them. A frame waits for the device to have finished the frame before the
+/// Frames from one that writes something to the first that can show it. A frame waits for the device to have finished the frame before the
 /// last in any case, so that the copy costs no further wait, and what a film shows does not depend on the time.
 const FRAMES: u64 = 2;
 
-/// What frames have written and the world does not have yet.
+/// What a buffer is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum What {
+    Edits,
+    Poses,
+}
+
+/// What frames have written and the world does not have yet, and the poses that they have written so far.
 #[derive(Default)]
 pub(super) struct Collected {
     /// Frames run.
     frames: u64,
-    tickets: VecDeque<(u64, ReadTicket<Vec<u8>>)>,
-    /// What was said of the last records: what goes on from frame to frame is said once.
-    said: [bool; 2],
+    tickets: VecDeque<Ticket>,
+    poses: WrittenPoses,
+    edits_said: Said,
+    poses_said: Said,
 }
 
+/// A copy that was asked for.
+struct Ticket {
+    frame: u64,
+    what: What,
+    bytes: ReadTicket<Vec<u8>>,
+}
+
+/// What was said of the last records, that some are wrong and that some are lost: what goes on from frame to frame is said once.
+#[derive(Default)]
+struct Said([bool; 2]);
+
 impl Collected {
-    /// Another device, or another beginning: what is on its way is of the past.
+    /// Another device: what is on its way is lost.
     pub(super) fn forget(&mut self) {
         self.tickets.clear();
+    }
+
+    /// Another beginning, or another graph: instances go back to where the world's file and params put them.
+    pub(super) fn forget_poses(&mut self) {
+        self.tickets.retain(|ticket| ticket.what != What::Poses);
+        self.poses.forget();
+    }
+
+    /// The poses that passes have written.
+    pub(super) fn poses(&self) -> &WrittenPoses {
+        &self.poses
+    }
+}
+
+impl Said {
+    /// Messages that were not said of the records before.
+    fn only_new(&mut self, found: [Option<Diagnostic>; 2]) -> impl Iterator<Item = Diagnostic> + use<> {
+        let before = std::mem::replace(&mut self.0, found.each_ref().map(Option::is_some));
+        found.into_iter().zip(before).filter_map(|(message, said)| message.filter(|_| !said))
     }
 }
 
 impl Session {
+    /// Where the instances of the world stand in the last frame: by the world's file, params, and what passes have written.
+    pub fn instance_frames(&self) -> Vec<Frame> {
+        instance_frames(self.world.instances(), &self.graph, &self.values, &self.collected.poses)
+    }
+
     /// After a frame: asks for what its passes have written.
-    pub(super) fn collect_edits(&mut self) -> Result<(), ExecuteError> {
+    pub(super) fn collect(&mut self) -> Result<(), ExecuteError> {
         let frame = self.collected.frames;
         self.collected.frames += 1;
-        let Some(resource) = self.graph.collected().next() else { return Ok(()) };
-        if self.has_written(resource) {
-            let ticket = self.executor.request_buffer(resource, 0, 0..records::BYTES)?;
-            self.collected.tickets.push_back((frame, ticket));
+        let graph = self.graph.clone();
+        let written: Vec<ResourceId> = graph.collected().filter(|resource| self.has_written(*resource)).collect();
+        for resource in written {
+            let (what, bytes) = match graph.resource(resource).collected_as() {
+                Some(EDITS) => (What::Edits, records::BYTES),
+                _ => (What::Poses, poses::BYTES),
+            };
+            let bytes = self.executor.request_buffer(resource, 0, 0..bytes)?;
+            self.collected.tickets.push_back(Ticket { frame, what, bytes });
         }
         Ok(())
     }
@@ -54,12 +106,18 @@ impl Session {
         })
     }
 
-    /// Before a frame: makes the edits that are due.
-    pub(super) fn make_collected_edits(&mut self) -> Result<(), FrameError> {
-        while self.collected.tickets.front().is_some_and(|(frame, _)| frame + FRAMES <= self.collected.frames) {
-            let Some((_, ticket)) = self.collected.tickets.pop_front() else { break };
-            match self.executor.redeem(&ticket) {
-                Ok(bytes) => self.make_records(&bytes),
+    /// Before a frame: takes what is due.
+    pub(super) fn take_collected(&mut self) -> Result<(), FrameError> {
+        while self.collected.tickets.front().is_some_and(|ticket| ticket.frame + FRAMES <= self.collected.frames) {
+            let Some(ticket) = self.collected.tickets.pop_front() else { break };
+            match self.executor.redeem(&ticket.bytes) {
+                Ok(bytes) => {
+                    let words: Vec<u32> = bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
+                    match ticket.what {
+                        What::Edits => self.make_edits(&words),
+                        What::Poses => self.take_poses(&words),
+                    }
+                }
                 Err(lost @ ExecuteError::DeviceLost { .. }) => self.recover(lost)?,
                 Err(error) => return Err(FrameError::Device(error)),
             }
@@ -67,35 +125,59 @@ impl Session {
         Ok(())
     }
 
-    fn make_records(&mut self, bytes: &[u8]) {
-        let words: Vec<u32> = bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
-        let read = Records::read(&words, self.editing.scene());
-        let mut wrong = read.why.as_ref().map(|why| wrong(read.wrong, &why.to_string()));
+    fn make_edits(&mut self, words: &[u32]) {
+        let read = Records::read(words, self.editing.scene());
+        let mut wrong = read.why.as_ref().map(|why| edit_wrong(read.wrong, &why.to_string()));
         if !read.operations.is_empty()
             && let Err(failure) = self.edit(&read.operations)
         {
             // All of a frame at once may be too much, although each record is right.
-            wrong = Some(self::wrong(read.operations.len() as u64, &failure.to_string()));
+            wrong = Some(edit_wrong(read.operations.len() as u64, &failure.to_string()));
         }
-        let said = std::mem::replace(&mut self.collected.said, [wrong.is_some(), read.lost > 0]);
-        let lost = (read.lost > 0).then(|| lost(read.lost));
-        let found = wrong.filter(|_| !said[0]).into_iter().chain(lost.filter(|_| !said[1]));
+        let lost = (read.lost > 0).then(|| edits_lost(read.lost));
+        let found = self.collected.edits_said.only_new([wrong, lost]);
+        found.for_each(|message| self.editing.say(message));
+    }
+
+    fn take_poses(&mut self, words: &[u32]) {
+        let instances: &Instances = self.world.instances();
+        let read = PoseRecords::read(words, instances);
+        let wrong = read.why.as_ref().map(|why| pose_wrong(read.wrong, &why.to_string()));
+        let lost = (read.lost > 0).then(|| poses_lost(read.lost));
+        self.collected.poses.take(&read.poses);
+        let found = self.collected.poses_said.only_new([wrong, lost]);
         found.for_each(|message| self.editing.say(message));
     }
 }
 
-fn wrong(count: u64, why: &str) -> Diagnostic {
+fn edit_wrong(count: u64, why: &str) -> Diagnostic {
     let what = if count == 1 { "an edit" } else { "edits" };
     Diagnostic::warning(codes::world::RECORD_WRONG, format!("passes have written {what} that cannot be made: {why}"))
         .note(format!("{count} in this frame"))
         .help("the world is as it was there; this is said once, until a frame writes none")
 }
 
-fn lost(count: u64) -> Diagnostic {
+fn edits_lost(count: u64) -> Diagnostic {
     let most = records::CAPACITY;
     Diagnostic::warning(
         codes::world::RECORDS_LOST,
         format!("passes have written {count} more edits than the {most} that one frame can make"),
     )
     .help("cover more voxels by each edit, as boxes and balls, or write a part of them in each frame")
+}
+
+fn pose_wrong(count: u64, why: &str) -> Diagnostic {
+    let what = if count == 1 { "a pose that is" } else { "poses that are" };
+    Diagnostic::warning(codes::world::POSE_WRONG, format!("passes have written {what} wrong: {why}"))
+        .note(format!("{count} in this frame"))
+        .help("these instances stand where they stood; this is said once, until a frame writes none")
+}
+
+fn poses_lost(count: u64) -> Diagnostic {
+    let most = poses::CAPACITY;
+    Diagnostic::warning(
+        codes::world::POSES_LOST,
+        format!("passes have written {count} more poses than the {most} that one frame can take"),
+    )
+    .help("write one pose for each instance in a frame: a world has at most that many")
 }

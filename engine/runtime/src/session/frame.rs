@@ -126,7 +126,7 @@ impl Session {
         if let Some(demo) = self.demo.clone().filter(|_| !self.taken_over) {
             self.follow_edits(demo.local_time(time.time))?;
         }
-        self.make_collected_edits()?;
+        self.take_collected()?;
         self.editing.poll_save();
         if cut && time.advanced {
             // There is no way from the last picture to this one.
@@ -147,7 +147,8 @@ impl Session {
         let builtins = self.builtins(&time, (0, 0));
         let given = (&self.values[..], &self.overrides[..], &self.disabled[..]);
         let still = match self.executor.plan() {
-            Some(plan) => self.still.note((&self.world, version), plan, &builtins, given),
+            Some(plan) => self.still.note((&self.world, [version, moved]), plan, &builtins, given),
+        let moved = self.collected.poses().serial();
             None => (0, 0),
         };
         Ok((time, still))

@@ -5,6 +5,7 @@ use crate::build_error::BuildError;
 use crate::debug_target::DebugTarget;
 use crate::execute::ExecuteError;
 use crate::reload::project_state::BuildSettings;
+use crate::sources::POSES;
 
 impl Session {
     /// Lets the graph run that the demo wants at `time` seconds on the clock. True when it is another one.
@@ -50,6 +51,9 @@ impl Session {
 
     /// Brings all that follows the graph to the one that runs now.
     pub(super) fn adopt_graph(&mut self) {
+        if !self.graph.collected().any(|id| self.graph.resource(id).collected_as() == Some(POSES)) {
+            self.collected.forget_poses();
+        }
         self.params.adopt(&self.graph);
         self.values.clear();
         self.values.extend_from_slice(self.params.values());

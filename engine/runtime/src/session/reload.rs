@@ -94,6 +94,7 @@ impl Session {
         self.demo = state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
         let script = self.demo.as_ref().map(|demo| demo.script(self.editing.scene())).unwrap_or_default();
         self.editing.set_script(script);
+        let other_instances = world.instances().list.len() != self.world.instances().list.len();
         self.graph = graph;
         self.world = world;
         self.state = state;

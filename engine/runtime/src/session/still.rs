@@ -19,8 +19,8 @@ pub(super) struct Still {
 /// What a picture depends on besides the time, as the last frame had it.
 struct Last {
     world: Arc<SessionWorld>,
-    /// The publication of a streamed world.
-    version: u64,
+    /// The publication of a streamed world, and how often passes have moved instances.
+    versions: [u64; 2],
     plan: Arc<Plan>,
     builtins: Builtins,
     values: Vec<Value>,
@@ -32,7 +32,7 @@ impl Still {
     /// Notes a frame, and gives `frame.still` and `world.serial` for it. `builtins` are those of the frame but for these two.
     pub(super) fn note(
         &mut self,
-        (world, version): (&Arc<SessionWorld>, u64),
+        (world, versions): (&Arc<SessionWorld>, [u64; 2]),
         plan: &Arc<Plan>,
         builtins: &Builtins,
         (values, overrides, disabled): (&[Value], &[Override], &[PassId]),
@@ -52,7 +52,7 @@ impl Still {
         let Some(last) = &mut self.last else {
             self.last = Some(Last {
                 world: world.clone(),
-                version,
+                versions,
                 plan: plan.clone(),
                 builtins: timeless,
                 values: values.to_vec(),
@@ -61,13 +61,14 @@ impl Still {
             });
             return (0, self.serial);
         };
-        let same_world = Arc::ptr_eq(&last.world, world) && last.version == version;
+        let same_world = Arc::ptr_eq(&last.world, world) && last.versions[0] == versions[0];
         if !same_world {
             self.serial = self.serial.wrapping_add(1);
         }
         let same = same_world
             && Arc::ptr_eq(&last.plan, plan)
             && last.builtins == timeless
+            && last.versions == versions
             && last.values == values
             && last.overrides == overrides
             && last.disabled == disabled;
@@ -76,7 +77,7 @@ impl Still {
         } else {
             self.frames = 0;
             // In place: a frame allocates nothing while the numbers of params stay the same.
-            (last.world, last.version, last.plan, last.builtins) = (world.clone(), version, plan.clone(), timeless);
+            (last.world, last.versions, last.plan, last.builtins) = (world.clone(), versions, plan.clone(), timeless);
             last.values.clear();
             last.values.extend_from_slice(values);
             last.overrides.clear();

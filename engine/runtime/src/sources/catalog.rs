@@ -7,7 +7,7 @@ use raxel_edit::records;
 use raxel_graph::{Catalog, FileContents, ImageRequest, Refusal, SourceLayout};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
-use raxel_world::instances::InstanceBuffer;
+use raxel_world::instances::{InstanceBuffer, records as poses};
 use raxel_world::layout::{BlockMember, Layout};
 
 use super::SourceName;
@@ -15,6 +15,9 @@ use super::file::FileSources;
 
 /// The name under which graphs declare what their passes do to the world.
 pub const EDITS: &str = "world.edits";
+
+/// The name under which graphs declare where their passes put instances.
+pub const POSES: &str = "world.poses";
 
 /// The texels of a layout's image.
 pub const VOXEL_FORMAT: Format = Format::R16ui;
@@ -31,7 +34,7 @@ impl SourceCatalog {
     pub fn new(files: Arc<dyn Files>) -> Self {
         let layouts = Layout::ALL.iter().map(|layout| SourceName::World(*layout));
         let named = layouts.chain([SourceName::Lights, SourceName::Instances]);
-        let worlds = named.map(|name| described(&name)).chain([edits()]).collect();
+        let worlds = named.map(|name| described(&name)).chain([edits(), self::poses()]).collect();
         Self { worlds, files, read: FileSources::default() }
     }
 }
@@ -42,10 +45,11 @@ impl Catalog for SourceCatalog {
     }
 
     fn source(&self, name: &str) -> Option<SourceLayout> {
-        if name == EDITS {
-            return Some(edits());
+        match name {
+            EDITS => Some(edits()),
+            POSES => Some(self::poses()),
+            name => SourceName::parse(name).map(|name| described(&name)),
         }
-        SourceName::parse(name).map(|name| described(&name))
     }
 
     fn file(&self, path: &str, image: Option<&ImageRequest>) -> Result<Arc<FileContents>, Refusal> {
@@ -70,20 +74,30 @@ fn described(name: &SourceName) -> SourceLayout {
 
 /// What passes write to edit the world.
 fn edits() -> SourceLayout {
+    written(EDITS, "RxEdits", records::HEADER_WORDS, records::BYTES)
+}
+
+/// What passes write to move instances.
+fn poses() -> SourceLayout {
+    written(POSES, "RxPoses", poses::HEADER_WORDS, poses::BYTES)
+}
+
+/// A count, and records behind a header.
+fn written(name: &str, of_block: &str, header_words: usize, bytes: u64) -> SourceLayout {
     let member = |name, offset, stride| BlockMember { name, offset, ty: "uint", stride };
     let members = [
         member("count", 0, None),
         member("unused0", 4, None),
         member("unused1", 8, None),
         member("unused2", 12, None),
-        member("records", 4 * records::HEADER_WORDS as u32, Some(4)),
+        member("records", 4 * header_words as u32, Some(4)),
     ];
     SourceLayout {
-        name: EDITS.to_owned(),
-        block: block("RxEdits", &members),
+        name: name.to_owned(),
+        block: block(of_block, &members),
         image: None,
         access: Access::ReadWrite,
-        collected: Some(records::BYTES),
+        collected: Some(bytes),
     }
 }
 
@@ -129,7 +143,7 @@ mod tests {
         let sources = catalog.sources();
         let layouts = Layout::ALL.iter().map(|layout| layout.name());
         let names: Vec<String> =
-            layouts.chain(["lights", "instances", "edits"]).map(|layout| format!("world.{layout}")).collect();
+            layouts.chain(["lights", "instances", "edits", "poses"]).map(|layout| format!("world.{layout}")).collect();
         assert_eq!(sources.iter().map(|source| &source.name).collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());
         for source in sources {
             let last = source.block.members.last().unwrap();

@@ -1,4 +1,4 @@
-//! The instances of a world on the device: where they stand follows from params.
+//! The instances of a world on the device: where they stand follows from params, and from what passes have written.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -6,12 +6,56 @@ use std::sync::Arc;
 use raxel_diagnostics::table::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Graph, Resource, Value};
-use raxel_world::instances::{Frame, InstanceBuffer, Instances};
+use raxel_world::instances::{Frame, InstanceBuffer, Instances, Pose};
 use raxel_world::layout::{LayoutError, Limits};
 
 use crate::execute::DeviceSource;
 use crate::params;
 use crate::world::SessionWorld;
+
+/// Poses that passes have written, which hold until others are written or time jumps.
+#[derive(Clone, Debug, Default)]
+pub struct WrittenPoses {
+    by_instance: Vec<Option<Pose>>,
+    /// Counts changes.
+    serial: u64,
+}
+
+impl WrittenPoses {
+    /// Takes what a frame has written.
+    pub fn take(&mut self, poses: &[(usize, Option<Pose>)]) {
+        for &(index, pose) in poses {
+            if self.by_instance.len() <= index {
+                self.by_instance.resize(index + 1, None);
+            }
+            if self.by_instance[index] != pose {
+                self.by_instance[index] = pose;
+                self.serial += 1;
+            }
+        }
+    }
+
+    /// Gives all instances back to the world's file and to params.
+    pub fn forget(&mut self) {
+        if !self.by_instance.is_empty() {
+            self.by_instance.clear();
+            self.serial += 1;
+        }
+    }
+
+    /// The number of changes so far.
+    pub fn serial(&self) -> u64 {
+        self.serial
+    }
+}
+
+/// Where the instances of a world stand, by what passes have written and by the params of a graph.
+pub fn frames(instances: &Instances, graph: &Graph, values: &[Value], written: &WrittenPoses) -> Vec<Frame> {
+    instances.frames_with(&written.by_instance, |param| {
+        let id = graph.find_param(param)?;
+        number(&values[id.0 as usize])
+    })
+}
 
 /// Instances that are on a device.
 #[derive(Debug)]
@@ -20,8 +64,8 @@ pub struct LiveInstances {
     buffer: InstanceBuffer,
     /// Where they stand in what was last written.
     shown: Vec<Frame>,
-    /// The graph and the values of its params that this follows from; `None` before the first frame.
-    followed: Option<(Arc<Graph>, Vec<Value>)>,
+    /// The graph, the values of its params and the state of the written poses that this follows from; `None` before the first frame.
+    followed: Option<(Arc<Graph>, Vec<Value>, u64)>,
 }
 
 impl LiveInstances {
@@ -34,21 +78,20 @@ impl LiveInstances {
         Ok((Self { instances, buffer, shown, followed: None }, words))
     }
 
-    /// Moves them to where the params of a graph say, before the next frame. Does nothing while no param changes.
-    pub fn follow(&mut self, graph: &Arc<Graph>, values: &[Value], source: &Arc<DeviceSource>) {
-        let same = |(known, seen): &(Arc<Graph>, Vec<Value>)| Arc::ptr_eq(known, graph) && seen == values;
+    /// Moves them to where passes and the params of a graph say, before the next frame. Does nothing while neither changes.
+    pub fn follow(&mut self, graph: &Arc<Graph>, values: &[Value], written: &WrittenPoses, source: &Arc<DeviceSource>) {
+        let same = |(known, seen, serial): &(Arc<Graph>, Vec<Value>, u64)| {
+            Arc::ptr_eq(known, graph) && seen == values && *serial == written.serial
+        };
         if self.followed.as_ref().is_some_and(same) {
             return;
         }
-        let frames = self.instances.frames(|param| {
-            let id = graph.find_param(param)?;
-            number(&values[id.0 as usize])
-        });
+        let frames = frames(&self.instances, graph, values, written);
         // Where too much waits already, the next frame tries again.
         let words = || self.buffer.moving(&frames);
         if frames == self.shown || source.write(0, bytemuck::cast_slice(&words())).is_ok() {
             self.shown = frames;
-            self.followed = Some((graph.clone(), values.to_vec()));
+            self.followed = Some((graph.clone(), values.to_vec(), written.serial));
         }
     }
 }

@@ -9,7 +9,8 @@ mod on_device;
 
 pub(crate) use catalog::SourceCatalog;
 pub use catalog::VOXEL_FORMAT;
-pub(crate) use instances::check as check_instances;
+pub(crate) use catalog::{EDITS, POSES};
+pub(crate) use instances::{WrittenPoses, check as check_instances, frames as instance_frames};
 pub use name::SourceName;
 pub(crate) use on_device::OnDevice;
 pub use on_device::layout_limits;

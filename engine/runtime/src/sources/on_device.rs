@@ -13,8 +13,8 @@ use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits, Li
 use raxel_world::{Chunk, ChunkPos};
 
 use super::SourceName;
-use super::catalog::{EDITS, VOXEL_FORMAT};
-use super::instances::LiveInstances;
+use super::catalog::{EDITS, POSES, VOXEL_FORMAT};
+use super::instances::{LiveInstances, WrittenPoses};
 use crate::build_error::BuildError;
 use crate::execute::{self, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
 use crate::stream::{Refused, WorldStream};
@@ -174,8 +174,8 @@ impl OnDevice {
         }
     }
 
-    /// Moves the instances of a world to where the params of a graph say, before the next frame.
-    pub fn move_instances(&self, world: &SessionWorld, graph: &Arc<Graph>, values: &[Value]) {
+    /// Moves the instances of a world to where passes and the params of a graph say, before the next frame.
+    pub fn move_instances(&self, world: &SessionWorld, graph: &Arc<Graph>, values: &[Value], written: &WrittenPoses) {
         if world.instances().list.is_empty() {
             return;
         }
@@ -184,7 +184,7 @@ impl OnDevice {
             if let (Key::Voxels { world: of, .. }, Some(Live::Instances(live))) = (&entry.key, &mut entry.live)
                 && is(of, world)
             {
-                live.follow(graph, values, &entry.source);
+                live.follow(graph, values, written, &entry.source);
             }
         }
     }
@@ -396,7 +396,7 @@ fn unknown(name: &str, resource: &Resource) -> Diagnostic {
     let names: Vec<String> = layouts
         .chain([SourceName::Lights, SourceName::Instances])
         .map(|name| name.to_string())
-        .chain([EDITS.to_owned()])
+        .chain([EDITS, POSES].map(str::to_owned))
         .collect();
     let names = || names.iter().map(String::as_str);
     let diagnostic = Diagnostic::error(codes::session::UNKNOWN_SOURCE, format!("nothing supplies `{name}`"))

@@ -149,6 +149,18 @@ fn instance() -> Value {
             ("yaw", "Degrees to the left, seen from above, about the middle of the anchor's cell.", degrees()),
             ("pitch", "Degrees about its own X axis, before yaw.", degrees()),
             ("roll", "Degrees about its own Z axis, before pitch.", degrees()),
+            (
+                "count",
+                "So many of them along x, y and z: a grid, numbered along x first.",
+                json!({
+                    "type": "array", "items": { "type": "integer", "minimum": 1, "maximum": MAX_INSTANCES }, "minItems": 3, "maxItems": 3, "default": [1, 1, 1]
+                }),
+            ),
+            (
+                "step",
+                "Voxels from one to the next of them along x, y and z; all stand in one place if left out.",
+                vector(3),
+            ),
             ("turn", "Turned by a param, about an axis of the world.", json!({ "$ref": "#/$defs/turn" })),
             ("slide", "Moved by a param, after it was turned.", json!({ "$ref": "#/$defs/slide" })),
         ],

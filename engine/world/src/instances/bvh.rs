@@ -13,58 +13,75 @@ const BINS: usize = 16;
 /// Smallest voxel and last voxel.
 pub(super) type Box3 = [[i64; 3]; 2];
 
+/// Boxes from which on the two sides of a node are made on several threads.
+const SHARED: usize = 1024;
+
 /// The nodes of a tree over boxes, depth first, as words: smallest corner, link, last voxel, kind. The kind is the axis that was split, and
 /// then the first child, the one lower on that axis, follows and the link is the index of the second; or 3, and the link is the index of
 /// the box.
 pub(super) fn build(boxes: &[Box3]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-    let mut words = Vec::with_capacity(NODE_WORDS * (2 * boxes.len()).saturating_sub(1));
+    let mut words = vec![0; NODE_WORDS * nodes(boxes.len())];
     if !order.is_empty() {
-        add(boxes, &mut order, &mut words);
+        add(boxes, &mut order, 0, &mut words);
     }
     words
 }
 
-fn add(boxes: &[Box3], order: &mut [u32], words: &mut Vec<u32>) {
-    let at = words.len();
-    let bounds = order.iter().map(|&i| boxes[i as usize]).reduce(union).unwrap_or_default();
-    let put = |words: &mut Vec<u32>, link: u32, kind: u32| {
-        let [low, last] = bounds.map(|corner| corner.map(|c| (c as i32).cast_unsigned()));
-        words.extend([low[0], low[1], low[2], link, last[0], last[1], last[2], kind]);
-    };
-    if let [only] = *order {
-        return put(words, only, LEAF);
-    }
-    let (axis, left) = split(boxes, order);
-    put(words, 0, axis as u32);
-    let (low, high) = order.split_at_mut(left);
-    add(boxes, low, words);
-    words[at + 3] = (words.len() / NODE_WORDS) as u32;
-    add(boxes, high, words);
+/// Nodes of a tree over so many boxes.
+fn nodes(boxes: usize) -> usize {
+    (2 * boxes).saturating_sub(1)
 }
 
-/// Sorts boxes to two sides of an axis; gives the axis and how many are on the lower side.
+/// Writes the tree over the boxes of `order` to `words`, which is as long as it; `first` is the index of its first node.
+fn add(boxes: &[Box3], order: &mut [u32], first: usize, words: &mut [u32]) {
+    let (node, below) = words.split_at_mut(NODE_WORDS);
+    let bounds = order.iter().map(|&i| boxes[i as usize]).reduce(union).unwrap_or_default();
+    let mut put = |link: u32, kind: u32| {
+        let [low, last] = bounds.map(|corner| corner.map(|c| (c as i32).cast_unsigned()));
+        node.copy_from_slice(&[low[0], low[1], low[2], link, last[0], last[1], last[2], kind]);
+    };
+    if let [only] = *order {
+        return put(only, LEAF);
+    }
+    let (axis, left) = split(boxes, order);
+    let second = first + 1 + nodes(left);
+    put(second as u32, axis as u32);
+    let (low, high) = order.split_at_mut(left);
+    let (low_words, high_words) = below.split_at_mut(NODE_WORDS * nodes(left));
+    if low.len() + high.len() < SHARED {
+        add(boxes, low, first + 1, low_words);
+        add(boxes, high, second, high_words);
+    } else {
+        rayon::join(|| add(boxes, low, first + 1, low_words), || add(boxes, high, second, high_words));
+    }
+}
+
+/// Brings boxes to two sides of an axis; gives the axis and how many are on the lower side.
 fn split(boxes: &[Box3], order: &mut [u32]) -> (usize, usize) {
     // Twice the middle, so that it is whole.
     let middle = |i: u32, axis: usize| boxes[i as usize][0][axis] + boxes[i as usize][1][axis];
-    let range = |axis: usize| {
-        let middles = || order.iter().map(|&i| middle(i, axis));
-        (middles().min().unwrap_or(0), middles().max().unwrap_or(0))
-    };
-    let widest = (0..3).max_by_key(|&axis| {
-        let (low, high) = range(axis);
-        (high - low, 2 - axis)
+    let ranges: [(i64, i64); 3] = std::array::from_fn(|axis| {
+        order.iter().fold((i64::MAX, i64::MIN), |(low, high), &i| {
+            let at = middle(i, axis);
+            (low.min(at), high.max(at))
+        })
     });
+    let widest = (0..3).max_by_key(|&axis| (ranges[axis].1 - ranges[axis].0, 2 - axis));
     let axis = widest.unwrap_or(0);
-    let (low, high) = range(axis);
-    order.sort_unstable_by_key(|&i| (middle(i, axis), i));
+    let (low, high) = ranges[axis];
     let count = order.len();
     let [least, most] = [count.div_ceil(4), count - count.div_ceil(4)];
     let half = count / 2;
+    // At the middle of the order along the axis; of equal middles, that of the smaller index is lower.
+    let halve = |order: &mut [u32]| {
+        order.select_nth_unstable_by_key(half, |&i| (middle(i, axis), i));
+        (axis, half)
+    };
     if high == low || count < 4 {
-        return (axis, half);
+        return halve(order);
     }
-    // Ends of the bins in the sorted order, and the cost of a split at each.
+    // Boxes in the bins, and the cost of a split behind each.
     let bin = |i: u32| ((middle(i, axis) - low) as i128 * BINS as i128 / (high - low + 1) as i128) as usize;
     let mut ends = [0_usize; BINS];
     let mut hulls: [Option<Box3>; BINS] = [None; BINS];
@@ -81,16 +98,24 @@ fn split(boxes: &[Box3], order: &mut [u32]) -> (usize, usize) {
         above[i] = join(above[i + 1], hulls[i + 1]);
     }
     let mut below = None;
-    let mut best = (f64::INFINITY, half);
+    let mut best: Option<(f64, usize)> = None;
     for i in 0..BINS - 1 {
         below = join(below, hulls[i]);
         let (Some(low), Some(high)) = (below, above[i]) else { continue };
         let cost = area(low) * ends[i] as f64 + area(high) * (count - ends[i]) as f64;
-        if (least..=most).contains(&ends[i]) && cost < best.0 {
-            best = (cost, ends[i]);
+        if (least..=most).contains(&ends[i]) && best.is_none_or(|(least, _)| cost < least) {
+            best = Some((cost, i));
         }
     }
-    (axis, best.1)
+    let Some((_, last_bin)) = best else { return halve(order) };
+    let mut left = 0;
+    for i in 0..count {
+        if bin(order[i]) <= last_bin {
+            order.swap(left, i);
+            left += 1;
+        }
+    }
+    (axis, left)
 }
 
 fn union(a: Box3, b: Box3) -> Box3 {
@@ -151,7 +176,7 @@ mod tests {
                     })
                     .collect();
                 let words = build(&boxes);
-                assert_eq!(words.len(), NODE_WORDS * (2 * count - 1));
+                assert_eq!(words.len(), NODE_WORDS * nodes(count));
                 let mut found = Vec::new();
                 let (_, depth) = check(&words, 0, &boxes, &mut found);
                 found.sort_unstable();

@@ -5,6 +5,7 @@ mod bvh;
 mod encode;
 mod frame;
 mod pose;
+pub mod records;
 
 use std::sync::Arc;
 
@@ -66,10 +67,31 @@ impl Instance {
     }
 }
 
+impl InstanceModel {
+    /// How far from the origin of the world its voxels reach at most, whatever its turn, if an instance stands at a position.
+    pub fn reach(&self, position: [f64; 3]) -> f64 {
+        position.iter().fold(0.0_f64, |far, p| far.max(p.abs())) + 2.0 * self.size() as f64
+    }
+
+    /// How far its voxels reach from its own origin, or from one another, along an axis.
+    pub fn size(&self) -> i64 {
+        let Some(bounds) = self.voxels.bounds() else { return 0 };
+        let along = |i: usize| (bounds.max[i] - bounds.min[i]).max(bounds.max[i].abs()).max(bounds.min[i].abs());
+        (0..3).map(along).max().unwrap_or(0)
+    }
+}
+
 impl Instances {
     /// Where all of them stand, by the values of params.
     pub fn frames(&self, value: impl Fn(&str) -> Option<f64>) -> Vec<Frame> {
-        self.list.iter().map(|instance| Frame::of(&instance.pose_at(&value))).collect()
+        self.frames_with(&[], value)
+    }
+
+    /// The same with those that have a pose of their own in `written`, by their indices: neither the file nor a param moves them.
+    pub fn frames_with(&self, written: &[Option<Pose>], value: impl Fn(&str) -> Option<f64>) -> Vec<Frame> {
+        let own = written.iter().copied().chain(std::iter::repeat(None));
+        let pose = |(instance, own): (&Instance, Option<Pose>)| own.unwrap_or_else(|| instance.pose_at(&value));
+        self.list.iter().zip(own).map(|of| Frame::of(&pose(of))).collect()
     }
 
     /// What shaders see of them.

@@ -4,6 +4,8 @@ use std::ops::RangeInclusive;
 
 /// The middle of the anchor's cell, from the position.
 const MIDDLE: f64 = 0.5;
+/// A quaternion of `f32` that is so near to a quarter turn is meant to be one.
+const QUARTER: f64 = 4.0e-7;
 
 /// A place and a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +63,27 @@ impl Pose {
     pub fn new(position: [f64; 3], [yaw, pitch, roll]: [f64; 3]) -> Self {
         let turns = product(&about(Axis::Y, yaw), &product(&about(Axis::X, pitch), &about(Axis::Z, roll)));
         Self { position, rotation: turns }
+    }
+
+    /// At a position, turned by a quaternion: x, y, z, w, of any length but zero, for which there is no pose. Quarter turns whose numbers are
+    /// as exact as `f32` are exact.
+    pub fn turned(position: [f64; 3], quaternion: [f64; 4]) -> Option<Self> {
+        let length = quaternion.iter().map(|q| q * q).sum::<f64>();
+        if length == 0.0 {
+            return None;
+        }
+        let [x, y, z, w] = quaternion;
+        let twice = |product: f64| 2.0 * product / length;
+        let rotation = [
+            [1.0 - twice(y * y + z * z), twice(x * y - z * w), twice(x * z + y * w)],
+            [twice(x * y + z * w), 1.0 - twice(x * x + z * z), twice(y * z - x * w)],
+            [twice(x * z - y * w), twice(y * z + x * w), 1.0 - twice(x * x + y * y)],
+        ];
+        // What is a quarter turn but for the rounding of the quaternion is one.
+        let whole = rotation.map(|row| row.map(f64::round));
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() < QUARTER;
+        let is_quarter = rotation.as_flattened().iter().zip(whole.as_flattened()).all(near);
+        Some(Self { position, rotation: if is_quarter { whole } else { rotation } })
     }
 
     /// Moved by a value.

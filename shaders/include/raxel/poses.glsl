@@ -1,0 +1,46 @@
+// Instances moved by shaders, see [[instances]] in docs/world-file.md. Bind `poses` to a buffer with `source = "world.poses"`: it is empty
+// when a frame begins, and two frames later the instances stand where passes have written. There they stay until a pass writes another
+// pose or gives them back, or time starts over. The order in which invocations write does not matter: of different poses for
+// one instance in one frame it is always the same one that counts.
+#ifndef RAXEL_POSES_GLSL
+#define RAXEL_POSES_GLSL
+
+layout(std430) buffer RxPoses {
+    uint count;  // of records that were wanted; more than there is room for are lost, and that is said
+    uint unused0;
+    uint unused1;
+    uint unused2;
+    uint records[];  // twelve words for each
+} poses;
+
+// What the functions below write. The anchor's cell of the instance goes to `cell` + `place`, in voxels; `place` may be any finite numbers.
+void rx_pose_record(uint kind, uint instance, ivec3 cell, vec3 place, vec4 turn) {
+    uint index = atomicAdd(poses.count, 1u);
+    if (index >= uint(poses.records.length()) / 12u) return;
+    uint at = 12u * index;
+    poses.records[at] = kind;
+    poses.records[at + 1u] = instance;
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        poses.records[at + 2u + axis] = uint(cell[axis]);
+        poses.records[at + 5u + axis] = floatBitsToUint(place[axis]);
+    }
+    for (uint i = 0u; i < 4u; ++i) poses.records[at + 8u + i] = floatBitsToUint(turn[i]);
+}
+
+// As the world's file says it: the instance of that number, counted in the order of the file from 0, at a position, turned by yaw, pitch
+// and roll in degrees. Whole cells and multiples of 90 degrees keep it on the lattice of the world.
+void rx_pose_set(uint instance, ivec3 cell, vec3 place, float yaw, float pitch, float roll) {
+    rx_pose_record(1u, instance, cell, place, vec4(yaw, pitch, roll, 0.0));
+}
+
+// The same with a quaternion (x, y, z, w) of any length but zero, from the model's axes to the world's.
+void rx_pose_set_quaternion(uint instance, ivec3 cell, vec3 place, vec4 quaternion) {
+    rx_pose_record(2u, instance, cell, place, quaternion);
+}
+
+// The instance stands where the world's file and params put it.
+void rx_pose_restore(uint instance) {
+    rx_pose_record(0u, instance, ivec3(0), vec3(0.0), vec4(0.0));
+}
+
+#endif
