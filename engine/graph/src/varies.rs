@@ -85,7 +85,9 @@ fn moves(fill: &Fill) -> bool {
             | Builtin::WorldMin
             | Builtin::WorldMax
             | Builtin::WorldVoxels
-            | Builtin::WorldSerial => false,
+            | Builtin::WorldSerial
+            | Builtin::WorldChangedMin
+            | Builtin::WorldChangedMax => false,
             Builtin::CameraCell
             | Builtin::CameraFrac
             | Builtin::CameraViewToWorld

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use raxel_edit::{Brush, Operation};
 use raxel_graph::checked::Value;
 use raxel_runtime::session::Validation;
 use raxel_runtime::{Options, Saves, Session};
@@ -212,4 +213,91 @@ tan_half_fov = "camera.tan_half_fov"
     fs::write(project.path().join("shaders/many.comp"), other).unwrap();
     let refused = Session::open(options).err().expect("it is laid out otherwise").to_string();
     assert!(refused.contains("is not laid out as `world.edits`"), "{refused}");
+}
+
+#[test]
+fn layouts_that_follow_edits_show_what_those_that_are_made_anew_show() {
+    let shipped = fs::read_to_string(repository().join("graphs/examples/drill.toml")).unwrap();
+    let run = |layout: &str| -> Vec<Vec<u8>> {
+        let graph = shipped.replace("world.tree64", &format!("world.{layout}"));
+        assert!(layout == "tree64" || graph != shipped);
+        let project = project(&[("graphs/follow.toml", graph)]);
+        let mut session = open(options(project.path(), "graphs/follow.toml", "worlds/menger.toml"));
+        session.set_param("reach", Value::F32(1000.0)).unwrap();
+        session.set_param("radius", Value::F32(20.0)).unwrap();
+        let mut pictures = Vec::new();
+        for round in 0..12 {
+            if round == 8 {
+                assert!(session.undo().unwrap());
+            }
+            frame(&mut session);
+            pictures.push(session.read_presented().unwrap().rgba);
+        }
+        assert!(session.edit_steps()[0] >= 3 && session.take_edit_messages().is_empty());
+        silent(&session);
+        pictures
+    };
+    // As it is encoded again after each edit.
+    let anew = run("svo");
+    assert!(anew[0] != anew[2] && anew[2] != anew[4], "the hole is seen");
+    for layout in ["tree64", "octree", "chunk_table"] {
+        assert!(run(layout) == anew, "{layout}");
+    }
+}
+
+#[test]
+fn pixels_that_cannot_see_an_edit_are_kept_and_right() {
+    let see = fs::read_to_string(repository().join("shaders/examples/changed_see.comp")).unwrap();
+    let always = see.replace("if (shown &&", "if (false &&");
+    assert!(see != always);
+    let start = |see: &str| {
+        let mut files = vec![("shaders/examples/changed_see.comp", see.to_owned())];
+        for shipped in
+            ["graphs/examples/changed.toml", "shaders/examples/changed.glsl", "shaders/examples/changed_view.comp"]
+        {
+            files.push((shipped, fs::read_to_string(repository().join(shipped)).unwrap()));
+        }
+        let project = project(&files);
+        (open(options(project.path(), "graphs/examples/changed.toml", "worlds/menger.toml")), project)
+    };
+    let ((mut kept, _kept_files), (mut full, _full_files)) = (start(&see), start(&always));
+    let all = 96 * 54;
+    // Runs a frame of both, which must look the same; gives how many pixels were made anew.
+    let mut both = |act: &dyn Fn(&mut Session)| -> u32 {
+        let [_, picture] = [&mut kept, &mut full].map(|session| {
+            act(session);
+            frame(session);
+            session.read_presented().unwrap()
+        });
+        assert!(kept.read_presented().unwrap() == picture);
+        u32::from_le_bytes(kept.read_buffer("count", 0..4).unwrap().try_into().unwrap())
+    };
+    assert_eq!(both(&|_| ()), all, "nothing was shown yet");
+    both(&|_| ());
+    both(&|_| ());
+    let mut some = 0;
+    for round in 0..24_i64 {
+        // At the surface that the camera sees, behind it, and beside the picture.
+        let at = [7 * round % 60, 5 * round % 70 + 20, 240 - 9 * round % 60].map(|c| 256 * c);
+        let brush = [Brush::Subtract, Brush::Add(1), Brush::Subtract][(round % 3) as usize];
+        let edit = Operation::Sphere { center: at, radius: 256 * (2 + round as u32 % 7), brush };
+        let made = both(&|session| {
+            session.edit(&[edit.clone()]).unwrap();
+        });
+        assert!(made < all / 2, "{made} of {all} pixels for a ball");
+        some += made;
+        assert_eq!(both(&|_| ()), 0, "nothing has changed");
+    }
+    assert!(some > 0, "no edit was seen");
+    // Two at once, back again, and with another camera in the same frame.
+    both(&|session| assert!(session.undo().unwrap() && session.undo().unwrap()));
+    let moved = both(&|session| {
+        assert!(session.undo().unwrap());
+        let camera = *session.camera();
+        session.set_camera(raxel_runtime::camera::Camera { yaw: camera.yaw + 0.1, ..camera });
+    });
+    assert_eq!(moved, all);
+    assert_eq!(both(&|session| session.reset()), all, "another beginning");
+    silent(&kept);
+    silent(&full);
 }

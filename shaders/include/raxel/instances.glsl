@@ -16,6 +16,8 @@
 #define RAXEL_INSTANCES_GLSL
 
 #include "world.glsl"
+#include "box.glsl"
+#include "instance_block.glsl"
 #include "mask.glsl"
 
 const uint RX_NO_INSTANCE = 0xffffffffu;
@@ -237,15 +239,6 @@ vec3 rx_direction_from_instance(RxInstance instance, vec3 v) {
     return (vec3(instance.row_x) * v.x + vec3(instance.row_y) * v.y + vec3(instance.row_z) * v.z) * 1.1920928955078125e-7;
 }
 
-// The direction of a ray on the lattice, its largest component in 1 to 2; zero for a ray that hits nothing.
-vec3 rx_lattice_direction(RxRay ray) {
-    uint top = rx_lattice_top(ray.dir);
-    if (top == 0u || rx_not_finite(ray.dir) || rx_not_finite(ray.frac)) return vec3(0.0);
-    uvec3 bits = floatBitsToUint(ray.dir);
-    vec3 size = vec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
-    return mix(size, -size, notEqual(bits >> 31, uvec3(0u))) * 9.31322574615478515625e-10;
-}
-
 // The time of a hit, exactly: numerator / size, in multiples of a constant that is the same for all frames.
 struct RxTime {
     uvec2 numerator;
@@ -278,31 +271,6 @@ uvec3 rx_time_product(uvec2 numerator, uint by) {
 bool rx_time_before(RxTime a, RxTime b) {
     uvec3 p = rx_time_product(a.numerator, b.size), q = rx_time_product(b.numerator, a.size);
     return p.z != q.z ? p.z < q.z : p.y != q.y ? p.y < q.y : p.x < q.x;
-}
-
-// The first time, about and never too late, at which a ray may be in a box: cells `low` to `last`; RX_NEVER if it is not met. All within
-// 2^-18 of the distance that is still to go, which is more than free frames turn rays.
-float rx_box_time(RxRay ray, vec3 inverse, ivec3 low, ivec3 last) {
-    vec3 frac = clamp(ray.frac, 0.0, 1.0);
-    // Differences of any two coordinates, before they are rounded.
-    bvec3 below = lessThan(low, ray.cell), above = lessThan(last, ray.cell);
-    vec3 to_low = vec3(mix(uvec3(low) - uvec3(ray.cell), uvec3(ray.cell) - uvec3(low), below));
-    vec3 to_last = vec3(mix(uvec3(last) - uvec3(ray.cell), uvec3(ray.cell) - uvec3(last), above));
-    to_low = mix(to_low, -to_low, below) - frac;
-    to_last = mix(to_last, -to_last, above) + (1.0 - frac);
-    vec3 far = max(abs(to_low), abs(to_last));
-    float room = (far.x + far.y + far.z) * 3.814697265625e-6 + 0.03125;
-    to_low -= room;
-    to_last += room;
-    // An axis that the ray does not move along is one on which it is in the box all the time, or never.
-    bvec3 still = equal(inverse, vec3(0.0));
-    for (uint i = 0u; i < 3u; ++i) {
-        if (still[i] && (to_low[i] > 0.0 || to_last[i] < 0.0)) return RX_NEVER;
-    }
-    vec3 a = mix(to_low * inverse, vec3(-RX_NEVER), still), b = mix(to_last * inverse, vec3(RX_NEVER), still);
-    vec3 enter = min(a, b), leave = max(a, b);
-    float t = max(max(enter.x, enter.y), max(enter.z, 0.0));
-    return t <= min(leave.x, min(leave.y, leave.z)) ? t : RX_NEVER;
 }
 
 // The instances along a ray. `hit` and `first` are the nearest hit so far and its time.

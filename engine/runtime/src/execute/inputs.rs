@@ -80,6 +80,10 @@ pub struct Builtins {
     pub world_voxels: u32,
     /// `world.serial`.
     pub world_serial: u32,
+    /// `world.changed_min`.
+    pub world_changed_min: [i32; 3],
+    /// `world.changed_max`.
+    pub world_changed_max: [i32; 3],
 }
 
 const IDENTITY: [[f32; 4]; 4] =
@@ -111,6 +115,8 @@ impl Default for Builtins {
             world_max: [0; 3],
             world_voxels: 0,
             world_serial: 0,
+            world_changed_min: [i32::MIN; 3],
+            world_changed_max: [i32::MAX; 3],
         }
     }
 }
@@ -169,6 +175,8 @@ impl Builtins {
             Builtin::WorldMax => Value::IVec3(self.world_max),
             Builtin::WorldVoxels => Value::U32(self.world_voxels),
             Builtin::WorldSerial => Value::U32(self.world_serial),
+            Builtin::WorldChangedMin => Value::IVec3(self.world_changed_min),
+            Builtin::WorldChangedMax => Value::IVec3(self.world_changed_max),
         }
     }
 }

@@ -232,6 +232,8 @@ impl Session {
     pub fn reset(&mut self) {
         self.clock.reset();
         self.executor.reset_history();
+        self.collected.forget_poses();
+        self.changed.everything();
         self.previous_camera = self.camera;
         self.still.reset();
         self.history.reset();

@@ -139,8 +139,11 @@ impl Session {
             // Its tiles have the edit already, and neither its size nor its materials change.
             let chunks: Vec<ChunkPos> = changes.iter().map(|(pos, _)| *pos).collect();
             self.context.sources.edit_streamed(&self.world, &chunks);
+            // Coarser tiles follow, and when, is not known here.
+            self.changed.everything();
             return Ok(());
         }
+        self.changed.note(self.world.voxels(), changes);
         let next = self.editing.world_after(&self.world, changes);
         let first = !std::sync::Arc::ptr_eq(self.world.identity(), next.identity());
         let other_extent = self.world.input().extent != next.input().extent;

@@ -131,6 +131,8 @@ impl Session {
         if cut && time.advanced {
             // There is no way from the last picture to this one.
             self.previous_camera = self.camera;
+            self.collected.forget_poses();
+            self.changed.everything();
             if before.is_some() {
                 self.executor.reset_history();
                 self.still.reset();
@@ -143,12 +145,13 @@ impl Session {
         }
         self.history.begin(self.executor.histories());
         let version = self.begin_stream(&time)?;
-        self.context.sources.move_instances(&self.world, &self.graph, &self.values);
+        self.changed.publication(version);
+        self.context.sources.move_instances(&self.world, &self.graph, &self.values, self.collected.poses());
         let builtins = self.builtins(&time, (0, 0));
+        let moved = self.collected.poses().serial();
         let given = (&self.values[..], &self.overrides[..], &self.disabled[..]);
         let still = match self.executor.plan() {
             Some(plan) => self.still.note((&self.world, [version, moved]), plan, &builtins, given),
-        let moved = self.collected.poses().serial();
             None => (0, 0),
         };
         Ok((time, still))
@@ -186,13 +189,15 @@ impl Session {
         if let Some(stream) = self.stream() {
             stream.end(before);
         }
-        self.collect_edits()?;
+        self.changed.shown();
+        self.collect()?;
         self.previous_camera = self.camera;
         self.history.end();
         Ok(report)
     }
 
     fn builtins(&self, time: &FrameTime, (frame_still, world_serial): (u32, u32)) -> Builtins {
+        let [world_changed_min, world_changed_max] = self.changed.bounds();
         let mut builtins = Builtins {
             frame_index: time.index as u32,
             frame_time: time.time as f32,
@@ -200,6 +205,8 @@ impl Session {
             frame_still,
             history_valid: u32::from(self.history.is_valid()),
             world_serial,
+            world_changed_min,
+            world_changed_max,
             cursor_position: self.cursor.unwrap_or([-1; 2]),
             ..Builtins::of(&self.camera, &self.previous_camera, self.selection.output, &self.world)
         };

@@ -1,6 +1,7 @@
 //! A session: a project that is open and runs. The library's front door; the command line and the window drive the same type.
 
 mod capture;
+mod changed;
 mod collect;
 mod drive;
 mod edit;
@@ -127,6 +128,7 @@ pub struct Session {
     world: Arc<SessionWorld>,
     editing: Editing,
     collected: collect::Collected,
+    changed: changed::Changed,
     demo: Option<Arc<Demo>>,
     texts: SourceMap,
     warnings: Vec<Diagnostic>,

@@ -118,6 +118,7 @@ impl Session {
             world,
             editing,
             collected: super::collect::Collected::default(),
+            changed: super::changed::Changed::new(),
             demo,
             texts,
             warnings,

@@ -73,6 +73,7 @@ impl Session {
         self.plans.clear();
         self.history.reset();
         self.collected.forget();
+        self.changed.everything();
         self.refused = None;
         self.remember(self.selection.clone(), plan);
         self.settings_changed();

@@ -97,6 +97,10 @@ impl Session {
         let other_instances = world.instances().list.len() != self.world.instances().list.len();
         self.graph = graph;
         self.world = world;
+        self.changed.everything();
+        if other_instances {
+            self.collected.forget_poses();
+        }
         self.state = state;
         (self.warnings, self.texts) = (warnings, all_texts);
         (self.refused, self.refused_graph) = (None, None);

@@ -47,6 +47,8 @@ impl Still {
             frame_time: 0.0,
             frame_delta: 0.0,
             history_valid: 0,
+            world_changed_min: [0; 3],
+            world_changed_max: [0; 3],
             ..*builtins
         };
         let Some(last) = &mut self.last else {
@@ -66,9 +68,9 @@ impl Still {
             self.serial = self.serial.wrapping_add(1);
         }
         let same = same_world
+            && last.versions == versions
             && Arc::ptr_eq(&last.plan, plan)
             && last.builtins == timeless
-            && last.versions == versions
             && last.values == values
             && last.overrides == overrides
             && last.disabled == disabled;

@@ -1,0 +1,139 @@
+//! Where the world has changed since the last frame: `world.changed_min` and `world.changed_max`.
+
+use std::sync::Arc;
+
+use raxel_world::{Chunk, ChunkPos, World};
+
+/// No voxel is larger; a box that ends here ends nowhere.
+const EVERYWHERE: [[i32; 3]; 2] = [[i32::MIN; 3], [i32::MAX; 3]];
+
+/// What has changed since the last frame ran.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Changed {
+    /// Smallest coordinates, and largest ones plus one; `None`: nothing.
+    bounds: Option<[[i64; 3]; 2]>,
+    /// More than can be told.
+    everywhere: bool,
+    /// The publication of a streamed world that the last frame showed.
+    version: u64,
+}
+
+impl Changed {
+    /// Before the first frame.
+    pub(super) fn new() -> Self {
+        Self { bounds: None, everywhere: true, version: 0 }
+    }
+
+    /// Another world, or another beginning.
+    pub(super) fn everything(&mut self) {
+        self.everywhere = true;
+    }
+
+    /// The publication of a streamed world that the next frame shows, 0 for worlds that are not streamed.
+    pub(super) fn publication(&mut self, version: u64) {
+        self.everywhere |= self.version != version;
+        self.version = version;
+    }
+
+    /// Chunks that are to become others, and the world in which they are not yet.
+    pub(super) fn note(&mut self, before: &World, changes: &[(ChunkPos, Option<Arc<Chunk>>)]) {
+        for (pos, after) in changes {
+            let Some([low, end]) = difference(before.chunk(*pos).map(|chunk| &**chunk), after.as_deref()) else {
+                continue;
+            };
+            let corner = pos.origin().to_array().map(i64::from);
+            let here: [[i64; 3]; 2] = [low, end].map(|at| std::array::from_fn(|i| corner[i] + i64::from(at[i])));
+            let known = self.bounds.unwrap_or(here);
+            self.bounds = Some([
+                std::array::from_fn(|i| known[0][i].min(here[0][i])),
+                std::array::from_fn(|i| known[1][i].max(here[1][i])),
+            ]);
+        }
+    }
+
+    /// The box: smallest coordinates, and largest ones plus one; empty at the origin when nothing has changed.
+    pub(super) fn bounds(&self) -> [[i32; 3]; 2] {
+        if self.everywhere {
+            return EVERYWHERE;
+        }
+        let clamped = |at: i64| at.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
+        self.bounds.map_or([[0; 3]; 2], |bounds| bounds.map(|corner| corner.map(clamped)))
+    }
+
+    /// A frame has run.
+    pub(super) fn shown(&mut self) {
+        *self = Self { bounds: None, everywhere: false, version: self.version };
+    }
+}
+
+/// A box around the blocks of 4³ voxels in which two chunks differ, in voxels from their corner.
+fn difference(before: Option<&Chunk>, after: Option<&Chunk>) -> Option<[[u32; 3]; 2]> {
+    let mask = |chunk: Option<&Chunk>, block: usize| chunk.map_or(0, |chunk| chunk.mask(block));
+    let materials = |chunk: Option<&Chunk>, block: usize| {
+        chunk.into_iter().flat_map(move |chunk| chunk.block_materials(block)).collect::<Vec<_>>()
+    };
+    let mut found: Option<[[u32; 3]; 2]> = None;
+    for z in 0..16 {
+        for y in 0..16 {
+            for x in 0..16 {
+                let block = raxel_world::block_index(x, y, z);
+                let same = mask(before, block) == mask(after, block)
+                    && (mask(before, block) == 0 || materials(before, block) == materials(after, block));
+                if !same {
+                    let at = [4 * x, 4 * y, 4 * z];
+                    let [low, end] = found.unwrap_or([at, at]);
+                    found = Some([
+                        std::array::from_fn(|i| low[i].min(at[i])),
+                        std::array::from_fn(|i| end[i].max(at[i] + 4)),
+                    ]);
+                }
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::IVec3;
+    use raxel_world::{Material, World};
+
+    use super::*;
+
+    fn of(voxels: &[([i32; 3], u16)]) -> World {
+        let materials = (0..4).map(|i| Material::matt(format!("m{i}"), [0.5; 3])).collect();
+        World::from_voxels(materials, voxels.iter().map(|(cell, material)| (IVec3::from_array(*cell), *material)))
+    }
+
+    fn changes(before: &World, after: &World) -> Vec<(ChunkPos, Option<Arc<Chunk>>)> {
+        let gone = before.chunks().filter(|(pos, _)| after.chunk(*pos).is_none()).map(|(pos, _)| (pos, None));
+        after.chunks().map(|(pos, chunk)| (pos, Some(chunk.clone()))).chain(gone).collect()
+    }
+
+    #[test]
+    fn a_box_is_around_every_voxel_that_is_another_one() {
+        let before = of(&[([0, 0, 0], 1), ([10, 20, 30], 1), ([-1, 5, 5], 2), ([70, 0, 0], 3)]);
+        let mut changed = Changed::new();
+        assert_eq!(changed.bounds(), EVERYWHERE, "nothing was shown yet");
+        changed.shown();
+        assert_eq!(changed.bounds(), [[0; 3]; 2]);
+        changed.note(&before, &changes(&before, &before));
+        assert_eq!(changed.bounds(), [[0; 3]; 2], "the same chunks");
+        // Another material, a voxel less, a chunk less.
+        let painted = of(&[([0, 0, 0], 1), ([10, 20, 30], 2), ([-1, 5, 5], 2), ([70, 0, 0], 3)]);
+        changed.note(&before, &changes(&before, &painted));
+        assert_eq!(changed.bounds(), [[8, 20, 28], [12, 24, 32]]);
+        let dug = of(&[([10, 20, 30], 2), ([-1, 5, 5], 2), ([70, 0, 0], 3)]);
+        changed.note(&painted, &changes(&painted, &dug));
+        assert_eq!(changed.bounds(), [[0, 0, 0], [12, 24, 32]], "both edits of a frame");
+        changed.shown();
+        let less = of(&[([10, 20, 30], 2), ([70, 0, 0], 3)]);
+        changed.note(&dug, &changes(&dug, &less));
+        assert_eq!(changed.bounds(), [[-4, 4, 4], [0, 8, 8]]);
+        changed.publication(7);
+        assert_eq!(changed.bounds(), EVERYWHERE);
+        changed.shown();
+        changed.publication(7);
+        assert_eq!(changed.bounds(), [[0; 3]; 2]);
+    }
+}

@@ -1,0 +1,51 @@
+// Whether a ray may meet a box of voxels: never too late and never no when it does, for what is to be left out safely.
+#ifndef RAXEL_BOX_GLSL
+#define RAXEL_BOX_GLSL
+
+#include "walk.glsl"
+
+// The direction of a ray on the lattice, its largest component in 1 to 2; zero for a ray that hits nothing.
+vec3 rx_lattice_direction(RxRay ray) {
+    uint top = rx_lattice_top(ray.dir);
+    if (top == 0u || rx_not_finite(ray.dir) || rx_not_finite(ray.frac)) return vec3(0.0);
+    uvec3 bits = floatBitsToUint(ray.dir);
+    vec3 size = vec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
+    return mix(size, -size, notEqual(bits >> 31, uvec3(0u))) * 9.31322574615478515625e-10;
+}
+
+// The first time, about and never too late, at which a ray may be in a box: cells `low` to `last`; RX_NEVER if it is not met. All within
+// 2^-18 of the distance that is still to go, which is more than free frames turn rays.
+float rx_box_time(RxRay ray, vec3 inverse, ivec3 low, ivec3 last) {
+    vec3 frac = clamp(ray.frac, 0.0, 1.0);
+    // Differences of any two coordinates, before they are rounded.
+    bvec3 below = lessThan(low, ray.cell), above = lessThan(last, ray.cell);
+    vec3 to_low = vec3(mix(uvec3(low) - uvec3(ray.cell), uvec3(ray.cell) - uvec3(low), below));
+    vec3 to_last = vec3(mix(uvec3(last) - uvec3(ray.cell), uvec3(ray.cell) - uvec3(last), above));
+    to_low = mix(to_low, -to_low, below) - frac;
+    to_last = mix(to_last, -to_last, above) + (1.0 - frac);
+    vec3 far = max(abs(to_low), abs(to_last));
+    float room = (far.x + far.y + far.z) * 3.814697265625e-6 + 0.03125;
+    to_low -= room;
+    to_last += room;
+    // An axis that the ray does not move along is one on which it is in the box all the time, or never.
+    bvec3 still = equal(inverse, vec3(0.0));
+    for (uint i = 0u; i < 3u; ++i) {
+        if (still[i] && (to_low[i] > 0.0 || to_last[i] < 0.0)) return RX_NEVER;
+    }
+    vec3 a = mix(to_low * inverse, vec3(-RX_NEVER), still), b = mix(to_last * inverse, vec3(RX_NEVER), still);
+    vec3 enter = min(a, b), leave = max(a, b);
+    float t = max(max(enter.x, enter.y), max(enter.z, 0.0));
+    return t <= min(leave.x, min(leave.y, leave.z)) ? t : RX_NEVER;
+}
+
+// Whether a ray may come within `margin` voxels of a box of voxels, from its smallest one to one past its largest. Never false where it
+// does; true for a ray that passes at most 1/16 voxel and 2^-17 of the distance further away. t_max is not looked at.
+bool rx_crosses_box(RxRay ray, ivec3 low, ivec3 end, int margin) {
+    vec3 dir = rx_lattice_direction(ray);
+    if (dir == vec3(0.0) || any(lessThanEqual(end, low))) return false;
+    // Within the range of coordinates.
+    ivec3 first = max(low, ivec3(-2147483647 - 1 + margin)) - margin, last = min(end - 1, ivec3(2147483647 - margin)) + margin;
+    return rx_box_time(ray, mix(1.0 / dir, vec3(0.0), equal(dir, vec3(0.0))), first, last) < RX_NEVER;
+}
+
+#endif
