@@ -266,7 +266,9 @@ fn hostile_worlds() -> Vec<(&'static str, String)> {
 fn whatever_the_world_light_is_a_number() {
     let project = Project::shipped();
     let suns: [&[(&str, f32)]; 2] = [&[], &[("sun_strength", 0.0), ("sky_strength", 0.0), ("sun_elevation", -10.0)]];
-    for graph in systems(&project).into_iter().chain(["graphs/beauty.toml".to_owned()]) {
+    for graph in
+        systems(&project).into_iter().chain(["beauty", "beauty_glass"].map(|name| format!("graphs/{name}.toml")))
+    {
         for (name, text) in hostile_worlds() {
             project.write("worlds/test.toml", format!("name = \"test\"\n{text}"));
             let mut session = open(&project, &graph, [18, 10], &[]);

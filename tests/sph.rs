@@ -131,7 +131,7 @@ const COUNT_WATER: &str = "#version 460
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 uniform usampler3D walls;
 uniform sampler3D field;
-layout(std430) buffer Counts { uint counts[4]; };
+layout(std430) buffer Tally { uint tally[4]; };
 void main() {
     ivec3 voxel = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(voxel, textureSize(walls, 0)))) return;
@@ -140,9 +140,9 @@ void main() {
     uint material = rx_material(ivec3(1) + voxel);
     bool solid = texelFetch(walls, voxel, 0).x != 0u, wet = !solid && sum > 4.0;
     bool water = material != 0u && rx_material_properties(material).transparency > 0.0;
-    if (wet) atomicAdd(counts[0], 1u);
-    if (water) atomicAdd(counts[1], 1u);
-    if (wet != water || solid != (material != 0u && !water)) atomicAdd(counts[2], 1u);
+    if (wet) atomicAdd(tally[0], 1u);
+    if (water) atomicAdd(tally[1], 1u);
+    if (wet != water || solid != (material != 0u && !water)) atomicAdd(tally[2], 1u);
 }
 ";
 
@@ -153,9 +153,9 @@ fn the_water_is_in_the_voxels_of_a_copy_of_the_world() {
         "graphs/light/views/counted.toml",
         format!(
             "extends = \"sph.toml\"\nname = \"counted\"\n[params.voxels]\ndefault = true\n[targets.walls]\nsize = [12, 16, 8]\n\
-             [buffers.particles]\nsize = {{ count = {COUNT}, stride = 32 }}\n[buffers.counts]\nsize = 16\nclear = 0\n\
+             [buffers.particles]\nsize = {{ count = {COUNT}, stride = 32 }}\n[buffers.tally]\nsize = 16\nclear = 0\n\
              [[passes]]\nname = \"count\"\nshader = \"count_water.comp\"\ndispatch = {{ threads = \"walls\" }}\n\
-             bind = {{ world = \"wet\", walls = \"walls\", field = \"field\", Counts = \"counts\" }}\n"
+             bind = {{ world = \"wet\", walls = \"walls\", field = \"field\", Tally = \"tally\" }}\n"
         ),
     );
     let mut session = Session::open(Options {
@@ -167,14 +167,14 @@ fn the_water_is_in_the_voxels_of_a_copy_of_the_world() {
         ..Options::default()
     })
     .unwrap_or_else(|error| panic!("{error}"));
-    session.pin("counts").unwrap();
+    session.pin("tally").unwrap();
     let mut counts = |ticks: u32| {
         for _ in 0..ticks {
             session.frame().unwrap();
         }
         let messages = session.device().log().take();
         assert!(messages.is_empty(), "{messages:#?}");
-        let bytes = session.read_buffer("counts", 0..16).unwrap();
+        let bytes = session.read_buffer("tally", 0..16).unwrap();
         [0, 1, 2].map(|i| u32::from_le_bytes(bytes[4 * i..][..4].try_into().unwrap()))
     };
     // Two particles a voxel; what has fallen leaves nothing where it was.
