@@ -136,6 +136,45 @@ fn samples_smooth_edges_and_nothing_else() {
 }
 
 #[test]
+fn a_picture_settles_while_time_stands_still() {
+    let shader = "#version 460\nlayout(local_size_x = 1) in;\nlayout(rgba32f) uniform image2D told;\n\
+                  layout(push_constant) uniform Push { float time; uint still; float moved; } push;\n\
+                  void main() { imageStore(told, ivec2(0), vec4(push.time, push.still, push.moved, 1.0)); }";
+    let graph = "name = \"told\"\npresent = \"told\"\n[params.moved]\ntype = \"f32\"\ndefault = 0.0\n[targets.told]\nformat = \"rgba32f\"\nsize = [1, 1]\n\
+                 [[passes]]\nname = \"tell\"\nshader = \"tell.comp\"\ndispatch = [1, 1, 1]\nbind = { told = \"told\" }\n\
+                 push = { time = \"frame.time\", still = \"frame.still\", moved = \"param.moved\" }\n";
+    let demo = "name = \"told\"\ngraph = \"told.toml\"\nworld = \"menger.toml\"\nduration = 2.0\nfps = 10\n\
+                [tracks.moved]\nkeys = [[0.0, 0.0], [2.0, 20.0]]\n";
+    let project = Project::empty();
+    let menger = std::fs::read(common::repository().join("worlds/menger.toml")).unwrap();
+    project.write("shaders/tell.comp", shader).write("graphs/told.toml", graph);
+    project.write("worlds/menger.toml", menger).write("worlds/told.demo.toml", demo);
+    let render = |arguments: &[&str]| {
+        project.raxel(&[&["render", "worlds/told.demo.toml"], arguments].concat()).exits(0);
+    };
+    let told = |file: &str| {
+        let image = exr::prelude::read_first_flat_layer_from_file(project.path(file)).unwrap();
+        ["R", "G", "B"].map(|name| {
+            let channel = image.layer_data.channel_data.list.iter().find(|channel| channel.name.eq(name)).unwrap();
+            f64::from(channel.sample_data.values_as_f32().next().unwrap())
+        })
+    };
+    let is = |found: [f64; 3], time: f64, still: f64| {
+        let near = (found[0] - time).abs() < 1e-5 && found[1] == still && (found[2] - 10.0 * time).abs() < 1e-4;
+        assert!(near, "time, frame.still and the param are {found:?}, not {time}, {still} and {}", 10.0 * time);
+    };
+    for (at, settle, still) in [("0.7s", "0", 0.0), ("0.7s", "9", 9.0), ("0s", "9", 9.0)] {
+        render(&["--at", at, "--settle", settle, "-o", "a.exr"]);
+        is(told("a.exr"), at.trim_end_matches('s').parse().unwrap(), still);
+    }
+    // Each picture of a film, and time goes on behind it.
+    render(&["--frames", "4", "--settle", "2", "-o", "f/%02d.exr"]);
+    for frame in 0..4 {
+        is(told(&format!("f/{frame:02}.exr")), 0.1 * f64::from(frame), 2.0);
+    }
+}
+
+#[test]
 fn several_targets_are_the_layers_of_one_exr() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("layers.exr");

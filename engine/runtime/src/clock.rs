@@ -33,6 +33,8 @@ pub struct Clock {
     now: Option<FrameTime>,
     paused: bool,
     steps: u32,
+    /// The next frame has the time of the last one.
+    again: bool,
     woken: Option<Instant>,
     /// Added to every time, by [`Clock::seek`].
     origin: f64,
@@ -49,7 +51,7 @@ const LIVE_STEP: f64 = 1.0 / 60.0;
 impl Clock {
     /// A clock at its start.
     pub fn new(pace: Pace) -> Self {
-        Self { pace, now: None, paused: false, steps: 0, woken: None, origin: 0.0, first: 0 }
+        Self { pace, now: None, paused: false, steps: 0, again: false, woken: None, origin: 0.0, first: 0 }
     }
 
     /// How time passes.
@@ -113,6 +115,11 @@ impl Clock {
         }
     }
 
+    /// The next frame is another one of the moment of the last: its index is one higher, its time is the same.
+    pub fn again(&mut self) {
+        self.again = true;
+    }
+
     /// The time of the last frame.
     pub fn now(&self) -> Option<FrameTime> {
         self.now
@@ -121,6 +128,7 @@ impl Clock {
     /// The time of the next frame, which begins at `wall`.
     pub fn tick(&mut self, wall: Instant) -> FrameTime {
         let stepped = self.steps > 0;
+        let again = std::mem::take(&mut self.again);
         let time = match self.now {
             None => {
                 let at = |index: u64| match self.pace {
@@ -129,6 +137,13 @@ impl Clock {
                 };
                 let delta = if self.first == 0 { 0.0 } else { (at(self.first) - at(self.first - 1)).max(0.0) };
                 FrameTime { index: self.first, time: at(self.first), delta, advanced: true }
+            }
+            Some(now) if again => {
+                // At a fixed pace, the frame after it follows a step later.
+                if let Pace::Fixed(step) = self.pace {
+                    self.origin -= step;
+                }
+                FrameTime { index: now.index + 1, delta: 0.0, advanced: true, ..now }
             }
             Some(now) if self.paused && !stepped => FrameTime { delta: 0.0, advanced: false, ..now },
             Some(now) => {
@@ -190,6 +205,22 @@ mod tests {
         assert!((clock.tick(at(9000)).time - stepped.time).abs() < 1e-9);
         // Nor is a frame that hung counted in full.
         assert!((clock.tick(at(19_000)).delta - LONGEST_FRAME).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_moment_again_is_a_new_frame_at_the_same_time() {
+        let step = 1.0 / 60.0;
+        let mut clock = Clock::new(Pace::Fixed(step));
+        let wall = Instant::now();
+        (0..4).for_each(|_| drop(clock.tick(wall)));
+        let moment = clock.now().unwrap();
+        for count in 1..=100 {
+            clock.again();
+            let time = clock.tick(wall);
+            assert_eq!(time, FrameTime { index: 3 + count, delta: 0.0, ..moment });
+        }
+        let next = clock.tick(wall);
+        assert!((next.time - 4.0 * step).abs() < 1e-9 && (next.delta - step).abs() < 1e-9, "{next:?}");
     }
 
     #[test]

@@ -59,6 +59,8 @@ pub(crate) struct Shoot {
     pub captions: Option<(Arc<Demo>, f64)>,
     /// Pictures that are averaged for each frame.
     pub samples: u32,
+    /// Frames of the same moment that are run before each that is wanted, for graphs that average over time.
+    pub settle: u32,
     pub mode: Mode,
 }
 
@@ -125,6 +127,10 @@ impl Shoot {
         for frame in self.run.clone() {
             let rendering = Instant::now();
             let wanted = self.wanted.contains(&frame);
+            for _ in 0..if wanted { self.settle } else { 0 } {
+                frame_of(session)?;
+                session.again();
+            }
             if wanted && self.samples > 1 {
                 let shot = self.sampled(session, &mut frame_of)?;
                 stages.render += rendering.elapsed();

@@ -60,6 +60,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
     samples: u32,
 
+    /// Run so many frames of the same moment before each picture, for graphs that average over time: time stands still meanwhile.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=65_535))]
+    settle: u32,
+
     /// How many frames to run. By default 1 for a picture, the whole demo for frames and films. A single picture is of the last one.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
@@ -146,6 +150,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         wanted,
         coding: Coding { kind: output.kind(), compression: args.compression, quality: args.quality },
         samples: args.samples,
+        settle: args.settle,
         mode: Mode::AtOnce,
     };
     let bar = progress(shoot.run.end - shoot.run.start, console);

@@ -210,6 +210,11 @@ impl Session {
         self.clock.step();
     }
 
+    /// The next frame is another one of the moment of the last: what passes add up over frames goes on, and time does not.
+    pub fn again(&mut self) {
+        self.clock.again();
+    }
+
     /// Puts the next frame at so many seconds.
     pub fn seek(&mut self, seconds: f64) {
         self.clock.seek(seconds);

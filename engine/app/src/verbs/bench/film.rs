@@ -70,6 +70,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             captions: None,
             coding: Coding { kind: output.kind(), compression, quality: 90 },
             samples: 1,
+            settle: 0,
             mode,
         };
         let frame = |session: &mut raxel_runtime::Session| {
