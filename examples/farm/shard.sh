@@ -1,6 +1,7 @@
 #!/bin/sh
-# Renders one part of a film, as one task of many: which part, and of how many, is what Slurm or Kubernetes says.
-# A graph that keeps nothing from frame to frame renders only the frames of the part.
+# Makes one part of a film or of a baked world, as one task of many: which part, and of how many, is what Slurm or Kubernetes says.
+#   shard.sh          a part of the frames of DEMO, in SIZE, to OUT; a graph that keeps nothing from frame to frame renders only those
+#   shard.sh bake     a part of the shards of WORLD, from MIN to MAX, to OUT
 set -eu
 if [ -n "${SLURM_ARRAY_TASK_ID:-}" ]; then
     part=$((SLURM_ARRAY_TASK_ID - SLURM_ARRAY_TASK_MIN + 1))
@@ -12,5 +13,17 @@ else
     echo "neither SLURM_ARRAY_TASK_ID nor JOB_COMPLETION_INDEX is set: this is no task of an array or an indexed job" >&2
     exit 2
 fi
-exec "${RAXEL:-raxel}" render "${DEMO:-worlds/valley.demo.toml}" --size "${SIZE:-1920x1080}" ${FRAMES:+--frames "$FRAMES"} \
-    --shard "$part/$parts" -o "${OUT:-frames}/%05d.png"
+case ${1:-film} in
+    film)
+        exec "${RAXEL:-raxel}" render "${DEMO:-worlds/valley.demo.toml}" --size "${SIZE:-1920x1080}" \
+            ${FRAMES:+--frames "$FRAMES"} --shard "$part/$parts" -o "${OUT:-frames}/%05d.png"
+        ;;
+    bake)
+        exec "${RAXEL:-raxel}" world bake "${WORLD:-worlds/frontier.toml}" ${MIN:+--min "$MIN"} ${MAX:+--max "$MAX"} \
+            ${EDGE:+--edge "$EDGE"} ${LEVELS:+--levels "$LEVELS"} --shard "$part/$parts" --out "${OUT:-bakes/frontier}"
+        ;;
+    *)
+        echo "\`$1\` is neither \`film\` nor \`bake\`" >&2
+        exit 2
+        ;;
+esac

@@ -37,11 +37,6 @@ impl DiskFiles {
         let vox = Path::new(path).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vox"));
         self.limit.unwrap_or(if vox { VOX_LIMIT } else { DEFAULT_LIMIT })
     }
-
-    /// The real path of the root.
-    pub fn root(&self) -> &Path {
-        &self.root
-    }
 }
 
 impl Files for DiskFiles {
@@ -70,6 +65,10 @@ impl Files for DiskFiles {
             return Err(FileError::TooLarge { size: bytes.len() as u64, limit });
         }
         Ok(bytes.into())
+    }
+
+    fn root(&self) -> Option<&Path> {
+        Some(&self.root)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Access to project files. Compilers never touch the disk themselves: they are given a [`Files`].
 
+use std::path::Path;
 use std::sync::Arc;
 
 use crate::{Diagnostic, SourceMap, Span, codes};
@@ -9,6 +10,11 @@ use crate::{Diagnostic, SourceMap, Span, codes};
 pub trait Files: Send + Sync {
     /// The bytes of a file.
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError>;
+
+    /// The folder of the project, where it is one on disk: what a project names outside of itself is found from there.
+    fn root(&self) -> Option<&Path> {
+        None
+    }
 }
 
 /// Why a file could not be had.

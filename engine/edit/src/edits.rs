@@ -185,15 +185,18 @@ impl Edits {
         }
         let changed = of_chunk.into_par_iter().map_init(Target::default, |target, (pos, operations)| {
             let stored = self.overlay.get(&pos);
-            let before = self.chunk(pos, base);
+            let before = match stored {
+                Some(stored) => stored.chunk(),
+                None => base.try_chunk(pos)?,
+            };
             let (after, edited) = target.run(pos, (before.clone(), stored.is_some()), &operations, base);
             if after == before && edited == stored.is_some() {
-                return None;
+                return Ok(None);
             }
             let stored = edited.then(|| Stored::Ready(after.clone()));
-            Some((ChunkChange { pos, before, after, edited }, stored))
+            Ok(Some((ChunkChange { pos, before, after, edited }, stored)))
         });
-        Ok(changed.flatten_iter().collect())
+        changed.filter_map(Result::transpose).collect()
     }
 
     /// Puts chunks in place; `None` is the base's.

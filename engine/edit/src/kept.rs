@@ -2,13 +2,17 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
-use raxel_world::{ChunkPos, ChunkSource, Content, Material, MaterialIndex};
+use raxel_world::{ChunkPos, ChunkSource, Content, Material, MaterialIndex, Unavailable};
 
 use crate::packed::PackedChunk;
 
 /// Bytes of a tile beside those of its packed cells: its places in both maps, about.
 const ENTRY: u64 = 160;
+
+/// How long a source that has failed is not waited for by whoever takes no failure.
+const FAILING: Duration = Duration::from_secs(2);
 
 /// A source with a memory: tiles that were asked for are kept packed, as many as a number of bytes has room for. What was given up last is
 /// kept longest. Since a source always gives the same answers, nothing in it ever becomes wrong.
@@ -39,6 +43,8 @@ struct Kept {
     order: BTreeMap<u64, Key>,
     now: u64,
     found_made: [u64; 2],
+    /// Until when the source is taken to be failing.
+    failing: Option<Instant>,
 }
 
 struct Entry {
@@ -70,6 +76,29 @@ impl KeptSource {
         KeptStats { tiles: kept.entries.len(), bytes: [kept.bytes, kept.most], found_made: kept.found_made }
     }
 
+    fn find(&self, key: Key) -> Option<Content> {
+        let packed = self.kept().find(key)?;
+        let content = packed.unpack(self.source.materials().len())?;
+        self.kept().found_made[0] += 1;
+        Some(content)
+    }
+
+    fn make(&self, key: Key) -> Result<Content, Unavailable> {
+        let (level, pos) = key;
+        let made = self.source.try_chunk(level, pos);
+        let keeps = self.kept().most > 0;
+        let packed = made.as_ref().ok().filter(|_| keeps).map(Packed::of);
+        let mut kept = self.kept();
+        match made {
+            Ok(_) => kept.found_made[1] += 1,
+            Err(_) => kept.failing = Some(Instant::now() + FAILING),
+        }
+        if let Some(packed) = packed {
+            kept.insert(key, packed);
+        }
+        made
+    }
+
     fn kept(&self) -> std::sync::MutexGuard<'_, Kept> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -80,24 +109,34 @@ impl ChunkSource for KeptSource {
         self.source.materials()
     }
 
+    /// What cannot be had is empty here, and is not kept; whoever asks for it again soon does not wait for a source that has just failed.
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-        let key = (level, pos);
-        let (found, keeps) = {
-            let mut kept = self.kept();
-            (kept.find(key), kept.most > 0)
-        };
-        if let Some(content) = found.and_then(|packed| packed.unpack(self.source.materials().len())) {
-            self.kept().found_made[0] += 1;
+        if let Some(content) = self.find((level, pos)) {
             return content;
         }
-        let content = self.source.chunk(level, pos);
-        let packed = keeps.then(|| Packed::of(&content));
-        let mut kept = self.kept();
-        kept.found_made[1] += 1;
-        if let Some(packed) = packed {
-            kept.insert(key, packed);
+        if self.kept().failing.is_some_and(|until| Instant::now() < until) {
+            return Content::Empty;
         }
-        content
+        self.make((level, pos)).unwrap_or(Content::Empty)
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        match self.find((level, pos)) {
+            Some(content) => Ok(content),
+            None => self.make((level, pos)),
+        }
+    }
+
+    fn height_range(&self) -> Option<[i64; 2]> {
+        self.source.height_range()
+    }
+
+    fn fingerprint(&self) -> Option<&str> {
+        self.source.fingerprint()
+    }
+
+    fn top_level(&self) -> u32 {
+        self.source.top_level()
     }
 
     fn given_up(&self, level: u32, pos: ChunkPos) {
@@ -265,5 +304,35 @@ mod tests {
         (0..10).chain(0..10).for_each(|n| drop(kept.chunk(tile(n).0, tile(n).1)));
         assert_eq!(noise.1.load(Ordering::Relaxed), 20);
         assert_eq!(kept.stats(), KeptStats { found_made: [0, 20], ..KeptStats::default() });
+    }
+
+    /// A source that fails when it is told to.
+    struct Failing(Vec<Material>, Mutex<bool>);
+
+    impl ChunkSource for Failing {
+        fn materials(&self) -> &[Material] {
+            &self.0
+        }
+
+        fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+            self.try_chunk(level, pos).unwrap_or(Content::Empty)
+        }
+
+        fn try_chunk(&self, _level: u32, _pos: ChunkPos) -> Result<Content, Unavailable> {
+            if *self.1.lock().unwrap() { Err(Unavailable::new("busy")) } else { Ok(Content::Full(1)) }
+        }
+    }
+
+    #[test]
+    fn what_could_not_be_had_is_not_kept() {
+        let failing = Arc::new(Failing(vec![Material::air(); 2], Mutex::new(true)));
+        let kept = KeptSource::new(failing.clone(), 1 << 20);
+        let (level, pos) = tile(0);
+        assert_eq!((kept.chunk(level, pos), kept.stats().tiles), (Content::Empty, 0));
+        assert!(kept.try_chunk(level, pos).is_err() && kept.stats().tiles == 0);
+        *failing.1.lock().unwrap() = false;
+        assert_eq!(kept.try_chunk(level, pos), Ok(Content::Full(1)));
+        *failing.1.lock().unwrap() = true;
+        assert_eq!((kept.chunk(level, pos), kept.try_chunk(level, pos)), (Content::Full(1), Ok(Content::Full(1))));
     }
 }

@@ -117,6 +117,9 @@ pub enum Operation {
 /// Why an operation is refused. Nothing has been changed when this is returned.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EditError {
+    /// The world does not have a chunk that it would change, for the time being.
+    #[error("the world is not there: {0}")]
+    Unavailable(#[from] raxel_world::Unavailable),
     /// It leaves the range of voxel coordinates.
     #[error("the edit reaches from {min:?} to {max:?}; voxel coordinates are −2147483648 … 2147483647")]
     OutOfRange {

@@ -2,12 +2,17 @@
 
 use std::sync::Arc;
 
-use raxel_world::{AIR, Chunk, ChunkPos, MAX_MATERIALS, Material, MaterialIndex, World};
+use raxel_world::{AIR, Chunk, ChunkPos, MAX_MATERIALS, Material, MaterialIndex, Unavailable, World};
 
 /// The voxels below the edits: a pure function of the position.
 pub trait Base: Send + Sync {
     /// The chunk at a position, if it has solids.
     fn chunk(&self, pos: ChunkPos) -> Option<Arc<Chunk>>;
+
+    /// The same, of a base that may fail to have a chunk for the time being: no edit is made to what is not there.
+    fn try_chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable> {
+        Ok(self.chunk(pos))
+    }
 }
 
 impl Base for World {

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 use raxel_world::{
-    AIR, Chunk, ChunkPos, ChunkSource, Content, DenseChunk, MAX_LEVEL, Material, MaterialIndex, Mode, block_index,
-    reduce, voxel_index,
+    AIR, Chunk, ChunkPos, ChunkSource, Content, DenseChunk, MAX_LEVEL, Material, MaterialIndex, Mode, Unavailable,
+    block_index, reduce, voxel_index,
 };
 
 use crate::edits::{Change, Edits};
@@ -92,6 +92,21 @@ impl EditedSource {
         self.edited.read().unwrap_or_else(PoisonError::into_inner).chunks.get(&pos).cloned()
     }
 
+    /// A tile of the source with the edited chunks in it.
+    fn with_edits(&self, level: u32, pos: ChunkPos, content: Content) -> Content {
+        let edited = if level == 0 { Vec::new() } else { self.edited_chunks(level, pos) };
+        if edited.is_empty() {
+            return content;
+        }
+        WORKING.with_borrow_mut(|[tile, working]| {
+            content.unpack(tile);
+            for (pos, chunk) in edited {
+                chunk.lay(level, pos, tile, working);
+            }
+            Content::pack(tile)
+        })
+    }
+
     fn edited_chunks(&self, level: u32, pos: ChunkPos) -> Vec<(ChunkPos, Arc<EditedChunk>)> {
         let edited = self.edited.read().unwrap_or_else(PoisonError::into_inner);
         let Some(positions) = edited.of_tile.get(&(level, pos)) else { return Vec::new() };
@@ -105,24 +120,17 @@ impl ChunkSource for EditedSource {
     }
 
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-        if level == 0 {
-            return match self.edited_chunk(pos) {
-                Some(edited) => edited.content(),
-                None => self.unedited.0.chunk(0, pos),
-            };
+        match (level, self.edited_chunk(pos)) {
+            (0, Some(edited)) => edited.content(),
+            _ => self.with_edits(level, pos, self.unedited.0.chunk(level, pos)),
         }
-        let edited = self.edited_chunks(level, pos);
-        let content = self.unedited.0.chunk(level, pos);
-        if edited.is_empty() {
-            return content;
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        match (level, self.edited_chunk(pos)) {
+            (0, Some(edited)) => Ok(edited.content()),
+            _ => Ok(self.with_edits(level, pos, self.unedited.0.try_chunk(level, pos)?)),
         }
-        WORKING.with_borrow_mut(|[tile, working]| {
-            content.unpack(tile);
-            for (pos, chunk) in edited {
-                chunk.lay(level, pos, tile, working);
-            }
-            Content::pack(tile)
-        })
     }
 
     fn given_up(&self, level: u32, pos: ChunkPos) {
@@ -139,6 +147,10 @@ impl Base for EditedSource {
 impl Base for Unedited {
     fn chunk(&self, pos: ChunkPos) -> Option<Arc<Chunk>> {
         self.0.chunk(0, pos).to_chunk()
+    }
+
+    fn try_chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable> {
+        self.0.try_chunk(0, pos).map(|content| content.to_chunk())
     }
 }
 

@@ -1,6 +1,7 @@
 //! Remembers which files a build asked for, and what it found: exactly the files whose change makes another build worthwhile.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use raxel_diagnostics::{FileError, Files};
@@ -57,6 +58,10 @@ impl Files for RecordingFiles {
         let content = content(&result);
         note(&mut self.seen.lock().unwrap_or_else(PoisonError::into_inner), path.to_owned(), content);
         result
+    }
+
+    fn root(&self) -> Option<&Path> {
+        self.files.root()
     }
 }
 

@@ -54,6 +54,8 @@ struct Frames {
     changed: u64,
     /// Where the camera was in the last frame.
     last: Option<DVec3>,
+    /// Whether somebody was told that chunks are missing.
+    failing: bool,
     /// What the last frame spent here, and how much of it waiting for a complete world.
     spent: Duration,
     waited: Duration,
@@ -136,6 +138,20 @@ impl WorldStream {
     /// How it is doing.
     pub fn stats(&self) -> Stats {
         self.streamer.stats()
+    }
+
+    /// What is to be said about where its chunks come from: once that it does not have some, and once that it has them again.
+    pub fn take_message(&self) -> Option<Diagnostic> {
+        let reason = self.streamer.unavailable();
+        let mut frames = self.frames();
+        let changed = reason.is_some() != frames.failing;
+        frames.failing = reason.is_some();
+        let message = |text: String| Diagnostic::warning(codes::world::STORE_FAILING, text);
+        changed.then(|| match reason {
+            Some(reason) => message(format!("chunks of the world are missing: {reason}"))
+                .help("they are asked for again, and shown as soon as they are there"),
+            None => message("the chunks that were missing are there".to_owned()),
+        })
     }
 
     /// Whether everything that the camera wanted in the last frame is there.
@@ -334,6 +350,11 @@ fn too_small_on_host(streamed: &Streamed, needed: u64) -> Diagnostic {
 }
 
 fn incomplete(error: &StreamError) -> Diagnostic {
+    if let StreamError::Unavailable { .. } = error {
+        let message = format!("the streamed world is not complete: {error}");
+        return Diagnostic::error(codes::world::STORE_FAILING, message)
+            .help("bake what is missing, or wait until the store answers again");
+    }
     Diagnostic::error(codes::world::STREAM_BUDGET, format!("the streamed world is not complete: {error}"))
         .help("raise `gpu_memory`, or lower `near` or `far`")
 }

@@ -74,7 +74,8 @@ impl SessionWorld {
         files: &dyn Files,
         texts: &mut SourceMap,
     ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let (loaded, warnings) = raxel_world::file::load(path, files, texts)?;
+        let open = |address: &str| crate::sources::baked(address, files);
+        let (loaded, warnings) = raxel_world::file::load_with(path, files, texts, &open)?;
         Ok((Self::new(Some(path.to_owned()), loaded), warnings))
     }
 
@@ -118,6 +119,11 @@ impl SessionWorld {
     /// Its name.
     pub fn name(&self) -> &str {
         &self.loaded.name
+    }
+
+    /// A hash of everything that its voxels are built from; `files` are those that it was loaded from.
+    pub fn fingerprint(&self, files: &dyn Files) -> [u8; 32] {
+        crate::editing::generator_hash(&self.loaded, files)
     }
 
     /// How it comes into being around the camera, if it is never whole in memory.

@@ -31,6 +31,8 @@ pub struct Stats {
     pub missing: usize,
     /// Those of them that may be in the picture.
     pub missing_in_view: usize,
+    /// Those of them that the source did not have when it was asked.
+    pub unavailable: usize,
     /// Tiles in the directory, the empty ones not counted.
     pub live: usize,
     /// Tiles made since the start.

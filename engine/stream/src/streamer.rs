@@ -4,6 +4,7 @@
 //! have made. A frame only ever touches the desk, for as long as it takes to exchange a few words.
 
 mod director;
+mod put_off;
 mod worker;
 
 use std::collections::HashSet;
@@ -13,7 +14,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use raxel_world::layout::TileBlock;
-use raxel_world::{ChunkPos, ChunkSource, Content};
+use raxel_world::{ChunkPos, ChunkSource, Content, Unavailable};
 
 use crate::allowance::Allowance;
 use crate::pool::{Pool, PoolMemory};
@@ -38,7 +39,7 @@ pub struct StreamOptions {
 }
 
 /// Why a streamer cannot go on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StreamError {
     /// What is wanted does not fit the pool.
     #[error("the world around the camera takes more than the {bytes} bytes of the pool")]
@@ -53,6 +54,14 @@ pub enum StreamError {
         missing: usize,
         /// Seconds waited.
         seconds: u64,
+    },
+    /// The source does not have a tile, however often it is asked.
+    #[error("{missing} chunks are missing: {reason}")]
+    Unavailable {
+        /// Tiles that are missing.
+        missing: usize,
+        /// What the source says.
+        reason: Unavailable,
     },
 }
 
@@ -101,6 +110,8 @@ struct Desk {
     settled: u64,
     /// How the last attempt for a view ended.
     error: Option<(u64, StreamError)>,
+    /// What the source says of a tile that it does not have.
+    unavailable: Option<Unavailable>,
     stats: Stats,
 }
 
@@ -144,6 +155,7 @@ impl Streamer {
             released: 0,
             settled: 0,
             error: None,
+            unavailable: None,
             stats: Stats::default(),
         };
         let shared = Arc::new(Shared {
@@ -166,7 +178,7 @@ impl Streamer {
     }
 
     /// Bytes that the pool takes for what a camera wants, about, and those that `packed` gives for the same tiles: a sample of the columns
-    /// around it is made.
+    /// around it is made, as far as the source has it.
     pub fn estimate(
         source: &dyn ChunkSource,
         reach: &Reach,
@@ -181,14 +193,14 @@ impl Streamer {
             columns.entry((tile.level, tile.pos.x, tile.pos.z)).or_default().push(tile);
         }
         let mut bytes = [0.0; 2];
-        for level in 0..=reach.top() {
+        'levels: for level in 0..=reach.top() {
             let of_level: Vec<&Vec<TileKey>> =
                 columns.range((level, i32::MIN, i32::MIN)..=(level, i32::MAX, i32::MAX)).map(|(_, c)| c).collect();
             let looked_at = COLUMNS.min(of_level.len() as u64);
             let mut found = [0u64; 2];
             for _ in 0..looked_at {
                 for tile in of_level[random.below(of_level.len() as u64) as usize] {
-                    let content = source.chunk(tile.level, tile.pos);
+                    let Ok(content) = source.try_chunk(tile.level, tile.pos) else { break 'levels };
                     let words = TileBlock::of(&content, tile.level).map_or(0, |block| u64::from(block.words()));
                     // Its node, in two directories at a time.
                     found[0] += 4 * (words + 8);
@@ -260,10 +272,10 @@ impl Streamer {
             if desk.settled == serial {
                 return Ok(());
             }
-            if let Some((of, error)) = desk.error
-                && of == serial
+            if let Some((of, error)) = &desk.error
+                && *of == serial
             {
-                return Err(error);
+                return Err(error.clone());
             }
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {
@@ -284,6 +296,11 @@ impl Streamer {
     pub fn is_settled(&self) -> bool {
         let desk = self.shared.desk();
         desk.settled == desk.view_serial
+    }
+
+    /// What the source says, when there are tiles that it does not have; they are asked for again after a while.
+    pub fn unavailable(&self) -> Option<Unavailable> {
+        self.shared.desk().unavailable.clone()
     }
 
     /// How it is doing.

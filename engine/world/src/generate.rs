@@ -67,48 +67,6 @@ impl Generator {
         Ok(Self { materials, operations, heights: Recent::new(KEPT_COLUMNS), placements: Recent::new(KEPT_COLUMNS) })
     }
 
-    /// Smallest and one past the largest height that a voxel can have; `None` when nothing is built.
-    pub fn height_range(&self) -> Option<[i64; 2]> {
-        let of = |operation: &Operation| {
-            let bounds = match operation {
-                Operation::Solid(solid) if solid.mode == Mode::Add => solid.shape.bounds(),
-                Operation::Terrain(terrain) if terrain.mode == Mode::Add => terrain.bounds(),
-                Operation::Place(placed) if placed.mode == Mode::Add => {
-                    let model = placed.model.bounds()?;
-                    let all = placed.placements.iter().map(|placement| Placed::placed_bounds(&model, placement));
-                    all.reduce(Bounds::union)?
-                }
-                _ => return None,
-            };
-            Some([bounds.min[1], bounds.max[1]])
-        };
-        let union = |a: [i64; 2], b: [i64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
-        let built = self.operations.iter().filter_map(of).reduce(union)?;
-        // Models stand on the land, sunk into it at most.
-        let above = self.operations.iter().filter_map(|operation| match operation {
-            Operation::Jittered(jittered) => {
-                let size = jittered.model.bounds()?.size();
-                Some((size[0].max(size[1]).max(size[2]) as i64).saturating_sub(jittered.sink.min(0)))
-            }
-            _ => None,
-        });
-        Some([built[0], built[1].saturating_add(above.max().unwrap_or(0))])
-    }
-
-    /// Builds the chunks of a box of chunks, `min` inside and `max` not, into a world of its own.
-    pub fn cut(&self, min: ChunkPos, max: ChunkPos) -> World {
-        let mut chunks = Vec::new();
-        for y in min.y..max.y {
-            for z in min.z..max.z {
-                for x in min.x..max.x {
-                    let pos = ChunkPos::new(x, y, z);
-                    chunks.extend(self.chunk(0, pos).to_chunk().map(|chunk| (pos, chunk)));
-                }
-            }
-        }
-        World::new(self.materials.clone(), chunks)
-    }
-
     fn heights(&self, index: usize, terrain: &Terrain, level: u32, pos: ChunkPos) -> Arc<Heights> {
         self.heights.get((index, level, pos.x, pos.z), || terrain.heights(pos.x, pos.z))
     }
@@ -180,6 +138,33 @@ impl ChunkSource for Generator {
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
         debug_assert!(level <= MAX_LEVEL);
         WORKING.with_borrow_mut(|dense| self.make(level, pos, dense))
+    }
+
+    fn height_range(&self) -> Option<[i64; 2]> {
+        let of = |operation: &Operation| {
+            let bounds = match operation {
+                Operation::Solid(solid) if solid.mode == Mode::Add => solid.shape.bounds(),
+                Operation::Terrain(terrain) if terrain.mode == Mode::Add => terrain.bounds(),
+                Operation::Place(placed) if placed.mode == Mode::Add => {
+                    let model = placed.model.bounds()?;
+                    let all = placed.placements.iter().map(|placement| Placed::placed_bounds(&model, placement));
+                    all.reduce(Bounds::union)?
+                }
+                _ => return None,
+            };
+            Some([bounds.min[1], bounds.max[1]])
+        };
+        let union = |a: [i64; 2], b: [i64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        let built = self.operations.iter().filter_map(of).reduce(union)?;
+        // Models stand on the land, sunk into it at most.
+        let above = self.operations.iter().filter_map(|operation| match operation {
+            Operation::Jittered(jittered) => {
+                let size = jittered.model.bounds()?.size();
+                Some((size[0].max(size[1]).max(size[2]) as i64).saturating_sub(jittered.sink.min(0)))
+            }
+            _ => None,
+        });
+        Some([built[0], built[1].saturating_add(above.max().unwrap_or(0))])
     }
 }
 

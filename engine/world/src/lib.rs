@@ -19,8 +19,11 @@ pub use chunk::{
     BLOCKS, Bits, CHUNK_EDGE, CHUNK_VOXELS, Chunk, block_cell, block_index, child_cell, child_index, voxel_index,
 };
 pub use dense::{DenseChunk, Mode};
-pub use file::{Aim, CameraHint, Loaded, OnGeneratorChange, SaveSettings, StreamSettings, Streamed, load, schema};
+pub use file::{
+    Aim, CameraHint, Loaded, OnGeneratorChange, OpenSource, SaveSettings, StreamSettings, Streamed, load, load_with,
+    schema,
+};
 pub use material::{AIR, MAX_MATERIALS, Material, MaterialIndex, linear_from_srgb, srgb_from_linear};
 pub use orientation::{Orientation, Placement};
-pub use tile::{ChunkSource, Content, MAX_LEVEL, cell_edge, reduce};
+pub use tile::{ChunkSource, Content, MAX_LEVEL, Unavailable, cell_edge, reduce};
 pub use world::{Bounds, ChunkPos, Info, MaterialInfo, World};

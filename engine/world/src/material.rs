@@ -1,6 +1,6 @@
 //! What a voxel is made of.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A palette index. 0 is air; a world has at most [`MAX_MATERIALS`] materials besides it.
 pub type MaterialIndex = u16;
@@ -12,7 +12,7 @@ pub const AIR: MaterialIndex = 0;
 pub const MAX_MATERIALS: usize = u16::MAX as usize;
 
 /// A surface, for shaders and exporters.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// The name it has in the world file or in the model.
     pub name: String,

@@ -36,6 +36,39 @@ pub trait ChunkSource: Send + Sync {
 
     /// Whoever held a tile has given it up just now: sources that remember tiles remember this one longest.
     fn given_up(&self, _level: u32, _pos: ChunkPos) {}
+
+    /// As [`ChunkSource::chunk`], of a source that may fail to have a tile for the time being: a store that does not answer, or has only
+    /// half of it.
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
+    }
+
+    /// Smallest and one past the largest height that a voxel can have; `None` when that is not known, or there are none.
+    fn height_range(&self) -> Option<[i64; 2]> {
+        None
+    }
+
+    /// What tells its voxels from those of others, if it comes from outside of the world's file.
+    fn fingerprint(&self) -> Option<&str> {
+        None
+    }
+
+    /// The highest level that it has tiles of.
+    fn top_level(&self) -> u32 {
+        MAX_LEVEL
+    }
+}
+
+/// Why a tile cannot be had for the time being.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Unavailable(Arc<str>);
+
+impl Unavailable {
+    /// In words.
+    pub fn new(reason: impl Into<Arc<str>>) -> Self {
+        Self(reason.into())
+    }
 }
 
 impl Content {

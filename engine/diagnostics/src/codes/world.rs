@@ -79,6 +79,20 @@ declare! {
     INSTANCE_PARAM = "RX0447";
     /// Two instances of one name.
     INSTANCE_NAME = "RX0448";
+    /// An address at which no store of baked worlds can be opened.
+    STORE_ADDRESS = "RX0450";
+    /// A store that fails.
+    STORE_FAILING = "RX0451";
+    /// A store with another world in it.
+    STORE_OTHER = "RX0452";
+    /// A region that cannot be baked.
+    BAKE_REGION = "RX0453";
+    /// A store that holds no world that can be read.
+    STORE_UNREADABLE = "RX0454";
+    /// A view that is farther than the levels of detail that were baked.
+    SOURCE_LEVELS = "RX0455";
+    /// A world from a store that would build, too.
+    SOURCE_BUILD = "RX0456";
     /// A budget on the host that cannot hold what a streamed world wants.
     STREAM_HOST_BUDGET = "RX0470";
 }

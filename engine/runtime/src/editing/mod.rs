@@ -10,6 +10,7 @@ use raxel_edit::save::Save;
 use raxel_edit::{Change, EditError, Edits, Operation, Scene};
 use raxel_world::{Chunk, ChunkPos};
 
+pub(crate) use generator::generator_hash;
 pub use saves::Saves;
 
 use crate::world::{SessionWorld, WorldIdentity};

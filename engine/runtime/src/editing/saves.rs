@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Files, codes};
+use raxel_edit::EditError;
 use raxel_edit::save::{Meta, Save, SaveError, SaveEvent, SaveOptions};
 use raxel_world::{Loaded, OnGeneratorChange, SaveSettings};
 
@@ -77,6 +78,12 @@ impl Editing {
         for (seq, operations) in opened.steps {
             match self.edits.replay(&operations, &self.scene, base.base()) {
                 Ok(change) => save.replayed(&change),
+                // What could not be replayed today stays in the journal.
+                Err(EditError::Unavailable(reason)) => {
+                    let message = format!("the edits in `{}` cannot be made: {reason}", settings.path);
+                    found.push(Diagnostic::error(codes::world::STORE_FAILING, message));
+                    return found;
+                }
                 Err(error) => {
                     let message = format!("`{}`: edit {seq} is left out: {error}", settings.path);
                     found.push(Diagnostic::warning(codes::world::SAVE_DAMAGED, message));

@@ -32,6 +32,9 @@ impl EditFailure {
     /// As a diagnostic without a place.
     pub fn into_diagnostics(self) -> Vec<Diagnostic> {
         match self {
+            Self::Refused(EditError::Unavailable(reason)) => {
+                vec![Diagnostic::error(codes::world::STORE_FAILING, format!("the edit was not made: {reason}"))]
+            }
             Self::Refused(error) => vec![Diagnostic::error(codes::world::EDIT, error.to_string())],
             Self::TooLarge { diagnostics } => diagnostics,
         }
@@ -93,8 +96,8 @@ impl Session {
         raxel_edit::query::histogram(self.world.newest(), bounds)
     }
 
-    /// What is to be said about edits since the last call: that they cannot be saved and are saved again, and what is wrong with those that
-    /// passes write.
+    /// What is to be said about the world since the last call: that edits cannot be saved and are saved again, what is wrong with those that
+    /// passes write, and that a store does not have chunks of it, and has them again.
     pub fn take_edit_messages(&mut self) -> Vec<Diagnostic> {
         self.editing.take_messages()
     }

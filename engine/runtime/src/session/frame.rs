@@ -160,6 +160,9 @@ impl Session {
     /// Gives the frame the newest state of a streamed world; returns its version.
     fn begin_stream(&mut self, time: &FrameTime) -> Result<u64, FrameError> {
         let Some(stream) = self.stream() else { return Ok(0) };
+        if let Some(message) = stream.take_message() {
+            self.editing.say(message);
+        }
         let [width, height] = self.selection.output;
         let aspect = f64::from(width) / f64::from(height);
         stream.begin(&self.camera, aspect, time.delta).map_err(|error| match error {

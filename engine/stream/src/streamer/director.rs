@@ -5,10 +5,11 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
-use raxel_world::ChunkPos;
 use raxel_world::layout::Tree64Header;
+use raxel_world::{ChunkPos, Unavailable};
 
-use super::worker::Made;
+use super::put_off::PutOff;
+use super::worker::{Made, Unmade};
 use super::{Job, Shared, StreamError};
 use crate::directory::{Cube, Directory, LiveTile};
 use crate::pool::Block;
@@ -48,6 +49,8 @@ pub(super) struct Director {
     stale: BTreeMap<TileKey, Stale>,
     /// Changes that were noted, and those that the chunks in the pool show.
     changes: [u64; 2],
+    /// Tiles that the source did not have.
+    put_off: PutOff,
     /// Until when publications wait for chunks that are to be made anew.
     held: Option<Instant>,
     /// Blocks that no publication from this version on reaches.
@@ -102,6 +105,7 @@ impl Director {
             missing: HashSet::new(),
             stale: BTreeMap::new(),
             changes: [0; 2],
+            put_off: PutOff::default(),
             held: None,
             retired: VecDeque::new(),
             version: 0,
@@ -145,7 +149,9 @@ impl Director {
             let can_publish =
                 self.changed && desk.pending.is_none() && !self.complete && !self.no_room && !self.is_held();
             let can_free = self.retired.front().is_some_and(|(version, _)| *version <= desk.released);
-            if moved || !desk.made.is_empty() || can_publish || can_free {
+            let due = self.put_off.is_due(Instant::now());
+            self.ask_again |= due;
+            if moved || !desk.made.is_empty() || can_publish || can_free || due {
                 self.view = desk.view;
                 self.view_serial = desk.view_serial;
                 self.changes[0] = desk.changes;
@@ -184,14 +190,23 @@ impl Director {
         let Made { key, tile, bytes } = made;
         self.stats.written += bytes;
         let again = self.stale.remove(&key) == Some(Stale::Again);
-        let Some((live, block)) = tile else {
-            self.no_room = true;
-            self.ask_again = true;
-            if self.tiles.contains_key(&key) {
-                self.stale.insert(key, Stale::Again);
+        let (live, block) = match tile {
+            Ok(made) => made,
+            Err(why) => {
+                match why {
+                    Unmade::NoRoom => {
+                        self.no_room = true;
+                        self.ask_again = true;
+                    }
+                    Unmade::Unavailable(reason) => self.put_off(key, reason),
+                }
+                if self.tiles.contains_key(&key) {
+                    self.stale.insert(key, Stale::Again);
+                }
+                return;
             }
-            return;
         };
+        self.put_off.remove(key);
         self.stats.made += 1;
         if again || !self.reach.wants(self.view.cell, key, self.slack()) {
             // No publication has ever reached it.
@@ -209,6 +224,17 @@ impl Director {
             self.retire(before.block);
         }
         self.changed = true;
+    }
+
+    /// A tile that the source does not have is asked for again after a while. Whoever waits for a complete world hears of one that was
+    /// asked for often.
+    fn put_off(&mut self, key: TileKey, reason: Unavailable) {
+        let often = self.put_off.add(key, reason.clone(), Instant::now());
+        if self.complete && often {
+            let error = StreamError::Unavailable { missing: self.missing.len(), reason };
+            self.shared.desk().error = Some((self.view_serial, error));
+            self.shared.settled.notify_all();
+        }
     }
 
     /// Chunks that the source answers anew, with the coarser tiles around them.
@@ -259,6 +285,7 @@ impl Director {
         let tiles = self.reach.tiles(self.view.cell);
         self.wanted = tiles.len();
         self.missing = tiles.into_iter().filter(|tile| !self.tiles.contains_key(tile)).collect();
+        self.put_off.retain(|key| self.missing.contains(key) || self.stale.contains_key(key));
     }
 
     fn drop_unwanted(&mut self, slack: i32) {
@@ -317,8 +344,11 @@ impl Director {
         if !self.complete && !roomy && self.reach.near() > LEAST_NEAR && self.retired.is_empty() {
             self.shrink();
         }
+        let put_off = self.put_off.at(Instant::now());
         let mut desk = self.shared.desk();
-        let idle = |key: &TileKey| !desk.in_work.contains(key) && !desk.made.iter().any(|made| made.key == *key);
+        let idle = |key: &TileKey| {
+            !put_off.contains(key) && !desk.in_work.contains(key) && !desk.made.iter().any(|made| made.key == *key)
+        };
         // What was changed by hand is seen to be wrong: it comes first, chunks before the coarser tiles around them.
         let stale: Vec<TileKey> = self.stale.keys().copied().filter(idle).collect();
         let mut jobs: Vec<(f64, TileKey)> = self
@@ -356,8 +386,10 @@ impl Director {
         self.stats.wanted = self.wanted;
         self.stats.missing = self.missing.len();
         self.stats.near = self.reach.near();
+        self.stats.unavailable = self.put_off.len();
         let mut desk = self.shared.desk();
         desk.stats = self.stats;
+        desk.unavailable = self.put_off.reason().cloned();
         // Whoever waits for this sees the figures of it, too.
         if settled && !self.changed && view_is_known && desk.view_serial == self.view_serial {
             desk.settled = self.view_serial;

@@ -4,8 +4,8 @@ use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use raxel_world::Content;
 use raxel_world::layout::{TileBlock, TileNode};
+use raxel_world::{Content, Unavailable};
 
 use super::{Job, Shared};
 use crate::directory::LiveTile;
@@ -15,10 +15,17 @@ use crate::reach::TileKey;
 /// A tile that was made.
 pub(super) struct Made {
     pub(super) key: TileKey,
-    /// `None` when the pool had no room for it.
-    pub(super) tile: Option<(LiveTile, Option<Block>)>,
+    pub(super) tile: Result<(LiveTile, Option<Block>), Unmade>,
     /// Bytes written.
     pub(super) bytes: u64,
+}
+
+/// Why a tile was not made.
+pub(super) enum Unmade {
+    /// The pool had no room for it.
+    NoRoom,
+    /// The source does not have it for the time being.
+    Unavailable(Unavailable),
 }
 
 pub(super) fn run(shared: &Shared) {
@@ -49,13 +56,18 @@ pub(super) fn run(shared: &Shared) {
 }
 
 fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
-    let content = shared.source.chunk(key.level, key.pos);
+    let content = match shared.source.try_chunk(key.level, key.pos) {
+        Ok(content) => content,
+        Err(reason) => return Made { key, tile: Err(Unmade::Unavailable(reason)), bytes: 0 },
+    };
     let block = match TileBlock::of(&content, key.level) {
-        Err(node) => return Made { key, tile: Some((LiveTile { node, children: [].into() }, None)), bytes: 0 },
+        Err(node) => return Made { key, tile: Ok((LiveTile { node, children: [].into() }, None)), bytes: 0 },
         Ok(block) => block,
     };
     debug_assert!(matches!(content, Content::Chunk(_)));
-    let Some(place) = shared.pool.allocate_tile(block.words()) else { return Made { key, tile: None, bytes: 0 } };
+    let Some(place) = shared.pool.allocate_tile(block.words()) else {
+        return Made { key, tile: Err(Unmade::NoRoom), bytes: 0 };
+    };
     let (words, node) = block.encode(shared.pool.address(&place), shared.pool.full_run());
     wait_for_frame(shared, 4 * words.len() as u64, stale);
     shared.pool.write(&place, &words);
@@ -66,7 +78,7 @@ fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
         let count = node.mask().count_ones() as usize;
         words.chunks_exact(4).take(count).map(|quad| TileNode([quad[0], quad[1], quad[2], quad[3]])).collect()
     };
-    Made { key, tile: Some((LiveTile { node: Some(node), children }, Some(place))), bytes: 4 * words.len() as u64 }
+    Made { key, tile: Ok((LiveTile { node: Some(node), children }, Some(place))), bytes: 4 * words.len() as u64 }
 }
 
 /// Waits until a frame may bring so many bytes; what was edited is brought at once.

@@ -25,6 +25,8 @@ pub use stream::StreamSettings;
 use crate::build::{BuildError, Operation, build};
 use crate::generate::{Generator, NeedsWhole};
 use crate::instances::Instances;
+use crate::material::{MAX_MATERIALS, Material};
+use crate::tile::{ChunkSource, MAX_LEVEL};
 use crate::vox;
 use crate::world::World;
 use materials::Palette;
@@ -57,15 +59,29 @@ pub struct Loaded {
 }
 
 /// A world that is never whole in memory.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Streamed {
     /// How much of it is there at a time.
     pub settings: StreamSettings,
     /// Makes its tiles.
-    pub generator: Arc<Generator>,
+    pub generator: Arc<dyn ChunkSource>,
+    /// Where they come from, if they are not built; [`ChunkSource::fingerprint`] tells what is there.
+    pub source: Option<String>,
     /// Where the file says so.
     pub place: Span,
 }
+
+impl std::fmt::Debug for Streamed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Streamed")
+            .field("settings", &self.settings)
+            .field("source", &self.source)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Opens what `source` of `[stream]` names.
+pub type OpenSource<'a> = dyn Fn(&str) -> Result<Arc<dyn ChunkSource>, Box<Diagnostic>> + 'a;
 
 impl Loaded {
     /// The same without its voxels.
@@ -88,7 +104,7 @@ impl Loaded {
 
 /// What a world file says, before anything is built.
 struct Description {
-    stream: Option<(StreamSettings, Span)>,
+    stream: Option<(stream::Stream, Span)>,
     name: Option<String>,
     about: Option<String>,
     camera: Option<CameraHint>,
@@ -102,11 +118,24 @@ struct Description {
 }
 
 /// Loads the world at a project path: a world file, or a .vox scene. Warnings come with the world; with any error there is none,
-/// and all that was found is returned.
+/// and all that was found is returned. A world whose tiles come from a store is an error: [`load_with`] loads those, too.
 pub fn load(
     path: &str,
     files: &dyn Files,
     texts: &mut SourceMap,
+) -> Result<(Loaded, Vec<Diagnostic>), Vec<Diagnostic>> {
+    load_with(path, files, texts, &|source| {
+        let message = format!("nothing opens the source `{source}` here");
+        Err(Box::new(Diagnostic::error(codes::world::STORE_ADDRESS, message)))
+    })
+}
+
+/// As [`load`], with what opens the sources of streamed worlds.
+pub fn load_with(
+    path: &str,
+    files: &dyn Files,
+    texts: &mut SourceMap,
+    open: &OpenSource<'_>,
 ) -> Result<(Loaded, Vec<Diagnostic>), Vec<Diagnostic>> {
     if is_vox(path) {
         return load_vox(path, files).map_err(|error| vec![*error]);
@@ -114,18 +143,27 @@ pub fn load(
     let text = files::read_text(files, path, None, texts).map_err(|error| vec![*error])?;
     let (description, mut found) = read_document(path, &text, texts, |root| Some(read(root, path, files)))?;
     let (operations, places): (Vec<_>, Vec<_>) = description.operations.into_iter().unzip();
-    if let Some((settings, place)) = description.stream {
-        let materials = description.palette.into_materials();
-        let world = World::new(materials.clone(), []);
-        let generator = Generator::new(materials, operations).map_err(|error| {
-            found.push(needs_whole(error, &places));
-            std::mem::take(&mut found)
-        })?;
+    if let Some((stream::Stream { settings, source }, place)) = description.stream {
+        let declared = description.palette.into_materials();
+        let (materials, generator): (_, Arc<dyn ChunkSource>) = if let Some(source) = &source {
+            let opened = opened(&settings, source, &places, open).map_err(|error| {
+                found.push(*error);
+                std::mem::take(&mut found)
+            })?;
+            (restyled(opened.materials(), declared), opened)
+        } else {
+            let generator = Generator::new(declared.clone(), operations).map_err(|error| {
+                found.push(needs_whole(error, &places));
+                std::mem::take(&mut found)
+            })?;
+            (declared, Arc::new(generator))
+        };
+        let world = World::new(materials, []);
         let loaded = Loaded {
             name: description.name.unwrap_or_else(|| stem(path)),
             about: description.about,
             world,
-            stream: Some(Streamed { settings, generator: Arc::new(generator), place }),
+            stream: Some(Streamed { settings, generator, source: source.map(|(source, _)| source), place }),
             camera: description.camera,
             cameras: description.cameras,
             models: description.models,
@@ -231,6 +269,55 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
     let (models, files) = models.into_parts();
     all_files.extend(files);
     Description { stream, name, about, camera, cameras, palette, operations, models, instances, save, files: all_files }
+}
+
+/// Opens the source that a file names, and checks that the rest of the file suits it.
+fn opened(
+    settings: &StreamSettings,
+    (source, at): &(String, Span),
+    operations: &[Span],
+    open: &OpenSource<'_>,
+) -> Result<Arc<dyn ChunkSource>, Box<Diagnostic>> {
+    if let Some(operation) = operations.first() {
+        let message = "the voxels of a world with a `source` are there already: nothing is built";
+        return Err(Box::new(
+            Diagnostic::error(codes::world::SOURCE_BUILD, message)
+                .label(operation.clone(), "this would build")
+                .label(at.clone(), "the voxels come from here")
+                .help("take [[build]] out, or `source`; edits change what comes from a source, too"),
+        ));
+    }
+    let opened = open(source).map_err(|error| Box::new(error.label(at.clone(), "named here")))?;
+    let needed = (0..=MAX_LEVEL).find(|level| settings.far <= settings.near << (2 * level)).unwrap_or(MAX_LEVEL);
+    let top = opened.top_level();
+    if needed > top {
+        let farthest = u64::from(settings.near) << (2 * top);
+        let message = format!(
+            "`far` is {}, which takes {} levels of detail, and {} were baked",
+            settings.far,
+            needed + 1,
+            top + 1
+        );
+        return Err(Box::new(
+            Diagnostic::error(codes::world::SOURCE_LEVELS, message)
+                .label(at.clone(), "these levels end")
+                .help(format!("lower `far` to {farthest}, or bake again with `--levels {}`", needed + 1)),
+        ));
+    }
+    Ok(opened)
+}
+
+/// The materials of a source, with the looks that the file declares for the same names, and what else it declares behind them.
+fn restyled(materials: &[Material], declared: Vec<Material>) -> Vec<Material> {
+    let mut all = materials.to_vec();
+    for material in declared.into_iter().skip(1) {
+        match all.iter().skip(1).position(|known| known.name == material.name) {
+            Some(index) => all[index + 1] = material,
+            None if all.len() <= MAX_MATERIALS => all.push(material),
+            None => {}
+        }
+    }
+    all
 }
 
 fn needs_whole(error: NeedsWhole, places: &[Span]) -> Diagnostic {

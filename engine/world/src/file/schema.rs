@@ -211,6 +211,11 @@ fn stream() -> Value {
                 memory(Settings::LEAST_UPLOAD, Settings::MOST_GPU_MEMORY, Settings::UPLOAD),
             ),
             (
+                "source",
+                "A store that the world was baked to, in place of [[build]]: a folder of the project, or a URL.",
+                json!({ "type": "string", "pattern": "^zarr:." }),
+            ),
+            (
                 "threads",
                 "Threads that make chunks; 0 is one for each core but one.",
                 json!({ "type": "integer", "minimum": 0, "maximum": Settings::MOST_THREADS, "default": 0 }),

@@ -1,5 +1,6 @@
 //! `[stream]`: how much of a world is there at a time.
 
+use raxel_diagnostics::Span;
 use raxel_diagnostics::table::{Node, Table};
 
 use super::extent;
@@ -62,7 +63,24 @@ impl StreamSettings {
     pub const MOST_THREADS: u32 = 256;
 }
 
-pub(super) fn read(table: &Table<'_, '_>) -> Option<StreamSettings> {
+/// What `[stream]` says, with where the tiles come from.
+pub(super) struct Stream {
+    pub(super) settings: StreamSettings,
+    /// The address of the store, if they are not built, and where the file names it.
+    pub(super) source: Option<(String, Span)>,
+}
+
+/// What a source begins with: tiles come from arrays of Zarr, and from nowhere else.
+const ZARR: &str = "zarr:";
+
+pub(super) fn read(table: &Table<'_, '_>) -> Option<Stream> {
+    let source = match table.get("source") {
+        None => Some(None),
+        Some(node) => node.string().and_then(|text| match text.strip_prefix(ZARR) {
+            Some(address) if !address.is_empty() => Some(Some((address.to_owned(), node.span.clone()))),
+            _ => node.bad_value(format!("`{text}` is no source: write \"zarr:FOLDER\" or \"zarr:s3://BUCKET/FOLDER\"")),
+        }),
+    };
     let default = StreamSettings::default();
     let near = table
         .get("near")
@@ -114,7 +132,7 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<StreamSettings> {
     let threads =
         table.get("threads").map_or(Some(0), |node| node.integer(0..=i64::from(StreamSettings::MOST_THREADS)));
     table.finish();
-    Some(StreamSettings {
+    let settings = StreamSettings {
         near: near? as u32,
         far: far? as u32,
         height: height?,
@@ -122,7 +140,8 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<StreamSettings> {
         cpu_memory: cpu_memory?,
         upload: upload?,
         threads: threads? as u32,
-    })
+    };
+    Some(Stream { settings, source: source? })
 }
 
 /// A number of bytes: an integer, or a number with a unit, `"512 MiB"`.

@@ -1,7 +1,7 @@
 //! The texts that an editor has open, saved or not, in front of the files on disk.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lsp_types::{Position, Range, Url};
@@ -77,6 +77,10 @@ impl Overlay {
 impl Files for Overlay {
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
         self.texts.get(path).map_or_else(|| self.disk.read(path), |text| Ok(text.clone()))
+    }
+
+    fn root(&self) -> Option<&Path> {
+        self.disk.root()
     }
 }
 

@@ -1,5 +1,6 @@
-//! `raxel world`: what a world is made of, models in and out, and saves.
+//! `raxel world`: what a world is made of, models in and out, saves, and stores.
 
+mod bake;
 mod export;
 mod import;
 mod info;
@@ -9,7 +10,7 @@ use crate::args::Messages;
 use crate::console::{Console, Format};
 use crate::failure::Result;
 
-/// Looks into worlds and their saves, imports and exports `MagicaVoxel` .vox files.
+/// Looks into worlds and their saves, imports and exports `MagicaVoxel` .vox files, bakes worlds into stores.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -21,6 +22,7 @@ enum Action {
     Info(info::Args),
     Import(import::Args),
     Export(export::Args),
+    Bake(bake::Args),
     Save(save::Save),
     Verify(save::Verify),
     Compact(save::Compact),
@@ -34,6 +36,7 @@ impl Args {
             Action::Info(args) => args.messages,
             Action::Import(args) => args.messages,
             Action::Export(args) => args.messages,
+            Action::Bake(args) => args.messages,
             Action::Save(args) => args.messages(),
             Action::Verify(args) => args.messages(),
             Action::Compact(args) => args.messages(),
@@ -48,6 +51,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         Action::Info(args) => info::run(args, console),
         Action::Import(args) => import::run(args, console),
         Action::Export(args) => export::run(args, console),
+        Action::Bake(args) => bake::run(args, console),
         Action::Save(args) => args.run(console),
         Action::Verify(args) => args.run(console),
         Action::Compact(args) => args.run(console),

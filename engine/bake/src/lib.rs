@@ -1,0 +1,28 @@
+//! Worlds in Zarr stores.
+//!
+//! [`bake`] makes the tiles of any [`raxel_world::ChunkSource`] and writes them as arrays of [Zarr v3](https://zarr-specs.readthedocs.io),
+//! one object a shard, to a [`Store`]. Which bytes are in a shard follows from the world and the place of the shard alone: shards are
+//! made by any machine, in any order, and again after one was interrupted. [`ZarrSource`] is the way back: a store as the source of a
+//! streamed world.
+
+mod bake;
+mod directory;
+mod metadata;
+#[cfg(feature = "cloud")]
+mod object;
+mod part;
+mod plan;
+mod retry;
+mod shard;
+mod source;
+mod store;
+
+pub use bake::{BakeError, Report, bake};
+pub use directory::Directory;
+#[cfg(feature = "cloud")]
+pub use object::ObjectStore;
+pub use part::Part;
+pub use plan::{BakedLevel, DEFAULT_EDGE, Plan, PlanError, Region, ShardKey};
+pub use shard::Damage;
+pub use source::{SourceError, ZarrSource};
+pub use store::{OpenError, Store, StoreError, Wanted, open};

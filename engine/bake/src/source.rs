@@ -1,0 +1,221 @@
+//! A store as the source of a streamed world.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use raxel_world::{ChunkPos, ChunkSource, Content, Material, Unavailable};
+
+use crate::metadata::{self, Baked, Unreadable};
+use crate::plan::{BakedLevel, CHUNK, Region, ShardKey};
+use crate::retry::retried;
+use crate::shard::{self, Damage, Index};
+use crate::store::{self, OpenError, Store, StoreError, Wanted};
+
+/// Pauses after which a tile that could not be read is read again, before somebody hears of it.
+const PAUSES: [Duration; 2] = [Duration::from_millis(50), Duration::from_millis(250)];
+/// Entries of indices that are kept, 16 bytes each.
+const KEPT_ENTRIES: usize = 1 << 20;
+
+/// A baked world. A tile outside of the region that was baked is empty; one that is not there, or not whole, cannot be had, and is
+/// never taken for an empty one.
+pub struct ZarrSource {
+    store: Arc<dyn Store>,
+    address: String,
+    baked: Baked,
+    levels: Vec<BakedLevel>,
+    indices: Mutex<Indices>,
+}
+
+/// Indices of shards that were used lately.
+#[derive(Default)]
+struct Indices {
+    kept: HashMap<ShardKey, (Arc<Index>, u64)>,
+    /// How often one was asked for.
+    clock: u64,
+}
+
+/// Why a store is no source.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SourceError {
+    /// There is no store at the address.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// Nothing was baked to the address.
+    #[error("no world was baked to `{address}`: there is no `zarr.json`")]
+    Nothing {
+        /// Where it was looked for.
+        address: String,
+    },
+    /// The store fails.
+    #[error("the store `{address}` has failed at {error}")]
+    Store {
+        /// Its address.
+        address: String,
+        /// What it says.
+        error: StoreError,
+    },
+    /// The document is wrong.
+    #[error("the store `{address}` cannot be read: {error}")]
+    Unreadable {
+        /// Its address.
+        address: String,
+        /// What is wrong with it.
+        error: Unreadable,
+    },
+}
+
+/// Why one read has failed.
+enum Failure {
+    Store(StoreError),
+    Missing,
+    Damaged(Damage),
+}
+
+impl ZarrSource {
+    /// Opens the store at an address: a folder, relative to `root`, or a URL.
+    pub fn open(address: &str, root: &Path) -> Result<Self, SourceError> {
+        Self::of(store::open(address, root)?, address)
+    }
+
+    /// A store that is open. The address is what messages call it.
+    pub fn of(store: Arc<dyn Store>, address: &str) -> Result<Self, SourceError> {
+        let address = address.to_owned();
+        let document =
+            retried(&PAUSES, |error: &StoreError| error.passing, || store.get(metadata::GROUP, Wanted::Whole));
+        match document {
+            Ok(Some(document)) => match Baked::read(&document) {
+                Ok(baked) => {
+                    let levels = baked.baked_levels();
+                    Ok(Self { store, address, baked, levels, indices: Mutex::default() })
+                }
+                Err(error) => Err(SourceError::Unreadable { address, error }),
+            },
+            Ok(None) => Err(SourceError::Nothing { address }),
+            Err(error) => Err(SourceError::Store { address, error }),
+        }
+    }
+
+    /// The box of voxels that was baked.
+    pub fn region(&self) -> Region {
+        let (level, edge) = (&self.levels[0], i64::from(self.baked.edge));
+        let min = level.origin(self.baked.edge);
+        Region { min, max: std::array::from_fn(|axis| min[axis] + i64::from(level.shards[axis]) * edge) }
+    }
+
+    fn read(&self, key: ShardKey, chunk: usize) -> Result<Content, Failure> {
+        let object = key.object();
+        let index = self.index(key, &object)?;
+        let Some(place) = index.place(chunk).map_err(Failure::Damaged)? else { return Ok(Content::Empty) };
+        let wanted = (place.end - place.start) as usize;
+        let bytes = self.store.get(&object, Wanted::Bytes(place)).map_err(Failure::Store)?.ok_or(Failure::Missing)?;
+        if bytes.len() != wanted {
+            return Err(Failure::Damaged(Damage::Short { found: bytes.len(), needed: wanted }));
+        }
+        shard::decode(&bytes, chunk, self.baked.materials.len()).map_err(Failure::Damaged)
+    }
+
+    fn index(&self, key: ShardKey, object: &str) -> Result<Arc<Index>, Failure> {
+        if let Some(index) = self.indices().get(key) {
+            return Ok(index);
+        }
+        let chunks = (self.baked.edge / CHUNK).pow(3) as usize;
+        let last = Wanted::Last(Index::bytes(chunks) as u64);
+        let tail = self.store.get(object, last).map_err(Failure::Store)?.ok_or(Failure::Missing)?;
+        let index = Arc::new(Index::read(&tail, chunks).map_err(Failure::Damaged)?);
+        self.indices().keep(key, index.clone(), KEPT_ENTRIES / chunks);
+        Ok(index)
+    }
+
+    fn indices(&self) -> std::sync::MutexGuard<'_, Indices> {
+        self.indices.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn unavailable(&self, key: ShardKey, failure: &Failure) -> Unavailable {
+        let (address, object) = (&self.address, key.object());
+        Unavailable::new(match failure {
+            Failure::Store(error) => format!("the store `{address}` has failed at {error}"),
+            Failure::Missing => format!("the store `{address}` has no `{object}`: that shard was not baked yet"),
+            Failure::Damaged(damage) => format!("`{object}` in the store `{address}` is damaged: {damage}"),
+        })
+    }
+}
+
+impl Indices {
+    fn get(&mut self, key: ShardKey) -> Option<Arc<Index>> {
+        self.clock += 1;
+        let (index, used) = self.kept.get_mut(&key)?;
+        *used = self.clock;
+        Some(index.clone())
+    }
+
+    fn keep(&mut self, key: ShardKey, index: Arc<Index>, most: usize) {
+        while self.kept.len() >= most.max(1) {
+            let oldest = self.kept.iter().min_by_key(|(_, (_, used))| *used).map(|(key, _)| *key);
+            oldest.map(|key| self.kept.remove(&key));
+        }
+        self.kept.insert(key, (index, self.clock));
+    }
+}
+
+impl ChunkSource for ZarrSource {
+    fn materials(&self) -> &[Material] {
+        &self.baked.materials
+    }
+
+    /// What cannot be had is empty; whoever has to tell the two apart asks [`ChunkSource::try_chunk`].
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        self.try_chunk(level, pos).unwrap_or(Content::Empty)
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        let Some(of) = self.levels.get(level as usize) else {
+            let (address, levels) = (&self.address, self.levels.len());
+            return Err(Unavailable::new(format!(
+                "the store `{address}` has {levels} levels of detail, and no level {level}"
+            )));
+        };
+        let edge = i64::from(self.baked.edge / CHUNK);
+        let at: [i64; 3] =
+            std::array::from_fn(|axis| i64::from([pos.x, pos.y, pos.z][axis]) - i64::from(of.first[axis]) * edge);
+        if (0..3).any(|axis| !(0..i64::from(of.shards[axis]) * edge).contains(&at[axis])) {
+            return Ok(Content::Empty);
+        }
+        let key = ShardKey { level, at: at.map(|c| (c / edge) as u32) };
+        let [x, y, z] = at.map(|c| (c % edge) as usize);
+        let chunk = (z * edge as usize + y) * edge as usize + x;
+        let again = |failure: &Failure| match failure {
+            Failure::Store(error) => error.passing,
+            Failure::Missing => false,
+            Failure::Damaged(_) => {
+                // It may have been written anew, or arrived cut off.
+                self.indices().kept.remove(&key);
+                true
+            }
+        };
+        retried(&PAUSES, again, || self.read(key, chunk)).map_err(|failure| {
+            self.indices().kept.remove(&key);
+            self.unavailable(key, &failure)
+        })
+    }
+
+    fn height_range(&self) -> Option<[i64; 2]> {
+        let Region { min, max } = self.region();
+        Some([min[1], max[1]])
+    }
+
+    fn fingerprint(&self) -> Option<&str> {
+        Some(&self.baked.fingerprint)
+    }
+
+    fn top_level(&self) -> u32 {
+        self.levels.len() as u32 - 1
+    }
+}
+
+impl std::fmt::Debug for ZarrSource {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ZarrSource").field("address", &self.address).finish_non_exhaustive()
+    }
+}

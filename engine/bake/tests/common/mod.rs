@@ -1,0 +1,127 @@
+//! What the tests share: a small land, and Python with packages.
+
+#![allow(dead_code, reason = "each test file uses a part of this")]
+
+pub mod python;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use raxel_bake::{Plan, Region};
+use raxel_diagnostics::{MemoryFiles, SourceMap};
+use raxel_world::{ChunkPos, ChunkSource, Content};
+
+/// Cells along an edge of a shard: two chunks.
+pub const EDGE: u32 = 128;
+pub const LEVELS: u32 = 2;
+
+const LAND: &str = r##"
+[stream]
+near = 64
+[materials]
+grass = { albedo = "#508030" }
+stone = { albedo = [0.3, 0.3, 0.32], roughness = 0.8 }
+lamp  = { albedo = "#ffe0a0", emission = 4 }
+[[build]]
+op = "terrain"
+base = -30
+amplitude = 90
+frequency = 0.02
+floor = -100
+layers = [{ material = "grass", depth = 2 }, { material = "stone" }]
+caves = { width = 0.2, frequency = 0.03 }
+[[build]]
+op = "sphere"
+center = [0, 20, 0]
+radius = 9
+material = "lamp"
+"##;
+
+/// Land with caves, and a lamp.
+pub fn land() -> Arc<dyn ChunkSource> {
+    let files = MemoryFiles::new([("worlds/land.toml", LAND)]);
+    let loaded = raxel_world::load("worlds/land.toml", &files, &mut SourceMap::default());
+    loaded.expect("it is right").0.stream.expect("it is streamed").generator
+}
+
+/// 8 shards of single voxels and 8 of coarse cells, around the origin.
+pub fn plan(land: &dyn ChunkSource) -> Plan {
+    let region = Region { min: [-100, -100, -100], max: [100, 80, 100] };
+    Plan::new("land", "0123", land.materials().to_vec(), region, EDGE, LEVELS).expect("it can be baked")
+}
+
+/// The cells of a level of the plan, z slowest, then y, as 16-bit palette indices, with their number along each axis: z, y, x.
+pub fn cells(land: &dyn ChunkSource, plan: &Plan, level: u32) -> (Vec<u16>, [usize; 3]) {
+    let of = plan.levels()[level as usize];
+    let chunks = of.shards.map(|count| count as usize * EDGE as usize / 64);
+    let [x, y, z] = chunks.map(|count| count * 64);
+    let mut cells = vec![0; x * y * z];
+    for cz in 0..chunks[2] {
+        for cy in 0..chunks[1] {
+            for cx in 0..chunks[0] {
+                let at = [cx, cy, cz];
+                let first = of.first.map(|c| c * EDGE as i32 / 64);
+                let [px, py, pz] = std::array::from_fn(|axis| first[axis] + at[axis] as i32);
+                let Some(chunk) = land.chunk(level, ChunkPos::new(px, py, pz)).to_chunk() else { continue };
+                for (local, material) in chunk.iter() {
+                    let [lx, ly, lz]: [usize; 3] = std::array::from_fn(|axis| at[axis] * 64 + local[axis] as usize);
+                    cells[(lz * y + ly) * x + lx] = material;
+                }
+            }
+        }
+    }
+    (cells, [z, y, x])
+}
+
+/// Every tile of the levels, those around the region included.
+pub fn tiles(plan: &Plan) -> Vec<(u32, ChunkPos)> {
+    let mut tiles = Vec::new();
+    for level in plan.levels() {
+        let first = level.first.map(|c| c * EDGE as i32 / 64);
+        let end: [i32; 3] = std::array::from_fn(|axis| first[axis] + (level.shards[axis] * EDGE / 64) as i32);
+        for z in first[2] - 1..=end[2] {
+            for y in first[1] - 1..=end[1] {
+                tiles.extend((first[0] - 1..=end[0]).map(|x| (level.level, ChunkPos::new(x, y, z))));
+            }
+        }
+    }
+    tiles
+}
+
+/// Whether a tile is in the region.
+pub fn is_inside(plan: &Plan, (level, pos): (u32, ChunkPos)) -> bool {
+    let of = plan.levels()[level as usize];
+    let edge = EDGE as i32 / 64;
+    let pos = [pos.x, pos.y, pos.z];
+    (0..3).all(|axis| (of.first[axis]..of.first[axis] + of.shards[axis] as i32).contains(&pos[axis].div_euclid(edge)))
+}
+
+/// A tile of the region that has solid cells.
+pub fn solid_tile(land: &dyn ChunkSource, plan: &Plan) -> (u32, ChunkPos) {
+    let solid = |tile: &(u32, ChunkPos)| is_inside(plan, *tile) && land.chunk(tile.0, tile.1).to_chunk().is_some();
+    tiles(plan).into_iter().find(solid).expect("there is land")
+}
+
+/// What a source has to say about a tile of the plan.
+pub fn expected(land: &dyn ChunkSource, plan: &Plan, tile: (u32, ChunkPos)) -> Content {
+    if is_inside(plan, tile) { land.chunk(tile.0, tile.1) } else { Content::Empty }
+}
+
+/// Every file below a folder, with its bytes.
+pub fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().display().to_string();
+                found.push((name, std::fs::read(path).unwrap()));
+            }
+        }
+    }
+    found.sort();
+    found
+}

@@ -1,0 +1,69 @@
+//! What is baked, read back: by raxel, and by the Python package `zarr`.
+
+mod common;
+
+use common::python::Python;
+use common::{LEVELS, cells, expected, land, plan, tiles};
+use raxel_bake::{Directory, Part, ZarrSource, bake};
+use raxel_world::ChunkSource as _;
+
+/// Compares the arrays of a folder with raw cells, which are in files beside it.
+const COMPARE: &str = r"
+import json, sys
+import numpy, zarr
+folder, levels = sys.argv[1], int(sys.argv[2])
+group = zarr.open_group(folder + '/store', mode='r')
+about = group.attrs['raxel']
+names = [material['name'] for material in about['materials']]
+assert names == ['air', 'grass', 'stone', 'lamp'], names
+datasets = group.attrs['ome']['multiscales'][0]['datasets']
+assert [dataset['path'] for dataset in datasets] == [str(level) for level in range(levels)], datasets
+for level in range(levels):
+    array = group[str(level)]
+    assert array.metadata.dimension_names == ('z', 'y', 'x'), array.metadata.dimension_names
+    assert array.chunks == (64, 64, 64) and array.shards == (128, 128, 128), (array.chunks, array.shards)
+    shape = json.load(open(f'{folder}/{level}.json'))
+    wanted = numpy.fromfile(f'{folder}/{level}.raw', dtype='<u2').reshape(shape)
+    assert array.shape == wanted.shape, (array.shape, wanted.shape)
+    found = array[:]
+    assert found.any() and (found == wanted).all(), f'level {level}: {(found != wanted).sum()} cells differ'
+    scale, translation = datasets[level]['coordinateTransformations']
+    assert scale['scale'] == [4 ** level] * 3
+    origin = about['levels'][level]['origin']
+    assert translation['translation'] == [(c + 0.5) * 4 ** level for c in reversed(origin)]
+# The lamp is where the world has it.
+x, y, z = [-c for c in about['levels'][0]['origin']]
+assert names[group['0'][z, y + 20, x]] == 'lamp'
+";
+
+#[test]
+fn a_source_has_the_tiles_that_were_baked() {
+    let (land, folder) = (land(), tempfile::tempdir().unwrap());
+    let plan = plan(&*land);
+    let store = Directory::new(folder.path().to_owned());
+    bake(&*land, &plan, Part::Whole, &store, &mut |_, _| {}).unwrap();
+    let source = ZarrSource::open(folder.path().to_str().unwrap(), std::path::Path::new("/")).unwrap();
+    assert_eq!((source.materials(), source.fingerprint()), (land.materials(), Some("0123")));
+    assert_eq!((source.region(), source.top_level()), (plan.region(), LEVELS - 1));
+    let tiles = tiles(&plan);
+    for (level, pos) in &tiles {
+        let found = source.try_chunk(*level, *pos).unwrap();
+        assert_eq!(found, expected(&*land, &plan, (*level, *pos)), "level {level}, {pos:?}");
+    }
+    assert!(tiles.iter().any(|(level, pos)| *level == 1 && source.chunk(1, *pos).to_chunk().is_some()));
+}
+
+#[test]
+fn python_reads_what_was_baked() {
+    let Some(python) = Python::with("zarr-3.1.6", &["zarr==3.1.6"]) else { return };
+    let (land, folder) = (land(), tempfile::tempdir().unwrap());
+    let plan = plan(&*land);
+    bake(&*land, &plan, Part::Whole, &Directory::new(folder.path().join("store")), &mut |_, _| {}).unwrap();
+    for level in 0..LEVELS {
+        let (cells, shape) = cells(&*land, &plan, level);
+        let bytes: Vec<u8> = cells.iter().flat_map(|cell| cell.to_le_bytes()).collect();
+        std::fs::write(folder.path().join(format!("{level}.raw")), bytes).unwrap();
+        std::fs::write(folder.path().join(format!("{level}.json")), format!("{shape:?}")).unwrap();
+    }
+    python.run(COMPARE, &[folder.path().to_str().unwrap(), &LEVELS.to_string()], &[]);
+}

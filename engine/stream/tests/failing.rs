@@ -1,0 +1,123 @@
+//! A source that does not have some of its tiles for a while: the others are shown, and what is missing when it is there.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use glam::IVec3;
+use raxel_oracle::port::Tree64;
+use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, View};
+use raxel_world::{ChunkPos, ChunkSource, Content, Material, StreamSettings, Unavailable, World};
+
+const PATIENCE: Duration = Duration::from_secs(120);
+const WORDS: u32 = 1 << 18;
+
+/// The buffer, on the host.
+struct Words(Mutex<Vec<u32>>);
+
+impl PoolMemory for Words {
+    fn write(&self, at: u32, words: &[u32]) {
+        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
+    }
+}
+
+/// A world that fails for some chunks, so many times each.
+struct Failing {
+    world: World,
+    left: Mutex<BTreeMap<ChunkPos, u32>>,
+}
+
+/// A voxel in each of 27 chunks.
+fn failing(chunks: &[(ChunkPos, u32)]) -> Arc<Failing> {
+    let at = |i: i32| 64 * (i - 1) + 9;
+    let voxels = (0..27).map(|i| (IVec3::new(at(i % 3), at(i / 3 % 3), at(i / 9)), 1));
+    let world = World::from_voxels(vec![Material::air(), Material::matt("stone", [0.5; 3])], voxels);
+    Arc::new(Failing { world, left: Mutex::new(chunks.iter().copied().collect()) })
+}
+
+impl ChunkSource for Failing {
+    fn materials(&self) -> &[Material] {
+        self.world.materials()
+    }
+
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        self.try_chunk(level, pos).unwrap_or(Content::Empty)
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        if let Some(left) = self.left.lock().unwrap().get_mut(&pos).filter(|left| **left > 0) {
+            *left -= 1;
+            return Err(Unavailable::new("the store is busy"));
+        }
+        Ok(ChunkSource::chunk(&self.world, level, pos))
+    }
+}
+
+fn stream(source: &Arc<Failing>, complete: bool) -> (Streamer, Arc<Words>) {
+    let words = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let settings = StreamSettings { near: 64, far: 64, ..StreamSettings::default() };
+    let reach = Reach::of(&settings, [-64, 128]);
+    let options = StreamOptions { workers: 2, complete, upload: None, poison: true };
+    let view = View::at(IVec3::splat(30));
+    (Streamer::new(source.clone(), words.clone(), WORDS, reach, view, options), words)
+}
+
+/// Chunks whose voxel is in what a frame sees.
+fn seen(words: &Words, publication: &Publication) -> Vec<ChunkPos> {
+    let mut words = words.0.lock().unwrap().clone();
+    words[..publication.words().len()].copy_from_slice(publication.words());
+    let tree = Tree64::new(&words);
+    let positions = (-1..=1).flat_map(|z| (-1..=1).flat_map(move |y| (-1..=1).map(move |x| ChunkPos::new(x, y, z))));
+    positions.filter(|pos| tree.material((pos.origin() + IVec3::splat(9)).to_array()) == 1).collect()
+}
+
+#[test]
+fn what_fails_for_a_while_is_there_in_the_end() {
+    let source = failing(&[(ChunkPos::new(0, 0, 0), 2), (ChunkPos::new(1, 1, 0), 1)]);
+    let (streamer, words) = stream(&source, true);
+    streamer.wait(PATIENCE).unwrap();
+    let publication = streamer.take().unwrap();
+    assert_eq!(seen(&words, &publication).len(), 27);
+    assert_eq!((streamer.stats().unavailable, streamer.unavailable()), (0, None));
+}
+
+#[test]
+fn what_fails_for_good_is_an_error_of_whoever_needs_all() {
+    let source = failing(&[(ChunkPos::new(0, 0, 0), u32::MAX)]);
+    let (streamer, _) = stream(&source, true);
+    let error = streamer.wait(PATIENCE).unwrap_err();
+    assert!(matches!(&error, StreamError::Unavailable { missing: 1.., .. }), "{error}");
+    assert!(error.to_string().ends_with("chunks are missing: the store is busy"), "{error}");
+    // It is asked for again when the camera has moved.
+    source.left.lock().unwrap().clear();
+    streamer.follow(View::at(IVec3::splat(95)));
+    streamer.wait(PATIENCE).unwrap();
+}
+
+#[test]
+fn frames_go_on_without_what_fails() {
+    let broken = ChunkPos::new(0, 0, 0);
+    let source = failing(&[(broken, u32::MAX)]);
+    let (streamer, words) = stream(&source, false);
+    let until = Instant::now() + PATIENCE;
+    let mut last = Vec::new();
+    let mut follow = |wanted: usize| {
+        while last.len() != wanted || (streamer.unavailable().is_some() == (wanted == 27)) {
+            assert!(Instant::now() < until, "{} of {wanted} chunks are seen", last.len());
+            if let Some(publication) = streamer.take() {
+                last = seen(&words, &publication);
+                streamer.released(publication.version);
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        last.clone()
+    };
+    let without = follow(26);
+    assert!(!without.contains(&broken));
+    assert_eq!(streamer.unavailable(), Some(Unavailable::new("the store is busy")));
+    assert!(!streamer.is_settled() && streamer.stats().unavailable == 1);
+    source.left.lock().unwrap().clear();
+    follow(27);
+    assert_eq!(streamer.unavailable(), None);
+    streamer.wait(PATIENCE).unwrap();
+}
