@@ -6,7 +6,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::IVec3;
 use raxel_diagnostics::SourceMap;
 use raxel_world::build::{Box3, Layer, Menger, Noise, Operation, Shape, Solid, Terrain, build};
-use raxel_world::{Bounds, ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, World, vox};
+use raxel_world::{Bounds, ChunkPos, Content, DenseChunk, Material, Mode, World, vox};
 
 fn materials() -> Vec<Material> {
     vec![Material::air(), Material::matt("a", [0.5; 3]), Material::matt("b", [0.2; 3])]
