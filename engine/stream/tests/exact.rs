@@ -259,11 +259,10 @@ fn a_frame_brings_no_more_than_its_bytes_and_all_of_it_arrives() {
     let load = |upload| {
         let options = StreamOptions { upload, ..options(false) };
         let streamer = Streamer::new(source.clone(), Words::new(1 << 22), 1 << 22, reach.clone(), view, options);
-        let (mut directory, mut frames) = (0, 0);
+        let mut directory = 0;
         while !streamer.is_settled() || streamer.has_pending() {
             if upload.is_some() {
                 streamer.follow(view);
-                frames += 1;
             }
             if let Some(taken) = streamer.take() {
                 streamer.released(taken.version);
@@ -271,14 +270,14 @@ fn a_frame_brings_no_more_than_its_bytes_and_all_of_it_arrives() {
             }
             std::thread::sleep(Duration::from_millis(1));
         }
-        (streamer.stats(), directory, frames)
+        (streamer.stats(), directory)
     };
-    let (free, _, _) = load(None);
+    let (free, _) = load(None);
     assert_eq!(free.most_written, free.written, "nothing says when a frame begins");
-    let (stats, directory, frames) = load(Some(UPLOAD));
+    let (stats, directory) = load(Some(UPLOAD));
     // The last write of a frame may begin while a byte is left; directories do not wait.
     assert!(stats.most_written <= UPLOAD + largest + 2 * directory, "{stats:?} {largest} {directory}");
-    assert!(stats.written > 4 * stats.most_written && frames > 10, "{stats:?} in {frames} frames");
+    assert!(stats.written > 4 * stats.most_written, "{stats:?}");
     assert_eq!((stats.missing, stats.live), (0, free.live));
 }
 
