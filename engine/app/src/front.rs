@@ -188,12 +188,11 @@ impl Front {
     ) -> Result<(Self, String)> {
         let stop = |diagnostic: Box<Diagnostic>| console.stop(&[*diagnostic]);
         let front = Self::around(named.unwrap_or(Path::new("."))).map_err(stop)?;
-        let path = match named {
-            Some(named) => front.project.path_of(named),
-            None => {
-                manifest_of(&front.project, console)?;
-                default(&front.project)
-            }
+        let path = if let Some(named) = named {
+            front.project.path_of(named)
+        } else {
+            manifest_of(&front.project, console)?;
+            default(&front.project)
         };
         let path = path.map_err(stop)?;
         Ok((front, path))

@@ -282,7 +282,7 @@ fn pixels_that_cannot_see_an_edit_are_kept_and_right() {
         let brush = [Brush::Subtract, Brush::Add(1), Brush::Subtract][(round % 3) as usize];
         let edit = Operation::Sphere { center: at, radius: 256 * (2 + round as u32 % 7), brush };
         let made = both(&|session| {
-            session.edit(&[edit.clone()]).unwrap();
+            session.edit(std::slice::from_ref(&edit)).unwrap();
         });
         assert!(made < all / 2, "{made} of {all} pixels for a ball");
         some += made;

@@ -26,7 +26,7 @@ pub enum LiveLayout {
     /// In blocks of any size.
     Tree64(Box<LiveTree64>),
     /// In blocks of one size: the layouts `octree` and `chunk_table`.
-    HashedChunks(LiveHashedChunks),
+    HashedChunks(Box<LiveHashedChunks>),
 }
 
 impl LiveLayout {
@@ -38,7 +38,7 @@ impl LiveLayout {
             Layout::ChunkTable => &chunk_table::FORM,
             _ => return LiveTree64::new(world, limit).map(|(live, words)| (Self::Tree64(Box::new(live)), words)),
         };
-        LiveHashedChunks::new(form, world, limit).map(|(live, words)| (Self::HashedChunks(live), words))
+        LiveHashedChunks::new(form, world, limit).map(|(live, words)| (Self::HashedChunks(Box::new(live)), words))
     }
 
     /// Follows a change of chunks, after which the world is `world`. Gives the words that changed, of which no two overlap; `None` when the
