@@ -28,7 +28,14 @@ const SYSTEMS: [(&str, &str, u32, f32); 9] = [
 
 fn project() -> Project {
     let project = Project::copy_of("tests/lighting");
-    for file in ["graphs/primary.toml", "shaders/primary.comp", "shaders/trace.comp", "worlds/valley.toml"] {
+    for file in [
+        "graphs/primary.toml",
+        "shaders/packet.comp",
+        "shaders/packet_rest.comp",
+        "shaders/primary.comp",
+        "shaders/trace.comp",
+        "worlds/valley.toml",
+    ] {
         project.write(file, std::fs::read(repository().join(file)).unwrap());
     }
     for model in std::fs::read_dir(repository().join("worlds/models")).unwrap() {

@@ -44,13 +44,14 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let mut session = args.what.options(device)?;
     session.size = args.size.0;
     let scratch = Scratch::new()?;
+    let times =
+        save_latency(&LatencyOptions { session, scratch: scratch.path().to_owned(), edits: args.edits as usize })
+            .map_err(|error| failure(error, console))?;
+    // The session above has told what is wrong with the files, if anything is.
     let first = {
         let starts = Scratch::new()?;
         first_picture(&args.what, args.size, device, starts.path())?
     };
-    let times =
-        save_latency(&LatencyOptions { session, scratch: scratch.path().to_owned(), edits: args.edits as usize })
-            .map_err(|error| failure(error, console))?;
     let [width, height] = times.size;
     if console.format() == Format::Json {
         let part = |times: &Times| json!({ "p50": times.percentile(0.5), "p95": times.percentile(0.95), "max": times.percentile(1.0), "milliseconds": times.milliseconds });
