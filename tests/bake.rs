@@ -3,11 +3,14 @@
 #![cfg(unix)]
 
 mod common;
+#[path = "../engine/bake/tests/common/files.rs"]
+mod files;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use common::{Project, Run, output, repository};
+use files::files;
 
 const ISLE: [&str; 5] = ["world", "bake", "worlds/baked/isle.toml", "--edge", "128"];
 /// A part of the endless world, in 8 shards of voxels and as many of cells as it takes.
@@ -24,24 +27,6 @@ const LAND: [&str; 11] = [
     "--max",
     "64,128,64",
 ];
-
-/// Every file below a folder, with its bytes.
-fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(next) = folders.pop() {
-        for entry in std::fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                found.push((path.strip_prefix(folder).unwrap().to_owned(), std::fs::read(path).unwrap()));
-            }
-        }
-    }
-    found.sort();
-    found
-}
 
 fn baked(arguments: &[&str], more: &[&str], out: &Path) -> serde_json::Value {
     let out = ["--format", "json", "--out", out.to_str().unwrap()];
@@ -99,7 +84,7 @@ fn tasks_make_what_one_process_makes() {
         baked(&LAND, &["--shard", &part], &boxes);
     }
     let mut found = files(&boxes);
-    found.retain(|(path, _)| path.extension().is_none_or(|extension| extension != "part"));
+    found.retain(|(path, _)| Path::new(path).extension().is_none_or(|extension| extension != "part"));
     assert!(found == whole);
 
     // A shard that was cut off is made again, and no other one is.

@@ -100,9 +100,7 @@ impl Verb {
             Verb::Graph(_) | Verb::Schema(_) | Verb::Completions(_) | Verb::Control(_) | Verb::Lsp(_) => Format::Human,
         }
     }
-}
 
-impl Verb {
     /// Whether what it compiles is kept for the next run.
     fn keeps_results(&self) -> bool {
         match self {

@@ -125,10 +125,11 @@ pub fn assemble(
     let sizes = context.sources.sizes(world);
     let plan = make_plan(graph, world, &sizes, selection, context)?;
     // Only the plan knows which layouts a live pass binds; a world's other layouts are never made.
+    // The driver compiles on this thread, which stays from edit to edit: what it keeps would lie scattered over the heaps of threads that end.
     let (pipelined, sources) = std::thread::scope(|scope| {
-        let pipelined = scope.spawn(|| context.builder.compile_pipelines(&plan));
-        let sources = sources(&plan, world, context);
-        (pipelined.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), sources)
+        let sources = scope.spawn(|| sources(&plan, world, context));
+        let pipelined = context.builder.compile_pipelines(&plan);
+        (pipelined, sources.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     });
     let sources = sources?;
     // The first plan did not know the sizes of the layouts made just now.

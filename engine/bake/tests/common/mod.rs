@@ -1,12 +1,13 @@
 //! What the tests share: a small land, and Python with packages.
 
-#![allow(dead_code, reason = "each test file uses a part of this")]
+#![allow(dead_code, unused_imports, reason = "each test file uses a part of this")]
 
+mod files;
 pub mod python;
 
-use std::path::Path;
 use std::sync::Arc;
 
+pub use files::files;
 use raxel_bake::{Plan, Region};
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_world::{ChunkPos, ChunkSource, Content};
@@ -105,23 +106,4 @@ pub fn solid_tile(land: &dyn ChunkSource, plan: &Plan) -> (u32, ChunkPos) {
 /// What a source has to say about a tile of the plan.
 pub fn expected(land: &dyn ChunkSource, plan: &Plan, tile: (u32, ChunkPos)) -> Content {
     if is_inside(plan, tile) { land.chunk(tile.0, tile.1) } else { Content::Empty }
-}
-
-/// Every file below a folder, with its bytes.
-pub fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(next) = folders.pop() {
-        for entry in std::fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(folder).unwrap().display().to_string();
-                found.push((name, std::fs::read(path).unwrap()));
-            }
-        }
-    }
-    found.sort();
-    found
 }
