@@ -5,6 +5,7 @@
 // node of 16^3 are leaves, which are nothing but a mask of their 4^3 voxels (two words). The last word of a node is
 //
 //     RX_FILLED | material     every occupied child is full, and of that material: there are no children in the buffer
+//     RX_FILLED | RX_LINKED    the same of several materials: in place of the address is a link to them, as a leaf has one
 //     RX_UNIFORM | material    (16^3) every voxel below is of that material
 //     word                     (16^3) where the links of its leaves begin: RX_UNIFORM | material, or where the materials of the
 //                              leaf's voxels are, packed in the order of its mask (packed.glsl)
@@ -30,6 +31,7 @@ layout(std430) readonly buffer RxWorld {
 
 const uint RX_FILLED = 0x80000000u;
 const uint RX_UNIFORM = 0x40000000u;
+const uint RX_LINKED = 0x20000000u;
 #include "packed.glsl"
 
 // Child of a node of height h (its cube has 4^h voxels a side) that holds cell q.
@@ -66,8 +68,14 @@ uvec2 rx_leaf(uint leaf) {
 
 // Material of a voxel in a leaf: `rank` is the leaf's among its node's, `material` the node's last word.
 uint rx_leaf_material(uint material, uint rank, uvec2 leaf, uint voxel) {
-    if ((material & (RX_FILLED | RX_UNIFORM)) != 0u) return material & 0xffffu;
+    if ((material & RX_UNIFORM) != 0u) return material & 0xffffu;
     return rx_linked_material(rx_word(material + rank), rx_child_rank(leaf, voxel));
+}
+
+// Material of a child of a filled node.
+uint rx_filled_material(uvec4 node, uint child) {
+    if ((node.w & RX_LINKED) == 0u) return node.w & 0xffffu;
+    return rx_linked_material(node.z, rx_child_rank(node.xy, child));
 }
 
 // As trace.glsl has it.
@@ -81,7 +89,7 @@ uint rx_look(ivec3 cell, out uint log2_free) {
             log2_free = 2u * height - 2u + (rx_free_octet(node.xy, child) ? 1u : 0u);
             return 0u;
         }
-        if ((node.w & RX_FILLED) != 0u) return node.w & 0xffffu;
+        if ((node.w & RX_FILLED) != 0u) return rx_filled_material(node, child);
         uint rank = rx_child_rank(node.xy, child);
         if (height == 2u) {
             uvec2 leaf = rx_leaf(node.z + rank);
@@ -205,7 +213,8 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     if (!found) return false;
     uint steps = hit.steps + 1u;
     bool within = rx_walk_hit(walk, ray, world.origin, world.log2_size, hit);
-    hit.material = rx_leaf_material(node.w, rank, leaf, voxel);
+    bool filled = (node.w & RX_FILLED) != 0u;
+    hit.material = filled ? rx_filled_material(node, child) : rx_leaf_material(node.w, rank, leaf, voxel);
     hit.steps = steps;
     return within;
 }

@@ -7,6 +7,7 @@ use crate::ray::{Hit, Ray};
 
 const FILLED: u32 = 0x8000_0000;
 const UNIFORM: u32 = 0x4000_0000;
+const LINKED: u32 = 0x2000_0000;
 
 /// A world buffer of the layout `tree64`.
 #[derive(Clone, Copy, Debug)]
@@ -64,10 +65,20 @@ impl<'a> Tree64<'a> {
     }
 
     fn leaf_material(&self, material: u32, rank: u32, leaf: Mask, voxel: u32) -> u32 {
-        if material & (FILLED | UNIFORM) != 0 {
+        if material & UNIFORM != 0 {
             return material & 0xffff;
         }
-        let link = self.words[(material + rank) as usize];
+        self.linked_material(self.words[(material + rank) as usize], child_rank(leaf, voxel))
+    }
+
+    fn filled_material(&self, node: Node, child: u32) -> u32 {
+        if node.material & LINKED == 0 {
+            return node.material & 0xffff;
+        }
+        self.linked_material(node.children, child_rank(node.mask, child))
+    }
+
+    fn linked_material(&self, link: u32, rank: u32) -> u32 {
         if link & UNIFORM != 0 {
             return link & 0xffff;
         }
@@ -75,7 +86,7 @@ impl<'a> Tree64<'a> {
         let word = |at: u32| self.words[at as usize];
         let (code, at) = (link >> 30 & 2 | link >> 29 & 1, link & 0x1fff_ffff);
         let kind = if code == 3 { 4 } else { code };
-        let (bit, bits) = (child_rank(leaf, voxel) << kind, 1 << kind);
+        let (bit, bits) = (rank << kind, 1 << kind);
         if kind == 4 {
             return word(at + bit / 32) >> (bit % 32) & 0xffff;
         }
@@ -97,7 +108,7 @@ impl<'a> Tree64<'a> {
                 return 0;
             }
             if node.material & FILLED != 0 {
-                return node.material & 0xffff;
+                return self.filled_material(node, child);
             }
             let rank = child_rank(node.mask, child);
             if height == 2 {
@@ -162,14 +173,19 @@ impl<'a> Tree64<'a> {
                 }
                 let (mut mask, mut shift) = (node.mask, 2 * height - 2);
                 if occupied {
+                    let filled = node.material & FILLED != 0;
                     let (mut rank, mut leaf, mut voxel) = (0, 0, 0);
-                    if node.material & FILLED == 0 {
+                    if !filled {
                         rank = child_rank(node.mask, child);
                         leaf = self.leaf(node.children + rank);
                         voxel = child_of(walk.q, 1) ^ mirror;
                     }
-                    if node.material & FILLED != 0 || has_child(leaf, voxel) {
-                        let material = self.leaf_material(node.material, rank, leaf, voxel);
+                    if filled || has_child(leaf, voxel) {
+                        let material = if filled {
+                            self.filled_material(node, child)
+                        } else {
+                            self.leaf_material(node.material, rank, leaf, voxel)
+                        };
                         let hit = walk.hit(ray, origin, log2_size)?;
                         return Some(Hit { material, steps: steps + 1, ..hit });
                     }

@@ -147,10 +147,14 @@ pub(super) fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> 
     found
 }
 
+/// Whether all occupied blocks of a 16³ node (0…63) are full.
+pub(super) fn has_full_leaves(chunk: &Chunk, node: usize) -> bool {
+    chunk.masks()[node * 64..][..64].iter().all(|&mask| mask == 0 || mask == u64::MAX)
+}
+
 /// The material of a 16³ node (0…63) all of whose occupied blocks are full and of that one material.
 pub(super) fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
-    let full = chunk.masks()[node * 64..][..64].iter().all(|&mask| mask == 0 || mask == u64::MAX);
-    if full { uniform_node(chunk, node) } else { None }
+    if has_full_leaves(chunk, node) { uniform_node(chunk, node) } else { None }
 }
 
 /// Cell in 0…1 of one of the eight children of an octree node.

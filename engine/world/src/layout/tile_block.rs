@@ -1,12 +1,14 @@
 //! Single tiles in the format of the layout `tree64`: blocks of words for any place in a buffer, and the nodes that stand for them.
 //!
-//! A tile of level l is a node of height 3 + l. Of a chunk, that and everything below is what [`super::Layout::Tree64`] would make of it. A
-//! cell of a higher level is a filled cube of 4^l voxels: 4³ cells of one material are one filled node; of several, at level 1 they are
-//! leaves that are all full, which every tile shares (the full run), with a link each; above that, they are filled nodes.
+//! A tile of level l is a node of height 3 + l. Of a chunk, that and everything below is what [`super::Layout::Tree64`] would make of it,
+//! but that leaves which are all full are those of the full run, which every tile shares. A cell of a higher level is a filled cube of 4^l
+//! voxels: 4³ cells are one filled node, which has their material, or the link of several.
 
 use super::header::{MATERIAL_WORDS, material_words};
 use super::parts::{filled_node, uniform_block};
-use super::tree64::{ChunkSize, FILLED, Materials, Node, Part, QUAD, Room, UNIFORM, encode_chunk, filled_chunk};
+use super::tree64::{
+    ChunkSize, FILLED, LINKED, Materials, Node, Part, QUAD, Room, SharedMaterials, encode_chunk, filled_chunk,
+};
 use crate::chunk::{Bits, Chunk};
 use crate::material::{Material, MaterialIndex};
 use crate::tile::Content;
@@ -14,7 +16,7 @@ use crate::tile::Content;
 /// Words of the full run: 64 full leaves.
 pub const FULL_RUN_WORDS: u32 = 128;
 
-/// The full run, once in a buffer that has tiles of level 1.
+/// The full run, once in a buffer that has tiles.
 pub fn full_run() -> Vec<u32> {
     vec![u32::MAX; FULL_RUN_WORDS as usize]
 }
@@ -64,8 +66,8 @@ pub struct TileBlock<'c> {
     chunk: &'c Chunk,
     level: u32,
     size: ChunkSize,
-    /// Nodes of single cells, above level 1.
-    cells: usize,
+    /// What its blocks of several materials are made of.
+    materials: SharedMaterials,
 }
 
 impl<'c> TileBlock<'c> {
@@ -80,31 +82,25 @@ impl<'c> TileBlock<'c> {
             let node = Node { mask: chunk.root_mask(), children: 0, material: FILLED | u32::from(material) };
             return Err(Some(node.into()));
         }
-        if level == 0 {
-            return Ok(Self { chunk, level, size: ChunkSize::of(chunk), cells: 0 });
-        }
-        let mut size = ChunkSize::default();
-        let mut cells = 0;
-        for node in Bits(chunk.root_mask()).map(|node| node as usize) {
-            size.nodes += 1;
-            if filled_node(chunk, node).is_some() {
-                continue;
-            }
-            for block in Bits(chunk.node_mask(node)).map(|bit| node * 64 + bit as usize) {
-                size.nodes += 1;
-                if uniform_block(chunk, block).is_none() {
-                    let solids = chunk.mask(block).count_ones() as usize;
-                    *(if level == 1 { &mut size.links } else { &mut cells }) += solids;
-                }
-            }
-        }
-        Ok(Self { chunk, level, size, cells })
+        let (size, materials) = if level == 0 { SharedMaterials::of_tile(chunk) } else { Self::cells(chunk) };
+        Ok(Self { chunk, level, size, materials })
+    }
+
+    /// What a tile of cells takes: nodes of 16³ cells and of 4³.
+    fn cells(chunk: &Chunk) -> (ChunkSize, SharedMaterials) {
+        let nodes = || Bits(chunk.root_mask()).map(|node| node as usize);
+        let split = || nodes().filter(|node| filled_node(chunk, *node).is_none());
+        let blocks = || split().flat_map(|node| Bits(chunk.node_mask(node)).map(move |bit| node * 64 + bit as usize));
+        let materials =
+            SharedMaterials::of_blocks(chunk, blocks().filter(|block| uniform_block(chunk, *block).is_none()));
+        let nodes = nodes().count() + blocks().count();
+        (ChunkSize { nodes, attributes: materials.words.len(), ..ChunkSize::default() }, materials)
     }
 
     /// Words that it takes: a multiple of 4.
     pub fn words(&self) -> u32 {
         let ChunkSize { nodes, leaves, links, attributes } = self.size;
-        let words = QUAD * (nodes + self.cells) + 2 * leaves + links + attributes;
+        let words = QUAD * nodes + 2 * leaves + links + attributes;
         words.next_multiple_of(QUAD) as u32
     }
 
@@ -113,14 +109,14 @@ impl<'c> TileBlock<'c> {
     pub fn encode(&self, at: u32, full_run: u32) -> (Vec<u32>, TileNode) {
         let mut words = vec![0; self.words() as usize];
         let node = if self.level == 0 {
-            self.encode_chunk(&mut words, at)
+            self.encode_chunk(&mut words, at, full_run)
         } else {
-            self.encode_cells(&mut words, at, full_run)
+            self.encode_cells(&mut words, at)
         };
         (words, node)
     }
 
-    fn encode_chunk(&self, words: &mut [u32], at: u32) -> TileNode {
+    fn encode_chunk(&self, words: &mut [u32], at: u32, full_run: u32) -> TileNode {
         let at = at as usize;
         let ChunkSize { nodes, leaves, links, .. } = self.size;
         let (node_words, rest) = words.split_at_mut(QUAD * nodes);
@@ -128,23 +124,30 @@ impl<'c> TileBlock<'c> {
         let (link_words, attribute_words) = rest.split_at_mut(links);
         let leaves_at = at + QUAD * nodes;
         let links_at = leaves_at + 2 * leaves;
+        let mut materials = self.materials.clone();
+        materials.begin_at(links_at + links);
+        attribute_words[..materials.words.len()].copy_from_slice(&materials.words);
         let room = Room {
             nodes: Part { rest: bytemuck::cast_slice_mut(node_words), at: at / QUAD },
             leaves: Part { rest: bytemuck::cast_slice_mut(leaf_words), at: leaves_at / 2 },
             links: Part { rest: link_words, at: links_at },
-            materials: Materials::Own(Part { rest: attribute_words, at: links_at + links }),
+            materials: Materials::Shared(materials.links[0].iter()),
+            full_run: Some(full_run / 2),
         };
         encode_chunk(self.chunk, room).into()
     }
 
-    fn encode_cells(&self, words: &mut [u32], at: u32, full_run: u32) -> TileNode {
+    fn encode_cells(&self, words: &mut [u32], at: u32) -> TileNode {
         let chunk = self.chunk;
         let at = at as usize;
         let root = chunk.root_mask();
-        // Nodes of 16³ cells, then those of 4³, then single cells or links.
+        // Nodes of 16³ cells, then those of 4³, then materials.
+        let attributes = QUAD * self.size.nodes;
+        let mut materials = self.materials.clone();
+        materials.begin_at(at + attributes);
+        words[attributes..][..materials.words.len()].copy_from_slice(&materials.words);
+        let mut links = materials.links[0].iter();
         let mut next_block = root.count_ones() as usize;
-        let mut next_cell = self.size.nodes;
-        let mut next_link = QUAD * (self.size.nodes + self.cells);
         for (index, node) in Bits(root).map(|node| node as usize).enumerate() {
             let mask = chunk.node_mask(node);
             if let Some(material) = filled_node(chunk, node) {
@@ -153,28 +156,11 @@ impl<'c> TileBlock<'c> {
             }
             Node { mask, children: (at / QUAD + next_block) as u32, material: 0 }.put(words, QUAD * index);
             for block in Bits(mask).map(|bit| node * 64 + bit as usize) {
-                let mask = chunk.mask(block);
-                let of_cells = match uniform_block(chunk, block) {
-                    Some(material) => Node { mask, children: 0, material: FILLED | u32::from(material) },
-                    None if self.level == 1 => {
-                        let links = next_link;
-                        for material in chunk.block_materials(block) {
-                            words[next_link] = UNIFORM | u32::from(material);
-                            next_link += 1;
-                        }
-                        Node { mask, children: full_run / 2, material: (at + links) as u32 }
-                    }
-                    None => {
-                        let children = (at / QUAD + next_cell) as u32;
-                        for material in chunk.block_materials(block) {
-                            let cell = Node { mask: u64::MAX, children: 0, material: FILLED | u32::from(material) };
-                            cell.put(words, QUAD * next_cell);
-                            next_cell += 1;
-                        }
-                        Node { mask, children, material: 0 }
-                    }
+                let (children, material) = match uniform_block(chunk, block) {
+                    Some(material) => (0, FILLED | u32::from(material)),
+                    None => (*links.next().expect("`cells` has one for each"), FILLED | LINKED),
                 };
-                of_cells.put(words, QUAD * next_block);
+                Node { mask: chunk.mask(block), children, material }.put(words, QUAD * next_block);
                 next_block += 1;
             }
         }

@@ -12,17 +12,19 @@ pub use live::LiveTree64;
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::packed::Packing;
-use super::parts::{filled_node, uniform_block, uniform_node};
+use super::parts::{filled_node, has_full_leaves, uniform_block, uniform_node};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_index};
 use crate::material::MaterialIndex;
 use crate::world::{ChunkPos, World};
-use shared::SharedMaterials;
+pub(super) use shared::SharedMaterials;
 
 /// Words of a node.
 pub(super) const QUAD: usize = 4;
 /// Word 3 of a node whose occupied children are full, all of the material in the low half.
 pub(super) const FILLED: u32 = 0x8000_0000;
+/// Beside [`FILLED`], of several materials: word 2 is their link, as if the node were a leaf.
+pub(super) const LINKED: u32 = 0x2000_0000;
 /// Word 3 of a node whose voxels are all of the material in the low half; also a leaf's link, by itself.
 pub(super) const UNIFORM: u32 = 0x4000_0000;
 
@@ -177,12 +179,13 @@ impl ChunkSize {
     /// With room of the chunk's own for materials.
     pub(super) fn of(chunk: &Chunk) -> Self {
         let mut attributes = 0;
-        let size = Self::visit(chunk, |block| attributes += Packing::of(chunk.block_materials(block)).words());
+        let size = Self::visit(chunk, false, |block| attributes += Packing::of(chunk.block_materials(block)).words());
         Self { attributes, ..size }
     }
 
-    /// Without room for materials; `mixed` is given each block of several materials, in the order of the leaves.
-    fn visit(chunk: &Chunk, mut mixed: impl FnMut(usize)) -> Self {
+    /// Without room for materials; `mixed` is given each block of several materials, in the order of the leaves. Where there is a run of full
+    /// leaves for all, nodes whose leaves are all full have none of their own.
+    fn visit(chunk: &Chunk, full_run: bool, mut mixed: impl FnMut(usize)) -> Self {
         let mut size = Self::default();
         if filled_chunk(chunk).is_some() {
             return size;
@@ -197,7 +200,7 @@ impl ChunkSize {
                 continue;
             }
             let leaves = mask.count_ones() as usize;
-            size.leaves += leaves;
+            size.leaves += if full_run && has_full_leaves(chunk, node) { 0 } else { leaves };
             if uniform_node(chunk, node).is_some() {
                 continue;
             }
@@ -250,6 +253,8 @@ pub(super) struct Room<'a> {
     pub(super) leaves: Part<'a, [u32; 2]>,
     pub(super) links: Part<'a, u32>,
     pub(super) materials: Materials<'a>,
+    /// The first of 64 full leaves that are there for every chunk.
+    pub(super) full_run: Option<u32>,
 }
 
 /// The materials of the leaves of a chunk that have several.
@@ -299,6 +304,7 @@ fn fill_chunks(
             leaves: leaves.take(size.leaves),
             links: links.take(size.links),
             materials: Materials::Shared(materials.iter()),
+            full_run: None,
         })
         .collect();
     distinct.par_iter().zip(rooms).map(|(chunk, room)| encode_chunk(chunk, room)).collect()
@@ -319,13 +325,20 @@ pub(super) fn encode_chunk(chunk: &Chunk, mut room: Room) -> Node {
             continue;
         }
         let blocks = || Bits(mask).map(|bit| node * 64 + bit as usize);
-        let leaves = room.leaves.take(mask.count_ones() as usize);
-        for (leaf, block) in leaves.rest.iter_mut().zip(blocks()) {
-            *leaf = [chunk.mask(block) as u32, (chunk.mask(block) >> 32) as u32];
-        }
+        let count = mask.count_ones() as usize;
+        let first_leaf = match room.full_run {
+            Some(run) if has_full_leaves(chunk, node) => run,
+            _ => {
+                let leaves = room.leaves.take(count);
+                for (leaf, block) in leaves.rest.iter_mut().zip(blocks()) {
+                    *leaf = [chunk.mask(block) as u32, (chunk.mask(block) >> 32) as u32];
+                }
+                leaves.at as u32
+            }
+        };
         let material = uniform_node(chunk, node).map_or_else(
             || {
-                let links = room.links.take(leaves.rest.len());
+                let links = room.links.take(count);
                 for (link, block) in links.rest.iter_mut().zip(blocks()) {
                     *link = uniform_block(chunk, block)
                         .map_or_else(|| room.materials.link(chunk, block), |material| UNIFORM | u32::from(material));
@@ -334,7 +347,7 @@ pub(super) fn encode_chunk(chunk: &Chunk, mut room: Room) -> Node {
             },
             |material| UNIFORM | u32::from(material),
         );
-        Node { mask, children: leaves.at as u32, material }.put(slot, 0);
+        Node { mask, children: first_leaf, material }.put(slot, 0);
     }
     Node { mask, children, material: 0 }
 }

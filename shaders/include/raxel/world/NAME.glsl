@@ -40,6 +40,7 @@
 #define RX_SECTOR_LEVEL NAME_SECTOR_LEVEL
 #define RX_SOLID NAME_SOLID
 #define RX_TOP_BIT NAME_TOP_BIT
+#define RX_LINKED NAME_LINKED
 #define RX_UNIFORM NAME_UNIFORM
 #define RxBvhNode NAME_BvhNode
 #define rx_block_material NAME_block_material
@@ -80,6 +81,7 @@
 #define rx_last_voxels NAME_last_voxels
 #define rx_leaf NAME_leaf
 #define rx_leaf_mask NAME_leaf_mask
+#define rx_filled_material NAME_filled_material
 #define rx_leaf_material NAME_leaf_material
 #define rx_linked_material NAME_linked_material
 #define rx_look NAME_look
@@ -155,6 +157,7 @@
 #undef RX_SECTOR_LEVEL
 #undef RX_SOLID
 #undef RX_TOP_BIT
+#undef RX_LINKED
 #undef RX_UNIFORM
 #undef RxBvhNode
 #undef rx_block_material
@@ -195,6 +198,7 @@
 #undef rx_last_voxels
 #undef rx_leaf
 #undef rx_leaf_mask
+#undef rx_filled_material
 #undef rx_leaf_material
 #undef rx_linked_material
 #undef rx_look

@@ -258,6 +258,7 @@ fn encode_block(chunk: &Chunk, size: &ChunkSize, start: usize) -> (Node, Vec<u32
         leaves: Part { rest: bytemuck::cast_slice_mut(leaves), at: leaves_at / 2 },
         links: Part { rest: links, at: links_at },
         materials: Materials::Own(Part { rest: attributes, at: links_at + size.links }),
+        full_run: None,
     };
     let node = encode_chunk(chunk, room);
     (node, words)

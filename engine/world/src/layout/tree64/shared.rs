@@ -1,5 +1,5 @@
 //! Packed materials that are equal are stored once. A leaf finds its own by their address, so a ray does not notice: over a terrain half of what they
-//! take is gone. Only a whole world is packed so; what is edited or streamed has room of its own for each chunk.
+//! take is gone. A whole world is packed so, and each chunk of a streamed one by itself; what is edited in place has room of its own for each leaf.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -11,14 +11,16 @@ use super::{ChunkSize, packed_link};
 use crate::chunk::Chunk;
 
 /// The packed materials of all chunks of a world.
-pub(super) struct SharedMaterials {
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct SharedMaterials {
     /// The link of each leaf of several materials, by chunk, in the order of the leaves.
-    pub(super) links: Vec<Vec<u32>>,
+    pub(in super::super) links: Vec<Vec<u32>>,
     /// Where they lead: what is packed, each once, in the order in which it is first met.
-    pub(super) words: Vec<u32>,
+    pub(in super::super) words: Vec<u32>,
 }
 
 /// The packed materials of one chunk.
+#[derive(Default)]
 struct PackedChunk {
     size: ChunkSize,
     words: Vec<u32>,
@@ -34,8 +36,22 @@ struct PackedLeaf {
 impl SharedMaterials {
     /// Packs the materials of chunks, and counts what else they take.
     pub(super) fn of(chunks: &[&Chunk]) -> (Vec<ChunkSize>, Self) {
-        let packed: Vec<PackedChunk> = chunks.par_iter().map(|chunk| PackedChunk::of(chunk)).collect();
+        let packed: Vec<PackedChunk> = chunks.par_iter().map(|chunk| PackedChunk::of(chunk, false)).collect();
         (packed.iter().map(|chunk| chunk.size).collect(), Self::share(&packed))
+    }
+
+    /// The same of a single chunk, beside which there is a run of full leaves. Its size has the room for them.
+    pub(in super::super) fn of_tile(chunk: &Chunk) -> (ChunkSize, Self) {
+        let packed = PackedChunk::of(chunk, true);
+        let shared = Self::share(std::slice::from_ref(&packed));
+        (ChunkSize { attributes: shared.words.len(), ..packed.size }, shared)
+    }
+
+    /// The packed materials of some blocks of a chunk.
+    pub(in super::super) fn of_blocks(chunk: &Chunk, blocks: impl Iterator<Item = usize>) -> Self {
+        let mut packed = PackedChunk::default();
+        blocks.for_each(|block| packed.push(chunk, block));
+        Self::share(std::slice::from_ref(&packed))
     }
 
     fn share(packed: &[PackedChunk]) -> Self {
@@ -68,23 +84,25 @@ impl SharedMaterials {
     }
 
     /// Puts the first word at an address, which is 0 before.
-    pub(super) fn begin_at(&mut self, address: usize) {
+    pub(in super::super) fn begin_at(&mut self, address: usize) {
         self.links.iter_mut().flatten().for_each(|link| *link += address as u32);
     }
 }
 
 impl PackedChunk {
-    fn of(chunk: &Chunk) -> Self {
-        let (mut words, mut leaves) = (Vec::new(), Vec::new());
-        let size = ChunkSize::visit(chunk, |block| {
-            let packing = Packing::of(chunk.block_materials(block));
-            let at = words.len();
-            words.resize(at + packing.words(), 0);
-            packing.write(chunk.block_materials(block), &mut words[at..]);
-            let hash = hash(packing.kind, &words[at..]);
-            leaves.push(PackedLeaf { hash, kind: packing.kind, words: packing.words() as u32 });
-        });
-        Self { size, words, leaves }
+    fn of(chunk: &Chunk, full_run: bool) -> Self {
+        let mut packed = Self::default();
+        packed.size = ChunkSize::visit(chunk, full_run, |block| packed.push(chunk, block));
+        packed
+    }
+
+    fn push(&mut self, chunk: &Chunk, block: usize) {
+        let packing = Packing::of(chunk.block_materials(block));
+        let at = self.words.len();
+        self.words.resize(at + packing.words(), 0);
+        packing.write(chunk.block_materials(block), &mut self.words[at..]);
+        let hash = hash(packing.kind, &self.words[at..]);
+        self.leaves.push(PackedLeaf { hash, kind: packing.kind, words: packing.words() as u32 });
     }
 }
 
