@@ -68,7 +68,7 @@ vec3 path_light(RxRay ray, uint index, uint seed) {
                 share /= live;
             }
         } else {
-            bool reached = kind == SUN ? !found : found && target.voxel == lamp.voxel && target.face == lamp.face;
+            bool reached = kind == SUN ? !found : found && rx_is_on_light(lamp, target.voxel, target.face);
             if (reached) light += pending;
         }
 

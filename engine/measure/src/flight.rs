@@ -66,8 +66,13 @@ pub struct Frame {
     pub bytes: u64,
     /// Wanted tiles that are not there.
     pub missing: usize,
-    /// Those of them that may be in the picture, as of the last publication.
+    /// Those of them that may be in the picture, as of the last publication. Where a coarser one is there, that is seen.
     pub missing_in_view: usize,
+    /// Those of them in whose place nothing is seen.
+    pub holes_in_view: usize,
+    /// Whether that is known of the place where the camera is, and not of the one before.
+    #[serde(skip)]
+    looked: bool,
 }
 
 /// All frames of a way of flying.
@@ -91,6 +96,8 @@ pub struct Flight {
     pub first_seconds: f64,
     /// The flight, with the world being loaded.
     pub live: Flown,
+    /// After each jump to fresh land.
+    pub jumps: Vec<Arrival>,
     /// Edits in view after the flight: each with the frames and the milliseconds until the end of the first picture that has it.
     pub edits: Vec<EditLatency>,
     /// What was kept on the host at the end of the flight.
@@ -99,6 +106,15 @@ pub struct Flight {
     pub resident: Flown,
     /// Bytes of the pool: in use at the end, most at any time, all.
     pub pool: [u64; 3],
+}
+
+/// Milliseconds from a jump to the end of a picture on the device; none where there was no such picture before the next jump.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Arrival {
+    /// The first one without a hole: something is there in every place, if only coarse.
+    pub whole: Option<f64>,
+    /// The first one in which no tile is missing at its own level.
+    pub complete: Option<f64>,
 }
 
 /// How long an edit took to be seen.
@@ -178,6 +194,21 @@ fn stay(leg: f64) -> f64 {
     leg / 5.0
 }
 
+/// What each jump came to, from the frames.
+fn arrivals(frames: &[Frame], leg: f64) -> Vec<Arrival> {
+    let (first, stay) = (2.0 * leg + TURN + stay(leg), stay(leg));
+    let jump = |n: u32| {
+        let begin = first + f64::from(n) * stay;
+        let end = if n == 2 { f64::INFINITY } else { begin + stay };
+        let after = |is: fn(&Frame) -> bool| {
+            let there = |frame: &&Frame| (begin..end).contains(&frame.time) && frame.looked && is(frame);
+            frames.iter().find(there).map(|frame| (frame.time - begin) * 1e3 + frame.milliseconds)
+        };
+        Arrival { whole: after(|frame| frame.holes_in_view == 0), complete: after(|frame| frame.missing_in_view == 0) }
+    };
+    (0..3).map(jump).collect()
+}
+
 /// Seconds of the whole path.
 fn length(leg: f64) -> f64 {
     2.0 * leg + TURN + 4.0 * stay(leg)
@@ -220,6 +251,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
         size,
         first_seconds,
         pool: stats.pool,
+        jumps: arrivals(&frames, options.seconds),
         live: Flown { frames, stats },
         edits,
         kept: Kept {
@@ -305,6 +337,8 @@ fn one(session: &mut Session, time: f64, camera: Camera) -> Result<Frame, Flight
         bytes: stats.written.saturating_sub(before),
         missing: stats.missing,
         missing_in_view: if stats.missing == 0 { 0 } else { stats.missing_in_view.min(stats.missing) },
+        holes_in_view: if stats.missing == 0 { 0 } else { stats.holes_in_view.min(stats.missing) },
+        looked: stream.has_looked(),
     })
 }
 
@@ -324,6 +358,31 @@ mod tests {
         let jumps = [22.6, 24.6, 26.6, length(10.0)].map(|time| at(time).position().x);
         assert!(jumps[0] > 19_000.0 && jumps[1] > 39_000.0 && jumps[2] > 59_000.0, "{jumps:?}");
         assert!((jumps[2] - jumps[3]).abs() < 1e-9);
+    }
+
+    #[test]
+    fn arrivals_are_counted_from_the_jump_to_the_end_of_the_picture() {
+        // Legs of 5 s: the jumps are after 11.5, 12.5 and 13.5 s.
+        let frame = |time, looked, holes_in_view, missing_in_view| Frame {
+            time,
+            milliseconds: 10.0,
+            looked,
+            holes_in_view,
+            missing_in_view,
+            ..Frame::default()
+        };
+        let frames = [
+            frame(11.4, true, 0, 0),
+            frame(11.52, false, 0, 0),
+            frame(11.6, true, 2, 9),
+            frame(11.75, true, 0, 5),
+            frame(12.25, true, 0, 0),
+            frame(12.75, true, 0, 1),
+            frame(13.75, true, 1, 1),
+        ];
+        let rounded = |time: Option<f64>| time.map(|time| time.round() as i64);
+        let found = arrivals(&frames, 5.0).into_iter().map(|jump| (rounded(jump.whole), rounded(jump.complete)));
+        assert_eq!(found.collect::<Vec<_>>(), [(Some(260), Some(760)), (Some(260), None), (None, None)]);
     }
 
     #[test]

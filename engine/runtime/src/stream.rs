@@ -9,7 +9,7 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_edit::{EditedSource, KeptSource};
 use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, TimelineValue, UploadRing, vk};
 use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, View};
-use raxel_world::{ChunkPos, Streamed};
+use raxel_world::{ChunkPos, ChunkSource, Streamed};
 
 use crate::camera::Camera;
 use crate::execute::{Builder, DeviceSource, ExecuteError};
@@ -35,6 +35,8 @@ const SHARE: u64 = 2;
 pub struct WorldStream {
     streamer: Streamer,
     source: Arc<DeviceSource>,
+    /// The list of lamps, where a material gives off light.
+    lights: Option<Arc<DeviceSource>>,
     device: Arc<Device>,
     complete: bool,
     frames: Mutex<Frames>,
@@ -54,8 +56,9 @@ struct Frames {
     changed: u64,
     /// Where the camera was in the last frame.
     last: Option<DVec3>,
-    /// Whether somebody was told that chunks are missing.
+    /// Whether somebody was told that chunks are missing, and that lamps are.
     failing: bool,
+    dark: bool,
     /// What the last frame spent here, and how much of it waiting for a complete world.
     spent: Duration,
     waited: Duration,
@@ -97,13 +100,15 @@ impl WorldStream {
         if settings.cpu_memory > 0 && packed > settings.cpu_memory {
             return Err(Refused::World(Box::new(too_small_on_host(streamed, packed))));
         }
-        let buffer = pool_buffer(device, bytes)?;
-        let memory: Arc<dyn PoolMemory> = if buffer.is_device_local() && buffer.write(0, &[0; 4]) {
-            Arc::new(InPlace(buffer.clone()))
-        } else {
-            let ring = (RING_FRAMES * settings.upload).clamp(LEAST_RING, MOST_RING);
-            Arc::new(Staged(UploadRing::new(device, &buffer, ring, COPY).map_err(ExecuteError::from)?))
-        };
+        let ring = (RING_FRAMES * settings.upload).clamp(LEAST_RING, MOST_RING);
+        let (buffer, memory) = pool_memory(device, "world.tree64", bytes, ring)?;
+        let shines = tiles.materials().iter().skip(1).any(|material| material.emission > 0.0);
+        let lamps = shines.then(|| {
+            let bytes = settings.lamp_memory.min(there) & !15;
+            let (buffer, memory) = pool_memory(device, "world.lights", bytes, LEAST_RING.min(ring))?;
+            Ok::<_, ExecuteError>((buffer, (memory, (bytes / 4) as u32)))
+        });
+        let (lights, lamps) = lamps.transpose()?.unzip();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let options = StreamOptions {
             workers: if settings.threads == 0 { cores.saturating_sub(1).max(1) } else { settings.threads as usize },
@@ -114,13 +119,19 @@ impl WorldStream {
         let source = builder.source("world.tree64", Some(buffer), None);
         let words = (bytes / 4) as u32;
         let view = view_of(camera, DVec3::ZERO, 1.0);
-        let streamer = Streamer::new(tiles.clone(), memory, words, reach, view, options);
-        Ok(Self { streamer, source, device: device.clone(), complete, frames: Mutex::default() })
+        let lights = lights.map(|buffer| builder.source("world.lights", Some(buffer), None));
+        let streamer = Streamer::with_lamps(tiles.clone(), (memory, words), lamps, reach, view, options);
+        Ok(Self { streamer, source, lights, device: device.clone(), complete, frames: Mutex::default() })
     }
 
     /// The source that passes bind.
     pub fn source(&self) -> &Arc<DeviceSource> {
         &self.source
+    }
+
+    /// The list of lamps; `None` where no material gives off light.
+    pub fn lights(&self) -> Option<&Arc<DeviceSource>> {
+        self.lights.as_ref()
     }
 
     /// Tells that its source answers otherwise for these chunks.
@@ -140,10 +151,19 @@ impl WorldStream {
         self.streamer.stats()
     }
 
-    /// What is to be said about where its chunks come from: once that it does not have some, and once that it has them again.
+    /// What is to be said about where its chunks come from: once that it does not have some, and once that it has them again. And once that
+    /// there are more lamps than the list has room for.
     pub fn take_message(&self) -> Option<Diagnostic> {
-        let reason = self.streamer.unavailable();
+        let (reason, dark) = (self.streamer.unavailable(), self.stats().unlisted > 0);
         let mut frames = self.frames();
+        if dark && !frames.dark && !self.complete {
+            frames.dark = true;
+            let message = "there are more lamps around the camera than `lamp_memory` has room for";
+            return Some(
+                Diagnostic::warning(codes::world::STREAM_LAMPS, message)
+                    .help("raise `lamp_memory`; the others are seen, and light nothing but what rays find them from"),
+            );
+        }
         let changed = reason.is_some() != frames.failing;
         frames.failing = reason.is_some();
         let message = |text: String| Diagnostic::warning(codes::world::STORE_FAILING, text);
@@ -157,6 +177,11 @@ impl WorldStream {
     /// Whether everything that the camera wanted in the last frame is there.
     pub fn is_settled(&self) -> bool {
         self.streamer.is_settled()
+    }
+
+    /// Whether what [`Self::stats`] says is missing is what the last frame's camera misses.
+    pub fn has_looked(&self) -> bool {
+        self.streamer.has_looked()
     }
 
     /// The publication that the last frame saw.
@@ -190,7 +215,9 @@ impl WorldStream {
             && publication.version != frames.version
         {
             // Too many waiting writes: the next frame tries again.
-            if self.source.write(0, bytemuck::cast_slice(publication.words())).is_ok() {
+            let lights = self.lights.as_ref().zip(publication.lights.as_ref());
+            let written = lights.is_none_or(|(source, words)| source.write(0, bytemuck::cast_slice(words)).is_ok());
+            if written && self.source.write(0, bytemuck::cast_slice(publication.words())).is_ok() {
                 (frames.version, frames.changes) = (publication.version, publication.changes);
             } else {
                 frames.taken = None;
@@ -204,7 +231,8 @@ impl WorldStream {
     pub fn end(&self, before: TimelineValue) {
         let began = Instant::now();
         let mut frames = self.frames();
-        if frames.taken.is_some() && !self.source.is_waiting() {
+        let waiting = self.source.is_waiting() || self.lights.as_ref().is_some_and(|lights| lights.is_waiting());
+        if frames.taken.is_some() && !waiting {
             frames.taken = None;
             let version = frames.version;
             frames.unreleased.push_back((version, before));
@@ -247,7 +275,7 @@ impl WorldStream {
             }
             match result {
                 Ok(()) => return Ok(()),
-                Err(StreamError::NoRoom { .. }) if found && failed => {
+                Err(StreamError::NoRoom { .. } | StreamError::TooManyLamps { .. }) if found && failed => {
                     // Room is what earlier places took: no frame needs that any more once all have finished.
                     self.device.wait_idle(PATIENCE).map_err(ExecuteError::from)?;
                     if let Some(taken) = &frames.taken {
@@ -278,11 +306,27 @@ pub fn reach_of(streamed: &Streamed, tiles: &EditedSource) -> Reach {
     reach
 }
 
+/// A buffer for a pool, and how words come to it, by a ring of so many bytes where it is staged.
+fn pool_memory(
+    device: &Arc<Device>,
+    name: &str,
+    bytes: u64,
+    ring: u64,
+) -> Result<(Arc<Buffer>, Arc<dyn PoolMemory>), ExecuteError> {
+    let buffer = pool_buffer(device, name, bytes)?;
+    let memory: Arc<dyn PoolMemory> = if buffer.is_device_local() && buffer.write(0, &[0; 4]) {
+        Arc::new(InPlace(buffer.clone()))
+    } else {
+        Arc::new(Staged(UploadRing::new(device, &buffer, ring, COPY).map_err(ExecuteError::from)?))
+    };
+    Ok((buffer, memory))
+}
+
 /// Memory of the device that the host writes, where there is enough of it; memory that only the device sees, else.
-fn pool_buffer(device: &Arc<Device>, size: u64) -> Result<Arc<Buffer>, ExecuteError> {
+fn pool_buffer(device: &Arc<Device>, name: &str, size: u64) -> Result<Arc<Buffer>, ExecuteError> {
     let usage =
         vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
-    let make = |location| Buffer::new(device, "world.tree64", &BufferInfo { size, usage, location }, Backing::Own);
+    let make = |location| Buffer::new(device, name, &BufferInfo { size, usage, location }, Backing::Own);
     if std::env::var_os(UPLOADS).is_none_or(|how| how != "staged")
         && let Ok(buffer) = make(Location::Upload)
         && buffer.is_device_local()
@@ -355,8 +399,12 @@ fn incomplete(error: &StreamError) -> Diagnostic {
         return Diagnostic::error(codes::world::STORE_FAILING, message)
             .help("bake what is missing, or wait until the store answers again");
     }
-    Diagnostic::error(codes::world::STREAM_BUDGET, format!("the streamed world is not complete: {error}"))
-        .help("raise `gpu_memory`, or lower `near` or `far`")
+    let message = format!("the streamed world is not complete: {error}");
+    if let StreamError::TooManyLamps { .. } = error {
+        return Diagnostic::error(codes::world::STREAM_LAMPS, message)
+            .help("raise `lamp_memory`, or lower `near` or `far`; half of it is for tables");
+    }
+    Diagnostic::error(codes::world::STREAM_BUDGET, message).help("raise `gpu_memory`, or lower `near` or `far`")
 }
 
 #[cfg(test)]

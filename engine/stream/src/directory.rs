@@ -1,10 +1,12 @@
 //! The upper nodes of the tree: everything above the tiles, made anew for each publication.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::IVec3;
 use raxel_world::child_index;
 use raxel_world::layout::TileNode;
+use raxel_world::lights::LightGroup;
 
 use crate::reach::{Reach, TileKey};
 
@@ -71,6 +73,8 @@ pub struct LiveTile {
     pub node: Option<TileNode>,
     /// Above level 0: the nodes of its occupied children, in the order of its mask, unless it is filled.
     pub children: Arc<[TileNode]>,
+    /// Its lamps, with the child that each group is in; a chunk has one group.
+    pub lights: Arc<[(u32, LightGroup)]>,
 }
 
 impl LiveTile {
@@ -98,6 +102,10 @@ pub struct Directory {
     pub bounds: [[i32; 3]; 2],
     /// Tiles with solids that it reaches.
     pub live: usize,
+    /// The lamps of what it shows.
+    pub lights: Vec<LightGroup>,
+    /// What lies over the lamps of coarse tiles: their level, and the path of the child in whose place something finer is shown.
+    overlaid: HashSet<(u32, u128)>,
 }
 
 /// A node on the way up: its path from the root.
@@ -129,7 +137,17 @@ impl Directory {
         }
         levels.iter_mut().for_each(|level| level.sort_unstable_by_key(|(path, _)| *path));
 
-        let mut directory = Self { nodes: Vec::new(), relative: Vec::new(), root: 0, bounds: [[0; 3], [-1; 3]], live };
+        let mut directory = Self {
+            nodes: Vec::new(),
+            relative: Vec::new(),
+            root: 0,
+            bounds: [[0; 3], [-1; 3]],
+            live,
+            lights: Vec::new(),
+            overlaid: HashSet::new(),
+        };
+        // Tiles of which nothing is shown, by the level and the path of the one that is missing around them.
+        let mut hidden: HashSet<(u32, u128)> = HashSet::new();
         let item = |&(path, tile): &(u128, &LiveTile)| Item { path, node: tile.node, relative: false };
         let mut below: Vec<Item> = levels[0].iter().map(item).collect();
         let height = (cube.log2_size - 6) / 2;
@@ -150,9 +168,10 @@ impl Directory {
                 }
                 let base = own.next_if(|(of, _)| *of == path).map(|(_, tile)| *tile);
                 if base.is_none() && hidden_by_coarser(path) {
+                    hidden.insert((level, path));
                     continue;
                 }
-                items.push(Item { path, ..directory.parent(group, base) });
+                items.push(Item { path, ..directory.parent(level, group, base) });
             }
             items.extend(own.map(item));
             below = items;
@@ -166,13 +185,26 @@ impl Directory {
             directory.bounds =
                 bounds.map(|corner| corner.map(|c| c.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32));
         }
+        for (level, tiles) in (0..).zip(&levels) {
+            for (path, tile) in tiles.iter().filter(|(_, tile)| !tile.lights.is_empty()) {
+                if (level + 1..=top).any(|above| hidden.contains(&(above, path >> (6 * (above - level))))) {
+                    continue;
+                }
+                let shown = |child: u32| !directory.overlaid.contains(&(level, path << 6 | u128::from(child)));
+                let lights = tile.lights.iter().filter(|(child, _)| level == 0 || shown(*child));
+                directory.lights.extend(lights.map(|(_, group)| *group));
+            }
+        }
         directory
     }
 
     /// A node of these children, which lie over those of the coarser tile in its place. Empty when all of them are.
-    fn parent(&mut self, group: &[Item], base: Option<&LiveTile>) -> Item {
+    fn parent(&mut self, level: u32, group: &[Item], base: Option<&LiveTile>) -> Item {
         let first = self.nodes.len() as u32;
         let mut mask = 0u64;
+        if base.is_some_and(|tile| !tile.lights.is_empty()) {
+            self.overlaid.extend(group.iter().map(|item| (level, item.path)));
+        }
         let mut own = group.iter().peekable();
         for number in 0..64 {
             let (node, relative) = match own.next_if(|item| item.path & 63 == u128::from(number)) {

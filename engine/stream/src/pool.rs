@@ -1,10 +1,11 @@
-//! The buffer that all tiles live in: header, palette, full run, and blocks of words that come and go.
+//! The buffer that all tiles live in: header, palette, full run, and blocks of words that come and go. That of their lamps is another one.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use offset_allocator::{Allocation, Allocator};
 use raxel_world::Material;
 use raxel_world::layout::{FULL_RUN_WORDS, MATERIAL_WORDS, Tree64Header, full_run, palette};
+use raxel_world::lights::{HEADER_WORDS, LIGHT_WORDS};
 
 /// Where the words of the pool are.
 pub trait PoolMemory: Send + Sync {
@@ -15,11 +16,15 @@ pub trait PoolMemory: Send + Sync {
     fn flush(&self) {}
 }
 
-/// Words of the unit of allocation: a node.
-const UNIT: u32 = 4;
+/// Words of a node, the unit of allocation for tiles.
+const NODE: u32 = 4;
 
 /// Most of the pool that tiles take, in percent.
 const TILES: u64 = 95;
+
+/// Most of a pool of lamps that lights take, in percent: a table of groups has half of the words of the lights at most, and two of them may be
+/// there at once.
+const LIGHTS: u64 = 50;
 
 /// Blocks that can be there at once.
 const MOST_BLOCKS: u32 = 1 << 20;
@@ -31,11 +36,23 @@ const POISON: u32 = 0xdead_beef;
 pub struct Pool {
     memory: Arc<dyn PoolMemory>,
     allocator: Mutex<Account>,
-    /// Words behind the header before the first block.
-    first: u32,
+    form: Form,
     full_run: u32,
     capacity: u32,
     poison: bool,
+}
+
+/// How a buffer is divided.
+#[derive(Clone, Copy)]
+struct Form {
+    /// Words of the header.
+    header: u32,
+    /// Words behind the header before the first block.
+    first: u32,
+    /// Words of the unit of allocation.
+    unit: u32,
+    /// Most of the pool that blocks take which are no directories, in percent.
+    most: u64,
 }
 
 struct Account {
@@ -66,14 +83,13 @@ impl Pool {
     /// A pool in a buffer of so many words, which has room for the header and the palette at least. `poison` overwrites what is freed.
     pub fn new(memory: Arc<dyn PoolMemory>, words: u32, materials: &[Material], poison: bool) -> Self {
         let palette = palette(materials);
-        let full_run_at = (palette.len() as u32).next_multiple_of(UNIT);
+        let full_run_at = (palette.len() as u32).next_multiple_of(NODE);
         // A node without children, which is the root of the empty world that is shown at first.
         let empty_root = full_run_at + FULL_RUN_WORDS;
-        let first = empty_root + UNIT;
-        let capacity = words.saturating_sub(Tree64Header::WORDS + first) / UNIT;
+        let form = Form { header: Tree64Header::WORDS, first: empty_root + NODE, unit: NODE, most: TILES };
         memory.write(Tree64Header::WORDS, &palette);
         memory.write(Tree64Header::WORDS + full_run_at, &full_run());
-        memory.write(Tree64Header::WORDS + empty_root, &[0; UNIT as usize]);
+        memory.write(Tree64Header::WORDS + empty_root, &[0; NODE as usize]);
         let header = Tree64Header {
             origin: [0; 3],
             log2_size: 6,
@@ -81,43 +97,56 @@ impl Pool {
             material_count: materials.len() as u32,
             bounds_last: [-1; 3],
             materials_at: 0,
-            root: empty_root / UNIT,
+            root: empty_root / NODE,
             node_count: 1,
             leaf_count: 0,
             unused: 0,
         };
         memory.write(0, bytemuck::cast_slice(std::slice::from_ref(&header)));
         memory.flush();
+        Self { full_run: full_run_at, ..Self::blocks(memory, words, form, poison) }
+    }
+
+    /// A pool for lamps in a buffer of so many words, which lists none at first. A light is the unit of allocation.
+    pub fn of_lamps(memory: Arc<dyn PoolMemory>, words: u32, poison: bool) -> Self {
+        let form = Form { header: HEADER_WORDS as u32, first: 0, unit: LIGHT_WORDS as u32, most: LIGHTS };
+        memory.write(0, &[0; HEADER_WORDS]);
+        memory.flush();
+        Self::blocks(memory, words, form, poison)
+    }
+
+    fn blocks(memory: Arc<dyn PoolMemory>, words: u32, form: Form, poison: bool) -> Self {
+        let capacity = words.saturating_sub(form.header + form.first) / form.unit;
         let allocator = Allocator::with_max_allocs(capacity.max(1), MOST_BLOCKS);
         let account = Account { allocator, used: 0, peak: 0, failed: 0 };
-        Self { memory, allocator: Mutex::new(account), first, full_run: full_run_at, capacity, poison }
+        Self { memory, allocator: Mutex::new(account), form, full_run: 0, capacity, poison }
     }
 
     /// Bytes of a pool with room for so many bytes of tiles, and so many materials.
     pub fn bytes_for(tiles: u64, materials: usize) -> u64 {
         let before =
-            Tree64Header::WORDS + (MATERIAL_WORDS * materials as u32).next_multiple_of(UNIT) + FULL_RUN_WORDS + UNIT;
+            Tree64Header::WORDS + (MATERIAL_WORDS * materials as u32).next_multiple_of(NODE) + FULL_RUN_WORDS + NODE;
         tiles * 100 / TILES + 4 * u64::from(before)
     }
 
     /// A block for a tile of so many words; `None` when there is no room for it. A part of the pool is left for directories, without
     /// which no tile would ever be given up.
     pub fn allocate_tile(&self, words: u32) -> Option<Block> {
-        let mut account = self.account();
-        if u64::from(account.used + words.div_ceil(UNIT)) * 100 > u64::from(self.capacity) * TILES {
+        let (mut account, units) = (self.account(), words.div_ceil(self.form.unit));
+        if u64::from(account.used + units) * 100 > u64::from(self.capacity) * self.form.most {
             account.failed += 1;
             return None;
         }
-        Self::take(&mut account, words)
+        Self::take(&mut account, units)
     }
 
     /// A block of at least so many words; `None` when there is no room for it.
     pub fn allocate(&self, words: u32) -> Option<Block> {
-        Self::take(&mut self.account(), words)
+        Self::take(&mut self.account(), words.div_ceil(self.form.unit))
     }
 
-    fn take(account: &mut Account, words: u32) -> Option<Block> {
-        let units = words.div_ceil(UNIT).max(1);
+    fn take(account: &mut Account, units: u32) -> Option<Block> {
+        let units = units.max(1);
         let Some(allocation) = account.allocator.allocate(units) else {
             account.failed += 1;
             return None;
@@ -127,26 +156,32 @@ impl Pool {
         Some(Block { allocation: Held(allocation), units })
     }
 
+    /// Whether there is room for some more tiles.
+    pub fn is_roomy(&self) -> bool {
+        let account = self.account();
+        u64::from(account.used) * 125 < u64::from(self.capacity) * self.form.most
+    }
+
     /// Takes a block back that no frame reads any more.
     #[allow(clippy::needless_pass_by_value, reason = "a block that was given back cannot be used again")]
     pub fn free(&self, block: Block) {
         if self.poison {
-            self.write(&block, &vec![POISON; (block.units * UNIT) as usize]);
+            self.write(&block, &vec![POISON; (block.units * self.form.unit) as usize]);
         }
         let mut account = self.account();
         account.used -= block.units;
         account.allocator.free(block.allocation.0);
     }
 
-    /// The first word of a block, behind the header: a multiple of 4.
+    /// The first word of a block, behind the header: a multiple of 4, and of 8 in a pool of lamps.
     pub fn address(&self, block: &Block) -> u32 {
-        self.first + block.allocation.0.offset * UNIT
+        self.form.first + block.allocation.0.offset * self.form.unit
     }
 
     /// Writes the words of a block.
     pub fn write(&self, block: &Block, words: &[u32]) {
-        debug_assert!(words.len() <= (block.units * UNIT) as usize);
-        self.memory.write(Tree64Header::WORDS + self.address(block), words);
+        debug_assert!(words.len() <= (block.units * self.form.unit) as usize);
+        self.memory.write(self.form.header + self.address(block), words);
     }
 
     /// Makes all that was written visible to every frame that is submitted from now on.
@@ -154,20 +189,20 @@ impl Pool {
         self.memory.flush();
     }
 
-    /// The address of the full run.
+    /// The address of the full run, in a pool for tiles.
     pub fn full_run(&self) -> u32 {
         self.full_run
     }
 
     /// Bytes of blocks that there is room for.
     pub fn capacity(&self) -> u64 {
-        u64::from(self.capacity * UNIT) * 4
+        u64::from(self.capacity) * u64::from(self.form.unit) * 4
     }
 
     /// Bytes of blocks that are handed out, most of them at any time, and how often there was no room.
     pub fn usage(&self) -> (u64, u64, u64) {
         let account = self.account();
-        let bytes = |units: u32| u64::from(units) * u64::from(UNIT) * 4;
+        let bytes = |units: u32| u64::from(units) * u64::from(self.form.unit) * 4;
         (bytes(account.used), bytes(account.peak), account.failed)
     }
 

@@ -1,6 +1,7 @@
 //! What a frame takes.
 
 use raxel_world::layout::Tree64Header;
+use raxel_world::lights::HEADER_WORDS;
 
 /// A state of the world that is whole in the pool. Writing its header to the start of the buffer shows it.
 #[derive(Clone, Debug)]
@@ -9,6 +10,8 @@ pub struct Publication {
     pub version: u64,
     /// The first words of the buffer.
     pub header: Tree64Header,
+    /// The first words of the buffer of lamps, where there is one.
+    pub lights: Option<[u32; HEADER_WORDS]>,
     /// Every call of [`crate::Streamer::changed`] up to the one that gave this number is in its chunks.
     pub changes: u64,
     /// What there was when it was made.
@@ -29,12 +32,18 @@ pub struct Stats {
     pub wanted: usize,
     /// Those of them that are not there yet.
     pub missing: usize,
-    /// Those of them that may be in the picture.
+    /// Those of them that may be in the picture. Where a coarser one is there, that is seen meanwhile.
     pub missing_in_view: usize,
+    /// Those of them that no coarser one could stand in for: nothing is seen in their place.
+    pub holes_in_view: usize,
     /// Those of them that the source did not have when it was asked.
     pub unavailable: usize,
     /// Tiles in the directory, the empty ones not counted.
     pub live: usize,
+    /// Lamps that are listed.
+    pub lights: u64,
+    /// Tiles whose lamps there is no room for: they give off light, and are in no list.
+    pub unlisted: usize,
     /// Tiles made since the start.
     pub made: u64,
     /// Tiles dropped since the start.

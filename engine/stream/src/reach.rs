@@ -92,6 +92,16 @@ impl Reach {
         reach
     }
 
+    /// The same with the coarsest tiles one further, where there are coarse ones: a horizon that is there before it is seen.
+    #[must_use]
+    pub fn further(&self) -> Self {
+        let mut reach = self.clone();
+        if let [_, .., top] = &mut reach.radii[..] {
+            *top += 1;
+        }
+        reach
+    }
+
     /// Voxels that everything lies within, around the camera.
     pub fn outer(&self) -> i64 {
         (i64::from(self.radii[self.radii.len() - 1]) + 1) * TileKey::edge(self.top())

@@ -14,6 +14,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use raxel_world::layout::TileBlock;
+use raxel_world::lights::LightPowers;
 use raxel_world::{ChunkPos, ChunkSource, Content, Unavailable};
 
 use crate::allowance::Allowance;
@@ -47,6 +48,12 @@ pub enum StreamError {
         /// Bytes of the pool.
         bytes: u64,
     },
+    /// The lamps of what is wanted do not fit the list.
+    #[error("the lamps around the camera take more than the {bytes} bytes of their list")]
+    TooManyLamps {
+        /// Bytes of the list.
+        bytes: u64,
+    },
     /// It took too long until everything that is wanted was there.
     #[error("after {seconds} s, {missing} chunks are still missing")]
     TimedOut {
@@ -74,6 +81,8 @@ pub struct Streamer {
 struct Shared {
     source: Arc<dyn ChunkSource>,
     pool: Pool,
+    /// Where the lamps of tiles go, if anything gives off light and somebody wants to know.
+    lamps: Option<Lamps>,
     desk: Mutex<Desk>,
     /// There is work.
     work: Condvar,
@@ -86,6 +95,12 @@ struct Shared {
     stop: AtomicBool,
 }
 
+/// The pool of lamps, and which materials are some.
+struct Lamps {
+    pool: Pool,
+    powers: LightPowers,
+}
+
 /// Where the threads meet.
 struct Desk {
     view: View,
@@ -93,6 +108,8 @@ struct Desk {
     considered: View,
     /// How often something has changed so that the director should look.
     view_serial: u64,
+    /// The view whose missing tiles are known.
+    looked: u64,
     /// Chunks that the source answers anew.
     changed: Vec<ChunkPos>,
     /// How often somebody has said so.
@@ -140,11 +157,28 @@ impl Streamer {
         view: View,
         options: StreamOptions,
     ) -> Self {
+        Self::with_lamps(source, (memory, words), None, reach, view, options)
+    }
+
+    /// The same with a buffer for the list of lamps, of so many words. It is left empty where no material gives off light.
+    pub fn with_lamps(
+        source: Arc<dyn ChunkSource>,
+        (memory, words): (Arc<dyn PoolMemory>, u32),
+        lamps: Option<(Arc<dyn PoolMemory>, u32)>,
+        reach: Reach,
+        view: View,
+        options: StreamOptions,
+    ) -> Self {
         let pool = Pool::new(memory, words, source.materials(), options.poison);
+        let lamps = lamps.and_then(|(memory, words)| {
+            let pool = Pool::of_lamps(memory, words, options.poison);
+            Some(Lamps { pool, powers: LightPowers::of(source.materials())? })
+        });
         let desk = Desk {
             view,
             considered: view,
             view_serial: 1,
+            looked: 0,
             changed: Vec::new(),
             changes: 0,
             jobs: Vec::new(),
@@ -161,6 +195,7 @@ impl Streamer {
         let shared = Arc::new(Shared {
             source,
             pool,
+            lamps,
             desk: Mutex::new(desk),
             work: Condvar::new(),
             news: Condvar::new(),
@@ -296,6 +331,12 @@ impl Streamer {
     pub fn is_settled(&self) -> bool {
         let desk = self.shared.desk();
         desk.settled == desk.view_serial
+    }
+
+    /// Whether what [`Streamer::stats`] says is missing is what the newest view misses.
+    pub fn has_looked(&self) -> bool {
+        let desk = self.shared.desk();
+        desk.looked == desk.view_serial
     }
 
     /// What the source says, when there are tiles that it does not have; they are asked for again after a while.

@@ -30,17 +30,17 @@ impl View {
         TileKey::of_cell(0, self.cell) == TileKey::of_cell(0, other.cell) && self.forward.dot(other.forward) > SECTOR
     }
 
-    /// How soon a tile is loaded: the smallest first. Distance counts from where the camera will be in half a second, three times as much
-    /// outside the picture, and a quarter as much for each level.
-    pub(crate) fn urgency(&self, tile: TileKey) -> f64 {
+    /// How soon a tile is loaded: the smallest first. The coarsest come before all others, since they stand in for these, and what is in
+    /// the picture before what is not. Distance counts from where the camera will be in half a second, and a quarter as much for each level.
+    pub(crate) fn urgency(&self, tile: TileKey, top: u32) -> (u8, f64) {
         let (to, radius) = self.to_tile(tile);
         let ahead = (to - self.velocity * 0.5).length();
-        let seen = if self.sees_sphere(to, radius) { 1.0 } else { 3.0 };
-        (ahead - radius).max(0.0) * seen / raxel_world::cell_edge(tile.level) as f64 + radius * 1e-3
+        let turn = 2 * u8::from(tile.level < top) + u8::from(!self.sees_sphere(to, radius));
+        (turn, (ahead - radius).max(0.0) / raxel_world::cell_edge(tile.level) as f64 + radius * 1e-3)
     }
 
     /// Whether a tile may be in the picture.
-    pub(crate) fn sees(&self, tile: TileKey) -> bool {
+    pub fn sees(&self, tile: TileKey) -> bool {
         let (to, radius) = self.to_tile(tile);
         self.sees_sphere(to, radius)
     }

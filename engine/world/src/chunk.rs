@@ -172,6 +172,16 @@ impl Chunk {
         }
     }
 
+    /// Whether a material may be among its voxels that a test holds for. Never false where there is one; with more than 256 materials, always
+    /// true.
+    pub fn may_have_material(&self, mut test: impl FnMut(MaterialIndex) -> bool) -> bool {
+        match &self.materials {
+            Packed::Uniform(material) => test(*material),
+            Packed::Indexed { palette, .. } => palette.iter().any(|material| test(*material)),
+            Packed::Plain(_) => true,
+        }
+    }
+
     /// Material at chunk-local coordinates in 0…63, or air.
     #[inline]
     pub fn voxel(&self, x: u32, y: u32, z: u32) -> MaterialIndex {

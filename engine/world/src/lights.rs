@@ -1,17 +1,22 @@
 //! The lamps of a world: every face through which an emissive voxel can give off light, with a table that draws one of them in constant
 //! time. The twin of `shaders/include/raxel/light/lights.glsl`.
 
+mod tile;
+
 use glam::IVec3;
+
+pub use tile::{LightGroup, LightPowers, TileLights, grouped_header, grouped_words};
 
 use crate::chunk::{block_cell, child_cell};
 use crate::layout::{BlockMember, LayoutError, Limits, QUADS_STRIDE};
 use crate::material::Material;
 use crate::world::World;
 
-/// Words in front of the lights: their number, the sum of their powers as a float, and two that are unused.
-const HEADER_WORDS: usize = 4;
+/// Words in front of the lights: their number, the sum of their powers as a float, and where the groups of a streamed world are and how many;
+/// a whole world has none.
+pub const HEADER_WORDS: usize = 4;
 /// Words of a light.
-const LIGHT_WORDS: usize = 8;
+pub const LIGHT_WORDS: usize = 8;
 
 /// A face of an emissive voxel that no other voxel covers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +29,15 @@ pub struct Light {
     pub material: u16,
     /// Luminance of the radiance that it gives off (ITU-R BT.709), which does not depend on the direction. The area is 1.
     pub power: f32,
+}
+
+impl Light {
+    /// Its words; `level` is that of the cell that it is a face of.
+    fn put(&self, draw: &Draw, level: u32, words: &mut Vec<u32>) {
+        words.extend(self.voxel.to_array().map(i32::cast_unsigned));
+        words.push(u32::from(self.material) | self.face << 16 | level << 19);
+        words.extend([draw.probability.to_bits(), draw.threshold.to_bits(), draw.alias, self.power.to_bits()]);
+    }
 }
 
 /// Every light of a world: chunk by chunk, in tree order inside each, the faces of a voxel in order. Faces that are black are left out.
@@ -75,10 +89,9 @@ pub fn encode(world: &World, limits: impl Into<Limits>) -> Result<Vec<u32>, Layo
     let total = lights.iter().fold(0.0, |total, light| total + f64::from(light.power));
     let mut words = Vec::with_capacity((bytes / 4) as usize);
     words.extend([lights.len() as u32, (total as f32).to_bits(), 0, 0]);
-    for (light, draw) in lights.iter().zip(alias_table(&lights, total)) {
-        words.extend(light.voxel.to_array().map(i32::cast_unsigned));
-        words.push(u32::from(light.material) | light.face << 16);
-        words.extend([draw.probability.to_bits(), draw.threshold.to_bits(), draw.alias, light.power.to_bits()]);
+    let powers: Vec<f64> = lights.iter().map(|light| f64::from(light.power)).collect();
+    for (light, draw) in lights.iter().zip(alias_table(&powers, total)) {
+        light.put(&draw, 0, &mut words);
     }
     // An array without an element is none: shaders look at the count.
     words.resize((bytes / 4) as usize, 0);
@@ -93,16 +106,16 @@ struct Draw {
     alias: u32,
 }
 
-/// Draws lights in proportion to their powers (Vose, "A linear algorithm for generating random numbers with a given distribution", 1991).
-fn alias_table(lights: &[Light], total: f64) -> Vec<Draw> {
-    let count = lights.len() as f64;
-    let share = |light: &Light| f64::from(light.power) / total;
-    let mut scaled: Vec<f64> = lights.iter().map(|light| share(light) * count).collect();
+/// Draws things in proportion to their powers, whose sum is `total` (Vose, "A linear algorithm for generating random numbers with a given
+/// distribution", 1991).
+fn alias_table(powers: &[f64], total: f64) -> Vec<Draw> {
+    let count = powers.len() as f64;
+    let mut scaled: Vec<f64> = powers.iter().map(|power| power / total * count).collect();
     let mut draws: Vec<Draw> = (0..)
-        .zip(lights)
-        .map(|(alias, light)| Draw { probability: share(light) as f32, threshold: 1.0, alias })
+        .zip(powers)
+        .map(|(alias, power)| Draw { probability: (power / total) as f32, threshold: 1.0, alias })
         .collect();
-    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..lights.len()).partition(|&i| scaled[i] < 1.0);
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..powers.len()).partition(|&i| scaled[i] < 1.0);
     while let (Some(low), Some(&high)) = (small.pop(), large.last()) {
         draws[low].threshold = scaled[low] as f32;
         draws[low].alias = high as u32;
@@ -122,8 +135,8 @@ pub fn block() -> Vec<BlockMember> {
     vec![
         member("count", 0),
         member("power", 4),
-        member("unused0", 8),
-        member("unused1", 12),
+        member("groups_at", 8),
+        member("groups", 12),
         BlockMember { name: "quads", offset: 4 * HEADER_WORDS as u32, ty: "uvec4", stride: Some(QUADS_STRIDE) },
     ]
 }
@@ -165,7 +178,8 @@ mod tests {
         let world = World::from_voxels(materials(), voxels);
         let lights = lights(&world);
         let total: f64 = lights.iter().map(|light| f64::from(light.power)).sum();
-        let draws = alias_table(&lights, total);
+        let powers: Vec<f64> = lights.iter().map(|light| f64::from(light.power)).collect();
+        let draws = alias_table(&powers, total);
         let mut drawn = vec![0.0; lights.len()];
         for (i, draw) in draws.iter().enumerate() {
             drawn[i] += f64::from(draw.threshold) / lights.len() as f64;

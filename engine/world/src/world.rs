@@ -32,6 +32,14 @@ impl ChunkPos {
         Self::new(cell.x >> 6, cell.y >> 6, cell.z >> 6)
     }
 
+    /// The one beyond a face: 0 to 5 for −x, +x, −y, +y, −z, +z.
+    #[must_use]
+    pub fn beside(self, face: u32) -> Self {
+        let step = if face & 1 == 1 { 1 } else { -1 };
+        let by = |axis| if face >> 1 == axis { step } else { 0 };
+        Self::new(self.x + by(0), self.y + by(1), self.z + by(2))
+    }
+
     /// The voxel at its smallest corner.
     pub fn origin(self) -> IVec3 {
         IVec3::new(self.x, self.y, self.z) * CHUNK_EDGE

@@ -45,6 +45,8 @@ declare! {
     STREAM_LAYOUT = "RX0342";
     /// A streamed world where all voxels are needed.
     STREAM_ENDLESS = "RX0343";
+    /// More lamps around the camera than the list of a streamed world has room for.
+    STREAM_LAMPS = "RX0490";
     /// An edit that cannot be made.
     EDIT = "RX0350";
     /// A save of a newer raxel.

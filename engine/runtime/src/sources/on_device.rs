@@ -115,10 +115,10 @@ impl OnDevice {
         }
         if let (Key::Voxels { name: parsed, copied, .. }, Some(streamed)) = (&key, world.streamed().zip(world.tiles()))
             && !matches!(parsed, SourceName::Model(..) | SourceName::Instances)
-            // Where nothing gives off light, wherever it is, there is nothing to list.
+            // Where nothing gives off light, wherever it is, the list of lamps is that of an empty world.
             && (*parsed != SourceName::Lights || *copied || world.holds(&Fact::WorldHasEmission))
         {
-            if *parsed != SourceName::World(Layout::Tree64) || *copied {
+            if !matches!(parsed, SourceName::World(Layout::Tree64) | SourceName::Lights) || *copied {
                 return Err(diagnosed(needs_whole(name, *copied, resource, world)));
             }
             let camera = world.first_camera();
@@ -126,9 +126,15 @@ impl OnDevice {
                 Refused::World(diagnostic) => diagnosed(*diagnostic),
                 Refused::Device(error) => refused(error, resource),
             })?;
-            let source = stream.source().clone();
-            entries.push(Entry { key, source: source.clone(), stream: Some(Arc::new(stream)), live: None });
-            return Ok(Some(source));
+            // Voxels and lamps come together, whichever a plan binds first.
+            let stream = Arc::new(stream);
+            let of = |name| Key::Voxels { name, copied: false, world: Arc::downgrade(world.identity()) };
+            let voxels = (of(SourceName::World(Layout::Tree64)), stream.source().clone());
+            let lights = stream.lights().map(|lights| (of(SourceName::Lights), lights.clone()));
+            for (key, source) in std::iter::once(voxels).chain(lights) {
+                entries.push(Entry { key, source, stream: Some(stream.clone()), live: None });
+            }
+            return Ok(entries.iter().find(|entry| entry.key == key).map(|entry| entry.source.clone()));
         }
         let mut live = None;
         let source = match (&key, &resource.origin) {

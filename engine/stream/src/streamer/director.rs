@@ -6,10 +6,11 @@ use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use raxel_world::layout::Tree64Header;
+use raxel_world::lights::{HEADER_WORDS, LightGroup, grouped_header, grouped_words};
 use raxel_world::{ChunkPos, Unavailable};
 
 use super::put_off::PutOff;
-use super::worker::{Made, Unmade};
+use super::worker::{Made, MadeLamps, Unmade};
 use super::{Job, Shared, StreamError};
 use crate::directory::{Cube, Directory, LiveTile};
 use crate::pool::Block;
@@ -34,13 +35,17 @@ const TURN: Duration = Duration::from_millis(32);
 pub(super) struct Director {
     shared: Arc<Shared>,
     complete: bool,
-    /// What the file wants.
+    /// What the file wants to be shown.
+    shown: Reach,
+    /// The same with what may be shown soon.
     whole: Reach,
     /// What there is room for.
     reach: Reach,
     view: View,
     view_serial: u64,
     cube: Cube,
+    /// The coarsest tile that the camera is in: it decides where the world ends.
+    horizon: TileKey,
     tiles: BTreeMap<TileKey, Tile>,
     /// What is wanted, and what of it is not there.
     wanted: usize,
@@ -53,10 +58,20 @@ pub(super) struct Director {
     put_off: PutOff,
     /// Until when publications wait for chunks that are to be made anew.
     held: Option<Instant>,
-    /// Blocks that no publication from this version on reaches.
+    /// Blocks that no publication from this version on reaches: of tiles and directories, and of lamps and their groups.
     retired: VecDeque<(u64, Block)>,
+    retired_lamps: VecDeque<(u64, Block)>,
     version: u64,
     directory: Option<Block>,
+    /// The groups of the lamps that are shown, their table and what stands in front of the list.
+    groups: Vec<LightGroup>,
+    group_table: Option<Block>,
+    lights: [u32; HEADER_WORDS],
+    /// Tiles whose lamps there was no room for, and whether that was so for the table.
+    unlisted: HashSet<TileKey>,
+    no_table: bool,
+    /// Lamps were refused since somebody was told.
+    refused: bool,
     /// What is reachable has changed since the last publication.
     changed: bool,
     no_room: bool,
@@ -78,6 +93,7 @@ struct News {
 struct Tile {
     live: LiveTile,
     block: Option<Block>,
+    lamps: MadeLamps,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -91,15 +107,18 @@ enum Stale {
 impl Director {
     pub(super) fn new(shared: Arc<Shared>, reach: Reach, complete: bool) -> Self {
         let view = shared.desk().view;
-        let cube = Cube::around(view.cell, &reach);
+        let whole = if complete { reach.clone() } else { reach.further() };
+        let cube = Cube::around(view.cell, &whole);
         Self {
             shared,
             complete,
-            whole: reach.clone(),
-            reach,
+            shown: reach,
+            reach: whole.clone(),
+            whole,
             view,
             view_serial: 0,
             cube,
+            horizon: TileKey::of_cell(0, view.cell),
             tiles: BTreeMap::new(),
             wanted: 0,
             missing: HashSet::new(),
@@ -108,8 +127,15 @@ impl Director {
             put_off: PutOff::default(),
             held: None,
             retired: VecDeque::new(),
+            retired_lamps: VecDeque::new(),
             version: 0,
             directory: None,
+            groups: Vec::new(),
+            group_table: None,
+            lights: [0; HEADER_WORDS],
+            unlisted: HashSet::new(),
+            no_table: false,
+            refused: false,
             changed: true,
             no_room: false,
             starved: false,
@@ -130,6 +156,9 @@ impl Director {
             if std::mem::take(&mut self.no_room) {
                 self.starve();
             }
+            if std::mem::take(&mut self.refused) {
+                self.refuse_lamps();
+            }
             if std::mem::take(&mut self.ask_again) || moved || !changed.is_empty() {
                 self.ask();
             }
@@ -148,7 +177,9 @@ impl Director {
             let moved = desk.view_serial != self.view_serial;
             let can_publish =
                 self.changed && desk.pending.is_none() && !self.complete && !self.no_room && !self.is_held();
-            let can_free = self.retired.front().is_some_and(|(version, _)| *version <= desk.released);
+            let is_free =
+                |retired: Option<&(u64, Block)>| retired.is_some_and(|(version, _)| *version <= desk.released);
+            let can_free = is_free(self.retired.front()) || is_free(self.retired_lamps.front());
             let due = self.put_off.is_due(Instant::now());
             self.ask_again |= due;
             if moved || !desk.made.is_empty() || can_publish || can_free || due {
@@ -173,6 +204,15 @@ impl Director {
             }
             self.ask_again |= std::mem::take(&mut self.starved);
         }
+        let waiting = self.retired_lamps.len();
+        while self.retired_lamps.front().is_some_and(|(version, _)| *version <= released) {
+            if let Some((_, block)) = self.retired_lamps.pop_front() {
+                self.free_lamps(Some(block));
+            }
+        }
+        if self.retired_lamps.len() < waiting {
+            self.list_again();
+        }
     }
 
     /// Gives up a block that publications up to the last one may reach.
@@ -182,12 +222,35 @@ impl Director {
         }
     }
 
+    /// The same of lamps or their groups.
+    fn retire_lamps(&mut self, block: Option<Block>) {
+        if let Some(block) = block {
+            self.retired_lamps.push_back((self.version + 1, block));
+        }
+    }
+
+    /// Takes back a block of lamps that no frame reads.
+    fn free_lamps(&mut self, block: Option<Block>) {
+        if let (Some(block), Some(lamps)) = (block, &self.shared.lamps) {
+            lamps.pool.free(block);
+        }
+    }
+
+    /// Gives up a tile that publications may reach.
+    fn retire_tile(&mut self, key: TileKey, tile: Option<Tile>) {
+        self.unlisted.remove(&key);
+        if let Some(tile) = tile {
+            self.retire(tile.block);
+            self.retire_lamps(tile.lamps.block);
+        }
+    }
+
     fn slack(&self) -> i32 {
         if self.complete { 0 } else { SLACK }
     }
 
     fn take(&mut self, made: Made) {
-        let Made { key, tile, bytes } = made;
+        let Made { key, tile, lamps, bytes } = made;
         self.stats.written += bytes;
         let again = self.stale.remove(&key) == Some(Stale::Again);
         let (live, block) = match tile {
@@ -213,6 +276,7 @@ impl Director {
             if let Some(block) = block {
                 self.shared.pool.free(block);
             }
+            self.free_lamps(lamps.block);
             if again {
                 self.stale.insert(key, Stale::Again);
                 self.ask_again = true;
@@ -220,8 +284,12 @@ impl Director {
             return;
         }
         self.missing.remove(&key);
-        if let Some(before) = self.tiles.insert(key, Tile { live, block }) {
-            self.retire(before.block);
+        let left_out = lamps.left_out;
+        let before = self.tiles.insert(key, Tile { live, block, lamps });
+        self.retire_tile(key, before);
+        if left_out {
+            self.unlisted.insert(key);
+            self.refused = true;
         }
         self.changed = true;
     }
@@ -243,11 +311,21 @@ impl Director {
         if !chunks.is_empty() && self.held.is_none_or(|until| until <= now) {
             self.held = Some(now + WHOLE_EDIT);
         }
+        // The lamps of a chunk follow from the voxels beyond its faces, too; one that is being made may have seen those from before.
+        let follows = |key: &TileKey, face: u32| match self.tiles.get(key) {
+            Some(tile) => tile.lamps.sides >> (face ^ 1) & 1 == 1,
+            None => self.shared.lamps.is_some() && self.missing.contains(key),
+        };
+        let beside =
+            chunks.iter().flat_map(|pos| (0..6).map(|face| (TileKey { level: 0, pos: pos.beside(face) }, face)));
+        let lamps: Vec<TileKey> = beside.filter(|(key, face)| follows(key, *face)).map(|(key, _)| key).collect();
+        self.stale.extend(lamps.into_iter().map(|key| (key, Stale::Again)));
         for pos in chunks {
             let mut key = TileKey { level: 0, pos: *pos };
             let low = key.origin()[1];
-            self.whole.include([low, low + TileKey::edge(0)]);
-            self.reach.include([low, low + TileKey::edge(0)]);
+            for reach in [&mut self.shown, &mut self.whole, &mut self.reach] {
+                reach.include([low, low + TileKey::edge(0)]);
+            }
             loop {
                 let known = self.tiles.contains_key(&key) || self.missing.contains(&key);
                 if known {
@@ -277,15 +355,28 @@ impl Director {
             self.cube = Cube::around(self.view.cell, &self.whole);
             self.changed = true;
         }
+        let horizon = TileKey::of_cell(self.whole.top(), self.view.cell);
+        self.changed |= std::mem::replace(&mut self.horizon, horizon) != horizon;
         let [used, _, capacity] = self.usage();
         if !self.complete && self.reach.near() < self.whole.near() && used * 100 < capacity * ROOMY {
             self.reach = self.whole.with_near(self.reach.near() + 1);
         }
         self.drop_unwanted(self.slack());
+        self.list_again();
         let tiles = self.reach.tiles(self.view.cell);
         self.wanted = tiles.len();
         self.missing = tiles.into_iter().filter(|tile| !self.tiles.contains_key(tile)).collect();
         self.put_off.retain(|key| self.missing.contains(key) || self.stale.contains_key(key));
+        self.count_unseen();
+    }
+
+    /// What is missing in view.
+    fn count_unseen(&mut self) {
+        let top = self.whole.top();
+        let unseen = self.missing.iter().filter(|key| self.is_shown(**key) && self.view.sees(**key));
+        let levels: Vec<u32> = unseen.map(|key| key.level).collect();
+        self.stats.missing_in_view = levels.len();
+        self.stats.holes_in_view = levels.into_iter().filter(|level| *level == top).count();
     }
 
     fn drop_unwanted(&mut self, slack: i32) {
@@ -295,7 +386,7 @@ impl Director {
             let tile = self.tiles.remove(&key);
             self.stale.remove(&key);
             self.shared.source.given_up(key.level, key.pos);
-            self.retire(tile.and_then(|tile| tile.block));
+            self.retire_tile(key, tile);
             self.stats.dropped += 1;
             self.changed = true;
         }
@@ -351,13 +442,16 @@ impl Director {
         };
         // What was changed by hand is seen to be wrong: it comes first, chunks before the coarser tiles around them.
         let stale: Vec<TileKey> = self.stale.keys().copied().filter(idle).collect();
-        let mut jobs: Vec<(f64, TileKey)> = self
+        let top = self.whole.top();
+        let mut jobs: Vec<((u8, f64), TileKey)> = self
             .missing
             .iter()
             .filter(|key| idle(key) && !self.stale.contains_key(key))
-            .map(|key| (self.view.urgency(*key), *key))
+            .map(|key| (self.view.urgency(*key, top), *key))
             .collect();
-        jobs.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| b.1.cmp(&a.1)));
+        jobs.sort_unstable_by(|((a_turn, a), a_key), ((b_turn, b), b_key)| {
+            b_turn.cmp(a_turn).then_with(|| b.total_cmp(a)).then_with(|| b_key.cmp(a_key))
+        });
         let missing = jobs.into_iter().map(|(_, key)| Job { key, stale: false });
         desk.jobs = missing.chain(stale.iter().rev().map(|key| Job { key: *key, stale: true })).collect();
         stale.into_iter().for_each(|key| {
@@ -372,7 +466,8 @@ impl Director {
 
     /// Makes a publication, if something has changed and somebody wants one.
     fn publish(&mut self) {
-        let settled = self.missing.is_empty() && self.stale.is_empty();
+        let listed = !self.complete || (self.unlisted.is_empty() && !self.no_table);
+        let settled = self.missing.is_empty() && self.stale.is_empty() && listed;
         let (pending, view_is_known) = {
             let desk = self.shared.desk();
             (desk.pending.is_some(), desk.view_serial == self.view_serial)
@@ -380,15 +475,17 @@ impl Director {
         let due = self.changed && if self.complete { settled } else { !pending && !self.is_held() };
         if due {
             self.held = None;
-            self.stats.missing_in_view = self.missing.iter().filter(|key| self.view.sees(**key)).count();
+            self.count_unseen();
             self.make_publication();
         }
         self.stats.wanted = self.wanted;
         self.stats.missing = self.missing.len();
         self.stats.near = self.reach.near();
         self.stats.unavailable = self.put_off.len();
+        self.stats.unlisted = self.unlisted.len();
         let mut desk = self.shared.desk();
         desk.stats = self.stats;
+        desk.looked = self.view_serial;
         desk.unavailable = self.put_off.reason().cloned();
         // Whoever waits for this sees the figures of it, too.
         if settled && !self.changed && view_is_known && desk.view_serial == self.view_serial {
@@ -397,10 +494,16 @@ impl Director {
         }
     }
 
+    /// Whether a tile is part of the world that is shown: the world ends where the file says, whatever is there beyond.
+    fn is_shown(&self, key: TileKey) -> bool {
+        key.level == 0 || key.level < self.whole.top() || self.shown.wants(self.view.cell, key, 0)
+    }
+
     /// Makes a publication, if the pool has room for its directory.
     fn make_publication(&mut self) {
         let top = self.whole.top();
-        let tiles = self.tiles.iter().map(|(key, tile)| (*key, &tile.live));
+        let shown = self.tiles.iter().filter(|(key, _)| self.is_shown(**key));
+        let tiles = shown.map(|(key, tile)| (*key, &tile.live));
         let directory = Directory::of(&self.cube, top, tiles);
         let Some(block) = self.shared.pool.allocate(directory.words()) else {
             self.no_room = true;
@@ -409,6 +512,7 @@ impl Director {
         let (words, root) = directory.place(self.shared.pool.address(&block));
         self.shared.desk().allowance.spend(4 * words.len() as u64);
         self.shared.pool.write(&block, &words);
+        let lights = self.publish_lamps(&directory.lights);
         self.shared.pool.flush();
         let before = self.directory.replace(block);
         self.retire(before);
@@ -434,7 +538,60 @@ impl Director {
             self.changes[1] = self.changes[0];
         }
         let [_, changes] = self.changes;
-        let publication = Publication { version: self.version, header, changes, stats: self.stats };
+        let publication = Publication { version: self.version, header, lights, changes, stats: self.stats };
         self.shared.desk().pending = Some(Arc::new(publication));
+    }
+
+    /// Writes the table of the groups that are shown, if they are not those of the last publication, and gives what stands in front of the
+    /// list then.
+    fn publish_lamps(&mut self, groups: &[LightGroup]) -> Option<[u32; HEADER_WORDS]> {
+        let shared = self.shared.clone();
+        let pool = &shared.lamps.as_ref()?.pool;
+        if self.groups != groups {
+            self.groups = groups.to_vec();
+            let words = grouped_words(groups);
+            let table = if groups.is_empty() { None } else { pool.allocate(words.len() as u32) };
+            self.lights = [0; HEADER_WORDS];
+            if let Some(table) = &table {
+                pool.write(table, &words);
+                shared.desk().allowance.spend(4 * words.len() as u64);
+                self.stats.written += 4 * words.len() as u64;
+                self.lights = grouped_header(groups, pool.address(table) / 4);
+            }
+            self.no_table = table.is_none() && !groups.is_empty();
+            self.refused |= self.no_table;
+            let before = std::mem::replace(&mut self.group_table, table);
+            self.retire_lamps(before);
+        }
+        pool.flush();
+        self.stats.lights = u64::from(self.lights[0]);
+        Some(self.lights)
+    }
+
+    /// There was no room for some lamps: a window goes on without them, but whoever waits for a complete world hears of it.
+    fn refuse_lamps(&mut self) {
+        let shared = self.shared.clone();
+        if let Some(lamps) = shared.lamps.as_ref().filter(|_| self.complete) {
+            // Those of what was given up are free as soon as a publication without them is taken.
+            if self.changed && self.retired_lamps.iter().any(|(version, _)| *version > self.version) {
+                self.make_publication();
+            }
+            let error = StreamError::TooManyLamps { bytes: lamps.pool.capacity() };
+            shared.desk().error = Some((self.view_serial, error));
+            shared.settled.notify_all();
+        }
+    }
+
+    /// Lamps that there was no room for are listed as soon as there is: their tiles are made anew.
+    fn list_again(&mut self) {
+        let Some(lamps) = &self.shared.lamps else { return };
+        if self.complete || lamps.pool.is_roomy() {
+            self.stale.extend(self.unlisted.iter().map(|key| (*key, Stale::Again)));
+            self.ask_again |= !self.unlisted.is_empty();
+        }
+        if std::mem::take(&mut self.no_table) {
+            self.groups.clear();
+            self.changed = true;
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! Makes tiles, one after the other.
 
-use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 
 use raxel_world::layout::{TileBlock, TileNode};
+use raxel_world::lights::{LIGHT_WORDS, LightGroup, TileLights};
 use raxel_world::{Content, Unavailable};
 
 use super::{Job, Shared};
@@ -16,8 +17,19 @@ use crate::reach::TileKey;
 pub(super) struct Made {
     pub(super) key: TileKey,
     pub(super) tile: Result<(LiveTile, Option<Block>), Unmade>,
+    pub(super) lamps: MadeLamps,
     /// Bytes written.
     pub(super) bytes: u64,
+}
+
+/// The lamps of a tile that was made.
+#[derive(Default)]
+pub(super) struct MadeLamps {
+    pub(super) block: Option<Block>,
+    /// The faces of the tile that something touches which gives off light.
+    pub(super) sides: u8,
+    /// There was no room for them.
+    pub(super) left_out: bool,
 }
 
 /// Why a tile was not made.
@@ -56,29 +68,51 @@ pub(super) fn run(shared: &Shared) {
 }
 
 fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
+    let unmade = |why| Made { key, tile: Err(why), lamps: MadeLamps::default(), bytes: 0 };
     let content = match shared.source.try_chunk(key.level, key.pos) {
         Ok(content) => content,
-        Err(reason) => return Made { key, tile: Err(Unmade::Unavailable(reason)), bytes: 0 },
+        Err(reason) => return unmade(Unmade::Unavailable(reason)),
     };
-    let block = match TileBlock::of(&content, key.level) {
-        Err(node) => return Made { key, tile: Ok((LiveTile { node, children: [].into() }, None)), bytes: 0 },
-        Ok(block) => block,
+    let lights = lights(shared, key, &content);
+    let (node, children, place, bytes) = match TileBlock::of(&content, key.level) {
+        Err(node) => (node, [].into(), None, 0),
+        Ok(block) => {
+            debug_assert!(matches!(content, Content::Chunk(_)));
+            let Some(place) = shared.pool.allocate_tile(block.words()) else { return unmade(Unmade::NoRoom) };
+            let (words, node) = block.encode(shared.pool.address(&place), shared.pool.full_run());
+            let bytes = 4 * words.len() as u64;
+            wait_for_frame(shared, bytes, stale);
+            shared.pool.write(&place, &words);
+            // A part of a coarse tile may be shown beside finer ones: then the directory has copies of its nodes.
+            let count = if key.level == 0 { 0 } else { node.mask().count_ones() as usize };
+            let children = words.chunks_exact(4).take(count).map(|quad| TileNode([quad[0], quad[1], quad[2], quad[3]]));
+            (Some(node), children.collect(), Some(place), bytes)
+        }
     };
-    debug_assert!(matches!(content, Content::Chunk(_)));
-    let Some(place) = shared.pool.allocate_tile(block.words()) else {
-        return Made { key, tile: Err(Unmade::NoRoom), bytes: 0 };
+    let (lamps, groups) = place_lights(shared, &lights, stale);
+    let lamp_bytes = if lamps.block.is_some() { 4 * u64::from(lights.words()) } else { 0 };
+    let live = LiveTile { node, children, lights: groups };
+    Made { key, tile: Ok((live, place)), lamps, bytes: bytes + lamp_bytes }
+}
+
+/// The lamps of a tile. What is beyond a face and cannot be had counts as air: a lamp too many costs a ray, one too few is missed.
+fn lights(shared: &Shared, key: TileKey, content: &Content) -> TileLights {
+    let Some(lamps) = &shared.lamps else { return TileLights::default() };
+    let beside = |face| shared.source.try_chunk(key.level, key.pos.beside(face)).unwrap_or(Content::Empty);
+    TileLights::of(content, (key.level, key.pos), &lamps.powers, beside)
+}
+
+/// Puts the lamps of a tile into their list, if there is room.
+fn place_lights(shared: &Shared, lights: &TileLights, stale: bool) -> (MadeLamps, Arc<[(u32, LightGroup)]>) {
+    let made = MadeLamps { sides: lights.sides(), ..MadeLamps::default() };
+    let Some(lamps) = shared.lamps.as_ref().filter(|_| !lights.is_empty()) else { return (made, [].into()) };
+    let Some(place) = lamps.pool.allocate_tile(lights.words()) else {
+        return (MadeLamps { left_out: true, ..made }, [].into());
     };
-    let (words, node) = block.encode(shared.pool.address(&place), shared.pool.full_run());
+    let (words, groups) = lights.encode(lamps.pool.address(&place) / LIGHT_WORDS as u32);
     wait_for_frame(shared, 4 * words.len() as u64, stale);
-    shared.pool.write(&place, &words);
-    // A part of a coarse tile may be shown beside finer ones: then the directory has copies of its nodes.
-    let children = if key.level == 0 {
-        [].into()
-    } else {
-        let count = node.mask().count_ones() as usize;
-        words.chunks_exact(4).take(count).map(|quad| TileNode([quad[0], quad[1], quad[2], quad[3]])).collect()
-    };
-    Made { key, tile: Ok((LiveTile { node: Some(node), children }, Some(place))), bytes: 4 * words.len() as u64 }
+    lamps.pool.write(&place, &words);
+    (MadeLamps { block: Some(place), ..made }, groups.into())
 }
 
 /// Waits until a frame may bring so many bytes; what was edited is brought at once.

@@ -206,6 +206,11 @@ fn stream() -> Value {
                 memory(0, Settings::MOST_CPU_MEMORY, Settings::CPU_MEMORY),
             ),
             (
+                "lamp_memory",
+                "Bytes of the list of lamps (`world.lights`) on the device, in a world where a material gives off light.",
+                memory(Settings::LEAST_LAMP_MEMORY, Settings::MOST_GPU_MEMORY, Settings::LAMP_MEMORY),
+            ),
+            (
                 "upload",
                 "Bytes that a frame of a window brings to the device, about; at most `gpu_memory`.",
                 memory(Settings::LEAST_UPLOAD, Settings::MOST_GPU_MEMORY, Settings::UPLOAD),

@@ -18,6 +18,8 @@ pub struct StreamSettings {
     pub gpu_memory: u64,
     /// Bytes of packed chunks that are kept on the host, so that going back makes nothing again; 0 keeps none.
     pub cpu_memory: u64,
+    /// Bytes of the list of lamps on the device, in a world where something gives off light.
+    pub lamp_memory: u64,
     /// Bytes that a frame of a window brings to the device, about.
     pub upload: u64,
     /// Threads that make chunks; 0 is one for each core but one.
@@ -32,6 +34,7 @@ impl Default for StreamSettings {
             height: None,
             gpu_memory: Self::GPU_MEMORY,
             cpu_memory: Self::CPU_MEMORY,
+            lamp_memory: Self::LAMP_MEMORY,
             upload: Self::UPLOAD,
             threads: 0,
         }
@@ -55,6 +58,10 @@ impl StreamSettings {
     pub const CPU_MEMORY: u64 = 256 << 20;
     /// Bytes of packed chunks at most.
     pub const MOST_CPU_MEMORY: u64 = 1 << 40;
+    /// Bytes of the list of lamps, if the file does not say.
+    pub const LAMP_MEMORY: u64 = 16 << 20;
+    /// Smallest list of lamps.
+    pub const LEAST_LAMP_MEMORY: u64 = 1 << 12;
     /// Bytes that a frame brings to the device, if the file does not say.
     pub const UPLOAD: u64 = 4 << 20;
     /// Least that a frame may bring.
@@ -116,6 +123,9 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<Stream> {
     let cpu_memory = table
         .get("cpu_memory")
         .map_or(Some(default.cpu_memory), |node| bytes(&node, 0, StreamSettings::MOST_CPU_MEMORY));
+    let lamp_memory = table.get("lamp_memory").map_or(Some(default.lamp_memory), |node| {
+        bytes(&node, StreamSettings::LEAST_LAMP_MEMORY, StreamSettings::MOST_GPU_MEMORY)
+    });
     let upload = match table.get("upload") {
         None => Some(default.upload),
         Some(node) => {
@@ -138,6 +148,7 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<Stream> {
         height: height?,
         gpu_memory: gpu_memory?,
         cpu_memory: cpu_memory?,
+        lamp_memory: lamp_memory?,
         upload: upload?,
         threads: threads? as u32,
     };

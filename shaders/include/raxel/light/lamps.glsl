@@ -53,10 +53,15 @@ bool rx_takes(float share, inout float sum, inout float keep) {
 void rx_draw_lamp(inout RxSampler s, out uint index, out vec2 uv) {
     // The pick takes numbers of 32 bits: those of `u` are the upper 24, and what the pick leaves of them is the place.
     vec2 u = rx_next2(s);
-    uint more = rx_hash(s.seed ^ rx_hash(s.index + 0x10001u * s.pair)), whole, part;
+    uint more = rx_hash(s.seed ^ rx_hash(s.index + 0x10001u * s.pair)), part, spacing;
     uint bits = uint(u.x * 16777216.0) << 8 | more & 255u;
-    umulExtended(bits, rx_lights_count(), whole, part);
-    index = rx_pick_light(uvec2(bits, more));
+    index = rx_pick_light(uvec2(bits, more), part, spacing);
+    if (lights.groups > 0u) {
+        // Of many groups with many lamps little is left: what is between the steps is drawn anew.
+        uint between, low;
+        umulExtended(rx_hash(more), spacing, between, low);
+        part += between;
+    }
     uv = vec2(float(part >> 8) * 5.9604644775390625e-8, u.y);
 }
 

@@ -65,6 +65,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             "pool": flight.pool,
             "most_written": flight.live.stats.most_written,
             "kept": flight.kept,
+            "jumps": flight.jumps,
             "edits": flight.edits,
             "live": flight.live,
             "resident": flight.resident,
@@ -99,6 +100,7 @@ fn table(flight: &Flight, speed: f64) -> String {
     let spent = |part: f64| flight.live.percentile(part, |frame| frame.stream_microseconds);
     let sum = |of: fn(&Frame) -> u64| flight.live.frames.iter().map(of).sum::<u64>();
     let missing = flight.live.frames.iter().filter(|frame| frame.missing_in_view > 0).count();
+    let holes = flight.live.frames.iter().filter(|frame| frame.holes_in_view > 0).count();
     let [used, peak, all] = flight.pool.map(mebibytes);
     text += &format!(
         "loading on the thread of the frames: p50 {:.0} µs, p99 {:.0} µs, max {:.0} µs\n",
@@ -107,11 +109,23 @@ fn table(flight: &Flight, speed: f64) -> String {
         spent(1.0)
     );
     text += &format!(
-        "written {:.1} MiB in {} publications; chunks made {}, dropped {}; frames with a chunk missing in view: {missing}\n",
+        "written {:.1} MiB in {} publications; chunks made {}, dropped {}\n",
         mebibytes(sum(|frame| frame.bytes)),
         flight.live.stats.publications,
         flight.live.stats.made,
         flight.live.stats.dropped
+    );
+    text += &format!(
+        "frames in which a coarser chunk stands in for one in view: {}; with a hole: {holes}\n",
+        missing.saturating_sub(holes)
+    );
+    let milliseconds = |time: Option<f64>| time.map_or("never".to_owned(), |time| format!("{time:.0}"));
+    let jumps = flight.jumps.iter().map(|jump| (milliseconds(jump.whole), milliseconds(jump.complete)));
+    let (whole, complete): (Vec<String>, Vec<String>) = jumps.unzip();
+    text += &format!(
+        "after a jump, the first picture without a hole after {} ms, the first with every chunk after {} ms\n",
+        whole.join(", "),
+        complete.join(", ")
     );
     text += &format!(
         "pool {used:.1} MiB in use, {peak:.1} at most, of {all:.1}; at most {:.2} MiB written in a frame\n",

@@ -1,0 +1,134 @@
+//! What is there first at a new place: something everywhere, then what is in the picture, then the rest.
+
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use glam::{DVec3, IVec3};
+use raxel_oracle::port::Tree64;
+use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, TileKey, View};
+use raxel_world::random::SplitMix64;
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings};
+
+const PATIENCE: Duration = Duration::from_secs(120);
+const WORDS: u32 = 1 << 21;
+
+struct Words(Mutex<Vec<u32>>);
+
+impl PoolMemory for Words {
+    fn write(&self, at: u32, words: &[u32]) {
+        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
+    }
+}
+
+/// Posts on a plane, one for each chunk, as they are at every level. It notes what it is asked for.
+struct Posts {
+    materials: Vec<Material>,
+    asked: Mutex<Vec<TileKey>>,
+}
+
+impl Posts {
+    fn new() -> Arc<Self> {
+        let materials = vec![Material::air(), Material::matt("post", [0.5; 3])];
+        Arc::new(Self { materials, asked: Mutex::default() })
+    }
+
+    /// A post is a cube of 8 voxels at the corner of its chunk.
+    fn is_solid(cell: IVec3) -> bool {
+        (0..8).contains(&cell.y) && cell.x & 63 < 8 && cell.z & 63 < 8
+    }
+}
+
+impl ChunkSource for Posts {
+    fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        self.asked.lock().unwrap().push(TileKey { level, pos });
+        let shift = 2 * level;
+        // A cell is solid where a post reaches into it.
+        let (each, wide) = ((64 >> shift).max(1), (8 >> shift).max(1));
+        let mut dense = DenseChunk::default();
+        if pos.y == 0 {
+            for x in (0..64).filter(|x| x % each < wide) {
+                for z in (0..64).filter(|z| z % each < wide) {
+                    for y in 0..wide {
+                        let (block, bit) = raxel_world::voxel_index(x, y, z);
+                        dense.apply(block, 1 << bit, Mode::Add, 1);
+                    }
+                }
+            }
+        }
+        Content::pack(&dense)
+    }
+}
+
+fn reach() -> Reach {
+    Reach::of(&StreamSettings { near: 256, far: 256 * 16, ..StreamSettings::default() }, [0, 64])
+}
+
+fn view(cell: IVec3) -> View {
+    View { forward: DVec3::new(0.6, 0.0, -0.8), half_angle: 0.6, ..View::at(cell) }
+}
+
+#[test]
+fn coarse_tiles_come_first_and_what_is_seen_before_what_is_not() {
+    let source = Posts::new();
+    let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let options = StreamOptions { workers: 1, complete: true, upload: None, poison: true };
+    let streamer = Streamer::new(source.clone(), memory, WORDS, reach(), view(IVec3::ZERO), options);
+    for at in [[0, 20, 0], [100_000, 20, -40_000]].map(IVec3::from_array) {
+        streamer.follow(view(at));
+        streamer.wait(PATIENCE).unwrap();
+        if let Some(taken) = streamer.take() {
+            streamer.released(taken.version);
+        }
+        let asked = std::mem::take(&mut *source.asked.lock().unwrap());
+        assert_eq!(asked.len(), reach().tiles(at).len());
+        let turn = |tile: &TileKey| (tile.level < reach().top(), !view(at).sees(*tile));
+        assert!(asked.iter().map(turn).is_sorted(), "{asked:?}");
+        assert!(asked.iter().any(|tile| turn(tile) == (true, false)), "some are seen");
+        assert!(asked.iter().any(|tile| turn(tile) == (true, true)), "some are not");
+    }
+}
+
+#[test]
+fn a_place_without_holes_has_something_wherever_a_voxel_is() {
+    let source = Posts::new();
+    let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
+    let streamer = Streamer::new(source, memory.clone(), WORDS, reach(), view(IVec3::ZERO), options);
+    let mut random = SplitMix64::new(2);
+    let (mut coarse, mut finest) = (0, 0);
+    for jump in 0..6 {
+        let at = IVec3::new(50_000 * jump, 20, -30_000 * jump);
+        streamer.follow(view(at));
+        let until = Instant::now() + PATIENCE;
+        // Until all is there, with whatever publications there are on the way.
+        while !streamer.is_settled() || streamer.has_pending() {
+            assert!(Instant::now() < until, "{:?}", streamer.stats());
+            let Some(taken) = streamer.take() else {
+                std::thread::yield_now();
+                continue;
+            };
+            streamer.released(taken.version);
+            if !streamer.has_looked() || taken.stats.holes_in_view > 0 {
+                continue;
+            }
+            *(if taken.stats.missing_in_view > 0 { &mut coarse } else { &mut finest }) += 1;
+            let mut words = memory.0.lock().unwrap().clone();
+            words[..taken.words().len()].copy_from_slice(taken.words());
+            let tree = Tree64::new(&words);
+            for _ in 0..200 {
+                let mut by = |range: i32| random.below(2 * range as u64) as i32 - range;
+                let cell = IVec3::new((at.x + by(4000)) & !63, 0, (at.z + by(4000)) & !63) + IVec3::new(3, 5, 6);
+                assert!(Posts::is_solid(cell));
+                let top = TileKey::of_cell(reach().top(), cell);
+                if view(at).sees(top) && reach().wants(at, top, 0) {
+                    assert_eq!(tree.material(cell.to_array()), 1, "{cell} from {at}: {:?}", taken.stats);
+                }
+            }
+        }
+    }
+    assert!(finest >= 1, "{coarse} coarse, {finest} complete");
+}

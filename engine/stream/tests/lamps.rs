@@ -1,0 +1,320 @@
+//! The list of lamps of a streamed world against the lamps of what is shown, while tiles come and go.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, RwLock};
+use std::time::Duration;
+
+use glam::IVec3;
+use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, TileKey, View, union};
+use raxel_world::lights::{HEADER_WORDS, LIGHT_WORDS, lights};
+use raxel_world::random::SplitMix64;
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, StreamSettings, World};
+
+const PATIENCE: Duration = Duration::from_secs(120);
+const WORDS: u32 = 1 << 21;
+const ROOMY: u32 = 1 << 22;
+
+struct Words(Mutex<Vec<u32>>);
+
+impl Words {
+    fn new(words: u32) -> Arc<Self> {
+        Arc::new(Self(Mutex::new(vec![0xdead_beef; words as usize])))
+    }
+}
+
+impl PoolMemory for Words {
+    fn write(&self, at: u32, words: &[u32]) {
+        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
+    }
+}
+
+fn materials() -> Vec<Material> {
+    let lamp = |emission| Material { emission, ..Material::matt("lamp", [1.0; 3]) };
+    vec![Material::air(), Material::matt("stone", [0.5; 3]), lamp(2.0), lamp(9.0)]
+}
+
+/// Boxes of stone with veins of lamps, across the borders of chunks and tiles, and all of it within a cube of 1,024 voxels.
+fn world(seed: u64) -> World {
+    let mut random = SplitMix64::new(seed);
+    let mut chunks: BTreeMap<ChunkPos, DenseChunk> = BTreeMap::new();
+    let mut set = |cell: IVec3, material: u16| {
+        let [x, y, z] = (cell & 63).to_array().map(|c| c as u32);
+        chunks.entry(ChunkPos::of_cell(cell)).or_default().set(x, y, z, material);
+    };
+    for _ in 0..120 {
+        let mut below = |n: u64| random.below(n) as i32;
+        let corner = IVec3::from_array([0; 3].map(|_| below(980) - 512));
+        let size = IVec3::from_array([0; 3].map(|_| 2 + below(28)));
+        let kind = below(4);
+        for y in 0..size.y {
+            for z in 0..size.z {
+                for x in 0..size.x {
+                    let lit = match kind {
+                        0 => true,
+                        1 => false,
+                        _ => (x * 5 + y * 3 + z) % 7 == 0,
+                    };
+                    set(corner + IVec3::new(x, y, z), if lit { 2 + (kind as u16 & 1) } else { 1 });
+                }
+            }
+        }
+    }
+    let packed = chunks.iter().filter_map(|(pos, dense)| Some((*pos, Content::pack(dense).to_chunk()?)));
+    World::new(materials(), packed)
+}
+
+fn options(complete: bool) -> StreamOptions {
+    StreamOptions { workers: 2, complete, upload: None, poison: true }
+}
+
+fn reach(near: u32, far: u32) -> Reach {
+    Reach::of(&StreamSettings { near, far, ..StreamSettings::default() }, [-512, 512])
+}
+
+/// A face of a cell that is listed: corner, length of its sides, face, material.
+type Listed = ([i32; 3], i32, u32, u32);
+
+/// What a frame is told of lamps: every one that can be drawn, with the probability that it is.
+fn listed(memory: &Words, publication: &Publication) -> BTreeMap<Listed, f64> {
+    let words = memory.0.lock().unwrap();
+    let [count, power, groups_at, groups] = publication.lights.expect("lamps are asked for");
+    let at = |word: usize| words[HEADER_WORDS + word];
+    let number = |word: usize| f64::from(f32::from_bits(at(word)));
+    let mut found: BTreeMap<Listed, f64> = BTreeMap::new();
+    let mut drawn = vec![0.0; groups as usize];
+    let table = 4 * groups_at as usize;
+    for group in 0..groups as usize {
+        let stays = number(table + 4 * group + 2);
+        drawn[group] += stays / f64::from(groups);
+        drawn[at(table + 4 * group + 3) as usize] += (1.0 - stays) / f64::from(groups);
+    }
+    for (group, drawn) in drawn.iter().enumerate() {
+        let (first, lights) = (at(table + 4 * group), at(table + 4 * group + 1));
+        for light in first..first + lights {
+            let word = LIGHT_WORDS * light as usize;
+            let stays = number(word + 5);
+            for (of, part) in [(light, stays), (at(word + 6), 1.0 - stays)] {
+                assert!((first..first + lights).contains(&of), "a lamp of another group");
+                let word = LIGHT_WORDS * of as usize;
+                let voxel = [0, 1, 2].map(|i| at(word + i).cast_signed());
+                let kind = at(word + 3);
+                let key = (voxel, 1 << (2 * (kind >> 19)), kind >> 16 & 7, kind & 0xffff);
+                *found.entry(key).or_default() += drawn * part / f64::from(lights);
+                // In proportion to power and area.
+                assert!(number(word + 7) > 0.0 && f64::from(f32::from_bits(power)) > 0.0);
+            }
+        }
+    }
+    assert_eq!(found.len(), count as usize, "every lamp once");
+    let power_of =
+        |(_, edge, _, material): &Listed| f64::from(materials()[*material as usize].emission) * f64::from(edge * edge);
+    let total: f64 = found.keys().map(power_of).sum();
+    for (light, drawn) in &found {
+        let share = power_of(light) / total;
+        assert!((drawn - share).abs() < 1e-6 + 1e-4 * share, "{light:?}: {drawn} for {share}");
+    }
+    assert!((f64::from(f32::from_bits(power)) - total).abs() <= 1e-5 * total);
+    found
+}
+
+/// The unit faces of what is listed.
+fn unit_faces(listed: impl Iterator<Item = Listed>) -> BTreeSet<([i32; 3], u32)> {
+    let mut faces = BTreeSet::new();
+    for (voxel, edge, face, _) in listed {
+        let axis = (face >> 1) as usize;
+        for a in 0..edge {
+            for b in 0..edge {
+                let mut at = voxel;
+                at[axis] += if face & 1 == 1 { edge - 1 } else { 0 };
+                at[(axis + 1) % 3] += a;
+                at[(axis + 2) % 3] += b;
+                assert!(faces.insert((at, face)), "{at:?} is listed twice");
+            }
+        }
+    }
+    faces
+}
+
+#[test]
+fn the_list_of_a_streamed_world_is_that_of_the_same_world_with_bounds() {
+    let source = Arc::new(world(1));
+    let expected: BTreeSet<Listed> = lights(&source)
+        .iter()
+        .map(|light| (light.voxel.to_array(), 1, light.face, u32::from(light.material)))
+        .collect();
+    assert!(expected.len() > 20_000, "{}", expected.len());
+    let (memory, lamps) = (Words::new(WORDS), Words::new(ROOMY));
+    let streamer = Streamer::with_lamps(
+        source,
+        (memory, WORDS),
+        Some((lamps.clone(), ROOMY)),
+        reach(1024, 1024),
+        View::at(IVec3::ZERO),
+        options(true),
+    );
+    streamer.wait(PATIENCE).unwrap();
+    let taken = streamer.take().unwrap();
+    assert_eq!(listed(&lamps, &taken).into_keys().collect::<BTreeSet<_>>(), expected);
+    assert_eq!((streamer.stats().lights, streamer.stats().unlisted), (expected.len() as u64, 0));
+}
+
+/// With coarse tiles, every lamp that can be seen is listed, and nothing that is not there. Faces between two cells may be listed, too:
+/// no ray reaches them.
+#[test]
+fn what_is_listed_is_what_is_shown_at_every_level() {
+    let source = Arc::new(world(2));
+    let reach = reach(64, 64 * 16);
+    let (memory, lamps) = (Words::new(WORDS), Words::new(ROOMY));
+    let streamer = Streamer::with_lamps(
+        source.clone(),
+        (memory, WORDS),
+        Some((lamps.clone(), ROOMY)),
+        reach.clone(),
+        View::at(IVec3::ZERO),
+        options(true),
+    );
+    let mut levels = BTreeSet::new();
+    for camera in [[0, 0, 0], [200, -100, 90], [210, -90, 100], [-300, 40, 300]].map(IVec3::from_array) {
+        streamer.follow(View::at(camera));
+        streamer.wait(PATIENCE).unwrap();
+        let Some(taken) = streamer.take() else { continue };
+        streamer.released(taken.version);
+        let shown = union(&*source, &reach.tiles(camera));
+        let listed = listed(&lamps, &taken);
+        levels.extend(listed.keys().map(|(_, edge, _, _)| *edge));
+        for (voxel, edge, _, material) in listed.keys() {
+            let far = IVec3::from_array(*voxel) + IVec3::splat(edge - 1);
+            assert_eq!(u32::from(shown.voxel(IVec3::from_array(*voxel))), *material, "{voxel:?} of {edge}");
+            assert_eq!(u32::from(shown.voxel(far)), *material, "{voxel:?} of {edge}");
+        }
+        let faces = unit_faces(listed.into_keys());
+        let seen = lights(&shown);
+        assert!(seen.len() > 1000);
+        // Where the world is cut off, so are the lamps.
+        let inside = |cell: IVec3, face: u32| {
+            let mut beyond = cell.to_array();
+            beyond[(face >> 1) as usize] += if face & 1 == 1 { 1 } else { -1 };
+            let beyond = IVec3::from_array(beyond);
+            (0..=reach.top()).any(|level| reach.wants(camera, TileKey::of_cell(level, beyond), 0))
+        };
+        for light in seen.iter().filter(|light| inside(light.voxel, light.face)) {
+            assert!(faces.contains(&(light.voxel.to_array(), light.face)), "{light:?} from {camera}");
+        }
+    }
+    assert_eq!(levels, BTreeSet::from([1, 4, 16]));
+}
+
+/// A world whose chunks are changed while it is streamed.
+struct Edited {
+    world: World,
+    chunks: RwLock<BTreeMap<ChunkPos, Content>>,
+}
+
+impl Edited {
+    fn whole(&self) -> World {
+        let chunks = self.chunks.read().unwrap();
+        let positions: BTreeSet<ChunkPos> =
+            self.world.chunks().map(|(pos, _)| pos).chain(chunks.keys().copied()).collect();
+        let content =
+            |pos: ChunkPos| chunks.get(&pos).cloned().unwrap_or_else(|| ChunkSource::chunk(&self.world, 0, pos));
+        World::new(materials(), positions.into_iter().filter_map(|pos| Some((pos, content(pos).to_chunk()?))))
+    }
+}
+
+impl ChunkSource for Edited {
+    fn materials(&self) -> &[Material] {
+        self.world.materials()
+    }
+
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        let edited = self.chunks.read().unwrap().get(&pos).filter(|_| level == 0).cloned();
+        edited.unwrap_or_else(|| ChunkSource::chunk(&self.world, level, pos))
+    }
+}
+
+#[test]
+fn an_edit_lists_the_lamps_that_it_lays_bare_and_no_longer_those_that_it_covers() {
+    let source = Arc::new(Edited { world: world(3), chunks: RwLock::default() });
+    let (memory, lamps) = (Words::new(WORDS), Words::new(ROOMY));
+    let streamer = Streamer::with_lamps(
+        source.clone(),
+        (memory, WORDS),
+        Some((lamps.clone(), ROOMY)),
+        reach(1024, 1024),
+        View::at(IVec3::ZERO),
+        options(true),
+    );
+    streamer.wait(PATIENCE).unwrap();
+    let mut random = SplitMix64::new(5);
+    let positions: Vec<ChunkPos> = source.world.chunks().map(|(pos, _)| pos).collect();
+    for step in 0..30 {
+        let pos = positions[random.below(positions.len() as u64) as usize];
+        let mut dense = DenseChunk::default();
+        source.chunk(0, pos).unpack(&mut dense);
+        // A slab of the chunk at one of its faces, of air, stone or lamps.
+        let (face, material) = (random.below(6) as u32, random.below(4) as u16);
+        for a in 0..64 {
+            for b in 0..64 {
+                let mut at = [a, b, a ^ b];
+                at[(face >> 1) as usize] = if face & 1 == 1 { 63 } else { 0 };
+                at[(face as usize / 2 + 1) % 3] = a;
+                at[(face as usize / 2 + 2) % 3] = b;
+                dense.set(at[0], at[1], at[2], material);
+            }
+        }
+        source.chunks.write().unwrap().insert(pos, Content::pack(&dense));
+        streamer.changed(&[pos]);
+        streamer.wait(PATIENCE).unwrap();
+        let Some(taken) = streamer.take() else { continue };
+        streamer.released(taken.version);
+        let expected: BTreeSet<Listed> = lights(&source.whole())
+            .iter()
+            .map(|light| (light.voxel.to_array(), 1, light.face, u32::from(light.material)))
+            .collect();
+        let found: BTreeSet<Listed> = listed(&lamps, &taken).into_keys().collect();
+        assert!(found == expected, "step {step}: {} lamps where there are {}", found.len(), expected.len());
+    }
+}
+
+#[test]
+fn more_lamps_than_there_is_room_for_are_left_out_or_refused() {
+    let source = Arc::new(world(4));
+    let all = lights(&source).len() as u64;
+    // Half of it is for lights: six in ten of them.
+    let small = (all * LIGHT_WORDS as u64 * 12 / 10) as u32;
+    let (memory, lamps) = (Words::new(WORDS), Words::new(small));
+    let stream = |complete| {
+        let lamps = Some((lamps.clone() as Arc<dyn PoolMemory>, small));
+        let view = View::at(IVec3::ZERO);
+        Streamer::with_lamps(source.clone(), (memory.clone(), WORDS), lamps, reach(1024, 1024), view, options(complete))
+    };
+    let streamer = stream(true);
+    assert!(matches!(streamer.wait(PATIENCE), Err(StreamError::TooManyLamps { .. })));
+    drop(streamer);
+    // A window goes on with some of them.
+    let streamer = stream(false);
+    let until = std::time::Instant::now() + PATIENCE;
+    let mut last = None;
+    while last.is_none() || !streamer.is_settled() || streamer.has_pending() {
+        assert!(std::time::Instant::now() < until, "{:?}", streamer.stats());
+        if let Some(taken) = streamer.take() {
+            streamer.released(taken.version);
+            last = Some(taken);
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let some = listed(&lamps, &last.unwrap());
+    let stats = streamer.stats();
+    assert!(!some.is_empty() && stats.lights == some.len() as u64 && stats.lights < all, "{stats:?}");
+    assert!(stats.unlisted > 0, "{stats:?}");
+    // Elsewhere there are fewer, and those that are left come back to the list.
+    streamer.follow(View::at(IVec3::new(1400, 0, 0)));
+    while streamer.stats().unlisted > 0 || !streamer.is_settled() || streamer.has_pending() {
+        assert!(std::time::Instant::now() < until, "{:?}", streamer.stats());
+        if let Some(taken) = streamer.take() {
+            streamer.released(taken.version);
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(streamer.stats().lights > 0, "{:?}", streamer.stats());
+}
