@@ -16,7 +16,8 @@
 //! * A NaN, an infinity, or a direction whose largest component is zero or denormal hits nothing.
 //!
 //! [`exact::first_hit`] follows this rule in 128-bit rational arithmetic. [`brute`] checks it with an unrelated method on small worlds,
-//! and [`port`] is the GPU tracer of the layout `tree64`, line by line, over the very buffer the GPU gets.
+//! and [`port`] is the GPU tracer of the layout `tree64`, line by line, over the very buffer the GPU gets. [`light`] follows its rays from surface to
+//! surface: a second opinion on the path tracer that lighting is judged by.
 
 pub mod bounce;
 pub mod brute;
@@ -25,6 +26,7 @@ pub mod exact;
 pub mod export;
 pub mod instances;
 mod lattice;
+pub mod light;
 pub mod metrics;
 mod oracle;
 pub mod period;
