@@ -268,3 +268,57 @@ fn the_judge_compares_it_under_its_own_sky() {
     // Without bounces; under another sky it would be several times as much.
     assert!(judged.error < 0.03, "{judged:?}");
 }
+
+/// A slit roof over a floor: shafts of light in thick mist.
+const SHAFTS: &str = "name = \"test\"
+[camera]
+position = [6.5, 9.0, 46.5]
+look_at = [20.0, 8.0, 4.0]
+fov = 60.0
+[materials]
+floor = { albedo = [0.6, 0.55, 0.5] }
+[[build]]
+op = \"box\"
+min = [-40, -1, -40]
+max = [80, 0, 60]
+material = \"floor\"
+";
+
+#[test]
+fn the_air_is_within_a_hundredth_of_a_march() {
+    let project = project();
+    let slats = (-3..9).map(|i| {
+        let x = 8 * i;
+        format!("[[build]]\nop = \"box\"\nmin = [{x}, 20, -30]\nmax = [{}, 22, 50]\nmaterial = \"floor\"\n", x + 5)
+    });
+    project.write("worlds/test.toml", slats.fold(SHAFTS.to_owned(), |text, slat| text + &slat));
+    project.write("graphs/air.toml", include_str!("skies/air.toml"));
+    project.write("shaders/air_mean.comp", include_str!("skies/air_mean.comp"));
+    project.write("shaders/air_march.comp", include_str!("skies/air_march.comp"));
+    let mut session = Session::open(Options {
+        project: Some(project.root().into()),
+        graph: Some(project.path("graphs/air.toml")),
+        world: Some(project.path("worlds/test.toml")),
+        size: [32, 18],
+        validation: Validation::Required,
+        ..Options::default()
+    })
+    .unwrap_or_else(|error| panic!("{error}"));
+    session.set_debug_target(DebugTarget::resource("mean")).unwrap();
+    // Thin air under a high sun; thick mist and a low one.
+    for (elevation, mist) in [(50.0, 0.6), (24.0, 12.0)] {
+        session.pin("marched").unwrap();
+        set(&mut session, "sun_elevation", elevation);
+        set(&mut session, "mist", mist);
+        for _ in 0..96 {
+            frame(&mut session);
+        }
+        let [found, truth] = ["mean", "marched"].map(|name| session.read_target(name).unwrap().floats());
+        for channel in 0..4 {
+            let off: f64 = found.iter().zip(&truth).map(|(a, b)| f64::from((a[channel] - b[channel]).abs())).sum();
+            let all: f64 = truth.iter().map(|texel| f64::from(texel[channel])).sum();
+            eprintln!("sun {elevation}, mist {mist}, channel {channel}: {}", off / all);
+            assert!(off < 0.01 * all, "sun at {elevation}, mist {mist}, channel {channel}: {}", off / all);
+        }
+    }
+}

@@ -30,7 +30,7 @@ void main() {
     float rayleigh = rx_rayleigh_phase(cosine), mie = rx_mie_phase(cosine, RX_AIR_MIE_G), misty = rx_mie_phase(cosine, 0.6);
     uint seed = scene_seed(uint(column.x) + rx_hash(uint(column.y) + 4711u));
     vec3 light = vec3(0.0);
-    float clear = 1.0;
+    vec3 clear = vec3(1.0);
     float camera_height = float(frame.camera_cell.y) + frame.camera_frac.y;
     for (int i = 0; i < size.z; ++i) {
         float near = slice_depth(float(i) / float(size.z)), far = slice_depth(float(i + 1) / float(size.z));
@@ -67,7 +67,8 @@ void main() {
                   + above * (many * (air.rayleigh + air.mie) * km + 0.9 * thick * sky);
         vec3 through = exp(-loss * length);
         light += clear * sent * (1.0 - through) / max(loss, vec3(1e-9));
-        clear *= dot(through, vec3(1.0 / 3.0));
-        imageStore(outAir, ivec3(column, i), vec4(light, clear));
+        clear *= through;
+        // What lies behind is seen through gray air: there is one number for that.
+        imageStore(outAir, ivec3(column, i), vec4(light, dot(clear, vec3(1.0 / 3.0))));
     }
 }
