@@ -175,6 +175,47 @@ fn points_on_lamps_that_are_used_again_add_no_light_and_take_none() {
     assert!(outcome.lag.as_ref().unwrap().to_5_percent.is_some_and(|frames| frames <= 10), "{:?}", outcome.lag);
 }
 
+/// Slats over a dark floor, under the sun alone. A camera that has come past them sees what a still one sees in its first frame, and half shadows
+/// have less noise than a ray a pixel leaves.
+#[test]
+fn shadows_keep_their_edges_while_the_camera_moves() {
+    let project = Project::shipped();
+    let slats = (-8..12).map(|i| cuboid("floor", [5 * i, 4, -20], [5 * i + 2, 6, 20], ""));
+    let build: Vec<String> = std::iter::once(cuboid("floor", [-60, -1, -40], [80, 0, 40], "")).chain(slats).collect();
+    world(&project, "floor = { albedo = [0.1, 0.1, 0.1] }", &build, [10.5, 26.0, 34.5], [10.0, 0.0, 4.0], 50.0);
+    let scene = Scene { params: vec![("sky_strength".to_owned(), 0.0)], ..scene() };
+    let mut bench = Bench::new(Effort { pan: 8, ..effort(&project, [96, 54], 1, 32) });
+    let references = bench.references(&scene).unwrap();
+    let brute = bench.system("graphs/light/reference_centre.toml", &scene, &references).unwrap();
+    let outcome = bench.system("graphs/light/sun_history.toml", &scene, &references).unwrap();
+    assert_eq!(bench.complaints(), &[] as &[String]);
+    let (still, moving) = (outcome.still[0].judged, outcome.pan.unwrap().judged);
+    assert!(moving.error < 1.5 * still.error, "{moving:?} {still:?}");
+    assert!(still.noise < 0.5 * brute.still[0].judged.noise, "{still:?} {:?}", brute.still[0]);
+}
+
+#[test]
+fn faces_that_know_their_light_take_their_turn_less_often() {
+    let project = Project::shipped();
+    room(&project);
+    let mut session = open(&project, "graphs/light/face_cache.toml", [64, 36], &DARK);
+    session.pin("queue").unwrap();
+    // Faces that get new samples, and all that are in sight.
+    let listed = |session: &mut Session, count: u32| {
+        frames(session, count);
+        let bytes = session.read_buffer("queue", 0..16).unwrap();
+        [0, 12].map(|at| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()))
+    };
+    let [first, seen] = listed(&mut session, 1);
+    assert!(first == seen && seen > 100, "{first} of {seen}");
+    let [later, seen] = listed(&mut session, 47);
+    assert!(later > 0 && later < seen / 4, "{later} of {seen}");
+    // What they know is no longer so.
+    session.set_param("lamp_strength", Value::F32(0.25)).unwrap();
+    let [changed, seen] = listed(&mut session, 1);
+    assert_eq!(changed, seen);
+}
+
 #[test]
 fn first_hits_by_way_of_half_resolution_change_no_byte() {
     let project = Project::shipped();

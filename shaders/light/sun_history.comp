@@ -1,13 +1,20 @@
-// The sun: one ray a pixel and frame to a random place in its disc, averaged over time along the surface. Where a pixel was in the last
-// frame is known exactly, and a value of that frame counts only if it is of the same face of the same voxel: no thresholds, and no
-// trails. With SUN_TEXELS, a face that has texels (surface/unwrapped.glsl) knows its sunlight by itself.
-// With PANES, rays go through clear bodies of at most so many voxels, and what they bring then is kept apart, in its colours and without a history.
+// The sun: one ray a pixel and frame to a random place in its disc. Under a still camera, the mean over all frames counts. Along the way of a
+// moving one, a mean would blur the edges of shadows with each step, so a frame stands for itself (`history` 0): pixels in doubt, whose
+// neighbours or whose last frame have found something else, get `rays` more at once. Where a pixel was in the last frame is known
+// exactly, and a value of that frame counts only if it is of the same face of the same voxel.
+// With ONE_RAY, no pixel gets more than one: for graphs that average whole pictures. With SUN_TEXELS, a face that has texels
+// (surface/unwrapped.glsl) knows its sunlight by itself.
+// With PANES, which has one ray, too, rays go through clear bodies of at most so many voxels, and what they bring then is kept apart, in its colours and without a history.
 #version 460
+#if defined(PANES) && !defined(ONE_RAY)
+#define ONE_RAY 1
+#endif
 #include <raxel/world.glsl>
 #include "scene.glsl"
 #include <raxel/light/reproject.glsl>
 
-layout(local_size_x = 8, local_size_y = 8) in;
+const uint SIDE = 8u, PIXELS = SIDE * SIDE;
+layout(local_size_x = SIDE, local_size_y = SIDE) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(rgba32i) uniform readonly iimage2D hitsBefore;
@@ -23,73 +30,148 @@ layout(std430) readonly buffer SunTexels { vec2 sun_texels[]; };
 #include "surface/unwrapped.glsl"
 #endif
 #include "change.glsl"
-layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; int history; vec3 frac; } push;
+layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; int history; vec3 frac; int rays; } push;
 
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outSun);
-    if (any(greaterThanEqual(pixel, size))) return;
-    ivec4 hit = imageLoad(hits, pixel);
-    vec4 place = imageLoad(places, pixel);
-    uint face = hit_face(hit.w);
-    vec3 sun = frame_sun();
+#ifndef ONE_RAY
+const float ONE = 16777216.0;       // cosines are added as whole numbers, so that their order does not matter
+const uint STEADY = 16u;            // frames after the last change until no pixel is in doubt any more
+
+shared uint found[PIXELS];          // the sum of the cosines of the rays that reach the sun
+shared uint facing[PIXELS];         // face; 7 where the sun is not asked for
+shared uint doubtful[PIXELS];       // pixels that get more rays
+shared uint doubts;
+shared uint asked_for;              // whether any pixel asks for the sun
+#endif
+
+// What earlier frames have found: share of the sun times the cosine, samples.
+vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, float t) {
+    vec2 at;
+    vec3 from_camera = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + t * pixel_direction(pixel, size);
+    if (!rx_reproject(from_camera, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) return vec2(0.0);
+    ivec2 base = ivec2(floor(at - 0.5));
+    vec2 part = at - 0.5 - vec2(base), old = vec2(0.0);
+    float weight = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 tap = base + ivec2(i & 1, i >> 1);
+        if (any(lessThan(tap, ivec2(0))) || any(greaterThanEqual(tap, size))) continue;
+        if (imageLoad(hitsBefore, tap) != hit) continue;
+        float w = ((i & 1) != 0 ? part.x : 1.0 - part.x) * ((i >> 1) != 0 ? part.y : 1.0 - part.y);
+        old += w * imageLoad(sunBefore, tap).xy;
+        weight += w;
+    }
+    return weight > 1e-3 ? old / weight : vec2(0.0);
+}
+
 #ifdef PANES
-    imageStore(outStained, pixel, vec4(0.0));
-#endif
-    // A face that looks away from all of the disc needs no ray.
-    if (hit.w < 0 || face == RX_FACE_INSIDE || dot(rx_normal(face), sun) <= -0.00466 || frame.sun_strength <= 0.0) {
-        imageStore(outSun, pixel, vec4(0.0, 1.0, 0.0, 0.0));
-        return;
-    }
-#ifdef SUN_TEXELS
-    uint slot = imageLoad(slots, pixel).x, block_here = slot == 0xffffffffu ? NO_BLOCK : block_of(slot);
-    vec2 texel = block_here == NO_BLOCK ? vec2(0.0) : sun_texels[texel_in(block_here, place.xy)];
-    if (texel.y > 0.0) {
-        imageStore(outSun, pixel, vec4(texel.x, min(texel.y, float(push.history)), 0.0, 0.0));
-        return;
-    }
-#endif
-    uint seed = scene_seed(uint(pixel.x) + rx_hash(uint(pixel.y)));
-    vec3 to = rx_sun_point(sun, rx_sobol(frame.index, 0u, seed));
-    float cosine = max(dot(rx_normal(face), to), 0.0);
+vec3 stained = vec3(0.0);
+
+// As below; what comes through panes is in `stained` alone.
+float sun_ray(ivec3 voxel, uint face, vec2 uv, vec3 to) {
+    vec3 left = vec3(dot(rx_normal(face), to));
+    if (left.x <= 0.0) return 0.0;
     RxHit block;
-    RxRay ray = rx_ray_from_face(hit.xyz, face, place.xy, to);
-#ifdef PANES
-    vec3 left = vec3(cosine);
+    RxRay ray = rx_ray_from_face(voxel, face, uv, to);
     bool blocked = false, through = false;
-    for (uint pane = 0u; cosine > 0.0; ++pane) {
+    for (uint pane = 0u;; ++pane) {
         blocked = rx_trace(ray, block);
         if (!blocked || pane == 3u || !rx_pass_body(block, PANES, ray, left)) break;
         through = true;
     }
-    if (through && !blocked) imageStore(outStained, pixel, vec4(left, 0.0));
-    blocked = blocked || through;
+    if (through && !blocked) stained = left;
+    return blocked || through ? 0.0 : left.x;
+}
 #else
-    bool blocked = cosine > 0.0 && rx_trace(ray, block);
+// The cosine of a ray to the sun, 0 where it does not get there.
+float sun_ray(ivec3 voxel, uint face, vec2 uv, vec3 to) {
+    float cosine = dot(rx_normal(face), to);
+    RxHit block;
+    return cosine <= 0.0 || rx_trace(rx_ray_from_face(voxel, face, uv, to), block) ? 0.0 : cosine;
+}
 #endif
-    if (blocked) cosine = 0.0;
 
-    vec2 old = vec2(0.0);
-    vec2 at;
-    vec3 dir = pixel_direction(pixel, size);
-    vec3 from_camera = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + place.z * dir;
-    if (rx_reproject(from_camera, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) {
-        ivec2 base = ivec2(floor(at - 0.5));
-        vec2 part = at - 0.5 - vec2(base);
-        float weight = 0.0;
-        for (int i = 0; i < 4; ++i) {
-            ivec2 tap = base + ivec2(i & 1, i >> 1);
-            if (any(lessThan(tap, ivec2(0))) || any(greaterThanEqual(tap, size))) continue;
-            if (imageLoad(hitsBefore, tap) != hit) continue;
-            float w = ((i & 1) != 0 ? part.x : 1.0 - part.x) * ((i >> 1) != 0 ? part.y : 1.0 - part.y);
-            vec2 before = imageLoad(sunBefore, tap).xy;
-            old += w * before;
-            weight += w;
-        }
-        old = weight > 1e-3 ? old / weight : vec2(0.0);
-    }
-    // While everything stands still, the mean is of all frames; a sun that has moved leaves little of it.
-    float most = max(float(push.history), float(frame.still));
+// The `index`-th place in the disc for a pixel.
+vec3 sun_place(ivec2 pixel, vec3 sun, uint index) {
+    return rx_sun_point(sun, rx_sobol(index, 0u, scene_seed(uint(pixel.x) + rx_hash(uint(pixel.y)))));
+}
+
+// A mean with new rays in it: `fresh` is the mean of `n`. While everything stands still, it is of all frames; a sun that has moved leaves little.
+vec2 with_fresh(vec2 old, float fresh, float n, float history, float a_frame) {
+    float most = history + float(frame.still) * a_frame;
     if (state.changed != 0u) most = min(most, state.cap);
-    float n = min(old.y, most) + 1.0;
-    imageStore(outSun, pixel, vec4(old.x + (cosine - old.x) / n, n, 0.0, 0.0));
+    float kept = min(old.y, most);
+    return vec2(old.x + (fresh - old.x) * n / (kept + n), kept + n);
+}
+
+void main() {
+    ivec2 size = imageSize(outSun), pixel = ivec2(gl_GlobalInvocationID.xy);
+    bool inside = all(lessThan(pixel, size));
+    vec3 sun = frame_sun();
+    ivec4 hit = inside ? imageLoad(hits, pixel) : ivec4(0, 0, 0, -1);
+    vec4 place = inside ? imageLoad(places, pixel) : vec4(0.0);
+    uint face = hit_face(hit.w);
+    // A face that looks away from all of the disc needs no ray.
+    bool asks = hit.w >= 0 && face != RX_FACE_INSIDE && dot(rx_normal(face), sun) > -0.00466 && frame.sun_strength > 0.0;
+    vec2 result = vec2(0.0, 1.0);
+#ifdef SUN_TEXELS
+    uint slot = inside ? imageLoad(slots, pixel).x : 0xffffffffu, block_here = slot == 0xffffffffu ? NO_BLOCK : block_of(slot);
+    vec2 texel = asks && block_here != NO_BLOCK ? sun_texels[texel_in(block_here, place.xy)] : vec2(0.0);
+    if (texel.y > 0.0) {
+        result = vec2(texel.x, min(texel.y, float(push.history)));
+        asks = false;
+    }
+#endif
+    vec2 old = asks ? before(pixel, size, hit, place.z) : vec2(0.0);
+
+#ifdef ONE_RAY
+    if (asks) result = with_fresh(old, sun_ray(hit.xyz, face, place.xy, sun_place(pixel, sun, frame.index)), 1.0, float(push.history), 1.0);
+#else
+    uint own = gl_LocalInvocationIndex;
+    found[own] = 0u;
+    facing[own] = asks ? face : 7u;
+    if (own == 0u) {
+        doubts = 0u;
+        asked_for = 0u;
+    }
+    barrier();
+    if (asks) asked_for = 1u;
+    barrier();
+
+    // A ray for each pixel, and then those of pixels in doubt, shared among all threads.
+    uint rays = uint(max(push.rays, 0)), jobs = asked_for * PIXELS;
+    bool doubt = false;
+    for (uint turn = 0u; turn < 2u; ++turn) {
+        for (uint job = own; job < jobs; job += PIXELS) {
+            uint which = turn == 0u ? job : doubtful[job / rays];
+            if (facing[which] == 7u) continue;
+            ivec2 there = ivec2(gl_WorkGroupID.xy * SIDE + uvec2(which % SIDE, which / SIDE));
+            vec3 to = sun_place(there, sun, frame.index * (rays + 1u) + (turn == 0u ? 0u : 1u + job % rays));
+            float cosine = sun_ray(imageLoad(hits, there).xyz, facing[which], imageLoad(places, there).xy, to);
+            if (cosine > 0.0) atomicAdd(found[which], uint(cosine * ONE / 16.0));
+        }
+        barrier();
+        if (turn == 1u || frame.still >= STEADY) break;
+        uint mine = found[own];
+        // Neighbours that look the same way and have found something else; an earlier frame that was between the two.
+        for (int i = 0; asks && i < 9; ++i) {
+            ivec2 other = ivec2(gl_LocalInvocationID.xy) + ivec2(i % 3 - 1, i / 3 - 1);
+            if (any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, ivec2(SIDE)))) continue;
+            uint beside = uint(other.y) * SIDE + uint(other.x);
+            doubt = doubt || facing[beside] == face && (found[beside] == 0u) != (mine == 0u);
+        }
+        float most = max(dot(rx_normal(face), sun), 1e-3);
+        doubt = asks && (doubt || old.y > 0.0 && abs(old.x - (mine == 0u ? 0.0 : most)) > 0.02 * most);
+        if (doubt && rays > 0u) doubtful[atomicAdd(doubts, 1u)] = own;
+        barrier();
+        jobs = doubts * rays;
+    }
+    if (asks) {
+        float n = doubt ? float(rays + 1u) : 1.0, history = doubt ? float(push.history) : 0.0;
+        result = with_fresh(old, float(found[own]) * (16.0 / ONE) / n, n, history, float(rays + 1u));
+    }
+#endif
+    if (!inside) return;
+    imageStore(outSun, pixel, vec4(result, 0.0, 0.0));
+#ifdef PANES
+    imageStore(outStained, pixel, vec4(stained, 0.0));
+#endif
 }

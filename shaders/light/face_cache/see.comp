@@ -1,5 +1,5 @@
 // What each pixel sees, and a list of the faces that get new samples, each once: all that are new, and of the others as many as there are
-// paths for, in turn.
+// paths for, in turn. Faces that know their light well take their turn less often.
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
@@ -12,9 +12,11 @@ layout(std430) buffer FaceKeys { uint face_keys[]; };
 layout(std430) buffer Asked { uint asked[]; };
 #define QUEUE_ACCESS
 #include "queue.glsl"
+#include "../change.glsl"
 layout(std430) readonly buffer Light { vec4 light[]; };
+layout(std430) readonly buffer Generation { uint generation[]; };
 layout(std430) writeonly buffer Faces { uint faces[]; };
-layout(push_constant) uniform Push { float quarters; } push;
+layout(push_constant) uniform Push { float quarters; int settled; int rarely; } push;
 #define RX_FACE_INSERT
 #include <raxel/light/face_table.glsl>
 #include "across.glsl"
@@ -36,9 +38,12 @@ void main() {
         uint now = frame.index + 1u;
         if (slot != RX_NO_FACE && asked[slot] != now && atomicExchange(asked[slot], now) != now) {
             atomicAdd(queue.seen, 1u);
+            // Samples of light that is gone do not count.
+            float samples = generation[slot] == state.generation ? light[slot].w : 0.0;
+            uint wait = max(queue.every, 1u) * uint(clamp(samples / float(max(push.settled, 1)), 1.0, float(max(push.rarely, 1))));
             // By the key, because slots depend on the order of threads.
-            bool turn = (rx_hash(key.home ^ key.rest) + frame.index) % max(queue.every, 1u) == 0u;
-            if (turn || light[slot].w == 0.0) faces[atomicAdd(queue.count, 1u)] = slot;
+            bool turn = (rx_hash(key.home ^ key.rest) + frame.index) % wait == 0u;
+            if (turn || samples == 0.0) faces[atomicAdd(queue.count, 1u)] = slot;
         }
     }
     imageStore(outSlot, pixel, uvec4(slot));
