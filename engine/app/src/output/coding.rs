@@ -109,8 +109,8 @@ impl Coding {
 /// The pixels without alpha.
 pub(super) fn rgb(picture: &Picture) -> Vec<u8> {
     let mut rgb = vec![0; picture.rgba.len() / 4 * 3];
-    for (to, from) in rgb.chunks_exact_mut(3).zip(picture.rgba.chunks_exact(4)) {
-        to.copy_from_slice(&from[..3]);
+    for (to, [red, green, blue, _]) in rgb.as_chunks_mut().0.iter_mut().zip(picture.rgba.as_chunks().0) {
+        *to = [*red, *green, *blue];
     }
     rgb
 }

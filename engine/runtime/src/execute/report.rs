@@ -4,6 +4,8 @@ use raxel_graph::checked::PassId;
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
+use super::texel::Decoder;
+
 /// What one frame did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameReport {
@@ -102,27 +104,29 @@ impl Texels {
 
     /// The texels as floats: red, green, blue, alpha. Integers are converted; absent channels are 0, absent alpha 1.
     pub fn floats(&self) -> Vec<[f32; 4]> {
-        self.chunks().map(|texel| super::texel::floats(self.format, texel)).collect()
+        let decoder = Decoder::of(self.format);
+        self.chunks().map(|texel| decoder.floats(texel)).collect()
     }
 
     /// The texels as unsigned integers, signed ones by their bits. `None` for formats of floats.
     pub fn integers(&self) -> Option<Vec<[u32; 4]>> {
-        (self.scalar() != ScalarKind::Float)
-            .then(|| self.chunks().map(|texel| super::texel::integers(self.format, texel)).collect())
+        let decoder = Decoder::of(self.format);
+        (self.scalar() != ScalarKind::Float).then(|| self.chunks().map(|texel| decoder.integers(texel)).collect())
     }
 
     /// One texel: its channels as floats, and their bits; absent channels are 0, absent alpha 1. `None` outside.
     pub fn texel(&self, [x, y]: [u32; 2]) -> Option<([f32; 4], [u32; 4])> {
         let index = (x < self.width && y < self.height).then(|| y as usize * self.width as usize + x as usize)?;
         let texel = self.chunks().nth(index)?;
-        Some((super::texel::floats(self.format, texel), super::texel::bits(self.format, texel)))
+        let decoder = Decoder::of(self.format);
+        Some((decoder.floats(texel), decoder.bits(texel)))
     }
 
     /// One texel as unsigned integers, signed ones by their bits. `None` outside, and for formats of floats.
     pub fn integer(&self, [x, y]: [u32; 2]) -> Option<[u32; 4]> {
         let inside = self.scalar() != ScalarKind::Float && x < self.width && y < self.height;
         let index = inside.then(|| y as usize * self.width as usize + x as usize)?;
-        self.chunks().nth(index).map(|texel| super::texel::integers(self.format, texel))
+        self.chunks().nth(index).map(|texel| Decoder::of(self.format).integers(texel))
     }
 
     fn chunks(&self) -> std::slice::ChunksExact<'_, u8> {
