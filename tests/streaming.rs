@@ -356,7 +356,7 @@ fn graphs_with_lamps_show_streamed_worlds() {
     // A picture without some of the lamps is none.
     project.edit("worlds/frontier.toml", "\"64 MiB\"", "\"64 KiB\"");
     let mut session = open(&project, "beauty", &[]);
-    let message = session.frame().err().expect("there is no room").to_string();
+    let message = session.frame().expect_err("there is no room").to_string();
     let session_says = format!("{message} {:?}", session.warnings());
     assert!(session_says.contains("RX0490") || message.contains("lamps around the camera"), "{session_says}");
 }
