@@ -92,12 +92,13 @@ impl Reach {
         reach
     }
 
-    /// The same with the coarsest tiles one further, where there are coarse ones: a horizon that is there before it is seen.
+    /// The same with the coarsest tiles two further, where there are coarse ones: a horizon that is there before it is seen, even where a
+    /// camera passes two borders at a corner.
     #[must_use]
     pub fn further(&self) -> Self {
         let mut reach = self.clone();
         if let [_, .., top] = &mut reach.radii[..] {
-            *top += 1;
+            *top += 2;
         }
         reach
     }

@@ -9,8 +9,8 @@ use raxel_diagnostics::{DiskFiles, SourceMap};
 use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, View};
 use raxel_world::{StreamSettings, Streamed};
 
-/// Bytes of the pool: less than what is near takes, so that it is full all the way.
-const POOL: usize = 8 << 20;
+/// Bytes of the pool: less than what is near takes, so that it is full on the way.
+const POOL: usize = 12 << 20;
 
 struct Words(Mutex<Vec<u32>>);
 

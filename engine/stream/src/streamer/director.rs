@@ -356,7 +356,8 @@ impl Director {
             self.changed = true;
         }
         let horizon = TileKey::of_cell(self.whole.top(), self.view.cell);
-        self.changed |= std::mem::replace(&mut self.horizon, horizon) != horizon;
+        let passed = std::mem::replace(&mut self.horizon, horizon) != horizon;
+        self.changed |= passed && !self.complete && self.whole.top() > 0;
         let [used, _, capacity] = self.usage();
         if !self.complete && self.reach.near() < self.whole.near() && used * 100 < capacity * ROOMY {
             self.reach = self.whole.with_near(self.reach.near() + 1);
@@ -403,6 +404,10 @@ impl Director {
         self.ask_again = false;
         self.shared.desk().jobs.clear();
         if self.complete || self.reach.near() <= LEAST_NEAR {
+            if !self.complete {
+                // What is kept beyond where it is wanted goes first.
+                self.drop_unwanted(0);
+            }
             // What was given up is free as soon as a publication without it is taken.
             if self.changed && self.retired.iter().any(|(version, _)| *version > self.version) {
                 self.make_publication();
