@@ -61,6 +61,8 @@ pub struct Capabilities {
     pub timestamp_period: f32,
     /// Windows can be presented to.
     pub present: bool,
+    /// Ballots and votes that do not ask which invocations are active (`VK_EXT_shader_subgroup_ballot`, `VK_EXT_shader_subgroup_vote`).
+    pub plain_ballots: bool,
     /// Markers cost a word in the command stream (`VK_AMD_buffer_marker`); elsewhere a dependency and a fill.
     pub buffer_markers: bool,
     /// The queue can draw triangles, not only compute.
@@ -70,13 +72,12 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
-    /// Whether packets of rays (`<raxel/packet.glsl>`) have what they take: subgroups of 32 with votes, ballots and shuffles.
+    /// Whether packets of rays (`<raxel/packet.glsl>`) have what they take: subgroups of 32 with ballots and votes.
     pub fn traces_packets(&self) -> bool {
-        let needed = vk::SubgroupFeatureFlags::BASIC
-            | vk::SubgroupFeatureFlags::VOTE
-            | vk::SubgroupFeatureFlags::BALLOT
-            | vk::SubgroupFeatureFlags::SHUFFLE;
-        self.subgroup_size == 32 && self.subgroup_operations.contains(needed)
+        self.subgroup_size == 32
+            && self.subgroup_operations.contains(vk::SubgroupFeatureFlags::BASIC)
+            && self.plain_ballots
+            && self.int64
     }
 }
 
@@ -329,9 +330,12 @@ fn open(
     };
     let present = instance.surface.is_some() && seen.has(khr::swapchain::NAME);
     let marker = seen.has(amd::buffer_marker::NAME);
+    let plain_ballots = seen.has(ext::shader_subgroup_ballot::NAME) && seen.has(ext::shader_subgroup_vote::NAME);
     let optional = [
         (present, khr::swapchain::NAME),
         (marker, amd::buffer_marker::NAME),
+        (plain_ballots, ext::shader_subgroup_ballot::NAME),
+        (plain_ballots, ext::shader_subgroup_vote::NAME),
         // The specification demands it of whoever uses a device that has it (MoltenVK).
         (seen.has(khr::portability_subset::NAME), khr::portability_subset::NAME),
     ];
@@ -399,6 +403,7 @@ fn open(
             _ => properties.limits.timestamp_period,
         },
         present,
+        plain_ballots,
         buffer_markers: marker,
         graphics: families[seen.family as usize].queue_flags.contains(vk::QueueFlags::GRAPHICS)
             && on13.dynamic_rendering == vk::TRUE,

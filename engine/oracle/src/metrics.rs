@@ -1,5 +1,7 @@
 //! How wrong a tracer is: each ray's hit against the exact one, and counts over many.
 
+use std::ops::RangeInclusive;
+
 use serde::Serialize;
 
 use crate::exact::{Answer, ExactHit, Passage};
@@ -214,14 +216,14 @@ impl Errors {
         wrong
     }
 
-    /// Adds one ray like [`Errors::add`]; of a right hit t, uv and the number of steps are judged, too. `most_steps` is a bound for
-    /// tracers whose steps are cells on the ray, see [`most_steps`].
+    /// Adds one ray like [`Errors::add`]; of a right hit t, uv and the number of steps are judged, too: `steps` are those that can be. For
+    /// tracers whose steps are cells on the ray, [`most_steps`] is the most.
     pub fn add_with_numbers<'h>(
         &mut self,
         ray: &Ray,
         exact: &Answer,
         found: impl Into<Outcome<'h>>,
-        most_steps: Option<u64>,
+        steps: RangeInclusive<u64>,
     ) -> Option<Wrong> {
         let found = found.into();
         let wrong = self.add(ray, exact, found);
@@ -234,12 +236,11 @@ impl Errors {
             (f64::from(found) - exact).abs() <= (ULPS * exact * 2f64.powi(-23)).max(f64::from(f32::MIN_POSITIVE))
         };
         let exact_uv = exact.uv(ray, &lattice);
-        let steps = u64::from(found.steps);
         let (wrong, count) = if !near(found.t, exact.time.in_lengths(&lattice)) {
             (Wrong::Time, &mut self.time)
         } else if !found.uv.into_iter().zip(exact_uv).all(|(found, exact)| near(found, exact)) {
             (Wrong::Place, &mut self.place)
-        } else if steps == 0 || most_steps.is_some_and(|most| steps > most) {
+        } else if !steps.contains(&u64::from(found.steps)) {
             (Wrong::Steps, &mut self.steps)
         } else {
             return None;
@@ -399,7 +400,7 @@ mod tests {
         let (world, ray, hit) = one();
         let judge = |ray: &Ray, hit: &Hit| {
             let mut errors = Errors::default();
-            let wrong = errors.add_with_numbers(ray, &first_hit(&world, ray), Some(hit), Some(most_steps(ray, hit)));
+            let wrong = errors.add_with_numbers(ray, &first_hit(&world, ray), Some(hit), 1..=most_steps(ray, hit));
             assert_eq!((errors.wrong(), errors.inexact()), (0, u64::from(wrong.is_some())));
             wrong
         };
@@ -426,6 +427,12 @@ mod tests {
         let back = Ray::new([20, 0, 0], [0.5, 0.75, 0.25], [-1.0, -0.015_625, 0.0]);
         let there = Hit { face: 1, t: 9.5, uv: [0.75 - 9.5 * 0.015_625, 0.25], ..hit };
         assert_eq!(judge(&back, &there), None);
+        // A tracer that does not count its looks is not judged by them.
+        let uncounted = Hit { steps: 0, ..hit };
+        assert_eq!(
+            Errors::default().add_with_numbers(&ray, &first_hit(&world, &ray), Some(&uncounted), 0..=u64::MAX),
+            None
+        );
         let inside = Ray::new([10, 0, 0], [0.5, 0.75, 0.25], [1.0, 0.0, 0.0]);
         assert_eq!(judge(&inside, &Hit { face: 6, t: 0.0, uv: [0.5, 0.75], steps: 1, ..hit }), None);
     }

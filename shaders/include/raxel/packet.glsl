@@ -8,8 +8,8 @@
 //    candidates; those of a pixel are the intersection of its column's and its row's.
 // 3. Each pixel tests its candidates in order, as slabs in f32 with a bound on the error. Groups of 8 x 4 pixels that are done drop out, and
 //    the frustum shrinks to those that are left.
-// 4. What f32 cannot tell, what is left of a tile that has looked at too many leaves, and everything outside of what the bounds are proven
-//    for, is handed on, to be traced ray by ray.
+// 4. What f32 cannot tell, what is left of a tile that has looked at too many leaves, hits of a camera in a solid voxel, and everything outside of
+//    what the bounds are proven for, is handed on, to be traced ray by ray.
 //
 // What is decided here is what rx_trace finds. A shader includes this file and defines
 //
@@ -23,10 +23,13 @@
 #ifndef RAXEL_PACKET_GLSL
 #define RAXEL_PACKET_GLSL
 
+// The older ballots and votes, and shared memory in place of shuffles: what KHR_shader_subgroup has is defined by the invocations that are active, and
+// a compiler that cannot prove that all are checks in every round of a loop which they are. Here all of them always are: control flow
+// around every ballot, vote and barrier is the same in the whole workgroup.
 #extension GL_KHR_shader_subgroup_basic : require
-#extension GL_KHR_shader_subgroup_vote : require
-#extension GL_KHR_shader_subgroup_ballot : require
-#extension GL_KHR_shader_subgroup_shuffle : require
+#extension GL_ARB_shader_ballot : require
+#extension GL_ARB_shader_group_vote : require
+#extension GL_ARB_gpu_shader_int64 : require
 
 #include "camera.glsl"
 
@@ -34,8 +37,10 @@ void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
 void rx_tile_miss(ivec2 pixel);
 void rx_tile_rest(ivec2 pixel, float t_free);
 
+#define RX_TILE_BALLOT(vote) unpackUint2x32(ballotARB(vote)).x
+
 const int RX_TILE = 16;                          // pixels along an edge of a tile
-const uint RX_TILE_LEAVES = 192u;                // leaves that a tile may look at before its rays are handed on
+const uint RX_TILE_LEAVES = 96u;                 // leaves that a tile may look at before its rays are handed on
 const float RX_TILE_SLACK = 1.0 / 256.0;         // voxels: more than a place is off by rounding, within RX_TILE_REACH of the camera
 const int RX_TILE_REACH = 1 << 13;
 const float RX_TILE_ERROR = 9.5367431640625e-7;  // 2^-20, of a direction's length and of a time, see docs/exactness.md
@@ -45,43 +50,26 @@ const float RX_TILE_SCALE = 16384.0;             // pixels that a place one voxe
 // What a node is: its index, the height of its children above bit 28, or that all of it is full and has no node.
 const uint RX_TILE_FULL = 0x80000000u;
 
-// Shared memory is what limits how many tiles are in work at once on some devices, so there is little of it.
-// Voxels that the frustum touches, x + 16 y + 256 z from the corner of their node of 16^3, in mirrored axes. The last entries take what
-// nobody wants.
-shared uint rx_tile_candidates[98];
-// Nodes on the way down, by the height of their children: what the node is, and the children that are still to be visited; place of the corner less
-// RX_TILE_SLACK, relative to the origin.
-shared uvec4 rx_tile_nodes[7];
-shared vec4 rx_tile_places[7];
-// From places to pixels.
+// Voxels that the frustum touches, x | y << 8 | z << 16 from the corner of their node of 16^3, in mirrored axes. The last entry takes what nobody wants.
+shared uint rx_tile_candidates[97];
+// Two buffers of a word for each invocation. The second one then holds which candidates each column and each row of pixels has.
+shared uint rx_tile_words[64];
+// Places of up to 32 candidates, by their bit in a set.
+shared vec4 rx_tile_corners[32];
+// Nodes on the way down, by the height of their children less 2: the node, and the place of its corner less RX_TILE_SLACK, relative to the origin.
+shared uvec4 rx_tile_nodes[4];
+shared vec4 rx_tile_places[4];
+// From places to pixels, in sixteenths.
 shared vec4 rx_tile_project[4];
 // Direction through the first pixel, and what a pixel to the right and one down add to it; all in mirrored axes. Fraction of the origin.
 shared vec4 rx_tile_frame[4];
+// What directions of pixels are made of.
+shared vec4 rx_tile_camera;
+// Bits of the time at depth 1 until which what is left of a tile is free.
+shared uint rx_tile_free;
 
 uint rx_tile_rotate(uint x, uint by) {
     return (x << by) | (x >> (32u - by));
-}
-
-// 32 x 32 bits: bit i of lane j becomes bit j of lane i.
-uint rx_tile_transpose(uint x, uint lane) {
-    uint y;
-    for (uint width = 16u; width != 0u; width >>= 1) {
-        bool high = (lane & width) != 0u;
-        uint low_bits = width == 16u ? 0x0000ffffu : width == 8u ? 0x00ff00ffu : width == 4u ? 0x0f0f0f0fu : width == 2u ? 0x33333333u : 0x55555555u;
-        uint keep = high ? ~low_bits : low_bits;
-        y = rx_tile_rotate(subgroupShuffleXor(x, width), high ? 32u - width : width);
-        x = (x & keep) | (y & ~keep);
-    }
-    return x;
-}
-
-// A float to an integer of at least 0, rounded up or down.
-uint rx_tile_up(float x) {
-    return uint(ceil(clamp(x, 0.0, 1.0e6)));
-}
-
-uint rx_tile_down(float x) {
-    return uint(floor(clamp(x, 0.0, 1.0e6)));
 }
 
 // Components, without their signs, of the lattice direction through a pixel, in lengths of the ray's direction. `oblique`: none is below a
@@ -123,21 +111,19 @@ uvec2 rx_tile_ahead(uvec2 mask, vec3 corner, bool down_x, bool down_y, bool down
     return mask;
 }
 
-void rx_tile_fence() {
-    subgroupMemoryBarrierShared();
-    subgroupBarrier();
-}
 
 // The frustum of the pixels `rect` (first and last, from the tile's first) as intervals of 1 / direction.
-void rx_tile_frustum(uint lane, ivec4 rect, float slack, out vec3 slow, out vec3 fast) {
-    vec3 d = rx_tile_frame[0].xyz + float((lane & 1u) != 0u ? rect.z : rect.x) * rx_tile_frame[1].xyz + float((lane & 2u) != 0u ? rect.w : rect.y) * rx_tile_frame[2].xyz;
-    d = max(d, vec3(0.0));
-    vec3 e = subgroupShuffleXor(d, 1u);
-    vec3 most = max(d, e), least = min(d, e);
-    most = max(most, subgroupShuffleXor(most, 2u)) + slack;
-    least = max(min(least, subgroupShuffleXor(least, 2u)) - slack, vec3(1.0e-7));
+void rx_tile_frustum(ivec4 rect, float slack, out vec3 slow, out vec3 fast) {
+    vec3 a = float(rect.x) * rx_tile_frame[1].xyz, b = float(rect.z) * rx_tile_frame[1].xyz, c = float(rect.y) * rx_tile_frame[2].xyz, d = float(rect.w) * rx_tile_frame[2].xyz;
+    vec3 most = max(rx_tile_frame[0].xyz + max(a, b) + max(c, d), vec3(0.0)) + slack;
+    vec3 least = max(rx_tile_frame[0].xyz + min(a, b) + min(c, d) - slack, vec3(1.0e-7));
     slow = (1.0 - 2.0 * RX_TILE_ERROR) / most;
     fast = (1.0 + 2.0 * RX_TILE_ERROR) / least;
+}
+
+// The nearest whole number of sixteenths, for x in 0 to 1.
+uint rx_tile_sixteenths(float x) {
+    return floatBitsToUint(x + 786432.0) & 31u;
 }
 
 void rx_tile_hand_on(ivec2 first, ivec2 in_group, ivec2 size) {
@@ -173,7 +159,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
     // Everything that the bounds do not hold for is handed on.
     bool proven = gl_SubgroupSize == 32u && (1 << world.log2_size) <= RX_TILE_REACH && all(lessThan(frac, vec3(1.0))) && all(greaterThanEqual(frac, vec3(0.0)))
         && all(lessThan(abs(from), ivec3(RX_TILE_REACH)))
-        && all(lessThan((0.5 / tan_half_fov + 0.5) * vec2(size) * reach, vec2(RX_TILE_SCALE))) && rx_material(cell) == 0u;
+        && all(lessThan((0.5 / tan_half_fov + 0.5) * vec2(size) * reach, vec2(RX_TILE_SCALE)));
     if (!proven) {
         rx_tile_hand_on(first, in_group, size);
         return;
@@ -187,16 +173,18 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         if (lane < 8u && there.x > 0 && there.y > 0) all_rays = ((0xffu >> (8 - there.x)) * 0x01010101u) >> (8 * (4 - there.y));
     }
     const float slack = 2.0 * RX_TILE_ERROR * reach;
+    // 2 pixel + 1 - size of this invocation's pixel in group 0, the other way round in y.
+    const ivec2 middle = ivec2(2 * (first.x + in_group.x) + 1 - size.x, size.y - 1 - 2 * (first.y + in_group.y));
     uint octant;
     bool one_octant, oblique;
     {
         vec2 pixel_size = 2.0 * tan_half_fov / vec2(size), start = (1.0 / vec2(size) - 1.0) * tan_half_fov;
         vec2 at = start + pixel_size * vec2(first + ivec2((lane & 1u) != 0u ? RX_TILE - 1 : 0, (lane & 2u) != 0u ? RX_TILE - 1 : 0));
         vec3 corner = view_to_world[0].xyz * at.x - view_to_world[1].xyz * at.y - view_to_world[2].xyz;
-        octant = (subgroupAny(corner.x < 0.0) ? 1u : 0u) | (subgroupAny(corner.y < 0.0) ? 2u : 0u) | (subgroupAny(corner.z < 0.0) ? 4u : 0u);
+        octant = (anyInvocationARB(corner.x < 0.0) ? 1u : 0u) | (anyInvocationARB(corner.y < 0.0) ? 2u : 0u) | (anyInvocationARB(corner.z < 0.0) ? 4u : 0u);
         vec3 turned = mix(corner, -corner, bvec3((octant & 1u) != 0u, (octant & 2u) != 0u, (octant & 4u) != 0u));
-        one_octant = !subgroupAny(min(turned.x, min(turned.y, turned.z)) < slack);
-        oblique = !subgroupAny(min(turned.x, min(turned.y, turned.z)) < 0.01 * reach);
+        one_octant = !anyInvocationARB(min(turned.x, min(turned.y, turned.z)) < slack);
+        oblique = !anyInvocationARB(min(turned.x, min(turned.y, turned.z)) < 0.01 * reach);
     }
 
     // A tile with rays in several octants is traced once for each.
@@ -209,13 +197,14 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                 vec3 dir = rx_camera_direction(view_to_world, tan_half_fov, vec2(first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group) + 0.5, vec2(size));
                 vec3 d = rx_tile_direction(dir, false);
                 uint there = (dir.x < 0.0 && d.x != 0.0 ? 1u : 0u) | (dir.y < 0.0 && d.y != 0.0 ? 2u : 0u) | (dir.z < 0.0 && d.z != 0.0 ? 4u : 0u);
-                uint mine = subgroupBallot(there == o).x;
+                uint mine = RX_TILE_BALLOT(there == o);
                 if (lane == s) live = mine & all_rays;
             }
         }
-        uint groups = subgroupBallot(live != 0u).x;
+        uint groups = RX_TILE_BALLOT(live != 0u);
         if (groups == 0u) continue;
 
+        barrier();
         {
             vec3 sign_of = vec3(down_x ? -1.0 : 1.0, down_y ? -1.0 : 1.0, down_z ? -1.0 : 1.0);
             vec2 pixel_size = 2.0 * tan_half_fov / vec2(size);
@@ -223,43 +212,45 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                 // The pixel of a place relative to the camera, counted from the tile's first one, in mirrored axes.
                 vec3 ahead = -view_to_world[2].xyz, row = ahead, step_of = vec3(0.0);
                 vec2 start = (1.0 / vec2(size) - 1.0) * tan_half_fov + pixel_size * vec2(first);
+                float w = 0.0;
                 if (lane == 0u) {
-                    row = view_to_world[0].xyz / pixel_size.x + (0.5 * float(size.x - 1) - float(first.x)) * ahead;
+                    row = (view_to_world[0].xyz / pixel_size.x + (0.5 * float(size.x - 1) - float(first.x)) * ahead) * 0.0625;
                     step_of = view_to_world[0].xyz * start.x - view_to_world[1].xyz * start.y - view_to_world[2].xyz;
+                    precise vec2 scale = tan_half_fov * vec2(size.yx);
+                    precise float far = float(size.x) * float(size.y);
+                    precise vec3 back = view_to_world[2].xyz * far;
+                    rx_tile_camera = vec4(back, scale.x);
+                    w = scale.y;
                 }
                 if (lane == 1u) {
-                    row = -view_to_world[1].xyz / pixel_size.y + (0.5 * float(size.y - 1) - float(first.y)) * ahead;
+                    row = (-view_to_world[1].xyz / pixel_size.y + (0.5 * float(size.y - 1) - float(first.y)) * ahead) * 0.0625;
                     step_of = view_to_world[0].xyz * pixel_size.x;
                 }
                 if (lane == 2u) step_of = -view_to_world[1].xyz * pixel_size.y;
                 row *= sign_of;
                 rx_tile_project[lane] = vec4(row, 0.5 * (row.x + row.y + row.z));
                 rx_tile_project[3][lane] = 0.5 * (abs(row.x) + abs(row.y) + abs(row.z));
-                rx_tile_frame[lane] = vec4(step_of * sign_of, 0.0);
+                rx_tile_frame[lane] = vec4(step_of * sign_of, w);
             }
             vec3 g = vec3(down_x ? 1.0 - lattice_frac.x : lattice_frac.x, down_y ? 1.0 - lattice_frac.y : lattice_frac.y, down_z ? 1.0 - lattice_frac.z : lattice_frac.z);
-            if (lane == 0u) {
-                vec3 origin = vec3(down_x ? int(last) - from.x : from.x, down_y ? int(last) - from.y : from.y, down_z ? int(last) - from.z : from.z);
-                rx_tile_frame[3] = vec4(g, 0.0);
-                rx_tile_places[0] = vec4(-origin - (g + RX_TILE_SLACK), 0.0);
-            }
+            if (lane == 0u) rx_tile_frame[3] = vec4(g, 0.0);
         }
-        rx_tile_fence();
+        barrier();
         // Child l and child l + 32 of a node, voxel l and voxel l + 32 of a leaf are this invocation's; places in mirrored axes.
         const uvec3 child = uvec3(lane & 3u, lane >> 4, (lane >> 2) & 3u);
         const vec3 child_at = vec3(child);
+        const vec3 voxel_at = child_at - (rx_tile_frame[3].xyz + RX_TILE_SLACK);
         const uint child_bit = 1u << (lane ^ ((down_x ? 3u : 0u) | (down_z ? 12u : 0u) | (down_y ? 16u : 0u)));
-        const uint below = (1u << lane) - 1u, child_code = child.x | (child.y << 4) | (child.z << 8);
+        const uint below = (1u << lane) - 1u, child_code = child.x | (child.y << 8) | (child.z << 16);
 
         vec3 slow, fast;
-        rx_tile_frustum(lane, ivec4(0, 0, RX_TILE - 1, RX_TILE - 1), slack, slow, fast);
+        rx_tile_frustum(ivec4(0, 0, RX_TILE - 1, RX_TILE - 1), slack, slow, fast);
         uint shown = 3u | (3u << 8);  // columns of groups that are left, last and first row of them
-        uint looked_at = 0u;
+        uint looked_at = 0u, waiting = 0u;  // `waiting`: bit h: a node with children of height h has some that wait
+        uint wait_1 = 0u, wait_2 = 0u;      // of invocation h: which
         bool too_much = false;
-        const uint top = (world.log2_size >> 1) - 1u;
-        uint height = top, id = world.root;
-        vec3 place = rx_tile_places[0].xyz;
-        rx_tile_fence();
+        uint height = (world.log2_size >> 1) - 1u, id = world.root;
+        vec3 place = -vec3(down_x ? int(last) - from.x : from.x, down_y ? int(last) - from.y : from.y, down_z ? int(last) - from.z : from.z) - (rx_tile_frame[3].xyz + RX_TILE_SLACK);
         for (;;) {
             // Visit a node.
             uvec4 node = uvec4(0xffffffffu, 0xffffffffu, 0u, RX_FILLED);
@@ -274,17 +265,40 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                 visit_1 = max(enter, near.y) <= min(leave, far.y) && (mask_1 & child_bit) != 0u;
                 visit_2 = max(enter, fma(2.0 * side, slow.y, near.y)) <= min(leave, fma(2.0 * side, fast.y, far.y)) && (mask_2 & child_bit) != 0u;
             }
-            uint ones = subgroupBallot(visit_1).x, twos = subgroupBallot(visit_2).x;
-            if (height > 1u) {
-                if (lane == 0u) {
-                    rx_tile_nodes[height] = uvec4(id, ones, twos, 0u);
-                    rx_tile_places[height] = vec4(place, 0.0);
+            uint ones = RX_TILE_BALLOT(visit_1), twos = RX_TILE_BALLOT(visit_2);
+            if ((ones | twos) != 0u && height > 1u) {
+                if (lane == height) {
+                    wait_1 = ones;
+                    wait_2 = twos;
                 }
-                rx_tile_fence();
+                waiting |= 1u << height;
+                barrier();
+                if (lane == 0u) {
+                    rx_tile_nodes[(height - 2u) & 3u] = node;
+                    rx_tile_places[(height - 2u) & 3u] = vec4(place, 0.0);
+                }
+                barrier();
             } else if ((ones | twos) != 0u) {
                 looked_at += uint(bitCount(ones)) + uint(bitCount(twos));
                 if (looked_at > RX_TILE_LEAVES) {
                     too_much = true;
+                    // The rays that are left are free as long as none can have come to a child that is still to be visited.
+                    if (lane == 0u) rx_tile_free = 0x7f7fffffu;
+                    barrier();
+                    for (;;) {
+                        float side = uintBitsToFloat((height << 24) + 0x3f800000u);
+                        vec3 at = fma(child_at, vec3(side), place), near = at * slow;
+                        float enter = max(max(near.x, near.z), 0.0);
+                        if (((ones >> lane) & 1u) != 0u) atomicMin(rx_tile_free, floatBitsToUint(max(enter, near.y)));
+                        if (((twos >> lane) & 1u) != 0u) atomicMin(rx_tile_free, floatBitsToUint(max(enter, (at.y + 2.0 * side) * slow.y)));
+                        if (waiting == 0u) break;
+                        height = uint(findLSB(waiting));
+                        waiting &= waiting - 1u;
+                        place = rx_tile_places[(height - 2u) & 3u].xyz;
+                        ones = readInvocationARB(wait_1, height);
+                        twos = readInvocationARB(wait_2, height);
+                    }
+                    barrier();
                     break;
                 }
                 // The corner of the node, exactly, in cells from the origin's.
@@ -297,58 +311,85 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                     if (visit_1) leaf_1 = rx_leaf(node.z + (down_y ? half_count : 0u) + uint(bitCount(mask_1 & (child_bit - 1u))));
                     if (visit_2) leaf_2 = rx_leaf(node.z + (down_y ? 0u : half_count) + uint(bitCount(mask_2 & (child_bit - 1u))));
                 }
-                leaf_1 = rx_tile_bare(leaf_1, down_x, down_y, down_z);
-                leaf_2 = rx_tile_bare(leaf_2, down_x, down_y, down_z);
                 vec3 leaf_at = fma(child_at, vec3(4.0), corner);
                 if (min(min(corner.x, corner.y), corner.z) < 0.0) {
+                    if (down_y) {
+                        leaf_1 = leaf_1.yx;
+                        leaf_2 = leaf_2.yx;
+                    }
                     leaf_1 = rx_tile_ahead(leaf_1, leaf_at, down_x, down_y, down_z);
                     leaf_2 = rx_tile_ahead(leaf_2, vec3(leaf_at.x, leaf_at.y + 8.0, leaf_at.z), down_x, down_y, down_z);
+                } else {
+                    leaf_1 = rx_tile_bare(leaf_1, down_x, down_y, down_z);
+                    leaf_2 = rx_tile_bare(leaf_2, down_x, down_y, down_z);
                 }
 
                 uint candidates = 0u;
                 for (;;) {
                     bool more = (ones | twos) != 0u;
                     if (candidates >= (more ? 32u : 1u)) {
+                        barrier();
                         for (uint chunk = 0u; chunk < candidates && groups != 0u; chunk += 32u) {
-                            // Candidate c is in lane 31 - c, so that the first is the highest bit of a set.
-                            vec3 q;
-                            uint sets;
+                            // Candidate l is this invocation's, and bit 31 - l of a set, so that the first is the highest bit.
                             {
-                                uint c = chunk + 31u - lane, code = rx_tile_candidates[c];
-                                q = (corner + vec3(code & 15u, (code >> 4) & 15u, code >> 8)) - rx_tile_frame[3].xyz;
+                                uint code = rx_tile_candidates[min(chunk + lane, 96u)];
+                                precise vec3 whole = vec3(uintBitsToFloat(0x4b000000u | (code & 255u)), uintBitsToFloat(0x4b000000u | ((code >> 8) & 255u)), uintBitsToFloat(0x4b000000u | (code >> 16))) + (corner - 8388608.0);
+                                precise vec3 q = whole - rx_tile_frame[3].xyz;
                                 // Which columns and rows of pixels it can cover.
                                 vec4 row_x = rx_tile_project[0], row_y = rx_tile_project[1], row_z = rx_tile_project[2], half_of = rx_tile_project[3];
-                                float x = dot(row_x.xyz, q) + row_x.w, y = dot(row_y.xyz, q) + row_y.w, z = dot(row_z.xyz, q) + row_z.w;
+                                float x = fma(row_x.x, q.x, fma(row_x.y, q.y, fma(row_x.z, q.z, row_x.w))), y = fma(row_y.x, q.x, fma(row_y.y, q.y, fma(row_y.z, q.z, row_y.w))), z = fma(row_z.x, q.x, fma(row_z.y, q.y, fma(row_z.z, q.z, row_z.w)));
                                 float nearest = z - half_of.z, inv_near = 1.0 / nearest, inv_far = 1.0 / (z + half_of.z);
-                                uint x_1 = min(rx_tile_down(fma(x + half_of.x, inv_near, 1.0 + RX_TILE_MARGIN)), 16u);
-                                uint x_0 = min(rx_tile_up(fma(x - half_of.x, inv_far, -RX_TILE_MARGIN)), x_1);
-                                uint y_1 = min(rx_tile_down(fma(y + half_of.y, inv_near, 1.0 + RX_TILE_MARGIN)), 16u);
-                                uint y_0 = min(rx_tile_up(fma(y - half_of.y, inv_far, -RX_TILE_MARGIN)), y_1);
-                                uint cover = ((1u << x_1) - (1u << x_0)) | (((1u << y_1) - (1u << y_0)) << 16);
+                                float x_1 = clamp(fma(x + half_of.x, inv_near, (0.5 + RX_TILE_MARGIN) * 0.0625), 0.0, 1.0);
+                                float x_0 = min(clamp(fma(x - half_of.x, inv_far, (0.5 - RX_TILE_MARGIN) * 0.0625), 0.0, 1.0), x_1);
+                                float y_1 = clamp(fma(y + half_of.y, inv_near, (0.5 + RX_TILE_MARGIN) * 0.0625), 0.0, 1.0);
+                                float y_0 = min(clamp(fma(y - half_of.y, inv_far, (0.5 - RX_TILE_MARGIN) * 0.0625), 0.0, 1.0), y_1);
+                                uint cover = ((1u << rx_tile_sixteenths(x_1)) - (1u << rx_tile_sixteenths(x_0))) | (((1u << rx_tile_sixteenths(y_1)) - (1u << rx_tile_sixteenths(y_0))) << 16);
                                 if (nearest < 1.0) cover = 0xffffffffu;  // beside the camera
-                                sets = rx_tile_transpose(c < candidates ? cover : 0u, lane);  // lane i: of column i; lane 16 + j: of row j
+                                // 32 x 32 bits: bit i of invocation l becomes bit 31 - l of word 32 + i. Bit p + l of each word is first made its bit p; then
+                                // bit p moves on by p invocations, first by the eights in p, then by the twos, then by one; then words turn.
+                                uint set = chunk + lane < candidates ? cover : 0u;
+                                set = (set >> lane) | (set << ((32u - lane) & 31u));
+                                rx_tile_words[lane] = set;
+                                barrier();
+                                set = (set & 0x000000ffu) | (rx_tile_words[(lane - 8u) & 31u] & 0x0000ff00u) | (rx_tile_words[lane ^ 16u] & 0x00ff0000u) | (rx_tile_words[(lane + 8u) & 31u] & 0xff000000u);
+                                rx_tile_words[32u + lane] = set;
+                                barrier();
+                                set = (set & 0x03030303u) | (rx_tile_words[32u + ((lane - 2u) & 31u)] & 0x0c0c0c0cu) | (rx_tile_words[32u + ((lane - 4u) & 31u)] & 0x30303030u) | (rx_tile_words[32u + ((lane - 6u) & 31u)] & 0xc0c0c0c0u);
+                                rx_tile_words[lane] = set;
+                                barrier();
+                                set = (set & 0x55555555u) | (rx_tile_words[(lane - 1u) & 31u] & 0xaaaaaaaau);
+                                uint by = (lane + 1u) & 31u;
+                                rx_tile_words[32u + lane] = (set >> by) | (set << ((32u - by) & 31u));
+                                rx_tile_corners[31u - lane] = vec4(q, 0.0);
                             }
+                            barrier();
                             uint todo;
                             {
-                                uint some = sets | subgroupShuffleXor(sets, 1u);
-                                some |= subgroupShuffleXor(some, 2u);
-                                uint wide = some | subgroupShuffleXor(some, 4u);
-                                uint of_group = subgroupShuffle(wide, 8u * (lane & 1u)) & subgroupShuffle(some, 16u + 4u * ((lane >> 1) & 3u));
-                                todo = subgroupBallot(of_group != 0u && live != 0u).x;
+                                uint a = 32u + 8u * (lane & 1u), b = 48u + 4u * ((lane >> 1) & 3u);
+                                uint columns = rx_tile_words[a] | rx_tile_words[a + 1u] | rx_tile_words[a + 2u] | rx_tile_words[a + 3u] | rx_tile_words[a + 4u] | rx_tile_words[a + 5u] | rx_tile_words[a + 6u] | rx_tile_words[a + 7u];
+                                uint rows = rx_tile_words[b] | rx_tile_words[b + 1u] | rx_tile_words[b + 2u] | rx_tile_words[b + 3u];
+                                todo = RX_TILE_BALLOT((columns & rows) != 0u && live != 0u);
                             }
                             while (todo != 0u) {
                                 uint s = uint(findLSB(todo));
                                 todo &= todo - 1u;
-                                uvec2 at = uvec2(8u * (s & 1u), 4u * (s >> 1)) + uvec2(in_group);
-                                uint alive = subgroupShuffle(live, s);
-                                uint mine = subgroupShuffle(sets, at.x) & subgroupShuffle(sets, 16u + at.y);
+                                uint alive = readInvocationARB(live, s);
+                                uint mine = rx_tile_words[32u + 8u * (s & 1u) + (lane & 7u)] & rx_tile_words[48u + 4u * (s >> 1) + (lane >> 3)];
                                 if (((alive >> lane) & 1u) == 0u) mine = 0u;
-                                vec3 inv = 1.0 / max(rx_tile_direction(rx_camera_direction(view_to_world, tan_half_fov, vec2(first + ivec2(at)) + 0.5, vec2(size)), oblique), vec3(8.6736174e-19));
+                                vec4 camera = rx_tile_camera;
+                                precise vec2 view = vec2(middle.x + int(16u * (s & 1u)), middle.y - int(8u * (s >> 1))) * vec2(camera.w, rx_tile_frame[0].w);
+                                precise vec3 right = view_to_world[0].xyz * view.x;
+                                precise vec3 up = view_to_world[1].xyz * view.y;
+                                precise vec3 sum = right + up;
+                                precise vec3 dir = sum - camera.xyz;
+                                vec3 inv;
+                                if (oblique) inv = 1.0 / abs(dir);
+                                else inv = 1.0 / max(rx_tile_direction(rx_camera_direction(view_to_world, tan_half_fov, vec2(first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group) + 0.5, vec2(size)), false), vec3(8.6736174e-19));
                                 uint hit_at = 32u;
                                 bool unsure = false;
-                                while (subgroupAny(mine != 0u)) {
+                                while (anyInvocationARB(mine != 0u)) {
                                     uint c = uint(findMSB(mine)) & 31u;
-                                    vec3 v = vec3(subgroupShuffle(q.x, c), subgroupShuffle(q.y, c), subgroupShuffle(q.z, c));
+                                    vec3 v = rx_tile_corners[c].xyz;
                                     // Not v * inv + inv: where that is not fused, it cancels.
                                     vec3 t_in = v * inv, t_out = (v + 1.0) * inv;
                                     float enters = max(t_in.x, max(t_in.y, t_in.z)), leaves = min(t_out.x, min(t_out.y, t_out.z));
@@ -358,20 +399,19 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                     hit_at = hit ? c : hit_at;
                                     mine = hit ? 0u : mine & ~(1u << c);
                                 }
-                                uint hits = subgroupBallot(hit_at != 32u).x;
+                                uint hits = RX_TILE_BALLOT(hit_at != 32u);
                                 if (hits != 0u) {
                                     if (lane == s) live &= ~hits;
                                     if (hits == alive) groups &= ~(1u << s);
-                                    uint c = hit_at & 31u;
-                                    vec3 v = vec3(subgroupShuffle(q.x, c), subgroupShuffle(q.y, c), subgroupShuffle(q.z, c)), t_in = v * inv;
+                                    vec3 v = rx_tile_corners[hit_at & 31u].xyz, t_in = v * inv;
                                     float enters = max(t_in.x, max(t_in.y, t_in.z)), limit = enters - abs(enters) * RX_TILE_ERROR;
                                     bool x = t_in.x >= limit, y = t_in.y >= limit, z = t_in.z >= limit;
-                                    unsure = unsure || (x && y) || (z && (x || y));
+                                    unsure = unsure || (x && y) || (z && (x || y)) || enters <= 0.0;
                                     uint axis = x ? 0u : y ? 1u : 2u;
-                                    ivec3 n = ivec3(round(v + rx_tile_frame[3].xyz));
-                                    ivec2 pixel = first + ivec2(at);
+                                    ivec3 n = floatBitsToInt((v + rx_tile_frame[3].xyz) + RX_ROUND) - 0x4b400000;
+                                    ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
                                     if (hit_at != 32u) {
-                                        if (unsure) rx_tile_rest(pixel, enters);
+                                        if (unsure) rx_tile_rest(pixel, max(enters, 0.0) * (oblique ? length(dir) : 1.0));
                                         else rx_tile_hit(pixel, cell + ivec3(down_x ? -n.x : n.x, down_y ? -n.y : n.y, down_z ? -n.z : n.z), 2u * axis + ((o >> axis) & 1u));
                                     }
                                 }
@@ -384,9 +424,8 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                         if (now != shown) {
                             shown = now;
                             ivec4 rect = ivec4((now & 3u) == 2u ? 8 : 0, 4u * (now >> 16), (now & 3u) == 1u ? 7 : 15, 4u * ((now >> 8) & 255u) + 3u);
-                            rx_tile_frustum(lane, rect, slack, slow, fast);
+                            rx_tile_frustum(rect, slack, slow, fast);
                         }
-                        rx_tile_fence();
                     }
                     if (!more) break;
                     // A leaf: 4 x 4 x 4 voxels.
@@ -394,67 +433,66 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                     uint l = uint(findLSB(low ? ones : twos));
                     if (low) ones &= ones - 1u;
                     else twos &= twos - 1u;
-                    uvec3 leaf = uvec3(l & 3u, (l >> 4) + (low ? 0u : 2u), (l >> 2) & 3u);
                     uvec2 mask = low ? leaf_1 : leaf_2;
-                    mask = uvec2(subgroupShuffle(mask.x, l), subgroupShuffle(mask.y, l));
-                    vec3 at = ((corner + 4.0 * vec3(leaf)) + child_at) - rx_tile_frame[3].xyz;
-                    vec3 from_low = (at - RX_TILE_SLACK) * slow, to_high = (at + (1.0 + RX_TILE_SLACK)) * fast;
+                    mask = uvec2(readInvocationARB(mask.x, l), readInvocationARB(mask.y, l));
+                    uvec3 leaf = uvec3(l & 3u, (l >> 4) + (low ? 0u : 2u), (l >> 2) & 3u);
+                    vec3 at = fma(vec3(leaf), vec3(4.0), corner) + voxel_at;
+                    vec3 from_low = at * slow, to_high = (at + (1.0 + 2.0 * RX_TILE_SLACK)) * fast;
                     float in_at = max(max(from_low.x, from_low.z), 0.0), out_at = min(to_high.x, to_high.z);
                     bool touch_1 = max(in_at, from_low.y) <= min(out_at, to_high.y) && (mask.x & child_bit) != 0u;
                     bool touch_2 = max(in_at, fma(2.0, slow.y, from_low.y)) <= min(out_at, fma(2.0, fast.y, to_high.y)) && (mask.y & child_bit) != 0u;
-                    uint some_1 = subgroupBallot(touch_1).x, some_2 = subgroupBallot(touch_2).x;
+                    uint some_1 = RX_TILE_BALLOT(touch_1), some_2 = RX_TILE_BALLOT(touch_2);
                     if ((some_1 | some_2) != 0u) {
-                        uint code = child_code + 4u * (leaf.x | (leaf.y << 4) | (leaf.z << 8));
-                        rx_tile_candidates[touch_1 ? candidates + uint(bitCount(some_1 & below)) : 97u] = code;
+                        uint code = child_code + 4u * (leaf.x | (leaf.y << 8) | (leaf.z << 16));
+                        if (touch_1) rx_tile_candidates[min(candidates + uint(bitCount(some_1 & below)), 96u)] = code;
                         candidates += uint(bitCount(some_1));
-                        rx_tile_candidates[touch_2 ? candidates + uint(bitCount(some_2 & below)) : 97u] = code + 32u;
+                        if (touch_2) rx_tile_candidates[min(candidates + uint(bitCount(some_2 & below)), 96u)] = code + 512u;
                         candidates += uint(bitCount(some_2));
-                        rx_tile_fence();
                     }
                 }
                 if (groups == 0u) break;
             }
 
             // The next node: a child that waits, of the lowest node that has one.
-            uvec4 above = uvec4(0u);
-            while (height <= top) {
-                if (height > 1u) {
-                    above = rx_tile_nodes[height];
-                    if ((above.y | above.z) != 0u) break;
-                }
-                ++height;
+            if (waiting == 0u) break;
+            height = uint(findLSB(waiting));
+            uint left_1 = readInvocationARB(wait_1, height), left_2 = readInvocationARB(wait_2, height);
+            bool low = left_1 != 0u;
+            uint l = uint(findLSB(low ? left_1 : left_2));
+            if (low) left_1 &= left_1 - 1u;
+            else left_2 &= left_2 - 1u;
+            if (lane == height) {
+                wait_1 = left_1;
+                wait_2 = left_2;
             }
-            if (height > top) break;
-            bool low = above.y != 0u;
-            uint l = uint(findLSB(low ? above.y : above.z));
-            uint from_id = subgroupBroadcastFirst(above.x);
-            node = uvec4(0xffffffffu, 0xffffffffu, 0u, RX_FILLED);
-            if ((from_id & RX_TILE_FULL) == 0u) node = world.quads[from_id];
+            if ((left_1 | left_2) == 0u) waiting &= waiting - 1u;
+            node = rx_tile_nodes[(height - 2u) & 3u];
             uint occupied = low != down_y ? node.x : node.y;
             uint bit = 1u << (l ^ ((down_x ? 3u : 0u) | (down_z ? 12u : 0u) | (down_y ? 16u : 0u)));
             id = (node.w & RX_FILLED) != 0u ? RX_TILE_FULL : node.z + (low != down_y ? 0u : uint(bitCount(node.x))) + uint(bitCount(occupied & (bit - 1u)));
             float side = uintBitsToFloat((height << 24) + 0x3f800000u);
-            place = fma(vec3(l & 3u, (l >> 4) + (low ? 0u : 2u), (l >> 2) & 3u), vec3(side), rx_tile_places[height].xyz);
-            rx_tile_fence();
-            if (lane == 0u) {
-                if (low) rx_tile_nodes[height].y = above.y & (above.y - 1u);
-                else rx_tile_nodes[height].z = above.z & (above.z - 1u);
-            }
-            rx_tile_fence();
+            place = fma(vec3(l & 3u, (l >> 4) + (low ? 0u : 2u), (l >> 2) & 3u), vec3(side), rx_tile_places[(height - 2u) & 3u].xyz);
             --height;
         }
         // What is left hits nothing, or is handed on.
         while (groups != 0u) {
             uint s = uint(findLSB(groups));
             groups &= groups - 1u;
-            uint alive = subgroupShuffle(live, s);
+            uint alive = readInvocationARB(live, s);
             if (((alive >> lane) & 1u) != 0u) {
                 ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
-                if (too_much) rx_tile_rest(pixel, 0.0);
+                if (too_much) {
+                    vec4 camera = rx_tile_camera;
+                                precise vec2 view = vec2(middle.x + int(16u * (s & 1u)), middle.y - int(8u * (s >> 1))) * vec2(camera.w, rx_tile_frame[0].w);
+                                precise vec3 right = view_to_world[0].xyz * view.x;
+                                precise vec3 up = view_to_world[1].xyz * view.y;
+                                precise vec3 sum = right + up;
+                                precise vec3 dir = sum - camera.xyz;
+                    rx_tile_rest(pixel, uintBitsToFloat(rx_tile_free) * (0.999 * length(dir) / (float(size.x) * float(size.y))));
+                }
                 else rx_tile_miss(pixel);
             }
         }
-        rx_tile_fence();
     }
 }
 

@@ -6,7 +6,7 @@ use super::Context;
 use crate::checked::{Source, Value};
 
 /// Capabilities that need no feature, or one that every Vulkan 1.3 desktop driver has.
-const COMMON: [&str; 22] = [
+const COMMON: [&str; 24] = [
     "Matrix",
     "Shader",
     "Int64",
@@ -26,6 +26,8 @@ const COMMON: [&str; 22] = [
     "GroupNonUniformQuad",
     "GroupNonUniformShuffleRelative",
     "GroupNonUniformClustered",
+    "SubgroupBallotKHR",
+    "SubgroupVoteKHR",
     "VulkanMemoryModel",
     "DotProduct",
     "StorageImageArrayDynamicIndexing",

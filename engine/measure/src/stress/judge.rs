@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_oracle::camera::Tile;
 use raxel_oracle::exact::Answer;
-use raxel_oracle::metrics::{Errors, Outcome, Wrong, ends_at_hit, most_steps};
+use raxel_oracle::metrics::{Errors, Outcome, Wrong, ends_at_hit};
 use raxel_oracle::{Hit, Lattice, Oracle, Ray};
 use rayon::prelude::*;
 
@@ -106,8 +106,8 @@ impl Batch {
                 let (ray, answer, set) = (&self.rays[i], &self.answers[i], usize::from(self.sets[i]));
                 let (hit, other) = outcome(found);
                 let outcome = hit.as_ref().map_or(other, Outcome::Hit);
-                let most = hit.as_ref().filter(|_| row.steps_are_cells()).map(|hit| most_steps(ray, hit));
-                if let Some(wrong) = tally.sets[set].add_with_numbers(ray, answer, outcome, most)
+                let steps = hit.as_ref().map_or(0..=0, |hit| row.steps(ray, hit));
+                if let Some(wrong) = tally.sets[set].add_with_numbers(ray, answer, outcome, steps)
                     && tally.wrong.len() < WRONG_KEPT
                 {
                     tally.wrong.push(Sample { site: self.site, set, wrong, ray: *ray, exact: *answer, found: hit });

@@ -1,11 +1,14 @@
 //! What is run.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::IVec3;
+use raxel_oracle::metrics::most_steps;
 use raxel_oracle::scenes::Scene;
 use raxel_oracle::sets::RaySet;
+use raxel_oracle::{Hit, Ray};
 use raxel_world::World;
 use raxel_world::layout::Layout;
 
@@ -59,10 +62,13 @@ impl Row {
         matches!(self, Row::Device(method) if matches!(method.marcher.as_deref(), Some(Self::BEAM | Self::PACKET)))
     }
 
-    /// Whether its steps are cells on the ray. Those of `bvh` are nodes beside it, too, and packets count none.
-    pub fn steps_are_cells(&self) -> bool {
-        let others = |method: &Method| method.layout == Layout::Bvh || method.marcher.as_deref() == Some(Self::PACKET);
-        self.exact() && !matches!(self, Row::Device(method) if others(method))
+    /// How many steps it can have taken to a hit. Those of an exact tracer are cells on the ray, but those of `bvh` are nodes beside it, too, and
+    /// packets count none.
+    pub fn steps(&self, ray: &Ray, hit: &Hit) -> RangeInclusive<u64> {
+        let packet = matches!(self, Row::Device(method) if method.marcher.as_deref() == Some(Self::PACKET));
+        let nodes = matches!(self, Row::Device(method) if method.layout == Layout::Bvh);
+        let most = if self.exact() && !packet && !nodes { most_steps(ray, hit) } else { u64::MAX };
+        u64::from(!packet)..=most
     }
 }
 

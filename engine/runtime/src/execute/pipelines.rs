@@ -183,6 +183,7 @@ fn lacking(device: &Device, shader: &Shader) -> Option<String> {
             "GroupNonUniformShuffleRelative" => operations(vk::SubgroupFeatureFlags::SHUFFLE_RELATIVE),
             "GroupNonUniformClustered" => operations(vk::SubgroupFeatureFlags::CLUSTERED),
             "GroupNonUniformQuad" => operations(vk::SubgroupFeatureFlags::QUAD),
+            "SubgroupBallotKHR" | "SubgroupVoteKHR" => can.plain_ballots,
             _ => true,
         };
         (!there).then(|| format!("`{capability}`"))

@@ -8,7 +8,7 @@ use raxel_gpu::Device;
 use raxel_measure::rays::{RayError, State};
 use raxel_measure::stress::{Plan, RowReport, single};
 use raxel_oracle::exact::{Answer, Passage};
-use raxel_oracle::metrics::{Errors, Outcome, Wrong, most_steps};
+use raxel_oracle::metrics::{Errors, Outcome, Wrong};
 use raxel_oracle::{FAR, Hit, Lattice, Ray};
 use serde_json::{Value, json};
 
@@ -121,8 +121,8 @@ pub(super) fn trace(
                         (_, Some(hit)) => format!("{}  after {} looks", hit_text(hit), hit.steps),
                         (_, None) => "nothing".to_owned(),
                     };
-                    let most = hit.as_ref().filter(|_| row.steps_are_cells()).map(|hit| most_steps(ray, hit));
-                    let wrong = Errors::default().add_with_numbers(ray, &found.exact, outcome, most);
+                    let steps = hit.as_ref().map_or(0..=0, |hit| row.steps(ray, hit));
+                    let wrong = Errors::default().add_with_numbers(ray, &found.exact, outcome, steps);
                     (said, wrong.map(wrong_name))
                 }
             };
