@@ -90,6 +90,8 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
             let subgroups = format!("subgroups of {}", able.subgroup_size);
             let packets = if able.traces_packets() {
                 format!("in packets of 16 × 16, by {subgroups}")
+            } else if able.subgroup_size == 32 {
+                "one by one: packets need 64-bit integers, `VK_EXT_shader_subgroup_ballot` and `VK_EXT_shader_subgroup_vote`".to_owned()
             } else {
                 format!("one by one: packets need subgroups of 32, and this device has {subgroups}")
             };
