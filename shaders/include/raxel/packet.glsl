@@ -72,10 +72,8 @@ uint rx_tile_rotate(uint x, uint by) {
     return (x << by) | (x >> (32u - by));
 }
 
-// Components, without their signs, of the lattice direction through a pixel, in lengths of the ray's direction. `oblique`: none is below a
-// 128th of the largest, so that the lattice takes no bit away from it.
-vec3 rx_tile_direction(vec3 dir, bool oblique) {
-    if (oblique) return abs(dir);
+// Components, without their signs, of the lattice direction through a pixel, in lengths of the ray's direction.
+vec3 rx_tile_direction(vec3 dir) {
     uvec3 bits = floatBitsToUint(dir);
     uint top = rx_lattice_top(dir);
     uvec3 d = uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
@@ -176,7 +174,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
     // 2 pixel + 1 - size of this invocation's pixel in group 0, the other way round in y.
     const ivec2 middle = ivec2(2 * (first.x + in_group.x) + 1 - size.x, size.y - 1 - 2 * (first.y + in_group.y));
     uint octant;
-    bool one_octant, oblique;
+    bool one_octant, oblique;  // oblique: no component is so small that the lattice takes bits away from it
     {
         vec2 pixel_size = 2.0 * tan_half_fov / vec2(size), start = (1.0 / vec2(size) - 1.0) * tan_half_fov;
         vec2 at = start + pixel_size * vec2(first + ivec2((lane & 1u) != 0u ? RX_TILE - 1 : 0, (lane & 2u) != 0u ? RX_TILE - 1 : 0));
@@ -195,7 +193,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
             live = 0u;
             for (uint s = 0u; s < 8u; ++s) {
                 vec3 dir = rx_camera_direction(view_to_world, tan_half_fov, vec2(first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group) + 0.5, vec2(size));
-                vec3 d = rx_tile_direction(dir, false);
+                vec3 d = rx_tile_direction(dir);
                 uint there = (dir.x < 0.0 && d.x != 0.0 ? 1u : 0u) | (dir.y < 0.0 && d.y != 0.0 ? 2u : 0u) | (dir.z < 0.0 && d.z != 0.0 ? 4u : 0u);
                 uint mine = RX_TILE_BALLOT(there == o);
                 if (lane == s) live = mine & all_rays;
@@ -333,17 +331,23 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                             // Candidate l is this invocation's, and bit 31 - l of a set, so that the first is the highest bit.
                             {
                                 uint code = rx_tile_candidates[min(chunk + lane, 96u)];
-                                precise vec3 whole = vec3(uintBitsToFloat(0x4b000000u | (code & 255u)), uintBitsToFloat(0x4b000000u | ((code >> 8) & 255u)), uintBitsToFloat(0x4b000000u | (code >> 16))) + (corner - 8388608.0);
+                                // 2^23 more than each part of the code.
+                                vec3 parts = uintBitsToFloat(0x4b000000u | uvec3(code & 255u, (code >> 8) & 255u, code >> 16));
+                                precise vec3 whole = parts + (corner - 8388608.0);
                                 precise vec3 q = whole - rx_tile_frame[3].xyz;
                                 // Which columns and rows of pixels it can cover.
                                 vec4 row_x = rx_tile_project[0], row_y = rx_tile_project[1], row_z = rx_tile_project[2], half_of = rx_tile_project[3];
-                                float x = fma(row_x.x, q.x, fma(row_x.y, q.y, fma(row_x.z, q.z, row_x.w))), y = fma(row_y.x, q.x, fma(row_y.y, q.y, fma(row_y.z, q.z, row_y.w))), z = fma(row_z.x, q.x, fma(row_z.y, q.y, fma(row_z.z, q.z, row_z.w)));
+                                float x = fma(row_x.x, q.x, fma(row_x.y, q.y, fma(row_x.z, q.z, row_x.w)));
+                                float y = fma(row_y.x, q.x, fma(row_y.y, q.y, fma(row_y.z, q.z, row_y.w)));
+                                float z = fma(row_z.x, q.x, fma(row_z.y, q.y, fma(row_z.z, q.z, row_z.w)));
                                 float nearest = z - half_of.z, inv_near = 1.0 / nearest, inv_far = 1.0 / (z + half_of.z);
                                 float x_1 = clamp(fma(x + half_of.x, inv_near, (0.5 + RX_TILE_MARGIN) * 0.0625), 0.0, 1.0);
                                 float x_0 = min(clamp(fma(x - half_of.x, inv_far, (0.5 - RX_TILE_MARGIN) * 0.0625), 0.0, 1.0), x_1);
                                 float y_1 = clamp(fma(y + half_of.y, inv_near, (0.5 + RX_TILE_MARGIN) * 0.0625), 0.0, 1.0);
                                 float y_0 = min(clamp(fma(y - half_of.y, inv_far, (0.5 - RX_TILE_MARGIN) * 0.0625), 0.0, 1.0), y_1);
-                                uint cover = ((1u << rx_tile_sixteenths(x_1)) - (1u << rx_tile_sixteenths(x_0))) | (((1u << rx_tile_sixteenths(y_1)) - (1u << rx_tile_sixteenths(y_0))) << 16);
+                                uint columns = (1u << rx_tile_sixteenths(x_1)) - (1u << rx_tile_sixteenths(x_0));
+                                uint rows = (1u << rx_tile_sixteenths(y_1)) - (1u << rx_tile_sixteenths(y_0));
+                                uint cover = columns | (rows << 16);
                                 if (nearest < 1.0) cover = 0xffffffffu;  // beside the camera
                                 // 32 x 32 bits: bit i of invocation l becomes bit 31 - l of word 32 + i. Bit p + l of each word is first made its bit p; then
                                 // bit p moves on by p invocations, first by the eights in p, then by the twos, then by one; then words turn.
@@ -351,10 +355,12 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 set = (set >> lane) | (set << ((32u - lane) & 31u));
                                 rx_tile_words[lane] = set;
                                 barrier();
-                                set = (set & 0x000000ffu) | (rx_tile_words[(lane - 8u) & 31u] & 0x0000ff00u) | (rx_tile_words[lane ^ 16u] & 0x00ff0000u) | (rx_tile_words[(lane + 8u) & 31u] & 0xff000000u);
+                                set = (set & 0x000000ffu) | (rx_tile_words[(lane - 8u) & 31u] & 0x0000ff00u) |
+                                      (rx_tile_words[lane ^ 16u] & 0x00ff0000u) | (rx_tile_words[(lane + 8u) & 31u] & 0xff000000u);
                                 rx_tile_words[32u + lane] = set;
                                 barrier();
-                                set = (set & 0x03030303u) | (rx_tile_words[32u + ((lane - 2u) & 31u)] & 0x0c0c0c0cu) | (rx_tile_words[32u + ((lane - 4u) & 31u)] & 0x30303030u) | (rx_tile_words[32u + ((lane - 6u) & 31u)] & 0xc0c0c0c0u);
+                                set = (set & 0x03030303u) | (rx_tile_words[32u + ((lane - 2u) & 31u)] & 0x0c0c0c0cu) |
+                                      (rx_tile_words[32u + ((lane - 4u) & 31u)] & 0x30303030u) | (rx_tile_words[32u + ((lane - 6u) & 31u)] & 0xc0c0c0c0u);
                                 rx_tile_words[lane] = set;
                                 barrier();
                                 set = (set & 0x55555555u) | (rx_tile_words[(lane - 1u) & 31u] & 0xaaaaaaaau);
@@ -366,7 +372,8 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                             uint todo;
                             {
                                 uint a = 32u + 8u * (lane & 1u), b = 48u + 4u * ((lane >> 1) & 3u);
-                                uint columns = rx_tile_words[a] | rx_tile_words[a + 1u] | rx_tile_words[a + 2u] | rx_tile_words[a + 3u] | rx_tile_words[a + 4u] | rx_tile_words[a + 5u] | rx_tile_words[a + 6u] | rx_tile_words[a + 7u];
+                                uint columns = rx_tile_words[a] | rx_tile_words[a + 1u] | rx_tile_words[a + 2u] | rx_tile_words[a + 3u] |
+                                               rx_tile_words[a + 4u] | rx_tile_words[a + 5u] | rx_tile_words[a + 6u] | rx_tile_words[a + 7u];
                                 uint rows = rx_tile_words[b] | rx_tile_words[b + 1u] | rx_tile_words[b + 2u] | rx_tile_words[b + 3u];
                                 todo = RX_TILE_BALLOT((columns & rows) != 0u && live != 0u);
                             }
@@ -383,8 +390,12 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 precise vec3 sum = right + up;
                                 precise vec3 dir = sum - camera.xyz;
                                 vec3 inv;
-                                if (oblique) inv = 1.0 / abs(dir);
-                                else inv = 1.0 / max(rx_tile_direction(rx_camera_direction(view_to_world, tan_half_fov, vec2(first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group) + 0.5, vec2(size)), false), vec3(8.6736174e-19));
+                                if (oblique) {
+                                    inv = 1.0 / abs(dir);
+                                } else {
+                                    vec2 middle_of = vec2(first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group) + 0.5;
+                                    inv = 1.0 / max(rx_tile_direction(rx_camera_direction(view_to_world, tan_half_fov, middle_of, vec2(size))), vec3(8.6736174e-19));
+                                }
                                 uint hit_at = 32u;
                                 bool unsure = false;
                                 while (anyInvocationARB(mine != 0u)) {
