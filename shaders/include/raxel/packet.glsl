@@ -383,6 +383,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 uint alive = readInvocationARB(live, s);
                                 uint mine = rx_tile_words[32u + 8u * (s & 1u) + (lane & 7u)] & rx_tile_words[48u + 4u * (s >> 1) + (lane >> 3)];
                                 if (((alive >> lane) & 1u) == 0u) mine = 0u;
+                                // As rx_camera_direction has it, before it gets the length 1.
                                 vec4 camera = rx_tile_camera;
                                 precise vec2 view = vec2(middle.x + int(16u * (s & 1u)), middle.y - int(8u * (s >> 1))) * vec2(camera.w, rx_tile_frame[0].w);
                                 precise vec3 right = view_to_world[0].xyz * view.x;
