@@ -206,3 +206,53 @@ fn a_frame_is_captured_under_renderdoc_and_refused_without_it() {
     let refused = Talk::start(&mut control).say(r#"{"do": "capture"}"#);
     assert!(refused["error"].as_str().unwrap().contains("made no capture"), "{refused}");
 }
+
+/// One step of work for each of `rounds`, upon what is there.
+const WORK: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba16f) uniform image2D color;
+layout(push_constant) uniform Push { uint frame; uint rounds; } push;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    float x = imageLoad(color, pixel).x + float(push.frame & 7u);
+    for (uint i = 0u; i < push.rounds; ++i) x = sin(x) + 1.0;
+    imageStore(color, pixel, vec4(x));
+}
+";
+
+/// A driver that draws and computes in one queue must not take the times of passes when it draws.
+#[test]
+fn the_times_of_passes_are_theirs_beside_panels() {
+    let display = Display::start();
+    let project = Project::empty();
+    let pass = |name: &str, rounds: u32| {
+        format!(
+            "[[passes]]\nname = \"{name}\"\nshader = \"work.comp\"\ndispatch = {{ threads = \"color\" }}\nbind = {{ color = \"color\" }}\n\
+             push = {{ frame = \"frame.index\", rounds = {rounds} }}\n"
+        )
+    };
+    let head =
+        "name = \"work\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba16f\"\nsize = [64, 36]\nclear = 0.0\n";
+    project.write("graphs/work.toml", format!("{head}{}{}{}", pass("short", 1), pass("long", 3000), pass("last", 1)));
+    project.write("shaders/work.comp", WORK);
+    let mut talk = Talk::start(
+        command(project.root(), &["run", "graphs/work.toml", "--size", "320x180", "--control"])
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY"),
+    );
+    // The least of many: a busy machine only adds to the time of a pass.
+    let mut least = [f64::MAX; 3];
+    let mut seen = 0;
+    common::eventually("twenty frames with times", || {
+        let answer = talk.say(r#"{"do": "timings"}"#);
+        let passes = answer["passes"].as_array().cloned().unwrap_or_default();
+        let time = |name: &str| passes.iter().find(|pass| pass["pass"] == name)?["milliseconds"].as_f64();
+        let times = [time("short"), time("long"), time("last")];
+        if let [Some(short), Some(long), Some(last)] = times {
+            least = [least[0].min(short), least[1].min(long), least[2].min(last)];
+            seen += 1;
+        }
+        seen >= 20
+    });
+    assert!(least[1] > 4.0 * least[0] && least[1] > 4.0 * least[2], "short, long, last: {least:?} ms");
+}

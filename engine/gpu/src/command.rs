@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::buffer::Buffer;
+use crate::choice::DeviceKind;
 use crate::descriptors::Descriptors;
 use crate::device::Device;
 use crate::image::Image;
@@ -343,6 +344,15 @@ impl Recording<'_> {
         let stage = if after { vk::PipelineStageFlags2::COMPUTE_SHADER } else { vk::PipelineStageFlags2::TOP_OF_PIPE };
         // SAFETY: as in `clear_image`.
         unsafe { self.device().raw.cmd_write_timestamp2(self.raw(), stage, timestamps.raw, index) };
+        if self.device().capabilities().kind == DeviceKind::Cpu {
+            // llvmpipe, once it has drawn to a window, takes a time with whatever it draws next, which is after the passes that follow. Lavapipe
+            // draws all that is pending at a barrier.
+            let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+            let barrier = [vk::MemoryBarrier2::default().src_stage_mask(all).dst_stage_mask(all)];
+            let dependency = vk::DependencyInfo::default().memory_barriers(&barrier);
+            // SAFETY: as in `clear_image`.
+            unsafe { self.device().raw.cmd_pipeline_barrier2(self.raw(), &dependency) };
+        }
     }
 
     /// Writes a word, for [`crate::Buffer::word`] after a device loss: once all compute work before has finished (`after`), or when the
