@@ -20,7 +20,7 @@ use crate::sources::{Dependency, Sources};
 
 /// Most modules that are kept, and most words of them.
 const MAX_ENTRIES: usize = 512;
-const MAX_WORDS: usize = 16 << 20;
+const MAX_WORDS: usize = 4 << 20;
 
 /// How many of the newest entries a new one is compared with.
 const SHARED_WITH: usize = 32;

@@ -20,8 +20,8 @@ use super::values;
 /// Shader key and specialization.
 type PipelineKey = ([u8; 32], Vec<(u32, u32)>);
 
-/// Bytes of pipelines that no plan uses: some thirty edits of a shader that holds a whole tracer.
-const BUDGET: u64 = 96 << 20;
+/// Bytes of pipelines that no plan uses: some ten edits of a shader that holds a whole tracer.
+const BUDGET: u64 = 32 << 20;
 
 /// What a driver makes of a byte of SPIR-V, its own structures included. Measured on lavapipe, whose compiled tracers take the most: 6 MiB of
 /// SPIR-V kept by `raxel bench reload graphs/inspect.toml --edits 300` took 300 MiB.

@@ -21,6 +21,9 @@ use crate::recording_files::{Content, content};
 /// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
 const HOLD: Duration = Duration::from_millis(120);
 
+/// After so long the plan before an edit is usually gone, and what compiling has left on the heaps is given back.
+const TIDY: Duration = Duration::from_secs(1);
+
 /// A finished edit.
 pub enum Outcome {
     /// Ready to be swapped in.
@@ -108,6 +111,7 @@ impl Reloader {
             unfinished: None,
             without_device: None,
             held: None,
+            tidy: None,
             waker,
         };
         builder.running = builder.shader_keys();
@@ -171,13 +175,15 @@ struct Builder {
     without_device: Option<Instant>,
     /// A wrong edit that waits for the rest of it.
     held: Option<(Instant, Failed)>,
+    /// When freed memory is given back.
+    tidy: Option<Instant>,
     waker: Option<Waker>,
 }
 
 impl Builder {
     fn run(mut self) {
         loop {
-            let deadlines = [self.debounce.due(), self.held.as_ref().map(|(due, _)| *due)];
+            let deadlines = [self.debounce.due(), self.held.as_ref().map(|(due, _)| *due), self.tidy];
             let wait = deadlines.into_iter().flatten().min().map(|due| due.saturating_duration_since(Instant::now()));
             let message = match wait {
                 Some(wait) => self.inbox.recv_timeout(wait),
@@ -213,6 +219,10 @@ impl Builder {
                 && let Some((_, failed)) = self.held.take()
             {
                 self.hand_over(Outcome::Failed(failed));
+            }
+            if self.tidy.is_some_and(|due| due <= Instant::now()) {
+                self.tidy = None;
+                raxel_gpu::trim_heaps();
             }
         }
     }
@@ -290,6 +300,7 @@ impl Builder {
     fn finish(&mut self, since: Instant) {
         self.unfinished = None;
         self.generation += 1;
+        self.tidy.get_or_insert(Instant::now() + TIDY);
         match self.assemble(since) {
             None => self.without_device = Some(since),
             Some(Outcome::Failed(failed)) => self.held = Some((Instant::now() + HOLD, failed)),
