@@ -214,6 +214,33 @@ fn a_window_over_broken_files_says_so_and_waits_for_the_mend() {
     Run::from(output(&mut counted)).exits(3);
 }
 
+#[test]
+fn a_window_waits_for_the_mend_of_the_manifest_and_opens_what_it_says_then() {
+    let display = Display::start();
+    let project = Project::shipped();
+    let normal = rendered(&project, "normal");
+    project.write("raxel.toml", "graph = \"inspect.toml\"\nworld = \"menger.tml\"\n");
+    let log_path = project.path("log");
+    let arguments = ["run", "--size", "320x180", "--validate", "--no-panels"];
+    let in_window = || {
+        let mut command = command(project.root(), &arguments);
+        command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+        command
+    };
+    // Where frames are counted nobody waits.
+    let counted: Run = output(in_window().args(["--frames", "2"])).into();
+    assert!(counted.exits(3).stderr.contains("raxel.toml:2:"));
+    let mut child = Running::start(in_window().stderr(fs::File::create(&log_path).unwrap()));
+    eventually("the mistake is told", || log(&log_path).contains("the window waits for the files to be mended"));
+    assert!(log(&log_path).contains("raxel.toml:2:"), "{}", log(&log_path));
+    project.edit("raxel.toml", "menger.tml", "menger.toml");
+    eventually("the picture", || display.pixels(320, 180) == normal);
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+}
+
 /// Works for minutes on the software driver: it leaves a loop after 65535 rounds, so a round is long and the groups are many.
 const SPIN: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -11,7 +11,7 @@ use raxel_graph::memory::EstimatedMemory;
 use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize, WorldInput};
 use raxel_graph::print::Phase;
 use raxel_runtime::load::{Loader, Part};
-use raxel_runtime::manifest::{self, Manifest};
+use raxel_runtime::manifest;
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{SavedWorld, Saves};
@@ -126,11 +126,6 @@ impl PlannedOver {
     }
 }
 
-/// The manifest of a project; its mistakes are shown, and stop what was asked for.
-pub(crate) fn manifest_of(project: &Project, console: &Console) -> Result<Manifest> {
-    project.manifest().map_err(|(found, texts)| console.stop_in(&found, &texts))
-}
-
 /// Which conditions of passes hold on paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Conditions {
@@ -191,7 +186,7 @@ impl Front {
         let path = if let Some(named) = named {
             front.project.path_of(named)
         } else {
-            manifest_of(&front.project, console)?;
+            front.project.manifest().map_err(|(found, texts)| console.stop_in(&found, &texts))?;
             default(&front.project)
         };
         let path = path.map_err(stop)?;

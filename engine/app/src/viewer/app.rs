@@ -4,7 +4,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use raxel_gpu::DeviceOptions;
-use raxel_runtime::{OpenError, Options, Session};
+use raxel_runtime::reload::Waker;
+use raxel_runtime::{OpenError, Saves, Session};
 use winit::application::ApplicationHandler;
 use winit::event::{ElementState, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
@@ -13,6 +14,7 @@ use winit::window::WindowId;
 
 use super::waiting::Waiting;
 use super::{Args, Open, Viewer, Wake, new_window};
+use crate::args::Size;
 use crate::console::{Console, To};
 use crate::control::{Control, Drive};
 use crate::failure::{Exit, Failure, Result};
@@ -24,9 +26,11 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// The program behind the window.
 pub(super) struct App<'a> {
+    /// What the command line says.
     args: &'a Args,
     console: &'a Console,
-    options: Options,
+    device: &'a DeviceOptions,
+    waker: Waker,
     /// A program that drives the session too, until there is one.
     control: Option<Control>,
     stage: Stage<'a>,
@@ -43,17 +47,13 @@ enum Stage<'a> {
 
 impl<'a> App<'a> {
     /// Opens the session. Where its files have mistakes it waits for their mend, unless frames are counted.
-    pub fn open(args: &'a Args, console: &'a Console, options: Options, device: &DeviceOptions) -> Result<Self> {
+    pub fn open(args: &'a Args, console: &'a Console, device: &'a DeviceOptions, waker: Waker) -> Result<Self> {
         let mut control = args.control.then(|| {
-            let waker = options.waker.clone();
-            Control::listen(Drive::Window, move || {
-                if let Some(waker) = &waker {
-                    waker();
-                }
-            })
+            let waker = waker.clone();
+            Control::listen(Drive::Window, move || waker())
         });
-        let stage = match Session::open(options.clone()) {
-            Ok(session) => Stage::Viewing(Box::new(Viewer::new(args, console, session, control.take())?)),
+        let stage = match open_session(args, device, &waker)? {
+            Ok((args, session)) => Stage::Viewing(Box::new(Viewer::new(args, console, session, control.take())?)),
             Err(OpenError::Project { diagnostics, texts }) if args.frames.is_none() => {
                 console.diagnostics(&diagnostics, &texts, To::Stderr);
                 let at = args.what.file.as_deref().or(args.what.world.as_deref()).unwrap_or(Path::new("."));
@@ -65,7 +65,7 @@ impl<'a> App<'a> {
             }
             Err(error) => return Err(open_failure(error, console)),
         };
-        Ok(Self { args, console, options, control, stage, complained: false })
+        Ok(Self { args, console, device, waker, control, stage, complained: false })
     }
 
     /// How it went.
@@ -92,11 +92,12 @@ impl<'a> App<'a> {
         if !waiting.changed() {
             return Ok(());
         }
-        let session = match Session::open(self.options.clone()) {
-            Ok(session) => session,
+        let (args, session) = match open_session(self.args, self.device, &self.waker)? {
+            Ok(opened) => opened,
             Err(OpenError::Project { diagnostics, texts }) => {
-                self.console.diagnostics(&diagnostics, &texts, To::Stderr);
-                waiting.found(&diagnostics, &texts);
+                if waiting.found(&diagnostics, &texts) {
+                    self.console.diagnostics(&diagnostics, &texts, To::Stderr);
+                }
                 return Ok(());
             }
             Err(error) => return Err(open_failure(error, self.console)),
@@ -104,13 +105,36 @@ impl<'a> App<'a> {
         let Stage::Waiting(waiting) = std::mem::replace(&mut self.stage, Stage::Ended(None)) else { return Ok(()) };
         // The surface of the old device goes before the new one makes its own for the same window.
         let window = waiting.into_window();
-        let mut viewer = Viewer::new(self.args, self.console, session, self.control.take())?;
+        let mut viewer = Viewer::new(args, self.console, session, self.control.take())?;
         if let Some(window) = window {
             viewer.show_in(window)?;
         }
         self.stage = Stage::Viewing(Box::new(viewer));
         Ok(())
     }
+}
+
+/// Opens what the command line names, and for what it leaves open, what the project's manifest says at the moment. Gives both together.
+fn open_session(
+    args: &Args,
+    device: &DeviceOptions,
+    waker: &Waker,
+) -> Result<std::result::Result<(Args, Session), OpenError>> {
+    let (what, manifest) = match args.what.as_the_manifest_says() {
+        Ok(said) => said,
+        Err(error) => return Ok(Err(error)),
+    };
+    let size = args.size.or(manifest.size.map(Size));
+    let args = Args { what, size, scale: args.scale.or(manifest.scale), ..args.clone() };
+    let mut options = args.what.options(device)?;
+    options.size = args.first_size();
+    options.scale = args.scale.unwrap_or(options.scale);
+    options.step = None;
+    options.watch = true;
+    options.saves = Saves::Write;
+    options.poll = args.poll;
+    options.waker = Some(waker.clone());
+    Ok(Session::open(options).map(|session| (args, session)))
 }
 
 impl ApplicationHandler<Wake> for App<'_> {

@@ -26,11 +26,11 @@ use std::time::{Duration, Instant};
 use raxel_gpu::{Device, DeviceOptions};
 use raxel_panels::Panels;
 use raxel_panels::view::{Brush, Problem};
+use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::Progress;
 use raxel_runtime::present::{PresentError, Presenter};
-use raxel_runtime::{Saves, Session};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::error::EventLoopError;
@@ -49,7 +49,6 @@ use self::overlay::Overlay;
 use self::panel_data::PanelData;
 use self::reload_log::ReloadLog;
 use self::title::Title;
-use crate::args::Size;
 use crate::console::Console;
 use crate::control::Control;
 use crate::failure::{Exit, Failure, Result};
@@ -78,21 +77,11 @@ const PATIENCE: Duration = Duration::from_secs(2);
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| no_window(&error))?;
     let proxy = event_loop.create_proxy();
-    let (what, manifest) = args.what.in_project(console)?;
-    let size = args.size.or(manifest.size.map(Size));
-    let args = &Args { what, size, ..args.clone() };
-    let mut options = args.what.options(device)?;
-    options.size = args.first_size();
-    options.scale = args.scale.or(manifest.scale).unwrap_or(options.scale);
-    options.step = None;
-    options.watch = true;
-    options.saves = Saves::Write;
-    options.poll = args.poll;
-    options.waker = Some(Arc::new(move || {
+    let waker = Arc::new(move || {
         // Without a window there is nobody to wake.
         let _ = proxy.send_event(Wake);
-    }));
-    let mut app = App::open(args, console, options, device)?;
+    });
+    let mut app = App::open(args, console, device, waker)?;
     event_loop.run_app(&mut app).map_err(|error| no_window(&error))?;
     app.finish()
 }
@@ -153,7 +142,7 @@ enum NextFrame {
 }
 
 struct Viewer<'a> {
-    args: &'a Args,
+    args: Args,
     /// A program that drives the session too.
     control: Option<Control>,
     console: &'a Console,
@@ -304,7 +293,7 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
 
 impl<'a> Viewer<'a> {
     /// A session that is not shown yet.
-    fn new(args: &'a Args, console: &'a Console, mut session: Session, control: Option<Control>) -> Result<Self> {
+    fn new(args: Args, console: &'a Console, mut session: Session, control: Option<Control>) -> Result<Self> {
         args.what.set_up(&mut session, console)?;
         console.message(&format!(
             "{} on {}; Escape quits, `raxel run --help` lists the keys",
@@ -374,7 +363,7 @@ impl<'a> Viewer<'a> {
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result {
-        let window = new_window(event_loop, self.args, self.title().text())?;
+        let window = new_window(event_loop, &self.args, self.title().text())?;
         self.show_in(window)
     }
 

@@ -29,8 +29,11 @@ const GROUND: [f32; 3] = [0.078, 0.078, 0.078];
 pub(super) struct Waiting {
     device: Arc<Device>,
     root: PathBuf,
-    signature: u64,
+    /// Of the files, at the last look. Before the first look they may have changed since they were read.
+    signature: Option<u64>,
     looked: Instant,
+    /// What was found last.
+    found: Vec<Diagnostic>,
     problems: Vec<Problem>,
     panels: Panels,
     pub(super) open: Option<Open>,
@@ -40,9 +43,9 @@ impl Waiting {
     /// For the project at a folder, whose files were found to be wrong.
     pub fn new(root: PathBuf, options: &DeviceOptions, diagnostics: &[Diagnostic], texts: &SourceMap) -> Result<Self> {
         let device = Device::new(options)?;
-        let signature = signature(&root);
-        let problems = problems(diagnostics, texts);
-        Ok(Self { device, root, signature, looked: Instant::now(), problems, panels: Panels::default(), open: None })
+        let (found, problems) = (diagnostics.to_vec(), problems(diagnostics, texts));
+        let (signature, looked, panels) = (None, Instant::now(), Panels::default());
+        Ok(Self { device, root, signature, looked, found, problems, panels, open: None })
     }
 
     /// The device that the window is drawn on.
@@ -50,9 +53,13 @@ impl Waiting {
         &self.device
     }
 
-    /// Other mistakes than before.
-    pub fn found(&mut self, diagnostics: &[Diagnostic], texts: &SourceMap) {
-        self.problems = problems(diagnostics, texts);
+    /// Takes the mistakes that are there now. False when they are the same as before.
+    pub fn found(&mut self, diagnostics: &[Diagnostic], texts: &SourceMap) -> bool {
+        if self.found == diagnostics {
+            return false;
+        }
+        (self.found, self.problems) = (diagnostics.to_vec(), problems(diagnostics, texts));
+        true
     }
 
     /// Whether files have changed since the last look. Looks now and then.
@@ -61,7 +68,7 @@ impl Waiting {
             return false;
         }
         self.looked = Instant::now();
-        let signature = signature(&self.root);
+        let signature = Some(signature(&self.root));
         std::mem::replace(&mut self.signature, signature) != signature
     }
 
