@@ -73,6 +73,76 @@ fn every_key_says_what_it_is() {
     }
 }
 
+/// Units of the numbers in files, and words that tell what a number without one is.
+const UNITS: [&str; 23] = [
+    "voxel",
+    "second",
+    "degree",
+    "byte",
+    "pixel",
+    "texel",
+    "frame",
+    "tick",
+    "`unit`",
+    "units of the param",
+    "thread",
+    "round",
+    "element",
+    "components",
+    "number of",
+    "how many",
+    "how often",
+    "so many",
+    "multiple",
+    "from 0",
+    "0 to 1",
+    "0 is",
+    "any number",
+];
+
+/// What an editor shows of a key says what holds when it is left out, and what a number counts.
+#[test]
+fn every_key_says_its_default_and_its_unit() {
+    fn is_number(reference: &Reference<'_>, value: &Value) -> bool {
+        let value = reference.resolved(value);
+        let types = [&value["type"]].into_iter().chain(value["type"].as_array().into_iter().flatten());
+        let own = types.filter_map(Value::as_str).any(|name| name == "number" || name == "integer");
+        let forms = ["anyOf", "oneOf"].into_iter().filter_map(|key| value[key].as_array()).flatten();
+        own || value["items"].is_object() && is_number(reference, &value["items"])
+            || forms.into_iter().any(|form| is_number(reference, form))
+    }
+    fn walk(reference: &Reference<'_>, at: &Value, path: &str, silent: &mut Vec<String>) {
+        let needed = |key: &str| at["required"].as_array().is_some_and(|all| all.iter().any(|one| one == key));
+        for (key, value) in at["properties"].as_object().into_iter().flatten() {
+            let (about, resolved) = (reference.about(value).to_lowercase(), reference.resolved(value));
+            // A table says of its own keys what holds without them.
+            let tables = |value: &Value| reference.resolved(value)["type"] == "object";
+            let has_tables = tables(value)
+                || resolved["items"].is_object()
+                    && (tables(&resolved["items"]) || resolved["items"]["oneOf"].is_array());
+            let absent = ["left out", "without", "instead", "needed", "default: `"];
+            if !needed(key) && !has_tables && !absent.iter().any(|word| about.contains(word)) {
+                silent.push(format!("{path}.{key} when it is left out: {about}"));
+            }
+            if is_number(reference, value) && !UNITS.iter().any(|unit| about.contains(unit)) {
+                silent.push(format!("{path}.{key} has no unit: {about}"));
+            }
+        }
+        match at {
+            Value::Object(entries) => {
+                entries.iter().for_each(|(key, value)| walk(reference, value, &format!("{path}.{key}"), silent));
+            }
+            Value::Array(elements) => elements.iter().for_each(|value| walk(reference, value, path, silent)),
+            _ => {}
+        }
+    }
+    let mut silent = Vec::new();
+    for (name, schema) in &schemas() {
+        walk(&Reference { schema }, schema, name, &mut silent);
+    }
+    assert!(silent.is_empty(), "{}", silent.join("\n"));
+}
+
 /// Taplo, which completes TOML in VS Code and Helix, runs out of stack over `allOf`.
 #[test]
 fn no_schema_is_too_deep_for_taplo() {

@@ -7,6 +7,7 @@ mod diagnostic;
 pub mod disk;
 pub mod files;
 pub mod render;
+pub mod schema;
 pub mod table;
 
 pub use code::Code;

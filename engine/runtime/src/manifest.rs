@@ -1,5 +1,6 @@
 //! The manifest of a project, `raxel.toml` in its root: what runs when nothing else is named.
 
+use raxel_diagnostics::schema::with_defaults;
 use raxel_diagnostics::table::{Node, Table, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, files};
 use serde_json::{Value, json};
@@ -86,7 +87,7 @@ fn named(files: &dyn Files, root: &Table<'_, '_>, key: &str, folder: &str) -> Op
 
 /// JSON schema of `raxel.toml`.
 pub fn schema() -> Value {
-    json!({
+    with_defaults(json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "raxel project",
         "description": "What runs when nothing else is named.",
@@ -100,7 +101,7 @@ pub fn schema() -> Value {
             "scale": { "description": "Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels.", "type": "number", "minimum": Viewport::SCALES.start(), "maximum": Viewport::SCALES.end(), "default": 1.0 },
             "fps": { "description": "Frames a second without a window, where neither the command line nor a demo says them.", "type": "number", "minimum": 0.001, "maximum": 1000, "default": 60 },
         },
-    })
+    }))
 }
 
 #[cfg(test)]

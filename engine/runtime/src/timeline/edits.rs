@@ -206,11 +206,12 @@ pub(super) fn schemas(time: &Value) -> Vec<Value> {
     let radius =
         json!({ "description": "In voxels, at most 4096.", "type": "number", "exclusiveMinimum": 0, "maximum": 4096 });
     let mode = json!({ "description": "Sets voxels, empties them, or recolours the solid ones.", "enum": ["add", "subtract", "paint"], "default": "add" });
-    let material = json!({ "description": "A material of the world; not when subtracting.", "type": "string" });
+    let material =
+        json!({ "description": "A material of the world; left out only when subtracting.", "type": "string" });
     let corners = || {
         vec![
             ("min", cells("The smallest voxel.")),
-            ("max", cells("One past the largest voxel.")),
+            ("max", cells("One past the largest voxel, instead of `size`.")),
             ("size", cells("Voxels along each axis, instead of `max`.")),
         ]
     };
@@ -258,7 +259,7 @@ pub(super) fn schemas(time: &Value) -> Vec<Value> {
             &["model", "origin"],
             vec![vec![
                 ("model", json!({ "description": "Its name.", "type": "string" })),
-                ("origin", cells("Where its origin goes.")),
+                ("origin", cells("Where its origin goes, in voxels.")),
                 (
                     "rotation",
                     json!({ "description": "Degrees to the left, seen from above.", "enum": [0, 90, 180, 270], "default": 0 }),

@@ -1,5 +1,6 @@
 //! The JSON schema of demo files, for completion in editors.
 
+use raxel_diagnostics::schema::with_defaults;
 use serde_json::{Value, json};
 
 /// JSON schema of `worlds/*.demo.toml`.
@@ -13,7 +14,7 @@ pub fn schema() -> Value {
     };
     let vector = |description: &str| json!({ "description": description, "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 });
     let time = json!({ "description": "Seconds from the start.", "type": "number", "minimum": 0 });
-    json!({
+    with_defaults(json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "raxel demo",
         "description": "A world, a graph and a timeline.",
@@ -22,10 +23,10 @@ pub fn schema() -> Value {
         "required": ["world", "graph", "duration"],
         "properties": {
             "name": { "description": "Its name; the file's when left out.", "type": "string" },
-            "about": { "description": "One line about it.", "type": "string" },
+            "about": { "description": "One line about it; may be left out.", "type": "string" },
             "world": { "description": "The world, relative to worlds/.", "type": "string" },
             "graph": { "description": "The graph, relative to graphs/.", "type": "string" },
-            "duration": { "description": "Seconds.", "type": "number", "exclusiveMinimum": 0 },
+            "duration": { "description": "Seconds that it lasts.", "type": "number", "exclusiveMinimum": 0 },
             "fps": { "description": "Frames a second of a headless run.", "type": "number", "exclusiveMinimum": 0, "default": 30 },
             "size": { "description": "Pixels of a headless run, width and height.", "type": "array", "items": { "type": "integer", "minimum": 1, "maximum": 16384 }, "minItems": 2, "maxItems": 2, "default": [1280, 720] },
             "loop": { "description": "Starts over at its end.", "type": "boolean", "default": false },
@@ -38,11 +39,11 @@ pub fn schema() -> Value {
                     "required": ["time", "position"],
                     "properties": {
                         "time": time,
-                        "position": vector("Voxels."),
-                        "look_at": vector("The point it looks at, voxels."),
-                        "yaw": { "description": "Degrees to the left of -Z.", "type": "number" },
-                        "pitch": { "description": "Degrees upwards.", "type": "number", "minimum": -90, "maximum": 90 },
-                        "fov": { "description": "Vertical field of view, degrees.", "type": "number", "minimum": 1, "maximum": 170, "default": 60 },
+                        "position": vector("Where it is, in voxels."),
+                        "look_at": vector("The point it looks at, in voxels; instead of yaw and pitch."),
+                        "yaw": { "description": "Degrees to the left of -Z; with pitch, instead of `look_at`.", "type": "number" },
+                        "pitch": { "description": "Degrees upwards; with yaw, instead of `look_at`.", "type": "number", "minimum": -90, "maximum": 90 },
+                        "fov": { "description": "Vertical field of view in degrees.", "type": "number", "minimum": 1, "maximum": 170, "default": 60 },
                         "interpolation": interpolation("smooth"),
                         "cut": { "description": "The camera jumps here: curves end, and what passes keep from frame to frame starts over.", "type": "boolean", "default": false },
                     },
@@ -67,7 +68,7 @@ pub fn schema() -> Value {
                 },
             },
             "edits": {
-                "description": "Edits of the world in order of time; those of one time are made in the order of the file.",
+                "description": "Edits of the world in order of time; those of one time are made in the order of the file. None when left out.",
                 "type": "array",
                 "items": { "oneOf": super::edits::schemas(&time) },
             },
@@ -119,16 +120,16 @@ pub fn schema() -> Value {
                     "type": "object",
                     "additionalProperties": false,
                     "properties": {
-                        "frame": { "description": "The frame that is looked at.", "type": "integer", "minimum": 0 },
-                        "time": { "description": "The same in seconds.", "type": "number", "minimum": 0 },
-                        "target": { "description": "What is looked at, as in `show`; what the demo shows by default.", "type": "string" },
-                        "reference": { "description": "The picture it must be like: a PNG relative to worlds/. `raxel test --write` writes it.", "type": "string" },
-                        "flip": { "description": "Largest mean FLIP error, 0 to 1.", "type": "number", "minimum": 0, "maximum": 1 },
-                        "pass": { "description": "The pass that must be fast.", "type": "string" },
-                        "below_ms": { "description": "Most milliseconds of GPU time, median of all frames.", "type": "number", "exclusiveMinimum": 0 },
+                        "frame": { "description": "The frame that is looked at, from 0: needed for a picture, or `time`.", "type": "integer", "minimum": 0 },
+                        "time": { "description": "The same in seconds, instead of `frame`.", "type": "number", "minimum": 0 },
+                        "target": { "description": "What is looked at, as in `show`; what the demo shows when left out.", "type": "string" },
+                        "reference": { "description": "The picture it must be like: a PNG relative to worlds/. `raxel test --write` writes it. Needed for a picture.", "type": "string" },
+                        "flip": { "description": "Largest mean FLIP error, 0 to 1: needed for a picture.", "type": "number", "minimum": 0, "maximum": 1 },
+                        "pass": { "description": "The pass that must be fast, instead of a picture.", "type": "string" },
+                        "below_ms": { "description": "Most milliseconds of GPU time, median of all frames: needed for a pass.", "type": "number", "exclusiveMinimum": 0 },
                     },
                 },
             },
         },
-    })
+    }))
 }

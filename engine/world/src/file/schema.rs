@@ -1,5 +1,6 @@
 //! JSON Schema of world files, for editors. A test holds it to the keys that the reader asks for.
 
+use raxel_diagnostics::schema::with_defaults;
 use serde_json::{Value, json};
 
 use super::stream::StreamSettings;
@@ -12,16 +13,16 @@ const CELL_END: i64 = 1 << 31;
 
 /// The schema of `worlds/*.toml` (draft 2020-12).
 pub fn schema() -> Value {
-    json!({
+    with_defaults(json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "raxel world",
         "description": "Materials and what is built of them, in order.",
         "type": "object",
         "additionalProperties": false,
         "properties": {
-            "name": about("What the world is called.", json!({ "type": "string" })),
-            "about": about("One sentence about it.", json!({ "type": "string" })),
-            "seed": about("Another seed makes another world of the same kind.", json!({ "type": "integer", "default": 0 })),
+            "name": about("What the world is called; may be left out.", json!({ "type": "string" })),
+            "about": about("One sentence about it; may be left out.", json!({ "type": "string" })),
+            "seed": about("Any number: another makes another world of the same kind.", json!({ "type": "integer", "default": 0 })),
             "camera": { "$ref": "#/$defs/camera" },
             "cameras": {
                 "description": "Other places to look from, by name: letters, digits, - and _.",
@@ -49,7 +50,7 @@ pub fn schema() -> Value {
             "stream": { "$ref": "#/$defs/stream" },
             "save": { "$ref": "#/$defs/save" },
             "build": {
-                "description": "What is built, one operation after the other.",
+                "description": "What is built, one operation after the other; an empty world when left out.",
                 "type": "array",
                 "items": { "oneOf": operations() }
             }
@@ -68,52 +69,52 @@ pub fn schema() -> Value {
             ]),
             "layer": object(&["material"], vec![
                 ("material", "What it is made of.", name()),
-                ("depth", "Voxels; the last layer may leave it out and go down to the floor.", whole(1)),
+                ("depth", "Voxels; the last layer goes down to the floor when left out.", whole(1)),
             ]),
             "band": object(&["material"], vec![
                 ("material", "What the uppermost layer is made of here.", name()),
-                ("above", "Only where the surface is at this height or higher.", cell()),
-                ("below", "Only where the surface is lower than this.", cell()),
-                ("slope", "Only where a neighbouring column is at least so many voxels higher or lower.", whole(1)),
-                ("depth", "Voxels; as deep as the first layer if left out.", whole(1)),
+                ("above", "Only where the surface is at this height or higher, in voxels; at any when left out.", cell()),
+                ("below", "Only where the surface is lower than this height, in voxels; at any when left out.", cell()),
+                ("slope", "Only where a neighbouring column is at least so many voxels higher or lower; anywhere when left out.", whole(1)),
+                ("depth", "Voxels; as deep as the first layer when left out.", whole(1)),
             ]),
             "water": object(&["material", "level"], vec![
                 ("material", "What fills everything below the level that is not land.", name()),
-                ("level", "The first height without water.", cell()),
+                ("level", "The first height without water, in voxels.", cell()),
             ]),
             "caves": object(&["width"], vec![
                 ("width", "How far two noises in space may be from 0: wider tunnels.", json!({ "type": "number", "minimum": 0, "maximum": 1 })),
-                ("frequency", "Bends a voxel.", json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 0.25, "default": 1.0 / 64.0 })),
-                ("octaves", "Finer bends.", json!({ "type": "integer", "minimum": 1, "maximum": 8, "default": 1 })),
+                ("frequency", "Bends for each voxel of the way.", json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 0.25, "default": 1.0 / 64.0 })),
+                ("octaves", "How often finer bends are added.", json!({ "type": "integer", "minimum": 1, "maximum": 8, "default": 1 })),
                 ("cover", "Voxels of land that stay above them; under water always at least 4.", json!({ "type": "integer", "minimum": 0, "default": 0 })),
-                ("above", "Only at this height or higher.", cell()),
-                ("below", "Only lower than this.", cell()),
-                ("seed", "Another seed, other caves.", json!({ "type": "integer", "default": 0 })),
+                ("above", "Only at this height or higher, in voxels; at any when left out.", cell()),
+                ("below", "Only lower than this height, in voxels; at any when left out.", cell()),
+                ("seed", "Any number: another one, other caves.", json!({ "type": "integer", "default": 0 })),
             ]),
             "stream": about("The world is made around the camera while it moves, rather than all at once.", stream()),
             "instance": instance(),
             "slide": object(&["param", "along"], vec![
                 ("param", "A number among the params of the graph.", json!({ "type": "string" })),
                 ("along", "Voxels for each 1 of its value.", vector(3)),
-                ("default", "The value in graphs without that param.", json!({ "type": "number" })),
+                ("default", "The value, in units of the param, in graphs without that param; such graphs are refused when left out.", json!({ "type": "number" })),
             ]),
             "turn": object(&["param"], vec![
                 ("param", "A number among the params of the graph: degrees to the left, seen from the end of the axis.", json!({ "type": "string" })),
                 ("axis", "An axis of the world.", json!({ "enum": ["x", "y", "z"], "default": "y" })),
-                ("about", "A point on the axis, in voxels; the middle of its own anchor if left out.", vector(3)),
+                ("about", "A point on the axis, in voxels; the middle of its own anchor when left out.", vector(3)),
                 ("upright", "Goes around the axis without being turned itself.", json!({ "type": "boolean", "default": false })),
-                ("default", "The value in graphs without that param.", json!({ "type": "number" })),
+                ("default", "The value, in units of the param, in graphs without that param; such graphs are refused when left out.", json!({ "type": "number" })),
             ]),
             "river": object(&["bed", "width", "banks"], vec![
-                ("bed", "Height of its bed.", json!({ "type": "number" })),
+                ("bed", "Height of its bed, in voxels.", json!({ "type": "number" })),
                 ("width", "Half the width of its bed, about, in voxels.", positive()),
                 ("banks", "Voxels over which the land rises to its own height.", json!({ "type": "number", "minimum": 1 })),
-                ("frequency", "Bends a voxel.", json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 1, "default": 1.0 / 512.0 })),
-                ("octaves", "Finer bends.", json!({ "type": "integer", "minimum": 1, "maximum": 16, "default": 2 })),
-                ("seed", "Another seed, another course.", json!({ "type": "integer", "default": 0 })),
+                ("frequency", "Bends for each voxel of the way.", json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 1, "default": 1.0 / 512.0 })),
+                ("octaves", "How often finer bends are added.", json!({ "type": "integer", "minimum": 1, "maximum": 16, "default": 2 })),
+                ("seed", "Any number: another one, another course.", json!({ "type": "integer", "default": 0 })),
             ]),
         }
-    })
+    }))
 }
 
 fn camera() -> Value {
@@ -121,14 +122,22 @@ fn camera() -> Value {
         &["position"],
         vec![
             ("position", "Where it starts, in voxels; Y is up.", vector(3)),
-            ("look_at", "The place that it looks at; instead of yaw and pitch.", vector(3)),
+            ("look_at", "The place that it looks at, in voxels; instead of yaw and pitch.", vector(3)),
             (
                 "yaw",
                 "Turn to the left in degrees; 0 looks along −Z.",
-                json!({ "type": "number", "minimum": -360, "maximum": 360 }),
+                json!({ "type": "number", "minimum": -360, "maximum": 360, "default": 0 }),
             ),
-            ("pitch", "Tilt upwards in degrees.", json!({ "type": "number", "minimum": -90, "maximum": 90 })),
-            ("fov", "Vertical field of view in degrees.", json!({ "type": "number", "minimum": 1, "maximum": 179 })),
+            (
+                "pitch",
+                "Tilt upwards in degrees.",
+                json!({ "type": "number", "minimum": -90, "maximum": 90, "default": 0 }),
+            ),
+            (
+                "fov",
+                "Vertical field of view in degrees.",
+                json!({ "type": "number", "minimum": 1, "maximum": 179, "default": 60 }),
+            ),
         ],
     )
 }
@@ -138,7 +147,7 @@ fn instance() -> Value {
     object(
         &["model", "position"],
         vec![
-            ("name", "What it is called.", json!({ "type": "string" })),
+            ("name", "What it is called; may be left out.", json!({ "type": "string" })),
             ("model", "One of [models].", json!({ "type": "string" })),
             ("position", "Where the anchor's cell goes, in voxels; fractions are allowed.", vector(3)),
             (
@@ -151,14 +160,14 @@ fn instance() -> Value {
             ("roll", "Degrees about its own Z axis, before pitch.", degrees()),
             (
                 "count",
-                "So many of them along x, y and z: a grid, numbered along x first.",
+                "How many of them along x, y and z: a grid, numbered along x first.",
                 json!({
                     "type": "array", "items": { "type": "integer", "minimum": 1, "maximum": MAX_INSTANCES }, "minItems": 3, "maxItems": 3, "default": [1, 1, 1]
                 }),
             ),
             (
                 "step",
-                "Voxels from one to the next of them along x, y and z; all stand in one place if left out.",
+                "Voxels from one to the next of them along x, y and z; all stand in one place when left out.",
                 vector(3),
             ),
             ("turn", "Turned by a param, about an axis of the world.", json!({ "$ref": "#/$defs/turn" })),
@@ -187,12 +196,12 @@ fn stream() -> Value {
             ("near", "Voxels around the camera that are there one by one.", near),
             (
                 "far",
-                "Voxels around the camera that are there at all, beyond `near` in cells of 4, 16 and 64; `near` if left out, and at most 64 times as much.",
+                "Voxels around the camera that are there at all, beyond `near` in cells of 4, 16 and 64; `near` when left out, and at most 64 times as much.",
                 voxels(Settings::MOST_FAR),
             ),
             (
                 "height",
-                "The lowest height that is loaded, and one past the highest; all that is built if left out.",
+                "The lowest height that is loaded, in voxels, and one past the highest; all that is built when left out.",
                 cells(2),
             ),
             (
@@ -217,7 +226,7 @@ fn stream() -> Value {
             ),
             (
                 "source",
-                "A store that the world was baked to, in place of [[build]]: a folder of the project, or a URL.",
+                "A store that the world was baked to, in place of [[build]]: a folder of the project, or a URL. The world is built when left out.",
                 json!({ "type": "string", "pattern": "^zarr:." }),
             ),
             (
@@ -239,7 +248,7 @@ fn material() -> Value {
     object(
         &["albedo"],
         vec![
-            ("albedo", "\"#rrggbb\" in sRGB, or three linear numbers.", color),
+            ("albedo", "\"#rrggbb\" in sRGB, or three linear numbers from 0 to 1.", color),
             ("roughness", "0 is a mirror, 1 is matt.", unit(1.0)),
             ("metallic", "0 is no metal, 1 is metal.", unit(0.0)),
             (
@@ -263,8 +272,8 @@ fn operations() -> Vec<Value> {
             [
                 extent(3),
                 vec![
-                    ("shell", "Thickness of its walls when it is hollow.", whole(1)),
-                    ("material", "What it is made of.", one_or_more()),
+                    ("shell", "Voxels of its walls when it is hollow; solid when left out.", whole(1)),
+                    ("material", "What it is made of; left out only when subtracting.", one_or_more()),
                 ],
             ]
             .concat(),
@@ -276,8 +285,8 @@ fn operations() -> Vec<Value> {
             vec![
                 ("center", "In voxels.", vector(3)),
                 ("radius", "In voxels: a number, or one for each axis.", json!({ "oneOf": [positive(), vector(3)] })),
-                ("shell", "Thickness of its wall when it is hollow.", json!({ "type": "number", "minimum": 1 })),
-                ("material", "What it is made of.", one_or_more()),
+                ("shell", "Voxels of its wall when it is hollow; solid when left out.", json!({ "type": "number", "minimum": 1 })),
+                ("material", "What it is made of; left out only when subtracting.", one_or_more()),
             ],
         ),
         operation(
@@ -287,10 +296,10 @@ fn operations() -> Vec<Value> {
             vec![
                 ("base", "Centre of its base, in voxels.", vector(3)),
                 ("radius", "In voxels.", positive()),
-                ("top_radius", "In voxels; that of the base if left out.", positive()),
+                ("top_radius", "In voxels; that of the base when left out.", positive()),
                 ("height", "In voxels.", whole(1)),
                 ("axis", "Along which it stands.", json!({ "enum": ["x", "y", "z"], "default": "y" })),
-                ("material", "What it is made of.", one_or_more()),
+                ("material", "What it is made of; left out only when subtracting.", one_or_more()),
             ],
         ),
         operation(
@@ -298,13 +307,13 @@ fn operations() -> Vec<Value> {
             "A Menger sponge of 3^level voxels a side.",
             &["level"],
             vec![
-                ("origin", "Its smallest corner.", cells(3)),
+                ("origin", "Its smallest corner, in voxels.", with(json!([0, 0, 0]), cells(3))),
                 (
                     "level",
                     "How often it is divided.",
                     json!({ "type": "integer", "minimum": 0, "maximum": Menger::MAX_LEVEL }),
                 ),
-                ("material", "What it is made of; several go by scale, the coarsest first.", one_or_more()),
+                ("material", "What it is made of; several go by scale, the coarsest first. Left out only when subtracting.", one_or_more()),
             ],
         ),
         operation(
@@ -312,7 +321,7 @@ fn operations() -> Vec<Value> {
             "The walls of a maze with one way between any two cells.",
             &["cells"],
             vec![
-                ("origin", "Its smallest corner.", cells(3)),
+                ("origin", "Its smallest corner, in voxels.", with(json!([0, 0, 0]), cells(3))),
                 (
                     "cells",
                     "How many along x and z.",
@@ -329,8 +338,8 @@ fn operations() -> Vec<Value> {
                     json!({ "type": "integer", "minimum": 1, "maximum": 4096, "default": 1 }),
                 ),
                 ("height", "Voxels that the walls are high.", json!({ "type": "integer", "minimum": 1, "default": 8 })),
-                ("seed", "Another seed, another maze.", json!({ "type": "integer" })),
-                ("material", "What its walls are made of.", one_or_more()),
+                ("seed", "Any number: another one, another maze. Its place in the file when left out.", json!({ "type": "integer" })),
+                ("material", "What its walls are made of; left out only when subtracting.", one_or_more()),
             ],
         ),
         operation(
@@ -340,16 +349,16 @@ fn operations() -> Vec<Value> {
             [
                 extent(2),
                 vec![
-                    ("base", "Height of the lowest land.", json!({ "type": "number", "default": 0 })),
+                    ("base", "Height of the lowest land, in voxels.", json!({ "type": "number", "default": 0 })),
                     ("amplitude", "From the lowest land to the highest, in voxels.", positive()),
                     (
                         "exponent",
-                        "Above 1, low land becomes wider and high land steeper.",
+                        "A power of the heights from 0 to 1: above 1, low land becomes wider and high land steeper.",
                         json!({ "type": "integer", "minimum": 1, "maximum": 8, "default": 1 }),
                     ),
                     (
                         "frequency",
-                        "Hills a voxel.",
+                        "Hills for each voxel of the way.",
                         json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 1, "default": 1.0 / 128.0 }),
                     ),
                     (
@@ -359,19 +368,19 @@ fn operations() -> Vec<Value> {
                     ),
                     (
                         "lacunarity",
-                        "How much finer each time.",
+                        "How many times finer each time.",
                         json!({ "type": "number", "minimum": 1, "maximum": 8, "default": 2 }),
                     ),
                     (
                         "gain",
-                        "How much weaker each time.",
+                        "Strength of each time, as a multiple of that of the time before.",
                         json!({ "type": "number", "minimum": 0, "maximum": 1, "default": 0.5 }),
                     ),
                     ("ridges", "Sharp crests instead of round hills.", json!({ "type": "boolean", "default": false })),
-                    ("seed", "Another seed, another land.", json!({ "type": "integer" })),
+                    ("seed", "Any number: another one, another land. Its place in the file when left out.", json!({ "type": "integer" })),
                     ("river", "A valley that meanders through the land.", json!({ "$ref": "#/$defs/river" })),
-                    ("floor", "The lowest voxel; 16 below the lowest land if left out.", cell()),
-                    ("shell", "Only so many voxels below the surface, and what lies bare.", whole(1)),
+                    ("floor", "The lowest voxel; 16 below the lowest land when left out.", cell()),
+                    ("shell", "Only so many voxels below the surface, and what lies bare; all of them when left out.", whole(1)),
                     (
                         "layers",
                         "From the surface down.",
@@ -394,7 +403,7 @@ fn operations() -> Vec<Value> {
             &["model"],
             vec![
                 ("model", "One of [models].", json!({ "type": "string" })),
-                ("origin", "Where its anchor goes.", cells(3)),
+                ("origin", "Where its anchor goes, in voxels.", with(json!([0, 0, 0]), cells(3))),
                 ("rotation", "Degrees to the left about its anchor.", turn),
                 ("anchor", "The middle of its lowest layer, its smallest corner, or the origin of its file.", anchor()),
             ],
@@ -407,7 +416,7 @@ fn operations() -> Vec<Value> {
                 extent(2),
                 vec![
                     ("model", "One of [models].", json!({ "type": "string" })),
-                    ("count", "How many.", json!({ "type": "integer", "minimum": 1, "maximum": Scatter::MAX_COUNT })),
+                    ("count", "How many; instead of density and cell.", json!({ "type": "integer", "minimum": 1, "maximum": Scatter::MAX_COUNT })),
                     (
                         "density",
                         "How many a voxel of the area; instead of count.",
@@ -420,10 +429,10 @@ fn operations() -> Vec<Value> {
                     ),
                     (
                         "chance",
-                        "How likely a cell is to have one.",
+                        "How likely a cell is to have one, from 0 to 1.",
                         json!({ "type": "number", "minimum": 0, "maximum": 1, "default": 1 }),
                     ),
-                    ("on", "Materials that it stands on; any if left out.", one_or_more()),
+                    ("on", "Materials that it stands on; any when left out.", one_or_more()),
                     (
                         "min_spacing",
                         "Least distance between two, in voxels.",
@@ -440,7 +449,7 @@ fn operations() -> Vec<Value> {
                         "The middle of its lowest layer, its smallest corner, or the origin of its file.",
                         anchor(),
                     ),
-                    ("seed", "Another seed, other places.", json!({ "type": "integer" })),
+                    ("seed", "Any number: another one, other places. Its place in the file when left out.", json!({ "type": "integer" })),
                 ],
             ]
             .concat(),
@@ -469,14 +478,14 @@ fn operation(op: &str, text: &str, required: &[&str], own: Vec<Property>) -> Val
 /// `min`, `max`, `size`, `center`, of which two make a box.
 fn extent(n: usize) -> Vec<Property> {
     vec![
-        ("min", "The smallest voxel; with `max` or `size`.", cells(n)),
-        ("max", "One past the largest voxel.", cells(n)),
+        ("min", "The smallest voxel; with `max` or `size`, instead of `center`.", cells(n)),
+        ("max", "One past the largest voxel; with `min`, instead of `size`.", cells(n)),
         (
             "size",
-            "Voxels along each axis; with `min` or `center`.",
+            "Voxels along each axis; with `min` or `center`, instead of `max`.",
             json!({ "type": "array", "items": whole(1), "minItems": n, "maxItems": n }),
         ),
-        ("center", "The middle; with `size`.", cells(n)),
+        ("center", "The middle, in voxels; with `size`, instead of `min`.", cells(n)),
     ]
 }
 
@@ -488,6 +497,11 @@ fn object(required: &[&str], properties: Vec<Property>) -> Value {
 
 fn about(text: &str, mut schema: Value) -> Value {
     schema["description"] = json!(text);
+    schema
+}
+
+fn with(default: Value, mut schema: Value) -> Value {
+    schema["default"] = default;
     schema
 }
 

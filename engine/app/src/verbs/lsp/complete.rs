@@ -52,11 +52,11 @@ pub(super) fn hover(document: &Document, at: usize) -> Option<String> {
     Some(describe(found, resolved(&schema, node), node))
 }
 
-/// The key's description, with its default and its range.
+/// The key's description, which tells its default, with its range.
 fn describe(key: &str, resolved: &Value, node: &Value) -> String {
     let about = node["description"].as_str().or_else(|| resolved["description"].as_str()).unwrap_or_default();
     let mut text = format!("`{key}`: {about}");
-    for (name, what) in [("default", "Default"), ("minimum", "At least"), ("maximum", "At most")] {
+    for (name, what) in [("minimum", "At least"), ("maximum", "At most")] {
         if let Some(value) = [node, resolved].iter().find_map(|node| node.get(name)) {
             text = format!("{text}\n\n{what}: `{value}`");
         }
