@@ -84,6 +84,8 @@ pub struct Table<'a, 't> {
     span: Span,
     entries: &'a DeTable<'t>,
     asked: RefCell<BTreeSet<String>>,
+    /// Keys that were reported as missing.
+    missing: RefCell<BTreeSet<String>>,
     reporter: &'a Reporter,
 }
 
@@ -104,7 +106,14 @@ impl<'a, 't> Table<'a, 't> {
     /// The whole document.
     pub fn root(document: &'a Spanned<DeTable<'t>>, reporter: &'a Reporter) -> Self {
         let span = Span::new(reporter.file.clone(), document.span());
-        Self { name: String::new(), span, entries: document.get_ref(), asked: RefCell::default(), reporter }
+        Self {
+            name: String::new(),
+            span,
+            entries: document.get_ref(),
+            asked: RefCell::default(),
+            missing: RefCell::default(),
+            reporter,
+        }
     }
 
     /// Path of keys, empty for the document.
@@ -154,13 +163,16 @@ impl<'a, 't> Table<'a, 't> {
     pub fn need(&self, key: &str) -> Option<Node<'a, 't>> {
         let node = self.get(key);
         if node.is_none() {
-            let whose = if self.name.is_empty() { "the file".to_owned() } else { format!("`{}`", self.name) };
-            self.reporter.report(
-                Diagnostic::error(codes::files::MISSING_KEY, format!("{whose} needs the key `{key}`"))
-                    .label(self.span.clone(), "missing here"),
-            );
+            self.missing.borrow_mut().insert(key.to_owned());
+            self.reporter.report(self.lacks(key));
         }
         node
+    }
+
+    fn lacks(&self, key: &str) -> Diagnostic {
+        let whose = if self.name.is_empty() { "the file".to_owned() } else { format!("`{}`", self.name) };
+        Diagnostic::error(codes::files::MISSING_KEY, format!("{whose} needs the key `{key}`"))
+            .label(self.span.clone(), "missing here")
     }
 
     /// Every entry in the order of the file; they all count as asked for.
@@ -206,8 +218,10 @@ impl<'a, 't> Table<'a, 't> {
         true
     }
 
-    /// Reports every key that no reader asked for.
-    pub fn finish(&self) {
+    /// Reports every key that no reader asked for. A key that is missing because it is misspelt is one mistake.
+    /// Gives the keys that were meant.
+    pub fn finish(&self) -> Vec<String> {
+        let mut meant = Vec::new();
         let asked = self.asked.borrow();
         let mut unknown: Vec<_> =
             self.entries.iter().filter(|(key, _)| !asked.contains(key.get_ref().as_ref())).collect();
@@ -220,11 +234,19 @@ impl<'a, 't> Table<'a, 't> {
             )
             .label(Span::new(self.reporter.file.clone(), key.span()), "unknown key");
             diagnostic = match closest(key.get_ref(), asked.iter().map(String::as_str)) {
-                Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+                Some(name) => {
+                    if self.missing.borrow_mut().remove(name) {
+                        let lacks = self.lacks(name);
+                        self.reporter.found.borrow_mut().retain(|found| *found != lacks);
+                    }
+                    meant.push(name.to_owned());
+                    diagnostic.help(format!("did you mean `{name}`?"))
+                }
                 None => diagnostic.help(format!("known keys: {}", list(asked.iter().map(String::as_str)))),
             };
             self.reporter.report(diagnostic);
         }
+        meant
     }
 }
 
@@ -404,6 +426,7 @@ impl<'a, 't> Node<'a, 't> {
             span: self.key_span.clone(),
             entries,
             asked: RefCell::default(),
+            missing: RefCell::default(),
             reporter: self.reporter,
         })
     }
@@ -510,6 +533,31 @@ mod tests {
         let short: Vec<_> = found.iter().map(|d| (d.code.as_str(), d.labels[0].span.range.clone())).collect();
         assert_eq!(short, [("RX0012", 7..8), ("RX0014", 30..32), ("RX0013", 19..20), ("RX0011", 9..13)]);
         assert_eq!(found[3].help, ["did you mean `size`?"]);
+    }
+
+    #[test]
+    fn a_misspelt_key_is_one_mistake() {
+        let text = "[[show]]\ntagret = 1\n[[show]]\n[[show]]\ntagret = 1\ntargte = 2\n";
+        let found = read_document("g.toml", text, &mut SourceMap::default(), |root| {
+            for table in root.array_of_tables("show") {
+                table.need("target");
+                table.need("time");
+                table.finish();
+            }
+            Some(())
+        })
+        .unwrap_err();
+        let said: Vec<_> = found.iter().map(|found| found.message.as_str()).collect();
+        let expected = [
+            "`show[0]` needs the key `time`",
+            "`show[0]` has no key `tagret`",
+            "`show[1]` needs the key `target`",
+            "`show[1]` needs the key `time`",
+            "`show[2]` needs the key `time`",
+            "`show[2]` has no key `tagret`",
+            "`show[2]` has no key `targte`",
+        ];
+        assert_eq!(said, expected);
     }
 
     #[test]

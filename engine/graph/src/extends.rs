@@ -210,6 +210,7 @@ fn overlay(below: File, above: File, found: &mut Vec<Diagnostic>) -> File {
     let mut file = File { passes, ..below };
     file.path = above.path;
     file.extends = above.extends;
+    file.misspelt.extend(above.misspelt);
     replace(&mut file.name, above.name);
     replace(&mut file.about, above.about);
     replace(&mut file.present, above.present);

@@ -36,6 +36,8 @@ pub struct File {
     pub present: Option<At<String>>,
     /// `extends`.
     pub extends: Option<At<String>>,
+    /// Keys of the file itself that are there under a wrong name, which is reported.
+    pub misspelt: Vec<String>,
     /// `[params.*]`.
     pub params: Vec<Param>,
     /// `[blocks.*]`.

@@ -30,12 +30,13 @@ pub fn parse(path: &str, text: &str, found: &mut Vec<Diagnostic>) -> Option<File
 }
 
 fn read(root: &Table<'_, '_>) -> File {
-    let file = File {
+    let mut file = File {
         path: root.reporter().file().clone(),
         name: text(root, "name"),
         about: text(root, "about"),
         present: text(root, "present"),
         extends: text(root, "extends"),
+        misspelt: Vec::new(),
         params: root.tables("params").into_iter().map(|(name, node, table)| param(name, &node, &table)).collect(),
         clocks: root.tables("clocks").into_iter().map(|(name, node, table)| clock(name, &node, &table)).collect(),
         targets: root
@@ -56,7 +57,7 @@ fn read(root: &Table<'_, '_>) -> File {
         loops: root.tables("loops").into_iter().map(|(name, node, table)| loops::loop_(name, &node, &table)).collect(),
         passes: root.array_of_tables("passes").iter().map(passes::pass).collect(),
     };
-    root.finish();
+    file.misspelt = root.finish();
     file
 }
 

@@ -164,7 +164,7 @@ pub fn resolve(loaded: Loaded, sources: &dyn Catalog, found: &mut Vec<Diagnostic
     let nameless = |pass: &&model::Pass| pass.flawed && pass.name.value.is_empty();
     check_names("pass", model.passes.iter().filter(|pass| !nameless(pass)).map(|pass| &pass.name), found);
 
-    let name = required(model.name.as_ref(), "name", &start, found);
+    let name = name(&model, &start, found);
     let about = model.about.as_ref().map(|about| about.value.clone()).unwrap_or_default();
     let params = model.params.iter().map(|param| params::param(param, found)).collect::<Vec<_>>();
     let clocks = model.clocks.iter().map(|declared| clock(declared, found)).collect::<Vec<_>>();
@@ -306,12 +306,19 @@ fn is_name(name: &str) -> bool {
     (1..=64).contains(&name.len()) && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-')
 }
 
-fn required(value: Option<&At<String>>, key: &str, start: &Span, found: &mut Vec<Diagnostic>) -> String {
-    if let Some(value) = value {
-        return value.value.clone();
+fn name(model: &File, start: &Span, found: &mut Vec<Diagnostic>) -> String {
+    if let Some(name) = &model.name {
+        return name.value.clone();
     }
-    found.push(missing("the file", key, start));
+    if !is_misspelt(model, "name") {
+        found.push(missing("the file", "name", start));
+    }
     String::new()
+}
+
+/// Whether a key of the file is there under a wrong name.
+fn is_misspelt(model: &File, key: &str) -> bool {
+    model.misspelt.iter().any(|meant| meant == key)
 }
 
 /// The diagnostic for a key that must be there.
@@ -322,7 +329,9 @@ fn missing(whose: &str, key: &str, place: &Span) -> Diagnostic {
 
 fn present(model: &File, scope: &Scope<'_>, start: &Span, found: &mut Vec<Diagnostic>) -> Option<At<ResourceId>> {
     let Some(present) = &model.present else {
-        found.push(missing("the file", "present", start).help("name the target that is shown by default"));
+        if !is_misspelt(model, "present") {
+            found.push(missing("the file", "present", start).help("name the target that is shown by default"));
+        }
         return None;
     };
     let (name, age) = age(&present.value);

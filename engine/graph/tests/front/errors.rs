@@ -305,6 +305,19 @@ fn a_wrong_target_is_not_unwritten_too() {
     assert!(talk.contains("[RX0152]") && !talk.contains("[RX0162]"), "{talk}");
 }
 
+/// A key that is there under a wrong name is one mistake, and not a missing one as well.
+#[test]
+fn a_misspelt_key_is_said_once() {
+    for (right, wrong) in [
+        ("present = \"color\"", "presnt = \"color\""),
+        ("name    = \"base\"", "nmae    = \"base\""),
+        ("format = \"rg32ui\"", "fromat = \"rg32ui\""),
+    ] {
+        let talk = Project::new().edit(BASE, right, wrong).talk(BASE);
+        assert_eq!((talk.matches("error[").count(), talk.matches("[RX0011]").count()), (1, 1), "{talk}");
+    }
+}
+
 /// Every case gives its code, and all that is said about a family of them is one snapshot.
 fn check(family: &str, cases: &[Case]) {
     let mut said = String::new();
