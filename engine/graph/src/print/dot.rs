@@ -1,4 +1,5 @@
-//! A plan as a picture for Graphviz: passes are boxes, images ellipses, buffers cylinders; history is dashed, what is left out grey.
+//! A plan as a picture for Graphviz: passes are boxes, images ellipses, buffers cylinders; history is dashed, what is left out grey. Red
+//! arrows lead from barrier to barrier, in the order of the frame.
 
 use std::fmt::Write as _;
 
@@ -57,6 +58,16 @@ pub fn dot(plan: &Plan) -> String {
                     seen.push(edge);
                 }
             }
+        }
+    }
+    for (number, gap) in words::gaps(plan).iter().enumerate() {
+        let label = quoted(&gap.label);
+        let _ = writeln!(
+            out,
+            "  b{number} [shape=box, style=filled, fillcolor=\"#f8dcd8\", color=\"#c0392b\", fontsize=9, label={label}];"
+        );
+        for (from, to) in &gap.arrows {
+            let _ = writeln!(out, "  {from} -> {to} [color=\"#c0392b\", style=bold];");
         }
     }
     out.push_str("}\n");

@@ -1,4 +1,4 @@
-//! A plan as a Mermaid flow chart, which code hosts draw in Markdown.
+//! A plan as a Mermaid flow chart, which code hosts draw in Markdown. Thick arrows lead from barrier to barrier, in the order of the frame.
 
 use std::fmt::Write as _;
 
@@ -43,6 +43,16 @@ pub fn mermaid(plan: &Plan) -> String {
                 }
             }
         }
+    }
+    let gaps = words::gaps(plan);
+    for (number, gap) in gaps.iter().enumerate() {
+        let _ = writeln!(out, "  b{number}{{{{{}}}}}:::barrier", quoted(&gap.label));
+        for (from, to) in &gap.arrows {
+            let _ = writeln!(out, "  {from} ==> {to}");
+        }
+    }
+    if !gaps.is_empty() {
+        out.push_str("  classDef barrier fill: #f8dcd8,stroke: #c0392b\n");
     }
     if !plan.culled.is_empty() {
         out.push_str("  classDef culled stroke-dasharray: 4,color: gray\n");

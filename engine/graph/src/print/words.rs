@@ -245,6 +245,60 @@ pub(super) fn tick(tick: Option<u32>) -> String {
     tick.map_or_else(String::new, |tick| format!(" (tick {tick})"))
 }
 
+/// A barrier in a picture of a plan.
+pub(super) struct Gap {
+    /// What it is for, a line each.
+    pub label: String,
+    /// Ends of the arrows that lead to it and away from it: passes (`p0`) and other barriers (`b0`). Barriers are numbered in their order.
+    pub arrows: Vec<(String, String)>,
+}
+
+/// Every barrier, between the passes that it keeps apart.
+pub(super) fn gaps(plan: &Plan) -> Vec<Gap> {
+    let mut gaps: Vec<Gap> = Vec::new();
+    // What has run since the barrier before.
+    let mut since: Vec<String> = Vec::new();
+    for (at, step) in plan.steps.iter().enumerate() {
+        match step {
+            Step::Dispatch { pass } => {
+                let name = format!("p{}", plan.passes[*pass as usize].pass.0);
+                if let Some(number) = gaps.len().checked_sub(1) {
+                    gaps[number].arrow(format!("b{number}"), name.clone());
+                }
+                since.push(name);
+            }
+            Step::Barrier(barrier) => {
+                let hazards = barrier.hazards.iter().map(|of| hazard(plan, at, of));
+                let activated =
+                    barrier.activate.iter().map(|of| format!("activate {}", resource_name(plan, of.resource)));
+                let label = std::iter::once("barrier".to_owned())
+                    .chain(hazards)
+                    .chain(activated)
+                    .collect::<Vec<_>>()
+                    .join("\n");
+                let mut gap = Gap { label, arrows: Vec::new() };
+                let number = gaps.len();
+                if since.is_empty() && number > 0 {
+                    since.push(format!("b{}", number - 1));
+                }
+                since.drain(..).for_each(|from| gap.arrow(from, format!("b{number}")));
+                gaps.push(gap);
+            }
+            Step::Clear { .. } | Step::Copy { .. } | Step::Present => {}
+        }
+    }
+    gaps
+}
+
+impl Gap {
+    /// Adds an arrow, unless it is there: a pass of a loop has many rounds.
+    fn arrow(&mut self, from: String, to: String) {
+        if !self.arrows.iter().any(|arrow| *arrow == (from.clone(), to.clone())) {
+            self.arrows.push((from, to));
+        }
+    }
+}
+
 /// Number of barriers in a plan.
 pub(super) fn barriers(plan: &Plan) -> usize {
     plan.steps.iter().filter(|step| matches!(step, Step::Barrier(_))).count()
