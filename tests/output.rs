@@ -48,6 +48,27 @@ fn a_film_that_does_not_fit_is_no_film() {
     }
 }
 
+/// An ffmpeg that ends while frames are written to it.
+#[test]
+fn the_frames_of_a_film_are_kept_when_ffmpeg_ends() {
+    use std::os::unix::fs::PermissionsExt;
+    let project = Project::shipped();
+    project.write("bin/ffmpeg", "#!/bin/sh\nhead -c 30000 > /dev/null\necho 'no more' >&2\nexit 1\n");
+    fs::set_permissions(project.path("bin/ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
+    let demo = ["render", "worlds/valley.demo.toml", "--size", "32x18", "--frames", "40", "-o"];
+    let path = std::env::var("PATH").unwrap_or_default();
+    let mut raxel = command(project.root(), &[&demo[..], &["film.mp4"]].concat());
+    let run = Run::from(output(raxel.env("PATH", format!("{}:{path}", project.path("bin").display())))).exits(2);
+    assert!(run.stderr.contains("error: ffmpeg gave up: no more"), "{}", run.stderr);
+    assert!(run.stderr.contains("raxel film film.frames/%05d.png --fps 30 -o film.mp4"), "{}", run.stderr);
+    assert!(!project.path("film.mp4").exists());
+    project.raxel(&[&demo[..], &["frames/%05d.png"]].concat()).exits(0);
+    for frame in 0..40 {
+        let [kept, other] = ["film.frames", "frames"].map(|folder| project.path(&format!("{folder}/{frame:05}.png")));
+        assert!(fs::read(kept).unwrap() == fs::read(other).unwrap(), "frame {frame}");
+    }
+}
+
 #[test]
 fn a_picture_that_does_not_fit_is_no_picture() {
     let folder = tempfile::tempdir().unwrap();

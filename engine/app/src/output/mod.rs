@@ -96,6 +96,12 @@ impl Output {
         })
     }
 
+    /// Numbered PNG files for the frames of a film, in a folder beside it: `a.mp4` has `a.frames/`.
+    pub fn frames_of(film: &Path) -> Self {
+        let before = format!("{}/", film.with_extension("frames").display());
+        Output::Frames(Kind::Png, Pattern { before, digits: 5, after: ".png".to_owned() })
+    }
+
     /// The form of a frame: what is encoded. A film takes raw ones.
     pub fn kind(&self) -> Kind {
         match self {

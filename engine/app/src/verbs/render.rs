@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::args::{Messages, Size, size};
 use crate::console::{self, Console, Format, To};
-use crate::failure::{Failure, Result};
+use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
 use crate::output::{Coding, Compression, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown};
 use crate::session::{What, frame_failure, print_validation, validated};
@@ -142,33 +142,38 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     options.size = size;
     options.step = Some(1.0 / fps);
     options.pinned.clone_from(&args.layers);
-    let mut session = what.open(options, console)?;
-    let shoot = Shoot {
-        run: start(&mut session, &wanted, 1.0 / fps)..wanted.end,
-        captions: demo.map(|demo| (demo, 1.0 / fps)),
-        layers: args.layers(&session, output.kind()),
-        wanted,
-        coding: Coding { kind: output.kind(), compression: args.compression, quality: args.quality },
-        samples: args.samples,
-        settle: args.settle,
-        mode: Mode::AtOnce,
+    let mut session = what.open(options.clone(), console)?;
+    let make = |session: &mut Session, output: &Output, place: Place| {
+        let shoot = Shoot {
+            run: start(session, &wanted, 1.0 / fps)..wanted.end,
+            captions: demo.clone().map(|demo| (demo, 1.0 / fps)),
+            layers: args.layers(session, output.kind()),
+            wanted: wanted.clone(),
+            coding: Coding { kind: output.kind(), compression: args.compression, quality: args.quality },
+            samples: args.samples,
+            settle: args.settle,
+            mode: Mode::AtOnce,
+        };
+        args.shoot(session, &shoot, output, place, console)
     };
-    let bar = progress(shoot.run.end - shoot.run.start, console);
-    let mut times = Times::default();
-    let each = |session: &mut Session, _| {
-        if args.time {
-            times.add(session, console)?;
+    match (&output, make(&mut session, &output, place)) {
+        // Frames are sound where the film is not: ffmpeg was ended, or refuses what it is given.
+        (Output::Film(film), Err(failure)) if failure.exit == Exit::Usage => {
+            let frames = Output::frames_of(film);
+            console.message(&format!("the film cannot be written; its frames go to {}", frames.describe()));
+            session = what.open(options, console)?;
+            let place = Place::prepare(&frames, size, fps, wanted.start);
+            Err(match place.and_then(|place| make(&mut session, &frames, place)) {
+                Ok(()) => failure.help(format!(
+                    "`raxel film {} --fps {fps} -o {}` makes the film of its frames",
+                    frames.describe(),
+                    film.display()
+                )),
+                Err(lost) => failure.help(format!("its frames cannot be kept: {}", lost.message.unwrap_or_default())),
+            })
         }
-        bar.inc(1);
-        Ok(())
-    };
-    let frame = |session: &mut Session| session.frame().map(drop).map_err(|error| frame_failure(error, console));
-    let stages = shoot.run(&mut session, place, each, frame)?;
-    bar.finish_and_clear();
-    console.diagnostics(&session.take_edit_messages(), &SourceMap::default(), To::Stderr);
-    let complaints = print_validation(&session, console);
-    report(&output, &session, &shoot, &stages, &times, console);
-    validated(complaints)
+        (_, made) => made,
+    }
 }
 
 /// The first frame that must be run for those that are wanted, where the session then stands. The camera of the frame before is known to
@@ -189,6 +194,26 @@ fn start(session: &mut Session, wanted: &Range<u64>, step: f64) -> u64 {
 }
 
 impl Args {
+    /// Makes the frames, and says what was written.
+    fn shoot(&self, session: &mut Session, shoot: &Shoot, output: &Output, place: Place, console: &Console) -> Result {
+        let bar = progress(shoot.run.end - shoot.run.start, console);
+        let mut times = Times::default();
+        let each = |session: &mut Session, _| {
+            if self.time {
+                times.add(session, console)?;
+            }
+            bar.inc(1);
+            Ok(())
+        };
+        let frame = |session: &mut Session| session.frame().map(drop).map_err(|error| frame_failure(error, console));
+        let stages = shoot.run(session, place, each, frame)?;
+        bar.finish_and_clear();
+        console.diagnostics(&session.take_edit_messages(), &SourceMap::default(), To::Stderr);
+        let complaints = print_validation(session, console);
+        report(output, session, shoot, &stages, &times, console);
+        validated(complaints)
+    }
+
     /// What does not go together.
     fn check(&self, output: &Output, console: &Console) -> Result {
         if self.shard.is_some() && !matches!(output, Output::Frames(..)) {
