@@ -21,7 +21,7 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         mapping(ui, found, actions);
     }
     if let Some(statistics) = &found.statistics {
-        numbers(ui, statistics);
+        numbers(ui, found, statistics);
         histogram(ui, statistics);
     }
     texel(ui, found);
@@ -89,7 +89,7 @@ fn mapping(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
     }
 }
 
-fn numbers(ui: &mut Ui, found: &Statistics) {
+fn numbers(ui: &mut Ui, inspected: &Inspected, found: &Statistics) {
     Grid::new("statistics").num_columns(2).show(ui, |ui| {
         let [low, high] = found.range;
         ui.weak("values");
@@ -103,6 +103,15 @@ fn numbers(ui: &mut Ui, found: &Statistics) {
             RichText::new(format!("{} NaN, {} infinite of {}", found.nan, found.infinite, found.count)).monospace();
         ui.label(if found.nan + found.infinite > 0 { text.color(RED) } else { text });
         ui.end_row();
+        // Who looks for a NaN need not try the channels one by one.
+        let chosen = inspected.map.or(inspected.used).map_or(0, |map| map.channel as usize);
+        for (index, (name, [nan, infinite])) in inspected.channels.iter().zip(&inspected.not_finite).enumerate() {
+            if index != chosen && nan + infinite > 0 {
+                ui.weak(format!("in {name}"));
+                ui.label(RichText::new(format!("{nan} NaN, {infinite} infinite")).monospace().color(RED));
+                ui.end_row();
+            }
+        }
     });
 }
 

@@ -22,5 +22,5 @@ pub use action::Action;
 pub use docks::Panels;
 pub use layout::{Dock, Layout, Panel, Side};
 pub use samples::Samples;
-pub use statistics::{BINS, Statistics};
+pub use statistics::{BINS, Statistics, not_finite};
 pub use view::View;

@@ -55,6 +55,18 @@ impl Statistics {
     }
 }
 
+/// Of each of the first `channels` channels, how many values are NaN and how many are infinite.
+pub fn not_finite(texels: &[[f32; 4]], channels: usize) -> Vec<[u64; 2]> {
+    let mut found = vec![[0; 2]; channels];
+    for texel in texels {
+        for ([nan, infinite], value) in found.iter_mut().zip(texel) {
+            *nan += u64::from(value.is_nan());
+            *infinite += u64::from(value.is_infinite());
+        }
+    }
+    found
+}
+
 /// The values that one of a hundred lies below and above.
 fn percentiles(finite: &mut [f32]) -> Option<[f32; 2]> {
     let last = finite.len().checked_sub(1)?;

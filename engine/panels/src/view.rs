@@ -528,6 +528,8 @@ pub struct Inspected {
     pub used: Option<Map>,
     /// Of the chosen channel.
     pub statistics: Option<Statistics>,
+    /// Of each channel, how many values are NaN and how many are infinite.
+    pub not_finite: Vec<[u64; 2]>,
     /// The texel under the cursor: its place and, for each channel, the value, the value as an integer where it is one, and its bits.
     pub cursor: Option<([u32; 2], Vec<[String; 2]>)>,
     /// Rows of a buffer.

@@ -2,12 +2,12 @@
 
 use egui::Vec2;
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
     Brush, Editing, Effect, Frame, Inspected, Kind, Lane, Loading, Map, Param, Pass, PassState, Problem, Resource,
     Shape, Shown, Status, Swatch, Table, Timeline, Track, Use, World,
 };
-use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View};
+use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View, not_finite};
 
 /// A window with a small graph of three passes, one of them left out.
 struct Window {
@@ -265,13 +265,39 @@ fn many_problems_are_capped() {
 #[test]
 fn a_texel_and_the_numbers_of_a_channel_are_read() {
     let mut window = Window::new(&[Panel::Inspect]);
-    window.inspected = Some(Inspected {
+    window.inspected = Some(inspected());
+    let mut harness = window.harness(1280.0, 720.0);
+    for said in [
+        "1 NaN, 1 infinite of 3",
+        "in g",
+        "2 NaN, 0 infinite",
+        "texel 3, 4",
+        "0x3400",
+        "count u32",
+        "42",
+        "used u32",
+        "6",
+    ] {
+        assert!(harness.query_all_by_label(said).next().is_some(), "{said}");
+    }
+    let own = Map { map: 0, range: None, channel: 0 };
+    assert_eq!(click(&mut harness, "own map"), [Action::Display(Some(own))]);
+    assert_eq!(click(&mut harness, "CSV"), [Action::WriteTable]);
+}
+
+/// A target of which a texel is read, and a buffer, at once.
+fn inspected() -> Inspected {
+    Inspected {
         shown: Shown::after("color", None),
         mips: 3,
         layers: 1,
         channels: vec!["r", "g"],
         used: Some(Map { map: 0, range: Some([0.0, 1.0]), channel: 0 }),
         statistics: Statistics::of([0.25, f32::NAN, f32::INFINITY].into_iter()),
+        not_finite: not_finite(
+            &[[0.25, f32::NAN, 0.0, 0.0], [f32::NAN, f32::NAN, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0, 0.0]],
+            2,
+        ),
         cursor: Some(([3, 4], vec![["0.25".to_owned(), "0x3400".to_owned()], ["7".to_owned(), "0x4700".to_owned()]])),
         table: Some(Table {
             columns: vec!["count u32".to_owned()],
@@ -281,14 +307,43 @@ fn a_texel_and_the_numbers_of_a_channel_are_read() {
             head: vec![["used u32".to_owned(), "6".to_owned()]],
         }),
         ..Inspected::default()
-    });
-    let mut harness = window.harness(1280.0, 720.0);
-    for said in ["1 NaN, 1 infinite of 3", "texel 3, 4", "0x3400", "count u32", "42", "used u32", "6"] {
-        assert!(harness.query_all_by_label(said).next().is_some(), "{said}");
     }
-    let own = Map { map: 0, range: None, channel: 0 };
-    assert_eq!(click(&mut harness, "own map"), [Action::Display(Some(own))]);
-    assert_eq!(click(&mut harness, "CSV"), [Action::WriteTable]);
+}
+
+/// Everything that can be seen and read of a window, in order: what it is, what it says, its state, and where it is, in points.
+fn seen(harness: &Harness<'_, Window>) -> String {
+    let mut text = String::new();
+    for node in harness.root().children_recursive() {
+        let node = node.accesskit_node();
+        // What only holds others together has no place, and the lines of a text are its value.
+        let Some(rect) = node.bounding_box().filter(|_| node.role() != egui::accesskit::Role::TextRun) else {
+            continue;
+        };
+        let place = [rect.x0, rect.y0, rect.width(), rect.height()].map(|points| format!("{points:.0}")).join(" ");
+        let mut line = format!("{:?} at {place}", node.role());
+        line.extend(node.label().map(|label| format!(" {label:?}")));
+        line.extend(node.value().map(|value| format!(" = {value:?}")));
+        line.extend(node.numeric_value().map(|value| format!(" = {value}")));
+        line.extend(node.toggled().map(|toggled| format!(" {toggled:?}")));
+        if node.is_disabled() {
+            line.push_str(" disabled");
+        }
+        text.push_str(&line);
+        text.push('\n');
+    }
+    text
+}
+
+#[test]
+fn each_panel_is_laid_out_as_it_was() {
+    for panel in Panel::ALL {
+        let mut window = Window::new(&[panel]);
+        window.inspected = Some(inspected());
+        window.problems = vec![Problem { title: "a mistake".to_owned(), ..Problem::default() }];
+        let tracks = vec![Track::new(Lane::Camera, "camera", vec![0.0, 5.0])];
+        window.timeline = Some(Timeline { duration: 10.0, time: 2.5, tracks, ..Timeline::default() });
+        insta::assert_snapshot!(panel.title(), seen(&window.harness(1280.0, 720.0)));
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use raxel_graph::checked::{Display, DisplayMap, Graph, ResourceKind};
 use raxel_panels::view::{Inspected, Map, Shown, Table};
-use raxel_panels::{Statistics, view};
+use raxel_panels::{Statistics, not_finite, view};
 use raxel_runtime::Session;
 use raxel_runtime::execute::{Captured, FrameReport, ReadTicket, Texels, display_of};
 use raxel_shader::interface::ScalarKind;
@@ -57,6 +57,8 @@ struct Found {
     shown: Shown,
     captured: Captured,
     statistics: Option<(u32, Option<Statistics>)>,
+    /// Of each channel.
+    not_finite: Vec<[u64; 2]>,
 }
 
 impl Inspector {
@@ -91,13 +93,15 @@ impl Inspector {
         }
         if let Some((shown, ticket)) = self.on_its_way.take() {
             match ticket.poll() {
-                Ok(Some(captured)) => self.found = Some(Found { shown, captured, statistics: None }),
+                Ok(Some(captured)) => {
+                    self.found = Some(Found { shown, captured, statistics: None, not_finite: Vec::new() });
+                }
                 Ok(None) => self.on_its_way = Some((shown, ticket)),
                 // The device is opened anew by the next frame; then it is asked for again.
                 Err(_) => self.stale = true,
             }
         }
-        self.judge();
+        self.judge(session.graph());
         let display = self.map.map(|map| self.display(session.graph(), map));
         session.set_display(display);
     }
@@ -142,17 +146,20 @@ impl Inspector {
     }
 
     /// Finds the numbers of the chosen channel, once for each copy.
-    fn judge(&mut self) {
-        let channel = self.map.map_or(0, |map| map.channel);
+    fn judge(&mut self, graph: &Graph) {
         let Some(found) = &mut self.found else { return };
+        let channel = self.map.unwrap_or_else(|| graphs_map(graph, &found.shown)).channel;
         if found.statistics.as_ref().is_some_and(|(known, _)| *known == channel) {
             return;
         }
         let began = Instant::now();
         let statistics = match &found.captured {
             Captured::Texels(texels) => {
-                let channel = (channel as usize).min(texels.format.channels() as usize - 1);
-                Statistics::of(texels.floats().into_iter().map(|texel| texel[channel]))
+                let channels = texels.format.channels() as usize;
+                let texels = texels.floats();
+                found.not_finite = not_finite(&texels, channels);
+                let channel = (channel as usize).min(channels - 1);
+                Statistics::of(texels.into_iter().map(|texel| texel[channel]))
             }
             Captured::Bytes { .. } => None,
         };
@@ -193,6 +200,7 @@ impl Inspector {
                     None => graphs_map(graph, &found.shown),
                 });
                 seen.statistics = found.statistics.as_ref().and_then(|(_, statistics)| statistics.clone());
+                seen.not_finite.clone_from(&found.not_finite);
                 seen.cursor = cursor.and_then(|pixel| texel(texels, pixel, session.size()));
             }
             Captured::Bytes { start, total, bytes } => {
