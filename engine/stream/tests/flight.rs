@@ -82,9 +82,9 @@ fn an_hour_of_flight_takes_no_more_memory_than_its_first_minutes() {
                 stats.near,
                 samples[samples.len() - 1] >> 20
             );
-        }
-        if streamer.stats().made >= most {
-            break;
+            if stats.made >= most {
+                break;
+            }
         }
     }
     println!("{:?} in {:.0} s", streamer.stats(), began.elapsed().as_secs_f64());
