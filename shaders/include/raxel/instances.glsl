@@ -289,7 +289,9 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool found, RxTime first, inout
     uint depth = 0u, node = 0u;
     for (uint visits = 0u; visits < 2u * instances.count; ++visits) {
         uvec4 low = instances.quads[2u * node], last = instances.quads[2u * node + 1u];
-        bool meets = rx_box_time(ray, inverse, ivec3(low.xyz), ivec3(last.xyz)) <= t_end;
+        float from = rx_box_time(ray, inverse, ivec3(low.xyz), ivec3(last.xyz));
+        // A ray without an end would reach even what is never.
+        bool meets = from < RX_NEVER && from <= t_end;
         if (meets && last.w != RX_INSTANCE_LEAF) {
             bool down = dir[last.w] < 0.0;
             stack[depth++] = down ? node + 1u : low.w;
