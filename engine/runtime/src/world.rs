@@ -1,5 +1,8 @@
 //! The world of a session: its voxels, what conditions and cameras ask about them, and their encodings.
 
+mod baked;
+mod generator;
+
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -12,6 +15,8 @@ use raxel_world::file::{Aim, CameraHint, Loaded};
 use raxel_world::instances::Instances;
 use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits};
 use raxel_world::{Chunk, ChunkPos, ChunkSource as _, Material, Streamed};
+
+pub use baked::store_refused;
 
 use crate::camera::Camera;
 
@@ -74,7 +79,7 @@ impl SessionWorld {
         files: &dyn Files,
         texts: &mut SourceMap,
     ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let open = |address: &str| crate::sources::baked(address, files);
+        let open = |address: &str| baked::open(address, files);
         let (loaded, warnings) = raxel_world::file::load_with(path, files, texts, &open)?;
         Ok((Self::new(Some(path.to_owned()), loaded), warnings))
     }
@@ -123,7 +128,7 @@ impl SessionWorld {
 
     /// A hash of everything that its voxels are built from; `files` are those that it was loaded from.
     pub fn fingerprint(&self, files: &dyn Files) -> [u8; 32] {
-        crate::editing::generator_hash(&self.loaded, files)
+        generator::hash(&self.loaded, files)
     }
 
     /// How it comes into being around the camera, if it is never whole in memory.

@@ -2,7 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::interface::ScalarKind;
+/// What an image load or fetch gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum ScalarKind {
+    /// `image2D`, `sampler2D`.
+    Float,
+    /// `iimage2D`, `isampler2D`.
+    Int,
+    /// `uimage2D`, `usampler2D`.
+    Uint,
+}
 
 macro_rules! formats {
     ($($variant:ident = $name:literal, $bytes:literal, $channels:literal, $kind:ident;)*) => {

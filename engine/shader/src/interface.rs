@@ -5,6 +5,7 @@ use raxel_diagnostics::Span;
 use serde::Serialize;
 
 use crate::format::Format;
+pub use crate::format::ScalarKind;
 
 /// Everything the outside must supply to a compute shader.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -264,17 +265,6 @@ impl Scalar {
             Scalar::I64 | Scalar::U64 | Scalar::F64 | Scalar::Address => 8,
         }
     }
-}
-
-/// What an image load or fetch gives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-pub enum ScalarKind {
-    /// `image2D`, `sampler2D`.
-    Float,
-    /// `iimage2D`, `isampler2D`.
-    Int,
-    /// `uimage2D`, `usampler2D`.
-    Uint,
 }
 
 /// A specialization constant.

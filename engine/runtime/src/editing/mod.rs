@@ -1,6 +1,5 @@
 //! The edits of a session's world: what they are made to, the newest voxels, the demo's edits, and the save.
 
-mod generator;
 mod saves;
 
 use std::sync::Arc;
@@ -10,7 +9,6 @@ use raxel_edit::save::Save;
 use raxel_edit::{Change, EditError, Edits, Operation, Scene};
 use raxel_world::{Chunk, ChunkPos};
 
-pub(crate) use generator::generator_hash;
 pub use saves::Saves;
 
 use crate::world::{SessionWorld, WorldIdentity};

@@ -8,7 +8,6 @@ use raxel_edit::EditError;
 use raxel_edit::save::{Meta, Save, SaveError, SaveEvent, SaveOptions};
 use raxel_world::{Loaded, OnGeneratorChange, SaveSettings};
 
-use super::generator::generator_hash;
 use super::{Editing, scene_of};
 use crate::world::SessionWorld;
 
@@ -29,7 +28,7 @@ fn save_meta(world: &SessionWorld, files: &dyn Files) -> Meta {
     Meta {
         format: 0,
         world: world.path.clone().unwrap_or_default(),
-        generator: generator_hash(world.loaded(), files),
+        generator: world.fingerprint(files),
         materials: scene_of(world).materials.into_iter().map(|material| material.name).collect(),
     }
 }

@@ -1,15 +1,12 @@
 //! Sources: everything that comes into a graph from outside. A source has a name (`world.tree64`), a description that the graph
 //! compiler holds shaders against (block, image, access), and, on a device, a buffer or an image with a version.
 
-mod baked;
 mod catalog;
 mod file;
 mod instances;
 mod name;
 mod on_device;
 
-pub(crate) use baked::baked;
-pub use baked::store_refused;
 pub(crate) use catalog::SourceCatalog;
 pub use catalog::VOXEL_FORMAT;
 pub(crate) use catalog::{EDITS, POSES};

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use raxel_bake::{BakeError, DEFAULT_EDGE, Part, Plan, PlanError, Region, Report};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_runtime::project::Project;
-use raxel_runtime::sources::store_refused;
 use raxel_runtime::stream::reach_of;
 use raxel_runtime::world::SessionWorld;
+use raxel_runtime::world::store_refused;
 use raxel_world::ChunkSource;
 use serde_json::json;
 

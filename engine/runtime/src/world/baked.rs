@@ -8,7 +8,7 @@ use raxel_diagnostics::{Diagnostic, Files, codes};
 use raxel_world::ChunkSource;
 
 /// Opens the store at an address, which is relative to the folder of the project when it is a folder.
-pub(crate) fn baked(address: &str, files: &dyn Files) -> Result<Arc<dyn ChunkSource>, Box<Diagnostic>> {
+pub(super) fn open(address: &str, files: &dyn Files) -> Result<Arc<dyn ChunkSource>, Box<Diagnostic>> {
     let source = ZarrSource::open(address, files.root().unwrap_or(Path::new(".")));
     source.map(|source| Arc::new(source) as _).map_err(|error| Box::new(refused(&error)))
 }

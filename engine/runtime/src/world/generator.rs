@@ -10,7 +10,7 @@ const COSMETIC: [&str; 6] = ["name", "about", "camera", "cameras", "save", "stre
 
 /// A hash of everything that the voxels of a world are built from: its file without what changes no voxel, and the files of its models.
 /// Materials count by their names; how they look does not. Of tiles that come from a store, it is what the store says of them.
-pub(crate) fn generator_hash(loaded: &Loaded, files: &dyn Files) -> [u8; 32] {
+pub(super) fn hash(loaded: &Loaded, files: &dyn Files) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
     if let Some(baked) = loaded.stream.as_ref().and_then(|streamed| streamed.generator.fingerprint()) {
         hasher.update(baked.as_bytes());
