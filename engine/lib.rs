@@ -23,6 +23,8 @@ pub use raxel_graph as graph;
 pub use raxel_measure as measure;
 /// The exact tracer and the error metrics.
 pub use raxel_oracle as oracle;
+/// Rays through voxels, as [`Session::cast`] takes them.
+pub use raxel_ray as ray;
 /// Everything of a session that is not re-exported here.
 pub use raxel_runtime as runtime;
 /// The shader compiler and its interfaces.

@@ -3,8 +3,9 @@
 //! Directions are cosine-weighted around the normal: a point in a disk is raised to the hemisphere (Malley's method; Pharr, Jakob and
 //! Humphreys, "Physically Based Rendering", 2023, section A.5.3). Everything is in whole numbers below 2¹⁵, which `f32` holds exactly.
 
+use raxel_ray::{FACE_INSIDE, Ray};
+
 use crate::period::{END, PeriodRay, UNIT};
-use crate::ray::{FACE_INSIDE, Ray};
 
 /// Length of every direction, but for rounding.
 const RADIUS: i32 = 32767;

@@ -1,10 +1,8 @@
 //! A second opinion on the exact tracer by an unrelated method: every voxel's box is intersected in `f64`, the nearest wins.
 //! Only for worlds of a few thousand voxels.
 
+use raxel_ray::{Lattice, ONE, Ray};
 use raxel_world::World;
-
-use crate::lattice::{Lattice, ONE};
-use crate::ray::Ray;
 
 /// Boxes that a ray meets within this of the nearest one's time (in voxels of the largest axis) cannot be told apart in `f64`.
 pub const TOLERANCE: f64 = 1e-6;

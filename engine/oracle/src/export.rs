@@ -3,12 +3,11 @@
 
 use std::io::{self, Write};
 
+use raxel_ray::{Lattice, ONE, Ray};
 use raxel_world::World;
 use rayon::prelude::*;
 
-use crate::lattice::{Lattice, ONE};
 use crate::oracle::Oracle;
-use crate::ray::Ray;
 
 /// First bytes of a file of voxels.
 pub const MAGIC: [u8; 4] = *b"RXVX";

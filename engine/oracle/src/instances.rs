@@ -3,13 +3,12 @@
 use std::sync::Arc;
 
 use glam::{I64Vec3, IVec3};
+use raxel_ray::{Lattice, ONE, Ray};
 use raxel_world::World;
 use raxel_world::instances::{Frame, Instances, Turn};
 
 use crate::exact::{Answer, Time};
-use crate::lattice::{Lattice, ONE};
 use crate::oracle::Oracle;
-use crate::ray::Ray;
 
 /// A hit of the world or of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

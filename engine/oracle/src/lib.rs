@@ -21,20 +21,16 @@
 
 pub mod bounce;
 pub mod brute;
-pub mod camera;
 pub mod exact;
 pub mod export;
 pub mod instances;
-mod lattice;
 pub mod light;
 pub mod metrics;
 mod oracle;
 pub mod period;
 pub mod port;
-mod ray;
 pub mod scenes;
 pub mod sets;
 
-pub use lattice::Lattice;
 pub use oracle::Oracle;
-pub use ray::{FACE_INSIDE, FAR, Hit, Ray};
+pub use raxel_ray::{FACE_INSIDE, FAR, Hit, Lattice, Ray, camera};

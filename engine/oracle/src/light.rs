@@ -8,13 +8,12 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use raxel_ray::{FACE_INSIDE, Lattice, Ray};
 use raxel_world::Material;
 use raxel_world::random::{SplitMix64, mix};
 use rayon::prelude::*;
 
-use crate::lattice::Lattice;
 use crate::oracle::Oracle;
-use crate::ray::{FACE_INSIDE, Ray};
 
 /// Half of the angle under which the sun's disc is seen, degrees.
 const SUN_HALF_ANGLE: f64 = 0.267;

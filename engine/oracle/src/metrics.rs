@@ -2,11 +2,10 @@
 
 use std::ops::RangeInclusive;
 
+use raxel_ray::{FAR, Hit, Lattice, Ray};
 use serde::Serialize;
 
 use crate::exact::{Answer, ExactHit, Passage};
-use crate::lattice::Lattice;
-use crate::ray::{FAR, Hit, Ray};
 
 /// What a tracer made of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -329,7 +328,7 @@ pub fn most_steps(ray: &Ray, found: &Hit) -> u64 {
 /// Least distance between a ray and a voxel's cube, in voxels.
 fn distance(lattice: &Lattice, voxel: [i32; 3]) -> f64 {
     let low: [f64; 3] = std::array::from_fn(|axis| {
-        (i64::from(voxel[axis]) - lattice.cell[axis]) as f64 - lattice.frac[axis] as f64 / crate::lattice::ONE as f64
+        (i64::from(voxel[axis]) - lattice.cell[axis]) as f64 - lattice.frac[axis] as f64 / raxel_ray::ONE as f64
     });
     let length = lattice.length();
     let dir = lattice.dir.map(|d| d as f64 / length);

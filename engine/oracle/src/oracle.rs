@@ -19,12 +19,11 @@
 use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 
+use raxel_ray::{Lattice, ONE, Ray};
 use raxel_world::random::mix;
 use raxel_world::{Chunk, World};
 
 use crate::exact::{Answer, ExactHit, Time, face_of, touched};
-use crate::lattice::{Lattice, ONE};
-use crate::ray::Ray;
 
 /// A world, prepared for exact rays.
 pub struct Oracle<'w> {

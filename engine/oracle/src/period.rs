@@ -1,8 +1,9 @@
 //! Period rays (`shaders/include/raxel/period.glsl`), traced in whole numbers of 64 bits: they cross the planes of each axis at whole
 //! times, a whole period apart.
 
+use raxel_ray::FACE_INSIDE;
+
 use crate::oracle::Oracle;
-use crate::ray::FACE_INSIDE;
 
 /// Units of time in the length of a voxel's edge.
 pub const UNIT: u32 = 4096;

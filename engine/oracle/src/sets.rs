@@ -1,11 +1,10 @@
 //! Seeded sets of rays: ordinary ones, and those that tracers are known to fail on.
 
 use glam::{Mat4, Vec2, Vec3};
+use raxel_ray::Ray;
+use raxel_ray::camera::{Pinhole, Tile};
 use raxel_world::random::SplitMix64;
 use raxel_world::{Bounds, World};
-
-use crate::camera::{Pinhole, Tile};
-use crate::ray::Ray;
 
 /// Random numbers, places and directions, the same everywhere.
 #[derive(Clone, Debug)]

@@ -1,15 +1,15 @@
-//! The first solid voxel along a ray, exactly: the rule of `raxel_oracle`, followed from chunk to chunk.
+//! The first solid voxel along a ray, exactly: the rule of the oracle, followed from chunk to chunk.
 
 use std::sync::Arc;
 
-use raxel_oracle::exact::{ExactHit, Time, face_of};
-use raxel_oracle::{Lattice, Ray};
+use raxel_ray::exact::{ExactHit, Time, face_of};
+use raxel_ray::{Lattice, Ray};
 use raxel_world::{Chunk, ChunkPos, block_index, child_index};
 
 use crate::scene::Base;
 
 /// Steps of the ray's lattice in a voxel.
-const ONE: i128 = 1 << 24;
+const ONE: i128 = raxel_ray::ONE as i128;
 
 /// Cubes that a ray looks at, at most: chunks, nodes, blocks and voxels together.
 const MOST_STEPS: u32 = 1 << 20;

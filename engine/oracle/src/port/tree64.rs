@@ -1,9 +1,9 @@
 //! `tree64.glsl`.
 
+use raxel_ray::{Hit, Ray};
 use raxel_world::layout::Tree64Header;
 
 use super::walk::Walk;
-use crate::ray::{Hit, Ray};
 
 const FILLED: u32 = 0x8000_0000;
 const UNIFORM: u32 = 0x4000_0000;

@@ -1,6 +1,6 @@
 //! `walk.glsl`.
 
-use crate::ray::{FACE_INSIDE, Hit, Ray};
+use raxel_ray::{FACE_INSIDE, Hit, Ray};
 
 const WALK_ERROR: f32 = 1.0 / 1_048_576.0;
 const NEVER: f32 = 1.0e38;

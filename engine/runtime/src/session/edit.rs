@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use raxel_diagnostics::{Diagnostic, SourceMap, codes};
 use raxel_edit::query::{CastHit, cast};
 use raxel_edit::{Change, EditError, Operation, Scene};
-use raxel_oracle::Ray;
-use raxel_oracle::camera::Pinhole;
+use raxel_ray::Ray;
+use raxel_ray::camera::Pinhole;
 use raxel_world::ChunkPos;
 
 use super::{FrameError, Session};

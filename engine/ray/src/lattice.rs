@@ -49,7 +49,7 @@ impl Lattice {
     }
 
     /// Whether a ray that starts on a face, an edge or a corner of its cell has a solid voxel there, or lies in a plane of the lattice.
-    pub(crate) fn touches(&self, solid: impl Fn([i64; 3]) -> bool) -> bool {
+    pub fn touches(&self, solid: impl Fn([i64; 3]) -> bool) -> bool {
         let on = |axis: usize| self.frac[axis] == 0 || self.frac[axis] == ONE;
         if (0..3).any(|axis| on(axis) && self.dir[axis] == 0) {
             return true;
