@@ -61,6 +61,7 @@ pub(crate) fn check(
     }
     for &id in &cull.live {
         let pass = graph.pass(id);
+        let before = found.len();
         let constants = specialization(pass, sizes, materials);
         dispatch(pass, sizes, (&constants, input.world.extent), &input.limits, &mut found);
         unknown_materials(graph, pass, input.world.materials, &mut found);
@@ -77,8 +78,21 @@ pub(crate) fn check(
             };
             arguments(graph, pass, (buffer, offset), counts, sizes, &mut found);
         }
+        if pass.round.is_some() {
+            each_mistake_in_one_round(&mut found, before);
+        }
     }
     if found.is_empty() { Ok(()) } else { Err(found) }
+}
+
+/// A pass of a loop is often wrong in every round: of mistakes with the same code at the same places, those of the first round are told.
+fn each_mistake_in_one_round(found: &mut Vec<Diagnostic>, before: usize) {
+    let of_round = found.split_off(before);
+    let places = |diagnostic: &Diagnostic| diagnostic.labels.iter().map(|label| label.span.clone()).collect::<Vec<_>>();
+    let same = |known: &Diagnostic, new: &Diagnostic| known.code == new.code && places(known) == places(new);
+    found.extend(
+        of_round.into_iter().filter(|new| !found[..before].iter().any(|known| same(known, new))).collect::<Vec<_>>(),
+    );
 }
 
 /// Whether its extent is known: that of an image from outside is not before its supplier has made it.

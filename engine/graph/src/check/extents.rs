@@ -7,12 +7,12 @@ use crate::resolve::Resolved;
 
 /// Checks every target and buffer.
 pub fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
-    let mut reported = vec![false; graph.resources.len()];
-    for index in 0..graph.resources.len() {
-        if !reported[index] {
-            cycle(graph, ResourceId(index as u32), &mut reported, found);
+    let mut followed = vec![false; graph.resources.len()];
+    for id in (0..graph.resources.len()).map(|index| ResourceId(index as u32)) {
+        if let Some(cycle) = follow(graph, id, &mut followed) {
+            found.push(measured_by_itself(graph, &cycle));
         }
-        mips(graph, ResourceId(index as u32), found);
+        mips(graph, id, found);
     }
 }
 
@@ -37,30 +37,30 @@ fn parent(graph: &Resolved, id: ResourceId) -> Option<ResourceId> {
     }
 }
 
-/// Reports the cycle that `id` is on, if it is on one.
-fn cycle(graph: &Resolved, id: ResourceId, reported: &mut [bool], found: &mut Vec<Diagnostic>) {
-    let mut chain = vec![id];
-    while let Some(next) = chain.last().and_then(|last| parent(graph, *last)) {
-        if next == id {
-            let name = |id: ResourceId| graph.resources[id.0 as usize].item.name.as_str();
-            let names: Vec<&str> = chain.iter().chain([&id]).map(|id| name(*id)).collect();
-            let mut diagnostic = Diagnostic::error(
-                codes::graph::SIZE_CYCLE,
-                format!("the size of `{}` is measured by itself: {}", name(id), names.join(" → ")),
-            );
-            for link in &chain {
-                reported[link.0 as usize] = true;
-                diagnostic = diagnostic.label(graph.resources[link.0 as usize].item.place.clone(), "");
-            }
-            found.push(diagnostic);
-            return;
+/// Follows sizes from `id` on to the first that was followed before, so that each is followed once. Gives the cycle that they end in, from
+/// the one that is declared first on.
+fn follow(graph: &Resolved, id: ResourceId, followed: &mut [bool]) -> Option<Vec<ResourceId>> {
+    let mut chain = Vec::new();
+    let mut next = Some(id);
+    while let Some(id) = next {
+        if std::mem::replace(&mut followed[id.0 as usize], true) {
+            let mut cycle = chain.split_off(chain.iter().position(|known| *known == id)?);
+            let first = cycle.iter().enumerate().min_by_key(|(_, id)| **id).map_or(0, |(at, _)| at);
+            cycle.rotate_left(first);
+            return Some(cycle);
         }
-        // Leads into a cycle that it is not on.
-        if chain.contains(&next) {
-            return;
-        }
-        chain.push(next);
+        chain.push(id);
+        next = parent(graph, id);
     }
+    None
+}
+
+fn measured_by_itself(graph: &Resolved, cycle: &[ResourceId]) -> Diagnostic {
+    let item = |id: ResourceId| &graph.resources[id.0 as usize].item;
+    let names: Vec<&str> = cycle.iter().chain(&cycle[..1]).map(|id| item(*id).name.as_str()).collect();
+    let message = format!("the size of `{}` is measured by itself: {}", names[0], names.join(" → "));
+    let diagnostic = Diagnostic::error(codes::graph::SIZE_CYCLE, message);
+    cycle.iter().fold(diagnostic, |diagnostic, id| diagnostic.label(item(*id).place.clone(), ""))
 }
 
 fn mips(graph: &Resolved, id: ResourceId, found: &mut Vec<Diagnostic>) {

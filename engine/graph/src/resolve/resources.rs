@@ -124,7 +124,7 @@ impl Scope<'_> {
                 (None, None)
             }
         };
-        if let (Some(ty), None) = (&buffer.ty, &buffer.values) {
+        if let (Some(ty), None, false) = (&buffer.ty, &buffer.values, buffer.flawed) {
             let message = format!("buffer `{}` has a `type` and no `values`", name.value);
             found.push(
                 Diagnostic::error(codes::files::CONFLICTING_KEYS, message)
@@ -360,13 +360,13 @@ fn colour(name: &str, key: &str, literal: &Literal, format: Format, found: &mut 
     let single = elements.len() == 1 && !matches!(literal.data, Data::Array(_));
     let clear = (single || elements.len() == channels)
         .then(|| match format.scalar() {
-            ScalarKind::Float => spread(elements, channels, |_, element| float(element)).map(Clear::Float),
-            ScalarKind::Int => spread(elements, channels, |channel, element| {
+            ScalarKind::Float => broadcast(elements, channels, |_, element| float(element)).map(Clear::Float),
+            ScalarKind::Int => broadcast(elements, channels, |channel, element| {
                 let half = 1_i64 << (channel_bits(format, channel) - 1);
                 integer(element).filter(|v: &i32| (-half..half).contains(&i64::from(*v)))
             })
             .map(Clear::Int),
-            ScalarKind::Uint => spread(elements, channels, |channel, element| {
+            ScalarKind::Uint => broadcast(elements, channels, |channel, element| {
                 integer(element).filter(|v: &u32| u64::from(*v) < 1 << channel_bits(format, channel))
             })
             .map(Clear::Uint),
@@ -404,7 +404,7 @@ fn channel_bits(format: Format, channel: usize) -> u32 {
 }
 
 /// One element for every channel, or an element a channel; channels that the format lacks are zero.
-fn spread<T: Copy + Default>(
+fn broadcast<T: Copy + Default>(
     elements: &[Literal],
     channels: usize,
     value: impl Fn(usize, &Literal) -> Option<T>,

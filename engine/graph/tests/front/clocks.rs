@@ -83,10 +83,10 @@ fn a_variant_changes_a_clock() {
     let graph = project.compile("graphs/fast.toml").0.unwrap_or_else(|found| panic!("{found:#?}")).0;
     assert!((graph.clocks[0].hz - 240.0).abs() < 1e-9 && graph.clocks[0].most == 8);
     project.put("graphs/none.toml", "extends = \"waves.toml\"\n[clocks.sim]\nremove = true\n");
-    let talk = project.talk("graphs/none.toml");
-    assert_eq!(talk.matches("[RX0165]").count(), 4, "{talk}");
+    let text = project.rendered("graphs/none.toml");
+    assert_eq!(text.matches("[RX0165]").count(), 4, "{text}");
     project.put("graphs/none.toml", "extends = \"waves.toml\"\n[clocks.smi]\nremove = true\n");
-    assert!(project.talk("graphs/none.toml").contains("[RX0165]: the base has no clock `smi`"));
+    assert!(project.rendered("graphs/none.toml").contains("[RX0165]: the base has no clock `smi`"));
 }
 
 #[test]
@@ -123,9 +123,9 @@ fn mistakes_are_told() {
     let mut said = String::new();
     for (code, old, new) in cases {
         let project = project(old, new);
-        let talk = project.talk("graphs/waves.toml");
-        assert!(talk.contains(&format!("[{code}]")), "{code} is not in\n{talk}\nafter {old:?} → {new:?}");
-        writeln!(said, "──── {old:?} → {new:?}\n{talk}").expect("a string takes all");
+        let text = project.rendered("graphs/waves.toml");
+        assert!(text.contains(&format!("[{code}]")), "{code} is not in\n{text}\nafter {old:?} → {new:?}");
+        writeln!(said, "──── {old:?} → {new:?}\n{text}").expect("a string takes all");
     }
     insta::assert_snapshot!("clocks", said);
 }

@@ -300,9 +300,9 @@ fn flow() {
 #[test]
 fn a_wrong_target_is_not_unwritten_too() {
     let project = Project::new().edit(BASE, "present = \"color\"", "present = \"half_depth\"");
-    let talk =
-        project.edit(BASE, r#"display = { map = "turbo", range = [0.0, 500.0] }"#, r#"display = "id""#).talk(BASE);
-    assert!(talk.contains("[RX0152]") && !talk.contains("[RX0162]"), "{talk}");
+    let text =
+        project.edit(BASE, r#"display = { map = "turbo", range = [0.0, 500.0] }"#, r#"display = "id""#).rendered(BASE);
+    assert!(text.contains("[RX0152]") && !text.contains("[RX0162]"), "{text}");
 }
 
 /// A key that is there under a wrong name is one mistake, and not a missing one as well.
@@ -313,8 +313,8 @@ fn a_misspelt_key_is_said_once() {
         ("name    = \"base\"", "nmae    = \"base\""),
         ("format = \"rg32ui\"", "fromat = \"rg32ui\""),
     ] {
-        let talk = Project::new().edit(BASE, right, wrong).talk(BASE);
-        assert_eq!((talk.matches("error[").count(), talk.matches("[RX0011]").count()), (1, 1), "{talk}");
+        let text = Project::new().edit(BASE, right, wrong).rendered(BASE);
+        assert_eq!((text.matches("error[").count(), text.matches("[RX0011]").count()), (1, 1), "{text}");
     }
 }
 
@@ -322,9 +322,9 @@ fn a_misspelt_key_is_said_once() {
 fn check(family: &str, cases: &[Case]) {
     let mut said = String::new();
     for (code, file, old, new) in cases {
-        let talk = Project::new().edit(file, old, new).talk(BASE);
-        assert!(talk.contains(&format!("[{code}]")), "{code} is not in\n{talk}\nafter {old:?} → {new:?}");
-        writeln!(said, "──── {file}: {old:?} → {new:?}\n{talk}").unwrap();
+        let text = Project::new().edit(file, old, new).rendered(BASE);
+        assert!(text.contains(&format!("[{code}]")), "{code} is not in\n{text}\nafter {old:?} → {new:?}");
+        writeln!(said, "──── {file}: {old:?} → {new:?}\n{text}").unwrap();
     }
     insta::assert_snapshot!(family, said);
 }
@@ -350,15 +350,39 @@ fn all_mistakes_of_all_passes_come_at_once() {
         .edit(BASE, r#"format = "r8""#, r#"format = "r9""#)
         .edit(BASE, "dispatch = [4, 4]", "dispatch = [4, 0]")
         .edit(PYRAMID, "uniform sampler2D depth", "uniform usampler2D depth");
-    insta::assert_snapshot!("at_once", project.talk(BASE));
+    insta::assert_snapshot!("at_once", project.rendered(BASE));
 }
 
 #[test]
 fn errors_of_several_shaders_come_together_and_once_each() {
     let project =
         Project::new().edit(PYRAMID, "imageStore(below", "imageSture(below").edit(PROBES, "vec4 light", "vec5 light");
-    let talk = project.talk(BASE);
-    assert!(talk.contains("imageSture") && talk.contains("vec5"), "{talk}");
+    let text = project.rendered(BASE);
+    assert!(text.contains("imageSture") && text.contains("vec5"), "{text}");
     // Two passes use probes.comp; what is wrong with it is said for the first.
-    assert_eq!(talk.matches("for pass `probe_update`").count(), talk.matches("for pass").count() - 1, "{talk}");
+    assert_eq!(text.matches("for pass `probe_update`").count(), text.matches("for pass").count() - 1, "{text}");
+}
+
+/// Thousands of targets that are each a part of the next are followed once, and the cycle at their end is told once.
+#[test]
+fn a_long_chain_of_sizes_ends_in_one_cycle() {
+    let chain: String = (0..4000).fold(String::new(), |mut chain, n| {
+        let next = if n == 3999 { 3998 } else { n + 1 };
+        writeln!(chain, "[targets.part{n}]\nformat = \"r8\"\nsize = {{ of = \"part{next}\" }}").unwrap();
+        chain
+    });
+    let mut project = Project::new();
+    project.put("graphs/chain.toml", &format!("extends = \"base.toml\"\n{chain}"));
+    let text = project.rendered("graphs/chain.toml");
+    assert_eq!(text.matches("[RX0151]").count(), 1, "{text}");
+    assert!(text.contains("the size of `part3998` is measured by itself: part3998 → part3999 → part3998\n"), "{text}");
+}
+
+#[test]
+fn a_wrong_value_of_a_table_is_one_mistake() {
+    let mut project = Project::new();
+    let table = "[buffers.weights]\ntype = \"vec2\"\nvalues = [[1.0, \"x\"]]\n";
+    project.put("graphs/table.toml", &format!("extends = \"base.toml\"\n{table}"));
+    let text = project.rendered("graphs/table.toml");
+    assert!(text.contains("[RX0012]") && !text.contains("[RX0015]"), "{text}");
 }

@@ -48,7 +48,7 @@ when = "always"
 "#,
     );
     let (compiled, _) = project.compile(OVER);
-    let (graph, warnings) = compiled.unwrap_or_else(|_| panic!("{}", project.talk(OVER)));
+    let (graph, warnings) = compiled.unwrap_or_else(|_| panic!("{}", project.rendered(OVER)));
     assert_eq!(graph.name, "over");
     assert_eq!(graph.about, "first hit, a pyramid over it, probes");
     let names: Vec<&str> = graph.passes.iter().map(|pass| &pass.name[..]).collect();
@@ -86,7 +86,7 @@ fn mistakes_point_into_the_file_that_they_are_in() {
         "[[passes]]\nname = \"new\"\nshader = \"pyramid.comp\"\ndispatch = [1]\nbind = { above = { remove = true } }\n",
         "[[passes]]\nname = \"finish\"\ndispatch = [1]\n[[passes]]\nname = \"finish\"\ndispatch = [2]\n",
     ] {
-        writeln!(said, "──── {text:?}\n{}", over(text).talk(OVER)).unwrap();
+        writeln!(said, "──── {text:?}\n{}", over(text).rendered(OVER)).unwrap();
     }
     insta::assert_snapshot!("extends", said);
 }
@@ -95,20 +95,20 @@ fn mistakes_point_into_the_file_that_they_are_in() {
 fn a_row_that_does_not_end_is_named() {
     let mut project = over("");
     project.put("graphs/base.toml", "extends = \"variants/over.toml\"\n");
-    let mut said = project.talk(OVER);
+    let mut said = project.rendered(OVER);
     project.put("graphs/base.toml", "extends = \"missing.toml\"\n");
-    said += &project.talk(OVER);
+    said += &project.rendered(OVER);
     project.put("graphs/base.toml", "extends = \"../../outside.toml\"\n");
-    said += &project.talk(OVER);
+    said += &project.rendered(OVER);
     for n in 0..20 {
         project.put(&format!("graphs/{n}.toml"), &format!("extends = \"{}.toml\"\n", n + 1));
     }
-    said += &project.talk("graphs/0.toml");
+    said += &project.rendered("graphs/0.toml");
     project.put(
         "graphs/alone.toml",
         "name = \"a\"\n[targets.x]\nremove = true\n[[passes]]\nname = \"p\"\nafter = \"q\"\n",
     );
-    said += &project.talk("graphs/alone.toml");
+    said += &project.rendered("graphs/alone.toml");
     insta::assert_snapshot!("chains", said);
 }
 
@@ -120,5 +120,5 @@ fn counts_have_caps() {
         writeln!(many, "[params.p{n}]\ntype = \"f32\"\ndefault = 0.0").unwrap();
     }
     project.put("graphs/many.toml", &many);
-    assert!(project.talk("graphs/many.toml").contains("[RX0155]"));
+    assert!(project.rendered("graphs/many.toml").contains("[RX0155]"));
 }

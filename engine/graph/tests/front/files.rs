@@ -73,7 +73,7 @@ impl Project {
     }
 
     /// What a person sees: every diagnostic of the compilation.
-    pub fn talk(&self, path: &str) -> String {
+    pub fn rendered(&self, path: &str) -> String {
         let (compiled, texts) = self.compile(path);
         let found = match compiled {
             Ok((_, warnings)) => warnings,

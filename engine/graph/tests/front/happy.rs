@@ -8,7 +8,7 @@ use crate::files::Project;
 #[test]
 fn every_construct_arrives_in_the_checked_graph() {
     let (compiled, _) = Project::new().compile("graphs/base.toml");
-    let (graph, warnings) = compiled.unwrap_or_else(|_| panic!("{}", Project::new().talk("graphs/base.toml")));
+    let (graph, warnings) = compiled.unwrap_or_else(|_| panic!("{}", Project::new().rendered("graphs/base.toml")));
     assert_eq!(warnings, []);
     assert_eq!(graph.name, "base");
     assert_eq!(graph.resource(graph.present).name, "color");
@@ -143,7 +143,7 @@ fn a_param_says_how_it_is_shown() {
          color = false\n[params.probes]",
     );
     let (compiled, _) = project.compile("graphs/base.toml");
-    let (graph, _) = compiled.unwrap_or_else(|_| panic!("{}", project.talk("graphs/base.toml")));
+    let (graph, _) = compiled.unwrap_or_else(|_| panic!("{}", project.rendered("graphs/base.toml")));
     let param = |name: &str| graph.params[graph.find_param(name).unwrap().0 as usize].clone();
     let tone = param("tone");
     assert_eq!(tone.choices, ["Reinhard", "AgX"]);

@@ -1,8 +1,12 @@
 //! `[loops.*]`: passes that are repeated, and every mistake.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::sync::Arc;
 
+use raxel_graph::EstimatedMemory;
 use raxel_graph::checked::{ClockId, Dispatch, Graph, RoundIndex, Rounds, Source};
+use raxel_graph::plan::{Limits, PlanInput, Present, WorldInput};
 
 use crate::files::Project;
 
@@ -147,11 +151,11 @@ fn loops_are_laid_over_those_of_a_base() {
     let (graph, _) = project.compile("graphs/over.toml").0.unwrap_or_else(|found| panic!("{found:#?}"));
     assert_eq!((graph.loops[1].rounds, graph.loops[1].down), (Rounds::Fixed(4), true));
     // The param is not used any more.
-    assert!(project.talk("graphs/over.toml").contains("param `rounds` is not used"));
+    assert!(project.rendered("graphs/over.toml").contains("param `rounds` is not used"));
     project.put("graphs/over.toml", "extends = \"loops.toml\"\nloops.relax.remove = true\n");
-    assert!(project.talk("graphs/over.toml").contains("there is no loop `relax`"));
+    assert!(project.rendered("graphs/over.toml").contains("there is no loop `relax`"));
     project.put("graphs/over.toml", "extends = \"loops.toml\"\nloops.relux.remove = true\n");
-    assert!(project.talk("graphs/over.toml").contains("the base has no loop `relux`"));
+    assert!(project.rendered("graphs/over.toml").contains("the base has no loop `relux`"));
 }
 
 #[test]
@@ -198,9 +202,9 @@ fn mistakes() {
         if new.starts_with("mips = 1") {
             project.put(PATH, &GRAPH.replace("count = { mips = \"pyramid\" }\n", "count = 1\n"));
         }
-        let talk = project.edit(PATH, old, new).talk(PATH);
-        assert!(talk.contains(&format!("[{code}]")), "{code} is not in\n{talk}\nafter {old:?} → {new:?}");
-        writeln!(said, "──── {old:?} → {new:?}\n{talk}").unwrap();
+        let text = project.edit(PATH, old, new).rendered(PATH);
+        assert!(text.contains(&format!("[{code}]")), "{code} is not in\n{text}\nafter {old:?} → {new:?}");
+        writeln!(said, "──── {old:?} → {new:?}\n{text}").unwrap();
     }
     insta::assert_snapshot!(said);
 }
@@ -217,17 +221,17 @@ fn a_loop_with_passes_of_a_clock_has_no_others() {
     let told = |graph: &str| {
         let mut project = project();
         project.put(PATH, graph);
-        project.talk(PATH)
+        project.rendered(PATH)
     };
     let both = of_clock("again", &of_clock("mix", &graph));
     let mut right = project();
     right.put(PATH, &both);
     assert_eq!(compiled(&right).passes.len(), 4);
     // The second round of `mix` would stand behind the first of `again`.
-    let talk = told(&of_clock("mix", &graph));
+    let text = told(&of_clock("mix", &graph));
     let one =
         "[RX0166]: loop `relax` repeats pass `mix`, which runs by clock `sim`, together with `again`, which does not";
-    assert!(talk.contains(one), "{talk}");
+    assert!(text.contains(one), "{text}");
     assert!(told(&of_clock("again", &graph)).contains("[RX0166]: loop `relax` repeats pass `again`"));
     // What turns with a clock changes places with it.
     let turning = |graph: &str| {
@@ -241,10 +245,10 @@ fn a_loop_with_passes_of_a_clock_has_no_others() {
     let mut right = project();
     right.put(PATH, &turning(&all));
     assert_eq!(compiled(&right).resources[1].clock, Some(ClockId(0)));
-    let talk = told(&turning(&of_clock("start", &graph)));
-    assert!(talk.contains("[RX0167]: loop `relax` lets `color` change places, which turns with clock `sim`"), "{talk}");
-    let talk = told(&both.replace("[targets.other]\n", "[targets.other]\nclock = \"sim\"\n"));
-    assert!(talk.contains("[RX0192]: `color` and `other` cannot change places: they differ in `clock`"), "{talk}");
+    let text = told(&turning(&of_clock("start", &graph)));
+    assert!(text.contains("[RX0167]: loop `relax` lets `color` change places, which turns with clock `sim`"), "{text}");
+    let text = told(&both.replace("[targets.other]\n", "[targets.other]\nclock = \"sim\"\n"));
+    assert!(text.contains("[RX0192]: `color` and `other` cannot change places: they differ in `clock`"), "{text}");
 }
 
 #[test]
@@ -252,11 +256,42 @@ fn the_passes_of_a_loop_stand_together() {
     let more = "\n[[passes]]\nname = \"again\"\nloop = \"down\"\nshader = \"down.comp\"\ndispatch = { threads = \"pyramid\", mip = \"loop.next\" }\nbind = { fine = { target = \"pyramid\", mip = \"loop.index\" }, coarse = { target = \"pyramid\", mip = \"loop.next\" } }\n";
     let mut apart = project();
     apart.put(PATH, &format!("{GRAPH}{more}"));
-    let talk = apart.talk(PATH);
-    assert!(talk.contains("[RX0191]: the passes of loop `down` do not stand together"), "{talk}");
-    assert!(talk.contains("this one stands between them"), "{talk}");
+    let text = apart.rendered(PATH);
+    assert!(text.contains("[RX0191]: the passes of loop `down` do not stand together"), "{text}");
+    assert!(text.contains("this one stands between them"), "{text}");
     // Side by side they are one loop of two passes.
     let mix = GRAPH.find("\n[[passes]]\nname = \"mix\"").unwrap();
     apart.put(PATH, &format!("{}{more}{}", &GRAPH[..mix], &GRAPH[mix..]));
     assert_eq!(compiled(&apart).passes.len(), 4);
+}
+
+#[test]
+fn a_mistake_of_every_round_is_told_once() {
+    let mut project = project();
+    project.put(
+        PATH,
+        &GRAPH.replace("default = 3", "default = 2").replace(
+            "fine = { target = \"pyramid\", mip = \"loop.index\" }",
+            "fine = { target = \"color\", mip = \"loop.index\" }",
+        ),
+    );
+    let graph = Arc::new(compiled(&project));
+    let present = Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None };
+    let sources = BTreeMap::new();
+    let input = PlanInput {
+        output: [320, 180],
+        present,
+        pinned: &[],
+        facts: &|_| true,
+        counts: &[],
+        sources: &sources,
+        world: WorldInput::ON_PAPER,
+        memory: &EstimatedMemory,
+        alias: true,
+        poison: false,
+        limits: Limits::PORTABLE,
+    };
+    let found = raxel_graph::plan(graph, &input).expect_err("`color` has one mip");
+    let messages: Vec<_> = found.iter().map(|diagnostic| diagnostic.message.as_str()).collect();
+    assert_eq!(messages, ["pass `down[1]` binds mip 1 of `color`, which has 1"]);
 }

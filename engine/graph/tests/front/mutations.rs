@@ -93,13 +93,13 @@ proptest! {
         let text = edits.iter().fold(GRAPH.to_owned(), |text, edit| apply(&text, edit));
         project.put("graphs/base.toml", &text);
         // Renders what is found, and checks that every label points into a text.
-        project.talk("graphs/base.toml");
+        project.rendered("graphs/base.toml");
     }
 
     #[test]
     fn no_bytes_make_it_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         let mut project = PROJECT.clone();
         project.files.insert("graphs/base.toml".to_owned(), bytes.into());
-        project.talk("graphs/base.toml");
+        project.rendered("graphs/base.toml");
     }
 }

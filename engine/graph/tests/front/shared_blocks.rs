@@ -148,11 +148,13 @@ fn blocks_are_laid_over_those_of_a_base() {
     );
     // Taken away as a whole, and one member of it.
     project.put("graphs/over.toml", "extends = \"held.toml\"\nblocks.frame.remove = true\n");
-    assert!(project.talk("graphs/over.toml").contains("the shader has push constants, but pass `first` declares none"));
+    assert!(
+        project.rendered("graphs/over.toml").contains("the shader has push constants, but pass `first` declares none")
+    );
     project.put("graphs/over.toml", "extends = \"held.toml\"\nblocks.frame.sun = { remove = true }\n");
-    assert!(project.talk("graphs/over.toml").contains("`sun` of the shader has no value in `[blocks.frame]`"));
+    assert!(project.rendered("graphs/over.toml").contains("`sun` of the shader has no value in `[blocks.frame]`"));
     project.put("graphs/over.toml", "extends = \"held.toml\"\nblocks.frame.moon = { remove = true }\n");
-    assert!(project.talk("graphs/over.toml").contains("the base has no member `moon`"));
+    assert!(project.rendered("graphs/over.toml").contains("the base has no member `moon`"));
 }
 
 /// A mistake in a shared block is one mistake, however many passes it fills.
@@ -178,10 +180,10 @@ fn mistakes() {
         let twice = GRAPH.replace("[[passes]]\nname = \"second\"", "[[passes]]\nname = \"again\"\nshader = \"first.comp\"\ndispatch = { threads = \"depth\" }\nbind = { outDepth = \"depth\" }\n\n[[passes]]\nname = \"second\"");
         let mut project = project();
         project.put(PATH, &twice);
-        let talk = project.edit(file, old, new).talk(PATH);
-        assert!(talk.contains(&format!("[{code}]")), "{code} is not in\n{talk}\nafter {old:?} → {new:?}");
+        let text = project.edit(file, old, new).rendered(PATH);
+        assert!(text.contains(&format!("[{code}]")), "{code} is not in\n{text}\nafter {old:?} → {new:?}");
         let file = file.rsplit('/').next().unwrap();
-        writeln!(said, "──── {file}: {old:?} → {new:?}\n{talk}").unwrap();
+        writeln!(said, "──── {file}: {old:?} → {new:?}\n{text}").unwrap();
     }
     insta::assert_snapshot!(said);
 }

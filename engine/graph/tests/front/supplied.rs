@@ -110,8 +110,8 @@ fn the_image_of_a_bound_buffer_need_not_be_named() {
     let (compiled, _) = taken.compile(PATH);
     assert_eq!(bound(&compiled.unwrap().0), expected);
     // A source without an image has none to bind.
-    let talk = undeclared.edit(PATH, "world.texture3d", "world.tree64").talk(PATH);
-    assert!(talk.contains("`world_voxels` is bound to nothing"), "{talk}");
+    let text = undeclared.edit(PATH, "world.texture3d", "world.tree64").rendered(PATH);
+    assert!(text.contains("`world_voxels` is bound to nothing"), "{text}");
 }
 
 #[test]
@@ -235,9 +235,9 @@ fn mistakes() {
         let mut changed = project();
         let text = String::from_utf8(changed.files[file].to_vec()).unwrap();
         changed.put(file, &text.replacen(old, new, 1));
-        let talk = changed.talk(PATH);
-        let _ = writeln!(said, "──── {file}: {old:?} → {new:?}\n{talk}");
-        if !talk.contains(&format!("[{code}]")) {
+        let text = changed.rendered(PATH);
+        let _ = writeln!(said, "──── {file}: {old:?} → {new:?}\n{text}");
+        if !text.contains(&format!("[{code}]")) {
             let _ = writeln!(said, "!!!! no {code}");
         }
     }
@@ -258,10 +258,10 @@ fn a_base_with_a_source_is_overlaid() {
     let ResourceKind::Target(target) = &graph.resource(graph.find_resource("voxels").unwrap()).kind else { panic!() };
     assert_eq!((target.source.as_ref(), target.extent), (None, Extent::Fixed3([4; 3])));
     // A key that the source excludes is met across files too.
-    let talk = over("[targets.voxels]\nmips = 3").talk("graphs/over.toml");
+    let text = over("[targets.voxels]\nmips = 3").rendered("graphs/over.toml");
     assert!(
-        talk.contains("[RX0015]") && talk.contains("graphs/over.toml:3") && talk.contains("graphs/volume.toml:8"),
-        "{talk}"
+        text.contains("[RX0015]") && text.contains("graphs/over.toml:3") && text.contains("graphs/volume.toml:8"),
+        "{text}"
     );
 }
 
@@ -277,18 +277,18 @@ present = "color"
 source = "file.textures/a.png"
 encoding = "srgb"
 "#;
-    let talk = |text: &str| {
+    let text = |text: &str| {
         let mut project = Project::new();
         project.put(PATH, text);
-        project.talk(PATH)
+        project.rendered(PATH)
     };
-    let said = talk(graph);
+    let said = text(graph);
     assert!(said.contains("[RX0156]") && said.contains("textures/a.png") && said.contains("named here"), "{said}");
     // Keys of files are of files only, and a file has its own extent.
-    let said = talk(&graph.replace("source = \"file.textures/a.png\"", "format = \"rgba8\""));
+    let said = text(&graph.replace("source = \"file.textures/a.png\"", "format = \"rgba8\""));
     assert!(said.contains("is from no file and takes no `encoding`"), "{said}");
-    let said = talk(&graph.replace("encoding = \"srgb\"", "size = [4, 4]"));
+    let said = text(&graph.replace("encoding = \"srgb\"", "size = [4, 4]"));
     assert!(said.contains("[RX0015]"), "{said}");
-    let said = talk(&graph.replace("file.textures/a.png", "file.../a.png"));
+    let said = text(&graph.replace("file.textures/a.png", "file.../a.png"));
     assert!(said.contains("[RX0005]"), "{said}");
 }
