@@ -29,12 +29,19 @@ struct Message<'t> {
 /// The diagnostics in the compiler's output, errors first by order of appearance.
 pub(crate) fn diagnostics(output: &str, sources: &Sources<'_>) -> Vec<Diagnostic> {
     let mut seen = HashSet::new();
-    let messages: Vec<Message<'_>> = output
+    let mut messages: Vec<Message<'_>> = output
         .lines()
         .filter(|line| seen.insert(*line))
         .filter_map(Message::parse)
         .filter(|message| !message.is_noise())
         .collect();
+    // The compiler reads on behind an `#error`, without what its author was missing. What it finds there is no mistake of its own.
+    if let Some(first) = messages.iter().position(Message::is_directive) {
+        let mut at = 0..;
+        messages.retain(|message| {
+            at.next() <= Some(first) || message.severity == Severity::Warning || message.is_directive()
+        });
+    }
     let mut found = some(&messages, Severity::Error, MAX_ERRORS, sources);
     found.extend(some(&messages, Severity::Warning, MAX_WARNINGS, sources));
     found
@@ -79,6 +86,11 @@ impl<'t> Message<'t> {
         self.text.contains("compilation terminated") || self.text.ends_with("compilation errors.  No code generated.")
     }
 
+    /// Whether an `#error` says it.
+    fn is_directive(&self) -> bool {
+        self.token == Some("#error")
+    }
+
     fn code(&self) -> Code {
         match self.severity {
             Severity::Error if self.text.contains("Missing entry point") => codes::shader::NO_ENTRY,
@@ -90,7 +102,7 @@ impl<'t> Message<'t> {
     fn diagnostic(&self, sources: &Sources<'_>) -> Diagnostic {
         let message = match self.token {
             _ if self.code() == codes::shader::NO_ENTRY => "there is no `void main()`".to_owned(),
-            Some("#error") => format!("`#error`: {}", self.author(sources).unwrap_or(&self.text)),
+            _ if self.is_directive() => format!("`#error`: {}", self.author(sources).unwrap_or(&self.text)),
             Some(token) => format!("`{token}`: {}", self.text),
             None => self.text.clone(),
         };

@@ -180,6 +180,15 @@ fn an_error_directive_is_an_error() {
     )]));
 }
 
+/// What an `#error` stands in for is missing in all that follows; a mistake before it is one all the same.
+#[test]
+fn what_follows_an_error_directive_is_not_told() {
+    let text = "float before() { return missing; }\n#error no world is bound\n#error nor anything else\nvoid main() { trace(); }\n";
+    let told = said([("shaders/a.comp", body(text))]);
+    assert_eq!(told.matches("error[").count(), 3, "{told}");
+    assert!(["`missing`", "no world is bound", "nor anything else"].iter().all(|part| told.contains(part)), "{told}");
+}
+
 /// The compiler prints the tokens of an `#error` with spaces between them.
 #[test]
 fn an_error_directive_says_what_its_author_wrote() {
