@@ -209,6 +209,24 @@ fn plans_without_a_device_follow_the_world() {
     assert_eq!(line["world"], "worlds/lamps.toml");
 }
 
+/// A graph that wants what the world's file does not declare is wrong over that world, without a device as well.
+#[test]
+fn models_and_moved_instances_are_looked_for_in_the_world() {
+    let over = |graph: &str, world: &str| raxel(&["check", graph, "--world", world]);
+    let run = over("graphs/examples/model.toml", "worlds/menger.toml").exits(3);
+    assert!(run.stdout.contains("there is no model `pine` in `worlds/menger.toml`"), "{}", run.stdout);
+    raxel(&["graph", "graphs/examples/model.toml", "--world", "worlds/menger.toml"]).exits(3);
+    let run = raxel(&["check", "graphs/examples/model.toml"]).exits(0);
+    assert!(run.stderr.contains("planned over `worlds/valley.toml`"), "{}", run.stderr);
+    // Without defaults, the graph must have the params that move its instances.
+    let project = common::Project::shipped();
+    let fair = std::fs::read_to_string(project.path("worlds/fair.toml")).unwrap();
+    project.write("worlds/fair.toml", fair.replace(", default = 0.0", ""));
+    project.raxel(&["check", "graphs/examples/instances.toml", "--world", "worlds/fair.toml"]).exits(0);
+    let run = project.raxel(&["check", "graphs/examples/flock.toml", "--world", "worlds/fair.toml"]).exits(3);
+    assert!(run.stdout.contains("are moved by `carousel`, which is no param of the graph"), "{}", run.stdout);
+}
+
 #[test]
 fn schemas_are_json_and_a_new_project_has_them() {
     for kind in ["graph", "world", "demo", "project"] {

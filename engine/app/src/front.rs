@@ -13,6 +13,7 @@ use raxel_graph::print::Phase;
 use raxel_runtime::load::{Loader, Part};
 use raxel_runtime::manifest;
 use raxel_runtime::project::Project;
+use raxel_runtime::sources;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{SavedWorld, Saves};
 
@@ -222,6 +223,11 @@ impl Front {
         default.map_or(PlannedOver::StandIn, PlannedOver::Default)
     }
 
+    /// Whether the plan of a graph, or what it is supplied with, follows the file of a world.
+    pub fn follows_world(graph: &Graph) -> bool {
+        graph.is_sized_by_world() || sources::names_models(graph)
+    }
+
     /// Builds a world for something that has to look at all of its voxels.
     pub fn whole_world(&self, path: &str, console: &Console) -> Result<Arc<SessionWorld>> {
         let world = self.world(path, console)?;
@@ -305,7 +311,7 @@ impl Front {
         let part = self.loader.graph(path);
         checked.add(&part);
         let graph = part.result.ok()?;
-        let over = self.planned_over(world.cloned(), graph.is_sized_by_world());
+        let over = self.planned_over(world.cloned(), Self::follows_world(&graph));
         let paper = Paper {
             output: [1280, 720],
             present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
@@ -359,7 +365,13 @@ pub(crate) struct Paper<'a> {
 impl Paper<'_> {
     /// The plan of a graph.
     pub fn plan(&self, graph: &Arc<Graph>) -> std::result::Result<Plan, Vec<Diagnostic>> {
-        on_paper(graph, self, |input| raxel_graph::plan(graph.clone(), input))
+        let planned = on_paper(graph, self, |input| raxel_graph::plan(graph.clone(), input));
+        let missing = self.over.world().map_or_else(Vec::new, |world| sources::check(graph, world));
+        match planned {
+            Ok(plan) if missing.is_empty() => Ok(plan),
+            Ok(_) => Err(missing),
+            Err(found) => Err([found, missing].concat()),
+        }
     }
 
     /// What a phase of the planner leaves behind.

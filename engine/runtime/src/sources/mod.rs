@@ -2,6 +2,7 @@
 //! compiler holds shaders against (block, image, access), and, on a device, a buffer or an image with a version.
 
 mod catalog;
+mod check;
 mod file;
 mod instances;
 mod name;
@@ -10,6 +11,7 @@ mod on_device;
 pub(crate) use catalog::SourceCatalog;
 pub use catalog::VOXEL_FORMAT;
 pub(crate) use catalog::{EDITS, POSES};
+pub use check::{check, names_models};
 pub(crate) use instances::{WrittenPoses, check as check_instances, frames as instance_frames};
 pub use name::SourceName;
 pub(crate) use on_device::OnDevice;

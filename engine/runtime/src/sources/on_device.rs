@@ -14,6 +14,7 @@ use raxel_world::{Chunk, ChunkPos};
 
 use super::SourceName;
 use super::catalog::{EDITS, POSES, VOXEL_FORMAT};
+use super::check::no_model;
 use super::instances::{LiveInstances, WrittenPoses};
 use crate::build_error::BuildError;
 use crate::execute::{self, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
@@ -381,19 +382,6 @@ fn refused(error: ExecuteError, resource: &Resource) -> BuildError {
                 .label(resource.place.clone(), "for this"),
         ),
         _ => BuildError::Device(error),
-    }
-}
-
-fn no_model(model: &str, resource: &Resource, world: &SessionWorld) -> Diagnostic {
-    let names = || world.model_names();
-    let whose = world.path.as_deref().unwrap_or("the empty world");
-    let diagnostic =
-        Diagnostic::error(codes::session::UNKNOWN_SOURCE, format!("there is no model `{model}` in `{whose}`"))
-            .label(resource.place.clone(), "for this");
-    match closest(model, names()) {
-        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
-        None if names().next().is_none() => diagnostic.help(format!("declare it there: [models.{model}]")),
-        None => diagnostic.help(format!("its models: {}", list(names()))),
     }
 }
 
