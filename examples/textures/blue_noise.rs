@@ -5,6 +5,8 @@
 //! it, or at the same pixel, by their distance in time; else they do not know of each other. All three axes wrap around. Energies are
 //! whole numbers, so that nothing drifts and every machine makes the same bytes.
 
+use raxel::world::random::SplitMix64;
+
 /// Width, height, and pictures of the shipped file.
 pub const EXTENT: [usize; 3] = [64, 64, 32];
 
@@ -42,9 +44,9 @@ pub fn blue_noise(extent: [usize; 3], seed: u64) -> Vec<u8> {
 
 fn scattered(extent: [usize; 3], points: usize, seed: u64) -> Pattern {
     let mut pattern = Pattern::new(extent);
-    let mut state = seed;
+    let mut random = SplitMix64::new(seed);
     while pattern.points < points {
-        let at = (next(&mut state) % pattern.is_point.len() as u64) as usize;
+        let at = (random.bits() % pattern.is_point.len() as u64) as usize;
         if !pattern.is_point[at] {
             pattern.set(at, true);
         }
@@ -63,15 +65,6 @@ fn spread_out(mut pattern: Pattern) -> Pattern {
             return pattern;
         }
     }
-}
-
-/// SplitMix64 (G. L. Steele et al., 2014).
-fn next(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut x = *state;
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
 }
 
 /// Points on a torus, with the energy that they have at each place.

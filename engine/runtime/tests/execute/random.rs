@@ -11,6 +11,7 @@ use raxel_graph::{SourceLayout, compile};
 use raxel_runtime::execute::{Builtins, DeviceSource, FrameInputs};
 use raxel_shader::Compiler;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
+use raxel_world::random::SplitMix64;
 
 use crate::lab::{Lab, Planned};
 use crate::random_shaders::Kind::{self, *};
@@ -24,16 +25,11 @@ const FRAMES: u32 = 8;
 /// Seconds of the frames: at 20 ticks a second, 1, 1, 2, (0, a still frame,) 0, 3, 1 and 4 ticks are due.
 const TIMES: [f64; 8] = [0.0, 0.05, 0.15, 0.15, 0.16, 0.31, 0.36, 0.58];
 
-/// SplitMix64 (Steele, Lea and Flood, 2014).
-struct Random(u64);
+struct Random(SplitMix64);
 
 impl Random {
     fn below(&mut self, end: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) % end.max(1) as u64) as usize
+        (self.0.bits() % end.max(1) as u64) as usize
     }
 
     fn percent(&mut self, percent: usize) -> bool {
@@ -331,7 +327,7 @@ fn judge(seeds: std::ops::Range<u64>) {
     let mut supplied = [0_u32; 3];
     let (mut blocks, mut lively) = (0, 0);
     for seed in seeds.clone() {
-        let toml = graph_file(&mut Random(seed.wrapping_mul(0xD1B5_4A32_D192_ED03)));
+        let toml = graph_file(&mut Random(SplitMix64::new(seed.wrapping_mul(0xD1B5_4A32_D192_ED03))));
         let files = MemoryFiles::new([("graphs/random.toml", toml.as_str())]);
         let (graph, _) = compile("graphs/random.toml", &files, &compiler, &sources, &mut SourceMap::default())
             .unwrap_or_else(|errors| panic!("seed {seed}\n{toml}\n{errors:#?}"));
