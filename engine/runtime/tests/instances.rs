@@ -285,6 +285,34 @@ fn every_ray_hits_what_whole_numbers_say() {
 }
 
 #[test]
+fn thousands_of_them_are_exact() {
+    let instances = "[[instances]]\nmodel = \"crate\"\nposition = [-200, -3, -200]\nyaw = 30\ncount = [32, 1, 32]\nstep = [12.5, 0, 12.75]\n\
+                     [[instances]]\nmodel = \"crate\"\nposition = [-200, 20, -200]\ncount = [32, 3, 32]\nstep = [13, 15, 14]\n";
+    let project = project([0; 3], 9, instances);
+    let loaded = load(&project);
+    assert_eq!(loaded.instances.list.len(), 4096);
+    let frames = loaded.instances.frames(|_| None);
+    assert!(frames[..1024].iter().all(|frame| matches!(frame.turn, Turn::Free(_))));
+    // From above all of them, at one of them.
+    let mut random = Random::new(12);
+    let rays: Vec<Ray> = (0..RAYS)
+        .map(|_| {
+            let target = frames[random.below(4096) as usize].cell;
+            let mut around = |range: i32| random.below(range as u64) as i32 - range / 2;
+            let cell = [target[0] + around(600), 320 + around(200), target[2] + around(600)];
+            let dir = std::array::from_fn(|axis| (target[axis] - cell[axis]) as f32 + around(7) as f32 / 3.0);
+            Ray::new(cell, [random.unit(), random.unit(), random.unit()], dir)
+        })
+        .collect();
+    fs::write(project.path("data/rays.bin"), bytes(&rays)).unwrap();
+    let mut session = open(&project);
+    let found = hits(&mut session);
+    let [_, lattice, free] = judge_some(&session, &frames, &rays, &found);
+    assert!(lattice > 100 && free > 3, "{lattice} {free}");
+    assert_silent(&session);
+}
+
+#[test]
 fn params_move_them_and_nothing_runs_while_they_stand() {
     let instances = "[[instances]]\nmodel = \"crate\"\nposition = [-20, 3, 4]\nslide = { param = \"tide\", along = [0.0, 0.5, 0.0] }\n\
                      [[instances]]\nmodel = \"crate\"\nposition = [30, 3, 4]\nturn = { param = \"spin\", about = [0.5, 0.0, 0.5] }\n\
