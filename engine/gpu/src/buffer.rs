@@ -96,6 +96,18 @@ impl Buffer {
         &self.name
     }
 
+    /// Panics if a part does not lie in the buffer, or not at multiples of so many bytes: on the device it would be memory of another.
+    pub(crate) fn require(&self, offset: u64, size: u64, multiple: u64) {
+        let inside = offset.checked_add(size).is_some_and(|end| end <= self.size);
+        let aligned = offset.is_multiple_of(multiple) && size.is_multiple_of(multiple);
+        assert!(
+            inside && aligned,
+            "{size} bytes from {offset} on are no part of `{}`, which has {}",
+            self.name,
+            self.size
+        );
+    }
+
     /// Whether its memory is the device's own, so that the device reads what the host writes at full speed.
     pub fn is_device_local(&self) -> bool {
         let Held::Own(memory) = &self.held else { return true };

@@ -226,17 +226,24 @@ impl Recording<'_> {
         unsafe { self.device().raw.cmd_clear_color_image(self.raw(), image, layout, &value, &[whole()]) };
     }
 
-    /// Fills a part of a buffer with a 32-bit pattern. Offset and size are multiples of 4.
+    /// Fills a part of a buffer with a 32-bit pattern.
+    ///
+    /// # Panics
+    /// If the part does not lie in the buffer, or its offset or size is no multiple of 4.
     pub fn fill_buffer(&mut self, buffer: &Buffer, offset: u64, size: u64, pattern: u32) {
-        // SAFETY: as in `clear_image`.
+        buffer.require(offset, size, 4);
+        // SAFETY: as in `clear_image`; the part lies in the buffer.
         unsafe { self.device().raw.cmd_fill_buffer(self.raw(), buffer.raw, offset, size, pattern) };
     }
 
-    /// Writes bytes into a buffer from its start, out of the command buffer itself: for small tables. Their number is a multiple of 4.
+    /// Writes bytes into a buffer from its start, out of the command buffer itself: for small tables.
+    ///
+    /// # Panics
+    /// If the buffer is smaller, or the number of bytes is no multiple of 4.
     pub fn update_buffer(&mut self, buffer: &Buffer, bytes: &[u8]) {
         // `vkCmdUpdateBuffer` takes so many at a time.
         const MOST: usize = 65_536;
-        debug_assert!(bytes.len().is_multiple_of(4) && bytes.len() as u64 <= buffer.size());
+        buffer.require(0, bytes.len() as u64, 4);
         for (number, part) in bytes.chunks(MOST).enumerate() {
             let offset = (number * MOST) as u64;
             // SAFETY: as in `clear_image`; the part lies in the buffer and has at most 65,536 bytes, a multiple of 4.
@@ -261,7 +268,12 @@ impl Recording<'_> {
     }
 
     /// Sets the push constants from offset 0 on.
+    ///
+    /// # Panics
+    /// If the pipeline has fewer, or the number of bytes is no multiple of 4.
     pub fn push(&mut self, pipeline: &ComputePipeline, bytes: &[u8]) {
+        let most = pipeline.layout.push_bytes as usize;
+        assert!(bytes.len().is_multiple_of(4) && bytes.len() <= most, "{} of {most} bytes are pushed", bytes.len());
         // SAFETY: as in `clear_image`; the layout has a range of at least so many bytes.
         unsafe {
             let stages = vk::ShaderStageFlags::COMPUTE;
@@ -269,22 +281,40 @@ impl Recording<'_> {
         }
     }
 
-    /// Dispatches so many workgroups.
+    /// Dispatches so many workgroups of the pipeline that is bound.
+    ///
+    /// # Panics
+    /// If none is.
     pub fn dispatch(&mut self, groups: [u32; 3]) {
+        self.require_pipeline();
         // SAFETY: recording; a pipeline is bound.
         unsafe { self.device().raw.cmd_dispatch(self.raw(), groups[0], groups[1], groups[2]) };
     }
 
-    /// Dispatches as many workgroups as three `uint`s at an offset say.
+    /// Dispatches as many workgroups of the pipeline that is bound as three `uint`s at an offset say.
+    ///
+    /// # Panics
+    /// If none is bound, or the three do not lie in the buffer, at a multiple of 4.
     pub fn dispatch_indirect(&mut self, buffer: &Buffer, offset: u64) {
-        // SAFETY: as in `clear_image`; a pipeline is bound.
+        self.require_pipeline();
+        buffer.require(offset, 12, 4);
+        // SAFETY: as in `clear_image`; a pipeline is bound, and the arguments lie in the buffer.
         unsafe { self.device().raw.cmd_dispatch_indirect(self.raw(), buffer.raw, offset) };
     }
 
+    fn require_pipeline(&self) {
+        assert!(self.bound != vk::Pipeline::null(), "a dispatch needs a pipeline");
+    }
+
     /// Copies bytes from one buffer to another; each has its own offset.
+    ///
+    /// # Panics
+    /// If they do not lie in both.
     pub fn copy_buffer(&mut self, (from, src_offset): (&Buffer, u64), (to, dst_offset): (&Buffer, u64), size: u64) {
+        from.require(src_offset, size, 1);
+        to.require(dst_offset, size, 1);
         let region = vk::BufferCopy { src_offset, dst_offset, size };
-        // SAFETY: as in `clear_image`.
+        // SAFETY: as in `clear_image`; the bytes lie in both.
         unsafe { self.device().raw.cmd_copy_buffer(self.raw(), from.raw, to.raw, &[region]) };
     }
 

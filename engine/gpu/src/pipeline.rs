@@ -42,6 +42,8 @@ pub(crate) struct PipelineLayout {
     pub(crate) sets: Vec<vk::DescriptorSetLayout>,
     pub(crate) slots: Vec<Slot>,
     pub(crate) stages: vk::ShaderStageFlags,
+    /// Bytes of push constants.
+    pub(crate) push_bytes: u32,
     device: Arc<Device>,
 }
 
@@ -52,12 +54,14 @@ impl PipelineLayout {
         push_bytes: u32,
         stages: vk::ShaderStageFlags,
     ) -> Result<PipelineLayout> {
+        let push_bytes = push_bytes.next_multiple_of(4);
         // From here on, `Drop` frees what was made so far.
         let mut layout = PipelineLayout {
             raw: vk::PipelineLayout::null(),
             sets: Vec::new(),
             slots: slots.to_vec(),
             stages,
+            push_bytes,
             device: device.clone(),
         };
         let sets = slots.iter().map(|slot| slot.set + 1).max().unwrap_or(0);
@@ -78,7 +82,7 @@ impl PipelineLayout {
             let set = unsafe { device.raw.create_descriptor_set_layout(&create, None) };
             layout.sets.push(set.named("vkCreateDescriptorSetLayout")?);
         }
-        let range = vk::PushConstantRange { stage_flags: stages, offset: 0, size: push_bytes.next_multiple_of(4) };
+        let range = vk::PushConstantRange { stage_flags: stages, offset: 0, size: push_bytes };
         let ranges = [range];
         let create = vk::PipelineLayoutCreateInfo::default()
             .set_layouts(&layout.sets)

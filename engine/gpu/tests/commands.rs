@@ -1,11 +1,12 @@
 //! What the types of this crate promise whatever the caller does. These tests need a Vulkan driver and fail without one.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Duration;
 
 use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, CommandBuffer, Device, DeviceOptions, Error, Location, ReadbackRing,
-    UploadRing, Validation, download_buffer, upload, vk,
+    Recording, UploadRing, Validation, download_buffer, upload, vk,
 };
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -65,6 +66,30 @@ fn a_recording_that_is_given_up_runs_nothing() {
     let mut ring = ReadbackRing::new(&device);
     let bytes = ring.buffer(&buffer, 0, 64).and_then(|ticket| ticket.wait(PATIENCE)).expect("it is read");
     assert_eq!(bytes, [7; 64]);
+    silent(&device);
+}
+
+#[test]
+fn nothing_is_recorded_that_reaches_beyond_a_buffer() {
+    let device = device();
+    let buffer = upload(&device, "bytes", &[7; 64], PATIENCE).expect("it fits");
+    let other = upload(&device, "other", &[7; 32], PATIENCE).expect("it fits");
+    let mut commands = CommandBuffer::new(&device, "beyond").expect("a pool");
+    let mut recording = commands.begin().expect("nothing runs");
+    let mut refused = |name: &str, record: &dyn Fn(&mut Recording<'_>)| {
+        let outcome = catch_unwind(AssertUnwindSafe(|| record(&mut recording)));
+        assert!(outcome.is_err(), "{name}");
+    };
+    refused("a fill behind the end", &|to| to.fill_buffer(&buffer, 32, 36, 0));
+    refused("a fill whose end overflows", &|to| to.fill_buffer(&buffer, u64::MAX - 3, 8, 0));
+    refused("a fill of half a word", &|to| to.fill_buffer(&buffer, 0, 6, 0));
+    refused("bytes for a larger buffer", &|to| to.update_buffer(&other, &[0; 64]));
+    refused("a copy out of a smaller buffer", &|to| to.copy_buffer((&other, 0), (&buffer, 0), 64));
+    refused("a copy into a smaller buffer", &|to| to.copy_buffer((&buffer, 0), (&other, 16), 32));
+    refused("a dispatch without a pipeline", &|to| to.dispatch([1; 3]));
+    refused("an indirect one", &|to| to.dispatch_indirect(&buffer, 0));
+    recording.submit().expect("what was refused was not recorded");
+    device.wait_idle(PATIENCE).expect("it ends");
     silent(&device);
 }
 
