@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::Code;
+use crate::{Code, codes};
 
 /// How much a diagnostic matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -31,6 +31,31 @@ impl Span {
     /// A place in `file`.
     pub fn new(file: impl Into<Arc<str>>, range: Range<usize>) -> Self {
         Self { file: file.into(), range }
+    }
+}
+
+/// A value with the place at which it is written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spanned<T> {
+    /// The value.
+    pub value: T,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl<T> Spanned<T> {
+    /// A value written at `span`.
+    pub fn new(value: T, span: Span) -> Self {
+        Self { value, span }
+    }
+
+    /// If the value is the path of a file: says where it is named of every error that the file does not exist.
+    pub fn point_at_missing(&self, found: &mut [Diagnostic]) {
+        for diagnostic in found {
+            if diagnostic.code == codes::files::NOT_FOUND && diagnostic.labels.is_empty() {
+                *diagnostic = diagnostic.clone().label(self.span.clone(), "named here");
+            }
+        }
     }
 }
 

@@ -12,6 +12,6 @@ pub mod table;
 
 pub use code::Code;
 pub use codes::explain;
-pub use diagnostic::{Diagnostic, Label, Severity, SourceMap, Span, each_once};
+pub use diagnostic::{Diagnostic, Label, Severity, SourceMap, Span, Spanned, each_once};
 pub use disk::{DiskFiles, MemoryFiles};
 pub use files::{FileError, Files};

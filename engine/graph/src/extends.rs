@@ -7,9 +7,9 @@ use std::collections::HashMap;
 
 use raxel_diagnostics::files::{join, read_text};
 use raxel_diagnostics::table::closest;
-use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
+use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, Spanned, codes};
 
-use crate::model::{At, Bind, Buffer, Clock, File, Fills, Loop, Member, Param, Pass, SharedBlock, Target};
+use crate::model::{Bind, Buffer, Clock, File, Fills, Loop, Member, Param, Pass, SharedBlock, Target};
 use crate::parse::parse;
 use crate::supply::FILE;
 
@@ -106,7 +106,7 @@ fn refuse(chain: &[File], base: &str, named_at: &Span) -> Option<Diagnostic> {
 
 /// `remove`, `before` and `after` mean something only over a base.
 fn reject_overlay_keys(file: &File, found: &mut Vec<Diagnostic>) {
-    let mut reject = |key: &str, name: &At<String>, span: &Span| {
+    let mut reject = |key: &str, name: &Spanned<String>, span: &Span| {
         found.push(
             Diagnostic::error(
                 codes::graph::NOTHING_TO_OVERLAY,
@@ -191,7 +191,7 @@ fn blocks(pass: &Pass) -> impl Iterator<Item = &Fills<Member>> {
 trait Layer {
     /// What it is, for messages.
     const WHAT: &'static str;
-    fn name(&self) -> &At<String>;
+    fn name(&self) -> &Spanned<String>;
     fn removed(&self) -> bool;
     /// Checks what is new over the base.
     fn added(&self, _: &mut Vec<Diagnostic>) {}
@@ -256,9 +256,9 @@ fn merge<T: Layer>(below: &mut Vec<T>, above: Vec<T>, found: &mut Vec<Diagnostic
 /// Moves a pass before or after another of the base.
 fn place(
     passes: &mut Vec<Pass>,
-    name: &At<String>,
-    before: Option<&At<String>>,
-    after: Option<&At<String>>,
+    name: &Spanned<String>,
+    before: Option<&Spanned<String>>,
+    after: Option<&Spanned<String>>,
     found: &mut Vec<Diagnostic>,
 ) {
     let Some(anchor) = before.or(after) else { return };
@@ -272,7 +272,7 @@ fn place(
     passes.insert(index, moved);
 }
 
-fn unknown<'n>(what: &str, name: &At<String>, known: impl Iterator<Item = &'n str>) -> Diagnostic {
+fn unknown<'n>(what: &str, name: &Spanned<String>, known: impl Iterator<Item = &'n str>) -> Diagnostic {
     let code = match what {
         "pass" => codes::graph::UNKNOWN_PASS,
         "param" => codes::graph::UNKNOWN_PARAM,
@@ -291,7 +291,7 @@ fn unknown<'n>(what: &str, name: &At<String>, known: impl Iterator<Item = &'n st
 
 impl Layer for Param {
     const WHAT: &'static str = "param";
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.name
     }
     fn removed(&self) -> bool {
@@ -314,7 +314,7 @@ impl Layer for Param {
 
 impl Layer for Clock {
     const WHAT: &'static str = "clock";
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.name
     }
     fn removed(&self) -> bool {
@@ -329,7 +329,7 @@ impl Layer for Clock {
 
 impl Layer for Target {
     const WHAT: &'static str = "target";
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.name
     }
     fn removed(&self) -> bool {
@@ -337,7 +337,7 @@ impl Layer for Target {
     }
     fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
         self.flawed |= above.flawed;
-        let is_file = |source: &At<String>| source.value.starts_with(FILE);
+        let is_file = |source: &Spanned<String>| source.value.starts_with(FILE);
         if above.source.is_some() || above.copy.is_some() {
             // A source brings its own format, extent and contents.
             (self.format, self.size, self.mips, self.layers) = (None, None, None, None);
@@ -365,7 +365,7 @@ impl Layer for Target {
 
 impl Layer for Buffer {
     const WHAT: &'static str = "buffer";
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.name
     }
     fn removed(&self) -> bool {
@@ -399,7 +399,7 @@ impl Layer for Pass {
     fn added(&self, found: &mut Vec<Diagnostic>) {
         reject_removals(self, found);
     }
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.name
     }
     fn removed(&self) -> bool {
@@ -426,7 +426,7 @@ impl Layer for Pass {
 
 impl Layer for SharedBlock {
     const WHAT: &'static str = "block";
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.fills.name
     }
     fn removed(&self) -> bool {
@@ -443,7 +443,7 @@ impl Layer for SharedBlock {
 
 impl Layer for Loop {
     const WHAT: &'static str = "loop";
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.name
     }
     fn removed(&self) -> bool {
@@ -459,7 +459,7 @@ impl Layer for Loop {
 
 impl Layer for Fills<Member> {
     const WHAT: &'static str = "block";
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.name
     }
     fn removed(&self) -> bool {
@@ -472,7 +472,7 @@ impl Layer for Fills<Member> {
 
 impl Layer for Member {
     const WHAT: &'static str = "member";
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.path
     }
     fn removed(&self) -> bool {
@@ -485,7 +485,7 @@ impl Layer for Member {
 
 impl Layer for Bind {
     const WHAT: &'static str = "binding";
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.name
     }
     fn removed(&self) -> bool {
@@ -497,9 +497,9 @@ impl Layer for Bind {
 }
 
 /// A define or a specialization constant.
-impl<T> Layer for (At<String>, T) {
+impl<T> Layer for (Spanned<String>, T) {
     const WHAT: &'static str = "constant";
-    fn name(&self) -> &At<String> {
+    fn name(&self) -> &Spanned<String> {
         &self.0
     }
     fn removed(&self) -> bool {

@@ -1,10 +1,11 @@
 //! Imply: the image of a source goes with its buffer. A shader that gets its world from `#include <raxel/world.glsl>` need not know
 //! whether the layout has one, and neither need its graph.
 
+use raxel_diagnostics::Spanned;
 use raxel_shader::interface::BindingKind;
 
 use crate::checked::{ResourceId, ResourceKind};
-use crate::model::{At, Mip};
+use crate::model::Mip;
 use crate::reflect::Reflected;
 use crate::resolve::{Bind, Declared, Resolved, supplied_image};
 use crate::supply::Catalog;
@@ -36,20 +37,20 @@ pub fn images(graph: &mut Resolved, shaders: &Reflected, sources: &dyn Catalog) 
                 continue;
             };
             let place = block.name.span.clone();
-            let mip = mip.map(|mip| At::new(Mip::Level(mip), place.clone()));
+            let mip = mip.map(|mip| Spanned::new(Mip::Level(mip), place.clone()));
             let known = graph.resources.iter().position(|other| {
                 let same = matches!(&other.item.kind, ResourceKind::Target(t) if t.source.as_ref() == Some(&source));
                 same && other.item.origin == origin
             });
             let id = known.unwrap_or_else(|| {
                 let free = free_name(name, &graph.resources);
-                let source = At::new(source, target.span.clone());
+                let source = Spanned::new(source, target.span.clone());
                 graph.resources.push(supplied_image(free, &source, format, None, origin));
                 graph.resources.len() - 1
             });
             graph.passes[pass].bind.push(Bind {
-                name: At::new(name.clone(), place),
-                target: Some(At::new((ResourceId(id as u32), 0), target.span)),
+                name: Spanned::new(name.clone(), place),
+                target: Some(Spanned::new((ResourceId(id as u32), 0), target.span)),
                 mip,
                 layer: None,
                 linear: None,

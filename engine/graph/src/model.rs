@@ -3,25 +3,9 @@
 
 use std::sync::Arc;
 
-use raxel_diagnostics::Span;
+use raxel_diagnostics::{Span, Spanned};
 
 use crate::checked::{DisplayMap, RoundIndex};
-
-/// A value with its place.
-#[derive(Clone, Debug, PartialEq)]
-pub struct At<T> {
-    /// The value.
-    pub value: T,
-    /// Where it is written.
-    pub span: Span,
-}
-
-impl<T> At<T> {
-    /// A value written at `span`.
-    pub fn new(value: T, span: Span) -> Self {
-        Self { value, span }
-    }
-}
 
 /// One graph file, or several laid over each other.
 #[derive(Clone, Debug)]
@@ -29,13 +13,13 @@ pub struct File {
     /// Its path; of the outermost file when there are several.
     pub path: Arc<str>,
     /// `name`.
-    pub name: Option<At<String>>,
+    pub name: Option<Spanned<String>>,
     /// `about`.
-    pub about: Option<At<String>>,
+    pub about: Option<Spanned<String>>,
     /// `present`.
-    pub present: Option<At<String>>,
+    pub present: Option<Spanned<String>>,
     /// `extends`.
-    pub extends: Option<At<String>>,
+    pub extends: Option<Spanned<String>>,
     /// Keys of the file itself that are there under a wrong name, which is reported.
     pub misspelt: Vec<String>,
     /// `[params.*]`.
@@ -58,85 +42,85 @@ pub struct File {
 #[derive(Clone, Debug)]
 pub struct Param {
     /// The key.
-    pub name: At<String>,
+    pub name: Spanned<String>,
     /// `remove = true`.
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     pub flawed: bool,
     /// `type`, a word such as `f32`.
-    pub ty: Option<At<String>>,
+    pub ty: Option<Spanned<String>>,
     /// `default`.
     pub default: Option<Literal>,
     /// `range`.
-    pub range: Option<At<[f64; 2]>>,
+    pub range: Option<Spanned<[f64; 2]>>,
     /// `step`.
-    pub step: Option<At<f64>>,
+    pub step: Option<Spanned<f64>>,
     /// `label`.
-    pub label: Option<At<String>>,
+    pub label: Option<Spanned<String>>,
     /// `tooltip`.
-    pub tooltip: Option<At<String>>,
+    pub tooltip: Option<Spanned<String>>,
     /// `unit`.
-    pub unit: Option<At<String>>,
+    pub unit: Option<Spanned<String>>,
     /// `group`.
-    pub group: Option<At<String>>,
+    pub group: Option<Spanned<String>>,
     /// `choices`.
-    pub choices: Option<At<Vec<At<String>>>>,
+    pub choices: Option<Spanned<Vec<Spanned<String>>>>,
     /// `color`.
-    pub color: Option<At<bool>>,
+    pub color: Option<Spanned<bool>>,
 }
 
 /// `[clocks.NAME]`.
 #[derive(Clone, Debug)]
 pub struct Clock {
     /// The key.
-    pub name: At<String>,
+    pub name: Spanned<String>,
     /// `remove = true`.
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     pub flawed: bool,
     /// `hz`.
-    pub hz: Option<At<f64>>,
+    pub hz: Option<Spanned<f64>>,
     /// `most`.
-    pub most: Option<At<u32>>,
+    pub most: Option<Spanned<u32>>,
 }
 
 /// `[targets.NAME]`.
 #[derive(Clone, Debug)]
 pub struct Target {
     /// The key.
-    pub name: At<String>,
+    pub name: Spanned<String>,
     /// `remove = true`.
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     pub flawed: bool,
     /// `source`.
-    pub source: Option<At<String>>,
+    pub source: Option<Spanned<String>>,
     /// `copy`.
-    pub copy: Option<At<String>>,
+    pub copy: Option<Spanned<String>>,
     /// `slices` of a file.
-    pub slices: Option<At<u32>>,
+    pub slices: Option<Spanned<u32>>,
     /// `encoding` of a file: sRGB, else linear.
-    pub srgb: Option<At<bool>>,
+    pub srgb: Option<Spanned<bool>>,
     /// `format`.
-    pub format: Option<At<String>>,
+    pub format: Option<Spanned<String>>,
     /// `size`.
-    pub size: Option<At<Size>>,
+    pub size: Option<Spanned<Size>>,
     /// `mips`; 0 is `"full"`.
-    pub mips: Option<At<u32>>,
+    pub mips: Option<Spanned<u32>>,
     /// `layers`.
-    pub layers: Option<At<u32>>,
+    pub layers: Option<Spanned<u32>>,
     /// `history`.
-    pub history: Option<At<u32>>,
+    pub history: Option<Spanned<u32>>,
     /// `clear`.
     pub clear: Option<Literal>,
     /// `init`.
     pub init: Option<Literal>,
     /// `keep`.
-    pub keep: Option<At<bool>>,
+    pub keep: Option<Spanned<bool>>,
     /// `clock`.
-    pub clock: Option<At<String>>,
+    pub clock: Option<Spanned<String>>,
     /// `display`.
-    pub display: Option<At<Display>>,
+    pub display: Option<Spanned<Display>>,
 }
 
 /// `size` of a target.
@@ -151,7 +135,7 @@ pub enum Size {
     /// `{ of = "hit", scale = 0.5 }`, `{ of = "world", scale = 0.25 }`.
     Of {
         /// The other target, or [`WORLD`].
-        target: At<String>,
+        target: Spanned<String>,
         /// 1 when the file gives none.
         scale: f64,
     },
@@ -168,38 +152,38 @@ pub struct Display {
     /// `range`.
     pub range: Option<[f64; 2]>,
     /// `channel`.
-    pub channel: Option<At<u32>>,
+    pub channel: Option<Spanned<u32>>,
 }
 
 /// `[buffers.NAME]`.
 #[derive(Clone, Debug)]
 pub struct Buffer {
     /// The key.
-    pub name: At<String>,
+    pub name: Spanned<String>,
     /// `remove = true`.
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     pub flawed: bool,
     /// `size`.
-    pub size: Option<At<BufferSize>>,
+    pub size: Option<Spanned<BufferSize>>,
     /// `source`.
-    pub source: Option<At<String>>,
+    pub source: Option<Spanned<String>>,
     /// `values`.
     pub values: Option<Literal>,
     /// `type` of the values, a word such as `vec3`.
-    pub ty: Option<At<String>>,
+    pub ty: Option<Spanned<String>>,
     /// `copy`.
-    pub copy: Option<At<String>>,
+    pub copy: Option<Spanned<String>>,
     /// `clear`.
     pub clear: Option<Literal>,
     /// `init`.
     pub init: Option<Literal>,
     /// `history`.
-    pub history: Option<At<u32>>,
+    pub history: Option<Spanned<u32>>,
     /// `keep`.
-    pub keep: Option<At<bool>>,
+    pub keep: Option<Spanned<bool>>,
     /// `clock`.
-    pub clock: Option<At<String>>,
+    pub clock: Option<Spanned<String>>,
 }
 
 /// `size` of a buffer.
@@ -217,9 +201,9 @@ pub enum BufferSize {
     /// `{ of = "hit", per = 2, stride = 8 }`, `{ of = "world", scale = 0.25, stride = 4 }`.
     Of {
         /// The target or buffer, or [`WORLD`].
-        of: At<String>,
+        of: Spanned<String>,
         /// The part of the world; only there.
-        scale: Option<At<f64>>,
+        scale: Option<Spanned<f64>>,
         /// Elements for each texel or element of it; 1 when the file gives none.
         per: u32,
         /// Bytes of an element.
@@ -231,17 +215,17 @@ pub enum BufferSize {
 #[derive(Clone, Debug)]
 pub struct Loop {
     /// The key.
-    pub name: At<String>,
+    pub name: Spanned<String>,
     /// `remove = true`.
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     pub flawed: bool,
     /// `count`.
-    pub count: Option<At<Rounds>>,
+    pub count: Option<Spanned<Rounds>>,
     /// `order`: down, else up.
-    pub down: Option<At<bool>>,
+    pub down: Option<Spanned<bool>>,
     /// `swap`: pairs of names.
-    pub swap: Option<Vec<[At<String>; 2]>>,
+    pub swap: Option<Vec<[Spanned<String>; 2]>>,
 }
 
 /// `count` of a loop.
@@ -250,9 +234,9 @@ pub enum Rounds {
     /// `4`.
     Fixed(u32),
     /// `"param.bounces"`, without `param.`.
-    Param(At<String>),
+    Param(Spanned<String>),
     /// `{ mips = "bloom" }`: the steps from one mip of a target to the next.
-    Mips(At<String>),
+    Mips(Spanned<String>),
 }
 
 /// A mip as the file names it.
@@ -268,25 +252,25 @@ pub enum Mip {
 #[derive(Clone, Debug)]
 pub struct Pass {
     /// `name`.
-    pub name: At<String>,
+    pub name: Spanned<String>,
     /// `remove = true`.
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     pub flawed: bool,
     /// `before`: insert (or move) the pass before this one of the base.
-    pub before: Option<At<String>>,
+    pub before: Option<Spanned<String>>,
     /// `after`: the same, after.
-    pub after: Option<At<String>>,
+    pub after: Option<Spanned<String>>,
     /// `shader`, relative to `shaders/`.
-    pub shader: Option<At<String>>,
+    pub shader: Option<Spanned<String>>,
     /// `entry`.
-    pub entry: Option<At<String>>,
+    pub entry: Option<Spanned<String>>,
     /// `defines`: name and text.
-    pub defines: Vec<(At<String>, String)>,
+    pub defines: Vec<(Spanned<String>, String)>,
     /// `specialization`.
-    pub specialization: Vec<(At<String>, Constant)>,
+    pub specialization: Vec<(Spanned<String>, Constant)>,
     /// `dispatch`.
-    pub dispatch: Option<At<Dispatch>>,
+    pub dispatch: Option<Spanned<Dispatch>>,
     /// `bind`.
     pub bind: Vec<Bind>,
     /// `push`.
@@ -294,11 +278,11 @@ pub struct Pass {
     /// `uniforms`.
     pub uniforms: Vec<Fills<Member>>,
     /// `loop`.
-    pub in_loop: Option<At<String>>,
+    pub in_loop: Option<Spanned<String>>,
     /// `when`.
-    pub when: Option<At<String>>,
+    pub when: Option<Spanned<String>>,
     /// `every`.
-    pub every: Option<At<Every>>,
+    pub every: Option<Spanned<Every>>,
 }
 
 /// `every`.
@@ -320,18 +304,18 @@ pub enum Dispatch {
     /// `{ threads = "hit", mip = 1 }`, `{ threads = "rays" }`, `{ threads = "world" }`.
     ThreadsOf {
         /// The target or buffer, or the world.
-        target: At<String>,
+        target: Spanned<String>,
         /// Mip 0 when the file gives none.
-        mip: At<Mip>,
+        mip: Spanned<Mip>,
     },
     /// `{ groups = "hit", tile = [16, 16], mip = 1 }`.
     GroupsOf {
         /// The target.
-        target: At<String>,
+        target: Spanned<String>,
         /// Texels of a workgroup; one when the file gives none.
         tile: [u32; 3],
         /// Mip 0 when the file gives none.
-        mip: At<Mip>,
+        mip: Spanned<Mip>,
     },
     /// `{ threads = [x, y, z] }`.
     Threads([u32; 3]),
@@ -340,16 +324,16 @@ pub enum Dispatch {
     /// `{ indirect = "args", offset = 0 }`.
     Indirect {
         /// The buffer.
-        buffer: At<String>,
+        buffer: Spanned<String>,
         /// Bytes.
-        offset: At<u64>,
+        offset: Spanned<u64>,
     },
     /// `{ count = "queue", offset = 0 }`.
     Queue {
         /// The buffer.
-        buffer: At<String>,
+        buffer: Spanned<String>,
         /// Bytes.
-        offset: At<u64>,
+        offset: Spanned<u64>,
     },
 }
 
@@ -357,21 +341,21 @@ pub enum Dispatch {
 #[derive(Clone, Debug)]
 pub struct Bind {
     /// The key: the GLSL name.
-    pub name: At<String>,
+    pub name: Spanned<String>,
     /// `{ remove = true }`.
     pub remove: bool,
     /// The resource with its age, e.g. `color@1`. `None` when the file's value is wrong, and with `remove`.
-    pub target: Option<At<String>>,
+    pub target: Option<Spanned<String>>,
     /// `mip`.
-    pub mip: Option<At<Mip>>,
+    pub mip: Option<Spanned<Mip>>,
     /// `layer`.
-    pub layer: Option<At<u32>>,
+    pub layer: Option<Spanned<u32>>,
     /// `filter`: linear, else nearest.
-    pub linear: Option<At<bool>>,
+    pub linear: Option<Spanned<bool>>,
     /// `wrap`: repeat, else clamp.
-    pub repeat: Option<At<bool>>,
+    pub repeat: Option<Spanned<bool>>,
     /// `partial`.
-    pub partial: Option<At<bool>>,
+    pub partial: Option<Spanned<bool>>,
 }
 
 /// `[blocks.NAME]`: values for every push-constant or uniform block of that name.
@@ -387,7 +371,7 @@ pub struct SharedBlock {
 #[derive(Clone, Debug)]
 pub struct Fills<M> {
     /// The key of the table: `push`, the GLSL name of the uniform block, or the name in `[blocks.*]`.
-    pub name: At<String>,
+    pub name: Spanned<String>,
     /// Members by path.
     pub members: Vec<M>,
 }
@@ -396,17 +380,17 @@ pub struct Fills<M> {
 #[derive(Clone, Debug)]
 pub struct Member {
     /// The key; nested members by path, e.g. `sun.direction`.
-    pub path: At<String>,
+    pub path: Spanned<String>,
     /// `{ remove = true }`.
     pub remove: bool,
     /// `type`, a word such as `vec3` or `vec4[8]`.
-    pub ty: Option<At<String>>,
+    pub ty: Option<Spanned<String>>,
     /// `from`, or the whole value when it is a string.
-    pub from: Option<At<String>>,
+    pub from: Option<Spanned<String>>,
     /// `value`, or the whole value when it is no string and no table.
     pub value: Option<Literal>,
     /// `offset` in bytes.
-    pub offset: Option<At<u32>>,
+    pub offset: Option<Spanned<u32>>,
 }
 
 /// A value written in the file.
@@ -437,5 +421,5 @@ pub enum Constant {
     /// Written in the file.
     Value(Literal),
     /// The word of `from`, or the whole value when it is a string.
-    From(At<String>),
+    From(Spanned<String>),
 }

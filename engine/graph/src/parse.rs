@@ -8,9 +8,9 @@ mod resources;
 pub use resources::DISPLAY_MAPS;
 
 use raxel_diagnostics::table::{self, Node, Reporter, Table};
-use raxel_diagnostics::{Diagnostic, codes};
+use raxel_diagnostics::{Diagnostic, Spanned, codes};
 
-use crate::model::{At, Clock, Data, File, Literal, Param};
+use crate::model::{Clock, Data, File, Literal, Param};
 
 /// Most entries that an array of numbers in a graph file may have.
 const LONGEST_ARRAY: usize = 4096;
@@ -64,7 +64,7 @@ fn read(root: &Table<'_, '_>) -> File {
 fn param(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Param {
     let before = table.reporter().count();
     let mut param = Param {
-        name: At::new(name, node.key_span.clone()),
+        name: Spanned::new(name, node.key_span.clone()),
         remove: remove(table, &["remove"]),
         flawed: false,
         ty: text(table, "type"),
@@ -84,7 +84,7 @@ fn param(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Param {
 }
 
 /// Names of values: at least two, none of them empty.
-fn choices(node: &Node<'_, '_>) -> Option<Vec<At<String>>> {
+fn choices(node: &Node<'_, '_>) -> Option<Vec<Spanned<String>>> {
     let elements = node.array()?;
     if !(2..=MOST_CHOICES).contains(&elements.len()) {
         let count = elements.len();
@@ -92,17 +92,17 @@ fn choices(node: &Node<'_, '_>) -> Option<Vec<At<String>>> {
     }
     let name = |element: &Node<'_, '_>| match element.string()? {
         name if name.trim().is_empty() => element.bad_value(format!("`{}` is empty", element.name)),
-        name => Some(At::new(name, element.span.clone())),
+        name => Some(Spanned::new(name, element.span.clone())),
     };
     // Every element is read, so that everything wrong is said.
-    let names: Vec<Option<At<String>>> = elements.iter().map(name).collect();
+    let names: Vec<Option<Spanned<String>>> = elements.iter().map(name).collect();
     names.into_iter().collect()
 }
 
 fn clock(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Clock {
     let before = table.reporter().count();
     let mut clock = Clock {
-        name: At::new(name, node.key_span.clone()),
+        name: Spanned::new(name, node.key_span.clone()),
         remove: remove(table, &["remove"]),
         flawed: false,
         hz: table.get("hz").and_then(|node| at(&node, passes::rate(&node))),
@@ -135,13 +135,13 @@ fn remove(table: &Table<'_, '_>, beside: &[&str]) -> bool {
 }
 
 /// A value with the place of its node.
-fn at<T>(node: &Node<'_, '_>, value: Option<T>) -> Option<At<T>> {
-    value.map(|value| At::new(value, node.span.clone()))
+fn at<T>(node: &Node<'_, '_>, value: Option<T>) -> Option<Spanned<T>> {
+    value.map(|value| Spanned::new(value, node.span.clone()))
 }
 
 /// Text of a key, if it is there.
-fn text(table: &Table<'_, '_>, key: &str) -> Option<At<String>> {
-    table.string(key).map(|(value, span)| At::new(value, span))
+fn text(table: &Table<'_, '_>, key: &str) -> Option<Spanned<String>> {
+    table.string(key).map(|(value, span)| Spanned::new(value, span))
 }
 
 /// A number, a boolean, or an array of them.

@@ -15,12 +15,12 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 
 use raxel_diagnostics::table::{closest, list};
-use raxel_diagnostics::{Code, Diagnostic, Span, codes};
+use raxel_diagnostics::{Code, Diagnostic, Span, Spanned, codes};
 use raxel_shader::Request;
 
 use crate::checked::{self, ClockId, Condition, Every, LoopId, ParamId, ResourceId, RoundIndex};
 use crate::extends::Loaded;
-use crate::model::{self, At, File, Fills, Literal, Mip};
+use crate::model::{self, File, Fills, Literal, Mip};
 use crate::queues::Queue;
 use crate::supply::Catalog;
 use crate::value::ValueType;
@@ -33,7 +33,7 @@ pub struct Resolved {
     /// `about`.
     pub about: String,
     /// `present` and its place; `None` when it is missing or unknown.
-    pub present: Option<At<ResourceId>>,
+    pub present: Option<Spanned<ResourceId>>,
     /// In the order of the model.
     pub params: Vec<Declared<checked::Param>>,
     /// In the order of the model.
@@ -78,17 +78,17 @@ pub struct Loop {
 #[derive(Clone, Debug)]
 pub struct Pass {
     /// Its name.
-    pub name: At<String>,
+    pub name: Spanned<String>,
     /// What to compile, at the place of `shader`; `None` when that is missing or wrong.
-    pub request: Option<At<Request>>,
+    pub request: Option<Spanned<Request>>,
     /// `None` when it is missing or wrong. That of a queue is indirect, from a buffer that is made for it.
-    pub dispatch: Option<At<checked::Dispatch>>,
+    pub dispatch: Option<Spanned<checked::Dispatch>>,
     /// The queue that is dispatched.
     pub queue: Option<Queue>,
     /// The mip that the dispatch covers, where the round says it.
-    pub dispatch_mip: Option<At<RoundIndex>>,
+    pub dispatch_mip: Option<Spanned<RoundIndex>>,
     /// `loop`; `None` when it is missing or unknown.
-    pub in_loop: Option<At<LoopId>>,
+    pub in_loop: Option<Spanned<LoopId>>,
     /// Whether it has a `loop`, known or unknown.
     pub names_loop: bool,
     /// The entries of `bind`.
@@ -98,7 +98,7 @@ pub struct Pass {
     /// The uniform blocks.
     pub uniforms: Vec<Fills<Member>>,
     /// Constants by name; `None` where the value is unknown.
-    pub specialization: Vec<(At<String>, Option<At<Feed>>)>,
+    pub specialization: Vec<(Spanned<String>, Option<Spanned<Feed>>)>,
     /// `when`.
     pub when: Option<Condition>,
     /// `every`.
@@ -111,32 +111,32 @@ pub struct Pass {
 #[derive(Clone, Debug)]
 pub struct Bind {
     /// The GLSL name.
-    pub name: At<String>,
+    pub name: Spanned<String>,
     /// The resource and its age, `None` when there is no such resource or age.
-    pub target: Option<At<(ResourceId, u32)>>,
+    pub target: Option<Spanned<(ResourceId, u32)>>,
     /// `mip`.
-    pub mip: Option<At<Mip>>,
+    pub mip: Option<Spanned<Mip>>,
     /// `layer`.
-    pub layer: Option<At<u32>>,
+    pub layer: Option<Spanned<u32>>,
     /// `filter`: linear, else nearest.
-    pub linear: Option<At<bool>>,
+    pub linear: Option<Spanned<bool>>,
     /// `wrap`: repeat, else clamp.
-    pub repeat: Option<At<bool>>,
+    pub repeat: Option<Spanned<bool>>,
     /// `partial = true`: stores only some of the texels that are read later.
-    pub partial: Option<At<()>>,
+    pub partial: Option<Spanned<()>>,
 }
 
 /// The value of a member.
 #[derive(Clone, Debug)]
 pub struct Member {
     /// Path in the block.
-    pub path: At<String>,
+    pub path: Spanned<String>,
     /// The type that the file declares; with a number of elements for an array.
-    pub ty: Option<At<(ValueType, Option<u32>)>>,
+    pub ty: Option<Spanned<(ValueType, Option<u32>)>>,
     /// `None` when it is missing or unknown.
-    pub feed: Option<At<Feed>>,
+    pub feed: Option<Spanned<Feed>>,
     /// The offset that the file declares, in bytes.
-    pub offset: Option<At<u32>>,
+    pub offset: Option<Spanned<u32>>,
 }
 
 /// Where the value of a member comes from.
@@ -273,7 +273,11 @@ fn unknown<'n>(code: Code, what: &str, name: &str, place: &Span, known: impl Ite
 }
 
 /// Numbers names in their order; reports those that are given twice or are malformed.
-fn declare<'m>(what: &str, names: impl Iterator<Item = &'m At<String>> + Clone, found: &mut Vec<Diagnostic>) -> Names {
+fn declare<'m>(
+    what: &str,
+    names: impl Iterator<Item = &'m Spanned<String>> + Clone,
+    found: &mut Vec<Diagnostic>,
+) -> Names {
     check_names(what, names.clone(), found);
     let mut first: HashMap<String, (u32, &Span)> = HashMap::new();
     for (index, name) in names.enumerate() {
@@ -290,7 +294,7 @@ fn declare<'m>(what: &str, names: impl Iterator<Item = &'m At<String>> + Clone, 
     first.into_iter().map(|(name, (index, _))| (name, index)).collect()
 }
 
-fn check_names<'m>(what: &str, names: impl Iterator<Item = &'m At<String>>, found: &mut Vec<Diagnostic>) {
+fn check_names<'m>(what: &str, names: impl Iterator<Item = &'m Spanned<String>>, found: &mut Vec<Diagnostic>) {
     for name in names {
         if !is_name(&name.value) {
             found.push(
@@ -327,7 +331,7 @@ fn missing(whose: &str, key: &str, place: &Span) -> Diagnostic {
         .label(place.clone(), "missing here")
 }
 
-fn present(model: &File, scope: &Scope<'_>, start: &Span, found: &mut Vec<Diagnostic>) -> Option<At<ResourceId>> {
+fn present(model: &File, scope: &Scope<'_>, start: &Span, found: &mut Vec<Diagnostic>) -> Option<Spanned<ResourceId>> {
     let Some(present) = &model.present else {
         if !is_misspelt(model, "present") {
             found.push(missing("the file", "present", start).help("name the target that is shown by default"));
@@ -344,7 +348,7 @@ fn present(model: &File, scope: &Scope<'_>, start: &Span, found: &mut Vec<Diagno
         );
         return None;
     }
-    Some(At::new(id, present.span.clone()))
+    Some(Spanned::new(id, present.span.clone()))
 }
 
 /// Splits `color@1` into name and age. The age is `None` when it is no number of at least 1.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use raxel_diagnostics::table::closest;
-use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::interface::{BindingKind, Block, Member as ShaderMember, Type};
 
 use super::given::Given;
@@ -363,12 +363,7 @@ impl Slot<'_> {
         found.push(diagnostic.help(format!("change the offset to {}", self.leaf.offset)));
     }
 
-    fn mismatch(
-        &self,
-        declared: &crate::model::At<(ValueType, Option<u32>)>,
-        ty: ValueType,
-        len: Option<u32>,
-    ) -> Diagnostic {
+    fn mismatch(&self, declared: &Spanned<(ValueType, Option<u32>)>, ty: ValueType, len: Option<u32>) -> Diagnostic {
         let word = |ty: ValueType, len: Option<u32>| match len {
             Some(len) => format!("{}[{len}]", ty.word()),
             None => ty.word().to_owned(),

@@ -1,12 +1,11 @@
 //! Specialization constants: each that the graph sets is one of the shader's, with a value of its type.
 
 use raxel_diagnostics::table::{closest, list};
-use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::interface::{Interface, SpecConstant, Type};
 
 use super::{Context, loops};
 use crate::checked::Source;
-use crate::model::At;
 use crate::resolve::Feed;
 use crate::value::{ValueType, describe, glsl, typed};
 
@@ -87,7 +86,7 @@ fn of_workgroup<'i>(interface: &'i Interface, name: &str) -> Option<&'i SpecCons
 }
 
 /// A constant is built into the pipeline; what changes from frame to frame cannot be one.
-fn not_fixed(context: &Context<'_>, name: &At<String>, source: &Source, place: &Span) -> Diagnostic {
+fn not_fixed(context: &Context<'_>, name: &Spanned<String>, source: &Source, place: &Span) -> Diagnostic {
     let what = match source {
         Source::Param(_) => "a param",
         _ => "a value of the frame",

@@ -4,12 +4,12 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 
 use raxel_diagnostics::table::closest;
-use raxel_diagnostics::{Diagnostic, codes};
+use raxel_diagnostics::{Diagnostic, Spanned, codes};
 use raxel_shader::interface::{BindingKind, Block};
 
 use super::blocks::leaves;
 use crate::checked::Graph;
-use crate::model::{At, Data, Fills, Literal};
+use crate::model::{Data, Fills, Literal};
 use crate::resolve::{Feed, Member, Resolved};
 
 /// The values for one block.
@@ -33,7 +33,7 @@ impl<'a> Given<'a> {
     }
 
     /// Where the values are given: in the pass if it has any.
-    pub fn name(&self) -> &'a At<String> {
+    pub fn name(&self) -> &'a Spanned<String> {
         &self.first.name
     }
 
@@ -71,11 +71,11 @@ impl<'a> Given<'a> {
             return Some((Cow::Borrowed(member), shared));
         }
         let list = self.shared_members().find(|member| member.path.value == path)?;
-        let Some(At { value: Feed::Literal(Literal { data: Data::Array(elements), .. }), .. }) = &list.feed else {
+        let Some(Spanned { value: Feed::Literal(Literal { data: Data::Array(elements), .. }), .. }) = &list.feed else {
             return None;
         };
         let element = elements.get(index as usize)?;
-        let feed = Some(At::new(Feed::Literal(element.clone()), element.span.clone()));
+        let feed = Some(Spanned::new(Feed::Literal(element.clone()), element.span.clone()));
         Some((Cow::Owned(Member { path: list.path.clone(), ty: None, feed, offset: None }), true))
     }
 

@@ -1,11 +1,11 @@
 //! Loops: their passes stand together, and what follows the round is inside of a loop and of its targets.
 
-use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 
 use super::Context;
 use super::extents::mip_count;
 use crate::checked::{self, BoundAccess, InLoop, LoopId, RoundIndex, Rounds};
-use crate::model::{At, Mip};
+use crate::model::Mip;
 use crate::resolve::{Loop, Pass, Resolved};
 
 /// Mips that a target can have, less one: the last round of which anything can be said where the rounds follow the output.
@@ -82,7 +82,7 @@ pub fn in_loop(context: &Context<'_>, accesses: &[BoundAccess]) -> Option<InLoop
         let name = name(access)?;
         let entry = context.pass.bind.iter().find(|entry| entry.name.value == *name)?;
         match &entry.mip {
-            Some(At { value: Mip::Round(index), .. }) => Some((number, *index)),
+            Some(Spanned { value: Mip::Round(index), .. }) => Some((number, *index)),
             _ => None,
         }
     });

@@ -1,10 +1,11 @@
 //! Reads `[loops.*]`, and the mips that follow a loop.
 
+use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
 
 use super::{at, remove};
 use crate::checked::{MOST_ROUNDS, RoundIndex};
-use crate::model::{At, Loop, Mip, Rounds};
+use crate::model::{Loop, Mip, Rounds};
 
 /// Mips that a target may have at most, less one.
 const LAST_MIP: i64 = 16;
@@ -12,7 +13,7 @@ const LAST_MIP: i64 = 16;
 pub fn loop_(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Loop {
     let before = table.reporter().count();
     let mut read = Loop {
-        name: At::new(name, node.key_span.clone()),
+        name: Spanned::new(name, node.key_span.clone()),
         remove: remove(table, &["remove"]),
         flawed: false,
         count: table.get("count").and_then(|node| at(&node, rounds(&node))),
@@ -31,7 +32,7 @@ fn rounds(node: &Node<'_, '_>) -> Option<Rounds> {
     if node.is_string() {
         let text = node.string()?;
         return match text.strip_prefix("param.") {
-            Some(name) => Some(Rounds::Param(At::new(name.to_owned(), node.span.clone()))),
+            Some(name) => Some(Rounds::Param(Spanned::new(name.to_owned(), node.span.clone()))),
             None => node.bad_value(format!("`{}` is \"{text}\"; a param is written \"param.NAME\"", node.name)),
         };
     }
@@ -41,11 +42,11 @@ fn rounds(node: &Node<'_, '_>) -> Option<Rounds> {
     let table = node.table()?;
     let mips = table.need_string("mips");
     table.finish();
-    mips.map(|(name, span)| Rounds::Mips(At::new(name, span)))
+    mips.map(|(name, span)| Rounds::Mips(Spanned::new(name, span)))
 }
 
 /// `[["a", "b"], …]`; `None` when a part of it is wrong.
-fn swap(node: &Node<'_, '_>) -> Option<Vec<[At<String>; 2]>> {
+fn swap(node: &Node<'_, '_>) -> Option<Vec<[Spanned<String>; 2]>> {
     node.array()?
         .iter()
         .map(|pair| {

@@ -1,10 +1,11 @@
 //! Reads `[[passes]]`.
 
+use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
 
 use super::{at, literal, loops, remove, text};
 use crate::checked::MOST_STILL;
-use crate::model::{At, Bind, Constant, Dispatch, Every, Fills, Member, Mip, Pass, SharedBlock};
+use crate::model::{Bind, Constant, Dispatch, Every, Fills, Member, Mip, Pass, SharedBlock};
 
 /// Times a second that something may run: a thousandth is the unit in which ticks are counted.
 const SLOWEST: f64 = 0.001;
@@ -16,9 +17,9 @@ const DEEPEST_NESTING: usize = 16;
 /// A pass; flawed and with an empty name when it has none.
 pub fn pass(table: &Table<'_, '_>) -> Pass {
     let before = table.reporter().count();
-    let name = table.need_string("name").map(|(value, span)| At::new(value, span));
+    let name = table.need_string("name").map(|(value, span)| Spanned::new(value, span));
     let mut pass = Pass {
-        name: name.unwrap_or_else(|| At::new(String::new(), table.span().clone())),
+        name: name.unwrap_or_else(|| Spanned::new(String::new(), table.span().clone())),
         remove: remove(table, &["name", "remove"]),
         flawed: false,
         before: text(table, "before"),
@@ -41,7 +42,7 @@ pub fn pass(table: &Table<'_, '_>) -> Pass {
     pass
 }
 
-fn defines(table: &Table<'_, '_>) -> Vec<(At<String>, String)> {
+fn defines(table: &Table<'_, '_>) -> Vec<(Spanned<String>, String)> {
     let Some(table) = table.get("defines").and_then(|node| node.table()) else { return Vec::new() };
     let read = |(name, node): (String, Node<'_, '_>)| {
         let text = if node.is_string() {
@@ -56,17 +57,17 @@ fn defines(table: &Table<'_, '_>) -> Vec<(At<String>, String)> {
         } else {
             return node.wrong_type("a string, a number or a boolean");
         };
-        Some((At::new(name, node.key_span.clone()), text))
+        Some((Spanned::new(name, node.key_span.clone()), text))
     };
     table.entries().into_iter().filter_map(read).collect()
 }
 
-fn specialization(table: &Table<'_, '_>) -> Vec<(At<String>, Constant)> {
+fn specialization(table: &Table<'_, '_>) -> Vec<(Spanned<String>, Constant)> {
     let Some(table) = table.get("specialization").and_then(|node| node.table()) else { return Vec::new() };
     let read = |(name, node): (String, Node<'_, '_>)| {
         let constant =
             if node.is_string() { Constant::From(at(&node, node.string())?) } else { Constant::Value(literal(&node)?) };
-        Some((At::new(name, node.key_span.clone()), constant))
+        Some((Spanned::new(name, node.key_span.clone()), constant))
     };
     table.entries().into_iter().filter_map(read).collect()
 }
@@ -110,15 +111,15 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
             return node.wrong_type("the name of a target or buffer, or `[x, y, z]`");
         }
         let mip = dispatch_mip(mip, &node)?;
-        return Some(Dispatch::ThreadsOf { target: At::new(node.string()?, node.span.clone()), mip });
+        return Some(Dispatch::ThreadsOf { target: Spanned::new(node.string()?, node.span.clone()), mip });
     }
     let queue = count.is_some();
     if let Some(node) = indirect.or(count) {
         let offset = match offset {
-            Some(offset) => At::new(offset.integer(0..=i64::MAX)? as u64, offset.span),
-            None => At::new(0, node.span.clone()),
+            Some(offset) => Spanned::new(offset.integer(0..=i64::MAX)? as u64, offset.span),
+            None => Spanned::new(0, node.span.clone()),
         };
-        let buffer = At::new(node.string()?, node.span.clone());
+        let buffer = Spanned::new(node.string()?, node.span.clone());
         return Some(if queue { Dispatch::Queue { buffer, offset } } else { Dispatch::Indirect { buffer, offset } });
     }
     let node = groups?;
@@ -130,13 +131,13 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
         None => [1; 3],
     };
     let mip = dispatch_mip(mip, &node)?;
-    Some(Dispatch::GroupsOf { target: At::new(node.string()?, node.span.clone()), tile, mip })
+    Some(Dispatch::GroupsOf { target: Spanned::new(node.string()?, node.span.clone()), tile, mip })
 }
 
-fn dispatch_mip(given: Option<Node<'_, '_>>, target: &Node<'_, '_>) -> Option<At<Mip>> {
+fn dispatch_mip(given: Option<Node<'_, '_>>, target: &Node<'_, '_>) -> Option<Spanned<Mip>> {
     match given {
         Some(given) => at(&given, loops::mip(&given)),
-        None => Some(At::new(Mip::Level(0), target.span.clone())),
+        None => Some(Spanned::new(Mip::Level(0), target.span.clone())),
     }
 }
 
@@ -155,7 +156,7 @@ fn counts(node: &Node<'_, '_>) -> Option<[u32; 3]> {
 
 fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
     let read = |(name, node): (String, Node<'_, '_>)| {
-        let name = At::new(name, node.key_span.clone());
+        let name = Spanned::new(name, node.key_span.clone());
         if node.is_string() {
             let target = at(&node, node.string());
             return Some(Bind {
@@ -178,7 +179,7 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
         let bind = Bind {
             name,
             remove,
-            target: target.map(|(value, span)| At::new(value, span)),
+            target: target.map(|(value, span)| Spanned::new(value, span)),
             mip: table.get("mip").and_then(|node| at(&node, loops::mip(&node))),
             layer: table.get("layer").and_then(|node| at(&node, node.integer(0..=65_535).map(|n| n as u32))),
             linear: table.get("filter").and_then(|node| at(&node, node.word(&[("nearest", false), ("linear", true)]))),
@@ -194,7 +195,7 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
 /// One of `[blocks.*]`. A member that is called `remove` would be a boolean, which no block of this name needs.
 pub fn shared_block(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Option<SharedBlock> {
     if table.get("remove").is_some_and(|node| node.is_boolean()) && remove(table, &["remove"]) {
-        let fills = Fills { name: At::new(name, node.key_span.clone()), members: Vec::new() };
+        let fills = Fills { name: Spanned::new(name, node.key_span.clone()), members: Vec::new() };
         return Some(SharedBlock { fills, remove: true });
     }
     Some(SharedBlock { fills: fills(name, node)?, remove: false })
@@ -203,13 +204,13 @@ pub fn shared_block(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) ->
 fn fills(name: String, node: &Node<'_, '_>) -> Option<Fills<Member>> {
     let mut members = Vec::new();
     collect(&node.table()?, "", 0, &mut members);
-    Some(Fills { name: At::new(name, node.key_span.clone()), members })
+    Some(Fills { name: Spanned::new(name, node.key_span.clone()), members })
 }
 
 /// Members of a table, those of nested tables under their path.
 fn collect(table: &Table<'_, '_>, prefix: &str, depth: usize, members: &mut Vec<Member>) {
     for (key, node) in table.entries() {
-        let path = At::new(if prefix.is_empty() { key } else { format!("{prefix}.{key}") }, node.key_span.clone());
+        let path = Spanned::new(if prefix.is_empty() { key } else { format!("{prefix}.{key}") }, node.key_span.clone());
         let absent = |path| Member { path, remove: false, ty: None, from: None, value: None, offset: None };
         if node.is_string() {
             let from = at(&node, node.string());
@@ -236,7 +237,7 @@ fn is_member(table: &Table<'_, '_>) -> bool {
     table.entries().iter().any(|(key, node)| keys.contains(&key.as_str()) && !node.is_table())
 }
 
-fn member(path: At<String>, node: &Node<'_, '_>) -> Option<Member> {
+fn member(path: Spanned<String>, node: &Node<'_, '_>) -> Option<Member> {
     let table = node.table()?;
     let remove = remove(&table, &["remove"]);
     table.conflict("from", "value", "a member has one value");

@@ -1,10 +1,11 @@
 //! Reads `[targets.*]` and `[buffers.*]`.
 
+use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
 
 use super::{at, literal, remove, text};
 use crate::checked::DisplayMap;
-use crate::model::{At, Buffer, BufferSize, Display, Literal, Size, Target};
+use crate::model::{Buffer, BufferSize, Display, Literal, Size, Target};
 use crate::supply::FILE;
 
 /// Texels on an axis that any device may have at most (`maxImageDimension2D` of today's devices is 16384 or 32768).
@@ -41,7 +42,7 @@ pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Targe
     let before = table.reporter().count();
     table.conflict("clear", "init", "`clear` fills the target each frame, `init` once");
     let mut target = Target {
-        name: At::new(name, node.key_span.clone()),
+        name: Spanned::new(name, node.key_span.clone()),
         remove: remove(table, &["remove"]),
         flawed: false,
         source: text(table, "source"),
@@ -81,7 +82,7 @@ pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Targe
     target
 }
 
-fn history(table: &Table<'_, '_>) -> Option<At<u32>> {
+fn history(table: &Table<'_, '_>) -> Option<Spanned<u32>> {
     table.get("history").and_then(|node| at(&node, node.integer(0..=LONGEST_HISTORY).map(|n| n as u32)))
 }
 
@@ -159,7 +160,7 @@ pub fn buffer(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Buffe
     let before = table.reporter().count();
     table.conflict("clear", "init", "`clear` fills the buffer each frame, `init` once");
     let mut buffer = Buffer {
-        name: At::new(name, node.key_span.clone()),
+        name: Spanned::new(name, node.key_span.clone()),
         remove: remove(table, &["remove"]),
         flawed: false,
         size: table.get("size").and_then(|node| at(&node, buffer_size(&node))),

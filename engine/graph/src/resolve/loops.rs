@@ -1,11 +1,11 @@
 //! Resolves `[loops.*]`: how often, and which resources change places.
 
-use raxel_diagnostics::{Diagnostic, codes};
+use raxel_diagnostics::{Diagnostic, Spanned, codes};
 
 use super::passes::of_kind;
 use super::{Loop, Scope, missing};
 use crate::checked::{self, MOST_ROUNDS, Resource, ResourceId, ResourceKind, Rounds, Target, Value};
-use crate::model::{self, At};
+use crate::model;
 
 pub fn loop_(given: &model::Loop, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Loop {
     let before = found.len();
@@ -72,7 +72,7 @@ fn rounds(given: &model::Rounds, scope: &Scope<'_>, found: &mut Vec<Diagnostic>)
 
 /// Why two resources cannot change places, if they cannot.
 fn unlike(
-    names: [&At<String>; 2],
+    names: [&Spanned<String>; 2],
     ids: [ResourceId; 2],
     taken: &[[ResourceId; 2]],
     scope: &Scope<'_>,

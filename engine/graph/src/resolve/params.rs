@@ -1,12 +1,12 @@
 //! Resolves `[params.*]`: type, default, range.
 
 use raxel_diagnostics::table::{closest, list};
-use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::interface::Scalar;
 
 use super::{Declared, missing};
 use crate::checked::{self, Value};
-use crate::model::{At, Data, Literal, Param};
+use crate::model::{Data, Literal, Param};
 use crate::value::{ValueType, describe, typed};
 
 pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Param> {
@@ -48,7 +48,7 @@ pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Pa
 }
 
 /// The text of a key, unless it is empty.
-fn said(text: Option<&At<String>>) -> Option<String> {
+fn said(text: Option<&Spanned<String>>) -> Option<String> {
     text.map(|text| text.value.clone()).filter(|text| !text.trim().is_empty())
 }
 

@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::files::join;
 use raxel_diagnostics::table::{closest, list};
-use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::Request;
 
 use super::params::unknown_type;
@@ -13,7 +13,7 @@ use crate::checked::{
     self, Builtin, ClockValue, Condition, Every, Extent, Fact, LoopId, Material, ResourceId, ResourceKind, RoundIndex,
     Source, Value,
 };
-use crate::model::{self, At, Fills, Mip};
+use crate::model::{self, Fills, Mip};
 use crate::queues::Queue;
 use crate::supply::layout_of;
 use crate::value::ValueType;
@@ -84,7 +84,7 @@ fn request(
     bind: &[Bind],
     scope: &Scope<'_>,
     found: &mut Vec<Diagnostic>,
-) -> Option<At<Request>> {
+) -> Option<Spanned<Request>> {
     let Some(shader) = &pass.shader else {
         if !pass.flawed {
             found.push(missing(whose, "shader", &pass.name.span));
@@ -130,7 +130,7 @@ fn request(
     defines.sort();
     defines.dedup();
     let entry = pass.entry.as_ref().map_or("main", |entry| &entry.value).to_owned();
-    Some(At::new(Request { path, entry, defines }, shader.span.clone()))
+    Some(Spanned::new(Request { path, entry, defines }, shader.span.clone()))
 }
 
 /// The define by which an include knows the layout of a binding: that of `world` for `<raxel/world.glsl>`, of any other one for
@@ -158,18 +158,22 @@ fn bind(entry: &model::Bind, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
             .partial
             .as_ref()
             .filter(|partial| partial.value)
-            .map(|partial| At::new((), partial.span.clone())),
+            .map(|partial| Spanned::new((), partial.span.clone())),
     }
 }
 
 /// A resource of this frame or an earlier one, e.g. `color@1`.
-fn reference(name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<At<(ResourceId, u32)>> {
+fn reference(
+    name: &Spanned<String>,
+    scope: &Scope<'_>,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Spanned<(ResourceId, u32)>> {
     let (plain, age) = age(&name.value);
     let id = scope.resource(plain, &name.span, found)?;
     let declared = &scope.resources[id.0 as usize];
     let history = declared.item.history;
     match age {
-        Some(age) if age <= history => return Some(At::new((id, age), name.span.clone())),
+        Some(age) if age <= history => return Some(Spanned::new((id, age), name.span.clone())),
         // A history that could not be read says nothing.
         Some(_) if !declared.sound => {}
         Some(_) if declared.item.kind.supplied_by().is_some() => found.push(
@@ -197,11 +201,11 @@ fn reference(name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) 
 }
 
 fn dispatch(
-    given: &At<model::Dispatch>,
+    given: &Spanned<model::Dispatch>,
     scope: &Scope<'_>,
     arguments: &mut impl Iterator<Item = ResourceId>,
     found: &mut Vec<Diagnostic>,
-) -> Option<(At<checked::Dispatch>, Option<Queue>)> {
+) -> Option<(Spanned<checked::Dispatch>, Option<Queue>)> {
     let mut queue = None;
     let dispatch = match &given.value {
         model::Dispatch::Threads(threads) => checked::Dispatch::Threads(*threads),
@@ -232,11 +236,16 @@ fn dispatch(
             checked::Dispatch::Indirect { buffer: arguments?, offset: 0 }
         }
     };
-    Some((At::new(dispatch, given.span.clone()), queue))
+    Some((Spanned::new(dispatch, given.span.clone()), queue))
 }
 
 /// What threads are counted by: a target (true), or a buffer that has elements (false).
-fn counted(name: &At<String>, mip: Mip, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<(ResourceId, bool)> {
+fn counted(
+    name: &Spanned<String>,
+    mip: Mip,
+    scope: &Scope<'_>,
+    found: &mut Vec<Diagnostic>,
+) -> Option<(ResourceId, bool)> {
     let id = scope.resource(&name.value, &name.span, found)?;
     let declared = &scope.resources[id.0 as usize];
     let ResourceKind::Buffer(_) = &declared.item.kind else {
@@ -259,7 +268,7 @@ fn counted(name: &At<String>, mip: Mip, scope: &Scope<'_>, found: &mut Vec<Diagn
 }
 
 /// Whether the elements of a buffer can be counted. What is wrong with its declaration is reported there.
-fn elements(id: ResourceId, name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> bool {
+fn elements(id: ResourceId, name: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> bool {
     let declared = &scope.resources[id.0 as usize];
     let counted = matches!(&declared.item.kind, ResourceKind::Buffer(buffer) if buffer.size.stride().is_some());
     if !counted && declared.sound {
@@ -268,15 +277,15 @@ fn elements(id: ResourceId, name: &At<String>, scope: &Scope<'_>, found: &mut Ve
     counted
 }
 
-fn dispatch_mip(given: &model::Dispatch) -> Option<At<RoundIndex>> {
+fn dispatch_mip(given: &model::Dispatch) -> Option<Spanned<RoundIndex>> {
     let (model::Dispatch::ThreadsOf { mip, .. } | model::Dispatch::GroupsOf { mip, .. }) = given else { return None };
     let Mip::Round(index) = mip.value else { return None };
-    Some(At::new(index, mip.span.clone()))
+    Some(Spanned::new(index, mip.span.clone()))
 }
 
-fn in_loop(name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<At<LoopId>> {
+fn in_loop(name: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Spanned<LoopId>> {
     if let Some(id) = scope.loop_names.get(&name.value) {
-        return Some(At::new(LoopId(*id), name.span.clone()));
+        return Some(Spanned::new(LoopId(*id), name.span.clone()));
     }
     let known = scope.loop_names.keys().map(String::as_str);
     found.push(unknown(codes::graph::UNKNOWN_LOOP, "loop", &name.value, &name.span, known));
@@ -284,7 +293,12 @@ fn in_loop(name: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) ->
 }
 
 /// A resource that must be a target or must be a buffer.
-pub fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
+pub fn of_kind(
+    name: &Spanned<String>,
+    scope: &Scope<'_>,
+    kind: &str,
+    found: &mut Vec<Diagnostic>,
+) -> Option<ResourceId> {
     let id = scope.resource(&name.value, &name.span, found)?;
     let Declared { item: declared, detail, sound, .. } = &scope.resources[id.0 as usize];
     let is = match declared.kind {
@@ -308,7 +322,7 @@ pub fn of_kind(name: &At<String>, scope: &Scope<'_>, kind: &str, found: &mut Vec
     None
 }
 
-fn every(given: &At<model::Every>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Every> {
+fn every(given: &Spanned<model::Every>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Every> {
     Some(match &given.value {
         model::Every::Hz(hz) => Every::Hz(*hz),
         model::Every::Frames(frames) => Every::Frames(*frames),
@@ -328,11 +342,11 @@ fn member(member: &model::Member, scope: &Scope<'_>, found: &mut Vec<Diagnostic>
         if ty.is_none() {
             found.push(unknown_type(&word.value, &word.span, ValueType::words()));
         }
-        ty.map(|ty| At::new(ty, word.span.clone()))
+        ty.map(|ty| Spanned::new(ty, word.span.clone()))
     });
     let feed = match (&member.from, &member.value) {
-        (Some(from), _) => source(from, scope, found).map(|feed| At::new(feed, from.span.clone())),
-        (None, Some(literal)) => Some(At::new(Feed::Literal(literal.clone()), literal.span.clone())),
+        (Some(from), _) => source(from, scope, found).map(|feed| Spanned::new(feed, from.span.clone())),
+        (None, Some(literal)) => Some(Spanned::new(Feed::Literal(literal.clone()), literal.span.clone())),
         (None, None) => None,
     };
     Member { path: member.path.clone(), ty, feed, offset: member.offset.clone() }
@@ -345,15 +359,15 @@ fn member_type(word: &str) -> Option<(ValueType, Option<u32>)> {
     ValueType::from_word(element).map(|ty| (ty, Some(len)))
 }
 
-fn constant(value: &model::Constant, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<At<Feed>> {
+fn constant(value: &model::Constant, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Spanned<Feed>> {
     match value {
-        model::Constant::Value(literal) => Some(At::new(Feed::Literal(literal.clone()), literal.span.clone())),
-        model::Constant::From(from) => source(from, scope, found).map(|feed| At::new(feed, from.span.clone())),
+        model::Constant::Value(literal) => Some(Spanned::new(Feed::Literal(literal.clone()), literal.span.clone())),
+        model::Constant::From(from) => source(from, scope, found).map(|feed| Spanned::new(feed, from.span.clone())),
     }
 }
 
 /// The word of `from`: `param.NAME`, `target.NAME.size`, `buffer.NAME.count`, `material.NAME`, `clock.NAME.tick`, or a builtin.
-fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Feed> {
+fn source(from: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Feed> {
     let word = from.value.as_str();
     if let Some(name) = word.strip_prefix("param.") {
         let id = scope.param(name, &from.span, found)?;
@@ -361,7 +375,7 @@ fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
         return param.sound.then(|| Feed::From(Source::Param(id), Value::ty(&param.item.default)));
     }
     if let Some(name) = word.strip_prefix("target.").and_then(|rest| rest.strip_suffix(".size")) {
-        let name = At::new(name.to_owned(), from.span.clone());
+        let name = Spanned::new(name.to_owned(), from.span.clone());
         let id = of_kind(&name, scope, "target", found)?;
         if !scope.resources[id.0 as usize].sound {
             return None;
@@ -371,7 +385,7 @@ fn source(from: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
         return Some(Feed::From(Source::ExtentOf(id), ty));
     }
     if let Some(name) = word.strip_prefix("buffer.").and_then(|rest| rest.strip_suffix(".count")) {
-        let name = At::new(name.to_owned(), from.span.clone());
+        let name = Spanned::new(name.to_owned(), from.span.clone());
         let id = of_kind(&name, scope, "buffer", found)?;
         let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
         return elements(id, &name, scope, found).then_some(Feed::From(Source::CountOf(id), ty));
@@ -440,7 +454,7 @@ fn has_third_axis(id: ResourceId, scope: &Scope<'_>) -> bool {
 }
 
 /// `world.has_emission`, `!param.fog`; `always` takes away a condition of the base.
-fn condition(when: &At<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Condition> {
+fn condition(when: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Condition> {
     if when.value == "always" {
         return None;
     }

@@ -1,7 +1,7 @@
 //! Resolves `[targets.*]` and `[buffers.*]`: formats, extents, sources, fill values, display.
 
 use raxel_diagnostics::table::{closest, list};
-use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
@@ -9,7 +9,7 @@ use super::params::unknown_type;
 use super::supplied::{extent_from_outside, only_of_files};
 use super::{Declared, Names, clock_id, missing, resource};
 use crate::checked::{self, Clear, ClockId, DisplayMap, Extent, Origin, Resource, ResourceId, ResourceKind};
-use crate::model::{At, Buffer, BufferSize, Data, Dispatch, Display, File, Literal, Pass, Size, Target, WORLD};
+use crate::model::{Buffer, BufferSize, Data, Dispatch, Display, File, Literal, Pass, Size, Target, WORLD};
 use crate::queues;
 use crate::supply::{Catalog, FILE};
 use crate::value::{ValueType, describe, float, integer, typed};
@@ -148,7 +148,7 @@ impl Scope<'_> {
         Declared { item, ..declared }
     }
 
-    fn clock(&self, name: Option<&At<String>>, found: &mut Vec<Diagnostic>) -> Option<ClockId> {
+    fn clock(&self, name: Option<&Spanned<String>>, found: &mut Vec<Diagnostic>) -> Option<ClockId> {
         let name = name?;
         clock_id(self.clocks, &name.value, &name.span, found)
     }
@@ -180,7 +180,7 @@ impl Scope<'_> {
     }
 
     /// The target of that name.
-    fn target_id(&self, name: &At<String>, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
+    fn target_id(&self, name: &Spanned<String>, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
         let id = resource(self.names, &name.value, &name.span, found)?;
         match self.targets.get(id.0 as usize) {
             Some(Target { source: Some(source), .. } | Target { copy: Some(source), .. })
@@ -203,7 +203,7 @@ impl Scope<'_> {
     }
 
     /// The target or buffer of that name, whose texels or elements can be counted.
-    fn counted_id(&self, name: &At<String>, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
+    fn counted_id(&self, name: &Spanned<String>, found: &mut Vec<Diagnostic>) -> Option<ResourceId> {
         let id = resource(self.names, &name.value, &name.span, found)?;
         let Some(buffer) = (id.0 as usize).checked_sub(self.targets.len()).and_then(|index| self.buffers.get(index))
         else {
@@ -213,7 +213,9 @@ impl Scope<'_> {
             return Some(id);
         }
         match (buffer.source.as_ref().or(buffer.copy.as_ref()), &buffer.size) {
-            (None, Some(At { value: BufferSize::Elements { .. } | BufferSize::Of { .. }, .. })) => return Some(id),
+            (None, Some(Spanned { value: BufferSize::Elements { .. } | BufferSize::Of { .. }, .. })) => {
+                return Some(id);
+            }
             // A size that is missing or wrong is reported where it is.
             (None, None) => {}
             (Some(source), _) => found.push(no_elements(name, &source.span)),
@@ -282,7 +284,7 @@ fn world_is_the_world(model: &File, found: &mut Vec<Diagnostic>) {
 }
 
 /// Nobody can say how many elements the buffer of that name has.
-pub(super) fn no_elements(name: &At<String>, size: &Span) -> Diagnostic {
+pub(super) fn no_elements(name: &Spanned<String>, size: &Span) -> Diagnostic {
     let message = format!("the number of elements of buffer `{}` is not known", name.value);
     Diagnostic::error(codes::graph::WRONG_KIND, message)
         .label(name.span.clone(), "a number of elements is needed here")
@@ -298,11 +300,11 @@ struct Kept {
     clock: Option<ClockId>,
 }
 
-fn kept(history: Option<&At<u32>>, keep: Option<&At<bool>>, clock: Option<ClockId>) -> Kept {
+fn kept(history: Option<&Spanned<u32>>, keep: Option<&Spanned<bool>>, clock: Option<ClockId>) -> Kept {
     Kept { history: history.map_or(0, |history| history.value), keep: keep.is_some_and(|keep| keep.value), clock }
 }
 
-fn declared(name: &At<String>, kind: ResourceKind, kept: Kept, sound: bool, detail: Span) -> Declared<Resource> {
+fn declared(name: &Spanned<String>, kind: ResourceKind, kept: Kept, sound: bool, detail: Span) -> Declared<Resource> {
     let Kept { history, keep, clock } = kept;
     let (name, place) = (name.value.clone(), name.span.clone());
     let item = Resource { name, kind, history, keep, clock, made: false, origin: Origin::Graph, place };
@@ -438,7 +440,7 @@ fn pattern(name: &str, key: &str, literal: &Literal, found: &mut Vec<Diagnostic>
 /// `display`, with the format's own map where the file names none.
 pub(super) fn show(
     name: &str,
-    display: &At<Display>,
+    display: &Spanned<Display>,
     format: Format,
     found: &mut Vec<Diagnostic>,
 ) -> Option<checked::Display> {

@@ -2,13 +2,13 @@
 
 use raxel_diagnostics::files::join;
 use raxel_diagnostics::table::list;
-use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::format::Format;
 
 use super::resources::{Scope, show};
 use super::{Declared, unknown};
 use crate::checked::{self, Extent, Origin, Resource, ResourceKind};
-use crate::model::{At, Buffer, Target};
+use crate::model::{Buffer, Target};
 use crate::supply::{FILE, FileContents, ImageRequest, Refusal};
 
 impl Scope<'_> {
@@ -16,7 +16,7 @@ impl Scope<'_> {
     pub(super) fn supplied(
         &self,
         target: &Target,
-        source: &At<String>,
+        source: &Spanned<String>,
         found: &mut Vec<Diagnostic>,
     ) -> Declared<Resource> {
         let before = found.len();
@@ -54,7 +54,7 @@ impl Scope<'_> {
     pub(super) fn file_target(
         &self,
         target: &Target,
-        source: &At<String>,
+        source: &Spanned<String>,
         format: Option<Format>,
         found: &mut Vec<Diagnostic>,
     ) -> Declared<Resource> {
@@ -136,7 +136,7 @@ impl Scope<'_> {
 /// The image of a source, or a copy of it, as a target.
 pub fn supplied_image(
     name: String,
-    source: &At<String>,
+    source: &Spanned<String>,
     format: Format,
     display: Option<checked::Display>,
     origin: Origin,
@@ -157,7 +157,7 @@ pub fn supplied_image(
 }
 
 /// Nothing can be as large as what a world supplies: its extent is not known until it is there.
-pub(super) fn extent_from_outside(name: &At<String>, source: &Span) -> Diagnostic {
+pub(super) fn extent_from_outside(name: &Spanned<String>, source: &Span) -> Diagnostic {
     let message = format!("`{}` comes from outside, and its extent cannot be used here", name.value);
     Diagnostic::error(codes::graph::WRONG_KIND, message)
         .label(name.span.clone(), "a target of this graph is needed")
@@ -179,7 +179,7 @@ pub(super) fn only_of_files(target: &Target, found: &mut Vec<Diagnostic>) {
     }
 }
 
-fn blank(format: Format, source: &At<String>) -> checked::Target {
+fn blank(format: Format, source: &Spanned<String>) -> checked::Target {
     checked::Target {
         format,
         extent: Extent::Source,
@@ -192,7 +192,7 @@ fn blank(format: Format, source: &At<String>) -> checked::Target {
     }
 }
 
-fn shape(image: &crate::supply::FileImage, source: &At<String>) -> checked::Target {
+fn shape(image: &crate::supply::FileImage, source: &Spanned<String>) -> checked::Target {
     let [width, height, _] = image.extent;
     let extent = if image.volume { Extent::Fixed3(image.extent) } else { Extent::Fixed2([width, height]) };
     checked::Target { extent, mips: image.mips.len() as u32, ..blank(image.format, source) }
@@ -200,7 +200,7 @@ fn shape(image: &crate::supply::FileImage, source: &At<String>) -> checked::Targ
 
 /// Keys that say what the source says. Those of a file that this one extends are met here; those beside it in the same table are
 /// reported already.
-fn takes_none(target: &Target, source: &At<String>, more: &[&str], found: &mut Vec<Diagnostic>) {
+fn takes_none(target: &Target, source: &Spanned<String>, more: &[&str], found: &mut Vec<Diagnostic>) {
     if target.flawed {
         return;
     }
@@ -228,7 +228,7 @@ fn takes_none(target: &Target, source: &At<String>, more: &[&str], found: &mut V
 }
 
 /// The path of a file in the project.
-fn project_path(source: &At<String>, found: &mut Vec<Diagnostic>) -> Option<String> {
+fn project_path(source: &Spanned<String>, found: &mut Vec<Diagnostic>) -> Option<String> {
     let text = source.value.strip_prefix(FILE).unwrap_or_default();
     let path = join("", text);
     if path.is_none() {
@@ -240,7 +240,7 @@ fn project_path(source: &At<String>, found: &mut Vec<Diagnostic>) -> Option<Stri
     path
 }
 
-fn refused(refusal: &Refusal, source: &At<String>, target: Option<&Target>) -> Diagnostic {
+fn refused(refusal: &Refusal, source: &Spanned<String>, target: Option<&Target>) -> Diagnostic {
     let key = target.and_then(|target| match refusal.key {
         "format" => target.format.as_ref().map(|value| &value.span),
         "mips" => target.mips.as_ref().map(|value| &value.span),

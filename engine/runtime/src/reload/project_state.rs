@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use raxel_diagnostics::{Diagnostic, SourceMap};
+use raxel_diagnostics::{Diagnostic, SourceMap, Spanned};
 use raxel_graph::checked::Graph;
 
 use crate::build::{self, DeviceContext, Selection};
@@ -10,7 +10,7 @@ use crate::debug_target::DebugTarget;
 use crate::load::{Loader, Part};
 use crate::params::Params;
 use crate::recording_files::{Content, note};
-use crate::timeline::{Demo, Place};
+use crate::timeline::Demo;
 use crate::world::SessionWorld;
 
 /// What a session has loaded from its files.
@@ -137,7 +137,7 @@ impl ProjectState {
 }
 
 /// A file that a demo names and that is missing is pointed at where the demo names it.
-fn name_missing<T>(part: &mut Part<T>, named: &Place<String>) {
+fn name_missing<T>(part: &mut Part<T>, named: &Spanned<String>) {
     if let Err(found) = &mut part.result {
         named.point_at_missing(found);
     }

@@ -1,9 +1,9 @@
 //! Checks a demo against its graphs: the names and values that only the graphs know.
 
-use raxel_diagnostics::{Code, Diagnostic, codes};
+use raxel_diagnostics::{Code, Diagnostic, Spanned, codes};
 use raxel_graph::checked::{Graph, Param, Value};
 
-use super::demo::{Claim, Demo, Place, Track};
+use super::demo::{Claim, Demo, Track};
 use crate::debug_target::DebugTarget;
 use crate::params::{self, SetError};
 
@@ -12,7 +12,7 @@ impl Demo {
     /// what concerns one that it does not give is not looked at.
     pub fn check<'g>(&self, graph: &dyn Fn(&str) -> Option<&'g Graph>) -> Vec<Diagnostic> {
         let places = self.all_graphs();
-        let graphs: Vec<(&Place<String>, &Graph)> =
+        let graphs: Vec<(&Spanned<String>, &Graph)> =
             places.iter().filter_map(|place| Some((*place, graph(&place.value)?))).collect();
         let whole = graphs.len() == places.len();
         let mut found = Vec::new();
@@ -31,7 +31,7 @@ impl Demo {
                 }
             }
         }
-        let mut look_at = |time: f64, target: &Place<DebugTarget>| {
+        let mut look_at = |time: f64, target: &Spanned<DebugTarget>| {
             let place = self.graph_in(time);
             let Some(graph) = graph(&place.value) else { return };
             if let Err(error) = target.value.resolve(graph) {
@@ -66,7 +66,7 @@ impl Demo {
         &self,
         what: &'static str,
         code: Code,
-        place: &Place<String>,
+        place: &Spanned<String>,
         names: impl Iterator<Item = &'n str> + Clone,
     ) -> Diagnostic {
         let name = &place.value;
@@ -104,7 +104,7 @@ impl Advice for Diagnostic {
 /// one is reported for the type, and each for the range.
 fn check_track(track: &Track, param: &Param) -> Vec<Diagnostic> {
     let mut found = Vec::new();
-    let wrong = |key: &Place<(f64, Vec<f64>)>, message: String, label: String| {
+    let wrong = |key: &Spanned<(f64, Vec<f64>)>, message: String, label: String| {
         Diagnostic::error(codes::session::WRONG_PARAM_VALUE, message)
             .label(key.span.clone(), label)
             .label(param.place.clone(), "declared here")

@@ -1,7 +1,7 @@
 //! A demo as data, and what it drives at a time.
 
 use glam::DVec3;
-use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_diagnostics::{Span, Spanned};
 use raxel_graph::checked::{Graph, ParamId, Value};
 
 use super::curve::{Interpolation, sample, segment};
@@ -20,9 +20,9 @@ pub struct Demo {
     /// `about`.
     pub about: String,
     /// Project path of the world.
-    pub world: Place<String>,
+    pub world: Spanned<String>,
     /// Project path of the graph that it begins with.
-    pub graph: Place<String>,
+    pub graph: Spanned<String>,
     /// Seconds.
     pub duration: f64,
     /// Frames a second, headless.
@@ -45,15 +45,6 @@ pub struct Demo {
     pub captions: Vec<Caption>,
     /// What must hold, in the order of the file.
     pub checks: Vec<Check>,
-}
-
-/// A value with its place in the file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Place<T> {
-    /// The value.
-    pub value: T,
-    /// Where it is written.
-    pub span: Span,
 }
 
 /// The camera at a time.
@@ -86,9 +77,9 @@ pub enum Direction {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     /// The param, at its place.
-    pub param: Place<String>,
+    pub param: Spanned<String>,
     /// Times and components of the values, in order of time. All have the same number of components.
-    pub keys: Vec<Place<(f64, Vec<f64>)>>,
+    pub keys: Vec<Spanned<(f64, Vec<f64>)>>,
     /// The values are `true` and `false`.
     pub boolean: bool,
     /// How it gets from key to key.
@@ -101,7 +92,7 @@ pub struct GraphKey {
     /// Seconds.
     pub time: f64,
     /// Project path of the graph that runs from then on.
-    pub graph: Place<String>,
+    pub graph: Spanned<String>,
 }
 
 /// A change of the debug target.
@@ -110,7 +101,7 @@ pub struct DebugTargetKey {
     /// Seconds.
     pub time: f64,
     /// What is shown from then on.
-    pub target: Place<DebugTarget>,
+    pub target: Spanned<DebugTarget>,
 }
 
 /// A line of text over the picture.
@@ -148,30 +139,19 @@ pub enum Claim {
         /// The frame.
         frame: u64,
         /// What is looked at; `None` for what the demo shows.
-        target: Option<Place<DebugTarget>>,
+        target: Option<Spanned<DebugTarget>>,
         /// Project path of the reference: a PNG, of the displayed picture.
-        reference: Place<String>,
+        reference: Spanned<String>,
         /// Largest mean FLIP error.
         flip: f64,
     },
     /// A pass is fast.
     Pass {
         /// Its name.
-        pass: Place<String>,
+        pass: Spanned<String>,
         /// Most milliseconds of GPU time, median of all frames.
         below_ms: f64,
     },
-}
-
-impl Place<String> {
-    /// Says of a file that this names and that does not exist where it is named.
-    pub fn point_at_missing(&self, found: &mut [Diagnostic]) {
-        for diagnostic in found {
-            if diagnostic.code == codes::files::NOT_FOUND && diagnostic.labels.is_empty() {
-                *diagnostic = diagnostic.clone().label(self.span.clone(), "named here");
-            }
-        }
-    }
 }
 
 impl Demo {
@@ -208,18 +188,18 @@ impl Demo {
     }
 
     /// The graph at `time` seconds on the clock.
-    pub fn graph_at(&self, time: f64) -> &Place<String> {
+    pub fn graph_at(&self, time: f64) -> &Spanned<String> {
         self.graph_in(self.local_time(time))
     }
 
     /// The graph at `time` seconds into the timeline.
-    pub(super) fn graph_in(&self, time: f64) -> &Place<String> {
+    pub(super) fn graph_in(&self, time: f64) -> &Spanned<String> {
         self.graphs.iter().rev().find(|key| key.time <= time).map_or(&self.graph, |key| &key.graph)
     }
 
     /// Every graph that it runs, the one that it begins with first, each at the first place that names it.
-    pub fn all_graphs(&self) -> Vec<&Place<String>> {
-        let mut all: Vec<&Place<String>> = vec![&self.graph];
+    pub fn all_graphs(&self) -> Vec<&Spanned<String>> {
+        let mut all: Vec<&Spanned<String>> = vec![&self.graph];
         for key in &self.graphs {
             if all.iter().all(|known| known.value != key.graph.value) {
                 all.push(&key.graph);

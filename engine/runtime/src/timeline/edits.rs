@@ -1,12 +1,12 @@
 //! `[[edits]]`: edits of the world at times of a demo.
 
 use raxel_diagnostics::table::{Reporter, Table, closest, list};
-use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_edit::{Brush, Operation, Scene, UNIT, fixed};
 use raxel_world::{Bounds, Mode, Orientation};
 use serde_json::{Value, json};
 
-use super::demo::{Demo, Place};
+use super::demo::Demo;
 use super::read::time;
 use crate::editing::scene_of;
 use crate::world::SessionWorld;
@@ -15,13 +15,13 @@ use crate::world::SessionWorld;
 #[derive(Clone, Debug, PartialEq)]
 pub struct EditKey {
     /// Seconds.
-    pub time: Place<f64>,
+    pub time: Spanned<f64>,
     /// The edit. Its material is not found yet.
     pub operation: Operation,
     /// The name of its material, if it has one.
-    pub material: Option<Place<String>>,
+    pub material: Option<Spanned<String>>,
     /// The name of its model, if it has one.
-    pub model: Option<Place<String>>,
+    pub model: Option<Spanned<String>>,
     /// Where it is written.
     pub span: Span,
 }
@@ -60,7 +60,7 @@ pub(super) fn read(table: &Table<'_, '_>, end: f64) -> Option<EditKey> {
     };
     let painted = matches!(mode, Some(Mode::Add | Mode::Paint)) && !matches!(kind, Kind::Model | Kind::Restore);
     let material = if painted {
-        table.need_string("material").map(|(value, span)| Some(Place { value, span }))
+        table.need_string("material").map(|(value, span)| Some(Spanned { value, span }))
     } else {
         Some(None)
     };
@@ -94,7 +94,7 @@ pub(super) fn read(table: &Table<'_, '_>, end: f64) -> Option<EditKey> {
             })
         }
         Kind::Model => {
-            let named = table.need_string("model").map(|(value, span)| Place { value, span });
+            let named = table.need_string("model").map(|(value, span)| Spanned { value, span });
             let origin = table.need("origin").and_then(|node| node.integers::<3>(-(1 << 31)..=(1 << 31) - 1));
             let turns = table.get("rotation").map_or(Some(0), |node| match node.integer(0..=270)? {
                 degrees if degrees % 90 == 0 => Some(degrees as u32 / 90),
@@ -173,7 +173,7 @@ impl EditKey {
 }
 
 #[allow(clippy::unnecessary_box_returns, reason = "it goes into a result whose error is boxed")]
-fn missing(code: raxel_diagnostics::Code, what: &str, named: &Place<String>, names: Vec<&str>) -> Box<Diagnostic> {
+fn missing(code: raxel_diagnostics::Code, what: &str, named: &Spanned<String>, names: Vec<&str>) -> Box<Diagnostic> {
     let diagnostic = Diagnostic::error(code, format!("the world has no {what} `{}`", named.value))
         .label(named.span.clone(), "named here");
     Box::new(match closest(&named.value, names.iter().copied()) {

@@ -11,9 +11,7 @@ mod read;
 mod schema;
 
 pub use curve::Interpolation;
-pub use demo::{
-    CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, GraphKey, Place, Track,
-};
+pub use demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, GraphKey, Track};
 pub use edits::EditKey;
 pub use read::read;
 pub use schema::schema;

@@ -1,13 +1,11 @@
 //! Reads a demo file.
 
 use raxel_diagnostics::table::{Node, Reporter, Table, read_document};
-use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, files};
+use raxel_diagnostics::{Diagnostic, Files, SourceMap, Spanned, codes, files};
 use raxel_world::file::CAMERA_COORDINATES;
 
 use super::curve::Interpolation;
-use super::demo::{
-    CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, GraphKey, Place, Track,
-};
+use super::demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, GraphKey, Track};
 use super::edits;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
@@ -69,7 +67,7 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
 }
 
 /// A file named by the demo, relative to the folder of its kind.
-fn project_path(root: &Table<'_, '_>, key: &str, folder: &str) -> Option<Place<String>> {
+fn project_path(root: &Table<'_, '_>, key: &str, folder: &str) -> Option<Spanned<String>> {
     let (text, span) = root.need_string(key)?;
     let Some(value) = files::join(folder, &text) else {
         root.reporter().report(
@@ -78,11 +76,11 @@ fn project_path(root: &Table<'_, '_>, key: &str, folder: &str) -> Option<Place<S
         );
         return None;
     };
-    Some(Place { value, span })
+    Some(Spanned { value, span })
 }
 
 /// A key's time: reported when it is outside the demo.
-pub(super) fn time(node: &Node<'_, '_>, end: f64) -> Option<Place<f64>> {
+pub(super) fn time(node: &Node<'_, '_>, end: f64) -> Option<Spanned<f64>> {
     let value = node.number(f64::MIN..=f64::MAX)?;
     if !(0.0..=end).contains(&value) {
         node.report(
@@ -92,12 +90,12 @@ pub(super) fn time(node: &Node<'_, '_>, end: f64) -> Option<Place<f64>> {
         );
         return None;
     }
-    Some(Place { value, span: node.span.clone() })
+    Some(Spanned { value, span: node.span.clone() })
 }
 
 /// The keys, if all are right and in order of time.
 fn ordered<T>(reporter: &Reporter, keys: impl Iterator<Item = Keyed<T>>) -> Option<Vec<T>> {
-    let mut last: Option<Place<f64>> = None;
+    let mut last: Option<Spanned<f64>> = None;
     let mut all_right = true;
     let mut found = Vec::new();
     for key in keys {
@@ -123,7 +121,7 @@ fn ordered<T>(reporter: &Reporter, keys: impl Iterator<Item = Keyed<T>>) -> Opti
 }
 
 /// A key with its time; `None` when something about it is wrong.
-type Keyed<T> = Option<(Place<f64>, T)>;
+type Keyed<T> = Option<(Spanned<f64>, T)>;
 
 fn camera_key(table: &Table<'_, '_>, end: f64) -> Keyed<CameraKey> {
     let time = table.need("time").and_then(|node| time(&node, end));
@@ -158,9 +156,9 @@ fn camera_key(table: &Table<'_, '_>, end: f64) -> Keyed<CameraKey> {
     Some((time, key))
 }
 
-fn debug_target(node: &Node<'_, '_>) -> Option<Place<DebugTarget>> {
+fn debug_target(node: &Node<'_, '_>) -> Option<Spanned<DebugTarget>> {
     match DebugTarget::parse(&node.string()?) {
-        Ok(value) => Some(Place { value, span: node.span.clone() }),
+        Ok(value) => Some(Spanned { value, span: node.span.clone() }),
         Err(error) => {
             node.report(codes::session::UNKNOWN_TARGET, error.to_string(), "");
             None
@@ -200,7 +198,7 @@ fn check(table: &Table<'_, '_>, end: f64, fps: f64) -> Option<Check> {
         for key in ["reference", "target", "frame", "time", "flip"] {
             table.conflict("pass", key, "a check is about a pass or about a picture");
         }
-        let pass = table.need_string("pass").map(|(value, span)| Place { value, span });
+        let pass = table.need_string("pass").map(|(value, span)| Spanned { value, span });
         let below_ms = table.need("below_ms").and_then(|node| node.number(1e-6..=1e6));
         table.finish();
         return Some(Check { span, claim: Claim::Pass { pass: pass?, below_ms: below_ms? } });
@@ -279,7 +277,7 @@ fn track(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>, end: f64) -> 
     table.finish();
     let (keys, boolean) = keys?;
     Some(Track {
-        param: Place { value: name, span: node.key_span.clone() },
+        param: Spanned { value: name, span: node.key_span.clone() },
         keys,
         boolean,
         interpolation: interpolation?,
@@ -287,7 +285,7 @@ fn track(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>, end: f64) -> 
 }
 
 /// A key of a track: its time, its components, whether it is `true` or `false`.
-type TrackKey = (Place<f64>, Place<(f64, Vec<f64>)>, bool);
+type TrackKey = (Spanned<f64>, Spanned<(f64, Vec<f64>)>, bool);
 
 /// `[seconds, value]`.
 fn track_key(node: &Node<'_, '_>, end: f64) -> Option<TrackKey> {
@@ -309,7 +307,7 @@ fn track_key(node: &Node<'_, '_>, end: f64) -> Option<TrackKey> {
         vec![value.number(f64::MIN..=f64::MAX)?]
     };
     let time = time?;
-    let key = Place { value: (time.value, numbers), span: node.span.clone() };
+    let key = Spanned { value: (time.value, numbers), span: node.span.clone() };
     Some((time, key, value.is_boolean()))
 }
 
