@@ -202,11 +202,11 @@ fn restore(bounds: &Bounds, pos: ChunkPos, dense: &mut DenseChunk, base: Option<
 
 /// One chunk that operations are applied to, kept for the next one.
 #[derive(Default)]
-pub(crate) struct Target {
+pub(crate) struct Scratch {
     dense: DenseChunk,
 }
 
-impl Target {
+impl Scratch {
     /// The chunk after operations, and whether it is the edits' own then. The very same `Arc` when no voxel changed.
     pub(crate) fn run(
         &mut self,

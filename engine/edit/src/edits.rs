@@ -6,7 +6,7 @@ use std::sync::Arc;
 use raxel_world::{Chunk, ChunkPos};
 use rayon::prelude::*;
 
-use crate::apply::{Prepared, Target};
+use crate::apply::{Prepared, Scratch};
 use crate::history::{History, StepChunk, Stored};
 use crate::operation::{EditError, Operation};
 use crate::packed::PackedChunk;
@@ -183,13 +183,13 @@ impl Edits {
         for operation in &prepared {
             operation.each_chunk(|pos| of_chunk.entry(pos).or_default().push(operation));
         }
-        let changed = of_chunk.into_par_iter().map_init(Target::default, |target, (pos, operations)| {
+        let changed = of_chunk.into_par_iter().map_init(Scratch::default, |scratch, (pos, operations)| {
             let stored = self.overlay.get(&pos);
             let before = match stored {
                 Some(stored) => stored.chunk(),
                 None => base.try_chunk(pos)?,
             };
-            let (after, edited) = target.run(pos, (before.clone(), stored.is_some()), &operations, base);
+            let (after, edited) = scratch.run(pos, (before.clone(), stored.is_some()), &operations, base);
             if after == before && edited == stored.is_some() {
                 return Ok(None);
             }

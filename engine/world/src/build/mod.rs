@@ -52,7 +52,7 @@ pub(crate) fn local_part(bounds: &Bounds, pos: ChunkPos) -> Option<([i32; 3], [i
 }
 
 /// What an operation needs of a chunk while it is being built.
-pub(crate) struct Target<'a> {
+pub(crate) struct Draft<'a> {
     /// Where the chunk lies.
     pub pos: ChunkPos,
     /// Its voxels so far.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::build::{Target, chunk_ranges};
+use crate::build::{Draft, chunk_ranges};
 use crate::dense::Mode;
 use crate::material::MaterialIndex;
 use crate::orientation::Placement;
@@ -22,7 +22,7 @@ pub struct Placed {
 }
 
 /// Which parts of which placements touch a chunk: index of the placement, position of the part in the model.
-pub(crate) type Parts = BTreeMap<ChunkPos, Vec<(usize, ChunkPos)>>;
+pub(crate) type Touching = BTreeMap<ChunkPos, Vec<(usize, ChunkPos)>>;
 
 impl Placed {
     /// A box of voxels after a placement.
@@ -36,7 +36,7 @@ impl Placed {
     }
 
     /// Chunks that are touched and by what; `None` when they are more than `limit`.
-    pub(crate) fn parts(&self, limit: u64) -> Option<Parts> {
+    pub(crate) fn touching(&self, limit: u64) -> Option<Touching> {
         let boxes: Vec<_> = (self.model.chunks())
             .map(|(pos, chunk)| {
                 let (low, high) = chunk.bounds();
@@ -46,7 +46,7 @@ impl Placed {
                 (pos, Bounds { min, max })
             })
             .collect();
-        let mut parts = Parts::new();
+        let mut touching = Touching::new();
         let mut count = 0;
         for (index, placement) in self.placements.iter().enumerate() {
             for (part, bounds) in &boxes {
@@ -55,22 +55,25 @@ impl Placed {
                     for z in zs.clone() {
                         for x in xs.clone() {
                             count += 1;
-                            parts.entry(ChunkPos::new(x as i32, y as i32, z as i32)).or_default().push((index, *part));
+                            touching
+                                .entry(ChunkPos::new(x as i32, y as i32, z as i32))
+                                .or_default()
+                                .push((index, *part));
                         }
                     }
                 }
                 // A part touches at most eight chunks, so this is soon enough; scattered small models share their chunks.
-                if parts.len() as u64 > limit || count > 16 * limit {
+                if touching.len() as u64 > limit || count > 16 * limit {
                     return None;
                 }
             }
         }
-        Some(parts)
+        Some(touching)
     }
 
-    pub(crate) fn apply(&self, target: &mut Target<'_>, parts: &Parts) {
-        let Some(parts) = parts.get(&target.pos) else { return };
-        let origin = target.pos.origin().to_array().map(i64::from);
+    pub(crate) fn apply(&self, draft: &mut Draft<'_>, touching: &Touching) {
+        let Some(parts) = touching.get(&draft.pos) else { return };
+        let origin = draft.pos.origin().to_array().map(i64::from);
         for (index, part) in parts {
             let placement = &self.placements[*index];
             let Some(chunk) = self.model.chunk(*part) else { continue };
@@ -80,7 +83,7 @@ impl Placed {
                 let local: [i64; 3] = std::array::from_fn(|i| cell[i] - origin[i]);
                 if local.iter().all(|l| (0..64).contains(l)) {
                     let (block, bit) = crate::chunk::voxel_index(local[0] as u32, local[1] as u32, local[2] as u32);
-                    target.chunk.apply(block, 1 << bit, self.mode, self.materials[material as usize]);
+                    draft.chunk.apply(block, 1 << bit, self.mode, self.materials[material as usize]);
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! Closed forms: box, ball, cylinder, and whatever else can say for a cube of voxels whether it is inside, outside or both.
 
-use crate::build::{Target, local_part};
+use crate::build::{Draft, local_part};
 use crate::chunk::{child_cell, child_index};
 use crate::dense::{DenseChunk, Mode};
 use crate::material::MaterialIndex;
@@ -55,24 +55,24 @@ pub struct Solid {
 impl Solid {
     /// Applies it to the voxels of the chunk at a position.
     pub fn apply_to(&self, pos: ChunkPos, chunk: &mut DenseChunk) {
-        self.apply(&mut Target { pos, chunk });
+        self.apply(&mut Draft { pos, chunk });
     }
 
-    pub(crate) fn apply(&self, target: &mut Target<'_>) {
-        let Some((low, high)) = local_part(&self.shape.bounds(), target.pos) else { return };
-        let origin = target.pos.origin().to_array().map(i64::from);
+    pub(crate) fn apply(&self, draft: &mut Draft<'_>) {
+        let Some((low, high)) = local_part(&self.shape.bounds(), draft.pos) else { return };
+        let origin = draft.pos.origin().to_array().map(i64::from);
         for ny in low[1] >> 4..=(high[1] - 1) >> 4 {
             for nz in low[2] >> 4..=(high[2] - 1) >> 4 {
                 for nx in low[0] >> 4..=(high[0] - 1) >> 4 {
                     let node = [nx, ny, nz].map(|n| n as u32);
                     let min = std::array::from_fn(|i| origin[i] + i64::from(node[i]) * 16);
-                    self.apply_node(target, node, min);
+                    self.apply_node(draft, node, min);
                 }
             }
         }
     }
 
-    fn apply_node(&self, target: &mut Target<'_>, node: [u32; 3], min: [i64; 3]) {
+    fn apply_node(&self, draft: &mut Draft<'_>, node: [u32; 3], min: [i64; 3]) {
         let first = child_index(node[0], node[1], node[2]) as usize * 64;
         let whole = self.shape.span(min, 16);
         if whole == Span3::Outside {
@@ -85,23 +85,23 @@ impl Solid {
             let block = first + child as usize;
             match span {
                 Span3::Outside => {}
-                Span3::Inside => self.apply_block(target, block, u64::MAX, min, true),
-                Span3::Both => self.apply_block(target, block, self.shape.mask(min), min, false),
+                Span3::Inside => self.apply_block(draft, block, u64::MAX, min, true),
+                Span3::Both => self.apply_block(draft, block, self.shape.mask(min), min, false),
             }
         }
     }
 
-    fn apply_block(&self, target: &mut Target<'_>, block: usize, mask: u64, min: [i64; 3], one_material: bool) {
+    fn apply_block(&self, draft: &mut Draft<'_>, block: usize, mask: u64, min: [i64; 3], one_material: bool) {
         let count = self.materials.len();
         if count <= 1 || self.mode == Mode::Subtract {
-            target.chunk.apply(block, mask, self.mode, self.materials.first().copied().unwrap_or_default());
+            draft.chunk.apply(block, mask, self.mode, self.materials.first().copied().unwrap_or_default());
         } else if one_material {
-            target.chunk.apply(block, mask, self.mode, self.materials[self.shape.material(min) % count]);
+            draft.chunk.apply(block, mask, self.mode, self.materials[self.shape.material(min) % count]);
         } else {
             for bit in crate::chunk::Bits(mask) {
                 let [x, y, z] = child_cell(bit).map(i64::from);
                 let material = self.shape.material([min[0] + x, min[1] + y, min[2] + z]);
-                target.chunk.apply(block, 1 << bit, self.mode, self.materials[material % count]);
+                draft.chunk.apply(block, 1 << bit, self.mode, self.materials[material % count]);
             }
         }
     }

@@ -7,10 +7,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::build::place::Parts;
+use crate::build::place::Touching;
 use crate::build::scatter::Land;
 use crate::build::terrain::Surface;
-use crate::build::{Operation, Placed, Target, chunk_ranges, local_part};
+use crate::build::{Draft, Operation, Placed, chunk_ranges, local_part};
 use crate::chunk::Chunk;
 use crate::dense::{DenseChunk, Mode};
 use crate::material::Material;
@@ -122,7 +122,7 @@ fn chunks_reached(operation: &Operation) -> u128 {
     match operation {
         Operation::Solid(solid) => of_box(&solid.shape.bounds(), solid.mode),
         Operation::Terrain(terrain) => of_box(&terrain.bounds(), terrain.mode),
-        // Counted when its parts are known.
+        // Counted when it is known what it touches.
         Operation::Place(_) | Operation::Scatter(_) | Operation::Jittered(_) => 0,
     }
 }
@@ -131,7 +131,7 @@ fn chunks_reached(operation: &Operation) -> u128 {
 enum Step<'a> {
     Solid(&'a crate::build::Solid, Bounds),
     Terrain(&'a crate::build::Terrain, Bounds),
-    Place(&'a Placed, Parts),
+    Place(&'a Placed, Touching),
 }
 
 impl<'a> Step<'a> {
@@ -145,12 +145,12 @@ impl<'a> Step<'a> {
     }
 
     fn place(index: usize, placed: &'a Placed, limits: &Limits) -> Result<Self, BuildError> {
-        let parts = placed.parts(limits.chunks).ok_or(BuildError::TooManyChunks {
+        let touching = placed.touching(limits.chunks).ok_or(BuildError::TooManyChunks {
             operation: index,
             chunks: u128::from(limits.chunks) + 1,
             limit: limits.chunks,
         })?;
-        Ok(Self::Place(placed, parts))
+        Ok(Self::Place(placed, touching))
     }
 
     fn mode(&self) -> Mode {
@@ -164,7 +164,7 @@ impl<'a> Step<'a> {
     fn touches(&self, pos: ChunkPos) -> bool {
         match self {
             Self::Solid(_, bounds) | Self::Terrain(_, bounds) => local_part(bounds, pos).is_some(),
-            Self::Place(_, parts) => parts.contains_key(&pos),
+            Self::Place(_, touching) => touching.contains_key(&pos),
         }
     }
 
@@ -182,7 +182,7 @@ impl<'a> Step<'a> {
                 }
                 all
             }
-            Self::Place(_, parts) => parts.keys().copied().collect(),
+            Self::Place(_, touching) => touching.keys().copied().collect(),
         }
     }
 }
@@ -221,16 +221,16 @@ fn run(chunks: &mut BTreeMap<ChunkPos, Arc<Chunk>>, steps: &[Step<'_>], limits: 
                 if let Some(chunk) = chunks.get(&pos) {
                     dense.unpack(chunk);
                 }
-                let mut target = Target { pos, chunk: dense };
+                let mut draft = Draft { pos, chunk: dense };
                 for (step, surface) in steps.iter().zip(&surfaces) {
                     match (step, surface) {
-                        (Step::Solid(solid, _), _) => solid.apply(&mut target),
-                        (Step::Terrain(terrain, _), Some(surface)) => terrain.apply(&mut target, surface),
+                        (Step::Solid(solid, _), _) => solid.apply(&mut draft),
+                        (Step::Terrain(terrain, _), Some(surface)) => terrain.apply(&mut draft, surface),
                         (Step::Terrain(..), None) => {}
-                        (Step::Place(placed, parts), _) => placed.apply(&mut target, parts),
+                        (Step::Place(placed, touching), _) => placed.apply(&mut draft, touching),
                     }
                 }
-                of_column.push((pos, Chunk::pack(target.chunk).map(|chunk| pool.share(chunk))));
+                of_column.push((pos, Chunk::pack(draft.chunk).map(|chunk| pool.share(chunk))));
             }
             of_column
         })

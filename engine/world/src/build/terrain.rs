@@ -3,7 +3,7 @@
 use crate::build::caves::{CaveChunk, Caves};
 use crate::build::noise::{Noise, Sampler};
 use crate::build::shape::Span3;
-use crate::build::{Target, local_part};
+use crate::build::{Draft, local_part};
 use crate::chunk::block_index;
 use crate::dense::Mode;
 use crate::material::MaterialIndex;
@@ -309,9 +309,9 @@ impl Terrain {
         })
     }
 
-    pub(crate) fn apply(&self, target: &mut Target<'_>, surface: &Surface) {
-        let Some((low, high)) = local_part(&self.bounds(), target.pos) else { return };
-        let origin = target.pos.origin().to_array().map(i64::from);
+    pub(crate) fn apply(&self, draft: &mut Draft<'_>, surface: &Surface) {
+        let Some((low, high)) = local_part(&self.bounds(), draft.pos) else { return };
+        let origin = draft.pos.origin().to_array().map(i64::from);
         let origin_y = origin[1];
         let strata = Strata::of(self);
         let level = strata.water.map_or(i64::MIN, |(_, level)| level);
@@ -343,9 +343,9 @@ impl Terrain {
                 });
                 let block = block_index(tx, by as u32, tz);
                 if y >= solid_from && y + 4 <= solid_to {
-                    target.chunk.apply(block, !hollow, self.mode, self.deepest());
+                    draft.chunk.apply(block, !hollow, self.mode, self.deepest());
                 } else {
-                    strata.apply_block(target, block, y, columns, hollow);
+                    strata.apply_block(draft, block, y, columns, hollow);
                 }
             }
         }
@@ -371,7 +371,7 @@ impl Strata {
         }
     }
 
-    fn apply_block(&self, target: &mut Target<'_>, block: usize, y: i64, columns: &[Column], hollow: u64) {
+    fn apply_block(&self, draft: &mut Draft<'_>, block: usize, y: i64, columns: &[Column], hollow: u64) {
         let mut masks: Vec<(MaterialIndex, u64)> = Vec::with_capacity(self.layers.len() + 2);
         for (i, column) in columns.iter().enumerate() {
             let mut fill = |material: MaterialIndex, from: i64, to: i64, not: u64| {
@@ -401,7 +401,7 @@ impl Strata {
             }
         }
         for (material, mask) in masks {
-            target.chunk.apply(block, mask, self.mode, material);
+            draft.chunk.apply(block, mask, self.mode, material);
         }
     }
 }
