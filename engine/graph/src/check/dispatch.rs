@@ -75,9 +75,9 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<Bound
     }
 }
 
-/// An axis along which a dispatch has more workgroups than every device allows. A local size that the graph may set is left to the plan.
-fn too_many_groups(context: &Context<'_>, dispatch: &Dispatch) -> Option<String> {
-    (0..3).find_map(|axis| {
+/// The axes along which a dispatch has more workgroups than every device allows. A local size that the graph may set is left to the plan.
+fn too_many_groups(context: &Context<'_>, dispatch: &Dispatch) -> impl Iterator<Item = String> {
+    (0..3).filter_map(move |axis| {
         let local = context.interface().local_size[axis];
         let groups = match dispatch {
             Dispatch::Groups(groups) => groups[axis],

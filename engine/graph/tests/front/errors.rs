@@ -256,7 +256,7 @@ const FLOW: &[Case] = &[
         "#extension GL_EXT_shader_atomic_float : require\nshared float sum;\n#define atomicAdd(a, b) atomicAdd(a, b) + uint(atomicAdd(sum, 1.0))\nlayout(local_size_x = 4",
     ),
     ("RX0163", BASE, "depth = \"half_depth\" }", "depth = { target = \"half_depth\", filter = \"linear\" } }"),
-    ("RX0163", BASE, "dispatch = [4, 4]", "dispatch = [4, 70000]"),
+    ("RX0163", BASE, "dispatch = [4, 4]", "dispatch = [80000, 70000]"),
     ("RX0152", BASE, "display = \"raw\"", "display = { map = \"raw\", range = [0.0, 2.0] }"),
     (
         "RX0163",
