@@ -11,7 +11,7 @@ use std::sync::Arc;
 use crate::build::scatter::Land;
 use crate::build::shape::Span3;
 use crate::build::terrain::Heights;
-use crate::build::{Jittered, Operation, Placed, Solid, Target, Terrain};
+use crate::build::{Draft, Jittered, Operation, Placed, Solid, Terrain};
 use crate::chunk::{Bits, block_index, child_cell, voxel_index};
 use crate::dense::{DenseChunk, Mode};
 use crate::material::{Material, MaterialIndex};
@@ -101,7 +101,7 @@ impl Generator {
                         Span3::Inside => tile.whole(terrain.mode, terrain.deepest()),
                         Span3::Both => {
                             let surface = terrain.surface_of(&heights, pos.x, pos.z);
-                            tile.mixed(|target| terrain.apply(target, &surface));
+                            tile.mixed(|draft| terrain.apply(draft, &surface));
                         }
                     }
                 }
@@ -209,14 +209,14 @@ impl Tile<'_> {
     }
 
     /// Applies something that tells cells apart.
-    fn mixed(&mut self, apply: impl FnOnce(&mut Target<'_>)) {
+    fn mixed(&mut self, apply: impl FnOnce(&mut Draft<'_>)) {
         match self.state {
             State::Uniform(0) => self.dense.clear(),
             State::Uniform(material) => self.dense.fill(material),
             State::Mixed => {}
         }
         self.state = State::Mixed;
-        apply(&mut Target { pos: self.pos, chunk: self.dense });
+        apply(&mut Draft { pos: self.pos, chunk: self.dense });
     }
 
     fn solid(&mut self, solid: &Solid) {
@@ -230,13 +230,13 @@ impl Tile<'_> {
                 Span3::Inside if solid.materials.len() <= 1 => {
                     self.whole(solid.mode, solid.materials.first().copied().unwrap_or_default());
                 }
-                Span3::Inside | Span3::Both => self.mixed(|target| solid.apply(target)),
+                Span3::Inside | Span3::Both => self.mixed(|draft| solid.apply(draft)),
             }
             return;
         }
         let edge = cell_edge(self.level);
-        self.mixed(|target| {
-            let origin = target.pos.origin().to_array().map(i64::from);
+        self.mixed(|draft| {
+            let origin = draft.pos.origin().to_array().map(i64::from);
             for block in 0..crate::chunk::BLOCKS {
                 let cell = crate::chunk::block_cell(block);
                 let corner: [i64; 3] = std::array::from_fn(|i| (origin[i] + 4 * i64::from(cell[i])) * edge);
@@ -254,7 +254,7 @@ impl Tile<'_> {
                         let count = solid.materials.len().max(1);
                         let middle = min.map(|c| c + edge / 2);
                         let material = solid.materials.get(solid.shape.material(middle) % count).copied();
-                        target.chunk.apply(block, 1 << bit, solid.mode, material.unwrap_or_default());
+                        draft.chunk.apply(block, 1 << bit, solid.mode, material.unwrap_or_default());
                     }
                 }
             }
@@ -288,14 +288,14 @@ impl Tile<'_> {
             if !reached(&bounds, self) {
                 continue;
             }
-            self.mixed(|target| {
-                let origin = target.pos.origin().to_array().map(i64::from);
+            self.mixed(|draft| {
+                let origin = draft.pos.origin().to_array().map(i64::from);
                 for (local, material) in chunk.iter() {
                     let voxel = placement.cell(std::array::from_fn(|i| from[i] + i64::from(local[i])));
                     let cell: [i64; 3] = std::array::from_fn(|i| voxel[i].div_euclid(edge) - origin[i]);
                     if cell.iter().all(|c| (0..64).contains(c)) {
                         let (block, bit) = voxel_index(cell[0] as u32, cell[1] as u32, cell[2] as u32);
-                        target.chunk.apply(block, 1 << bit, mode, materials[material as usize]);
+                        draft.chunk.apply(block, 1 << bit, mode, materials[material as usize]);
                     }
                 }
             });
