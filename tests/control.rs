@@ -240,10 +240,10 @@ fn the_times_of_passes_are_theirs_beside_panels() {
             .env("DISPLAY", &display.name)
             .env_remove("WAYLAND_DISPLAY"),
     );
-    // The least of many: a busy machine only adds to the time of a pass.
+    // The least of as many as it takes: a busy machine only adds to the time of a pass.
     let mut least = [f64::MAX; 3];
     let mut seen = 0;
-    common::eventually("twenty frames with times", || {
+    common::eventually("the long pass takes longer than the short ones", || {
         let answer = talk.say(r#"{"do": "timings"}"#);
         let passes = answer["passes"].as_array().cloned().unwrap_or_default();
         let time = |name: &str| passes.iter().find(|pass| pass["pass"] == name)?["milliseconds"].as_f64();
@@ -252,7 +252,6 @@ fn the_times_of_passes_are_theirs_beside_panels() {
             least = [least[0].min(short), least[1].min(long), least[2].min(last)];
             seen += 1;
         }
-        seen >= 20
+        seen >= 20 && least[1] > 4.0 * least[0] && least[1] > 4.0 * least[2]
     });
-    assert!(least[1] > 4.0 * least[0] && least[1] > 4.0 * least[2], "short, long, last: {least:?} ms");
 }

@@ -233,7 +233,9 @@ fn a_window_waits_for_the_mend_of_the_manifest_and_opens_what_it_says_then() {
     let mut child = Running::start(in_window().stderr(fs::File::create(&log_path).unwrap()));
     eventually("the mistake is told", || log(&log_path).contains("the window waits for the files to be mended"));
     assert!(log(&log_path).contains("raxel.toml:2:"), "{}", log(&log_path));
-    project.edit("raxel.toml", "menger.tml", "menger.toml");
+    // In one step: a manifest that is seen half written is right, and says something else.
+    project.write("mended", "graph = \"inspect.toml\"\nworld = \"menger.toml\"\n");
+    fs::rename(project.path("mended"), project.path("raxel.toml")).unwrap();
     eventually("the picture", || display.pixels(320, 180) == normal);
     let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
     display.xdotool(&["windowfocus", "--sync", &window]);

@@ -72,7 +72,7 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
-    /// Whether packets of rays (`<raxel/packet.glsl>`) have what they take: subgroups of 32 with ballots and votes.
+    /// Whether packets of rays (`<raxel/packet.glsl>`) have what they take: subgroups of 32 with ballots and votes, and 64-bit integers.
     pub fn traces_packets(&self) -> bool {
         self.subgroup_size == 32
             && self.subgroup_operations.contains(vk::SubgroupFeatureFlags::BASIC)

@@ -105,7 +105,7 @@ impl WorldStream {
         let shines = tiles.materials().iter().skip(1).any(|material| material.emission > 0.0);
         let lamps = shines.then(|| {
             let bytes = settings.lamp_memory.min(there) & !15;
-            let (buffer, memory) = pool_memory(device, "world.lights", bytes, LEAST_RING.min(ring))?;
+            let (buffer, memory) = pool_memory(device, "world.lights", bytes, LEAST_RING)?;
             Ok::<_, ExecuteError>((buffer, (memory, (bytes / 4) as u32)))
         });
         let (lights, lamps) = lamps.transpose()?.unzip();
@@ -161,7 +161,7 @@ impl WorldStream {
             let message = "there are more lamps around the camera than `lamp_memory` has room for";
             return Some(
                 Diagnostic::warning(codes::world::STREAM_LAMPS, message)
-                    .help("raise `lamp_memory`; the others are seen, and light nothing but what rays find them from"),
+                    .help("raise `lamp_memory`; the others stay visible, but light only what rays hit them from"),
             );
         }
         let changed = reason.is_some() != frames.failing;

@@ -1,5 +1,5 @@
 //! A plan as a picture for Graphviz: passes are boxes, images ellipses, buffers cylinders; history is dashed, what is left out grey. Red
-//! arrows lead from barrier to barrier, in the order of the frame.
+//! boxes are barriers: arrows lead to each from the passes before it, and from it to the passes after it.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,5 @@
-//! A plan as a Mermaid flow chart, which code hosts draw in Markdown. Thick arrows lead from barrier to barrier, in the order of the frame.
+//! A plan as a Mermaid flow chart, which code hosts draw in Markdown. Hexagons are barriers: thick
+//! arrows lead to each from the passes before it, and from it to the passes after it.
 
 use std::fmt::Write as _;
 
