@@ -223,11 +223,6 @@ impl Front {
         default.map_or(PlannedOver::StandIn, PlannedOver::Default)
     }
 
-    /// Whether the plan of a graph, or what it is supplied with, follows the file of a world.
-    pub fn follows_world(graph: &Graph) -> bool {
-        graph.is_sized_by_world() || sources::names_models(graph)
-    }
-
     /// Builds a world for something that has to look at all of its voxels.
     pub fn whole_world(&self, path: &str, console: &Console) -> Result<Arc<SessionWorld>> {
         let world = self.world(path, console)?;
@@ -311,7 +306,7 @@ impl Front {
         let part = self.loader.graph(path);
         checked.add(&part);
         let graph = part.result.ok()?;
-        let over = self.planned_over(world.cloned(), Self::follows_world(&graph));
+        let over = self.planned_over(world.cloned(), graph.is_sized_by_world());
         let paper = Paper {
             output: [1280, 720],
             present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
@@ -366,7 +361,11 @@ impl Paper<'_> {
     /// The plan of a graph.
     pub fn plan(&self, graph: &Arc<Graph>) -> std::result::Result<Plan, Vec<Diagnostic>> {
         let planned = on_paper(graph, self, |input| raxel_graph::plan(graph.clone(), input));
-        let missing = self.over.world().map_or_else(Vec::new, |world| sources::check(graph, world));
+        // Over another world than the one that is named, a graph may well be right.
+        let missing = match self.over {
+            PlannedOver::Named(world) => sources::check(graph, world),
+            _ => Vec::new(),
+        };
         match planned {
             Ok(plan) if missing.is_empty() => Ok(plan),
             Ok(_) => Err(missing),

@@ -219,8 +219,6 @@ impl WorldStream {
             let written = lights.is_none_or(|(source, words)| source.write(0, bytemuck::cast_slice(words)).is_ok());
             if written && self.source.write(0, bytemuck::cast_slice(publication.words())).is_ok() {
                 (frames.version, frames.changes) = (publication.version, publication.changes);
-            } else {
-                frames.taken = None;
             }
         }
         frames.spent = began.elapsed().saturating_sub(frames.waited);
@@ -232,7 +230,8 @@ impl WorldStream {
         let began = Instant::now();
         let mut frames = self.frames();
         let waiting = self.source.is_waiting() || self.lights.as_ref().is_some_and(|lights| lights.is_waiting());
-        if frames.taken.is_some() && !waiting {
+        let seen = frames.taken.as_ref().is_some_and(|publication| publication.version == frames.version);
+        if seen && !waiting {
             frames.taken = None;
             let version = frames.version;
             frames.unreleased.push_back((version, before));

@@ -34,7 +34,8 @@ fn what_is_near_and_far_of_the_shipped_land_fits_256_mib() {
     let reach = Reach::of(&settings, streamed.generator.height_range().unwrap());
     let at = IVec3::new(40, 170, 60);
     let [bytes, _] = Streamer::estimate(&*streamed.generator, &reach, at, &|_| 0);
-    assert!(bytes < 256 << 20, "{bytes}");
+    // It was 128.1 MiB when it was measured.
+    assert!(bytes < 136 << 20, "{bytes}");
 }
 
 /// Bytes of the process, as far as the system says.

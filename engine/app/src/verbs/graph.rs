@@ -63,7 +63,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     };
     let present = target.resolve(&graph).map_err(|error| Failure::usage(error.to_string()))?;
     let world = args.world.as_deref().map(|named| front.named_world(named, console)).transpose()?;
-    let over = front.planned_over(world, Front::follows_world(&graph) || graph.asks_the_world());
+    let over = front.planned_over(world, graph.is_sized_by_world() || graph.asks_the_world());
     if let Some(assumed) = over.assumed() {
         console.message(&assumed);
     }

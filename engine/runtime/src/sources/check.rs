@@ -23,12 +23,6 @@ pub fn check(graph: &Graph, world: &SessionWorld) -> Vec<Diagnostic> {
     found
 }
 
-/// Whether a graph names models of the world's file.
-pub fn names_models(graph: &Graph) -> bool {
-    let parsed = graph.resources.iter().filter_map(|resource| resource.kind.supplied_by().and_then(SourceName::parse));
-    parsed.into_iter().any(|name| matches!(name, SourceName::Model(..)))
-}
-
 pub(super) fn no_model(model: &str, resource: &Resource, world: &SessionWorld) -> Diagnostic {
     let names = || world.model_names();
     let whose = world.path.as_deref().unwrap_or("the empty world");

@@ -313,6 +313,7 @@ impl Director {
         }
         // The lamps of a chunk follow from the voxels beyond its faces, too; one that is being made may have seen those from before.
         let follows = |key: &TileKey, face: u32| match self.tiles.get(key) {
+            Some(_) if self.shared.lamps.is_some() && self.stale.contains_key(key) => true,
             Some(tile) => tile.lamps.sides >> (face ^ 1) & 1 == 1,
             None => self.shared.lamps.is_some() && self.missing.contains(key),
         };
@@ -483,6 +484,8 @@ impl Director {
             self.count_unseen();
             self.make_publication();
         }
+        // The table of lamps may have found no room just now.
+        let settled = settled && !(self.complete && self.no_table);
         self.stats.wanted = self.wanted;
         self.stats.missing = self.missing.len();
         self.stats.near = self.reach.near();
@@ -591,7 +594,10 @@ impl Director {
     fn list_again(&mut self) {
         let Some(lamps) = &self.shared.lamps else { return };
         if self.complete || lamps.pool.is_roomy() {
-            self.stale.extend(self.unlisted.iter().map(|key| (*key, Stale::Again)));
+            for key in &self.unlisted {
+                // One that is being made is not made twice.
+                self.stale.entry(*key).or_insert(Stale::Again);
+            }
             self.ask_again |= !self.unlisted.is_empty();
         }
         if std::mem::take(&mut self.no_table) {
