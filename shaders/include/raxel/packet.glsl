@@ -109,7 +109,6 @@ uvec2 rx_tile_ahead(uvec2 mask, vec3 corner, bool down_x, bool down_y, bool down
     return mask;
 }
 
-
 // The frustum of the pixels `rect` (first and last, from the tile's first) as intervals of 1 / direction.
 void rx_tile_frustum(ivec4 rect, float slack, out vec3 slow, out vec3 fast) {
     vec3 a = float(rect.x) * rx_tile_frame[1].xyz, b = float(rect.z) * rx_tile_frame[1].xyz, c = float(rect.y) * rx_tile_frame[2].xyz, d = float(rect.w) * rx_tile_frame[2].xyz;
@@ -494,12 +493,13 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
             if (((alive >> lane) & 1u) != 0u) {
                 ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
                 if (too_much) {
+                    // The direction as in a batch above.
                     vec4 camera = rx_tile_camera;
-                                precise vec2 view = vec2(middle.x + int(16u * (s & 1u)), middle.y - int(8u * (s >> 1))) * vec2(camera.w, rx_tile_frame[0].w);
-                                precise vec3 right = view_to_world[0].xyz * view.x;
-                                precise vec3 up = view_to_world[1].xyz * view.y;
-                                precise vec3 sum = right + up;
-                                precise vec3 dir = sum - camera.xyz;
+                    precise vec2 view = vec2(middle.x + int(16u * (s & 1u)), middle.y - int(8u * (s >> 1))) * vec2(camera.w, rx_tile_frame[0].w);
+                    precise vec3 right = view_to_world[0].xyz * view.x;
+                    precise vec3 up = view_to_world[1].xyz * view.y;
+                    precise vec3 sum = right + up;
+                    precise vec3 dir = sum - camera.xyz;
                     rx_tile_rest(pixel, uintBitsToFloat(rx_tile_free) * (0.999 * length(dir) / (float(size.x) * float(size.y))));
                 }
                 else rx_tile_miss(pixel);

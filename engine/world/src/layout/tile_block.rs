@@ -158,7 +158,7 @@ impl<'c> TileBlock<'c> {
             for block in Bits(mask).map(|bit| node * 64 + bit as usize) {
                 let (children, material) = match uniform_block(chunk, block) {
                     Some(material) => (0, FILLED | u32::from(material)),
-                    None => (*links.next().expect("`cells` has one for each"), FILLED | LINKED),
+                    None => (*links.next().expect("`cells` links each block of several materials"), FILLED | LINKED),
                 };
                 Node { mask: chunk.mask(block), children, material }.put(words, QUAD * next_block);
                 next_block += 1;
