@@ -1,16 +1,15 @@
-// Light that the air and the mist add before each depth, and what they let through: a column of slices for each part of the view. The
-// slices grow with the distance. One ray a slice asks whether the sun reaches it, so that trees throw shafts into
-// the mist, and panes of glass coloured ones.
+// Light that the air and the mist add before each depth, and what they let through: a column of slices for each part of the view. What
+// air_light.comp has found throws shafts into the mist.
 #version 460
-#include <raxel/world.glsl>
 #include "../scene.glsl"
 #include <raxel/light/atmosphere.glsl>
 #include "air_slices.glsl"
-#ifdef PANES
-#include <raxel/light/body.glsl>
-#endif
 
 layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba16f) uniform readonly image3D sunBySlice;
+#ifdef PANES
+layout(rgba16f) uniform readonly image3D skyBySlice;
+#endif
 layout(rgba16f) uniform writeonly image3D outAir;
 uniform sampler2D scattered;
 layout(push_constant) uniform Push { float metres; float mist; float mist_height; float mist_floor; } push;
@@ -28,38 +27,17 @@ void main() {
     float eye = RX_AIR_GROUND + RX_AIR_EYE, sun_cosine = sun.y;
     vec3 many = frame.sky_strength * RX_AIR_PI * textureLod(scattered, rx_scattered_place(eye, sun_cosine), 0.0).rgb;
     float rayleigh = rx_rayleigh_phase(cosine), mie = rx_mie_phase(cosine, RX_AIR_MIE_G), misty = rx_mie_phase(cosine, 0.6);
-    uint seed = scene_seed(uint(column.x) + rx_hash(uint(column.y) + 4711u));
     vec3 light = vec3(0.0);
     vec3 clear = vec3(1.0);
     float camera_height = float(frame.camera_cell.y) + frame.camera_frac.y;
     for (int i = 0; i < size.z; ++i) {
-        float near = slice_depth(float(i) / float(size.z)), far = slice_depth(float(i + 1) / float(size.z));
-        float t = mix(near, far, rx_sobol(frame.index, 0u, rx_hash(seed + uint(i))).x), length = far - near;
-        // The direct light, asked for once a slice.
-        float height = camera_height + t * dir.y;
-        vec3 lit = vec3(1.0), above = vec3(1.0);
-        if (t < 600.0) {
-            vec3 at = frame.camera_frac + t * dir;
-            ivec3 cell = ivec3(floor(at));
-            RxRay ray = rx_ray(frame.camera_cell + cell, at - vec3(cell), sun);
-            RxHit block;
-            bool blocked = sunlight != vec3(0.0) && rx_trace(ray, block);
+        ivec3 slice = ivec3(column, i);
+        float length = slice_depth(float(i + 1) / float(size.z)) - slice_depth(float(i) / float(size.z));
+        float height = camera_height + slice_place(slice, size) * dir.y;
+        vec3 lit = imageLoad(sunBySlice, slice).rgb, above = vec3(1.0);
 #ifdef PANES
-            for (int pane = 0; pane < 2 && blocked && rx_pass_body(block, PANES, ray, lit); ++pane) blocked = rx_trace(ray, block);
+        above = imageLoad(skyBySlice, slice).rgb;
 #endif
-            if (blocked) lit = vec3(0.0);
-#ifdef PANES
-            // Indoors, little of the sky reaches the mist: one ray to anywhere above says how much.
-            uint state = rx_hash(rx_hash(seed + uint(i)) ^ frame.index);
-            vec3 up = rx_random_direction(state);
-            up.y = abs(up.y) + 1e-3;
-            vec3 open = vec3(1.0);
-            ray = rx_ray(frame.camera_cell + cell, at - vec3(cell), up);
-            blocked = rx_trace(ray, block);
-            for (int pane = 0; pane < 2 && blocked && rx_pass_body(block, PANES, ray, open); ++pane) blocked = rx_trace(ray, block);
-            above = blocked ? vec3(0.0) : open;
-#endif
-        }
         RxAir air = rx_air(max(RX_AIR_EYE + 0.001 * (height - camera_height), 0.0));
         float thick = 0.001 * push.mist * exp(-max(height - push.mist_floor, 0.0) / push.mist_height);
         vec3 loss = air.extinction * km + thick;
@@ -69,6 +47,6 @@ void main() {
         light += clear * sent * (1.0 - through) / max(loss, vec3(1e-9));
         clear *= through;
         // What lies behind is seen through gray air: there is one number for that.
-        imageStore(outAir, ivec3(column, i), vec4(light, dot(clear, vec3(1.0 / 3.0))));
+        imageStore(outAir, slice, vec4(light, dot(clear, vec3(1.0 / 3.0))));
     }
 }

@@ -6,3 +6,14 @@ float slice_depth(float share) {
 float slice_of(float depth) {
     return log2(depth / 8.0 + 1.0) / 9.0;
 }
+
+// The number that begins the random numbers of a slice: column, and index of the slice.
+uint slice_seed(ivec3 slice) {
+    return scene_seed(uint(slice.x) + rx_hash(uint(slice.y) + 4711u)) + uint(slice.z);
+}
+
+// Where in a slice this frame asks for light: a depth. `size` is the number of columns and slices.
+float slice_place(ivec3 slice, ivec3 size) {
+    float near = slice_depth(float(slice.z) / float(size.z)), far = slice_depth(float(slice.z + 1) / float(size.z));
+    return mix(near, far, rx_sobol(frame.index, 0u, rx_hash(slice_seed(slice))).x);
+}
