@@ -11,6 +11,8 @@ use crate::sources::Sources;
 
 /// Most errors that are reported of one shader; one mistake often makes many.
 const MAX_ERRORS: usize = 8;
+/// Most errors of one shader that are looked at for being consequences of each other.
+const MAX_COMPARED: usize = 256;
 /// Most warnings that are reported of one shader.
 const MAX_WARNINGS: usize = 16;
 
@@ -42,9 +44,58 @@ pub(crate) fn diagnostics(output: &str, sources: &Sources<'_>) -> Vec<Diagnostic
             at.next() <= Some(first) || message.severity == Severity::Warning || message.is_directive()
         });
     }
+    drop_consequences(&mut messages, sources);
     let mut found = some(&messages, Severity::Error, MAX_ERRORS, sources);
     found.extend(some(&messages, Severity::Warning, MAX_WARNINGS, sources));
     found
+}
+
+/// Leaves one error of each mistake. Behind a wrong part of a statement the compiler reads on with a value of some other type in its place, and
+/// finds that nothing around it fits; and what it has once called undeclared it takes for a variable of no type from then on.
+fn drop_consequences(messages: &mut Vec<Message<'_>>, sources: &Sources<'_>) {
+    // Lines of the statements that are wrong.
+    let mut wrong: Vec<(&str, Range<usize>)> = Vec::new();
+    let (mut missing, mut told) = (HashSet::new(), HashSet::new());
+    messages.retain(|message| {
+        let Some(line) = message.line.filter(|_| message.severity == Severity::Error) else { return true };
+        if wrong.len() == MAX_COMPARED || message.text.starts_with("syntax error") || message.is_directive() {
+            return true;
+        }
+        let text: Option<&str> = sources.text(message.file).map(|text| &**text);
+        let lines = text.map_or(line..line + 1, |text| statement(text, line, message.token));
+        let mut follows = wrong.iter().any(|(file, lines)| *file == message.file && lines.contains(&line));
+        if let Some(text) = text.filter(|_| !follows && !message.is_missing()) {
+            let ranges = lexer::line_ranges(text);
+            let tokens = ranges
+                .iter()
+                .take(lines.end.saturating_sub(1))
+                .skip(lines.start.saturating_sub(1))
+                .flat_map(|line| lexer::tokens(&text[line.clone()]));
+            follows = tokens.into_iter().any(|token| missing.contains(token.text));
+        }
+        wrong.push((message.file, lines));
+        if message.is_missing() {
+            missing.insert(message.token.unwrap_or_default());
+            return told.insert((message.token, message.text.clone()));
+        }
+        !follows
+    });
+}
+
+/// The lines of the statement around a token of a line, from 1.
+fn statement(text: &str, line: usize, token: Option<&str>) -> Range<usize> {
+    let at = place(text, line, token).start;
+    let ends = |token: &lexer::Token<'_>| matches!(token.text, ";" | "{" | "}");
+    let tokens = lexer::tokens(text);
+    if tokens.is_empty() {
+        return line..line + 1;
+    }
+    let behind = tokens.partition_point(|token| token.at < at);
+    let first = tokens[..behind].iter().rposition(ends).map_or(0, |end| end + 1);
+    let last = tokens[behind..].iter().position(ends).map_or(tokens.len(), |end| behind + end + 1);
+    let [first, last] =
+        [first, last - 1].map(|token| tokens.get(token).map_or(line, |token| lexer::line_of(text, token.at)));
+    first.min(line)..last.max(line) + 1
 }
 
 fn some(messages: &[Message<'_>], severity: Severity, most: usize, sources: &Sources<'_>) -> Vec<Diagnostic> {
@@ -128,7 +179,7 @@ impl<'t> Message<'t> {
             let end = before.range().end;
             diagnostic = diagnostic.label(Span::new(self.file, end..end), "a `;` may be missing here");
         }
-        if let Some(token) = self.token.filter(|_| self.is_unknown_name())
+        if let Some(token) = self.token.filter(|_| self.is_missing() || self.is_unknown_function())
             && let Some(close) = closest(token, sources)
         {
             diagnostic = diagnostic.help(format!("did you mean `{close}`?"));
@@ -145,8 +196,14 @@ impl<'t> Message<'t> {
         (!said.is_empty()).then_some(said)
     }
 
-    fn is_unknown_name(&self) -> bool {
-        self.text == "undeclared identifier" || self.text.starts_with("no matching overloaded function")
+    /// A name that stands for nothing: `undeclared identifier`, or a member that a block or structure has not.
+    fn is_missing(&self) -> bool {
+        self.text == "undeclared identifier" || self.text.starts_with("no such field in structure")
+    }
+
+    /// No function of that name takes these arguments.
+    fn is_unknown_function(&self) -> bool {
+        self.text.starts_with("no matching overloaded function")
     }
 }
 
@@ -188,7 +245,32 @@ fn tidy(text: &str) -> String {
 }
 
 fn glsl_type(words: &[&str]) -> String {
-    let qualifiers = ["const", "temp", "global", "in", "out", "inout", "highp", "mediump", "lowp"];
+    // `layout( std430 push_constant) uniform block{layout( offset=0) uniform highp float fog}`: the kind says enough, the text has the rest.
+    if let Some((kind, _)) = words.iter().find_map(|word| word.split_once('{')) {
+        return kind.to_owned();
+    }
+    let layout = words.first().is_some_and(|word| word.starts_with("layout("));
+    let behind = words.iter().position(|word| layout && word.ends_with(')')).map_or(0, |end| end + 1);
+    let words = &words[behind..];
+    let qualifiers = [
+        "const",
+        "temp",
+        "global",
+        "in",
+        "out",
+        "inout",
+        "highp",
+        "mediump",
+        "lowp",
+        "uniform",
+        "buffer",
+        "shared",
+        "readonly",
+        "writeonly",
+        "coherent",
+        "restrict",
+        "volatile",
+    ];
     let start = words.iter().position(|word| !qualifiers.contains(word)).unwrap_or(0);
     let words = &words[start..];
     let prefix = |scalar: &str| match scalar {
@@ -250,6 +332,11 @@ mod tests {
             tidy("cannot  convert from ' const 3-component vector of float' to 'x'"),
             "cannot convert from `vec3` to `x`"
         );
+        assert_eq!(
+            tidy("of ' layout( column_major std430) uniform block{layout( offset=0) uniform highp float a}'"),
+            "of `block`"
+        );
+        assert_eq!(tidy("of 'layout( binding=0 r32f) uniform writeonly image2D'"), "of `image2D`");
         assert_eq!(tidy("'a' 4X4 matrix of float isn't"), "`a` 4X4 matrix of float isn't");
         let message = Message::parse("a.comp: error: Linking compute stage: Missing entry point: x").unwrap();
         assert_eq!((message.line, message.code()), (None, codes::shader::NO_ENTRY));
