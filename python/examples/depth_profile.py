@@ -1,6 +1,6 @@
 """How deep the scene is from each of the world's cameras, and what a frame costs there.
 
-    PYTHONPATH=python python3 python/examples/depth_profile.py
+    RAXEL=target/release/raxel PYTHONPATH=python python3 python/examples/depth_profile.py
 
 The cells (# %%) run one by one in editors that know notebooks.
 """

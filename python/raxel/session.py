@@ -4,6 +4,7 @@ import base64
 import json
 import os
 import subprocess
+import tempfile
 
 try:
     import numpy
@@ -47,13 +48,25 @@ class Session:
     """A running raxel. Close it, or use it in a `with` block."""
 
     def __init__(self, command, cwd=None):
-        self._process = subprocess.Popen(
-            command, cwd=cwd, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8"
-        )
+        # A file takes whatever is said; a pipe that nobody reads would be full one day, and stop the process.
+        self._said = tempfile.TemporaryFile()
+        try:
+            self._process = subprocess.Popen(
+                command, cwd=cwd, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said, text=True, encoding="utf-8"
+            )
+        except OSError as error:
+            self._said.close()
+            message = f"`{command[0]}` cannot be started ({error.strerror}): put raxel on the path, or set RAXEL, e.g. to target/release/raxel"
+            raise type(error)(error.errno, message) from None
         self._id = 0
         #: Edits that were swapped in or found to be wrong, in order, as raxel told them.
         self.events = []
-        self._until("ready")
+        try:
+            self._until("ready")
+        except BaseException:
+            self._process.kill()
+            self.close()
+            raise
 
     def __enter__(self):
         return self
@@ -70,8 +83,8 @@ class Session:
                 pass
         self._process.stdin.close()
         self._process.stdout.close()
-        self._process.stderr.close()
         self._process.wait()
+        self._said.close()
 
     def ask(self, do, **fields):
         """Sends any request and gives the fields of its answer. Raises Refused when raxel does not do it."""
@@ -192,8 +205,9 @@ class Session:
             pass
 
     def _ended(self):
-        said = self._process.stderr.read()
         code = self._process.wait()
+        self._said.seek(0)
+        said = self._said.read().decode("utf-8", "replace")
         raise Disconnected(f"raxel has ended with exit code {code}: {said.strip()}")
 
 

@@ -2,12 +2,38 @@
 
 import os
 import shutil
+import sys
 import tempfile
 import unittest
 
 import raxel
 
 SCENE = dict(file="graphs/inspect.toml", world="worlds/menger.toml", size=(32, 18))
+
+
+# Says much on stderr before it is ready, and answers whatever it is asked.
+CHATTY = """import json, sys
+sys.stderr.write("x" * 500_000)
+print(json.dumps({"event": "ready", "protocol": 1}), flush=True)
+for line in sys.stdin:
+    print(json.dumps({"id": json.loads(line)["id"], "ok": True}), flush=True)
+    break
+sys.stderr.write("the end")
+sys.exit(7)
+"""
+
+
+class Starting(unittest.TestCase):
+    def test_a_program_that_is_not_there_is_named(self):
+        with self.assertRaisesRegex(FileNotFoundError, "`/no/such/raxel` cannot be started.*RAXEL"):
+            raxel.open(binary="/no/such/raxel")
+
+    def test_much_on_stderr_stops_nothing_and_its_end_is_told(self):
+        session = raxel.Session([sys.executable, "-c", CHATTY])
+        session.pause()
+        with self.assertRaisesRegex(raxel.Disconnected, "exit code 7: x+the end"):
+            session.info()
+        session.close()
 
 
 class Driving(unittest.TestCase):
