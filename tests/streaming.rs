@@ -543,7 +543,7 @@ material = "snow"
     let pictures = |folder: &str, uploads: &str| {
         let frames = format!("{folder}/%04d.png");
         let arguments =
-            ["--validate", "render", "worlds/short.demo.toml", "--fps", "4", "--size", "95x57", "-o", &frames];
+            ["render", "worlds/short.demo.toml", "--validate", "--fps", "4", "--size", "95x57", "-o", &frames];
         let mut command = common::command(project.root(), &arguments);
         let run: common::Run = common::output(command.env("RAXEL_UPLOADS", uploads)).into();
         run.exits(0);

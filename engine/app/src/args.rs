@@ -1,5 +1,6 @@
 //! Arguments that several verbs have.
 
+use raxel_gpu::{DeviceOptions, Validation};
 use raxel_runtime::present::Viewport;
 
 use crate::console::Format;
@@ -10,6 +11,26 @@ pub(crate) struct Messages {
     /// The form of messages and results.
     #[arg(long, value_enum, default_value_t = Format::Human)]
     pub format: Format,
+}
+
+/// What a verb works on that opens a device.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct OnDevice {
+    /// The Vulkan device: a part of its name, or its number in `raxel doctor`.
+    #[arg(long, global = true, value_name = "DEVICE")]
+    device: Option<String>,
+
+    /// Run with the Vulkan validation layer, synchronization checks included; any message makes the exit code 6.
+    #[arg(long, global = true)]
+    validate: bool,
+}
+
+impl OnDevice {
+    /// What a device is opened with.
+    pub fn options(&self) -> DeviceOptions {
+        let validation = if self.validate { Validation::Required } else { Validation::Off };
+        DeviceOptions { device: self.device.clone(), validation }
+    }
 }
 
 /// An extent in pixels, both sides at least 1.

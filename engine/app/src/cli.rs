@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::CommandFactory;
-use raxel_gpu::{DeviceOptions, Validation};
 
 use crate::cache;
 use crate::console::{Color, Console, Format};
@@ -32,14 +31,6 @@ pub(crate) struct Cli {
     /// When to colour messages; NO_COLOR and CLICOLOR_FORCE are honoured.
     #[arg(long, global = true, value_enum, default_value_t = Color::Auto, value_name = "WHEN")]
     pub color: Color,
-
-    /// The Vulkan device: a part of its name, or its number in `raxel doctor`.
-    #[arg(long, global = true, value_name = "DEVICE")]
-    pub device: Option<String>,
-
-    /// Run with the Vulkan validation layer, synchronization checks included; any message makes the exit code 6.
-    #[arg(long, global = true)]
-    pub validate: bool,
 
     /// Write where the time of the CPU's threads and of the GPU's passes goes: a file for ui.perfetto.dev.
     #[arg(long, global = true, value_name = "FILE.json")]
@@ -130,16 +121,14 @@ impl Cli {
     }
 
     fn run_verb(self, console: &Console) -> Result {
-        let validation = if self.validate { Validation::Required } else { Validation::Off };
-        let device = DeviceOptions { device: self.device, validation };
         match self.verb {
-            Verb::Run(args) => verbs::run::run(&args, &device, console),
-            Verb::Render(args) => verbs::render::run(&args, &device, console),
-            Verb::Control(args) => verbs::control::run(&args, &device, console),
+            Verb::Run(args) => verbs::run::run(&args, &args.on.options(), console),
+            Verb::Render(args) => verbs::render::run(&args, &args.on.options(), console),
+            Verb::Control(args) => verbs::control::run(&args, &args.on.options(), console),
             Verb::Lsp(args) => verbs::lsp::run(&args, console),
             Verb::Film(args) => verbs::film::run(&args, console),
             Verb::Compare(args) => verbs::compare::run(&args, console),
-            Verb::Test(args) => verbs::test::run(&args, &device, console),
+            Verb::Test(args) => verbs::test::run(&args, &args.on.options(), console),
             Verb::Check(args) => verbs::check::run(&args, console),
             Verb::Graph(args) => verbs::graph::run(&args, console),
             Verb::World(args) => verbs::world::run(&args, console),
@@ -148,9 +137,9 @@ impl Cli {
             Verb::Init(args) => verbs::new::init(&args, console),
             Verb::List(args) => verbs::list::run(&args, console),
             Verb::Schema(args) => verbs::schema::run(&args, console),
-            Verb::Bench(args) => verbs::bench::run(&args, &device, console),
-            Verb::Stress(args) => verbs::stress::run(&args, &device, console),
-            Verb::Doctor(args) => verbs::doctor::run(&args, &device, console),
+            Verb::Bench(args) => verbs::bench::run(&args, &args.on.options(), console),
+            Verb::Stress(args) => verbs::stress::run(&args, &args.on.options(), console),
+            Verb::Doctor(args) => verbs::doctor::run(&args, &args.on.options(), console),
             Verb::Explain(args) => verbs::explain::run(&args, console),
             Verb::Clean(args) => verbs::clean::run(&args, console),
             Verb::Completions(args) => {
@@ -168,5 +157,17 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn only_verbs_that_open_a_device_have_its_options() {
+        let mut with: Vec<String> = Vec::new();
+        let command = Cli::command();
+        for verb in command.get_subcommands() {
+            let has = |name: &str| verb.get_arguments().any(|argument| argument.get_id() == name);
+            assert_eq!(has("device"), has("validate"), "{}", verb.get_name());
+            with.extend(has("device").then(|| verb.get_name().to_owned()));
+        }
+        assert_eq!(with, ["run", "render", "control", "test", "bench", "stress", "doctor"]);
     }
 }

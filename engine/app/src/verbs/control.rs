@@ -2,7 +2,7 @@
 
 use raxel_gpu::DeviceOptions;
 
-use crate::args::{Size, size};
+use crate::args::{OnDevice, Size, size};
 use crate::console::Console;
 use crate::control::{Control, Drive};
 use crate::failure::Result;
@@ -24,6 +24,9 @@ pub(crate) struct Args {
     /// Frames a second, time that passes with each frame: the project's, or 60 by default.
     #[arg(long, value_name = "RATE", value_parser = super::render::rate)]
     fps: Option<f64>,
+
+    #[command(flatten)]
+    pub on: OnDevice,
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {

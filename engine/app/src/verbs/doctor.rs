@@ -16,7 +16,7 @@ use raxel_runtime::runner::{GraphRunner, Setup};
 use raxel_runtime::world::SessionWorld;
 use serde_json::json;
 
-use crate::args::Messages;
+use crate::args::{Messages, OnDevice};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::output;
@@ -27,6 +27,9 @@ use crate::output;
 pub(crate) struct Args {
     #[command(flatten)]
     pub messages: Messages,
+
+    #[command(flatten)]
+    pub on: OnDevice,
 }
 
 /// How one finding matters.
@@ -76,7 +79,7 @@ impl Report<'_> {
 }
 
 pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
-    let Args { messages: _ } = args;
+    let Args { messages: _, on: _ } = args;
     let mut report = Report { console, failure: None };
     report.line(Grade::Good, "raxel", env!("CARGO_PKG_VERSION"));
 

@@ -11,7 +11,7 @@ use raxel_runtime::session::Session;
 use raxel_runtime::timeline::Demo;
 use serde_json::json;
 
-use crate::args::{Messages, Size, size};
+use crate::args::{Messages, OnDevice, Size, size};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
@@ -87,6 +87,9 @@ pub(crate) struct Args {
 
     #[command(flatten)]
     pub messages: Messages,
+
+    #[command(flatten)]
+    pub on: OnDevice,
 }
 
 fn seconds(text: &str) -> std::result::Result<f64, String> {

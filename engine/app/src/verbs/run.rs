@@ -2,7 +2,7 @@
 
 use raxel_gpu::DeviceOptions;
 
-use crate::args::Messages;
+use crate::args::{Messages, OnDevice};
 use crate::console::Console;
 use crate::failure::Result;
 use crate::viewer;
@@ -16,6 +16,9 @@ pub(crate) struct Args {
 
     #[command(flatten)]
     pub messages: Messages,
+
+    #[command(flatten)]
+    pub on: OnDevice,
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {

@@ -14,7 +14,7 @@ use raxel_runtime::timeline::{Claim, Demo};
 use raxel_runtime::{Options, Session};
 use serde_json::json;
 
-use crate::args::{Messages, each_once};
+use crate::args::{Messages, OnDevice, each_once};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
@@ -39,6 +39,9 @@ pub(crate) struct Args {
 
     #[command(flatten)]
     pub messages: Messages,
+
+    #[command(flatten)]
+    pub on: OnDevice,
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {

@@ -17,6 +17,7 @@ use std::path::PathBuf;
 
 use raxel_gpu::DeviceOptions;
 
+use crate::args::OnDevice;
 use crate::console::{Console, Format};
 use crate::failure::Result;
 
@@ -48,6 +49,9 @@ pub(crate) struct Args {
 
     #[command(flatten)]
     matrix: matrix::Args,
+
+    #[command(flatten)]
+    pub on: OnDevice,
 }
 
 #[derive(Debug, clap::Subcommand)]

@@ -15,7 +15,7 @@ use raxel_measure::rays::{Method, RayError, Tracer};
 use raxel_measure::stress::{self, Invariants, Plan, Report, Row, invariants};
 use raxel_world::layout::Layout;
 
-use crate::args::Messages;
+use crate::args::{Messages, OnDevice};
 use crate::console::{Console, Format};
 use crate::failure::{Exit, Failure, Result};
 
@@ -68,6 +68,9 @@ pub(crate) struct Args {
 
     #[command(flatten)]
     pub messages: Messages,
+
+    #[command(flatten)]
+    pub on: OnDevice,
 }
 
 /// What a run is about, for its heading and its files.
