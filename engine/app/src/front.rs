@@ -257,7 +257,7 @@ impl Front {
             // What passes do to the world is seen by the frames after.
             return true;
         }
-        let present = Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None };
+        let present = Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None };
         let all: Vec<ResourceId> = (0..graph.resources.len() as u32).map(ResourceId).collect();
         let facts: [&dyn Fn(&Fact) -> bool; 2] = [&|_| true, &|_| false];
         facts.iter().any(|facts| {
@@ -309,7 +309,7 @@ impl Front {
         let over = self.planned_over(world.cloned(), graph.is_sized_by_world());
         let paper = Paper {
             output: [1280, 720],
-            present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
+            present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
             over: &over,
             conditions: Conditions::All,
         };

@@ -34,7 +34,7 @@ pub(crate) struct What {
     #[arg(long, value_name = "TARGET")]
     pub target: Option<String>,
 
-    /// Take the debug target right after this pass.
+    /// Take the debug target right after this pass; of a loop after its last round, or after PASS[2].
     #[arg(long, value_name = "PASS")]
     pub after: Option<String>,
 

@@ -141,7 +141,7 @@ fn checked(files: &One) -> Graph {
 fn planned(graph: &Arc<Graph>) -> Plan {
     let input = PlanInput {
         output: [1280, 720],
-        present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
+        present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
         pinned: &[],
         counts: &[],
         facts: &|_| true,

@@ -93,6 +93,13 @@ impl Graph {
         self.pass(id).round.map_or(id, |round| round.pass)
     }
 
+    /// The name of that pass: of a round, without its number.
+    pub fn declared_name(&self, id: PassId) -> &str {
+        let pass = self.pass(id);
+        let number = pass.round.and_then(|round| round.index).map(|index| format!("[{index}]"));
+        number.and_then(|number| pass.name.strip_suffix(number.as_str())).unwrap_or(&pass.name)
+    }
+
     /// Names of the sources that its resources are filled from or are copies of, e.g. `world.tree64`.
     pub fn source_names(&self) -> BTreeSet<&str> {
         self.resources.iter().filter_map(|resource| resource.kind.supplied_by()).collect()

@@ -135,6 +135,10 @@ pub struct Present {
     pub layer: u32,
     /// Taken right after this pass; at the end of the frame when `None`.
     pub after: Option<PassId>,
+    /// Where that pass is in a loop, the round after which it is taken, by its `loop.index`. After the last round when `None`, or when there is
+    /// no such round.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub round: Option<u32>,
 }
 
 /// `VkMemoryRequirements`.

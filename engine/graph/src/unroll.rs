@@ -39,7 +39,7 @@ pub(crate) fn unroll(
     let mut stands_for: Vec<ResourceId> = (0..graph.resources.len()).map(|id| ResourceId(id as u32)).collect();
     let mut passes = Vec::with_capacity(entries.len());
     let mut shown = input.present.resource;
-    let after = input.present.after.map(|pass| anchor(&entries, pass));
+    let after = input.present.after.map(|pass| anchor(&entries, pass, input.present.round));
     for (at, entry) in entries.iter().enumerate().rev() {
         match *entry {
             Entry::Swap(id) => {
@@ -57,7 +57,8 @@ pub(crate) fn unroll(
     }
     passes.reverse();
     let after = after.flatten().and_then(|at| passes.iter().position(|(entry, _)| *entry == at));
-    let present = Present { resource: shown, after: after.map(|index| PassId(index as u32)), ..input.present };
+    let present =
+        Present { resource: shown, after: after.map(|index| PassId(index as u32)), round: None, ..input.present };
     let passes = passes.into_iter().map(|(_, pass)| pass).collect();
     let flat = Graph { passes, loops: Vec::new(), ..(**graph).clone() };
     runs_now_and_then(graph, sizes, input)?;
@@ -109,8 +110,12 @@ fn rounds(graph: &Graph, rounds: Rounds, sizes: &[Size], input: &PlanInput) -> u
     count.min(MOST_ROUNDS)
 }
 
-/// The entry of the last round of a pass. A pass that has no round is where it would be: behind the one before it.
-fn anchor(entries: &[Entry], pass: PassId) -> Option<usize> {
+/// The entry of that round of a pass, or of its last one. A pass that has no round is where it would be: behind the one before it.
+fn anchor(entries: &[Entry], pass: PassId, round: Option<u32>) -> Option<usize> {
+    let wanted = |entry: &Entry| matches!(entry, Entry::Pass(id, index) if *id == pass && *index == round);
+    if let Some(at) = round.and_then(|_| entries.iter().position(wanted)) {
+        return Some(at);
+    }
     entries.iter().rposition(|entry| matches!(entry, Entry::Pass(id, _) if *id <= pass))
 }
 

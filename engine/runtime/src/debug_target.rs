@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use raxel_graph::checked::{Graph, ResourceKind};
+use raxel_graph::checked::{Graph, PassId, ResourceKind};
 use raxel_graph::plan::Present;
 
 use crate::params::SetError;
@@ -20,7 +20,8 @@ pub struct DebugTarget {
     pub mip: u32,
     /// Layer, or slice of a 3-D target.
     pub layer: u32,
-    /// Right after this pass; at the end of the frame when `None`.
+    /// Right after this pass; at the end of the frame when `None`. Of a pass in a loop, `blur` is its last round and `blur[2]` the one whose
+    /// `loop.index` is 2.
     pub after: Option<String>,
 }
 
@@ -102,13 +103,16 @@ impl DebugTarget {
                 )
             })?
         };
-        let after =
-            match &self.after {
-                None => None,
-                Some(name) => Some(graph.find_pass(name).ok_or_else(|| {
+        let (after, round) = match &self.after {
+            None => (None, None),
+            Some(name) => {
+                let found = graph.find_pass(name).map(|pass| (pass, None)).or_else(|| find_round(graph, name));
+                let (pass, round) = found.ok_or_else(|| {
                     SetError::unknown("pass", name, graph.passes.iter().map(|pass| pass.name.as_str()))
-                })?),
-            };
+                })?;
+                (Some(pass), round)
+            }
+        };
         let found = graph.resource(resource);
         let outside = |what, what_one, has, asked| {
             Err(DebugTargetError::OutOfRange { resource: found.name.clone(), what, what_one, has, asked })
@@ -129,7 +133,7 @@ impl DebugTarget {
         if self.layer >= layers {
             return outside("layers", "layer", layers, self.layer);
         }
-        Ok(Present { resource, age: self.age, mip: self.mip, layer: self.layer, after })
+        Ok(Present { resource, age: self.age, mip: self.mip, layer: self.layer, after, round })
     }
 }
 
@@ -160,6 +164,13 @@ impl fmt::Display for DebugTarget {
             None => Ok(()),
         }
     }
+}
+
+/// The pass of a loop and its round in `blur[2]`.
+fn find_round(graph: &Graph, name: &str) -> Option<(PassId, Option<u32>)> {
+    let (pass, index) = name.strip_suffix(']')?.split_once('[')?;
+    let pass = graph.find_pass(pass).filter(|&pass| graph.pass(pass).in_loop.is_some())?;
+    Some((pass, Some(index.parse().ok()?)))
 }
 
 #[cfg(test)]

@@ -115,6 +115,28 @@ fn a_copy_is_of_the_point_of_the_frame_that_is_shown() {
 }
 
 #[test]
+fn each_round_of_a_loop_is_a_point_of_the_frame() {
+    let (project, _) = open();
+    let looped = GRAPH
+        .replace("[targets.color]", "[loops.more]\ncount = 3\n[targets.color]")
+        .replace("name = \"second\"\n", "name = \"second\"\nloop = \"more\"\n");
+    project.write("graphs/rounds.toml", &looped);
+    let mut session = project.open_graph("graphs/rounds.toml");
+    let mut red = |target: &str| {
+        session.set_debug_target_text(target).unwrap_or_else(|error| panic!("{target}: {error}"));
+        texels(&mut session).texel([0, 0]).unwrap().0[0]
+    };
+    assert_eq!(red("color,after=first"), 0.25);
+    assert_eq!([0, 1, 2].map(|round| red(&format!("color,after=second[{round}]"))), [0.5, 1.0, 2.0]);
+    assert_eq!(red("color,after=second"), 2.0, "the last round");
+    assert_eq!(red("color,after=second[9]"), 2.0, "there is no such round");
+    for wrong in ["first[0]", "second[x]", "second[", "third[0]"] {
+        assert!(session.set_debug_target_text(&format!("color,after={wrong}")).is_err(), "{wrong}");
+    }
+    assert_silent(&session);
+}
+
+#[test]
 fn a_copy_of_a_buffer_is_the_part_that_was_asked_for() {
     let (_project, mut session) = open();
     session.set_debug_target_text("numbers").unwrap();

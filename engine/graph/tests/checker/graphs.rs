@@ -162,6 +162,7 @@ pub fn case(seed: u64) -> Case {
         mip: r.below(mips),
         layer: r.below(layers),
         after: r.percent(25).then(|| PassId(r.below(passes.len() as u32))),
+        round: None,
     };
     let pinned = if r.percent(15) { vec![any(r)] } else { Vec::new() };
     let graph = Graph {

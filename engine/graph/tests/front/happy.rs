@@ -111,7 +111,8 @@ fn a_queue_becomes_two_passes() {
     );
     assert!(graph.files.iter().all(|file| !file.contains("arguments")), "{:?}", graph.files);
 
-    let present = raxel_graph::plan::Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None };
+    let present =
+        raxel_graph::plan::Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None };
     let input = raxel_graph::plan::PlanInput {
         output: [64, 32],
         present,

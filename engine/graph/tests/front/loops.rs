@@ -276,7 +276,7 @@ fn a_mistake_of_every_round_is_told_once() {
         ),
     );
     let graph = Arc::new(compiled(&project));
-    let present = Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None };
+    let present = Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None };
     let sources = BTreeMap::new();
     let input = PlanInput {
         output: [320, 180],

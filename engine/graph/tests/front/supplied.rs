@@ -156,6 +156,7 @@ fn plans_take_it_as_it_is() {
         mip,
         layer: 0,
         after: None,
+        round: None,
     };
     let plan_within = |image_3d, image, present| {
         let input = PlanInput {

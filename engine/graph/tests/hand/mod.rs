@@ -170,6 +170,7 @@ impl Hand {
             mip: 0,
             layer: 0,
             after: self.after.map(|pass| graph.find_pass(pass).expect("a pass of that name")),
+            round: None,
         };
         let pinned: Vec<_> = self.pinned.iter().filter_map(|name| graph.find_resource(name)).collect();
         let sources = BTreeMap::from([("world.tree64".to_owned(), (5 << 20).into())]);

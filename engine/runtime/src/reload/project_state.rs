@@ -178,6 +178,7 @@ impl BuildSettings {
                 mip: 0,
                 layer: 0,
                 after: None,
+                round: None,
             }),
             pinned: self.pinned.iter().filter_map(|name| graph.find_resource(name)).collect(),
             facts: build::facts(graph, world, &params, self.context.builder.device()),

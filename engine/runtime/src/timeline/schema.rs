@@ -94,7 +94,7 @@ pub fn schema() -> Value {
                     "required": ["time", "target"],
                     "properties": {
                         "time": time,
-                        "target": { "description": "NAME, NAME@AGE, and after it any of ,mip=N ,layer=N ,after=PASS.", "type": "string" },
+                        "target": { "description": "NAME, NAME@AGE, and after it any of ,mip=N ,layer=N ,after=PASS (of a loop the last round; PASS[2] is that of index 2).", "type": "string" },
                     },
                 },
             },

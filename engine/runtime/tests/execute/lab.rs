@@ -185,7 +185,7 @@ fn present(graph: &Graph, text: &str) -> Present {
     let (name, age) = text.split_once('@').map_or((text, 0), |(name, age)| (name, number(age)));
     let (name, layer) = name.split_once(':').map_or((name, 0), |(name, layer)| (name, number(layer)));
     let resource = graph.find_resource(name).unwrap_or_else(|| panic!("no resource `{name}`"));
-    Present { resource, age, mip: 0, layer, after: None }
+    Present { resource, age, mip: 0, layer, after: None, round: None }
 }
 
 /// `frame.index` and `frame.time` as a session would set them.
