@@ -12,17 +12,30 @@ use raxel_runtime::reload::ReloadEvent;
 
 /// Works for seconds on a software device, but not for ever: a thread of the driver that never ends would outlive the test. That
 /// driver leaves a shader's loops after 65535 rounds, so a round is long and the pixels are many.
-const SLOW: &str = r"#version 460
+fn slow(steps: usize) -> String {
+    let steps = "x = fract(x * 1.37 + 0.11);\n".repeat(steps);
+    format!(
+        r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform writeonly image2D outColor;
-#define STEP x = fract(x * 1.37 + 0.11);
-#define STEPS STEP STEP STEP STEP STEP STEP STEP STEP
-void main() {
+void main() {{
     float x = float(gl_GlobalInvocationID.x);
-    for (int i = 0; i < 60000; ++i) { STEPS STEPS STEPS STEPS }
+    for (int i = 0; i < 60000; ++i) {{
+        {steps}
+    }}
     imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(x));
+}}
+"
+    )
 }
-";
+
+fn losses(events: &[ReloadEvent]) -> Vec<(Option<&str>, bool)> {
+    let lost = |event| match event {
+        &ReloadEvent::DeviceRebuilt { ref suspect, off, .. } => Some((suspect.as_deref(), off)),
+        _ => None,
+    };
+    events.iter().filter_map(lost).collect()
+}
 
 #[test]
 fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
@@ -33,7 +46,7 @@ fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
     session.frame().unwrap();
     let opened = std::sync::Arc::as_ptr(session.device());
 
-    project.write("shaders/fill.comp", SLOW);
+    project.write("shaders/fill.comp", &slow(32));
     let events = session.wait_reload(Duration::from_secs(60));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
     // The loss shows when a frame waits for the slow one.
@@ -41,20 +54,44 @@ fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
         session.frame().unwrap();
     }
     let events = session.poll_reload();
-    let lost: Vec<_> = events
-        .iter()
-        .filter_map(|event| match event {
-            ReloadEvent::DeviceRebuilt { suspect, .. } => Some(suspect.as_deref()),
-            _ => None,
-        })
-        .collect();
-    assert_eq!(lost, [Some("fill")], "{events:#?}");
+    assert_eq!(losses(&events), [(Some("fill"), true)], "{events:#?}");
     assert_eq!(session.switched_off().collect::<Vec<_>>(), ["fill"]);
     assert_ne!(std::sync::Arc::as_ptr(session.device()), opened);
 
     project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
     let events = session.wait_reload(Duration::from_secs(60));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    assert_eq!(session.switched_off().count(), 0);
+    session.frame().unwrap();
+    assert_eq!(project::red(&mut session), 0.5);
+}
+
+/// The frame that hangs has the old shader; the one that is given up with it is not the mended one.
+#[test]
+fn a_pass_that_was_mended_while_it_hung_is_not_left_out() {
+    let project = TestProject::new();
+    // Only `cancel` gives this device up, however slow the machine is.
+    let mut session =
+        TestProject::open_with(Options { watchdog: Duration::from_secs(600), size: [192, 192], ..project.options() });
+    // A machine that is through with the slow shader before it is mended gets more to do.
+    let caught = [8, 32, 128, 512].into_iter().any(|steps| {
+        session.frame().unwrap();
+        session.wait().unwrap();
+        project.write("shaders/fill.comp", &slow(steps));
+        let events = session.wait_reload(Duration::from_secs(60));
+        assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+        session.frame().unwrap();
+        assert!(!session.works_on_replaced(), "the shader is still the one of the file");
+        project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+        let events = session.wait_reload(Duration::from_secs(60));
+        assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+        session.works_on_replaced()
+    });
+    assert!(caught, "the slow shader is not slow");
+    session.cancel().unwrap();
+    let events = session.poll_reload();
+    // It may have finished between two lines.
+    assert!(matches!(losses(&events)[..], [(Some("fill") | None, false)]), "{events:#?}");
     assert_eq!(session.switched_off().count(), 0);
     session.frame().unwrap();
     assert_eq!(project::red(&mut session), 0.5);

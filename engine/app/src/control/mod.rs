@@ -142,8 +142,8 @@ impl Control {
             ReloadEvent::HistoryCleared { size, resources } => {
                 json!({ "event": "history-cleared", "size": size, "resources": resources })
             }
-            ReloadEvent::DeviceRebuilt { suspect, milliseconds } => {
-                json!({ "event": "device-rebuilt", "suspect": suspect, "milliseconds": milliseconds })
+            ReloadEvent::DeviceRebuilt { suspect, off, milliseconds } => {
+                json!({ "event": "device-rebuilt", "suspect": suspect, "off": off, "milliseconds": milliseconds })
             }
         };
         console::json(&said);
@@ -173,7 +173,7 @@ impl Control {
         let (id, request) = request::parse(line);
         match request {
             Err(refusal) => answer::give(&id, Err(refusal)),
-            Ok(Request::Quit) => {
+            Ok(Request::Quit {}) => {
                 answer::give(&id, Ok(json!({})));
                 return Next::Quit;
             }
@@ -181,7 +181,7 @@ impl Control {
                 let until = Instant::now() + Duration::from_secs_f64(seconds);
                 self.waiting = Some(Waiting { id, until });
             }
-            Ok(Request::Diagnostics) => {
+            Ok(Request::Diagnostics {}) => {
                 let (generation, shown) = (self.generation, self.shown);
                 let found = json!({ "generation": generation, "showing": shown, "diagnostics": self.diagnostics });
                 answer::give(&id, Ok(found));

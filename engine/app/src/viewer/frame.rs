@@ -16,8 +16,8 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::brush::Stroke;
 use super::problem_log::problems;
-use super::reload_log::history_cleared;
-use super::{NextFrame, Open, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data};
+use super::reload_log::{fate, history_cleared};
+use super::{MENDED, NextFrame, Open, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data};
 use crate::console::To;
 use crate::control::Next;
 use crate::failure::Result;
@@ -154,11 +154,8 @@ impl Viewer<'_> {
             }
             ReloadEvent::Failed(failed) => self.problems = problems(&failed.diagnostics, &failed.texts),
             ReloadEvent::HistoryCleared { size, resources } => self.notice(history_cleared(*size, resources)),
-            ReloadEvent::DeviceRebuilt { suspect, .. } => {
-                let off = suspect
-                    .as_ref()
-                    .map_or_else(String::new, |pass| format!("; `{pass}` is off until its shader changes"));
-                self.notice(format!("the device was opened anew{off}"));
+            ReloadEvent::DeviceRebuilt { suspect, off, .. } => {
+                self.notice(format!("the device was opened anew{}", fate(suspect.as_deref(), *off)));
             }
         }
     }
@@ -214,7 +211,7 @@ impl Viewer<'_> {
             inspected: self.inspector.view(&self.session, resources, cursor),
         };
         let panels = &mut self.panels;
-        let actions = overlay.draw(window, |context| panels.show(context, &view)).unwrap_or_default();
+        let actions = overlay.draw(window, |context| panels.show(context, &view));
         for action in actions {
             self.perform(action, event_loop);
         }
@@ -278,6 +275,11 @@ impl Viewer<'_> {
                     }
                     self.busy = Some((pass, elapsed.as_secs()));
                     self.update_title();
+                    // What it works on has been mended: nobody waits for the picture.
+                    if elapsed >= MENDED && self.session.works_on_replaced() {
+                        self.busy = None;
+                        self.session.cancel().map_err(|error| frame_failure(error, self.console))?;
+                    }
                 }
                 Ok(false)
             }

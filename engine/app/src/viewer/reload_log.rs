@@ -76,13 +76,10 @@ impl<'a> ReloadLog<'a> {
                 }
                 self.console.message(&format!("note: {}", history_cleared(*size, resources)));
             }
-            ReloadEvent::DeviceRebuilt { suspect, milliseconds } => {
-                let advice = suspect
-                    .as_ref()
-                    .map(|pass| format!("; pass `{pass}` is switched off until its shader changes"))
-                    .unwrap_or_default();
+            ReloadEvent::DeviceRebuilt { suspect, off, milliseconds } => {
+                let fate = fate(suspect.as_deref(), *off);
                 self.console
-                    .message(&format!("the device was lost and is open again after {milliseconds:.0} ms{advice}"));
+                    .message(&format!("the device was lost and is open again after {milliseconds:.0} ms{fate}"));
             }
         }
     }
@@ -99,6 +96,15 @@ impl<'a> ReloadLog<'a> {
 pub(super) fn history_cleared([width, height]: [u32; 2], resources: &[String]) -> String {
     let verb = if resources.len() == 1 { "starts" } else { "start" };
     format!("at {width}×{height} the history of {} {verb} over", list(resources))
+}
+
+/// What becomes of the pass that a device was lost with, behind other words.
+pub(super) fn fate(suspect: Option<&str>, off: bool) -> String {
+    match suspect {
+        Some(pass) if off => format!("; pass `{pass}` is switched off until its shader changes"),
+        Some(pass) => format!("; pass `{pass}` runs with the shader that it has now"),
+        None => String::new(),
+    }
 }
 
 fn list(names: &[String]) -> String {

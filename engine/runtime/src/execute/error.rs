@@ -1,5 +1,16 @@
 //! What can go wrong while a plan is prepared or run.
 
+/// A pass that the device had begun and not finished.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Suspect {
+    /// Its name; a round of a loop has its number.
+    pub pass: String,
+    /// The name of the pass of the file.
+    pub declared: String,
+    /// Key of the shader that it ran, which may have been edited since.
+    pub shader: [u8; 32],
+}
+
 /// An error of the executor.
 #[derive(Debug, thiserror::Error)]
 pub enum ExecuteError {
@@ -7,10 +18,10 @@ pub enum ExecuteError {
     #[error(transparent)]
     Gpu(raxel_gpu::Error),
     /// The device is gone or hangs. Nothing more can be run on it: open another [`raxel_gpu::Device`] and a new executor.
-    #[error("the device {}{}", if *.timed_out { "did not finish in time" } else { "was lost" }, suspect_text(.suspect.as_deref()))]
+    #[error("the device {}{}", if *.timed_out { "did not finish in time" } else { "was lost" }, suspect_text(.suspect.as_ref()))]
     DeviceLost {
-        /// Name of the first pass that had begun and not finished, by the crash markers; `None` when there was none, or nothing is known.
-        suspect: Option<String>,
+        /// The first pass that had begun and not finished, by the crash markers; `None` when there was none, or nothing is known.
+        suspect: Option<Suspect>,
         /// The watchdog gave up, rather than the driver.
         timed_out: bool,
     },
@@ -41,7 +52,7 @@ pub enum ExecuteError {
         lacks: String,
     },
     /// Nothing was swapped in yet.
-    #[error("there is no plan to run")]
+    #[error("nothing runs yet: the first frame makes a plan")]
     NoPlan,
     /// The resource does not exist in the running plan: nothing presented depends on it.
     #[error("`{resource}` is not part of the running plan; present or pin it to read it")]
@@ -78,6 +89,6 @@ impl From<raxel_gpu::Error> for ExecuteError {
     }
 }
 
-fn suspect_text(suspect: Option<&str>) -> String {
-    suspect.map(|pass| format!("; pass `{pass}` had begun and not finished")).unwrap_or_default()
+fn suspect_text(suspect: Option<&Suspect>) -> String {
+    suspect.map(|suspect| format!("; pass `{}` had begun and not finished", suspect.pass)).unwrap_or_default()
 }

@@ -11,10 +11,10 @@ use raxel_graph::plan::{Lifetime, Plan};
 
 use super::FRAMES;
 use super::capture::{Capture, Captured};
-use super::error::ExecuteError;
+use super::error::{ExecuteError, Suspect};
 use super::inputs::FrameInputs;
 use super::physical::Filling;
-use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, display_key, lock, pass_name};
+use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, display_key, lock, suspect};
 use super::readback::ReadTicket;
 use super::record::{DeviceRecorder, initialize_resources};
 use super::replay::Counts;
@@ -404,7 +404,7 @@ impl Executor {
         if elapsed >= self.shared.watchdog() {
             return Err(self.attribute_loss(ExecuteError::DeviceLost { suspect: None, timed_out: true }));
         }
-        Ok(Progress::Working { pass: self.suspect(), elapsed })
+        Ok(Progress::Working { pass: self.suspect().map(|suspect| suspect.pass), elapsed })
     }
 
     /// Changes how long a frame may take before the device counts as lost.
@@ -562,14 +562,14 @@ impl Executor {
     }
 
     /// The first pass that has begun and not finished. Passes with no barrier between them run at once, and then any of them may be the one.
-    fn suspect(&self) -> Option<String> {
+    pub(crate) fn suspect(&self) -> Option<Suspect> {
         let mut order: Vec<usize> = (0..FRAMES).collect();
         order.sort_by_key(|slot| self.slots[*slot].frame);
         order.into_iter().find_map(|index| {
             let slot = &self.slots[index];
             let instrumentation = slot.instrumentation.as_ref()?;
             let running = |pass: &&u32| instrumentation.is_running(index, **pass as usize, slot.frame);
-            pass_name(&instrumentation.plan, *slot.ran.iter().find(running)? as usize)
+            suspect(&instrumentation.plan, *slot.ran.iter().find(running)? as usize)
         })
     }
 }
@@ -577,8 +577,13 @@ impl Executor {
 impl Drop for Executor {
     fn drop(&mut self) {
         // Command buffers must not be freed while they run; what a hung device holds is leaked.
-        if matches!(self.shared.device.wait_idle(self.shared.watchdog()), Err(raxel_gpu::Error::TimedOut { .. })) {
-            self.shared.device.abandon();
+        match self.shared.device.wait_idle(self.shared.watchdog()) {
+            // A trace has the last frames, too.
+            Ok(()) => {
+                self.timings();
+            }
+            Err(raxel_gpu::Error::TimedOut { .. }) => self.shared.device.abandon(),
+            Err(_) => {}
         }
     }
 }

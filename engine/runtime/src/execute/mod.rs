@@ -28,7 +28,7 @@ pub use capture::Captured;
 pub(crate) use device::largest_image;
 pub use device::{DeviceMemory, Texture, limits, upload_image};
 pub use display::display_of;
-pub use error::ExecuteError;
+pub use error::{ExecuteError, Suspect};
 pub use executor::{Executor, ExecutorOptions, FramePicture, Progress};
 pub use inputs::{Builtins, FrameInputs, Override};
 pub use prepare::{Builder, Pipelined, Prepared};

@@ -18,7 +18,7 @@ use super::FRAMES;
 use super::device::{self, Texture, scope};
 use super::digest::{self, Digest};
 use super::display::{self, SourceKind, Variant};
-use super::error::ExecuteError;
+use super::error::{ExecuteError, Suspect};
 use super::executor::ExecutorOptions;
 use super::physical::{self, Physical};
 use super::pipelines::Pipelines;
@@ -542,10 +542,11 @@ fn barrier(step: &Step, resources: &[Arc<Physical>]) -> Option<Barrier> {
     Some(barrier)
 }
 
-/// The name of a pass of a plan.
-pub(super) fn pass_name(plan: &Plan, pass: usize) -> Option<String> {
-    let id: PassId = plan.passes.get(pass)?.pass;
-    Some(plan.graph.pass(id).name.clone())
+/// What a loss of the device is put down to: a pass of a plan, with the shader that it has there.
+pub(super) fn suspect(plan: &Plan, pass: usize) -> Option<Suspect> {
+    let (graph, id): (_, PassId) = (&plan.graph, plan.passes.get(pass)?.pass);
+    let pass = graph.pass(id);
+    Some(Suspect { pass: pass.name.clone(), declared: graph.declared_name(id).to_owned(), shader: pass.shader.key })
 }
 
 #[cfg(test)]

@@ -20,8 +20,10 @@ pub enum ReloadEvent {
     },
     /// The device was lost and opened anew.
     DeviceRebuilt {
-        /// The pass that is switched off until its shader changes.
+        /// The pass that the device worked on, if it is known.
         suspect: Option<String>,
+        /// That pass is switched off until its shader changes; else it has changed already.
+        off: bool,
         /// Milliseconds from the loss to the new plan.
         milliseconds: f64,
     },

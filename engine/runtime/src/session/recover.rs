@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::{FrameError, Session, open};
 use crate::build;
 use crate::build_error::BuildError;
-use crate::execute::ExecuteError;
+use crate::execute::{ExecuteError, Suspect};
 use crate::reload::ReloadEvent;
 
 /// A device that dies sooner after it was opened counts against the budget.
@@ -46,12 +46,10 @@ impl Session {
         if !self.recovery.spend(began) {
             return Err(FrameError::Device(lost));
         }
-        // The suspect may be one round of a pass.
-        let plan = self.executor.plan();
-        let round = |name: &String| plan.and_then(|plan| Some(plan.graph.declared(plan.graph.find_pass(name)?)));
-        if let Some(id) = suspect.as_ref().and_then(round) {
-            let pass = self.graph.pass(id);
-            self.switched_off.push((pass.name.clone(), pass.shader.key));
+        // The frame may be older than the graph: a shader that was mended meanwhile is not the one that was suspected.
+        let off = suspect.as_ref().is_some_and(|suspect| self.runs(suspect));
+        if let Some(suspect) = suspect.as_ref().filter(|_| off) {
+            self.switched_off.push((suspect.declared.clone(), suspect.shader));
         }
         self.find_disabled();
         // Everything is made before anything is replaced: when a step fails, the session still knows that its device is lost, and the
@@ -79,7 +77,8 @@ impl Session {
         self.settings_changed();
         self.recovery.opened(Instant::now());
         let milliseconds = began.elapsed().as_secs_f64() * 1e3;
-        self.events.push(ReloadEvent::DeviceRebuilt { suspect, milliseconds });
+        let suspect = suspect.map(|suspect| suspect.pass);
+        self.events.push(ReloadEvent::DeviceRebuilt { suspect, off, milliseconds });
         Ok(())
     }
 
@@ -89,6 +88,17 @@ impl Session {
         self.switched_off
             .retain(|(name, key)| graph.find_pass(name).is_some_and(|id| graph.pass(id).shader.key == *key));
         self.disabled = self.switched_off.iter().filter_map(|(name, _)| graph.find_pass(name)).collect();
+    }
+
+    /// Whether a pass of the graph still has the shader with which it was suspected.
+    fn runs(&self, suspect: &Suspect) -> bool {
+        let pass = self.graph.find_pass(&suspect.declared).map(|id| self.graph.pass(id));
+        pass.is_some_and(|pass| pass.shader.key == suspect.shader)
+    }
+
+    /// Whether the device works on a pass whose shader has been replaced since, or that is no longer in the graph.
+    pub fn works_on_replaced(&self) -> bool {
+        self.executor.suspect().is_some_and(|suspect| !self.runs(&suspect))
     }
 
     /// Names of the passes that are switched off since the device was lost while they ran.
