@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use egui::{Color32, RichText, Ui};
 
 use crate::action::Action;
+use crate::frame::milliseconds;
+use crate::samples::Samples;
 use crate::view::{Problem, Shown, Status, View};
 
 pub(crate) const RED: Color32 = Color32::from_rgb(240, 110, 100);
@@ -37,12 +39,10 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     if !status.is_default && ui.button("×").on_hover_text("Show what the graph presents").clicked() {
         actions.push(Action::ShowDefault);
     }
-    let milliseconds = |samples: Option<&crate::Samples>| samples.and_then(crate::Samples::median);
-    if let Some(gpu) = milliseconds(view.frame.gpu) {
-        ui.label(format!("GPU {gpu:.2} ms"));
-    }
-    if let Some(cpu) = milliseconds(view.frame.cpu) {
-        ui.label(format!("CPU {cpu:.2} ms"));
+    for (name, samples) in [("GPU", view.frame.gpu), ("CPU", view.frame.cpu)] {
+        if let Some(median) = samples.and_then(Samples::median) {
+            ui.label(format!("{name} {} ms", milliseconds(Some(median))));
+        }
     }
     if let Some(failed) = status.failed {
         let text = format!("showing generation {}, {failed} failed", status.generation);

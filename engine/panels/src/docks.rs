@@ -12,8 +12,8 @@ use crate::problems::problem_list;
 use crate::view::{Problem, Shown, View};
 use crate::{bar, brush, frame, inspect, params, passes, problems, resources, timeline, world};
 
-/// Below so many points the window has room for the panels of one side only.
-const NARROW: f32 = 760.0;
+/// Below so many points the window has room for the panels of one side only: the picture is what one looks at.
+const NARROW: f32 = 1000.0;
 
 /// What lies over the picture: how opaque it is, of 255.
 const OPACITY: u8 = 236;

@@ -105,8 +105,16 @@ fn nice(value: f32) -> f32 {
     [1.0, 2.0, 5.0, 10.0].map(|step| step * power).into_iter().find(|&step| step >= value).unwrap_or(value)
 }
 
+/// Five digits at most, of which three stand behind the point.
 pub(crate) fn milliseconds(value: Option<f32>) -> String {
-    value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"))
+    let Some(value) = value else { return "–".to_owned() };
+    let decimals = match value {
+        ..10.0 => 3,
+        10.0..100.0 => 2,
+        100.0..1000.0 => 1,
+        _ => 0,
+    };
+    format!("{value:.decimals$}")
 }
 
 /// `12.5 MiB`.
@@ -127,6 +135,12 @@ mod tests {
     fn a_scale_ends_at_a_round_number() {
         let ends = |value| format!("{}", nice(value));
         assert_eq!([0.0, 0.3, 1.0, 1.01, 4.9, 7.0, 120.0].map(ends), ["1", "0.5", "1", "2", "5", "10", "200"]);
+    }
+
+    #[test]
+    fn times_have_as_many_digits_as_one_reads() {
+        let said = |value| milliseconds(Some(value));
+        assert_eq!([0.0123, 9.5, 23.2004, 105.314, 1467.419].map(said), ["0.012", "9.500", "23.20", "105.3", "1467"]);
     }
 
     #[test]

@@ -1,12 +1,15 @@
 //! What the shown resource holds: mip, layer, channel, range, distribution, the texel under the cursor, the rows of a buffer.
 
-use egui::{Align2, Color32, ComboBox, DragValue, Grid, Rect, RichText, Sense, Ui, pos2, vec2};
+use egui::{Align2, Color32, ComboBox, DragValue, Grid, Rect, RichText, Sense, Ui, Vec2, pos2, vec2};
 
 use crate::action::Action;
 use crate::bar::{RED, text_of};
 use crate::docks::caption;
 use crate::statistics::{BINS, Statistics};
 use crate::view::{Inspected, Map, Shown, Table, View};
+
+/// Points between columns of numbers, and between their rows.
+const COLUMNS: Vec2 = Vec2::new(12.0, 3.0);
 
 /// Draws the panel.
 pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
@@ -136,11 +139,13 @@ fn histogram(ui: &mut Ui, found: &Statistics) {
 
 fn texel(ui: &mut Ui, found: &Inspected) {
     let Some(([x, y], values)) = &found.cursor else {
-        ui.weak("The texel under the cursor is shown here.");
+        if found.table.is_none() {
+            ui.weak("The texel under the cursor is shown here.");
+        }
         return;
     };
     ui.label(format!("texel {x}, {y}"));
-    Grid::new("texel").num_columns(3).show(ui, |ui| {
+    Grid::new("texel").num_columns(3).spacing(COLUMNS).show(ui, |ui| {
         for (name, [value, bits]) in found.channels.iter().zip(values) {
             ui.weak(*name);
             ui.monospace(value);
@@ -172,7 +177,7 @@ fn rows(ui: &mut Ui, table: &Table, actions: &mut Vec<Action>) {
             ui.monospace(value);
         });
     }
-    Grid::new("table").num_columns(table.columns.len() + 1).striped(true).show(ui, |ui| {
+    Grid::new("table").num_columns(table.columns.len() + 1).spacing(COLUMNS).striped(true).show(ui, |ui| {
         ui.weak("#");
         for column in &table.columns {
             ui.weak(column);

@@ -108,7 +108,7 @@ impl Default for Layout {
         Self {
             visible: true,
             zoom: 1.0,
-            left: Dock { open: Some(Panel::Passes), size: 330.0 },
+            left: Dock { open: Some(Panel::Passes), size: 350.0 },
             right: Dock { open: Some(Panel::Params), size: 340.0 },
             bottom: Dock { open: None, size: 200.0 },
         }

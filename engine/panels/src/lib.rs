@@ -15,6 +15,7 @@ mod resources;
 mod samples;
 mod statistics;
 mod timeline;
+mod turns;
 pub mod view;
 mod world;
 
@@ -23,4 +24,5 @@ pub use docks::Panels;
 pub use layout::{Dock, Layout, Panel, Side};
 pub use samples::Samples;
 pub use statistics::{BINS, Statistics, not_finite};
+pub use turns::turns;
 pub use view::View;

@@ -40,7 +40,7 @@ fn row(
 ) {
     let output = pass.output.and_then(|index| view.resources.get(index));
     // What is left out has no place in the frame after which something could be shown.
-    let after = pass.state.is_planned().then(|| pass.declared.to_owned());
+    let after = pass.state.is_planned().then(|| pass.after.to_owned());
     let target = output.map(|resource| Shown::after(resource.name.clone(), after));
     let locked = target.is_some() && target.as_ref() == Some(&view.status.shown);
     let name = match pass.state {

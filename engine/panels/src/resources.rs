@@ -23,16 +23,18 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     });
     matrix(ui, view, actions);
     ui.separator();
-    egui::Grid::new("resources").num_columns(3).striped(true).show(ui, |ui| {
+    egui::Grid::new("resources").num_columns(2).striped(true).show(ui, |ui| {
         for resource in view.resources {
             let locked = view.status.shown == Shown::after(resource.name.clone(), None);
             let name = ui.selectable_label(locked, &resource.name).on_hover_text(&resource.place);
             if name.clicked() {
                 actions.push(Action::Show(Shown::after(resource.name.clone(), None)));
             }
-            ui.label(&resource.about);
             let size = if resource.bytes == 0 { String::new() } else { format!("{}, ", bytes(resource.bytes)) };
-            ui.weak(format!("{size}{}", resource.memory));
+            ui.vertical(|ui| {
+                ui.label(&resource.about);
+                ui.weak(format!("{size}{}", resource.memory));
+            });
             ui.end_row();
         }
     });
@@ -70,7 +72,7 @@ fn matrix(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
 fn cell(ui: &mut Ui, view: &View<'_>, (row, resource): (usize, &Resource), rect: Rect, actions: &mut Vec<Action>) {
     let pass = &view.passes[row];
     let used = resource.uses.get(row).copied().unwrap_or_default();
-    let after = Shown::after(resource.name.clone(), Some(pass.declared.to_owned()));
+    let after = Shown::after(resource.name.clone(), Some(pass.after.to_owned()));
     let name = format!("{} after {}", resource.name, pass.name);
     let response = ui.interact(rect, ui.id().with(("cell", row, &resource.name)), Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &name));
@@ -98,7 +100,7 @@ fn cell(ui: &mut Ui, view: &View<'_>, (row, resource): (usize, &Resource), rect:
     } else if response.secondary_clicked()
         && let Some(before) = before
     {
-        actions.push(Action::Show(Shown::after(resource.name.clone(), Some(before.declared.to_owned()))));
+        actions.push(Action::Show(Shown::after(resource.name.clone(), Some(before.after.to_owned()))));
     }
     response.on_hover_ui(|ui| {
         ui.label(name);

@@ -7,33 +7,43 @@ const KEPT: usize = 240;
 
 /// A window over the last measurements, in the order in which they came.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Samples(VecDeque<f32>);
+pub struct Samples {
+    kept: VecDeque<f32>,
+    /// The only one that is kept is to give way to the next.
+    warming: bool,
+}
 
 impl Samples {
+    /// Measurements of which the first counts only until there is another: a driver may still compile in it.
+    pub fn warming() -> Self {
+        Self { warming: true, ..Self::default() }
+    }
+
     /// Adds one; the oldest goes when there are too many. What is no finite number is left out.
     pub fn push(&mut self, value: f64) {
         if !value.is_finite() {
             return;
         }
-        if self.0.len() == KEPT {
-            self.0.pop_front();
+        if self.kept.len() == KEPT || (self.warming && self.kept.len() == 1) {
+            self.kept.pop_front();
+            self.warming = false;
         }
-        self.0.push_back(value as f32);
+        self.kept.push_back(value as f32);
     }
 
     /// Forgets all.
     pub fn clear(&mut self) {
-        self.0.clear();
+        self.kept.clear();
     }
 
     /// From the oldest to the newest.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
-        self.0.iter().copied()
+        self.kept.iter().copied()
     }
 
     /// The newest.
     pub fn last(&self) -> Option<f32> {
-        self.0.back().copied()
+        self.kept.back().copied()
     }
 
     /// The middle one by size.
@@ -71,6 +81,16 @@ mod tests {
         }
         samples.push(f64::NAN);
         assert_eq!((samples.median(), samples.p95(), samples.last()), (Some(50.0), Some(95.0), Some(1.0)));
+    }
+
+    #[test]
+    fn a_first_one_gives_way_to_the_second() {
+        let mut samples = Samples::warming();
+        samples.push(1500.0);
+        assert_eq!((samples.median(), samples.p95()), (Some(1500.0), Some(1500.0)));
+        samples.push(20.0);
+        samples.push(22.0);
+        assert_eq!((samples.median(), samples.p95(), samples.iter().len()), (Some(20.0), Some(22.0), 2));
     }
 
     #[test]

@@ -170,8 +170,8 @@ impl PassState {
 pub struct Pass<'a> {
     /// Name; a round of a loop has its number.
     pub name: &'a str,
-    /// The name of the pass of the file, by which it can be shown.
-    pub declared: &'a str,
+    /// The name by which [`Shown::after`] means it: of the pass of the file, with the number of the round where it is in a loop.
+    pub after: &'a str,
     /// Milliseconds of the device, in the frames in which it ran.
     pub times: Option<&'a Samples>,
     /// What became of it.

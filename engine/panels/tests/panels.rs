@@ -72,7 +72,7 @@ impl Window {
     fn draw(&mut self, ctx: &egui::Context) {
         let pass = |name: &'static str, state, output| Pass {
             name,
-            declared: name,
+            after: name,
             times: (state == PassState::Ran).then_some(&self.gpu),
             state,
             groups: "40 × 23 × 1",

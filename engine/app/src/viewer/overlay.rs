@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use egui::epaint::{ClippedPrimitive, ImageData, Primitive};
-use egui::{Context, TextureFilter, TextureId, TexturesDelta, ViewportId};
+use egui::{Context, FullOutput, TextureFilter, TextureId, TexturesDelta, ViewportId};
 use egui_winit::State;
+use raxel_panels::{Action, turns};
 use raxel_runtime::present::{OverlayFrame, OverlayMesh, OverlayVertex, PresentError, Presenter, TexturePatch};
 use winit::event::{KeyEvent, WindowEvent};
 use winit::keyboard::{Key, NamedKey};
@@ -56,18 +57,23 @@ impl Overlay {
         self.context.wants_pointer_input() || self.context.is_pointer_over_area()
     }
 
-    /// Draws the interface, to be shown over the next picture.
-    pub fn draw<T>(&mut self, window: &Window, mut content: impl FnMut(&Context) -> T) -> Option<T> {
-        let input = self.state.take_egui_input(window);
-        let mut result = None;
-        let output = self.context.run(input, |context| result = Some(content(context)));
+    /// Draws the interface, to be shown over the next picture. Gives what the user asks for, in order.
+    pub fn draw(&mut self, window: &Window, mut content: impl FnMut(&Context) -> Vec<Action>) -> Vec<Action> {
+        let mut actions = Vec::new();
+        let mut output = FullOutput::default();
+        for input in turns(self.state.take_egui_input(window)) {
+            // egui may draw the same twice before it is content; then the second counts.
+            let mut asked = Vec::new();
+            output.append(self.context.run(input, |context| asked = content(context)));
+            actions.append(&mut asked);
+        }
         self.state.handle_platform_output(window, output.platform_output);
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|output| output.repaint_delay);
         self.again = delay.and_then(|delay| Instant::now().checked_add(delay));
         self.pixels_per_point = output.pixels_per_point;
         self.painted = self.context.tessellate(output.shapes, output.pixels_per_point);
         self.textures.append(output.textures_delta);
-        result
+        actions
     }
 
     /// Whether something that moves wants to be drawn again now.

@@ -27,7 +27,7 @@ pub(crate) struct PanelData {
     /// Milliseconds from frame to frame.
     pub interval: Samples,
     cpu: Samples,
-    gpu: Samples,
+    gpu: Option<Samples>,
     passes: HashMap<String, Samples>,
     /// The frame whose GPU times were noted last.
     timed: Option<u64>,
@@ -50,7 +50,7 @@ struct Described {
 struct Row {
     pass: PassId,
     name: String,
-    declared: String,
+    after: String,
     groups: String,
     place: String,
     output: Option<usize>,
@@ -71,13 +71,13 @@ impl PanelData {
         }
         self.timed = times.frame;
         if let Some(span) = times.span {
-            self.gpu.push(span / 1e6);
+            self.gpu.get_or_insert_with(Samples::warming).push(span / 1e6);
         }
         let Some(described) = &self.plan else { return };
         for row in &described.rows {
             let Ok(index) = row.planned else { continue };
             if let Some(nanoseconds) = times.passes.get(index).and_then(|time| time.nanoseconds) {
-                self.passes.entry(row.name.clone()).or_default().push(nanoseconds / 1e6);
+                self.passes.entry(row.name.clone()).or_insert_with(Samples::warming).push(nanoseconds / 1e6);
             }
         }
     }
@@ -127,8 +127,8 @@ impl PanelData {
             },
         };
         let pass = |row| {
-            let Row { name, declared, groups, place, output, .. }: &Row = row;
-            Pass { name, declared, groups, place, output: *output, times: self.passes.get(name), state: state(row) }
+            let Row { name, after, groups, place, output, .. }: &Row = row;
+            Pass { name, after, groups, place, output: *output, times: self.passes.get(name), state: state(row) }
         };
         described.rows.iter().map(pass).collect()
     }
@@ -144,7 +144,7 @@ impl PanelData {
         Frame {
             interval: Some(&self.interval),
             cpu: Some(&self.cpu),
-            gpu: Some(&self.gpu),
+            gpu: self.gpu.as_ref(),
             memory,
             saved,
             scale: session.viewport().scale(),
@@ -195,7 +195,7 @@ fn rows(plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
     let row = |name, groups, planned| Row {
         pass: id,
         name,
-        declared: graph.pass(graph.declared(id)).name.clone(),
+        after: pass.name.clone(),
         groups,
         place: place(&pass.place, texts),
         output: pass.accesses.iter().find(|access| access.access.writes()).map(|access| access.resource.0 as usize),
