@@ -87,7 +87,7 @@ impl<'a> App<'a> {
 
     fn try_wait(&mut self) -> Result {
         let Stage::Waiting(waiting) = &mut self.stage else { return Ok(()) };
-        waiting.draw()?;
+        waiting.draw(self.console)?;
         self.complained |= print_log(waiting.device(), self.console);
         if !waiting.changed() {
             return Ok(());

@@ -1,7 +1,6 @@
 //! What keys and panels ask for.
 
 use std::path::PathBuf;
-use std::process::Command as Process;
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::SourceMap;
@@ -97,7 +96,10 @@ impl Viewer<'_> {
                 self.notice(format!("copied {text}"));
                 self.copy(text);
             }
-            Action::Edit(place) => self.edit(&place),
+            Action::Edit(place) => {
+                let opened = self.editors.open(self.session.project().root(), &place);
+                self.said(opened);
+            }
             Action::Cancel => self.cancel(event_loop),
             Action::Seek(seconds) => {
                 self.session.hand_back();
@@ -260,23 +262,6 @@ impl Viewer<'_> {
     fn copy(&mut self, text: String) {
         if let Some(open) = &mut self.window {
             open.overlay.copy(text);
-        }
-    }
-
-    /// Opens a place, `path:line:column`, in the editor of the user; one that runs in a terminal would have none here.
-    fn edit(&mut self, place: &str) {
-        let Some(editor) = std::env::var_os("VISUAL").or_else(|| std::env::var_os("EDITOR")) else {
-            return self.warn("neither VISUAL nor EDITOR is set; a click on the place copies it".to_owned());
-        };
-        let mut parts = place.split(':');
-        let (path, line) = (parts.next().unwrap_or_default(), parts.next().unwrap_or("1"));
-        let path = self.session.project().on_disk(path);
-        match Process::new(&editor).arg(format!("+{line}")).arg(path).spawn() {
-            Ok(child) => {
-                self.editors.retain_mut(|editor| matches!(editor.try_wait(), Ok(None)));
-                self.editors.push(child);
-            }
-            Err(error) => self.warn(format!("{}: {error}", editor.display())),
         }
     }
 

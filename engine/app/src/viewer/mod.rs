@@ -6,6 +6,7 @@ mod brush;
 mod commands;
 mod controls;
 mod demo_keys;
+mod editor;
 mod elements;
 mod frame;
 mod inspector;
@@ -19,7 +20,6 @@ mod title;
 mod waiting;
 mod write_back;
 
-use std::process::Child;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -43,6 +43,7 @@ use self::app::App;
 pub(crate) use self::args::Args;
 use self::controls::Controls;
 pub(crate) use self::controls::KEYS;
+use self::editor::Editors;
 use self::inspector::Inspector;
 use self::layout_file::LayoutFile;
 use self::overlay::Overlay;
@@ -72,6 +73,10 @@ const SLICE: Duration = Duration::from_millis(8);
 
 /// The device may work so long before the pass that it works on is named.
 const PATIENCE: Duration = Duration::from_secs(2);
+
+/// A pass whose shader was edited while the device worked on it for longer than this is given up: opening the device anew takes about a
+/// second, and what the frame shows is of no use any more.
+const MENDED: Duration = Duration::from_secs(5);
 
 /// Runs a window until it is closed.
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
@@ -161,7 +166,7 @@ struct Viewer<'a> {
     /// Params whose values were written to a file that was not read again yet.
     written: Vec<String>,
     /// Editors that were opened.
-    editors: Vec<Child>,
+    editors: Editors,
     /// Whether the demo starts over, if the user has chosen.
     looped: Option<bool>,
     /// How the next frame runs.
@@ -321,7 +326,7 @@ impl<'a> Viewer<'a> {
             notice: None,
             before_peek: None,
             written: Vec::new(),
-            editors: Vec::new(),
+            editors: Editors::default(),
             looped: None,
             next_runs: NextFrame::default(),
             fps_cap: None,

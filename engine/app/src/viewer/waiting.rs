@@ -13,7 +13,9 @@ use raxel_runtime::present::{Presented, Presenter};
 use winit::window::Window;
 
 use super::Open;
+use super::editor::Editors;
 use super::problem_log::problems;
+use crate::console::Console;
 use crate::failure::Result;
 
 /// Time between two looks at the files.
@@ -36,6 +38,7 @@ pub(super) struct Waiting {
     found: Vec<Diagnostic>,
     problems: Vec<Problem>,
     panels: Panels,
+    editors: Editors,
     pub(super) open: Option<Open>,
 }
 
@@ -44,8 +47,9 @@ impl Waiting {
     pub fn new(root: PathBuf, options: &DeviceOptions, diagnostics: &[Diagnostic], texts: &SourceMap) -> Result<Self> {
         let device = Device::new(options)?;
         let (found, problems) = (diagnostics.to_vec(), problems(diagnostics, texts));
-        let (signature, looked, panels) = (None, Instant::now(), Panels::default());
-        Ok(Self { device, root, signature, looked, found, problems, panels, open: None })
+        let (signature, looked) = (None, Instant::now());
+        let (panels, editors) = (Panels::default(), Editors::default());
+        Ok(Self { device, root, signature, looked, found, problems, panels, editors, open: None })
     }
 
     /// The device that the window is drawn on.
@@ -72,15 +76,21 @@ impl Waiting {
         std::mem::replace(&mut self.signature, signature) != signature
     }
 
-    /// Shows what is wrong. Gives what was asked to be copied.
-    pub fn draw(&mut self) -> Result {
+    /// Shows what is wrong, and does what is asked for there.
+    pub fn draw(&mut self, console: &Console) -> Result {
         let Some(Open { window, presenter, overlay }) = &mut self.open else { return Ok(()) };
         let (panels, found) = (&mut self.panels, &self.problems);
         let title = "The files have mistakes";
-        let actions = overlay.draw(window, |context| panels.waiting(context, title, found)).unwrap_or_default();
+        let actions = overlay.draw(window, |context| panels.waiting(context, title, found));
         for action in actions {
-            if let Action::Copy(text) = action {
-                overlay.copy(text);
+            match action {
+                Action::Copy(text) => overlay.copy(text),
+                Action::Edit(place) => {
+                    if let Err(why) = self.editors.open(&self.root, &place) {
+                        console.message(&format!("warning: {why}"));
+                    }
+                }
+                _ => {}
             }
         }
         match overlay
