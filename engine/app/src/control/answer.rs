@@ -72,7 +72,7 @@ pub(super) fn give(id: &Value, answer: Result<Value, Refusal>) {
 /// Does what is asked, or nothing.
 pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> Result<Value, Refusal> {
     match request {
-        Request::Info => Ok(info(session)),
+        Request::Info {} => Ok(info(session)),
         Request::Set { param, value } => {
             session.set_param_text(&param, &text(&value)?)?;
             // A demo that drives the param would win.
@@ -119,7 +119,7 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
             session.seek(seconds);
             Ok(json!({ "seconds": seconds }))
         }
-        Request::Reset => {
+        Request::Reset {} => {
             session.reset();
             Ok(json!({}))
         }
@@ -131,11 +131,11 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
             Ok(json!({ "size": [width, height] }))
         }
         Request::Screenshot { path } => screenshot(session, &path),
-        Request::Capture => {
+        Request::Capture {} => {
             let (_, file) = session.capture_frame()?;
             Ok(json!({ "path": file }))
         }
-        Request::Picture => {
+        Request::Picture {} => {
             let picture = session.read_presented()?;
             Ok(json!({
                 "width": picture.width, "height": picture.height, "channels": 4, "type": "u1",
@@ -169,7 +169,7 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
             let found = kept(session, &buffer, |session| session.read_buffer(&buffer, range.clone()))?;
             Ok(json!({ "bytes": found.len(), "data": base64::encode(&found) }))
         }
-        Request::Timings => {
+        Request::Timings {} => {
             session.wait()?;
             let plan = session.plan().cloned();
             let times: Vec<_> = session.timings().to_vec();
@@ -179,7 +179,7 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
             });
             Ok(json!({ "passes": passes.collect::<Vec<_>>() }))
         }
-        Request::Diagnostics | Request::WaitReload { .. } | Request::Quit => Ok(json!({})),
+        Request::Diagnostics {} | Request::WaitReload { .. } | Request::Quit {} => Ok(json!({})),
     }
 }
 

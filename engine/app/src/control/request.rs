@@ -13,7 +13,7 @@ pub(super) const PROTOCOL: u32 = 1;
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Request {
     /// What is open: files, size, params, resources, passes, cameras.
-    Info,
+    Info {},
     /// Sets a param.
     Set { param: String, value: Value },
     /// Brings a param back to the graph's default.
@@ -42,15 +42,15 @@ pub(super) enum Request {
     /// Puts the next frame at so many seconds.
     Seek { seconds: f64 },
     /// Starts over.
-    Reset,
+    Reset {},
     /// Changes the extent of the output, in pixels.
     Resize { size: [u32; 2] },
     /// Writes the picture of the last frame to a file: its extension says the form.
     Screenshot { path: String },
     /// The picture of the last frame.
-    Picture,
+    Picture {},
     /// Runs a frame and captures it by RenderDoc.
-    Capture,
+    Capture {},
     /// Texels of a target as numbers.
     Texels {
         target: String,
@@ -81,16 +81,16 @@ pub(super) enum Request {
         bytes: u64,
     },
     /// GPU times of the passes of the last frame.
-    Timings,
+    Timings {},
     /// What is wrong since the last edit.
-    Diagnostics,
+    Diagnostics {},
     /// Waits until an edit is swapped in or found to be wrong.
     WaitReload {
         #[serde(default = "ten")]
         seconds: f64,
     },
     /// Ends the program.
-    Quit,
+    Quit {},
 }
 
 fn yes() -> bool {
@@ -167,6 +167,7 @@ mod tests {
             ("{}", "missing field `do`"),
             (r#"{"id": 7, "do": "fly"}"#, "unknown variant `fly`"),
             (r#"{"do": "step", "frame": 3}"#, "unknown field `frame`"),
+            (r#"{"do": "info", "target": "depth"}"#, "unknown field `target`"),
             (r#"{"do": "step", "frames": 0}"#, "`frames` must be in"),
             (r#"{"do": "pixel", "target": "depth", "x": -1, "y": 0}"#, "invalid value"),
             (r#"{"do": "camera", "look_at": [0, 0, 0], "yaw": 1}"#, "exclude each other"),

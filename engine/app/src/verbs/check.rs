@@ -1,7 +1,9 @@
 //! `raxel check`: everything that is wrong in graphs, worlds and demos, without a GPU.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
+use raxel_diagnostics::{Code, Diagnostic, Span};
 use raxel_runtime::manifest;
 use serde_json::json;
 
@@ -32,6 +34,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let mut bad = 0;
     let total;
+    let mut told = Told::default();
     if args.files.is_empty() {
         let front = Front::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
         let project = &front.project;
@@ -40,14 +43,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
             [manifest.into_iter().collect(), project.graphs(), project.worlds(), project.demos()].concat();
         total = all.len();
         for path in &all {
-            bad += u32::from(!check(&front, path, args.world.as_deref(), console)?);
+            bad += u32::from(!check(&front, path, args.world.as_deref(), (&mut told, console))?);
         }
     } else {
         let files = each_once(args.files.clone());
         total = files.len();
         let mut front: Option<Front> = None;
         for named in &files {
-            bad += u32::from(!check_named(&mut front, named, args.world.as_deref(), console)?);
+            bad += u32::from(!check_named(&mut front, named, args.world.as_deref(), (&mut told, console))?);
         }
     }
     if total == 0 {
@@ -64,33 +67,53 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
 
 /// Checks one file that the command line names; a project is opened again only when the file is in another one. True when it has
 /// no error.
-fn check_named(front: &mut Option<Front>, named: &Path, world: Option<&Path>, console: &Console) -> Result<bool> {
+fn check_named(
+    front: &mut Option<Front>,
+    named: &Path,
+    world: Option<&Path>,
+    (told, console): (&mut Told, &Console),
+) -> Result<bool> {
     let opened = match front.take() {
         Some(front) if front.project.path_of(named).is_ok() => Ok(front),
         _ => Front::around(named),
     };
     match opened.and_then(|opened| Ok((opened.project.path_of(named)?, opened))) {
-        Ok((path, opened)) => check(front.insert(opened), &path, world, console),
+        Ok((path, opened)) => check(front.insert(opened), &path, world, (told, console)),
         Err(diagnostic) => {
             let found = vec![*diagnostic];
             let checked = Checked { found, ..Checked::default() };
             console.diagnostics(&checked.found, &checked.texts, To::Stdout);
-            summary(&named.display().to_string(), None, &checked, console);
+            summary(&named.display().to_string(), None, (&checked, false), console);
             Ok(false)
         }
     }
 }
 
 /// Checks one file of a project. True when it has no error.
-fn check(front: &Front, path: &str, world: Option<&Path>, console: &Console) -> Result<bool> {
+fn check(front: &Front, path: &str, world: Option<&Path>, (told, console): (&mut Told, &Console)) -> Result<bool> {
     let world = world.map(|named| front.named_world(named, console)).transpose()?;
     let checked = front.check(path, world.as_ref());
-    console.diagnostics(&checked.found, &checked.texts, To::Stdout);
-    summary(path, Some(FileKind::of(path)), &checked, console);
+    // A program that reads JSON asks what is wrong with each file.
+    let whole = console.format() == Format::Json;
+    let fresh: Vec<Diagnostic> = checked.found.iter().filter(|found| whole || told.is_new(found)).cloned().collect();
+    console.diagnostics(&fresh, &checked.texts, To::Stdout);
+    summary(path, Some(FileKind::of(path)), (&checked, !checked.found.is_empty() && fresh.is_empty()), console);
     Ok(checked.counts().0 == 0)
 }
 
-fn summary(path: &str, kind: Option<FileKind>, checked: &Checked, console: &Console) {
+/// What was told of the files before: a mistake in what they share (`extends`, includes, the graph of a demo) is found with each of them, and told once.
+#[derive(Default)]
+struct Told(HashSet<(Code, String, Span)>);
+
+impl Told {
+    /// Whether it was not told yet. What has no place is told each time.
+    fn is_new(&mut self, found: &Diagnostic) -> bool {
+        let place = found.labels.first().map(|label| label.span.clone());
+        place.is_none_or(|place| self.0.insert((found.code, found.message.clone(), place)))
+    }
+}
+
+fn summary(path: &str, kind: Option<FileKind>, (checked, repeated): (&Checked, bool), console: &Console) {
     let (errors, warnings) = checked.counts();
     let over = checked.over.as_ref();
     if console.format() == Format::Json {
@@ -112,5 +135,6 @@ fn summary(path: &str, kind: Option<FileKind>, checked: &Checked, console: &Cons
         _ => format!("{}, {}", count(errors, "error"), count(warnings, "warning")),
     };
     let assumed = over.and_then(PlannedOver::assumed).map_or(String::new(), |assumed| format!(" ({assumed})"));
-    console.message(&format!("{path}: {result}{assumed}"));
+    let told = if repeated { ", told above" } else { "" };
+    console.message(&format!("{path}: {result}{told}{assumed}"));
 }
