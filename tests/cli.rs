@@ -49,6 +49,20 @@ fn shipped_graphs_pass_the_check_and_say_so_in_json() {
 }
 
 #[test]
+fn a_mistake_that_files_share_is_told_once() {
+    let project = Project::shipped();
+    project.edit("graphs/primary.toml", "present ", "presnt ");
+    let files = ["check", "graphs/primary.toml", "graphs/primary_chunks.toml", "worlds/valley.demo.toml"];
+    let run = project.raxel(&files).exits(3);
+    assert_eq!(run.stdout.matches("no key `presnt`").count(), 1, "{}", run.stdout);
+    assert!(run.stderr.contains("graphs/primary_chunks.toml: 1 error, told above"), "{}", run.stderr);
+    assert!(run.stderr.contains("worlds/valley.demo.toml: 1 error, told above"), "{}", run.stderr);
+    // A program asks for what is wrong with each of them.
+    let run = project.raxel(&[&files[..], &["--format", "json"]].concat()).exits(3);
+    assert_eq!(run.stdout.matches("no key `presnt`").count(), 3, "{}", run.stdout);
+}
+
+#[test]
 fn all_mistakes_are_reported_at_once_with_their_places() {
     let project = Project::shipped();
     project

@@ -191,7 +191,7 @@ impl Described {
 
 /// A row for each tick in which a pass may run, or the one that says why it does not.
 fn rows(plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
-    let (graph, pass) = (&plan.graph, plan.graph.pass(id));
+    let pass = plan.graph.pass(id);
     let row = |name, groups, planned| Row {
         pass: id,
         name,
