@@ -7,7 +7,7 @@
 layout(local_size_x = 64) in;
 layout(rgba32i) uniform writeonly iimage2D outHit;
 layout(std430) readonly buffer RestCount { uint count; } restCount;
-layout(std430) readonly buffer Rest { uvec2 pixels[]; } rest;
+layout(std430) readonly buffer Rest { uint pixels[]; } rest;
 
 layout(push_constant) uniform Push {
     mat4 view_to_world;
@@ -19,10 +19,9 @@ layout(push_constant) uniform Push {
 void main() {
     uint i = rx_thread();
     if (i >= restCount.count) return;
-    ivec2 pixel = ivec2(rest.pixels[i].x & 0xffffu, rest.pixels[i].x >> 16);
+    ivec2 pixel = ivec2(rest.pixels[i] & 0xffffu, rest.pixels[i] >> 16);
     RxHit hit;
     RxRay ray = rx_camera_ray(push.camera_cell, push.camera_frac, push.view_to_world, push.tan_half_fov, pixel, imageSize(outHit));
-    // A little less than the time at which doubt began, which has an error of its own.
-    bool found = rx_trace_from(ray, 0.9999 * uintBitsToFloat(rest.pixels[i].y), hit);
+    bool found = rx_trace(ray, hit);
     imageStore(outHit, pixel, found ? ivec4(hit.voxel, hit.face) : ivec4(0, 0, 0, -1));
 }

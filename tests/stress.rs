@@ -176,12 +176,12 @@ fn a_beam_that_goes_too_far_is_caught() {
     raxel(&[&scope[..], &layouts].concat()).exits(0);
 }
 
-/// Rays that packets hand on and that begin too far ahead.
+/// Packets that lose what they should hand on.
 #[test]
-fn a_packet_that_promises_too_much_is_caught() {
+fn a_packet_that_loses_rays_is_caught() {
     let project = Project::empty();
     let packet = std::fs::read_to_string(repository().join("shaders/include/raxel/packet.glsl")).unwrap();
-    let (right, wrong) = ("rx_tile_rest(pixel, 0.0);", "rx_tile_rest(pixel, 30.0);");
+    let (right, wrong) = ("rx_tile_rest(pixel);", "rx_tile_miss(pixel);");
     assert!(packet.contains(right));
     project.write("shaders/include/raxel/packet.glsl", packet.replace(right, wrong));
     let scope = ["stress", "--scenes", "hills,menger,gravel", "--sets", "tiles", "--rays", "4e4"];

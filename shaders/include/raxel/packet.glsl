@@ -6,16 +6,16 @@
 // 2. Of a leaf's 64 voxels, those that the frustum touches are collected in order as candidates. Up to 32 at a time are turned into the rows
 //    and columns of pixels that they can cover, and one transposition of 32 x 32 bits gives each column and each row its set of
 //    candidates; those of a pixel are the intersection of its column's and its row's.
-// 3. Each pixel tests its candidates in order, as slabs in f32 with a bound on the error. Groups of 8 x 4 pixels that are done drop out, and
-//    the frustum shrinks to those that are left.
-// 4. What f32 cannot tell, what is left of a tile that has looked at too many leaves, hits of a camera in a solid voxel, and everything outside of
-//    what the bounds are proven for, is handed on, to be traced ray by ray.
+// 3. Each invocation goes through those of its eight pixels that have candidates, one candidate a round, as slabs in f32 with a bound on the
+//    error. What f32 cannot tell waits until all others are through, and integers settle it. The frustum shrinks to the pixels that are left.
+// 4. What is left of a tile that has looked at too many leaves, hits of a camera in a solid voxel, and everything outside of what the bounds
+//    are proven for, is handed on, to be traced ray by ray.
 //
 // What is decided here is what rx_trace finds. A shader includes this file and defines
 //
 //     void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
 //     void rx_tile_miss(ivec2 pixel);
-//     void rx_tile_rest(ivec2 pixel, float t_free);   not decided: rx_trace_from says what this pixel hits
+//     void rx_tile_rest(ivec2 pixel);   not decided: rx_trace says what this pixel hits
 //
 // and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. One of the three is called once for each pixel of the tile on the output, in
 // any order. Where a subgroup is not 32 wide, or the world's layout is not tree64, every pixel is handed on. A pass with
@@ -35,23 +35,24 @@
 
 void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
 void rx_tile_miss(ivec2 pixel);
-void rx_tile_rest(ivec2 pixel, float t_free);
+void rx_tile_rest(ivec2 pixel);
 
 #define RX_TILE_BALLOT(vote) unpackUint2x32(ballotARB(vote)).x
 
 const int RX_TILE = 16;                          // pixels along an edge of a tile
-const uint RX_TILE_LEAVES = 96u;                 // leaves that a tile may look at before its rays are handed on
+const uint RX_TILE_LEAVES = 1024u;               // leaves that a tile may look at before its rays are handed on
 const float RX_TILE_SLACK = 1.0 / 256.0;         // voxels: more than a place is off by rounding, within RX_TILE_REACH of the camera
 const int RX_TILE_REACH = 1 << 13;
 const float RX_TILE_ERROR = 9.5367431640625e-7;  // 2^-20, of a direction's length and of a time, see docs/exactness.md
+const float RX_TILE_LATTICE = 3.7252902984619140625e-9;  // 2^-28, of the longest direction: four times what the lattice takes from a component
 const float RX_TILE_MARGIN = 1.0 / 64.0;         // pixels: more than the projection of a voxel is off, below
 const float RX_TILE_SCALE = 16384.0;             // pixels that a place one voxel aside and one voxel deep is from the middle
 
 // What a node is: its index, the height of its children above bit 28, or that all of it is full and has no node.
 const uint RX_TILE_FULL = 0x80000000u;
 
-// Voxels that the frustum touches, x | y << 8 | z << 16 from the corner of their node of 16^3, in mirrored axes. The last entry takes what nobody wants.
-shared uint rx_tile_candidates[97];
+// Voxels that the frustum touches, x | y << 8 | z << 16 from the corner of their node of 16^3, in mirrored axes: a ring, the first at `taken`.
+shared uint rx_tile_candidates[128];
 // Two buffers of a word for each invocation. The second one then holds which candidates each column and each row of pixels has.
 shared uint rx_tile_words[64];
 // Places of up to 32 candidates, by their bit in a set.
@@ -61,23 +62,16 @@ shared uvec4 rx_tile_nodes[4];
 shared vec4 rx_tile_places[4];
 // From places to pixels, in sixteenths.
 shared vec4 rx_tile_project[4];
-// Direction through the first pixel, and what a pixel to the right and one down add to it; all in mirrored axes. Fraction of the origin.
+// Direction through the first pixel, what a pixel to the right and one down add to it (and by what bounds of a direction are widened), fraction of the
+// origin; all in mirrored axes.
 shared vec4 rx_tile_frame[4];
-// What directions of pixels are made of.
+// What all directions of pixels have in common, and the lattice's part in the error of a time.
 shared vec4 rx_tile_camera;
-// Bits of the time at depth 1 until which what is left of a tile is free.
-shared uint rx_tile_free;
+// Places of columns and rows of pixels in view space, see rx_camera_direction.
+shared float rx_tile_views[32];
 
 uint rx_tile_rotate(uint x, uint by) {
     return (x << by) | (x >> (32u - by));
-}
-
-// Components, without their signs, of the lattice direction through a pixel, in lengths of the ray's direction.
-vec3 rx_tile_direction(vec3 dir) {
-    uvec3 bits = floatBitsToUint(dir);
-    uint top = rx_lattice_top(dir);
-    uvec3 d = uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
-    return vec3(d) * (9.31322574615478515625e-10 * uintBitsToFloat(top << 23));
 }
 
 // A leaf's mask, halves in mirrored order, without voxels that no ray can hit first: those whose seven neighbours towards the origin are solid.
@@ -110,7 +104,8 @@ uvec2 rx_tile_ahead(uvec2 mask, vec3 corner, bool down_x, bool down_y, bool down
 }
 
 // The frustum of the pixels `rect` (first and last, from the tile's first) as intervals of 1 / direction.
-void rx_tile_frustum(ivec4 rect, float slack, out vec3 slow, out vec3 fast) {
+void rx_tile_frustum(ivec4 rect, out vec3 slow, out vec3 fast) {
+    float slack = rx_tile_frame[1].w;
     vec3 a = float(rect.x) * rx_tile_frame[1].xyz, b = float(rect.z) * rx_tile_frame[1].xyz, c = float(rect.y) * rx_tile_frame[2].xyz, d = float(rect.w) * rx_tile_frame[2].xyz;
     vec3 most = max(rx_tile_frame[0].xyz + max(a, b) + max(c, d), vec3(0.0)) + slack;
     vec3 least = max(rx_tile_frame[0].xyz + min(a, b) + min(c, d) - slack, vec3(1.0e-7));
@@ -118,29 +113,55 @@ void rx_tile_frustum(ivec4 rect, float slack, out vec3 slow, out vec3 fast) {
     fast = (1.0 + 2.0 * RX_TILE_ERROR) / least;
 }
 
+// How the crossings of two axes follow each other, by integers. `order`: the sign of t_b(n_b) - t_a(n_a); `through`: whether the ray is between
+// planes n_a and n_a + 1 and between n_b and n_b + 1 at the same time.
+void rx_tile_follow(uint n_a, uint n_b, uint g_a, uint g_b, uint d_a, uint d_b, out int order, out bool through) {
+    // n_b d_a - n_a d_b less (g_b d_a - g_a d_b) / 2^24, rounded up; `even` if nothing was rounded.
+    int64_t start = int64_t(g_b) * int64_t(d_a) - int64_t(g_a) * int64_t(d_b);
+    int64_t ahead = int64_t(n_b) * int64_t(d_a) - int64_t(n_a) * int64_t(d_b) - (start >> 24);
+    bool even = (uint(start) & 0xffffffu) == 0u;
+    bool later = ahead > 0l, same = ahead == 0l;
+    order = later ? 1 : same && even ? 0 : -1;
+    int64_t back = ahead - int64_t(d_b);
+    bool left_a = back < 0l || (back == 0l && !even);
+    through = ahead + int64_t(d_a) > 0l && left_a;
+}
+
+// By integers: the axis of the face by which the ray through a pixel comes into a cell, counted from the origin's own in mirrored axes; 3 if
+// it does not pass through that cell.
+uint rx_tile_settle(ivec3 cell, vec3 frac, vec3 dir) {
+    uvec3 bits = floatBitsToUint(dir);
+    uint top = rx_lattice_top(dir);
+    uvec3 n = uvec3(cell), g = uvec3(frac * 16777216.0);
+    uvec3 d = uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
+    int xy, xz, yz;
+    bool by_xy, by_xz, by_yz;
+    rx_tile_follow(n.x, n.y, g.x, g.y, d.x, d.y, xy, by_xy);
+    rx_tile_follow(n.x, n.z, g.x, g.z, d.x, d.z, xz, by_xz);
+    rx_tile_follow(n.y, n.z, g.y, g.z, d.y, d.z, yz, by_yz);
+    bool x = d.x != 0u, y = d.y != 0u, z = d.z != 0u;
+    bool through = (by_xy || !(x && y)) && (by_xz || !(x && z)) && (by_yz || !(y && z)) && (x || n.x == 0u) && (y || n.y == 0u) && (z || n.z == 0u);
+    uint axis = x && !(y && (xy > 0 || (xy == 0 && d.y > d.x))) ? 0u : y ? 1u : 2u;
+    int order = axis == 0u ? xz : yz;
+    if (z && axis < 2u && (order > 0 || (order == 0 && d.z > (axis == 0u ? d.x : d.y)))) axis = 2u;
+    return through ? axis : 3u;
+}
+
 // The nearest whole number of sixteenths, for x in 0 to 1.
 uint rx_tile_sixteenths(float x) {
     return floatBitsToUint(x + 786432.0) & 31u;
 }
 
-void rx_tile_hand_on(ivec2 first, ivec2 in_group, ivec2 size) {
-    for (int s = 0; s < 8; ++s) {
-        ivec2 pixel = first + ivec2(8 * (s & 1), 4 * (s >> 1)) + in_group;
-        if (all(lessThan(pixel, size))) rx_tile_rest(pixel, 0.0);
-    }
-}
-
 #ifndef RX_LAYOUT_TREE64
 void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 size) {
     // Packets know no other tree, but whether there is anything to hit.
-    if (any(greaterThan(world.bounds_min, world.bounds_last))) {
-        for (uint i = gl_LocalInvocationIndex; i < uint(RX_TILE * RX_TILE); i += 32u) {
-            ivec2 pixel = tile * RX_TILE + ivec2(i & 15u, i >> 4);
-            if (all(lessThan(pixel, size))) rx_tile_miss(pixel);
-        }
-        return;
+    bool nothing = any(greaterThan(world.bounds_min, world.bounds_last));
+    for (uint i = gl_LocalInvocationIndex; i < uint(RX_TILE * RX_TILE); i += 32u) {
+        ivec2 pixel = tile * RX_TILE + ivec2(i & 15u, i >> 4);
+        if (any(greaterThanEqual(pixel, size))) continue;
+        if (nothing) rx_tile_miss(pixel);
+        else rx_tile_rest(pixel);
     }
-    rx_tile_hand_on(tile * RX_TILE, ivec2(gl_LocalInvocationIndex & 7u, gl_LocalInvocationIndex >> 3), size);
 }
 #else
 void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 size) {
@@ -157,23 +178,16 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
     bool proven = gl_SubgroupSize == 32u && (1 << world.log2_size) <= RX_TILE_REACH && all(lessThan(frac, vec3(1.0))) && all(greaterThanEqual(frac, vec3(0.0)))
         && all(lessThan(abs(from), ivec3(RX_TILE_REACH)))
         && all(lessThan((0.5 / tan_half_fov + 0.5) * vec2(size) * reach, vec2(RX_TILE_SCALE)));
-    if (!proven) {
-        rx_tile_hand_on(first, in_group, size);
-        return;
-    }
-
-    // The rays of group `lane` that lie on the output.
-    uint all_rays = 0u;
+    // Bit s: this invocation's pixel of group s is on the output.
+    uint all_rays;
     {
-        ivec2 corner = first + ivec2(8u * (lane & 1u), 4u * ((lane >> 1) & 3u));
-        ivec2 there = clamp(size - corner, ivec2(0), ivec2(8, 4));
-        if (lane < 8u && there.x > 0 && there.y > 0) all_rays = ((0xffu >> (8 - there.x)) * 0x01010101u) >> (8 * (4 - there.y));
+        ivec2 there = size - first - in_group;
+        all_rays = (there.x > 0 ? 0x55u : 0u) | (there.x > 8 ? 0xaau : 0u);
+        all_rays &= (there.y > 0 ? 0x03u : 0u) | (there.y > 4 ? 0x0cu : 0u) | (there.y > 8 ? 0x30u : 0u) | (there.y > 12 ? 0xc0u : 0u);
     }
     const float slack = 2.0 * RX_TILE_ERROR * reach;
-    // 2 pixel + 1 - size of this invocation's pixel in group 0, the other way round in y.
-    const ivec2 middle = ivec2(2 * (first.x + in_group.x) + 1 - size.x, size.y - 1 - 2 * (first.y + in_group.y));
     uint octant;
-    bool one_octant, oblique;  // oblique: no component is so small that the lattice takes bits away from it
+    bool one_octant;
     {
         vec2 pixel_size = 2.0 * tan_half_fov / vec2(size), start = (1.0 / vec2(size) - 1.0) * tan_half_fov;
         vec2 at = start + pixel_size * vec2(first + ivec2((lane & 1u) != 0u ? RX_TILE - 1 : 0, (lane & 2u) != 0u ? RX_TILE - 1 : 0));
@@ -181,25 +195,35 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         octant = (anyInvocationARB(corner.x < 0.0) ? 1u : 0u) | (anyInvocationARB(corner.y < 0.0) ? 2u : 0u) | (anyInvocationARB(corner.z < 0.0) ? 4u : 0u);
         vec3 turned = mix(corner, -corner, bvec3((octant & 1u) != 0u, (octant & 2u) != 0u, (octant & 4u) != 0u));
         one_octant = !anyInvocationARB(min(turned.x, min(turned.y, turned.z)) < slack);
-        oblique = !anyInvocationARB(min(turned.x, min(turned.y, turned.z)) < 0.01 * reach);
     }
 
+    // Bit s: this invocation's pixel of group s is handed on, or hits nothing.
+    uint rest = proven ? 0u : all_rays, missed = 0u;
+    precise vec2 scale = tan_half_fov * vec2(size.yx);
+    precise float far_away = float(size.x) * float(size.y);
+    precise vec3 back = view_to_world[2].xyz * far_away;
+    precise float view_at = lane < 16u ? float(2 * (first.x + int(lane)) + 1 - size.x) * scale.x : float(size.y - 1 - 2 * (first.y + int(lane & 15u))) * scale.y;
+    rx_tile_views[lane] = view_at;
+    if (lane == 0u) rx_tile_camera = vec4(back, RX_TILE_LATTICE * reach * far_away);
+    barrier();
+
     // A tile with rays in several octants is traced once for each.
-    for (uint o = one_octant ? octant : 0u; o < 8u; o += one_octant ? 8u : 1u) {
+    for (uint o = one_octant ? octant : 0u; o < 8u && proven; o += one_octant ? 8u : 1u) {
         const bool down_x = (o & 1u) != 0u, down_y = (o & 2u) != 0u, down_z = (o & 4u) != 0u;
-        uint live = all_rays;
+        uint alive = all_rays;  // bit s: this invocation's pixel of group s has not hit anything yet
         if (!one_octant) {
-            live = 0u;
+            alive = 0u;
             for (uint s = 0u; s < 8u; ++s) {
-                vec3 dir = rx_camera_direction(view_to_world, tan_half_fov, vec2(first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group) + 0.5, vec2(size));
-                vec3 d = rx_tile_direction(dir);
-                uint there = (dir.x < 0.0 && d.x != 0.0 ? 1u : 0u) | (dir.y < 0.0 && d.y != 0.0 ? 2u : 0u) | (dir.z < 0.0 && d.z != 0.0 ? 4u : 0u);
-                uint mine = RX_TILE_BALLOT(there == o);
-                if (lane == s) live = mine & all_rays;
+                precise vec3 right = view_to_world[0].xyz * rx_tile_views[8u * (s & 1u) + (lane & 7u)];
+                precise vec3 up = view_to_world[1].xyz * rx_tile_views[16u + 4u * (s >> 1) + (lane >> 3)];
+                precise vec3 sum = right + up;
+                precise vec3 dir = sum - back;
+                uint there = (dir.x < 0.0 ? 1u : 0u) | (dir.y < 0.0 ? 2u : 0u) | (dir.z < 0.0 ? 4u : 0u);
+                if (there == o) alive |= 1u << s;
             }
+            alive &= all_rays;
         }
-        uint groups = RX_TILE_BALLOT(live != 0u);
-        if (groups == 0u) continue;
+        if (!anyInvocationARB(alive != 0u)) continue;
 
         barrier();
         {
@@ -213,15 +237,11 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                 if (lane == 0u) {
                     row = (view_to_world[0].xyz / pixel_size.x + (0.5 * float(size.x - 1) - float(first.x)) * ahead) * 0.0625;
                     step_of = view_to_world[0].xyz * start.x - view_to_world[1].xyz * start.y - view_to_world[2].xyz;
-                    precise vec2 scale = tan_half_fov * vec2(size.yx);
-                    precise float far = float(size.x) * float(size.y);
-                    precise vec3 back = view_to_world[2].xyz * far;
-                    rx_tile_camera = vec4(back, scale.x);
-                    w = scale.y;
                 }
                 if (lane == 1u) {
                     row = (-view_to_world[1].xyz / pixel_size.y + (0.5 * float(size.y - 1) - float(first.y)) * ahead) * 0.0625;
                     step_of = view_to_world[0].xyz * pixel_size.x;
+                    w = slack;
                 }
                 if (lane == 2u) step_of = -view_to_world[1].xyz * pixel_size.y;
                 row *= sign_of;
@@ -241,8 +261,8 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         const uint below = (1u << lane) - 1u, child_code = child.x | (child.y << 8) | (child.z << 16);
 
         vec3 slow, fast;
-        rx_tile_frustum(ivec4(0, 0, RX_TILE - 1, RX_TILE - 1), slack, slow, fast);
-        uint shown = 3u | (3u << 8);  // columns of groups that are left, last and first row of them
+        rx_tile_frustum(ivec4(0, 0, RX_TILE - 1, RX_TILE - 1), slow, fast);
+        uint shown = 0x0f0f0000u;  // the rectangle of pixels that are left: first column and row, last column and row
         uint looked_at = 0u, waiting = 0u;  // `waiting`: bit h: a node with children of height h has some that wait
         uint wait_1 = 0u, wait_2 = 0u;      // of invocation h: which
         bool too_much = false;
@@ -279,23 +299,6 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                 looked_at += uint(bitCount(ones)) + uint(bitCount(twos));
                 if (looked_at > RX_TILE_LEAVES) {
                     too_much = true;
-                    // The rays that are left are free as long as none can have come to a child that is still to be visited.
-                    if (lane == 0u) rx_tile_free = 0x7f7fffffu;
-                    barrier();
-                    for (;;) {
-                        float side = uintBitsToFloat((height << 24) + 0x3f800000u);
-                        vec3 at = fma(child_at, vec3(side), place), near = at * slow;
-                        float enter = max(max(near.x, near.z), 0.0);
-                        if (((ones >> lane) & 1u) != 0u) atomicMin(rx_tile_free, floatBitsToUint(max(enter, near.y)));
-                        if (((twos >> lane) & 1u) != 0u) atomicMin(rx_tile_free, floatBitsToUint(max(enter, (at.y + 2.0 * side) * slow.y)));
-                        if (waiting == 0u) break;
-                        height = uint(findLSB(waiting));
-                        waiting &= waiting - 1u;
-                        place = rx_tile_places[(height - 2u) & 3u].xyz;
-                        ones = readInvocationARB(wait_1, height);
-                        twos = readInvocationARB(wait_2, height);
-                    }
-                    barrier();
                     break;
                 }
                 // The corner of the node, exactly, in cells from the origin's.
@@ -321,15 +324,16 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                     leaf_2 = rx_tile_bare(leaf_2, down_x, down_y, down_z);
                 }
 
-                uint candidates = 0u;
+                uint candidates = 0u, taken = 0u;
                 for (;;) {
                     bool more = (ones | twos) != 0u;
-                    if (candidates >= (more ? 32u : 1u)) {
+                    if (candidates - taken >= (more ? 32u : 1u)) {
                         barrier();
-                        for (uint chunk = 0u; chunk < candidates && groups != 0u; chunk += 32u) {
+                        bool some_left = true;
+                        for (; candidates - taken >= (more ? 32u : 1u) && some_left; taken = min(taken + 32u, candidates)) {
                             // Candidate l is this invocation's, and bit 31 - l of a set, so that the first is the highest bit.
                             {
-                                uint code = rx_tile_candidates[min(chunk + lane, 96u)];
+                                uint code = rx_tile_candidates[(taken + lane) & 127u];
                                 // 2^23 more than each part of the code.
                                 vec3 parts = uintBitsToFloat(0x4b000000u | uvec3(code & 255u, (code >> 8) & 255u, code >> 16));
                                 precise vec3 whole = parts + (corner - 8388608.0);
@@ -350,7 +354,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 if (nearest < 1.0) cover = 0xffffffffu;  // beside the camera
                                 // 32 x 32 bits: bit i of invocation l becomes bit 31 - l of word 32 + i. Bit p + l of each word is first made its bit p; then
                                 // bit p moves on by p invocations, first by the eights in p, then by the twos, then by one; then words turn.
-                                uint set = chunk + lane < candidates ? cover : 0u;
+                                uint set = taken + lane < candidates ? cover : 0u;
                                 set = (set >> lane) | (set << ((32u - lane) & 31u));
                                 rx_tile_words[lane] = set;
                                 barrier();
@@ -368,74 +372,92 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 rx_tile_corners[31u - lane] = vec4(q, 0.0);
                             }
                             barrier();
-                            uint todo;
-                            {
-                                uint a = 32u + 8u * (lane & 1u), b = 48u + 4u * ((lane >> 1) & 3u);
-                                uint columns = rx_tile_words[a] | rx_tile_words[a + 1u] | rx_tile_words[a + 2u] | rx_tile_words[a + 3u] |
-                                               rx_tile_words[a + 4u] | rx_tile_words[a + 5u] | rx_tile_words[a + 6u] | rx_tile_words[a + 7u];
-                                uint rows = rx_tile_words[b] | rx_tile_words[b + 1u] | rx_tile_words[b + 2u] | rx_tile_words[b + 3u];
-                                todo = RX_TILE_BALLOT((columns & rows) != 0u && live != 0u);
+                            // Which of this invocation's pixels have candidates.
+                            uint pending = 0u;
+                            for (uint i = 0u; i < 4u; ++i) {
+                                uint row = rx_tile_words[48u + (lane >> 3) + 4u * i];
+                                if ((rx_tile_words[32u + (lane & 7u)] & row) != 0u) pending |= 1u << (2u * i);
+                                if ((rx_tile_words[40u + (lane & 7u)] & row) != 0u) pending |= 2u << (2u * i);
                             }
-                            while (todo != 0u) {
-                                uint s = uint(findLSB(todo));
-                                todo &= todo - 1u;
-                                uint alive = readInvocationARB(live, s);
-                                uint mine = rx_tile_words[32u + 8u * (s & 1u) + (lane & 7u)] & rx_tile_words[48u + 4u * (s >> 1) + (lane >> 3)];
-                                if (((alive >> lane) & 1u) == 0u) mine = 0u;
-                                // As rx_camera_direction has it, before it gets the length 1.
-                                vec4 camera = rx_tile_camera;
-                                precise vec2 view = vec2(middle.x + int(16u * (s & 1u)), middle.y - int(8u * (s >> 1))) * vec2(camera.w, rx_tile_frame[0].w);
-                                precise vec3 right = view_to_world[0].xyz * view.x;
-                                precise vec3 up = view_to_world[1].xyz * view.y;
-                                precise vec3 sum = right + up;
-                                precise vec3 dir = sum - camera.xyz;
-                                vec3 inv;
-                                if (oblique) {
-                                    inv = 1.0 / abs(dir);
-                                } else {
-                                    vec2 middle_of = vec2(first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group) + 0.5;
-                                    inv = 1.0 / max(rx_tile_direction(rx_camera_direction(view_to_world, tan_half_fov, middle_of, vec2(size))), vec3(8.6736174e-19));
-                                }
-                                uint hit_at = 32u;
-                                bool unsure = false;
-                                while (anyInvocationARB(mine != 0u)) {
+                            pending &= alive;
+                            uint s = 0u, mine = 0u;  // the pixel of the moment, and which candidates it has left
+                            bool parked = false;     // whether f32 cannot tell what the next one is to it
+                            for (;;) {
+                                while (anyInvocationARB((pending | mine) != 0u && !parked)) {
+                                    bool fresh = mine == 0u;
+                                    s = fresh ? uint(findLSB(pending)) & 7u : s;
+                                    uint set = rx_tile_words[32u + 8u * (s & 1u) + (lane & 7u)] & rx_tile_words[48u + 4u * (s >> 1) + (lane >> 3)];
+                                    set = pending == 0u ? 0u : set;
+                                    mine = fresh ? set : mine;
+                                    pending &= ~(1u << s);
+                                    // As rx_camera_direction has it, before it gets the length 1.
+                                    vec2 view = vec2(rx_tile_views[8u * (s & 1u) + (lane & 7u)], rx_tile_views[16u + 4u * (s >> 1) + (lane >> 3)]);
+                                    precise vec3 right = view_to_world[0].xyz * view.x;
+                                    precise vec3 up = view_to_world[1].xyz * view.y;
+                                    precise vec3 sum = right + up;
+                                    precise vec3 dir = sum - rx_tile_camera.xyz;
+                                    ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
+                                    vec3 inv = 1.0 / max(abs(dir), vec3(1.0e-10));
+                                    // Of a time: of the direction, and of the lattice, which takes most from the smallest component.
+                                    float error = fma(max(inv.x, max(inv.y, inv.z)), rx_tile_camera.w, RX_TILE_ERROR);
                                     uint c = uint(findMSB(mine)) & 31u;
                                     vec3 v = rx_tile_corners[c].xyz;
                                     // Not v * inv + inv: where that is not fused, it cancels.
                                     vec3 t_in = v * inv, t_out = (v + 1.0) * inv;
                                     float enters = max(t_in.x, max(t_in.y, t_in.z)), leaves = min(t_out.x, min(t_out.y, t_out.z));
-                                    float inside = leaves - enters;
-                                    bool doubt = abs(inside) <= leaves * RX_TILE_ERROR && mine != 0u, hit = (inside > 0.0 && mine != 0u) || doubt;
-                                    unsure = unsure || doubt;
-                                    hit_at = hit ? c : hit_at;
-                                    mine = hit ? 0u : mine & ~(1u << c);
-                                }
-                                uint hits = RX_TILE_BALLOT(hit_at != 32u);
-                                if (hits != 0u) {
-                                    if (lane == s) live &= ~hits;
-                                    if (hits == alive) groups &= ~(1u << s);
-                                    vec3 v = rx_tile_corners[hit_at & 31u].xyz, t_in = v * inv;
-                                    float enters = max(t_in.x, max(t_in.y, t_in.z)), limit = enters - abs(enters) * RX_TILE_ERROR;
+                                    float inside = leaves - enters, limit = enters - abs(enters) * error, bound = leaves * error;
                                     bool x = t_in.x >= limit, y = t_in.y >= limit, z = t_in.z >= limit;
-                                    unsure = unsure || (x && y) || (z && (x || y)) || enters <= 0.0;
                                     uint axis = x ? 0u : y ? 1u : 2u;
-                                    ivec3 n = floatBitsToInt((v + rx_tile_frame[3].xyz) + RX_ROUND) - 0x4b400000;
-                                    ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
-                                    if (hit_at != 32u) {
-                                        if (unsure) rx_tile_rest(pixel, max(enters, 0.0) * (oblique ? length(dir) : 1.0));
-                                        else rx_tile_hit(pixel, cell + ivec3(down_x ? -n.x : n.x, down_y ? -n.y : n.y, down_z ? -n.z : n.z), 2u * axis + ((o >> axis) & 1u));
+                                    // Conditions by name: && of anything longer than a name becomes a branch.
+                                    bool has = mine != 0u, ahead = enters > 0.0, near = inside >= -bound, loose = error > 0.25, certain = inside > bound;
+                                    bool one = (x ? 1u : 0u) + (y ? 1u : 0u) + (z ? 1u : 0u) == 1u;
+                                    bool touches = near || loose, found = has && touches, sure = certain && one, told = sure || !ahead, hit = found && told;
+                                    parked = found && !told;
+                                    if (hit) {
+                                        alive &= ~(1u << s);
+                                        ivec3 n = floatBitsToInt((v + rx_tile_frame[3].xyz) + RX_ROUND) - 0x4b400000;
+                                        if (ahead) rx_tile_hit(pixel, cell + ivec3(down_x ? -n.x : n.x, down_y ? -n.y : n.y, down_z ? -n.z : n.z), 2u * axis + ((o >> axis) & 1u));
+                                        else rest |= 1u << s;
                                     }
+                                    mine = parked ? mine : hit ? 0u : mine & ~(1u << c);
+                                }
+                                if (!anyInvocationARB(parked)) break;
+                                // Integers tell, seldom.
+                                if (parked) {
+                                    uint c = uint(findMSB(mine)) & 31u;
+                                    ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
+                                    ivec3 n = floatBitsToInt((rx_tile_corners[c].xyz + rx_tile_frame[3].xyz) + RX_ROUND) - 0x4b400000;
+                                    uint axis = rx_tile_settle(n, rx_tile_frame[3].xyz, rx_camera_direction(view_to_world, tan_half_fov, vec2(pixel) + 0.5, vec2(size)));
+                                    if (axis < 3u) {
+                                        alive &= ~(1u << s);
+                                        rx_tile_hit(pixel, cell + ivec3(down_x ? -n.x : n.x, down_y ? -n.y : n.y, down_z ? -n.z : n.z), 2u * axis + ((o >> axis) & 1u));
+                                    }
+                                    mine = axis < 3u ? 0u : mine & ~(1u << c);
+                                    parked = false;
                                 }
                             }
+                            some_left = anyInvocationARB(alive != 0u);
                         }
-                        candidates = 0u;
-                        if (groups == 0u) break;
+                        if (!some_left) break;
                         // The frustum of what is left.
-                        uint now = ((groups & 0x55u) != 0u ? 1u : 0u) | ((groups & 0xaau) != 0u ? 2u : 0u) | (uint(findMSB(groups)) >> 1) << 8 | (uint(findLSB(groups)) >> 1) << 16;
+                        uint left = RX_TILE_BALLOT((alive & 0x55u) != 0u), right = RX_TILE_BALLOT((alive & 0xaau) != 0u);
+                        uint rows_1 = RX_TILE_BALLOT((alive & 0x03u) != 0u), rows_2 = RX_TILE_BALLOT((alive & 0x0cu) != 0u);
+                        uint rows_3 = RX_TILE_BALLOT((alive & 0x30u) != 0u), rows_4 = RX_TILE_BALLOT((alive & 0xc0u) != 0u);
+                        left |= left >> 16;
+                        right |= right >> 16;
+                        uint columns = ((left | (left >> 8)) & 255u) | (((right | (right >> 8)) & 255u) << 8);
+                        uint low = rows_4, first_row = 12u, high = rows_1, last_row = 0u;
+                        if (rows_3 != 0u) low = rows_3, first_row = 8u;
+                        if (rows_2 != 0u) low = rows_2, first_row = 4u, high = rows_2, last_row = 4u;
+                        if (rows_1 != 0u) low = rows_1, first_row = 0u;
+                        if (rows_3 != 0u) high = rows_3, last_row = 8u;
+                        if (rows_4 != 0u) high = rows_4, last_row = 12u;
+                        first_row += uint(findLSB(low)) >> 3;
+                        last_row += uint(findMSB(high)) >> 3;
+                        uint now = uint(findLSB(columns)) | (first_row << 8) | (uint(findMSB(columns)) << 16) | (last_row << 24);
                         if (now != shown) {
                             shown = now;
-                            ivec4 rect = ivec4((now & 3u) == 2u ? 8 : 0, 4u * (now >> 16), (now & 3u) == 1u ? 7 : 15, 4u * ((now >> 8) & 255u) + 3u);
-                            rx_tile_frustum(rect, slack, slow, fast);
+                            rx_tile_frustum(ivec4(now & 255u, (now >> 8) & 255u, (now >> 16) & 255u, now >> 24), slow, fast);
                         }
                     }
                     if (!more) break;
@@ -455,13 +477,13 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                     uint some_1 = RX_TILE_BALLOT(touch_1), some_2 = RX_TILE_BALLOT(touch_2);
                     if ((some_1 | some_2) != 0u) {
                         uint code = child_code + 4u * (leaf.x | (leaf.y << 8) | (leaf.z << 16));
-                        if (touch_1) rx_tile_candidates[min(candidates + uint(bitCount(some_1 & below)), 96u)] = code;
+                        if (touch_1) rx_tile_candidates[(candidates + uint(bitCount(some_1 & below))) & 127u] = code;
                         candidates += uint(bitCount(some_1));
-                        if (touch_2) rx_tile_candidates[min(candidates + uint(bitCount(some_2 & below)), 96u)] = code + 512u;
+                        if (touch_2) rx_tile_candidates[(candidates + uint(bitCount(some_2 & below))) & 127u] = code + 512u;
                         candidates += uint(bitCount(some_2));
                     }
                 }
-                if (groups == 0u) break;
+                if (!anyInvocationARB(alive != 0u)) break;
             }
 
             // The next node: a child that waits, of the lowest node that has one.
@@ -486,25 +508,16 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
             --height;
         }
         // What is left hits nothing, or is handed on.
-        while (groups != 0u) {
-            uint s = uint(findLSB(groups));
-            groups &= groups - 1u;
-            uint alive = readInvocationARB(live, s);
-            if (((alive >> lane) & 1u) != 0u) {
-                ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
-                if (too_much) {
-                    // The direction as in a batch above.
-                    vec4 camera = rx_tile_camera;
-                    precise vec2 view = vec2(middle.x + int(16u * (s & 1u)), middle.y - int(8u * (s >> 1))) * vec2(camera.w, rx_tile_frame[0].w);
-                    precise vec3 right = view_to_world[0].xyz * view.x;
-                    precise vec3 up = view_to_world[1].xyz * view.y;
-                    precise vec3 sum = right + up;
-                    precise vec3 dir = sum - camera.xyz;
-                    rx_tile_rest(pixel, uintBitsToFloat(rx_tile_free) * (0.999 * length(dir) / (float(size.x) * float(size.y))));
-                }
-                else rx_tile_miss(pixel);
-            }
-        }
+        if (too_much) rest |= alive;
+        else missed |= alive;
+    }
+    while (anyInvocationARB((missed | rest) != 0u)) {
+        uint s = uint(findLSB(missed | rest)) & 7u;
+        ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
+        if (((missed >> s) & 1u) != 0u) rx_tile_miss(pixel);
+        if (((rest >> s) & 1u) != 0u) rx_tile_rest(pixel);
+        missed &= ~(1u << s);
+        rest &= ~(1u << s);
     }
 }
 

@@ -91,11 +91,10 @@ void rx_tile_miss(ivec2 pixel) {
     if (wanted(pixel)) write_hit(line_of(pixel), false, RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u));
 }
 
-void rx_tile_rest(ivec2 pixel, float t_free) {
+void rx_tile_rest(ivec2 pixel) {
     if (!wanted(pixel)) return;
     RxHit hit;
-    // As shaders/packet_rest.comp does it.
-    bool found = rx_trace_from(ray_of(pixel), 0.9999 * t_free, hit);
+    bool found = rx_trace(ray_of(pixel), hit);
     write_hit(line_of(pixel), found, hit);
 }
 
