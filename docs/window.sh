@@ -15,8 +15,8 @@ mkdir .raxel
 cat >.raxel/window.toml <<'LAYOUT'
 visible = true
 zoom    = 1.0
-left    = { open = "resources", size = 300.0 }
-right   = { open = "inspect", size = 300.0 }
+left    = { open = "resources", size = 330.0 }
+right   = { open = "inspect", size = 320.0 }
 bottom  = { open = "timeline", size = 140.0 }
 LAYOUT
 Xvfb "$DISPLAY" -screen 0 1280x720x24 -nolisten tcp 2>/dev/null &
@@ -26,9 +26,12 @@ sleep 1
 window=$!
 until grep -q 'Escape quits' log; do sleep 0.2; done
 xdotool windowfocus --sync "$(xdotool search --onlyvisible --name raxel | head -n 1)"
-xdotool mousemove 640 330
-sleep "${RAXEL_FILM_SECONDS:-7}"
+# The demo stands still at three seconds; the pointer rests on a texel.
 xdotool key space
+sleep 1
+xdotool mousemove 553 604 click 1
+sleep 2
+xdotool mousemove 560 300
 sleep 3
 import -window root -depth 8 -define png:compression-level=9 "$root/docs/window.png"
 ls -l "$root/docs/window.png"
