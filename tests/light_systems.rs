@@ -79,7 +79,7 @@ fn light_of_a_lamp_that_an_edit_takes_out_goes_and_comes_back() {
 }
 
 /// Path tracers go on for as long as one looks, and the texels of `surface_cache` have their ticks.
-const RESTLESS: [&str; 4] = ["reference", "reference_centre", "wavefront", "surface_cache"];
+const RESTLESS: [&str; 5] = ["reference", "reference_centre", "wavefront", "wavefront_sorted", "surface_cache"];
 
 #[test]
 fn a_still_camera_under_still_light_stops_working() {

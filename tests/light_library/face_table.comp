@@ -14,7 +14,7 @@ void main() {
     uint random = rx_hash(i);
     ivec3 voxel = origin + ivec3(i & 16383u, (i >> 14) * 500u + (random & 63u), random >> 6 & 16383u);
     uint face = (random >> 20) % 6u, part = (random >> 24) % 5u;
-    RxFaceKey key = rx_face_key(voxel, face, part, origin);
+    RxFaceKey key = rx_face_key(voxel, face, part);
 #if STAGE == 0
     ivec3 voxel_back;
     uint face_back, part_back;

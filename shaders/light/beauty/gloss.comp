@@ -3,6 +3,7 @@
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
+#include "../face_cache/box.glsl"
 #include <raxel/light/bsdf.glsl>
 #include <raxel/light/body.glsl>
 
@@ -22,9 +23,9 @@ const float ETA = 1.333;
 
 // Light on a face, without direct sun; what the sky would give where the cache has nothing.
 vec3 kept(ivec3 voxel, uint face, vec2 uv, vec3 to_sun) {
-    if (rx_face_fits(voxel, world.origin)) {
-        uint slot = rx_face_find(rx_face_key(voxel, face, 0u, world.origin));
-        if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(voxel, face, rx_face_quarter(uv), world.origin));
+    if (rx_face_fits(voxel, face_box())) {
+        uint slot = rx_face_find(rx_face_key(voxel, face, 0u));
+        if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(voxel, face, rx_face_quarter(uv)));
         if (slot != RX_NO_FACE && light[slot].w > 0.0) return light[slot].rgb;
     }
     return 0.5 * sky_radiance(normalize(rx_normal(face) + vec3(0.0, 0.6, 0.0)), to_sun);

@@ -3,6 +3,7 @@
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
+#include "box.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform writeonly iimage2D outHit;
@@ -30,9 +31,9 @@ void main() {
     imageStore(outHit, pixel, found ? ivec4(hit.voxel, pack_hit(hit.material, hit.face)) : ivec4(0, 0, 0, -1));
     imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(0.0));
     uint slot = RX_NO_FACE;
-    if (found && hit.face != RX_FACE_INSIDE && rx_face_fits(hit.voxel, world.origin)) {
+    if (found && hit.face != RX_FACE_INSIDE && rx_face_fits(hit.voxel, face_box())) {
         uint part = pixels_across(hit.voxel, hit.face, float(size.y)) < push.quarters ? 0u : rx_face_quarter(hit.uv);
-        RxFaceKey key = rx_face_key(hit.voxel, hit.face, part, world.origin);
+        RxFaceKey key = rx_face_key(hit.voxel, hit.face, part);
         slot = rx_face_insert(key);
         // Frames count from 1 here: 0 is a slot that nobody has asked for. The list holds as many faces as there are pixels.
         uint now = frame.index + 1u;

@@ -2,6 +2,7 @@
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
+#include "box.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
@@ -14,6 +15,7 @@ layout(rgba16f) uniform readonly image2D stained;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 layout(std430) readonly buffer Asked { uint asked[]; };
 layout(std430) readonly buffer Light { vec4 light[]; };
+layout(std430) readonly buffer Soft { uvec2 soft[]; };
 layout(rgba32f) uniform writeonly image2D outRadiance;
 layout(push_constant) uniform Push { bool smooth_faces; } push;
 #include <raxel/light/face_table.glsl>
@@ -32,7 +34,7 @@ void main() {
         RxMaterial material = rx_material_properties(hit_material(hit.w));
         uint slot = imageLoad(slots, pixel).x;
         vec3 kept = slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb;
-        if (push.smooth_faces && slot != RX_NO_FACE) kept = blended(slot, imageLoad(places, pixel).xy, kept);
+        if (push.smooth_faces && slot != RX_NO_FACE) kept = blended(slot, imageLoad(places, pixel).xy);
         vec3 sunlight = sun_irradiance(to_sun) * (imageLoad(sun, pixel).x / RX_PI);
 #ifdef PANES
         sunlight += sun_irradiance(to_sun) * imageLoad(stained, pixel).rgb / RX_PI;

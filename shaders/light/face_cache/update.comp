@@ -5,6 +5,7 @@
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>
 #include "../scene.glsl"
+#include "box.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
@@ -19,9 +20,9 @@ layout(push_constant) uniform Push { int ready; int candidates; } push;
 
 // Light that a face keeps, as one value or in quarters. What was kept before the light changed is not passed on.
 vec4 kept(RxHit hit) {
-    if (!rx_face_fits(hit.voxel, world.origin)) return vec4(0.0);
-    uint slot = rx_face_find(rx_face_key(hit.voxel, hit.face, 0u, world.origin));
-    if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(hit.voxel, hit.face, rx_face_quarter(hit.uv), world.origin));
+    if (!rx_face_fits(hit.voxel, face_box())) return vec4(0.0);
+    uint slot = rx_face_find(rx_face_key(hit.voxel, hit.face, 0u));
+    if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(hit.voxel, hit.face, rx_face_quarter(hit.uv)));
     if (slot == RX_NO_FACE || generation[slot] != state.generation || light[slot].w < float(push.ready)) return vec4(0.0);
     return light[slot];
 }
@@ -40,7 +41,7 @@ void main() {
     if (!rx_face_in_slot(faces[i / queue.per_face], key)) return;
     ivec3 voxel;
     uint face, part;
-    rx_face_of(key, world.origin, voxel, face, part);
+    rx_face_of(key, face_box(), voxel, face, part);
     RxSampler numbers = rx_sampler(frame.index * queue.per_face + i % queue.per_face, scene_seed(rx_hash(key.home) ^ key.rest));
     vec3 corner = rx_face_part(part);
     vec2 uv = corner.xy + corner.z * rx_next2(numbers);

@@ -16,5 +16,5 @@ bool cell_fits(ivec3 voxel, uint face, uint level) {
 }
 
 RxFaceKey cell_key(ivec3 voxel, uint face, uint level) {
-    return rx_face_key(world.origin + (voxel - world.origin >> level), face, level, world.origin);
+    return rx_face_key(world.origin + (voxel - world.origin >> level), face, level);
 }

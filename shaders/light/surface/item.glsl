@@ -22,7 +22,7 @@ bool item_at(uint index, out Item item) {
     RxFaceKey key;
     if (!rx_face_in_slot(item.slot, key)) return false;
     uint unused;
-    rx_face_of(key, world.origin, item.voxel, item.face, unused);
+    rx_face_of(key, face_box(), item.voxel, item.face, unused);
     // By the key, because slots and blocks depend on the order of threads.
     item.seed = scene_seed(rx_hash(key.home) ^ key.rest ^ (part ? (item.texel & 15u) + 1u : 0u) * 0x9e3779b9u);
     return true;

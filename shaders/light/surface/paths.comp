@@ -4,6 +4,7 @@
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>
 #include "../scene.glsl"
+#include "../face_cache/box.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
@@ -18,8 +19,8 @@ layout(push_constant) uniform Push { int ready; int candidates; } push;
 #include "item.glsl"
 
 vec4 kept(RxHit hit) {
-    if (!rx_face_fits(hit.voxel, world.origin)) return vec4(0.0);
-    uint slot = rx_face_find(rx_face_key(hit.voxel, hit.face, 0u, world.origin));
+    if (!rx_face_fits(hit.voxel, face_box())) return vec4(0.0);
+    uint slot = rx_face_find(rx_face_key(hit.voxel, hit.face, 0u));
     if (slot == RX_NO_FACE || generation[slot] != state.generation || light[slot].w < float(push.ready)) return vec4(0.0);
     return light[slot];
 }

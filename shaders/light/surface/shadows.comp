@@ -3,6 +3,7 @@
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>
 #include "../scene.glsl"
+#include "../face_cache/box.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };

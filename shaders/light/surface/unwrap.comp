@@ -4,6 +4,7 @@
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>
 #include "../scene.glsl"
+#include "../face_cache/box.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
@@ -33,7 +34,7 @@ void main() {
     if (!rx_face_in_slot(slot, key)) return;
     ivec3 voxel;
     uint face, part;
-    rx_face_of(key, world.origin, voxel, face, part);
+    rx_face_of(key, face_box(), voxel, face, part);
 
     float most = state.changed != 0u ? state.cap : 1e9;
     if (generation[slot] != state.generation) most = min(most, 0.5);

@@ -4,6 +4,7 @@
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>
 #include "../scene.glsl"
+#include "../face_cache/box.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
@@ -26,7 +27,7 @@ void main() {
     if (!rx_face_in_slot(slot, key)) return;
     ivec3 voxel;
     uint face, part;
-    rx_face_of(key, world.origin, voxel, face, part);
+    rx_face_of(key, face_box(), voxel, face, part);
     vec3 sun = frame_sun(), normal = rx_normal(face), sum = vec3(0.0);
     RxSampler numbers = rx_sampler(frame.index, scene_seed(rx_hash(key.home) ^ key.rest ^ texel * 0x9e3779b9u));
     for (int turn = 0; turn < 5; ++turn) {
@@ -47,8 +48,8 @@ void main() {
         } else if (hit.face != RX_FACE_INSIDE) {
             RxMaterial material = rx_material_properties(hit.material);
             vec3 there = vec3(0.0);
-            if (rx_face_fits(hit.voxel, world.origin)) {
-                uint other = rx_face_find(rx_face_key(hit.voxel, hit.face, 0u, world.origin));
+            if (rx_face_fits(hit.voxel, face_box())) {
+                uint other = rx_face_find(rx_face_key(hit.voxel, hit.face, 0u));
                 if (other != RX_NO_FACE) there = unpack_texel(texels[texel_of(other, hit.uv)]);
             }
             sum += 0.25 * material.albedo * (there + frame.lamp_strength * material.emission);

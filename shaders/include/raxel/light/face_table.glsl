@@ -2,7 +2,7 @@
 //
 //     layout(std430) buffer FaceKeys { uint face_keys[]; };      // RX_FACE_SLOTS elements, `init = 0`; add `readonly` where it only looks
 //
-// A key has 46 bits: a voxel in the world's box of at most 16384 x 4096 x 16384 voxels, a face, and which part of the face. They are
+// A key has 46 bits: a voxel in a box of 16384 x 4096 x 16384 voxels, a face, and which part of the face. They are
 // mixed by a permutation. 20 of the mixed bits choose the slot where the search for a key begins; the other 26 and the distance from
 // that slot, 5 bits, are what the slot keeps. One 32-bit word thus names its key without doubt and is taken by one atomic operation:
 // no fingerprint that two keys may share, and no key that is half written (Cleary, "Compact hash tables using bidirectional linear
@@ -27,15 +27,18 @@ struct RxFaceKey {
 
 const uint RX_FACE_REST = (1u << 26) - 1u;
 
-// Whether keys have room for a voxel. `origin` is the smallest corner of the world.
+// Keys hold what the sides of the box leave over of the coordinates: a voxel has the same key wherever the box is that it lies in.
+const uvec3 RX_FACE_LEFT = uvec3(16383u, 4095u, 16383u);
+
+// Whether a voxel lies in the box. `origin` is the smallest corner of the box: that of the world, or one that goes along with the camera.
 bool rx_face_fits(ivec3 voxel, ivec3 origin) {
     uvec3 p = uvec3(voxel - origin);
     return ((p.x | p.z) >> 14 | p.y >> 12) == 0u;
 }
 
 // `part` is 0 for a whole face, 1 to 4 for its quarters (rx_face_quarter). The face is not RX_FACE_INSIDE.
-RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part, ivec3 origin) {
-    uvec3 p = uvec3(voxel - origin);
+RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part) {
+    uvec3 p = uvec3(voxel) & RX_FACE_LEFT;
     uint home = p.x | (p.z & 63u) << 14;
     uint rest = p.z >> 6 | p.y << 8 | face << 20 | part << 23;
     // Three rounds of a Feistel network, which is a permutation whatever the hash is.
@@ -45,12 +48,13 @@ RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part, ivec3 origin) {
     return RxFaceKey(home, rest);
 }
 
-// What the key was made of.
+// What the key was made of; of all voxels with this key, the one in the box whose smallest corner is `origin`.
 void rx_face_of(RxFaceKey key, ivec3 origin, out ivec3 voxel, out uint face, out uint part) {
     key.home ^= rx_hash(key.rest + 0x9e3779b9u) >> 12;
     key.rest ^= rx_hash(key.home) >> 6;
     key.home ^= rx_hash(key.rest) >> 12;
-    voxel = origin + ivec3(key.home & 16383u, key.rest >> 8 & 4095u, key.home >> 14 | (key.rest & 255u) << 6);
+    uvec3 p = uvec3(key.home & 16383u, key.rest >> 8 & 4095u, key.home >> 14 | (key.rest & 255u) << 6);
+    voxel = origin + ivec3(p - uvec3(origin) & RX_FACE_LEFT);
     face = key.rest >> 20 & 7u;
     part = key.rest >> 23;
 }
