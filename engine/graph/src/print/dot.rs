@@ -60,13 +60,13 @@ pub fn dot(plan: &Plan) -> String {
             }
         }
     }
-    for (number, gap) in words::gaps(plan).iter().enumerate() {
-        let label = quoted(&gap.label);
+    for (number, drawn) in words::drawn_barriers(plan).iter().enumerate() {
+        let label = quoted(&drawn.label);
         let _ = writeln!(
             out,
             "  b{number} [shape=box, style=filled, fillcolor=\"#f8dcd8\", color=\"#c0392b\", fontsize=9, label={label}];"
         );
-        for (from, to) in &gap.arrows {
+        for (from, to) in &drawn.arrows {
             let _ = writeln!(out, "  {from} -> {to} [color=\"#c0392b\", style=bold];");
         }
     }

@@ -45,14 +45,14 @@ pub fn mermaid(plan: &Plan) -> String {
             }
         }
     }
-    let gaps = words::gaps(plan);
-    for (number, gap) in gaps.iter().enumerate() {
-        let _ = writeln!(out, "  b{number}{{{{{}}}}}:::barrier", quoted(&gap.label));
-        for (from, to) in &gap.arrows {
+    let drawn_barriers = words::drawn_barriers(plan);
+    for (number, drawn) in drawn_barriers.iter().enumerate() {
+        let _ = writeln!(out, "  b{number}{{{{{}}}}}:::barrier", quoted(&drawn.label));
+        for (from, to) in &drawn.arrows {
             let _ = writeln!(out, "  {from} ==> {to}");
         }
     }
-    if !gaps.is_empty() {
+    if !drawn_barriers.is_empty() {
         out.push_str("  classDef barrier fill: #f8dcd8,stroke: #c0392b\n");
     }
     if !plan.culled.is_empty() {

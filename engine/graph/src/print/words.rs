@@ -246,7 +246,7 @@ pub(super) fn tick(tick: Option<u32>) -> String {
 }
 
 /// A barrier in a picture of a plan.
-pub(super) struct Gap {
+pub(super) struct DrawnBarrier {
     /// What it is for, a line each.
     pub label: String,
     /// Ends of the arrows that lead to it and away from it: passes (`p0`) and other barriers (`b0`). Barriers are numbered in their order.
@@ -254,16 +254,16 @@ pub(super) struct Gap {
 }
 
 /// Every barrier, between the passes that it keeps apart.
-pub(super) fn gaps(plan: &Plan) -> Vec<Gap> {
-    let mut gaps: Vec<Gap> = Vec::new();
+pub(super) fn drawn_barriers(plan: &Plan) -> Vec<DrawnBarrier> {
+    let mut drawn_barriers: Vec<DrawnBarrier> = Vec::new();
     // What has run since the barrier before.
     let mut since: Vec<String> = Vec::new();
     for (at, step) in plan.steps.iter().enumerate() {
         match step {
             Step::Dispatch { pass } => {
                 let name = format!("p{}", plan.passes[*pass as usize].pass.0);
-                if let Some(number) = gaps.len().checked_sub(1) {
-                    gaps[number].arrow(format!("b{number}"), name.clone());
+                if let Some(number) = drawn_barriers.len().checked_sub(1) {
+                    drawn_barriers[number].arrow(format!("b{number}"), name.clone());
                 }
                 since.push(name);
             }
@@ -276,21 +276,21 @@ pub(super) fn gaps(plan: &Plan) -> Vec<Gap> {
                     .chain(activated)
                     .collect::<Vec<_>>()
                     .join("\n");
-                let mut gap = Gap { label, arrows: Vec::new() };
-                let number = gaps.len();
+                let mut drawn = DrawnBarrier { label, arrows: Vec::new() };
+                let number = drawn_barriers.len();
                 if since.is_empty() && number > 0 {
                     since.push(format!("b{}", number - 1));
                 }
-                since.drain(..).for_each(|from| gap.arrow(from, format!("b{number}")));
-                gaps.push(gap);
+                since.drain(..).for_each(|from| drawn.arrow(from, format!("b{number}")));
+                drawn_barriers.push(drawn);
             }
             Step::Clear { .. } | Step::Copy { .. } | Step::Present => {}
         }
     }
-    gaps
+    drawn_barriers
 }
 
-impl Gap {
+impl DrawnBarrier {
     /// Adds an arrow, unless it is there: a pass of a loop has many rounds.
     fn arrow(&mut self, from: String, to: String) {
         if !self.arrows.iter().any(|arrow| *arrow == (from.clone(), to.clone())) {
