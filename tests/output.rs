@@ -57,6 +57,9 @@ fn the_frames_of_a_film_are_kept_when_ffmpeg_ends() {
     fs::set_permissions(project.path("bin/ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
     let demo = ["render", "worlds/valley.demo.toml", "--size", "32x18", "--frames", "40", "-o"];
     let path = std::env::var("PATH").unwrap_or_default();
+    // An earlier film had more frames than this one.
+    project.write("film.frames/00041.png", "old");
+    project.write("film.frames/notes.txt", "mine");
     let mut raxel = command(project.root(), &[&demo[..], &["film.mp4"]].concat());
     let run = Run::from(output(raxel.env("PATH", format!("{}:{path}", project.path("bin").display())))).exits(2);
     assert!(run.stderr.contains("error: ffmpeg gave up: no more"), "{}", run.stderr);
@@ -67,6 +70,22 @@ fn the_frames_of_a_film_are_kept_when_ffmpeg_ends() {
         let [kept, other] = ["film.frames", "frames"].map(|folder| project.path(&format!("{folder}/{frame:05}.png")));
         assert!(fs::read(kept).unwrap() == fs::read(other).unwrap(), "frame {frame}");
     }
+    assert!(!project.path("film.frames/00041.png").exists() && project.path("film.frames/notes.txt").exists());
+}
+
+/// Frames are made once more for what ffmpeg does, and for nothing else.
+#[test]
+fn a_film_that_cannot_be_put_in_its_place_is_not_rendered_again() {
+    use std::os::unix::fs::PermissionsExt;
+    let project = Project::shipped();
+    project.write("bin/ffmpeg", "#!/bin/sh\ncat > /dev/null\nmkdir -p film.mp4/full\n");
+    fs::set_permissions(project.path("bin/ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
+    let path = std::env::var("PATH").unwrap_or_default();
+    let demo = ["render", "worlds/valley.demo.toml", "--size", "32x18", "--frames", "3", "-o", "film.mp4"];
+    let mut raxel = command(project.root(), &demo);
+    let run = Run::from(output(raxel.env("PATH", format!("{}:{path}", project.path("bin").display())))).exits(2);
+    assert!(run.stderr.contains("film.mp4` cannot be written"), "{}", run.stderr);
+    assert!(!run.stderr.contains("its frames") && !project.path("film.frames").exists(), "{}", run.stderr);
 }
 
 #[test]

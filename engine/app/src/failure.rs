@@ -31,17 +31,19 @@ pub(crate) struct Failure {
     pub exit: Exit,
     pub message: Option<String>,
     pub help: Vec<String>,
+    /// ffmpeg has ended, or refuses what it is given: the frames are sound where the film is not.
+    pub ffmpeg: bool,
 }
 
 impl Failure {
     /// Stops with a message.
     pub fn new(exit: Exit, message: impl Into<String>) -> Self {
-        Self { exit, message: Some(message.into()), help: Vec::new() }
+        Self { exit, message: Some(message.into()), help: Vec::new(), ffmpeg: false }
     }
 
     /// Stops; the diagnostics were printed already.
     pub fn printed(exit: Exit) -> Self {
-        Self { exit, message: None, help: Vec::new() }
+        Self { exit, message: None, help: Vec::new(), ffmpeg: false }
     }
 
     /// A wrong command line.

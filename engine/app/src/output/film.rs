@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::Pending;
 use super::leftovers::{Listed, on_stop};
-use crate::failure::{Exit, Failure, Result};
+use crate::failure::{Failure, Result};
 
 /// Extensions that make `-o` a film.
 pub(crate) const EXTENSIONS: &[&str] = &["mp4", "mkv", "mov", "webm", "gif"];
@@ -112,7 +112,7 @@ impl Film {
             let _ = stderr.read_to_string(&mut said);
         }
         let _ = ffmpeg.wait();
-        Failure::new(Exit::Usage, format!("ffmpeg gave up: {}", said.trim().replace('\n', "; ")))
+        Failure { ffmpeg: true, ..Failure::usage(format!("ffmpeg gave up: {}", said.trim().replace('\n', "; "))) }
     }
 }
 

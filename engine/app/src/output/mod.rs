@@ -102,6 +102,11 @@ impl Output {
         Output::Frames(Kind::Png, Pattern { before, digits: 5, after: ".png".to_owned() })
     }
 
+    /// Removes the files that numbered frames went to.
+    pub fn clear(&self) -> Result {
+        if let Output::Frames(_, pattern) = self { pattern.clear() } else { Ok(()) }
+    }
+
     /// The form of a frame: what is encoded. A film takes raw ones.
     pub fn kind(&self) -> Kind {
         match self {
@@ -150,6 +155,20 @@ impl Pattern {
     /// The file of a frame.
     pub fn file(&self, frame: u64) -> PathBuf {
         PathBuf::from(format!("{}{frame:0digits$}{}", self.before, self.after, digits = self.digits))
+    }
+
+    /// Removes every file that a frame could have been written to.
+    fn clear(&self) -> Result {
+        let first = self.file(0);
+        let Ok(files) = std::fs::read_dir(first.parent().unwrap_or(Path::new(""))) else { return Ok(()) };
+        for path in files.flatten().map(|file| file.path()) {
+            let name = path.to_str().and_then(|name| name.strip_prefix(&self.before)?.strip_suffix(&self.after));
+            if name.is_some_and(|number| number.parse().is_ok_and(|frame| self.file(frame) == path)) {
+                std::fs::remove_file(&path)
+                    .map_err(|error| Failure::usage(format!("`{}` cannot be removed: {error}", path.display())))?;
+            }
+        }
+        Ok(())
     }
 
     fn describe(&self) -> String {
@@ -205,5 +224,24 @@ mod tests {
         for wrong in ["", "a", "a.tga", "%d%d.png", "%4d.png", "%x.png", "%0d.png", "%099d.png"] {
             assert!(parse(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn frames_are_cleared_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let frames = Output::frames_of(&folder.path().join("film.mp4"));
+        // Without the folder there is nothing to do.
+        frames.clear().unwrap();
+        let Output::Frames(_, pattern) = &frames else { panic!() };
+        std::fs::create_dir(folder.path().join("film.frames")).unwrap();
+        for frame in [0, 7, 123_456] {
+            std::fs::write(pattern.file(frame), "").unwrap();
+        }
+        for other in ["film.frames/7.png", "film.frames/00007.png.old", "film.frames/notes", "00007.png"] {
+            std::fs::write(folder.path().join(other), "").unwrap();
+        }
+        frames.clear().unwrap();
+        let left = std::fs::read_dir(folder.path().join("film.frames")).unwrap().count();
+        assert!([0, 7, 123_456].iter().all(|frame| !pattern.file(*frame).exists()) && left == 3);
     }
 }

@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::args::{Messages, OnDevice, Size, size};
 use crate::console::{self, Console, Format, To};
-use crate::failure::{Exit, Failure, Result};
+use crate::failure::{Failure, Result};
 use crate::front::Front;
 use crate::output::{Coding, Compression, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown};
 use crate::session::{What, frame_failure, print_validation, validated};
@@ -160,12 +160,12 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         args.shoot(session, &shoot, output, place, console)
     };
     match (&output, make(&mut session, &output, place)) {
-        // Frames are sound where the film is not: ffmpeg was ended, or refuses what it is given.
-        (Output::Film(film), Err(failure)) if failure.exit == Exit::Usage => {
+        (Output::Film(film), Err(failure)) if failure.ffmpeg => {
             let frames = Output::frames_of(film);
             console.message(&format!("the film cannot be written; its frames go to {}", frames.describe()));
             session = what.open(options, console)?;
-            let place = Place::prepare(&frames, size, fps, wanted.start);
+            // Frames of an earlier film, which may have had more, would go into the film that is made of the folder.
+            let place = frames.clear().and_then(|()| Place::prepare(&frames, size, fps, wanted.start));
             Err(match place.and_then(|place| make(&mut session, &frames, place)) {
                 Ok(()) => failure.help(format!(
                     "`raxel film {} --fps {fps} -o {}` makes the film of its frames",
