@@ -74,10 +74,19 @@ pub struct Capabilities {
 impl Capabilities {
     /// Whether packets of rays (`<raxel/packet.glsl>`) have what they take: subgroups of 32 with ballots and votes, and 64-bit integers.
     pub fn traces_packets(&self) -> bool {
-        self.subgroup_size == 32
-            && self.subgroup_operations.contains(vk::SubgroupFeatureFlags::BASIC)
-            && self.plain_ballots
-            && self.int64
+        self.packets_lack().is_empty()
+    }
+
+    /// What packets of rays take and the device does not have.
+    pub fn packets_lack(&self) -> Vec<&'static str> {
+        let basic = self.subgroup_operations.contains(vk::SubgroupFeatureFlags::BASIC);
+        let needs = [
+            (self.subgroup_size == 32, "subgroups of 32"),
+            (basic, "subgroup operations in compute shaders"),
+            (self.plain_ballots, "`VK_EXT_shader_subgroup_ballot` and `VK_EXT_shader_subgroup_vote`"),
+            (self.int64, "64-bit integers"),
+        ];
+        needs.into_iter().filter(|(has, _)| !has).map(|(_, what)| what).collect()
     }
 }
 
@@ -133,6 +142,16 @@ impl Device {
             });
         };
         open(instance, &looked_at[chosen], verdicts, cache)
+    }
+
+    /// Another device of the same hardware. Nothing is shared, not even the instance: drivers that compute on the processor have one pool of
+    /// threads for each, so that work on one device does not wait for work on the other.
+    pub fn another(&self) -> Result<Arc<Device>> {
+        let chosen = self.verdicts.iter().find(|verdict| verdict.chosen);
+        Device::new(&DeviceOptions {
+            device: chosen.map(|verdict| verdict.candidate.index.to_string()),
+            validation: if self.capabilities.validated { Validation::Required } else { Validation::Off },
+        })
     }
 
     /// Every device the loader listed and why it was or was not chosen; the text `raxel` prints.

@@ -31,6 +31,30 @@ fn the_choice_is_explained() {
 }
 
 #[test]
+fn another_device_is_of_the_same_hardware_and_has_its_own_log() {
+    let device = Device::new(&options(None)).expect("a driver and the validation layer");
+    let another = device.another().expect("there was room for one");
+    let (mine, its) = (device.capabilities(), another.capabilities());
+    assert_eq!((&mine.name, mine.validated), (&its.name, its.validated));
+    assert_ne!(device.id(), another.id());
+    assert!(!std::ptr::eq(device.log(), another.log()));
+}
+
+#[test]
+fn only_what_packets_lack_is_said() {
+    let device = Device::new(&options(None)).expect("a driver and the validation layer");
+    let mut able = device.capabilities().clone();
+    (able.subgroup_size, able.plain_ballots, able.int64) = (32, true, true);
+    able.subgroup_operations = vk::SubgroupFeatureFlags::BASIC;
+    assert!(able.packets_lack().is_empty() && able.traces_packets());
+    able.int64 = false;
+    assert_eq!(able.packets_lack(), ["64-bit integers"]);
+    able.subgroup_size = 8;
+    assert_eq!(able.packets_lack(), ["subgroups of 32", "64-bit integers"]);
+    assert!(!able.traces_packets());
+}
+
+#[test]
 fn a_device_that_is_not_there_is_an_error_that_lists_what_is() {
     let error = Device::new(&options(Some("Voodoo 5"))).expect_err("nobody has one");
     let Error::NoSuchDevice { wanted, candidates } = &error else { panic!("{error}") };

@@ -91,12 +91,11 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
             report.line(Grade::Good, "devices", &verdicts.join("\n"));
             report.line(Grade::Good, "driver", &able.driver);
             let subgroups = format!("subgroups of {}", able.subgroup_size);
-            let packets = if able.traces_packets() {
-                format!("in packets of 16 × 16, by {subgroups}")
-            } else if able.subgroup_size == 32 {
-                "one by one: packets need 64-bit integers, `VK_EXT_shader_subgroup_ballot` and `VK_EXT_shader_subgroup_vote`".to_owned()
-            } else {
-                format!("one by one: packets need subgroups of 32, and this device has {subgroups}")
+            let packets = match able.packets_lack()[..] {
+                [] => format!("in packets of 16 × 16, by {subgroups}"),
+                ref lacks => {
+                    format!("one by one: packets need {}, and this device has {subgroups}", lacks.join(", "))
+                }
             };
             report.line(Grade::Good, "rays of the camera", &packets);
             if able.present {
