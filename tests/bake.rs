@@ -75,10 +75,9 @@ fn tasks_make_what_one_process_makes() {
     // Eight boxes, of which one is killed and run again.
     let boxes = inside("boxes");
     let mut killed = common::command(repository(), &[&LAND[..], &["--shard", "1,0,1/2", "--out"]].concat());
-    let mut killed = killed.arg(&boxes).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let killed = common::Running::start(killed.arg(&boxes).stdout(Stdio::null()).stderr(Stdio::null()));
     std::thread::sleep(std::time::Duration::from_millis(30));
-    let _ = killed.kill();
-    killed.wait().unwrap();
+    drop(killed);
     for part in 0..8 {
         let part = format!("{},{},{}/2", part & 1, part >> 1 & 1, part >> 2);
         baked(&LAND, &["--shard", &part], &boxes);

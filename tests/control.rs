@@ -4,11 +4,11 @@
 
 mod common;
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::Write;
 use std::path::Path;
-use std::process::{ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{ChildStdin, Command, Stdio};
 
-use common::{Display, Project, Run, Running, command, output, repository};
+use common::{Display, Project, Run, Running, Said, command, output, repository};
 use serde_json::{Value, json};
 
 const SCENE: [&str; 5] = ["graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "32x18"];
@@ -17,22 +17,21 @@ const SCENE: [&str; 5] = ["graphs/inspect.toml", "--world", "worlds/menger.toml"
 struct Talk {
     child: Running,
     requests: ChildStdin,
-    answers: BufReader<ChildStdout>,
+    answers: Said<String>,
 }
 
 impl Talk {
     fn start(command: &mut Command) -> Self {
         let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()));
         let requests = child.0.stdin.take().unwrap();
-        let answers = BufReader::new(child.0.stdout.take().unwrap());
-        let mut talk = Self { child, requests, answers };
+        let answers = Said::by(child.0.stdout.take().unwrap(), common::line);
+        let talk = Self { child, requests, answers };
         assert_eq!(talk.line(), json!({ "event": "ready", "protocol": 1 }));
         talk
     }
 
-    fn line(&mut self) -> Value {
-        let mut line = String::new();
-        self.answers.read_line(&mut line).unwrap();
+    fn line(&self) -> Value {
+        let line = self.answers.next();
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line:?}"))
     }
 
@@ -183,12 +182,9 @@ fn a_frame_is_captured_under_renderdoc_and_refused_without_it() {
     let source = project.path("renderdoc.c");
     std::fs::write(&source, FAKE_RENDERDOC).unwrap();
     let library = project.path("librenderdoc.so");
-    let built = Command::new("cc")
-        .args(["-shared", "-fPIC", "-Wl,-soname,librenderdoc.so", "-o"])
-        .args([&library, &source])
-        .status()
-        .unwrap();
-    assert!(built.success());
+    let mut compiler = Command::new("cc");
+    compiler.args(["-shared", "-fPIC", "-Wl,-soname,librenderdoc.so", "-o"]).args([&library, &source]);
+    Run::from(output(&mut compiler)).exits(0);
     let log = project.path("calls");
     let under = |command: &mut Command| {
         command.args(SCENE).env("LD_PRELOAD", &library).env("FAKE_RENDERDOC", &log);

@@ -2,18 +2,18 @@
 
 mod common;
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, Write};
 use std::path::Path;
-use std::process::{ChildStdin, ChildStdout, Stdio};
+use std::process::{ChildStdin, Stdio};
 
-use common::{Project, Running, command};
+use common::{Project, Running, Said, command};
 use serde_json::{Value, json};
 
 /// An editor with a server.
 struct Editor {
     child: Running,
     to: ChildStdin,
-    from: BufReader<ChildStdout>,
+    from: Said<Value>,
     id: u64,
 }
 
@@ -21,11 +21,27 @@ fn address(path: &Path) -> String {
     format!("file://{}", path.canonicalize().unwrap().display())
 }
 
+/// The next message of a server; `None` when it has gone.
+fn message(pipe: &mut impl BufRead) -> Option<Value> {
+    let mut length = 0;
+    loop {
+        let line = common::line(pipe)?;
+        match line.trim().strip_prefix("Content-Length: ") {
+            Some(number) => length = number.parse().unwrap(),
+            None if line.trim().is_empty() => break,
+            None => {}
+        }
+    }
+    let mut bytes = vec![0; length];
+    pipe.read_exact(&mut bytes).ok()?;
+    Some(serde_json::from_slice(&bytes).unwrap())
+}
+
 impl Editor {
     fn start(project: &Project) -> Self {
         let mut command = command(project.root(), &["lsp", "--stdio"]);
         let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()));
-        let (to, from) = (child.0.stdin.take().unwrap(), BufReader::new(child.0.stdout.take().unwrap()));
+        let (to, from) = (child.0.stdin.take().unwrap(), Said::by(child.0.stdout.take().unwrap(), message));
         let mut editor = Self { child, to, from, id: 0 };
         let greeting = editor.ask("initialize", json!({ "capabilities": {} }));
         assert_eq!(greeting["serverInfo"]["name"], "raxel");
@@ -39,22 +55,6 @@ impl Editor {
         self.to.flush().unwrap();
     }
 
-    fn receive(&mut self) -> Value {
-        let mut length = 0;
-        loop {
-            let mut line = String::new();
-            assert!(self.from.read_line(&mut line).unwrap() > 0, "the server has gone");
-            match line.trim().strip_prefix("Content-Length: ") {
-                Some(number) => length = number.parse().unwrap(),
-                None if line.trim().is_empty() => break,
-                None => {}
-            }
-        }
-        let mut bytes = vec![0; length];
-        self.from.read_exact(&mut bytes).unwrap();
-        serde_json::from_slice(&bytes).unwrap()
-    }
-
     #[allow(clippy::needless_pass_by_value, reason = "requests are made where they are sent")]
     fn tell(&mut self, method: &str, params: Value) {
         self.send(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));
@@ -66,7 +66,7 @@ impl Editor {
         let id = self.id;
         self.send(&json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params }));
         loop {
-            let message = self.receive();
+            let message = self.from.next();
             if message["id"] == json!(id) {
                 assert!(message["error"].is_null(), "{message}");
                 return message["result"].clone();
@@ -87,7 +87,7 @@ impl Editor {
     /// The next diagnostics of a file.
     fn diagnostics(&mut self, path: &Path) -> Vec<Value> {
         loop {
-            let message = self.receive();
+            let message = self.from.next();
             if message["method"] == "textDocument/publishDiagnostics"
                 && message["params"]["uri"] == json!(address(path))
             {

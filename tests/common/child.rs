@@ -1,14 +1,15 @@
 //! Child processes of tests: each has a time limit, and none outlives its test.
 
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use wait_timeout::ChildExt;
 
 /// How long a child may take: many times what the slowest of them needs on two busy cores.
-const LIMIT: Duration = Duration::from_secs(600);
+pub const LIMIT: Duration = Duration::from_secs(600);
 
 /// Runs a command to its end and gives what it wrote.
 #[track_caller]
@@ -29,6 +30,36 @@ fn read(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
         }
         bytes
     })
+}
+
+/// What a child says, piece by piece. A child that says nothing keeps its test for [`LIMIT`] and no longer.
+pub struct Said<T>(Receiver<T>);
+
+impl<T: Send + 'static> Said<T> {
+    /// `next` reads the next piece from the child's pipe; `None` at its end.
+    pub fn by<R: Read + Send + 'static>(
+        pipe: R,
+        mut next: impl FnMut(&mut BufReader<R>) -> Option<T> + Send + 'static,
+    ) -> Self {
+        let (sender, receiver) = channel();
+        let mut pipe = BufReader::new(pipe);
+        // It ends with the pipe, or when nobody listens any more.
+        std::thread::spawn(move || while next(&mut pipe).is_some_and(|piece| sender.send(piece).is_ok()) {});
+        Self(receiver)
+    }
+
+    /// The next piece.
+    #[track_caller]
+    pub fn next(&self) -> T {
+        self.0.recv_timeout(LIMIT).unwrap_or_else(|error| panic!("the child says no more: {error}"))
+    }
+}
+
+/// A line of a pipe; `None` at its end.
+pub fn line(pipe: &mut impl std::io::BufRead) -> Option<String> {
+    let mut line = String::new();
+    pipe.read_line(&mut line).ok().filter(|bytes| *bytes > 0)?;
+    Some(line)
 }
 
 /// A child process; it is killed when it is dropped.

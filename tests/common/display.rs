@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::child::{Running, output};
+use super::child::{LIMIT, Running, Said, line, output};
 
 /// A display with no window manager: the window is at the top left.
 pub struct Display {
@@ -27,9 +27,7 @@ impl Display {
                 .stderr(Stdio::null()),
         );
         // It writes its number when it is ready.
-        let mut number = String::new();
-        let mut stdout = std::io::BufReader::new(xvfb.0.stdout.take().unwrap());
-        std::io::BufRead::read_line(&mut stdout, &mut number).unwrap();
+        let number = Said::by(xvfb.0.stdout.take().unwrap(), line).next();
         Self { _xvfb: xvfb, name: format!(":{}", number.trim()), frame_buffer }
     }
 
@@ -60,7 +58,7 @@ impl Display {
 pub fn eventually(what: &str, mut holds: impl FnMut() -> bool) {
     let start = Instant::now();
     while !holds() {
-        assert!(start.elapsed() < Duration::from_secs(60), "{what}: not within a minute");
+        assert!(start.elapsed() < LIMIT, "{what}: not within {} s", LIMIT.as_secs());
         std::thread::sleep(Duration::from_millis(50));
     }
 }

@@ -8,7 +8,7 @@ mod display;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-pub use child::{Running, output};
+pub use child::{LIMIT, Running, Said, line, output};
 pub use display::{Display, eventually};
 
 /// The root of the repository.
