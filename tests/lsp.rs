@@ -160,7 +160,10 @@ fn names_are_completed_and_explained() {
     let offered = editor.offered(&graph, &format!("{text}[passes.push]\nx = {{ type = \"f32\", from = \"|\" }}\n"));
     has(&offered, &["camera.cell", "frame.time", "param.sun"]);
     has(&editor.offered(&graph, &format!("{text}sha|")), &["shader", "dispatch", "bind", "when"]);
-    has(&editor.offered(&graph, &format!("{text}shader = \"|\"")), &["inspect.comp", "primary.comp"]);
+    has(
+        &editor.offered(&graph, &format!("{text}shader = \"|\"")),
+        &["inspect.comp", "primary.comp", "examples/mip_down.comp"],
+    );
     has(&editor.offered(&graph, "[targets.a]\nfor|"), &["format", "size", "history"]);
     has(&editor.offered(&graph, "[targets.a]\nformat = \"|\""), &["rgba16f", "r32f"]);
     has(&editor.offered(&graph, "[buffers.a]\nsource = \"|\""), &["world.tree64"]);
@@ -180,6 +183,8 @@ fn names_are_completed_and_explained() {
     let shader = project.path("shaders/inspect.comp");
     editor.open(&shader, "");
     has(&editor.offered(&shader, "void main() { rx_|"), &["rx_trace", "rx_camera_ray", "RxHit"]);
+    let block = "layout(push_constant) uniform Push { float exposure; vec2 size; } push;\n";
+    assert_eq!(editor.offered(&shader, &format!("{block}void main() {{ push.e|")), ["exposure", "size"]);
 
     let place = editor.place(&graph, "[targets.a]\nhist|ory = 1\n");
     let said = editor.ask("textDocument/hover", place);

@@ -9,14 +9,14 @@ use raxel_world::layout::Layout;
 use serde_json::Value;
 
 use super::documents::Document;
-use super::names::{declared, named_passes, word};
+use super::names::{declared, members, named_passes, owner, word};
 use super::toml_place::TomlPlace;
 use crate::front::FileKind;
 
 /// Everything that can stand at a byte of a text. The editor filters by what was typed.
 pub(super) fn items(document: &Document, at: usize) -> Vec<CompletionItem> {
     if !is_toml(&document.path) {
-        return glsl(document);
+        return glsl(document, at);
     }
     let place = TomlPlace::of(&document.text, at);
     let schema = schema(&document.path);
@@ -158,7 +158,11 @@ fn values(document: &Document, schema: &Value, place: &TomlPlace, key: &str) -> 
                 item(&format!("world.{}", layout.name()), CompletionItemKind::VALUE, "the world in this layout")
             })
             .collect(),
-        "shader" if graph => files(document, "shaders"),
+        "shader" if graph => {
+            let mut shaders = files(document, "shaders");
+            shaders.retain(|shader| !shader.label.starts_with("include/"));
+            shaders
+        }
         "extends" if graph => files(document, "graphs"),
         "graph" => files(document, "graphs"),
         "world" => files(document, "worlds"),
@@ -193,19 +197,38 @@ fn resources(text: &str) -> Vec<CompletionItem> {
     of("targets", "a target of this graph").chain(of("buffers", "a buffer of this graph")).collect()
 }
 
-/// Files in a folder of the project.
+/// Files in a folder of the project and in those that it holds, relative to it.
 fn files(document: &Document, folder: &str) -> Vec<CompletionItem> {
-    let Ok(entries) = std::fs::read_dir(document.project.root().join(folder)) else { return Vec::new() };
-    let mut names: Vec<String> = entries
-        .filter_map(|entry| entry.ok().filter(|entry| entry.path().is_file())?.file_name().into_string().ok())
-        .filter(|name| !name.starts_with('.'))
-        .collect();
+    /// Folders within folders, at most: a link may lead back.
+    const DEEPEST: usize = 4;
+    let mut names = Vec::new();
+    let mut folders = vec![(document.project.root().join(folder), String::new(), 0)];
+    while let Some((path, before, depth)) = folders.pop() {
+        let Ok(entries) = std::fs::read_dir(path) else { continue };
+        for entry in entries.flatten() {
+            let Some(name) = entry.file_name().into_string().ok().filter(|name| !name.starts_with('.')) else {
+                continue;
+            };
+            let (path, name) = (entry.path(), format!("{before}{name}"));
+            if path.is_file() {
+                names.push(name);
+            } else if depth < DEEPEST {
+                folders.push((path, format!("{name}/"), depth + 1));
+            }
+        }
+    }
     names.sort();
     names.iter().map(|name| item(name, CompletionItemKind::FILE, folder)).collect()
 }
 
-/// The names of the library.
-fn glsl(document: &Document) -> Vec<CompletionItem> {
+/// The names of the library; after `push.` those of the members of that block.
+fn glsl(document: &Document, at: usize) -> Vec<CompletionItem> {
+    if let Some(instance) = owner(&document.text, at) {
+        let member = |(name, declaration): (String, String)| {
+            item(&name, CompletionItemKind::FIELD, &format!("```glsl\n{declaration}\n```"))
+        };
+        return members(&document.text, instance).into_iter().map(member).collect();
+    }
     let mut found: Vec<CompletionItem> = Vec::new();
     for library::Item { file, name, declaration, about } in library::items() {
         if found.iter().any(|item| item.label == name) {

@@ -55,6 +55,36 @@ pub(super) fn word(text: &str, at: usize) -> &str {
     &text[start..end]
 }
 
+/// What stands in front of the dot of the member that is typed at a byte of a shader: `push` in `push.ex`.
+pub(super) fn owner(text: &str, at: usize) -> Option<&str> {
+    let name = |c: char| c.is_alphanumeric() || c == '_';
+    let before = text[..at].trim_end_matches(name).strip_suffix('.')?;
+    let owner = &before[before.trim_end_matches(name).len()..];
+    // A number has a dot, too.
+    owner.starts_with(|c: char| c.is_alphabetic() || c == '_').then_some(owner)
+}
+
+/// The members of the block that a shader knows by a name (`uniform Push { float exposure; } push;`), with their declarations.
+pub(super) fn members(text: &str, block: &str) -> Vec<(String, String)> {
+    let named = |(at, _): &(usize, &str)| {
+        let rest = text[at + 1..].trim_start().strip_prefix(block);
+        rest.is_some_and(|rest| rest.trim_start().starts_with([';', '[']))
+    };
+    let Some((end, _)) = text.match_indices('}').find(named) else { return Vec::new() };
+    let Some(start) = text[..end].rfind('{') else { return Vec::new() };
+    let code: String = text[start + 1..end].lines().map(|line| line.split("//").next().unwrap_or("")).collect();
+    let mut found = Vec::new();
+    for declaration in code.split(';').map(str::trim).filter(|declaration| !declaration.is_empty()) {
+        // The qualifier of a member has commas of its own.
+        let plain = declaration.strip_prefix("layout").and_then(|rest| rest.split_once(')'));
+        for part in plain.map_or(declaration, |(_, rest)| rest).split(',') {
+            let name = part.split('[').next().unwrap_or(part).split_whitespace().next_back();
+            found.extend(name.map(|name| (name.to_owned(), declaration.to_owned())));
+        }
+    }
+    found
+}
+
 /// Where what the cursor is on is declared: the table of a name, the file of a shader, graph, world or include.
 pub(super) fn definition(document: &Document, at: usize) -> Option<Location> {
     let found = word(&document.text, at);
@@ -81,6 +111,19 @@ pub(super) fn definition(document: &Document, at: usize) -> Option<Location> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn members_of_a_block_are_found_by_its_name() {
+        let text = "layout(push_constant) uniform Push {\n  float exposure; // in stops; of light\n  layout(offset = 16, row_major) mat4 turn;\n  vec2 a, b[2];\n} push;\n                    buffer List { uint count; } lists[3];\nvoid main() { push.ex";
+        let names = |block| members(text, block).into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+        assert_eq!(names("push"), ["exposure", "turn", "a", "b"]);
+        assert_eq!(names("lists"), ["count"]);
+        assert!(names("pus").is_empty() && names("main").is_empty());
+        assert_eq!(owner(text, text.len()), Some("push"));
+        for (text, found) in [("a.b.", Some("b")), ("1.", None), ("push", None), (".", None), ("é.x", Some("é"))] {
+            assert_eq!(owner(text, text.len()), found, "{text}");
+        }
+    }
 
     #[test]
     fn declared_names_are_found_in_order_and_once() {
