@@ -56,6 +56,9 @@ fn a_cut_starts_over_and_parts_start_at_it() {
     assert_eq!(project.raxel(&whole).exits(0).json()[0]["run"], serde_json::json!([0, 14]));
     let read = |name: &str| std::fs::read(project.path(name)).unwrap();
     assert!(read("w/13.exr") == read("t.exr"));
+    let late = project.raxel(&["render", "worlds/a.demo.toml", "--at", "99s", "-o", "late.exr"]).exits(2);
+    assert!(late.stderr.contains("after the end of the demo"), "{}", late.stderr);
+    assert!(!project.path("late.exr").exists());
     project.edit("worlds/a.demo.toml", "cut = true\n", "");
     assert_eq!(texel(&project, &["--at", "1.3s"]).0[0], 14.0, "without a cut nothing starts over");
 }

@@ -134,6 +134,15 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let (what, manifest) = args.what.in_project(console)?;
     let demo = what.demo();
     let fps = args.fps.or(demo.as_ref().map(|demo| demo.fps)).or(manifest.fps).unwrap_or(60.0);
+    if let (Some(at), Some(demo)) = (args.at, demo.as_deref())
+        && at > demo.duration
+        && !demo.looped
+    {
+        let Demo { name, duration, .. } = demo;
+        return Err(Failure::usage(format!(
+            "`--at {at}s` is after the end of the demo `{name}`, which has {duration} s"
+        )));
+    }
     let wanted = args.wanted(&output, demo.as_deref(), fps);
     let size = args.size.map(|size| size.0).or(demo.as_ref().map(|demo| demo.size)).or(manifest.size);
     let size = size.unwrap_or([1280, 720]);
