@@ -102,6 +102,10 @@ impl<'a> App<'a> {
             }
             Err(error) => return Err(open_failure(error, self.console)),
         };
+        // What was opened between two steps of a save is not what the manifest says.
+        if !waiting.manifest_holds() {
+            return Ok(());
+        }
         let Stage::Waiting(waiting) = std::mem::replace(&mut self.stage, Stage::Ended(None)) else { return Ok(()) };
         // The surface of the old device goes before the new one makes its own for the same window.
         let window = waiting.into_window();
@@ -176,7 +180,7 @@ impl ApplicationHandler<Wake> for App<'_> {
             Stage::Waiting(waiting) => &mut waiting.open,
             Stage::Ended(_) => return,
         };
-        if let Some(Open { window, presenter, overlay }) = open {
+        if let Some(Open { window, presenter, overlay, .. }) = open {
             overlay.take(window, &event);
             if let WindowEvent::Resized(size) = &event {
                 presenter.resize([size.width, size.height]);
