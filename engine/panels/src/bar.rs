@@ -7,7 +7,7 @@ use egui::{Color32, RichText, Ui};
 use crate::action::Action;
 use crate::frame::milliseconds;
 use crate::samples::Samples;
-use crate::view::{Problem, Shown, Status, View};
+use crate::view::{PassState, Problem, Shown, Status, View};
 
 pub(crate) const RED: Color32 = Color32::from_rgb(240, 110, 100);
 pub(crate) const YELLOW: Color32 = Color32::from_rgb(235, 200, 90);
@@ -48,6 +48,12 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         let text = format!("showing generation {}, {failed} failed", status.generation);
         ui.label(RichText::new(text).color(RED));
     }
+    let off: Vec<&str> = view.passes.iter().filter(|pass| pass.state == PassState::Off).map(|pass| pass.name).collect();
+    if !off.is_empty() {
+        let whose = if off.len() == 1 { "its shader changes" } else { "their shaders change" };
+        let text = format!("{} off until {whose}", listed(&off));
+        ui.label(RichText::new(text).color(RED)).on_hover_text(PassState::Off.reason());
+    }
     if status.refused {
         ui.label(RichText::new("refused: showing the plan before").color(YELLOW));
     }
@@ -60,6 +66,15 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     }
     if let Some(notice) = &status.notice {
         ui.label(RichText::new(notice).weak());
+    }
+}
+
+/// "`a` is", "`a` and 2 more are".
+fn listed(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [name] => format!("`{name}` is"),
+        [name, more @ ..] => format!("`{name}` and {} more are", more.len()),
     }
 }
 

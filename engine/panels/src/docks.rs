@@ -115,7 +115,9 @@ impl Panels {
     /// The sides that there is room for, in the order in which they take theirs.
     fn sides(&self, ctx: &Context) -> Vec<Side> {
         if ctx.content_rect().width() < NARROW {
-            return vec![self.recent.unwrap_or(Side::Right)];
+            let open = |side: &Side| self.layout.dock(*side).open.is_some();
+            let first = || [Side::Right, Side::Left, Side::Bottom].into_iter().find(open);
+            return vec![self.recent.or_else(first).unwrap_or(Side::Right)];
         }
         vec![Side::Bottom, Side::Left, Side::Right]
     }

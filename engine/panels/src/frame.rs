@@ -5,7 +5,7 @@ use egui::{Align2, Color32, DragValue, Grid, Sense, Shape, Slider, Stroke, Ui, p
 use crate::action::Action;
 use crate::docks::caption;
 use crate::samples::Samples;
-use crate::view::Frame;
+use crate::view::{Frame, WorldExtent, WorldStatistics};
 
 const GPU: Color32 = Color32::from_rgb(120, 200, 120);
 const CPU: Color32 = Color32::from_rgb(120, 170, 250);
@@ -18,6 +18,10 @@ pub(crate) fn show(ui: &mut Ui, frame: &Frame<'_>, actions: &mut Vec<Action>) {
             ui.set_width(250.0);
             numbers(ui, frame);
             settings(ui, frame, actions);
+        });
+        ui.vertical(|ui| {
+            ui.set_width(265.0);
+            world(ui, &frame.world);
         });
         plot(ui, frame);
     });
@@ -42,13 +46,55 @@ fn numbers(ui: &mut Ui, frame: &Frame<'_>) {
     ui.weak(format!("{dispatched} dispatched, {skipped} unchanged, {idle} not due or off"));
     ui.weak(format!("{}, {} saved by sharing", bytes(frame.memory), bytes(frame.saved)));
     ui.weak(&frame.device);
-    if let Some(loading) = &frame.loading {
-        let [there, wanted] = loading.there;
-        let [device, pool] = loading.device.map(bytes);
-        ui.weak(format!("{there} of {wanted} chunks, {device} of {pool}"));
-        let ([host, most], [found, made]) = (loading.host.map(bytes), loading.found_made);
-        ui.weak(format!("{host} of {most} packed, {found} found, {made} made"));
+}
+
+/// What there is of the world, what it takes, and what was done to it.
+fn world(ui: &mut Ui, world: &WorldStatistics) {
+    ui.weak("world");
+    let mut voxels = 0;
+    match &world.extent {
+        WorldExtent::Whole { chunks, voxels: solid, lamps } => {
+            voxels = *solid;
+            ui.label(format!("{} voxels in {}", grouped(*solid), counted(*chunks as u64, "chunk")));
+            ui.label(counted(*lamps, "emissive voxel"));
+        }
+        WorldExtent::Around(loading) => {
+            let [there, wanted] = loading.there;
+            let [device, pool] = loading.device.map(bytes);
+            ui.label(format!("{there} of {wanted} chunks, {device} of {pool}"));
+            let ([host, most], [found, made]) = (loading.host.map(bytes), loading.found_made);
+            ui.label(format!("{host} of {most} packed, {found} found, {made} made"));
+            ui.label(format!("{}, {}", counted(loading.publications, "publication"), counted(loading.lamps, "lamp")));
+        }
     }
+    for (name, size) in &world.sources {
+        let each = if voxels > 0 && !name.ends_with(".lights") {
+            format!(", {:.2} bytes a voxel", *size as f64 / voxels as f64)
+        } else {
+            String::new()
+        };
+        ui.label(format!("{name} {}{each}", bytes(*size)));
+    }
+    let [undo, redo] = world.edits;
+    ui.label(format!("{} to undo, {redo} to redo", counted(undo as u64, "edit")));
+}
+
+/// `1 lamp`, `12,345 lamps`.
+fn counted(count: u64, what: &str) -> String {
+    format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
+}
+
+/// A number with a comma at each thousand.
+pub(crate) fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
 }
 
 fn settings(ui: &mut Ui, frame: &Frame<'_>, actions: &mut Vec<Action>) {
@@ -141,6 +187,12 @@ mod tests {
     fn times_have_as_many_digits_as_one_reads() {
         let said = |value| milliseconds(Some(value));
         assert_eq!([0.0123, 9.5, 23.2004, 105.314, 1467.419].map(said), ["0.012", "9.500", "23.20", "105.3", "1467"]);
+    }
+
+    #[test]
+    fn numbers_are_grouped_and_counted() {
+        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
+        assert_eq!([0, 1, 2000].map(|count| counted(count, "lamp")), ["0 lamps", "1 lamp", "2,000 lamps"]);
     }
 
     #[test]

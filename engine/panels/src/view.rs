@@ -96,8 +96,41 @@ pub struct Frame<'a> {
     pub device: String,
     /// Dispatches of the last frame, passes it skipped since their results are still valid, and passes that were not due or are off.
     pub ran: [u32; 3],
-    /// A world that is loaded around the camera.
-    pub loading: Option<Loading>,
+    /// The world in numbers.
+    pub world: WorldStatistics,
+}
+
+/// A world in numbers.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct WorldStatistics {
+    /// What there is of it.
+    pub extent: WorldExtent,
+    /// What passes read of it: names, and bytes on the device.
+    pub sources: Vec<(String, u64)>,
+    /// Edits that can be undone, and redone.
+    pub edits: [usize; 2],
+}
+
+/// What there is of a world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WorldExtent {
+    /// All of it, always.
+    Whole {
+        /// Chunks of 64³ voxels that hold something.
+        chunks: usize,
+        /// Solid voxels.
+        voxels: u64,
+        /// Those of them that give off light.
+        lamps: u64,
+    },
+    /// What is loaded around the camera.
+    Around(Loading),
+}
+
+impl Default for WorldExtent {
+    fn default() -> Self {
+        Self::Whole { chunks: 0, voxels: 0, lamps: 0 }
+    }
 }
 
 /// How the loading of a world does.
@@ -111,6 +144,10 @@ pub struct Loading {
     pub host: [u64; 2],
     /// Chunks that were found on the host, and chunks that were made.
     pub found_made: [u64; 2],
+    /// States of the world that frames were given.
+    pub publications: u64,
+    /// Lamps that are listed.
+    pub lamps: u64,
 }
 
 /// What became of a pass in the last frame.

@@ -4,6 +4,7 @@ use egui::{DragValue, Grid, Ui};
 
 use crate::action::Action;
 use crate::brush;
+use crate::frame::grouped;
 use crate::view::World;
 
 /// Texts of fields.
@@ -23,7 +24,7 @@ pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions:
         ui.end_row();
         let [low, high] = world.bounds;
         ui.weak("voxels");
-        ui.label(format!("{}", world.voxels));
+        ui.label(grouped(world.voxels));
         ui.end_row();
         ui.weak("bounds");
         ui.label(format!("{low:?} to {high:?}"));
@@ -33,6 +34,8 @@ pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions:
         ui.monospace(format!("{x:.2}, {y:.2}, {z:.2}"));
         ui.end_row();
         let [yaw, pitch, fov] = world.angles;
+        // The same direction by one number, however it was reached.
+        let yaw = (yaw + 180.0).rem_euclid(360.0) - 180.0;
         ui.weak("yaw, pitch, fov");
         ui.monospace(format!("{yaw:.1}°, {pitch:.1}°, {fov:.1}°"));
         ui.end_row();

@@ -4,117 +4,15 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
-    Brush, Editing, Effect, Frame, Inspected, Kind, Lane, Loading, Map, Param, Pass, PassState, Problem, Resource,
-    Shape, Shown, Status, Swatch, Table, Timeline, Track, Use, World,
+    Brush, Effect, Kind, Lane, Loading, Map, Param, PassState, Problem, Shape, Shown, Timeline, Track, WorldExtent,
 };
-use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View, not_finite};
+use raxel_panels::{Action, Panel};
 
-/// A window with a small graph of three passes, one of them left out.
-struct Window {
-    panels: Panels,
-    gpu: Samples,
-    resources: Vec<Resource>,
-    params: Vec<Param>,
-    problems: Vec<Problem>,
-    inspected: Option<Inspected>,
-    status: Status,
-    timeline: Option<Timeline>,
-    brush: Brush,
-    steps: [usize; 2],
-    refused: Option<String>,
-    swatches: Vec<Swatch>,
-    actions: Vec<Action>,
-    loading: Option<Loading>,
-}
+mod window;
+
+use window::{Window, inspected, param};
 
 impl Window {
-    fn new(open: &[Panel]) -> Self {
-        let mut layout = Layout::default();
-        for side in [Side::Left, Side::Right, Side::Bottom] {
-            layout.dock_mut(side).open = None;
-        }
-        open.iter().for_each(|panel| layout.open(*panel));
-        let mut gpu = Samples::default();
-        [1.0, 2.0, 3.0].into_iter().for_each(|ms| gpu.push(ms));
-        let (reads, writes) = (Use { reads: true, writes: false }, Use { reads: false, writes: true });
-        let resource = |name: &str, uses: [Use; 3]| Resource {
-            name: name.to_owned(),
-            about: "rgba16f 320 × 180".to_owned(),
-            memory: "own memory".to_owned(),
-            uses: uses.to_vec(),
-            ..Resource::default()
-        };
-        let none = Use::default();
-        let shown = Shown::after("color", None);
-        Self {
-            panels: Panels::new(layout),
-            gpu,
-            resources: vec![resource("depth", [writes, reads, none]), resource("color", [none, writes, none])],
-            params: vec![
-                param("exposure", vec![2.0], vec![1.0]),
-                Param { kind: Kind::Bool, range: None, ..param("fog", vec![0.0], vec![0.0]) },
-            ],
-            problems: Vec::new(),
-            inspected: None,
-            status: Status { graph: "test".to_owned(), shown, is_default: true, ..Status::default() },
-            timeline: None,
-            brush: Brush::default(),
-            steps: [0, 0],
-            refused: None,
-            swatches: (1..=40)
-                .map(|n| Swatch { material: n, name: format!("stone {n}"), color: [200, 90, 40] })
-                .collect(),
-            actions: Vec::new(),
-            loading: None,
-        }
-    }
-
-    fn draw(&mut self, ctx: &egui::Context) {
-        let pass = |name: &'static str, state, output| Pass {
-            name,
-            after: name,
-            times: (state == PassState::Ran).then_some(&self.gpu),
-            state,
-            groups: "40 × 23 × 1",
-            place: "graphs/a.toml:7",
-            output,
-        };
-        let view = View {
-            status: self.status.clone(),
-            frame: Frame {
-                gpu: Some(&self.gpu),
-                scale: 1.0,
-                scales: [0.0625, 4.0],
-                loading: self.loading,
-                ..Frame::default()
-            },
-            passes: vec![
-                pass("hit", PassState::Ran, Some(0)),
-                pass("shade", PassState::Skipped, Some(1)),
-                pass("bloom", PassState::Condition, None),
-            ],
-            resources: &self.resources,
-            params: self.params.clone(),
-            problems: &self.problems,
-            world: World {
-                path: Some("worlds/a.toml".to_owned()),
-                cameras: vec!["roof".to_owned()],
-                editing: Editing {
-                    brush: self.brush,
-                    materials: &self.swatches,
-                    steps: self.steps,
-                    refused: self.refused.clone(),
-                    under: Some("stone 3 at 1, 2, 3, 4.0 voxels away".to_owned()),
-                    outline: vec![[[600.0, 300.0], [700.0, 300.0]]],
-                },
-                ..World::default()
-            },
-            timeline: self.timeline.clone(),
-            inspected: self.inspected.as_ref(),
-        };
-        self.actions.extend(self.panels.show(ctx, &view));
-    }
-
     fn harness(self, width: f32, height: f32) -> Harness<'static, Window> {
         let size = Vec2::new(width, height);
         let mut harness =
@@ -122,10 +20,6 @@ impl Window {
         harness.run_steps(3);
         harness
     }
-}
-
-fn param(name: &str, value: Vec<f64>, default: Vec<f64>) -> Param {
-    Param { name: name.to_owned(), label: name.to_owned(), value, default, range: Some([0.0, 8.0]), ..Param::default() }
 }
 
 /// Clicks what has this name, and gives what was asked for.
@@ -139,14 +33,26 @@ fn click(harness: &mut Harness<'_, Window>, name: &str) -> Vec<Action> {
 }
 
 #[test]
-fn the_frame_says_how_the_loading_of_a_world_does() {
+fn the_frame_says_how_the_world_does() {
     let mut harness = Window::new(&[Panel::Frame]).harness(1280.0, 720.0);
-    assert!(harness.query_by_label_contains("packed").is_none(), "the world is whole");
-    harness.state_mut().loading =
-        Some(Loading { there: [40, 50], device: [3 << 20, 8 << 20], host: [1536, 2048], found_made: [7, 9] });
+    harness.get_by_label("2,097,152 voxels in 300 chunks");
+    harness.get_by_label("1 emissive voxel");
+    harness.get_by_label("world.tree64 1.0 MiB, 0.50 bytes a voxel");
+    harness.get_by_label("world.lights 4.0 KiB");
+    harness.get_by_label("3 edits to undo, 1 to redo");
+    harness.state_mut().world.extent = WorldExtent::Around(Loading {
+        there: [40, 50],
+        device: [3 << 20, 8 << 20],
+        host: [1536, 2048],
+        found_made: [7, 9],
+        publications: 12_345,
+        lamps: 0,
+    });
     harness.run_steps(2);
     harness.get_by_label("40 of 50 chunks, 3.0 MiB of 8.0 MiB");
     harness.get_by_label("1.5 KiB of 2.0 KiB packed, 7 found, 9 made");
+    harness.get_by_label("12,345 publications, 0 lamps");
+    harness.get_by_label("world.tree64 1.0 MiB");
 }
 
 #[test]
@@ -283,31 +189,6 @@ fn a_texel_and_the_numbers_of_a_channel_are_read() {
     let own = Map { map: 0, range: None, channel: 0 };
     assert_eq!(click(&mut harness, "own map"), [Action::Display(Some(own))]);
     assert_eq!(click(&mut harness, "CSV"), [Action::WriteTable]);
-}
-
-/// A target of which a texel is read, and a buffer, at once.
-fn inspected() -> Inspected {
-    Inspected {
-        shown: Shown::after("color", None),
-        mips: 3,
-        layers: 1,
-        channels: vec!["r", "g"],
-        used: Some(Map { map: 0, range: Some([0.0, 1.0]), channel: 0 }),
-        statistics: Statistics::of([0.25, f32::NAN, f32::INFINITY].into_iter()),
-        not_finite: not_finite(
-            &[[0.25, f32::NAN, 0.0, 0.0], [f32::NAN, f32::NAN, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0, 0.0]],
-            2,
-        ),
-        cursor: Some(([3, 4], vec![["0.25".to_owned(), "0x3400".to_owned()], ["7".to_owned(), "0x4700".to_owned()]])),
-        table: Some(Table {
-            columns: vec!["count u32".to_owned()],
-            total: 9,
-            first: 5,
-            rows: vec![vec!["42".to_owned()]],
-            head: vec![["used u32".to_owned(), "6".to_owned()]],
-        }),
-        ..Inspected::default()
-    }
 }
 
 /// Everything that can be seen and read of a window, in order: what it is, what it says, its state, and where it is, in points.
@@ -522,4 +403,22 @@ fn a_device_that_works_for_long_can_be_interrupted() {
     let mut harness = window.harness(1280.0, 720.0);
     assert!(harness.query_by_label("the device works on `spin` for 4 s").is_some());
     assert_eq!(click(&mut harness, "Cancel"), [Action::Cancel]);
+}
+
+#[test]
+fn a_pass_that_is_off_is_named_in_the_bar() {
+    let mut harness = Window::new(&[]).harness(1280.0, 720.0);
+    assert!(harness.query_by_label_contains("off until").is_none());
+    harness.state_mut().passes[0].1 = PassState::Off;
+    harness.run_steps(2);
+    harness.get_by_label("`hit` is off until its shader changes");
+    harness.state_mut().passes[1].1 = PassState::Off;
+    harness.run_steps(2);
+    harness.get_by_label("`hit` and 1 more are off until their shaders change");
+}
+
+#[test]
+fn a_narrow_window_shows_a_side_that_has_a_panel() {
+    let harness = Window::new(&[Panel::Passes]).harness(640.0, 400.0);
+    harness.get_by_label("hit");
 }

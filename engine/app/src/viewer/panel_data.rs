@@ -12,6 +12,7 @@ use raxel_graph::plan::{CullReason, Lifetime, Plan, ResourceDesc};
 use raxel_graph::sizes::Size;
 use raxel_panels::view::{
     Editing, Frame, Kind, Lane, Loading, Param, Pass, PassState, Shown, Swatch, Timeline, Track, Use, World,
+    WorldExtent, WorldStatistics,
 };
 use raxel_panels::{Samples, view};
 use raxel_runtime::Session;
@@ -133,6 +134,12 @@ impl PanelData {
         described.rows.iter().map(pass).collect()
     }
 
+    /// A pass that is switched off.
+    pub fn off(&self, session: &Session) -> Option<String> {
+        let off = |pass: &Pass<'_>| pass.state == PassState::Off;
+        self.passes(session).iter().find(|pass| off(pass)).map(|pass| pass.name.to_owned())
+    }
+
     /// Targets and buffers.
     pub fn resources(&self) -> &[view::Resource] {
         self.plan.as_ref().map_or(&[], |described| &described.resources)
@@ -153,9 +160,29 @@ impl PanelData {
             fps_cap,
             device: session.device().capabilities().name.clone(),
             ran: self.ran,
-            loading: loading(session),
+            world: world_statistics(session),
         }
     }
+}
+
+/// The world in numbers.
+fn world_statistics(session: &Session) -> WorldStatistics {
+    let world = session.world();
+    let extent = loading(session).map_or_else(
+        || {
+            let voxels = world.voxels();
+            let shines = |(_, material): &(&u64, &Material)| material.emission > 0.0;
+            WorldExtent::Whole {
+                chunks: voxels.chunks().len(),
+                voxels: voxels.solids(),
+                lamps: voxels.counts().iter().zip(voxels.materials()).filter(shines).map(|(count, _)| count).sum(),
+            }
+        },
+        WorldExtent::Around,
+    );
+    let bytes = |name: &str| Some((name.to_owned(), session.source(name)?.size().bytes));
+    let names = session.graph().source_names().into_iter().filter(|name| name.starts_with("world."));
+    WorldStatistics { extent, sources: names.filter_map(bytes).collect(), edits: session.edit_steps() }
 }
 
 /// How a streamed world does.
@@ -167,6 +194,8 @@ fn loading(session: &Session) -> Option<Loading> {
         device: [used, pool],
         host: kept.bytes,
         found_made: kept.found_made,
+        publications: stats.publications,
+        lamps: stats.lights,
     })
 }
 

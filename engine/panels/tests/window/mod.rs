@@ -1,0 +1,155 @@
+//! What the panels are tested with: plain data of a small graph of three passes, one of them left out.
+
+#![allow(dead_code, reason = "each test file uses a part of this")]
+
+use raxel_panels::view::{
+    Brush, Editing, Frame, Inspected, Kind, Map, Param, Pass, PassState, Problem, Resource, Shown, Status, Swatch,
+    Table, Timeline, Use, World, WorldExtent, WorldStatistics,
+};
+use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View, not_finite};
+
+/// A window with a small graph of three passes, one of them left out.
+pub struct Window {
+    pub panels: Panels,
+    pub gpu: Samples,
+    /// Names, what became of them, and what they write.
+    pub passes: Vec<(&'static str, PassState, Option<usize>)>,
+    pub resources: Vec<Resource>,
+    pub params: Vec<Param>,
+    pub problems: Vec<Problem>,
+    pub inspected: Option<Inspected>,
+    pub status: Status,
+    pub timeline: Option<Timeline>,
+    pub brush: Brush,
+    pub steps: [usize; 2],
+    pub refused: Option<String>,
+    pub swatches: Vec<Swatch>,
+    pub actions: Vec<Action>,
+    pub world: WorldStatistics,
+}
+
+impl Window {
+    /// With these panels open.
+    pub fn new(open: &[Panel]) -> Self {
+        let mut layout = Layout::default();
+        for side in [Side::Left, Side::Right, Side::Bottom] {
+            layout.dock_mut(side).open = None;
+        }
+        open.iter().for_each(|panel| layout.open(*panel));
+        let mut gpu = Samples::default();
+        [1.0, 2.0, 3.0].into_iter().for_each(|ms| gpu.push(ms));
+        let (reads, writes) = (Use { reads: true, writes: false }, Use { reads: false, writes: true });
+        let resource = |name: &str, uses: [Use; 3]| Resource {
+            name: name.to_owned(),
+            about: "rgba16f 320 × 180".to_owned(),
+            memory: "own memory".to_owned(),
+            uses: uses.to_vec(),
+            ..Resource::default()
+        };
+        let none = Use::default();
+        let shown = Shown::after("color", None);
+        Self {
+            panels: Panels::new(layout),
+            gpu,
+            passes: vec![
+                ("hit", PassState::Ran, Some(0)),
+                ("shade", PassState::Skipped, Some(1)),
+                ("bloom", PassState::Condition, None),
+            ],
+            resources: vec![resource("depth", [writes, reads, none]), resource("color", [none, writes, none])],
+            params: vec![
+                param("exposure", vec![2.0], vec![1.0]),
+                Param { kind: Kind::Bool, range: None, ..param("fog", vec![0.0], vec![0.0]) },
+            ],
+            problems: Vec::new(),
+            inspected: None,
+            status: Status { graph: "test".to_owned(), shown, is_default: true, ..Status::default() },
+            timeline: None,
+            brush: Brush::default(),
+            steps: [0, 0],
+            refused: None,
+            swatches: (1..=40)
+                .map(|n| Swatch { material: n, name: format!("stone {n}"), color: [200, 90, 40] })
+                .collect(),
+            actions: Vec::new(),
+            world: WorldStatistics {
+                extent: WorldExtent::Whole { chunks: 300, voxels: 2 << 20, lamps: 1 },
+                sources: vec![("world.tree64".to_owned(), 1 << 20), ("world.lights".to_owned(), 4096)],
+                edits: [3, 1],
+            },
+        }
+    }
+
+    /// Draws it, and notes what is asked for.
+    pub fn draw(&mut self, ctx: &egui::Context) {
+        let pass = |name: &'static str, state, output| Pass {
+            name,
+            after: name,
+            times: (state == PassState::Ran).then_some(&self.gpu),
+            state,
+            groups: "40 × 23 × 1",
+            place: "graphs/a.toml:7",
+            output,
+        };
+        let view = View {
+            status: self.status.clone(),
+            frame: Frame {
+                gpu: Some(&self.gpu),
+                scale: 1.0,
+                scales: [0.0625, 4.0],
+                world: self.world.clone(),
+                ..Frame::default()
+            },
+            passes: self.passes.iter().map(|(name, state, output)| pass(name, *state, *output)).collect(),
+            resources: &self.resources,
+            params: self.params.clone(),
+            problems: &self.problems,
+            world: World {
+                path: Some("worlds/a.toml".to_owned()),
+                cameras: vec!["roof".to_owned()],
+                editing: Editing {
+                    brush: self.brush,
+                    materials: &self.swatches,
+                    steps: self.steps,
+                    refused: self.refused.clone(),
+                    under: Some("stone 3 at 1, 2, 3, 4.0 voxels away".to_owned()),
+                    outline: vec![[[600.0, 300.0], [700.0, 300.0]]],
+                },
+                ..World::default()
+            },
+            timeline: self.timeline.clone(),
+            inspected: self.inspected.as_ref(),
+        };
+        self.actions.extend(self.panels.show(ctx, &view));
+    }
+}
+
+/// A number from 0 to 8.
+pub fn param(name: &str, value: Vec<f64>, default: Vec<f64>) -> Param {
+    Param { name: name.to_owned(), label: name.to_owned(), value, default, range: Some([0.0, 8.0]), ..Param::default() }
+}
+
+/// A target of which a texel is read, and a buffer, at once.
+pub fn inspected() -> Inspected {
+    Inspected {
+        shown: Shown::after("color", None),
+        mips: 3,
+        layers: 1,
+        channels: vec!["r", "g"],
+        used: Some(Map { map: 0, range: Some([0.0, 1.0]), channel: 0 }),
+        statistics: Statistics::of([0.25, f32::NAN, f32::INFINITY].into_iter()),
+        not_finite: not_finite(
+            &[[0.25, f32::NAN, 0.0, 0.0], [f32::NAN, f32::NAN, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0, 0.0]],
+            2,
+        ),
+        cursor: Some(([3, 4], vec![["0.25".to_owned(), "0x3400".to_owned()], ["7".to_owned(), "0x4700".to_owned()]])),
+        table: Some(Table {
+            columns: vec!["count u32".to_owned()],
+            total: 9,
+            first: 5,
+            rows: vec![vec!["42".to_owned()]],
+            head: vec![["used u32".to_owned(), "6".to_owned()]],
+        }),
+        ..Inspected::default()
+    }
+}
