@@ -233,7 +233,9 @@ fn a_window_waits_for_the_mend_of_the_manifest_and_opens_what_it_says_then() {
     let mut child = Running::start(in_window().stderr(fs::File::create(&log_path).unwrap()));
     eventually("the mistake is told", || log(&log_path).contains("the window waits for the files to be mended"));
     assert!(log(&log_path).contains("raxel.toml:2:"), "{}", log(&log_path));
-    // In one step: a manifest that is seen half written is right, and says something else.
+    // As an editor that truncates and then writes: what is seen in between opens nothing.
+    project.write("raxel.toml", "");
+    std::thread::sleep(Duration::from_millis(1500));
     project.write("mended", "graph = \"inspect.toml\"\nworld = \"menger.toml\"\n");
     fs::rename(project.path("mended"), project.path("raxel.toml")).unwrap();
     eventually("the picture", || display.pixels(320, 180) == normal);
@@ -277,17 +279,22 @@ fn a_dispatch_that_does_not_end_is_named_and_keeps_neither_edits_nor_escape() {
     eventually("the pass is named", || log(&log_path).contains("the device has worked on pass `spin`"));
     let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
     eventually("the title names it", || display.xdotool(&["getwindowname", &window]).contains("working on `spin`"));
+    // There is no picture yet, and the panels answer all the same.
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    let panels = || display.pixels(320, 180).iter().any(|pixel| *pixel != [20; 3]);
+    eventually("the panels are there", panels);
+    press(&display, "F1", "the panels go", || !panels());
+    press(&display, "F1", "the panels come back", panels);
     project.edit("shaders/spin.comp", "vec4(x)", "vec4(colour)");
     eventually("a mistake is told", || log(&log_path).contains("gen 1 failed"));
     project.edit("shaders/spin.comp", "vec4(colour)", "vec4(0.5)");
     eventually("an edit is taken", || log(&log_path).contains("reloaded shaders/spin.comp"));
-    display.xdotool(&["windowfocus", "--sync", &window]);
     press(&display, "Escape", "it leaves", || child.ended());
     assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
 }
 
 #[test]
-fn a_pass_that_does_not_end_is_given_up_by_a_key() {
+fn a_pass_that_does_not_end_is_given_up_by_a_key_and_the_last_whole_picture_stays() {
     let display = Display::start();
     let project = Project::empty();
     project.write(
@@ -308,10 +315,22 @@ fn a_pass_that_does_not_end_is_given_up_by_a_key() {
     let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
     display.xdotool(&["windowfocus", "--sync", &window]);
     press(&display, "Delete", "it is given up", || log(&log_path).contains("pass `spin` is switched off"));
-    // What it leaves behind is shown: nothing.
-    eventually("a picture without the pass", || display.pixels(320, 180).iter().all(|pixel| *pixel == [0; 3]));
-    project.write("shaders/spin.comp", SPIN.replace("60000", "1").replace("vec4(x)", "vec4(1.0)"));
-    eventually("mended, it runs again", || display.pixels(320, 180).iter().all(|pixel| *pixel == [255; 3]));
+    let shows = |color: u8| display.pixels(320, 180).iter().all(|pixel| *pixel == [color; 3]);
+    let titled = || display.xdotool(&["getwindowname", &window]);
+    eventually("the title says so", || titled().contains("`spin` is off"));
+    // There never was a picture.
+    eventually("the ground of the window", || shows(20));
+    let constant = |color: &str| SPIN.replace("60000", "1").replace("vec4(x)", color);
+    project.write("shaders/spin.comp", constant("vec4(1.0)"));
+    eventually("mended, it runs again", || shows(255));
+    assert!(!titled().contains("is off"), "{}", titled());
+    // The last whole picture stays while the pass works, and when it is given up.
+    project.write("shaders/spin.comp", SPIN);
+    eventually("it works again", || titled().contains("working on `spin`"));
+    press(&display, "Delete", "it is given up again", || titled().contains("`spin` is off"));
+    assert!(shows(255));
+    project.write("shaders/spin.comp", constant("vec4(0.0)"));
+    eventually("mended again", || shows(0));
     press(&display, "Escape", "it leaves", || child.ended());
     assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
 }

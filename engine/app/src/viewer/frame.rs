@@ -3,26 +3,37 @@
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::SourceMap;
-use raxel_gpu::DeviceKind;
 use raxel_panels::view::{Editing, Status, World};
 use raxel_panels::{Panel, View};
-use raxel_runtime::FrameError;
 use raxel_runtime::camera::FlyInput;
-use raxel_runtime::execute::{FrameReport, Progress};
-use raxel_runtime::present::Presented;
+use raxel_runtime::execute::{ExecuteError, FrameReport, PassOutcome, Progress};
+use raxel_runtime::present::{PresentError, Presented};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::session::CaptureError;
+use raxel_runtime::{FrameError, ReadError};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::brush::Stroke;
 use super::problem_log::problems;
 use super::reload_log::{fate, history_cleared};
-use super::{MENDED, NextFrame, Open, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data};
+use super::{
+    GROUND, MEANWHILE, MENDED, NextFrame, Open, PATIENCE, Pictures, REFRESH, SLICE, STILL, Viewer, brush, outline,
+    panel_data,
+};
 use crate::console::To;
 use crate::control::Next;
 use crate::failure::Result;
 use crate::output::shown;
-use crate::session::{frame_failure, print_validation};
+use crate::session::frame_failure;
+
+impl Open {
+    /// Presents the picture that was taken from the other device last, with the panels where they are visible.
+    fn present_taken(&mut self, visible: bool) -> std::result::Result<Presented, PresentError> {
+        self.overlay.present(&mut self.presenter, |presenter, overlay| {
+            presenter.present_taken(GROUND, visible.then_some(overlay))
+        })
+    }
+}
 
 impl Viewer<'_> {
     /// One frame. Never waits for the device for longer than a [`SLICE`]: events are looked at in between, so that the window can be left
@@ -42,7 +53,7 @@ impl Viewer<'_> {
             return Ok(());
         }
         if self.unshown && !self.show(event_loop)? {
-            return Ok(());
+            return self.draw_meanwhile(event_loop);
         }
         if let Some(at) = self.next_frame()
             && Instant::now() < at
@@ -52,7 +63,7 @@ impl Viewer<'_> {
         }
         let progress = self.session.wait_next(SLICE);
         if !self.is_done(progress)? {
-            return Ok(());
+            return self.draw_meanwhile(event_loop);
         }
         self.turn_demo();
         self.fly();
@@ -73,7 +84,7 @@ impl Viewer<'_> {
             }
             Err(error) => return Err(frame_failure(error, self.console)),
         };
-        self.complained |= print_validation(&self.session, self.console);
+        self.look_at_log();
         let said = self.session.take_edit_messages();
         self.console.diagnostics(&said, &SourceMap::default(), To::Stderr);
         self.data.note(&mut self.session, &report);
@@ -219,25 +230,39 @@ impl Viewer<'_> {
 
     /// Shows the picture of the last frame with the panels over it. False when it could not be shown yet.
     pub(super) fn show(&mut self, event_loop: &ActiveEventLoop) -> Result<bool> {
-        // A driver that computes on the processor waits for the picture when it presents it, without a limit.
-        if self.session.device().capabilities().kind == DeviceKind::Cpu {
+        let pictures = self.window.as_ref().map(|open| open.pictures);
+        if pictures == Some(Pictures::Other) {
             let progress = self.session.wait_picture(SLICE);
             if !self.is_done(progress)? {
                 return Ok(false);
             }
         }
         let (Some(open), Some(picture)) = (&mut self.window, self.session.picture()) else { return Ok(true) };
-        if open.presenter.device().id() != self.session.device().id() {
-            let window = open.window.clone();
-            // The old surface belongs to the lost device; it goes before a new one is made for the same window.
-            self.window = None;
-            self.window = Some(self.opened(window)?);
-            return Ok(false);
-        }
         let visible = self.panels.layout.visible;
-        let presented = open
-            .overlay
-            .present(&mut open.presenter, |presenter, overlay| presenter.present(&picture, visible.then_some(overlay)));
+        // Without a pass that is off, the picture is what is left: the last whole one stays where it is kept.
+        let whole = !self.session.outcomes().contains(&PassOutcome::Off);
+        let presented = match open.pictures {
+            Pictures::Same if open.presenter.device().id() != self.session.device().id() => {
+                return self.reopen().map(|()| false);
+            }
+            Pictures::Same => open.overlay.present(&mut open.presenter, |presenter, overlay| {
+                presenter.present(&picture, visible.then_some(overlay))
+            }),
+            Pictures::Other => {
+                // Nothing else is on the device: the copy takes as long as one of the processor.
+                match whole.then(|| self.session.read_presented()).transpose() {
+                    Ok(Some(picture)) => open.presenter.take(&picture)?,
+                    Ok(None) => {}
+                    Err(ReadError::Execute(ExecuteError::DeviceLost { .. })) => {
+                        // The next frame finds the loss, and opens the device anew.
+                        self.unshown = false;
+                        return Ok(true);
+                    }
+                    Err(error) => return Err(error.into()),
+                }
+                open.present_taken(visible)
+            }
+        };
         match presented {
             Ok(Presented::Shown) => {
                 self.presented += 1;
@@ -247,6 +272,9 @@ impl Viewer<'_> {
             }
             Ok(Presented::NoArea) => {}
             Ok(Presented::OutOfDate | Presented::NotReady) => return Ok(false),
+            Err(error) if error.is_device_lost() && pictures == Some(Pictures::Other) => {
+                return self.reopen().map(|()| false);
+            }
             // The next frame finds the loss, and opens the device anew.
             Err(error) if error.is_device_lost() => {}
             Err(error) => return Err(error.into()),
@@ -254,6 +282,34 @@ impl Viewer<'_> {
         self.unshown = false;
         self.update_title();
         Ok(true)
+    }
+
+    /// While the device works: draws the panels anew over the last picture, where another device presents it.
+    fn draw_meanwhile(&mut self, event_loop: &ActiveEventLoop) -> Result {
+        let Some(open) = self.window.as_ref().filter(|open| open.pictures == Pictures::Other) else { return Ok(()) };
+        let since = self.drawn.elapsed();
+        let wanted = self.touched || open.overlay.is_due() || since >= REFRESH;
+        if !wanted || since < MEANWHILE {
+            return Ok(());
+        }
+        (self.touched, self.drawn) = (false, Instant::now());
+        self.draw_panels(event_loop);
+        let visible = self.panels.layout.visible;
+        let Some(open) = &mut self.window else { return Ok(()) };
+        match open.present_taken(visible) {
+            Ok(_) => Ok(()),
+            Err(error) if error.is_device_lost() => self.reopen(),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Presents on another device from here on. The old surface belongs to the lost one; it goes before a new one is made for the same window.
+    fn reopen(&mut self) -> Result {
+        let Some(open) = self.window.take() else { return Ok(()) };
+        let window = open.window.clone();
+        drop(open);
+        self.window = Some(self.opened(window)?);
+        Ok(())
     }
 
     /// Whether the device has finished what was waited for. Says once what it works on when that takes long.

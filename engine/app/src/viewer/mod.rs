@@ -23,7 +23,7 @@ mod write_back;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use raxel_gpu::{Device, DeviceOptions};
+use raxel_gpu::{Device, DeviceKind, DeviceOptions};
 use raxel_panels::Panels;
 use raxel_panels::view::{Brush, Problem};
 use raxel_runtime::Session;
@@ -53,7 +53,7 @@ use self::title::Title;
 use crate::console::Console;
 use crate::control::Control;
 use crate::failure::{Exit, Failure, Result};
-use crate::session::{print_validation, validated};
+use crate::session::{print_log, print_validation, validated};
 
 /// Wakes the window: an edit is ready.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +67,12 @@ const STILL: Duration = Duration::from_millis(15);
 
 /// Time between two looks at panels over a picture that does not change, while nothing is done to them.
 const REFRESH: Duration = Duration::from_millis(250);
+
+/// Time between two drawings of the panels while the device works: they must not take the processor from a device that computes on it.
+const MEANWHILE: Duration = Duration::from_millis(50);
+
+/// The ground of a window that has no picture yet, sRGB-encoded.
+const GROUND: [f32; 3] = [0.078, 0.078, 0.078];
 
 /// Longest wait for the device between two looks at the window's events.
 const SLICE: Duration = Duration::from_millis(8);
@@ -110,6 +116,17 @@ struct Open {
     window: Arc<Window>,
     presenter: Presenter,
     overlay: Overlay,
+    /// Whose pictures are presented.
+    pictures: Pictures,
+}
+
+/// The device that makes the pictures of a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pictures {
+    /// The one that presents them.
+    Same,
+    /// Another one, whose pictures come through the host: the one that presents is free while the other works.
+    Other,
 }
 
 impl Open {
@@ -119,7 +136,7 @@ impl Open {
         let presenter = Presenter::new(device, window.clone(), [size.width, size.height], vsync)?;
         let most = device.capabilities().limits.max_image_dimension2_d as usize;
         let overlay = Overlay::new(&window, most);
-        Ok(Open { window, presenter, overlay })
+        Ok(Open { window, presenter, overlay, pictures: Pictures::Same })
     }
 }
 
@@ -351,7 +368,7 @@ impl<'a> Viewer<'a> {
 
     /// Keeps the layout, and says how it went.
     fn finish(mut self) -> Result {
-        self.complained |= print_validation(&self.session, self.console);
+        self.look_at_log();
         // That they were hidden from the beginning is not the user's choice of a layout.
         self.panels.layout.visible |= self.args.no_panels;
         if let Err(error) = self.layout_file.write(&self.panels.layout) {
@@ -382,9 +399,22 @@ impl<'a> Viewer<'a> {
         Ok(())
     }
 
-    /// What a window needs to show pictures of the session's device.
+    /// What a window needs to show pictures of the session's device. One that computes on the processor has one queue, and its presenting waits
+    /// for all that is in it: another device presents there, so that the panels answer while the first one works.
     fn opened(&self, window: Arc<Window>) -> Result<Open> {
-        Open::on(self.session.device(), window, !self.args.no_vsync)
+        let (device, vsync) = (self.session.device(), !self.args.no_vsync);
+        if device.capabilities().kind != DeviceKind::Cpu {
+            return Open::on(device, window, vsync);
+        }
+        Ok(Open { pictures: Pictures::Other, ..Open::on(&device.another()?, window, vsync)? })
+    }
+
+    /// Says what the validation layer has said, of the session's device and of one that presents.
+    fn look_at_log(&mut self) {
+        self.complained |= print_validation(&self.session, self.console);
+        if let Some(open) = self.window.as_ref().filter(|open| open.pictures == Pictures::Other) {
+            self.complained |= print_log(open.presenter.device(), self.console);
+        }
     }
 
     fn resize(&mut self, size: PhysicalSize<u32>) {
@@ -419,6 +449,7 @@ impl<'a> Viewer<'a> {
             failed: self.reloads.failed,
             refused: self.session.is_refused(),
             busy: self.busy.clone(),
+            off: self.data.off(&self.session),
             caption: self.caption(),
         }
     }

@@ -19,6 +19,8 @@ pub(crate) struct Title {
     pub refused: bool,
     /// The device has worked for long: on which pass, and since how many seconds.
     pub busy: Option<(Option<String>, u64)>,
+    /// A pass that is switched off, since the device was lost while it ran.
+    pub off: Option<String>,
     /// A demo's line of text.
     pub caption: Option<String>,
 }
@@ -35,6 +37,7 @@ impl Title {
         if self.refused {
             parts.push("refused: showing the plan before".to_owned());
         }
+        parts.extend(self.off.as_ref().map(|pass| format!("`{pass}` is off")));
         parts.extend(self.busy.as_ref().map(|(pass, seconds)| {
             let pass = pass.as_ref().map_or_else(String::new, |pass| format!(" on `{pass}`"));
             format!("working{pass} for {seconds} s")
@@ -63,6 +66,8 @@ mod tests {
             busy.text(),
             "primary · depth · refused: showing the plan before · working on `spin` for 3 s — raxel"
         );
+        let off = Title { off: Some("spin".into()), ..title.clone() };
+        assert_eq!(off.text(), "primary · depth · 4.3 ms · `spin` is off — raxel");
         let said = Title { caption: Some("a flight".into()), ..title.clone() };
         assert_eq!(said.text(), "primary · depth · 4.3 ms · “a flight” — raxel");
         let title = Title { paused: true, failed: Some(17), ..title };

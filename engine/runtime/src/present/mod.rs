@@ -1,6 +1,7 @@
 //! Presentation: the pictures that frames end at are shown in a window, with layers drawn over them. Knows nothing of graphs and plans.
 
 mod error;
+mod pixels;
 mod presenter;
 mod viewport;
 

@@ -11,7 +11,8 @@ use raxel_gpu::{
 use raxel_shader::{GraphicsStage, compile_graphics};
 
 use super::error::PresentError;
-use crate::execute::FramePicture;
+use super::pixels::Pixels;
+use crate::execute::{FramePicture, Picture};
 
 /// Pictures whose copies to the window are in flight at once.
 const FRAMES: usize = 2;
@@ -29,6 +30,7 @@ pub struct Presenter {
     commands: [CommandBuffer; FRAMES],
     turn: usize,
     overlay: Option<Overlay>,
+    pixels: Pixels,
 }
 
 impl Presenter {
@@ -42,6 +44,7 @@ impl Presenter {
             commands: [CommandBuffer::new(device, "even presents")?, CommandBuffer::new(device, "odd presents")?],
             turn: 0,
             overlay: None,
+            pixels: Pixels::default(),
             device: device.clone(),
         })
     }
@@ -74,13 +77,34 @@ impl Presenter {
     }
 
     /// Shows a picture, scaled to the window, under an overlay. Does not wait for the picture: the device does. Where the driver computes on
-    /// the processor, its presenting waits itself, without a limit: wait for the picture first ([`crate::Session::wait_picture`]).
+    /// the processor, its presenting waits itself, without a limit: wait for the picture first ([`crate::Session::wait_picture`]), or have
+    /// another device present ([`Self::take`]).
     pub fn present(
         &mut self,
         picture: &FramePicture,
         overlay: Option<&OverlayFrame<'_>>,
     ) -> Result<Presented, PresentError> {
-        self.present_over(overlay, |acquired, recording| acquired.copy_picture(recording, &picture.image))
+        self.present_over(overlay, |acquired, recording, _| acquired.copy_picture(recording, &picture.image))
+    }
+
+    /// Takes a picture that another device has made. [`Self::present_taken`] shows it, as often as that is asked for.
+    pub fn take(&mut self, picture: &Picture) -> Result<(), PresentError> {
+        self.pixels.take(&self.device, picture)
+    }
+
+    /// Shows the picture that was taken last, as [`Self::present`] shows one; before the first, one colour, sRGB-encoded.
+    pub fn present_taken(
+        &mut self,
+        color: [f32; 3],
+        overlay: Option<&OverlayFrame<'_>>,
+    ) -> Result<Presented, PresentError> {
+        self.present_over(overlay, |acquired, recording, pixels| {
+            if let Some(image) = pixels.image(recording) {
+                return acquired.copy_picture(recording, image);
+            }
+            acquired.clear(recording, color);
+            Ok(())
+        })
     }
 
     /// Shows an overlay over nothing but one colour, sRGB-encoded: there is no picture yet.
@@ -89,7 +113,7 @@ impl Presenter {
         color: [f32; 3],
         overlay: Option<&OverlayFrame<'_>>,
     ) -> Result<Presented, PresentError> {
-        self.present_over(overlay, |acquired, recording| {
+        self.present_over(overlay, |acquired, recording, _| {
             acquired.clear(recording, color);
             Ok(())
         })
@@ -98,10 +122,12 @@ impl Presenter {
     fn present_over(
         &mut self,
         overlay: Option<&OverlayFrame<'_>>,
-        ground: impl FnOnce(&mut AcquiredImage<'_>, &mut Recording<'_>) -> raxel_gpu::Result<()>,
+        ground: impl FnOnce(&mut AcquiredImage<'_>, &mut Recording<'_>, &mut Pixels) -> raxel_gpu::Result<()>,
     ) -> Result<Presented, PresentError> {
         let frame = self.turn % FRAMES;
         self.device.wait(self.commands[frame].submitted(), PATIENCE)?;
+        // What was let go of is freed here: nobody else may use the device.
+        self.device.collect();
         if overlay.is_some() {
             self.overlay()?;
         }
@@ -112,7 +138,7 @@ impl Presenter {
         };
         // From here on an error gives the image back to the surface, which gives it out again.
         let mut recording = self.commands[frame].begin()?;
-        ground(&mut acquired, &mut recording)?;
+        ground(&mut acquired, &mut recording, &mut self.pixels)?;
         if let (Some(content), Some(overlay)) = (overlay, &mut self.overlay) {
             overlay.draw_on(&mut recording, &mut acquired, frame, content)?;
         }
