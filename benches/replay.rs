@@ -65,7 +65,7 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
     let facts = |_: &Fact| true;
     let input = PlanInput {
         output: [EXTENT, EXTENT],
-        present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None },
+        present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
         pinned: &[],
         facts: &facts,
         counts: &[],
