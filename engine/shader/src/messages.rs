@@ -66,12 +66,12 @@ fn drop_consequences(messages: &mut Vec<Message<'_>>, sources: &Sources<'_>) {
         let mut follows = wrong.iter().any(|(file, lines)| *file == message.file && lines.contains(&line));
         if let Some(text) = text.filter(|_| !follows && !message.is_missing()) {
             let ranges = lexer::line_ranges(text);
-            let tokens = ranges
+            let mut tokens = ranges
                 .iter()
                 .take(lines.end.saturating_sub(1))
                 .skip(lines.start.saturating_sub(1))
                 .flat_map(|line| lexer::tokens(&text[line.clone()]));
-            follows = tokens.into_iter().any(|token| missing.contains(token.text));
+            follows = tokens.any(|token| missing.contains(token.text));
         }
         wrong.push((message.file, lines));
         if message.is_missing() {
