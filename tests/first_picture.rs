@@ -71,6 +71,42 @@ fn a_second_start_compiles_nothing_and_damage_costs_one_warning() {
 }
 
 #[test]
+fn passes_that_differ_in_constants_are_compiled_once_and_that_is_said() {
+    let lab = Lab::new();
+    for folder in ["graphs", "shaders"] {
+        fs::create_dir(lab.picture(folder)).unwrap();
+    }
+    let graph = |second: f32| {
+        let pass = |name: &str, added: f32| {
+            format!(
+                "[[passes]]\nname = \"{name}\"\nshader = \"add.comp\"\nspecialization = {{ ADDED = {added:?} }}\n\
+                 dispatch = {{ threads = \"color\" }}\nbind = {{ outColor = \"color\" }}\n"
+            )
+        };
+        format!(
+            "name = \"add\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nclear = [0.0, 0.0, 0.0, 0.0]\n{}{}{}",
+            pass("a", 0.5),
+            pass("b", second),
+            pass("c", 0.5)
+        )
+    };
+    let shader = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(constant_id = 0) const float ADDED = 1.0;\n\
+                  layout(rgba32f) uniform image2D outColor;\nvoid main() {\n    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);\n    \
+                  imageStore(outColor, pixel, imageLoad(outColor, pixel) + ADDED);\n}\n";
+    fs::write(lab.picture("graphs/add.toml"), graph(0.25)).unwrap();
+    fs::write(lab.picture("shaders/add.comp"), shader).unwrap();
+    let mut command = command(
+        lab.folder.path(),
+        &["-v", "render", "graphs/add.toml", "--size", "8x8", "-o", lab.picture("a.png").to_str().unwrap()],
+    );
+    let run = Run::from(output(command.env("RAXEL_CACHE", lab.cache()))).exits(0);
+    let said = |line: &str| run.stderr.lines().filter(|said| said.contains(line)).count();
+    assert_eq!(said("compiled shaders/add.comp in "), 1, "{}", run.stderr);
+    assert_eq!((said("made the pipeline of pass `a` in "), said("made the pipeline of pass `b` in ")), (1, 1));
+    assert_eq!((said("pass `c` shares the pipeline of pass `a`"), said("made the pipeline of pass `c` in ")), (1, 0));
+}
+
+#[test]
 fn processes_that_start_together_do_not_disturb_each_other() {
     let lab = Lab::new();
     std::thread::scope(|scope| {

@@ -113,7 +113,8 @@ impl ShaderSource for Ready {
             ..Interface::default()
         };
         let files = vec![request.path.clone()];
-        let shader = Shader { request: request.clone(), spirv: Arc::from([]), interface, files, key: [0; 32] };
+        let shader =
+            Shader { request: request.clone(), spirv: Arc::from([]), interface, files, key: [0; 32], module: [0; 32] };
         Ok((Arc::new(shader), Vec::new()))
     }
 }

@@ -80,6 +80,73 @@ fn a_save_without_a_change_is_no_edit() {
 }
 
 #[test]
+fn texts_that_make_the_same_module_make_no_pipeline() {
+    let project = TestProject::new();
+    let shader = |value: &str| project::fill(value).replace("//INCLUDE", "#include \"value.glsl\"");
+    let include = |value: &str| format!("#define VALUE {value}\n");
+    project.write("shaders/include/value.glsl", &include("0.25"));
+    project.write("shaders/fill.comp", &shader("vec4(VALUE)"));
+    let mut session = project.open();
+    assert_eq!(project::red_after_frame(&mut session), 0.25);
+    let made = |session: &raxel_runtime::Session| session.device().pipeline_counts().made;
+    let edit = |session: &mut raxel_runtime::Session, path: &str, text: &str| {
+        let before = made(session);
+        project.write(path, text);
+        let events = session.wait_reload(Duration::from_secs(60));
+        let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
+        let new = reloaded.rebuilt.shaders.len();
+        (project::red_after_frame(session), new, made(session) - before)
+    };
+    let comment = format!("// What it is filled with.\n{}", include("0.25"));
+    assert_eq!(edit(&mut session, "shaders/include/value.glsl", &comment), (0.25, 0, 0));
+    let unused = format!("{}float twice(float x) {{ return 2.0 * x; }}\n", include("0.25"));
+    assert_eq!(edit(&mut session, "shaders/include/value.glsl", &unused), (0.25, 0, 0));
+    assert_eq!(edit(&mut session, "shaders/include/value.glsl", &include("0.5")), (0.5, 1, 1));
+    assert_eq!(edit(&mut session, "shaders/fill.comp", &shader("vec4(VALUE + 0.25)")), (0.75, 1, 1));
+    project::assert_silent(&session);
+}
+
+#[test]
+fn passes_of_equal_modules_and_constants_share_a_pipeline() {
+    let pass = |name: &str, more: &str| {
+        format!(
+            "[[passes]]\nname = \"{name}\"\nshader = \"add.comp\"\n{more}dispatch = {{ threads = \"color\" }}\nbind = {{ outColor = \"color\" }}\n"
+        )
+    };
+    let graph = |passes: &[String]| {
+        let head = "name = \"fill\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nclear = [0.0, 0.0, 0.0, 0.0]\n";
+        format!("{head}{}", passes.concat())
+    };
+    let run = |passes: &[String]| {
+        let project = TestProject::new();
+        let text = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = 0) const float ADDED = 1.0;
+layout(rgba32f) uniform image2D outColor;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(outColor, pixel, imageLoad(outColor, pixel) + ADDED);
+}
+";
+        project.write("shaders/add.comp", text);
+        project.write("graphs/fill.toml", &graph(passes));
+        let mut session = project.open();
+        let red = project::red_after_frame(&mut session);
+        project::assert_silent(&session);
+        (red, session.device().pipeline_counts().made)
+    };
+    let of = |added: f32| format!("specialization = {{ ADDED = {added:?} }}\n");
+    let (red, one) = run(&[pass("a", &of(2.0))]);
+    assert_eq!(red, 2.0);
+    // The constant, the default of the shader, defines that change nothing: what the driver is given counts.
+    let equal =
+        [pass("a", &of(2.0)), pass("b", &of(2.0)), pass("c", &format!("{}defines = {{ UNUSED = 1 }}\n", of(2.0)))];
+    assert_eq!(run(&equal), (6.0, one));
+    let different = [pass("a", &of(2.0)), pass("b", &of(3.0)), pass("c", &of(2.0))];
+    assert_eq!(run(&different), (7.0, one + 1));
+}
+
+#[test]
 fn an_error_is_told_once_and_the_last_picture_stays() {
     let project = TestProject::new();
     let mut session = project.open();

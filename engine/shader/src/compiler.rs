@@ -76,13 +76,15 @@ impl Compiler {
         let mut text = root(sources)?;
         if let Some(cache) = &self.on_disk {
             let job = Job { request: request.clone(), text };
-            if let Some(words) = kept::find(cache, &job, sources) {
+            let afresh = |sources: &mut Sources<'f>| {
+                *sources = Sources::new(&*self.files);
+                root(sources)
+            };
+            if let Some(words) = kept::find(cache, &job, sources, afresh) {
                 tracing::debug!("took {} from the cache on disk in {:.0} ms", request.path, milliseconds());
                 return Some(words);
             }
-            // Its includes were asked for in vain.
-            *sources = Sources::new(&*self.files);
-            text = root(sources)?;
+            text = afresh(sources)?;
         }
         let _span = tracing::debug_span!("compile shader", path = request.path.as_str()).entered();
         self.compiled.fetch_add(1, Ordering::Relaxed);
@@ -209,8 +211,10 @@ impl Entry {
         } else {
             sources.found.iter().map(|source| source.name.clone()).collect()
         };
-        let shader =
-            Shader { request: request.clone(), spirv: spirv.into(), interface, files, key: *key.finalize().as_bytes() };
+        let mut module = blake3::Hasher::new();
+        module.update(&raxel_spirv::bytes_of(&spirv)).update(interface.entry.as_bytes());
+        let [key, module] = [key, module].map(|hasher| *hasher.finalize().as_bytes());
+        let shader = Shader { request: request.clone(), spirv: spirv.into(), interface, files, key, module };
         Self {
             shader: Arc::new(shader),
             warnings: sources.diagnostics,

@@ -1,6 +1,7 @@
 //! Modules on disk: what the front end made of a text, with the includes that it asked for on the way. As long as each of them has the
-//! same answer, it would ask for the same ones again and make the same module.
+//! same answer, it would ask for the same ones again and make the same module. An answer counts as the same when comments or white space differ.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use raxel_cache::Cache;
@@ -9,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::front_end::{self, Include, Included, Job};
 use crate::messages;
 use crate::sources::Sources;
+use crate::stripped::stripped;
 
 /// What the front end made.
 #[derive(Serialize, Deserialize)]
@@ -20,26 +22,58 @@ struct Kept {
     warnings: String,
 }
 
-/// The module of a text, if it is kept and none of its includes has changed. Warnings go to `sources.diagnostics`.
-pub(crate) fn find(cache: &Cache, job: &Job, sources: &mut Sources<'_>) -> Option<Vec<u32>> {
-    let name = name(job)?;
-    let bytes = cache.read(&name)?;
-    let Ok(kept) = postcard::from_bytes::<Kept>(&bytes) else {
-        cache.discard(&name, "it holds no module");
-        return None;
-    };
-    if !kept.includes.iter().all(|(include, answer)| hash(&sources.include(include)) == *answer) {
-        return None;
+/// What of a text a module follows from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum TextForm {
+    /// All but comments and white space.
+    Stripped,
+    /// All of it: the text, or what is said of it, has numbers of lines.
+    Exact,
+}
+
+impl TextForm {
+    fn text(self, text: &str) -> Cow<'_, str> {
+        match self {
+            TextForm::Stripped => Cow::Owned(stripped(text)),
+            TextForm::Exact => Cow::Borrowed(text),
+        }
     }
-    let found = messages::diagnostics(&kept.warnings, sources);
-    sources.diagnostics.extend(found);
-    Some(kept.words)
+}
+
+/// The module of a text, if it is kept and none of its includes has changed. Warnings go to `sources.diagnostics`. `afresh` forgets what was
+/// included.
+pub(crate) fn find<'f>(
+    cache: &Cache,
+    job: &Job,
+    sources: &mut Sources<'f>,
+    afresh: impl Fn(&mut Sources<'f>) -> Option<Arc<str>>,
+) -> Option<Vec<u32>> {
+    for form in [TextForm::Stripped, TextForm::Exact] {
+        let Some(kept) = read(cache, job, form) else { continue };
+        if kept.includes.iter().all(|(include, answer)| hash(&sources.include(include), form) == *answer) {
+            let found = messages::diagnostics(&kept.warnings, sources);
+            sources.diagnostics.extend(found);
+            return Some(kept.words);
+        }
+        // Its includes were asked for in vain.
+        afresh(sources)?;
+    }
+    None
+}
+
+fn read(cache: &Cache, job: &Job, form: TextForm) -> Option<Kept> {
+    let name = name(job, form)?;
+    let kept = postcard::from_bytes(&cache.read(&name)?);
+    if kept.is_err() {
+        cache.discard(&name, "it holds no module");
+    }
+    kept.ok()
 }
 
 /// Listens to what the front end asks, and keeps what it makes.
 pub(crate) struct Keeper<'c> {
     cache: &'c Cache,
-    includes: Vec<(Include, [u8; 32])>,
+    includes: Vec<(Include, Included)>,
 }
 
 impl<'c> Keeper<'c> {
@@ -49,13 +83,18 @@ impl<'c> Keeper<'c> {
 
     /// An include was asked for, and answered.
     pub fn asked(&mut self, include: Include, answer: &Included) {
-        self.includes.push((include, hash(answer)));
+        self.includes.push((include, answer.clone()));
     }
 
     /// The front end is done.
     pub fn keep(self, job: &Job, words: &[u32], warnings: &str) {
-        let kept = Kept { includes: self.includes, words: words.to_vec(), warnings: warnings.to_owned() };
-        if let (Some(name), Ok(bytes)) = (name(job), postcard::to_stdvec(&kept)) {
+        let texts = self.includes.iter().filter_map(|(_, answer)| Some(&*answer.as_ref()?.1)).chain([&*job.text]);
+        let defines = job.request.defines.iter().map(|(_, value)| &**value);
+        let counts_lines = !warnings.is_empty() || texts.chain(defines).any(|text| text.contains("__LINE__"));
+        let form = if counts_lines { TextForm::Exact } else { TextForm::Stripped };
+        let includes = self.includes.iter().map(|(include, answer)| (include.clone(), hash(answer, form))).collect();
+        let kept = Kept { includes, words: words.to_vec(), warnings: warnings.to_owned() };
+        if let (Some(name), Ok(bytes)) = (name(job, form), postcard::to_stdvec(&kept)) {
             self.cache.write(&name, &bytes);
         }
     }
@@ -78,9 +117,10 @@ pub(crate) fn words<E>(
 }
 
 /// What the module of a text follows from, but for its includes.
-fn name(job: &Job) -> Option<String> {
-    let job = postcard::to_stdvec(job).ok()?;
-    Some(format!("shader-{}", key([&job[..]].into_iter())))
+fn name(job: &Job, form: TextForm) -> Option<String> {
+    let request = postcard::to_stdvec(&job.request).ok()?;
+    let (word, text) = (format!("{form:?}"), form.text(&job.text));
+    Some(format!("shader-{}", key([word.as_bytes(), &request, text.as_bytes()].into_iter())))
 }
 
 fn key<'b>(parts: impl Iterator<Item = &'b [u8]>) -> blake3::Hash {
@@ -92,7 +132,7 @@ fn key<'b>(parts: impl Iterator<Item = &'b [u8]>) -> blake3::Hash {
     hasher.finalize()
 }
 
-fn hash(answer: &Included) -> [u8; 32] {
+fn hash(answer: &Included, form: TextForm) -> [u8; 32] {
     let Some((name, text)) = answer else { return [0; 32] };
-    *key([name.as_bytes(), text.as_bytes()].into_iter()).as_bytes()
+    *key([name.as_bytes(), form.text(text).as_bytes()].into_iter()).as_bytes()
 }

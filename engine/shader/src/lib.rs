@@ -20,6 +20,7 @@ mod places;
 mod reflect;
 mod request;
 mod sources;
+mod stripped;
 pub mod worker;
 
 pub use compiler::Compiler;

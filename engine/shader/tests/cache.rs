@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_cache::Cache;
-use raxel_diagnostics::{MemoryFiles, SourceMap};
+use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap};
 use raxel_shader::{Compiler, Request, Shader, ShaderSource, library};
 
 fn request() -> Request {
@@ -112,7 +112,10 @@ fn with_disk(files: &MemoryFiles, folder: &std::path::Path) -> Compiler {
 }
 
 fn same(a: &Shader, b: &Shader) {
-    assert_eq!((&a.spirv, &a.interface, &a.files, a.key), (&b.spirv, &b.interface, &b.files, b.key));
+    assert_eq!(
+        (&a.spirv, &a.interface, &a.files, a.key, a.module),
+        (&b.spirv, &b.interface, &b.files, b.key, b.module)
+    );
 }
 
 #[test]
@@ -144,6 +147,66 @@ fn a_later_process_compiles_nothing_and_sees_every_edit() {
         let (shader, _) = with_disk(&files, folder.path()).shader(&request, &mut SourceMap::default()).unwrap();
         assert_eq!(shader.interface.local_size[0].value.to_string(), size);
     }
+}
+
+/// Compiles with a compiler of another process; the shader, its warnings, and how many texts were compiled.
+fn anew(files: &MemoryFiles, folder: &std::path::Path) -> (Arc<Shader>, Vec<Diagnostic>, u64) {
+    let compiler = with_disk(files, folder);
+    let (shader, warnings) = compiler.shader(&request(), &mut SourceMap::default()).unwrap();
+    (shader, warnings, compiler.compiled())
+}
+
+#[test]
+fn comments_and_white_space_compile_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = MemoryFiles::new([("shaders/a.comp", TEXT), ("shaders/include/b.glsl", "#define SIZE 8\n")]);
+    let made = anew(&files, folder.path()).0;
+    files.insert("shaders/a.comp", format!("// What it does.\n\n{}", TEXT.replace("{}", "{}  // Nothing yet.")));
+    files.insert("shaders/include/b.glsl", "/* In threads. */\n#define  SIZE 8 // Along x.\n");
+    let (edited, _, compiled) = anew(&files, folder.path());
+    assert_eq!((compiled, &edited.spirv, edited.module), (0, &made.spirv, made.module));
+    // It is of other texts all the same: a place in them is another one.
+    assert_ne!(edited.key, made.key);
+    // In the text or in an include, what is no comment counts.
+    files.insert("shaders/include/b.glsl", "/* In threads. */\n#define  SIZE 16 // Along x.\n");
+    let (other, _, compiled) = anew(&files, folder.path());
+    assert_eq!((compiled, other.interface.local_size[0].value), (1, 16));
+    assert_ne!(other.module, made.module);
+}
+
+#[test]
+fn where_numbers_of_lines_count_every_line_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = "layout(local_size_x = __LINE__) in;\n";
+    let files = MemoryFiles::new([
+        ("shaders/a.comp", TEXT.replace("layout(local_size_x = SIZE) in;\n", "SIZE\n")),
+        ("shaders/include/b.glsl", format!("#define SIZE {size}")),
+    ]);
+    let made = anew(&files, folder.path()).0;
+    files.insert("shaders/a.comp", TEXT.replace("layout(local_size_x = SIZE) in;\n", "// One line more.\nSIZE\n"));
+    let (moved, _, compiled) = anew(&files, folder.path());
+    assert_eq!((compiled, made.interface.local_size[0].value + 1), (1, moved.interface.local_size[0].value));
+    // A warning points at a line.
+    let warned =
+        |above: &str| format!("#version 460\n{above}#extension GL_EXT_nothing_known : enable\nvoid main() {{}}\n");
+    files.insert("shaders/a.comp", warned(""));
+    let (_, before, compiled) = anew(&files, folder.path());
+    assert_eq!((before.len(), compiled), (1, 1));
+    files.insert("shaders/a.comp", warned("// One line more.\n"));
+    let (_, after, compiled) = anew(&files, folder.path());
+    assert_eq!((after.len(), compiled), (1, 1));
+    assert_ne!(before, after);
+}
+
+#[test]
+fn functions_that_nothing_calls_are_no_part_of_a_module() {
+    let files = MemoryFiles::new([("shaders/a.comp", TEXT), ("shaders/include/b.glsl", "#define SIZE 8\n")]);
+    let compiler = Compiler::new(Arc::new(files.clone()));
+    let made = get(&compiler);
+    files.insert("shaders/include/b.glsl", "float twice(float x) { return 2.0 * x; }\n#define SIZE 8\n");
+    let edited = get(&compiler);
+    assert_eq!((&edited.spirv, edited.module), (&made.spirv, made.module));
+    assert_ne!(edited.key, made.key);
 }
 
 #[test]

@@ -488,6 +488,7 @@ pub fn shader() -> Arc<Shader> {
         },
         files: Vec::new(),
         key: [0; 32],
+        module: [0; 32],
     })
 }
 

@@ -66,7 +66,7 @@ impl ShaderSource for Modules {
         let key = [request.defines.len() as u8; 32];
         let files = vec![request.path.clone()];
         let spirv = Arc::from(Vec::new());
-        Ok((Arc::new(Shader { request: request.clone(), spirv, interface, files, key }), Vec::new()))
+        Ok((Arc::new(Shader { request: request.clone(), spirv, interface, files, key, module: key }), Vec::new()))
     }
 }
 

@@ -209,6 +209,7 @@ pub fn shader(name: &str) -> Arc<Shader> {
         },
         files: Vec::new(),
         key: [0; 32],
+        module: [0; 32],
     })
 }
 

@@ -1,12 +1,14 @@
 //! Compute pipelines and samplers, kept for as long as a plan may ask for them again.
 
+use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 use raxel_gpu::{ComputePipeline, Device, DeviceKind, PipelineInfo, Sampler, Slot, vk};
 use raxel_graph::checked::{Pass, Value};
-use raxel_graph::plan::Plan;
+use raxel_graph::plan::{PassPlan, Plan};
 use raxel_shader::Shader;
 use raxel_shader::interface::BindingKind;
 use raxel_spirv::Module;
@@ -17,7 +19,7 @@ use super::prepare::lock;
 use super::retained::Retained;
 use super::values;
 
-/// Shader key and specialization.
+/// What the driver is given: module and specialization.
 type PipelineKey = ([u8; 32], Vec<(u32, u32)>);
 
 /// Bytes of pipelines that no plan uses: some ten edits of a shader that holds a whole tracer.
@@ -60,26 +62,47 @@ impl Pipelines {
         Ok(sampler)
     }
 
-    /// The pipelines of a plan that can be made, in no order. Passes whose modules and constants are equal share one; the driver compiles several
-    /// at a time.
+    /// Says which pipelines of a plan there are already: from an earlier plan, or of another pass of this one.
+    pub(super) fn tell_reused(&self, plan: &Plan) {
+        let mut users: HashMap<PipelineKey, &str> = HashMap::new();
+        let retained = lock(&self.passes);
+        for planned in &plan.passes {
+            let (pass, key) = keyed(plan, planned);
+            if retained.has(&key) {
+                tracing::debug!("kept the pipeline of pass `{}`", pass.name);
+                continue;
+            }
+            match users.entry(key) {
+                Entry::Occupied(user) => {
+                    tracing::debug!("pass `{}` shares the pipeline of pass `{}`", pass.name, user.get());
+                }
+                Entry::Vacant(first) => {
+                    first.insert(&pass.name);
+                }
+            }
+        }
+    }
+
+    /// The pipelines of a plan that can be made, in no order. Passes whose modules and constants are equal share one, whatever texts the modules
+    /// come from; the driver compiles several at a time.
     pub(super) fn of_plan(&self, device: &Arc<Device>, plan: &Plan) -> Vec<Arc<ComputePipeline>> {
         let mut seen = HashSet::new();
-        let passes: Vec<(&Pass, &[(u32, Value)])> = (plan.passes.iter())
-            .map(|planned| (plan.graph.pass(planned.pass), &planned.specialization[..]))
-            .filter(|(pass, specialization)| seen.insert(key(pass, specialization)))
+        let passes: Vec<(&Pass, PipelineKey)> = (plan.passes.iter())
+            .map(|planned| keyed(plan, planned))
+            .filter(|(_, key)| seen.insert(key.clone()))
             .collect();
         let next = AtomicUsize::new(0);
         let work = || {
             let mut made = Vec::new();
-            while let Some((pass, specialization)) = passes.get(next.fetch_add(1, Ordering::Relaxed)) {
+            while let Some((pass, key)) = passes.get(next.fetch_add(1, Ordering::Relaxed)) {
                 // Who needs one that cannot be made asks for it by its pass, and is told why.
-                made.extend(self.of_pass(device, pass, specialization).ok());
+                made.extend(self.of_key(device, pass, key).ok());
             }
             made
         };
         let known = {
             let retained = lock(&self.passes);
-            passes.iter().filter(|(pass, specialization)| retained.has(&key(pass, specialization))).count()
+            passes.iter().filter(|(_, key)| retained.has(key)).count()
         };
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         std::thread::scope(|scope| {
@@ -98,18 +121,27 @@ impl Pipelines {
         pass: &Pass,
         specialization: &[(u32, Value)],
     ) -> Result<Arc<ComputePipeline>, ExecuteError> {
-        let key = key(pass, specialization);
-        if let Some(pipeline) = lock(&self.passes).get(&key) {
-            tracing::debug!("pipeline of pass `{}` reused", pass.name);
+        self.of_key(device, pass, &key(pass, specialization))
+    }
+
+    fn of_key(
+        &self,
+        device: &Arc<Device>,
+        pass: &Pass,
+        key: &PipelineKey,
+    ) -> Result<Arc<ComputePipeline>, ExecuteError> {
+        if let Some(pipeline) = lock(&self.passes).get(key) {
             return Ok(pipeline);
         }
+        let start = Instant::now();
         let _span = tracing::debug_span!("make pipeline", pass = pass.name.as_str()).entered();
         if let Some(lacks) = lacking(device, &pass.shader) {
             return Err(ExecuteError::Capability { pass: pass.name.clone(), lacks });
         }
         let pipeline = Arc::new(make_pipeline(device, &pass.name, &pass.shader, &key.1)?);
+        tracing::debug!("made the pipeline of pass `{}` in {:.0} ms", pass.name, start.elapsed().as_secs_f64() * 1e3);
         let bytes = 4 * pass.shader.spirv.len() as u64 * BYTES_PER_SPIRV_BYTE;
-        lock(&self.passes).insert(key, pipeline.clone(), bytes);
+        lock(&self.passes).insert(key.clone(), pipeline.clone(), bytes);
         Ok(pipeline)
     }
 
@@ -125,8 +157,14 @@ impl Pipelines {
     }
 }
 
+/// A pass of a plan with the key of its pipeline.
+fn keyed<'p>(plan: &'p Plan, planned: &PassPlan) -> (&'p Pass, PipelineKey) {
+    let pass = plan.graph.pass(planned.pass);
+    (pass, key(pass, &planned.specialization))
+}
+
 fn key(pass: &Pass, specialization: &[(u32, Value)]) -> PipelineKey {
-    (pass.shader.key, specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect())
+    (pass.shader.module, specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect())
 }
 
 fn make_pipeline(

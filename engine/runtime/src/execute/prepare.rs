@@ -256,6 +256,9 @@ impl Builder {
     /// Has the driver compile what a plan runs, several shaders at a time. They are there for [`Self::prepare`] as long as the result is held;
     /// what cannot be made is its error.
     pub fn compile_pipelines(&self, plan: &Plan) -> Pipelined {
+        if tracing::enabled!(tracing::Level::DEBUG) {
+            self.shared.pipelines.tell_reused(plan);
+        }
         Pipelined { _held: self.shared.pipelines.of_plan(&self.shared.device, plan) }
     }
 
@@ -269,7 +272,7 @@ impl Builder {
             (running.resources.clone(), running.picture.clone(), running.serial)
         };
         let resources = physical::make(device, &plan, &running, sources)?;
-        let _pipelined = self.compile_pipelines(&plan);
+        let _pipelined = self.shared.pipelines.of_plan(device, &plan);
         let picture = self.picture(&plan, picture)?;
         let (variant, mut push) = display::describe(&plan);
         let shown = resources.iter().zip(&plan.resources).find(|(_, r)| r.resource == plan.present.resource);

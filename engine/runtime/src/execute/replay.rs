@@ -84,7 +84,7 @@ impl Replay {
         let pass = |planned: &PassPlan| {
             let pass = plan.graph.pass(planned.pass);
             let rest = (planned.groups, &pass.dispatch, &pass.accesses, &planned.specialization);
-            let base = digest::of(0, &[digest::of_bytes(0, &pass.shader.key), digest::of_debug(0, &rest)]);
+            let base = digest::of(0, &[digest::of_bytes(0, &pass.shader.module), digest::of_debug(0, &rest)]);
             Pass { every: pass.every, tick: None, due: true, base }
         };
         let ticking = |step: usize| Some((step, plan.clock_of(step)?, plan.tick_of(step)?));

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use raxel_diagnostics::Diagnostic;
 
 use super::debounce::{Debounce, FileActivity};
-use super::event::{Failed, Rebuilt};
+use super::event::{Failed, Rebuilt, Stages};
 use super::project_state::{BuildSettings, ProjectState};
 use super::watch::{Notice, Tell, Watcher};
 use crate::build::{self, DeviceContext, Selection};
@@ -50,6 +50,8 @@ pub struct Ready {
     pub prepared: Prepared,
     /// When the edit was seen to be finished.
     pub since: Instant,
+    /// What was done since.
+    pub stages: Stages,
 }
 
 enum Message {
@@ -108,13 +110,14 @@ impl Reloader {
             generation: 0,
             changed: Vec::new(),
             rebuilt: Rebuilt::default(),
+            load: 0.0,
             unfinished: None,
             without_device: None,
             held: None,
             tidy: None,
             waker,
         };
-        builder.running = builder.shader_keys();
+        builder.running = builder.shader_modules();
         builder.watch();
         let thread = std::thread::Builder::new().name("raxel-reload".to_owned()).spawn(move || builder.run())?;
         Ok(Self { outcomes, messages, settings, thread: Some(thread) })
@@ -167,8 +170,10 @@ struct Builder {
     changed: Vec<String>,
     /// Parts that were built anew and do not run yet.
     rebuilt: Rebuilt,
-    /// Modules of the last graph that was right: path and key.
+    /// Modules of the last graph that was right: path and hash.
     running: Vec<(String, [u8; 32])>,
+    /// Milliseconds that loading has taken for edits that were not handed over yet.
+    load: f64,
     /// An edit that is loaded and not handed over yet, with the time at which it was seen to be finished.
     unfinished: Option<Instant>,
     /// An edit that is loaded and waits for another device, since the device was lost.
@@ -264,6 +269,7 @@ impl Builder {
 
     /// Loads what depends on the changed files.
     fn load(&mut self, changed: Vec<String>) {
+        let start = Instant::now();
         let state = &mut self.state;
         if state.graph.depends_on(&changed) {
             state.graph = self.loader.graph(&state.graph_path);
@@ -293,6 +299,7 @@ impl Builder {
                 self.changed.push(path);
             }
         }
+        self.load += milliseconds_since(start);
         self.watch();
     }
 
@@ -305,7 +312,7 @@ impl Builder {
             None => self.without_device = Some(since),
             Some(Outcome::Failed(failed)) => self.held = Some((Instant::now() + HOLD, failed)),
             Some(ready @ Outcome::Ready(_)) => {
-                self.running = self.shader_keys();
+                self.running = self.shader_modules();
                 self.hand_over(ready);
             }
         }
@@ -327,8 +334,15 @@ impl Builder {
             _ => return failed(diagnostics, texts),
         };
         let selection = settings.selection(&self.state.graph_path, &graph, &world);
-        let built = build::assemble(&graph, &world, &selection, &settings.context)
-            .and_then(|assembly| build::prepare(&assembly, &settings.context));
+        let start = Instant::now();
+        let mut stages = Stages { load: std::mem::take(&mut self.load), ..Stages::default() };
+        let built = build::assemble(&graph, &world, &selection, &settings.context).and_then(|assembly| {
+            stages.plan = milliseconds_since(start);
+            let start = Instant::now();
+            let prepared = build::prepare(&assembly, &settings.context);
+            stages.prepare = milliseconds_since(start);
+            prepared
+        });
         let prepared = match built {
             Ok(prepared) => prepared,
             Err(BuildError::Device(ExecuteError::DeviceLost { .. })) => {
@@ -339,7 +353,7 @@ impl Builder {
         };
         let mut rebuilt = std::mem::take(&mut self.rebuilt);
         rebuilt.shaders =
-            self.shader_keys().into_iter().filter(|key| !self.running.contains(key)).map(|key| key.0).collect();
+            self.shader_modules().into_iter().filter(|key| !self.running.contains(key)).map(|key| key.0).collect();
         rebuilt.shaders.dedup();
         Some(Outcome::Ready(Box::new(Ready {
             generation,
@@ -350,13 +364,14 @@ impl Builder {
             context: settings.context,
             prepared,
             since,
+            stages,
         })))
     }
 
-    fn shader_keys(&self) -> Vec<(String, [u8; 32])> {
+    fn shader_modules(&self) -> Vec<(String, [u8; 32])> {
         let Ok(graph) = &self.state.graph.result else { return self.running.clone() };
         let mut keys: Vec<_> =
-            graph.passes.iter().map(|pass| (pass.shader.request.path.clone(), pass.shader.key)).collect();
+            graph.passes.iter().map(|pass| (pass.shader.request.path.clone(), pass.shader.module)).collect();
         keys.sort();
         keys.dedup();
         keys
@@ -369,4 +384,8 @@ impl Builder {
             waker();
         }
     }
+}
+
+fn milliseconds_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
 }

@@ -42,10 +42,24 @@ pub struct Reloaded {
     pub resources: SwapReport,
     /// Milliseconds from the moment the edit was seen to be finished until it was swapped in.
     pub milliseconds: f64,
+    /// What of it was spent on what.
+    pub stages: Stages,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
     /// The texts that they point into.
     pub texts: SourceMap,
+}
+
+/// What the time of an edit is spent on, one after the other. What drivers leave to the first frame is not in it: lavapipe makes machine code of
+/// a shader when it is first dispatched.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stages {
+    /// Milliseconds to load what depends on the changed files: shaders are compiled to modules and reflected, graphs checked, worlds built.
+    pub load: f64,
+    /// Milliseconds for a plan with its sources and pipelines.
+    pub plan: f64,
+    /// Milliseconds for images, buffers and descriptors.
+    pub prepare: f64,
 }
 
 /// What an edit made necessary.

@@ -7,4 +7,4 @@ pub(crate) mod project_state;
 mod watch;
 
 pub use builder::Waker;
-pub use event::{Failed, Rebuilt, ReloadEvent, Reloaded};
+pub use event::{Failed, Rebuilt, ReloadEvent, Reloaded, Stages};

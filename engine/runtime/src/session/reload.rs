@@ -46,7 +46,7 @@ impl Session {
 
     /// Makes an edit what runs.
     fn adopt(&mut self, ready: Ready) -> ReloadEvent {
-        let Ready { generation, changed, rebuilt, mut state, selection, context, prepared, since } = ready;
+        let Ready { generation, changed, rebuilt, mut state, selection, context, prepared, since, stages } = ready;
         // The demo may have changed the graph since the build began.
         state.change_graph(&self.state.graph_path);
         let (mut diagnostics, texts) = state.diagnostics();
@@ -106,6 +106,15 @@ impl Session {
         (self.refused, self.refused_graph) = (None, None);
         self.adopt_graph();
         let milliseconds = since.elapsed().as_secs_f64() * 1e3;
-        ReloadEvent::Reloaded(Reloaded { generation, changed, rebuilt, resources, milliseconds, diagnostics, texts })
+        ReloadEvent::Reloaded(Reloaded {
+            generation,
+            changed,
+            rebuilt,
+            resources,
+            milliseconds,
+            stages,
+            diagnostics,
+            texts,
+        })
     }
 }
