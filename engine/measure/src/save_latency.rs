@@ -3,12 +3,12 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use serde::Serialize;
 
 use raxel_runtime::project::Project;
-use raxel_runtime::reload::{Failed, ReloadEvent};
+use raxel_runtime::reload::{Failed, ReloadEvent, Reloaded, Stages};
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
 
 use crate::Times;
@@ -22,6 +22,8 @@ pub struct LatencyOptions {
     pub scratch: PathBuf,
     /// Edits of each kind.
     pub edits: usize,
+    /// The shader to edit: its project path, or the end of it. Without one, that of the last pass that makes what is shown.
+    pub shader: Option<String>,
 }
 
 /// The result. Times are from the end of the save to the finished first frame of the new plan.
@@ -31,12 +33,31 @@ pub struct SaveLatency {
     pub device: String,
     /// Extent of the output in pixels.
     pub size: [u32; 2],
-    /// Project path of the shader that is edited: of the last pass that makes what is shown.
+    /// Project path of the shader that is edited.
     pub shader_path: String,
     /// Its edits: compiled, made a pipeline, run.
     pub shader: Times,
+    /// What these were spent on.
+    pub stages: ShaderStages,
+    /// Edits of its comments: compiled to the module that runs already.
+    pub comment: Times,
     /// Edits of the graph that compile no shader.
     pub graph: Times,
+}
+
+/// What the time of each edit of a shader is spent on, one after the other.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct ShaderStages {
+    /// Until the edit was seen, and known to be whole.
+    pub notice: Times,
+    /// The text was compiled to a module and reflected, the graph checked.
+    pub compile: Times,
+    /// The graph was planned, and the driver made pipelines of new modules.
+    pub plan: Times,
+    /// Images, buffers and descriptors were made, and the plan swapped in.
+    pub swap: Times,
+    /// The first frame, on the device; with what the driver puts off until a pipeline is used.
+    pub frame: Times,
 }
 
 /// Why there is no result.
@@ -52,8 +73,13 @@ pub enum LatencyError {
     #[error("the copy of the project: {0}")]
     Io(#[from] io::Error),
     /// The project has no shader that can be edited this way.
-    #[error("no pass of `{0}` has a shader in GLSL with `void main()`")]
-    NoShader(String),
+    #[error("no pass of `{graph}` that runs has a shader in GLSL with `void main()`{}", .named.as_ref().map_or_else(String::new, |name| format!(" called `{name}`")))]
+    NoShader {
+        /// Its project path.
+        graph: String,
+        /// What was asked for.
+        named: Option<String>,
+    },
     /// An edit that should be right is not.
     #[error("an edit failed: {}", .0.diagnostics.first().map_or("", |diagnostic| diagnostic.message.as_str()))]
     Edit(Box<Failed>),
@@ -94,35 +120,78 @@ pub fn save_latency(options: &LatencyOptions) -> Result<SaveLatency, LatencyErro
     let mut session = Session::open(session_options)?;
     finish_frame(&mut session)?;
 
-    let shader_path = editable_shader(&session, &copy)?;
+    let shader_path = editable_shader(&session, &copy, options.shader.as_deref())?;
     let graph_path = session.graph_path().to_owned();
     let shader = fs::read_to_string(copy.join(&shader_path))?;
     let graph = fs::read_to_string(copy.join(&graph_path))?;
     // The first edit of each kind also warms caches of the system; people edit more than once.
     let mut shader_times = Vec::new();
+    let mut stages = ShaderStages::default();
+    let first = first_constant();
+    let mut comment_times = Vec::new();
     let mut graph_times = Vec::new();
     for edit in 0..=options.edits {
-        // A constant that no other edit has, so that the module is new to the driver too.
-        let line =
-            format!("void main() {{\n    if (gl_GlobalInvocationID.x == {}u) return;", 3_000_000_000 + edit as u64);
+        // A constant that no other edit has, of this run or an earlier one, so that the module is new to the driver and its caches, too.
+        let constant = first.wrapping_add(edit as u32) | 0x8000_0000;
+        let line = format!("void main() {{\n    if (gl_GlobalInvocationID.x == {constant}u) return;");
         let text = shader.replacen(&main_of(&shader).unwrap_or_default(), &line, 1);
-        shader_times.push(save_and_wait(&mut session, &copy, &shader_path, &text)?);
+        let edited = save_and_wait(&mut session, &copy, &shader_path, &text)?;
+        shader_times.push(edited.whole);
+        if edit > 0 {
+            edited.add_to(&mut stages);
+        }
+        comment_times.push(save_and_wait(&mut session, &copy, &shader_path, &format!("{text}// {edit}\n"))?.whole);
         let text = format!("{graph}\n[targets.reload_bench]\nformat = \"r32f\"\nsize = [{0}, {0}]\n", edit + 1);
-        graph_times.push(save_and_wait(&mut session, &copy, &graph_path, &text)?);
+        graph_times.push(save_and_wait(&mut session, &copy, &graph_path, &text)?.whole);
     }
     shader_times.remove(0);
+    comment_times.remove(0);
     graph_times.remove(0);
     Ok(SaveLatency {
         device: session.device().capabilities().name.clone(),
         size: session.size(),
         shader_path,
         shader: Times { milliseconds: shader_times },
+        stages,
+        comment: Times { milliseconds: comment_times },
         graph: Times { milliseconds: graph_times },
     })
 }
 
-/// Saves a file in place; milliseconds from the end of the write until the frame with the edit is finished.
-fn save_and_wait(session: &mut Session, copy: &Path, path: &str, text: &str) -> Result<f64, LatencyError> {
+/// A constant for the first edit that no earlier run has had, for all that matters.
+fn first_constant() -> u32 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    now.as_micros() as u32
+}
+
+/// Milliseconds of an edit.
+struct Edited {
+    /// From the end of the write until the frame with the edit was finished.
+    whole: f64,
+    /// Of that, from the moment when it was seen until it was swapped in.
+    reload: f64,
+    stages: Stages,
+    /// Of that, the frame.
+    frame: f64,
+}
+
+impl Edited {
+    fn add_to(&self, all: &mut ShaderStages) {
+        let Stages { load, plan, .. } = self.stages;
+        for (times, milliseconds) in [
+            (&mut all.notice, self.whole - self.reload - self.frame),
+            (&mut all.compile, load),
+            (&mut all.plan, plan),
+            (&mut all.swap, self.reload - load - plan),
+            (&mut all.frame, self.frame),
+        ] {
+            times.milliseconds.push(milliseconds);
+        }
+    }
+}
+
+/// Saves a file in place, and waits until the frame with the edit is finished.
+fn save_and_wait(session: &mut Session, copy: &Path, path: &str, text: &str) -> Result<Edited, LatencyError> {
     fs::write(copy.join(path), text)?;
     let saved = Instant::now();
     loop {
@@ -132,9 +201,11 @@ fn save_and_wait(session: &mut Session, copy: &Path, path: &str, text: &str) -> 
         }
         for event in events {
             match event {
-                ReloadEvent::Reloaded(_) => {
+                ReloadEvent::Reloaded(Reloaded { milliseconds, stages, .. }) => {
+                    let swapped = Instant::now();
                     finish_frame(session)?;
-                    return Ok(saved.elapsed().as_secs_f64() * 1e3);
+                    let [whole, frame] = [saved, swapped].map(|start| start.elapsed().as_secs_f64() * 1e3);
+                    return Ok(Edited { whole, reload: milliseconds, stages, frame });
                 }
                 ReloadEvent::Failed(failed) => return Err(LatencyError::Edit(Box::new(failed))),
                 ReloadEvent::HistoryCleared { .. } | ReloadEvent::DeviceRebuilt { .. } => {}
@@ -149,16 +220,23 @@ fn finish_frame(session: &mut Session) -> Result<(), FrameError> {
     session.wait()
 }
 
-/// The shader of the last live pass that can be edited.
-fn editable_shader(session: &Session, copy: &Path) -> Result<String, LatencyError> {
+/// The shader of the last live pass that can be edited, and is called so.
+fn editable_shader(session: &Session, copy: &Path, named: Option<&str>) -> Result<String, LatencyError> {
     let plan = session.plan();
     let paths =
         plan.iter().flat_map(|plan| plan.passes.iter().map(|pass| &plan.graph.pass(pass.pass).shader.request.path));
+    let called = |path: &&String| {
+        named.is_none_or(|name| path.strip_suffix(name).is_some_and(|rest| rest.is_empty() || rest.ends_with('/')))
+    };
     paths
         .rev()
+        .filter(called)
         .find(|path| fs::read_to_string(copy.join(path)).is_ok_and(|text| main_of(&text).is_some()))
         .cloned()
-        .ok_or_else(|| LatencyError::NoShader(session.graph_path().to_owned()))
+        .ok_or_else(|| LatencyError::NoShader {
+            graph: session.graph_path().to_owned(),
+            named: named.map(str::to_owned),
+        })
 }
 
 /// `void main() {`, as this shader writes it.
