@@ -1,9 +1,11 @@
 //! Pictures in files, and how far two of them are apart: FLIP, root mean square, largest difference.
 
 mod compare;
+mod encode;
 mod read;
 
 pub use compare::{CompareError, Comparison, compare};
+pub use encode::{EncodeError, hdr, jpeg};
 pub use read::{ReadError, decode, read};
 
 /// Three numbers a pixel, rows from the top.

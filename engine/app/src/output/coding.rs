@@ -1,8 +1,5 @@
 //! Frames as bytes of a file: what was read back, and the form that it gets.
 
-use image::codecs::hdr::HdrEncoder;
-use image::codecs::jpeg::JpegEncoder;
-use image::{ExtendedColorType, Rgb};
 use raxel_runtime::execute::{Picture, Texels};
 
 use super::png::Compression;
@@ -85,21 +82,14 @@ impl Coding {
                 png::encode(&picture, self.compression).map_err(|error| failed(&error))
             }
             (Kind::Jpg, Shot::Picture(picture)) => {
-                let mut bytes = Vec::new();
-                JpegEncoder::new_with_quality(&mut bytes, self.quality)
-                    .encode(&rgb(&picture), picture.width, picture.height, ExtendedColorType::Rgb8)
-                    .map_err(|error| failed(&error))?;
-                Ok(bytes)
+                raxel_picture::jpeg(&rgb(&picture), [picture.width, picture.height], self.quality)
+                    .map_err(|error| failed(&error))
             }
             (Kind::Raw, Shot::Picture(picture)) => Ok(picture.rgba),
             (Kind::Exr, Shot::Texels(layers)) => exr::encode(&layers).map_err(|error| failed(&error)),
             (Kind::Hdr, Shot::Texels(layers)) => {
                 let Some((_, texels)) = layers.first() else { return Err(failed(&"there is no target")) };
-                let mut bytes = Vec::new();
-                HdrEncoder::new(&mut bytes)
-                    .encode(&radiance(texels), texels.width as usize, texels.height as usize)
-                    .map_err(|error| failed(&error))?;
-                Ok(bytes)
+                raxel_picture::hdr(&radiance(texels), [texels.width, texels.height]).map_err(|error| failed(&error))
             }
             (_, _) => Err(failed(&"it was read back in another form")),
         }
@@ -116,10 +106,10 @@ pub(super) fn rgb(picture: &Picture) -> Vec<u8> {
 }
 
 /// Red, green and blue; one channel is grey. The format has neither negative numbers nor NaN, which become 0, nor infinity.
-fn radiance(texels: &Texels) -> Vec<Rgb<f32>> {
+fn radiance(texels: &Texels) -> Vec<[f32; 3]> {
     let grey = texels.format.channels() == 1;
     let value = |x: f32| if x > 0.0 { x.min(f32::MAX / 2.0) } else { 0.0 };
-    let pixel = |[r, g, b, _]: [f32; 4]| Rgb(if grey { [value(r); 3] } else { [value(r), value(g), value(b)] });
+    let pixel = |[r, g, b, _]: [f32; 4]| if grey { [value(r); 3] } else { [value(r), value(g), value(b)] };
     texels.floats().into_iter().map(pixel).collect()
 }
 
