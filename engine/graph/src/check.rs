@@ -63,6 +63,7 @@ pub fn check(
     extents::check(resolved, found);
     // The passes of a loop stand together.
     loops::check(resolved, found);
+    loops::without_rounds(resolved, found);
     // Each pass against its shader.
     let mut passes = Vec::with_capacity(resolved.passes.len());
     let mut seen = HashSet::new();

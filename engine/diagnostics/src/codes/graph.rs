@@ -161,4 +161,6 @@ declare! {
     NO_LOOP = "RX0194";
     /// An odd number of swaps of what is carried from frame to frame, or in a loop that not every frame runs.
     SWAP_CARRIED = "RX0195";
+    /// A loop over the mips of a target that has one.
+    NO_ROUND = "RX0491";
 }

@@ -34,6 +34,26 @@ pub fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
     }
 }
 
+/// Warns of loops from mip to mip of a target that has only one: none of their passes ever runs.
+pub fn without_rounds(graph: &Resolved, found: &mut Vec<Diagnostic>) {
+    for repeated in graph.loops.iter().filter(|repeated| repeated.sound) {
+        let Rounds::Mips(target) = repeated.item.rounds else { continue };
+        if mip_count(graph, target) != Some(1) {
+            continue;
+        }
+        let (name, target) = (&repeated.item.name, &graph.resources[target.0 as usize]);
+        found.push(
+            Diagnostic::warning(
+                codes::graph::NO_ROUND,
+                format!("loop `{name}` has no round: target `{}` has one mip", target.item.name),
+            )
+            .label(repeated.count.clone(), "a round for each step from one mip to the next")
+            .label(target.item.place.clone(), "has nothing but mip 0")
+            .help(format!("give `{}` more: `mips = \"full\"`, or a number", target.item.name)),
+        );
+    }
+}
+
 /// The loop of the pass. Without one, `loop.index` means nothing, which is reported.
 pub fn around<'a>(
     context: &Context<'a>,

@@ -210,6 +210,23 @@ fn mistakes() {
 }
 
 #[test]
+fn a_loop_without_a_round_is_told() {
+    let told = |mips: &str| {
+        let mut project = project();
+        project.put(PATH, &GRAPH.replace("mips = \"full\"\n", mips));
+        let warns = project.compile(PATH).0.is_ok();
+        (warns, project.rendered(PATH).matches("[RX0491]: loop `down` has no round").count())
+    };
+    assert_eq!(told("mips = \"full\"\n"), (true, 0));
+    assert_eq!(told("mips = 2\n"), (true, 0));
+    // A target that says nothing of mips has one.
+    assert_eq!(told("mips = 1\n"), (true, 1));
+    assert_eq!(told(""), (true, 1));
+    // The full chain of a single texel is that texel.
+    assert_eq!(told("mips = \"full\"\nsize = [1, 1]\n"), (true, 1));
+}
+
+#[test]
 fn a_loop_with_passes_of_a_clock_has_no_others() {
     let clock = "\n[clocks.sim]\nhz = 60\n[params.rounds]";
     let mix = GRAPH.find("\n[[passes]]\nname = \"mix\"").unwrap();
