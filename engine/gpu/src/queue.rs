@@ -137,6 +137,27 @@ impl Device {
         self.wait(self.submitted(), timeout)
     }
 
+    /// Waits until the queue has done everything that it was given so far, but no longer than `timeout`: what `vkQueueWaitIdle` does, which has no
+    /// limit. `queue` is the locked queue.
+    pub(crate) fn wait_queue(&self, queue: vk::Queue, timeout: Duration) -> Result<()> {
+        // SAFETY: plain data.
+        let fence = unsafe { self.raw.create_fence(&vk::FenceCreateInfo::default(), None) }.named("vkCreateFence")?;
+        // SAFETY: the caller has locked the queue; the fence is new. It is signalled after all that was submitted before.
+        let submitted = unsafe { self.raw.queue_submit2(queue, &[], fence) }.named("vkQueueSubmit2");
+        let done = submitted.and_then(|()| {
+            // SAFETY: the fence is alive.
+            match unsafe { self.raw.wait_for_fences(&[fence], true, nanoseconds(timeout)) } {
+                Err(vk::Result::TIMEOUT) => Err(Error::TimedOut { seconds: timeout.as_secs_f64() }),
+                result => result.named("vkWaitForFences"),
+            }
+        });
+        if !matches!(done, Err(Error::TimedOut { .. })) {
+            // SAFETY: it is signalled, or was never submitted, or the device is lost. One that was waited for in vain stays for ever.
+            unsafe { self.raw.destroy_fence(fence, None) };
+        }
+        self.watch(done)
+    }
+
     /// Waits until a device that was given up has finished after all. False when it has not within `timeout`, or is really lost.
     pub fn wait_abandoned(&self, timeout: Duration) -> bool {
         self.wait_timeline(self.submitted(), timeout).is_ok()
@@ -145,11 +166,14 @@ impl Device {
     fn wait_timeline(&self, value: TimelineValue, timeout: Duration) -> std::result::Result<(), vk::Result> {
         let (semaphores, values) = ([self.queue.semaphore], [value.0]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
-        // The largest number means "for ever" to some drivers.
-        let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX).min(u64::MAX - 1);
         // SAFETY: the semaphore is a live timeline semaphore.
-        unsafe { self.raw.wait_semaphores(&info, nanoseconds) }?;
+        unsafe { self.raw.wait_semaphores(&info, nanoseconds(timeout)) }?;
         self.queue.reached.fetch_max(value.0, Ordering::AcqRel);
         Ok(())
     }
+}
+
+/// A limit as Vulkan counts it. The largest number means "for ever" to some drivers.
+fn nanoseconds(timeout: Duration) -> u64 {
+    u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX).min(u64::MAX - 1)
 }

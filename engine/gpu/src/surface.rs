@@ -360,10 +360,13 @@ impl Surface {
         }
         let held = self.held.take().map(|(_, turn)| turn);
         let queue = self.device.queue.lock();
-        // SAFETY: the device has finished all work; what is left on the queue are presents, which wait for nothing that is not
-        // signalled. After that nothing uses the chain, its views or its semaphores.
+        // What is left on the queue are presents, which wait for nothing that is not signalled.
+        match self.device.wait_queue(*queue, self.patience) {
+            Ok(()) | Err(Error::DeviceLost) => {}
+            Err(error) => return Err(error),
+        }
+        // SAFETY: the device has finished all work, or is lost. Nothing uses the chain, its views or its semaphores any more.
         unsafe {
-            let _ = self.device.watch(self.device.raw.queue_wait_idle(*queue).named("vkQueueWaitIdle"));
             for image in chain.images {
                 self.device.raw.destroy_image_view(image.view, None);
                 self.device.raw.destroy_semaphore(image.rendered, None);
