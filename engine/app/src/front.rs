@@ -226,18 +226,21 @@ impl Front {
     /// Builds a world for something that has to look at all of its voxels.
     pub fn whole_world(&self, path: &str, console: &Console) -> Result<Arc<SessionWorld>> {
         let world = self.world(path, console)?;
-        Self::whole(&world, path, console).map(|()| world)
+        Self::whole(&world, path, None, console).map(|()| world)
     }
 
-    /// Stops at a world that never has all of its voxels.
-    pub fn whole(world: &SessionWorld, path: &str, console: &Console) -> Result<()> {
+    /// Stops at a world that never has all of its voxels. `instead` says what can be done with it as it is.
+    pub fn whole(world: &SessionWorld, path: &str, instead: Option<&str>, console: &Console) -> Result<()> {
         let Some(streamed) = world.streamed() else { return Ok(()) };
-        let diagnostic = Diagnostic::error(
+        let mut diagnostic = Diagnostic::error(
             codes::world::STREAM_ENDLESS,
             format!("`{path}` is streamed: there is no moment at which all of its voxels are there"),
         )
         .label(streamed.place.clone(), "by this")
         .help("take `[stream]` out and give its operations bounds, to have a part of it");
+        if let Some(instead) = instead {
+            diagnostic = diagnostic.note(instead);
+        }
         Err(console.stop(&[diagnostic]))
     }
 

@@ -215,8 +215,14 @@ fn find(args: &Args, front: &Front, console: &Console) -> Result<Found> {
         ))
         .help("--size 7680x4320"));
     }
-    let loaded: Vec<Arc<SessionWorld>> =
-        worlds.iter().map(|path| front.whole_world(path, console)).collect::<Result<_>>()?;
+    let load = |path: &String| {
+        let world = front.world(path, console)?;
+        // Every pixel is judged by the voxel that it should show, which no moment of such a world has for all of them.
+        let instead =
+            format!("`raxel bench stream GRAPH --world {path}` measures frames and loading on a flight through it");
+        Front::whole(&world, path, Some(&instead), console).map(|()| world)
+    };
+    let loaded: Vec<Arc<SessionWorld>> = worlds.iter().map(load).collect::<Result<_>>()?;
     check_cameras(&args.cameras, &loaded)?;
     let effort = Effort { warmup: args.warmup, frames: args.frames, seconds: args.seconds };
     let everywhere = |graph: &&String| EVERYWHERE.contains(&graph.as_str());
@@ -234,7 +240,7 @@ fn find(args: &Args, front: &Front, console: &Console) -> Result<Found> {
     Ok(Found { matrix, worlds: loaded })
 }
 
-/// Graphs of graphs/bench, then those of graphs.
+/// Graphs of graphs/bench, then those of graphs, then those of graphs/examples.
 fn find_graphs(args: &Args, front: &Front) -> Result<Vec<String>> {
     let bench = front.project.graphs_in("graphs/bench");
     if args.graphs.is_empty() {
@@ -244,7 +250,8 @@ fn find_graphs(args: &Args, front: &Front) -> Result<Vec<String>> {
         }
         return Ok(bench);
     }
-    let known: Vec<String> = bench.into_iter().chain(front.project.graphs()).collect();
+    let examples = front.project.graphs_in("graphs/examples");
+    let known: Vec<String> = bench.into_iter().chain(front.project.graphs()).chain(examples).collect();
     args.graphs.iter().map(|named| find_file("graph", named, "graphs", &known, front)).collect()
 }
 

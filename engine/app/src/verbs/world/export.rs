@@ -34,7 +34,7 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
     let pending = Pending::new(&args.output)?;
     let (front, path) = Front::of(args.world.as_deref(), Project::default_world, console)?;
     let world = front.saved_world(&path, Saves::Read, console)?.world();
-    Front::whole(&world, &path, console)?;
+    Front::whole(&world, &path, None, console)?;
     let bytes = raxel_world::vox::export(world.voxels()).map_err(|error| console.stop(&[error.diagnostic(&path)]))?;
     let size = bytes.len();
     pending.finish(&bytes)?;
