@@ -6,13 +6,20 @@
 //     #define PATH_KEPT             a function `vec4 kept(RxHit hit)` knows what falls on a face without direct sun, / pi; w is 0 where not
 //     #define PATH_LAMPS_APART      the lamps at the first place are compared elsewhere, and only those that a ray meets counted here
 //     #define PATH_PANES n          rays go through clear bodies that are at most n voxels thick on the way; needs <raxel/light/body.glsl>
+//     #define PATH_ROULETTE_FROM n  Russian roulette begins at the n-th place on the way, the third otherwise,
+//     #define PATH_ROULETTE_MOST p  and lets no more than so large a part of the paths go on from each, 0.95 otherwise
 //     #define PATH_PLACES n         also notes what falls on each of the first n places of the path: path_places
 #ifndef LIGHT_PATH_GLSL
 #define LIGHT_PATH_GLSL
 
 #include <raxel/light/lamps.glsl>
 
-const uint PATH_ROULETTE_FROM = 3u;
+#ifndef PATH_ROULETTE_FROM
+#define PATH_ROULETTE_FROM 3u
+#endif
+#ifndef PATH_ROULETTE_MOST
+#define PATH_ROULETTE_MOST 0.95
+#endif
 
 #ifdef PATH_LAMPS_APART
 const bool PATH_DRAWS_FIRST = false;
@@ -154,7 +161,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
         if (ends) break;
         kind = ON;
         if (depth >= PATH_ROULETTE_FROM) {
-            float on = min(max(share.x, max(share.y, share.z)), 0.95);
+            float on = min(max(share.x, max(share.y, share.z)), PATH_ROULETTE_MOST);
             if (rx_next(numbers) >= on) break;
             share /= on;
             path_live(on);

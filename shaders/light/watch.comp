@@ -21,8 +21,8 @@ void main() {
     bool changed = change > 1e-5 || edited;
     state.changed = changed ? 1u : 0u;
     if (changed) {
-        // A quarter of a sample: after ten frames it is 2.4 % of the mean.
-        state.cap = edited ? 0.25 : clamp(0.3 / change, 0.25, 64.0);
+        // A quarter of a sample: after ten frames it is 2.4 % of the mean. What an edit has hit is new in two frames.
+        state.cap = edited ? 0.05 : clamp(0.3 / change, 0.25, 64.0);
         // A sun that goes on slowly does not end what is known.
         if (state.cap < 4.0) state.generation += 1u;
     }

@@ -24,8 +24,9 @@ const float ETA = 1.333;
 // Light on a face, without direct sun; what the sky would give where the cache has nothing.
 vec3 kept(ivec3 voxel, uint face, vec2 uv, vec3 to_sun) {
     if (rx_face_fits(voxel, face_box())) {
-        uint slot = rx_face_find(rx_face_key(voxel, face, 0u));
-        if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(voxel, face, rx_face_quarter(uv)));
+        // A face that has quarters now may have been kept as a whole before.
+        uint slot = rx_face_find(rx_face_key(voxel, face, rx_face_quarter(uv)));
+        if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(voxel, face, 0u));
         if (slot != RX_NO_FACE && light[slot].w > 0.0) return light[slot].rgb;
     }
     return 0.5 * sky_radiance(normalize(rx_normal(face) + vec3(0.0, 0.6, 0.0)), to_sun);

@@ -1,4 +1,4 @@
-// Empties the list of faces, decides how many of those in sight are listed, and gives slots back whose faces nobody has asked for in a long time: a 256th of the table in each frame.
+// Empties the list of faces, decides how many of those in sight are listed, says how noisy a sample is, and gives slots back whose faces nobody has asked for in a long time: a 256th of the table in each frame.
 #version 460
 #include "../scene.glsl"
 
@@ -20,6 +20,16 @@ void main() {
         queue.every = uint(clamp(ceil(float(queue.seen) / budget), 1.0, 16.0));
         queue.seen = 0u;
         queue.count = 0u;
+        // One number for all faces: a number of samples that follows each face's own samples would stop where they happen to lie low.
+        if (queue.spreads >= 16u) {
+            float noise = float(queue.spread) / (QUEUE_ONE * float(queue.spreads));
+            queue.noise += (noise - queue.noise) * (queue.noise > 0.0 ? 0.1 : 1.0);
+        }
+        if (queue.showing > 0u) queue.bright = exp2(float(queue.logs) / (QUEUE_ONE * float(queue.showing)) + QUEUE_LOG_LEAST);
+        queue.spread = 0u;
+        queue.spreads = 0u;
+        queue.logs = 0u;
+        queue.showing = 0u;
     }
     uint slot = (frame.index & 255u) * 4096u + gl_GlobalInvocationID.x;
     if (face_keys[slot] >> 31 == 0u || frame.index + 1u - asked[slot] < AGE) return;

@@ -1,8 +1,10 @@
-// The new samples of each listed face go into its mean, and their squares into another one.
+// The new samples of each listed face go into its mean, and their squares into another one. How far they lie from what the face has
+// shown before says how noisy they are.
 #version 460
 #include <raxel/thread.glsl>
 
 layout(local_size_x = 64) in;
+#define QUEUE_ACCESS
 #include "queue.glsl"
 layout(std430) readonly buffer Faces { uint faces[]; };
 layout(std430) readonly buffer Fresh { vec4 fresh[]; };
@@ -13,20 +15,52 @@ layout(std430) buffer Squares { float squares[]; };
 layout(push_constant) uniform Push { int history; } push;
 #include "../renew.glsl"
 
-void main() {
-    uint i = rx_thread();
-    if (i >= queue.count) return;
+const float JUDGES_FROM = 8.0;   // samples of a mean that others are held against
+const float SPREAD_MOST = 64.0;  // so that the sum over all faces fits
+
+shared uint spread;
+shared uint spreads;
+
+float luminance(vec3 light) {
+    return min(dot(light, vec3(0.2126, 0.7152, 0.0722)), 1e15);
+}
+
+// Takes the new samples in, and notes how noisy they are.
+void resolve(uint i) {
     uint slot = faces[i];
     vec3 sum = vec3(0.0);
-    float square = 0.0;
+    float square = 0.0, added = float(queue.per_face);
     for (uint k = 0u; k < queue.per_face; ++k) {
         vec3 one = fresh[i * queue.per_face + k].rgb;
-        float luminance = min(dot(one, vec3(0.2126, 0.7152, 0.0722)), 1e15);
         sum += one;
-        square += luminance * luminance;
+        square += luminance(one) * luminance(one);
     }
-    float added = float(queue.per_face);
-    vec4 now = renewed(slot, light[slot], sum, added, float(push.history));
+    vec4 old = light[slot];
+    if (old.w >= JUDGES_FROM && generation[slot] == state.generation && queue.bright > 0.0) {
+        // Samples of one frame are spread evenly, so they are held against the mean together; a mean of n is off by an n-th of the variance itself.
+        // Where sunlight comes on top, or all else is much brighter, it shows less.
+        float mean = luminance(old.rgb), off = luminance(sum / added) - mean;
+        float relative = off * off / ((1.0 / added + 1.0 / old.w) * (mean * mean + queue.bright * queue.bright));
+        atomicAdd(spread, uint(QUEUE_ONE * min(relative, SPREAD_MOST)));
+        atomicAdd(spreads, 1u);
+    }
+    vec4 now = renewed(slot, old, sum, added, float(push.history));
     light[slot] = now;
     squares[slot] = (square + (now.w - added) * squares[slot]) / now.w;
+}
+
+void main() {
+    bool first = gl_LocalInvocationIndex == 0u;
+    if (first) {
+        spread = 0u;
+        spreads = 0u;
+    }
+    barrier();
+    uint i = rx_thread();
+    if (i < queue.count) resolve(i);
+    barrier();
+    if (first && spreads > 0u) {
+        atomicAdd(queue.spread, spread);
+        atomicAdd(queue.spreads, spreads);
+    }
 }

@@ -1,5 +1,5 @@
 // What each pixel sees, and a list of the faces that get new samples, each once: all that are new, and of the others as many as there are
-// paths for, in turn. Faces that know their light well take their turn less often.
+// paths for, in turn. Faces that know their light well take their turn less often; wide ones, which many pixels show, have to know it better.
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
@@ -17,10 +17,11 @@ layout(std430) buffer Asked { uint asked[]; };
 layout(std430) readonly buffer Light { vec4 light[]; };
 layout(std430) readonly buffer Generation { uint generation[]; };
 layout(std430) writeonly buffer Faces { uint faces[]; };
-layout(push_constant) uniform Push { float quarters; int settled; int rarely; } push;
+layout(push_constant) uniform Push { float quarters; float error; int rarely; } push;
 #define RX_FACE_INSERT
 #include <raxel/light/face_table.glsl>
 #include "across.glsl"
+#include "part.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outHit);
@@ -32,7 +33,8 @@ void main() {
     imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(0.0));
     uint slot = RX_NO_FACE;
     if (found && hit.face != RX_FACE_INSIDE && rx_face_fits(hit.voxel, face_box())) {
-        uint part = pixels_across(hit.voxel, hit.face, float(size.y)) < push.quarters ? 0u : rx_face_quarter(hit.uv);
+        float across = pixels_across(hit.voxel, hit.face, float(size.y));
+        uint part = part_at(hit.voxel, hit.face, hit.uv, float(size.y), push.quarters);
         RxFaceKey key = rx_face_key(hit.voxel, hit.face, part);
         slot = rx_face_insert(key);
         // Frames count from 1 here: 0 is a slot that nobody has asked for. The list holds as many faces as there are pixels.
@@ -41,9 +43,10 @@ void main() {
             atomicAdd(queue.seen, 1u);
             // Samples of light that is gone do not count.
             float samples = generation[slot] == state.generation ? light[slot].w : 0.0;
-            uint wait = max(queue.every, 1u) * uint(clamp(samples / float(max(push.settled, 1)), 1.0, float(max(push.rarely, 1))));
+            float needed = queue.noise * max(part == 0u ? across : 0.5 * across, 1.0) / (push.error * push.error);
+            float wait = queue.noise > 0.0 ? clamp(samples / needed, 1.0, float(max(push.rarely, 1))) : 1.0;
             // By the key, because slots depend on the order of threads.
-            bool turn = (rx_hash(key.home ^ key.rest) + frame.index) % wait == 0u;
+            bool turn = (rx_hash(key.home ^ key.rest) + frame.index) % (max(queue.every, 1u) * uint(wait)) == 0u;
             if (turn || samples == 0.0) faces[atomicAdd(queue.count, 1u)] = slot;
         }
     }

@@ -20,26 +20,57 @@ layout(rgba32f) uniform writeonly image2D outRadiance;
 layout(push_constant) uniform Push { bool smooth_faces; } push;
 #include <raxel/light/face_table.glsl>
 #include "blend.glsl"
+#define QUEUE_ACCESS
+#include "queue.glsl"
+
+shared uint logs;
+shared uint showing;
+
+// How bright all is says how much the noise of kept light matters. One in 16 groups of pixels is asked.
+void note_light(float light, bool shows) {
+    if (any(notEqual(gl_WorkGroupID.xy & 3u, uvec2(0u)))) return;
+    bool first = gl_LocalInvocationIndex == 0u;
+    if (first) {
+        logs = 0u;
+        showing = 0u;
+    }
+    barrier();
+    if (shows && light > 0.0) {
+        atomicAdd(logs, uint(QUEUE_ONE * (clamp(log2(light), QUEUE_LOG_LEAST, QUEUE_LOG_MOST) - QUEUE_LOG_LEAST)));
+        atomicAdd(showing, 1u);
+    }
+    barrier();
+    if (first && showing > 0u) {
+        atomicAdd(queue.logs, logs);
+        atomicAdd(queue.showing, showing);
+    }
+}
+
+float luminance(vec3 light) {
+    return min(dot(light, vec3(0.2126, 0.7152, 0.0722)), 1e15);
+}
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outRadiance);
-    if (any(greaterThanEqual(pixel, size))) return;
+    bool inside = all(lessThan(pixel, size));
     vec3 to_sun = frame_sun();
-    ivec4 hit = imageLoad(hits, pixel);
-    vec3 color = vec3(0.0);
+    ivec4 hit = inside ? imageLoad(hits, pixel) : ivec4(0, 0, 0, -1);
+    vec3 color = vec3(0.0), kept = vec3(0.0), other = vec3(0.0);
     uint face = hit_face(hit.w);
-    if (hit.w < 0) {
-        color = sky_radiance(pixel_direction(pixel, size), to_sun);
-    } else if (face != RX_FACE_INSIDE) {
+    bool shows = hit.w >= 0 && face != RX_FACE_INSIDE;
+    if (shows) {
         RxMaterial material = rx_material_properties(hit_material(hit.w));
         uint slot = imageLoad(slots, pixel).x;
-        vec3 kept = slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb;
-        if (push.smooth_faces && slot != RX_NO_FACE) kept = blended(slot, imageLoad(places, pixel).xy);
+        if (slot != RX_NO_FACE) kept = push.smooth_faces ? blended(slot, imageLoad(places, pixel).xy) : light[slot].rgb;
         vec3 sunlight = sun_irradiance(to_sun) * (imageLoad(sun, pixel).x / RX_PI);
 #ifdef PANES
         sunlight += sun_irradiance(to_sun) * imageLoad(stained, pixel).rgb / RX_PI;
 #endif
-        color = material.albedo * (frame.lamp_strength * material.emission + kept + sunlight);
+        other = frame.lamp_strength * material.emission + sunlight;
+        color = material.albedo * (kept + other);
+    } else if (hit.w < 0) {
+        color = sky_radiance(pixel_direction(pixel, size), to_sun);
     }
-    imageStore(outRadiance, pixel, vec4(color, 1.0));
+    if (inside) imageStore(outRadiance, pixel, vec4(color, 1.0));
+    note_light(luminance(kept + other), shows);
 }

@@ -2,6 +2,7 @@
 // as chance explains the difference between the two: the more samples both have, the smaller a difference must be, so that with time
 // each face shows what it has itself, and edges of shadows stay where they are.
 #version 460
+#extension GL_EXT_control_flow_attributes : require
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>
 #include "../scene.glsl"
@@ -23,25 +24,64 @@ layout(std430) writeonly buffer Soft { uvec2 soft[]; };
 
 const float APART = 1.5;    // standard errors between two faces that count as alike
 const uint RECENT = 16u;    // frames since a neighbour was seen
-const float CLEAN = 0.02;   // standard error, as a share of the mean, from which on a face needs no neighbours
+const float CLEAN = 0.035;  // standard error, as a share of what such a place shows, from which on a face needs no neighbours
 
 float luminance(vec3 light) {
     return dot(light, vec3(0.2126, 0.7152, 0.0722));
 }
 
-// A neighbour with light of now, or RX_NO_FACE. Its light is of the world of now, too, so it is still bare if it was not seen in this very frame, as
-// faces that are smaller than pixels are not.
-uint lit_beside(ivec3 voxel, uint face, uint part, ivec2 step) {
-    uint slot = seen_beside(voxel, face, part, step, RECENT);
-    return slot != RX_NO_FACE && generation[slot] == state.generation && light[slot].w > 0.0 ? slot : RX_NO_FACE;
+// Whether so many samples are too few for a variance.
+bool noisy(float variance, float samples, float mean) {
+    return variance > CLEAN * CLEAN * samples * (mean * mean + queue.bright * queue.bright);
 }
 
-void add(uint slot, vec4 own, float variance, inout vec3 sum, inout float samples) {
-    vec4 other = light[slot];
-    float away = luminance(other.rgb) - luminance(own.rgb);
-    float share = other.w * exp(-away * away / max(APART * APART * variance * (1.0 / own.w + 1.0 / other.w), 1e-30));
-    sum += share * other.rgb;
-    samples += share;
+// Neighbours of a face on its plane: the eight next to it, row by row, or the four that lie so many `far` straight on.
+const int RING = 8;
+ivec2 ring_step(int far, int k) {
+    int next = far > 1 ? 2 * (k % 4) + 1 : k < 4 ? k : k + 1;
+    return (ivec2(next % 3, next / 3) - 1) * far;
+}
+
+// RX_NO_FACE where no face is seen or its light is not of now. Light of now is that of the world of now, so a face is still bare if it was not seen in
+// this very frame, as faces that are smaller than pixels are not.
+uint ring_slot[RING];
+vec4 ring_light[RING];
+float ring_square[RING];
+
+// Looks for all whose bit is set in `wanted`. Step by step for all of them at once, so that they wait for memory together.
+void look(uint own, ivec3 voxel, uint face, uint part, int far, uint wanted) {
+    RxFaceKey keys[RING];
+    uint words[RING], seen[RING], made[RING];
+    [[unroll]] for (int k = 0; k < RING; ++k) {
+        bool fits = key_beside(voxel, face, part, ring_step(far, k), keys[k]);
+        words[k] = fits && (wanted >> k & 1u) != 0u ? face_keys[rx_face_slot(keys[k], 0u)] : 0u;
+    }
+    [[unroll]] for (int k = 0; k < RING; ++k) {
+        bool first = words[k] == rx_face_word(keys[k], 0u);
+        ring_slot[k] = words[k] == 0u ? RX_NO_FACE : first ? rx_face_slot(keys[k], 0u) : rx_face_find(keys[k]);
+    }
+    [[unroll]] for (int k = 0; k < RING; ++k) {
+        uint slot = ring_slot[k] == RX_NO_FACE ? own : ring_slot[k];
+        seen[k] = asked[slot];
+        made[k] = generation[slot];
+        ring_light[k] = light[slot];
+        ring_square[k] = squares[slot];
+    }
+    [[unroll]] for (int k = 0; k < RING; ++k) {
+        if (frame.index + 1u - seen[k] > RECENT || made[k] != state.generation || ring_light[k].w == 0.0) ring_slot[k] = RX_NO_FACE;
+    }
+}
+
+// Adds what is in the ring, each by the number of its samples and by how likely chance alone makes the difference.
+void add(vec4 own, float variance, inout vec3 sum, inout float samples) {
+    [[unroll]] for (int k = 0; k < RING; ++k) {
+        if (ring_slot[k] == RX_NO_FACE) continue;
+        vec4 other = ring_light[k];
+        float away = luminance(other.rgb) - luminance(own.rgb);
+        float share = other.w * exp(-away * away / max(APART * APART * variance * (1.0 / own.w + 1.0 / other.w), 1e-30));
+        sum += share * other.rgb;
+        samples += share;
+    }
 }
 
 void main() {
@@ -54,43 +94,43 @@ void main() {
     vec3 result = own.rgb;
     float mean = luminance(own.rgb), square = squares[slot];
     // Few samples know little of their variance.
-    if (own.w < 64.0 || square - mean * mean > CLEAN * CLEAN * own.w * mean * mean) {
+    if (own.w < 16.0 || noisy(square - mean * mean, own.w, mean)) {
         ivec3 voxel;
         uint face, part;
         rx_face_of(key, face_box(), voxel, face, part);
-        // Eight neighbours, row by row with the face itself in the middle; the variance is that of all of them together.
-        uint near[9];
+        look(slot, voxel, face, part, 1, 0xffu);
+        // The variance is that of all of them together.
         float samples = own.w;
         mean *= own.w;
         square *= own.w;
-        for (int k = 0; k < 9; ++k) {
-            near[k] = k == 4 ? slot : lit_beside(voxel, face, part, ivec2(k % 3, k / 3) - 1);
-            if (k == 4 || near[k] == RX_NO_FACE) continue;
-            mean += light[near[k]].w * luminance(light[near[k]].rgb);
-            square += light[near[k]].w * squares[near[k]];
-            samples += light[near[k]].w;
+        [[unroll]] for (int k = 0; k < RING; ++k) {
+            if (ring_slot[k] == RX_NO_FACE) continue;
+            mean += ring_light[k].w * luminance(ring_light[k].rgb);
+            square += ring_light[k].w * ring_square[k];
+            samples += ring_light[k].w;
         }
         mean /= samples;
         float variance = max(square / samples - mean * mean, 0.0);
+
+        // Around a corner only by one of the faces beside it: between two that touch there may be a wall. 0 1 2, 3 and 4, 5 6 7 are the rows.
+        bool left = ring_slot[3] != RX_NO_FACE, right = ring_slot[4] != RX_NO_FACE;
+        bool above = ring_slot[1] != RX_NO_FACE, below = ring_slot[6] != RX_NO_FACE;
+        if (!left && !above) ring_slot[0] = RX_NO_FACE;
+        if (!right && !above) ring_slot[2] = RX_NO_FACE;
+        if (!left && !below) ring_slot[5] = RX_NO_FACE;
+        if (!right && !below) ring_slot[7] = RX_NO_FACE;
         vec3 sum = own.w * own.rgb;
         samples = own.w;
-        int beside = 0;
-        for (int k = 0; k < 9; ++k) {
-            // Around a corner only by one of the faces beside it: between two that touch there may be a wall.
-            if (k % 2 == 0 && near[k % 3 == 0 ? 3 : 5] == RX_NO_FACE && near[k < 3 ? 1 : 7] == RX_NO_FACE) near[k] = RX_NO_FACE;
-            if (k == 4 || near[k] == RX_NO_FACE) continue;
-            add(near[k], own, variance, sum, samples);
-            ++beside;
-        }
+        add(own, variance, sum, samples);
         // Straight on, each by the one before it, where there is still noise: one more, or three on a narrow strip.
-        if (variance > CLEAN * CLEAN * samples * mean * mean) {
-            int most = beside > 5 ? 2 : 4;
-            for (int k = 1; k < 9; k += 2) {
-                uint last = near[k];
-                for (int far = 2; far <= most && last != RX_NO_FACE; ++far) {
-                    last = lit_beside(voxel, face, part, far * (ivec2(k % 3, k / 3) - 1));
-                    if (last != RX_NO_FACE) add(last, own, variance, sum, samples);
-                }
+        if (noisy(variance, samples, mean)) {
+            int beside = 0;
+            [[unroll]] for (int k = 0; k < RING; ++k) beside += ring_slot[k] != RX_NO_FACE ? 1 : 0;
+            uint wanted = (above ? 1u : 0u) | (left ? 2u : 0u) | (right ? 4u : 0u) | (below ? 8u : 0u);
+            for (int far = 2; far <= (beside > 5 ? 2 : 4) && wanted != 0u; ++far) {
+                look(slot, voxel, face, part, far, wanted);
+                add(own, variance, sum, samples);
+                [[unroll]] for (int k = 0; k < 4; ++k) wanted &= ring_slot[k] != RX_NO_FACE ? 15u : ~(1u << k);
             }
         }
         if (samples > 0.0) result = sum / samples;

@@ -15,14 +15,16 @@ layout(std430) readonly buffer Faces { uint faces[]; };
 layout(std430) readonly buffer Light { vec4 light[]; };      // irradiance / pi, samples
 layout(std430) readonly buffer Generation { uint generation[]; };
 layout(std430) writeonly buffer Fresh { vec4 fresh[]; };
-layout(push_constant) uniform Push { int ready; int candidates; } push;
+layout(push_constant) uniform Push { ivec2 pixels; int ready; int candidates; float quarters; } push;
 #include <raxel/light/face_table.glsl>
+#include "across.glsl"
+#include "part.glsl"
 
 // Light that a face keeps, as one value or in quarters. What was kept before the light changed is not passed on.
 vec4 kept(RxHit hit) {
     if (!rx_face_fits(hit.voxel, face_box())) return vec4(0.0);
-    uint slot = rx_face_find(rx_face_key(hit.voxel, hit.face, 0u));
-    if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(hit.voxel, hit.face, rx_face_quarter(hit.uv)));
+    uint part = part_at(hit.voxel, hit.face, hit.uv, float(push.pixels.y), push.quarters);
+    uint slot = rx_face_find(rx_face_key(hit.voxel, hit.face, part));
     if (slot == RX_NO_FACE || generation[slot] != state.generation || light[slot].w < float(push.ready)) return vec4(0.0);
     return light[slot];
 }
