@@ -156,6 +156,21 @@ pub const ALL: &[RaySet] = &[
     RaySet { name: "lengths", about: "directions 2^-60 to 2^60 long", make: Make::Rays(lengths) },
     RaySet { name: "ends", about: "aimed at solids, ending (t_max) before, at or behind them", make: Make::Rays(ends) },
     RaySet { name: "tiles", about: "8 × 8 pixels of random views, which share a beam", make: Make::Tiles(tile) },
+    RaySet {
+        name: "octant-tiles",
+        about: "8 × 8 pixels around the middle of views along an axis or a diagonal, so that rays of several octants meet",
+        make: Make::Tiles(octant_tile),
+    },
+    RaySet {
+        name: "grazing-tiles",
+        about: "8 × 8 pixels around the horizon of views 1/1024 voxel beside a lattice plane, or in it",
+        make: Make::Tiles(grazing_tile),
+    },
+    RaySet {
+        name: "lattice-tiles",
+        about: "8 × 8 pixels of views along an axis, from lattice points, with pixels in small integer ratios: ties",
+        make: Make::Tiles(lattice_tile),
+    },
     RaySet { name: "invalid", about: "NaN, infinities, and no direction at all", make: Make::Rays(invalid) },
 ];
 
@@ -451,13 +466,89 @@ fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let up = if up.cross(forward).length_squared() > 0.01 { up } else { forward.any_orthogonal_vector() };
     let right = forward.cross(up).normalize();
     let up = right.cross(forward);
-    let view_to_world = Mat4::from_cols(right.extend(0.0), up.extend(0.0), (-forward).extend(0.0), glam::Vec4::W);
     let size = [[16, 16], [64, 64], [320, 184], [1280, 720], [3840, 2160]][random.below(5) as usize];
     let half_height = [0.006, 0.18, 0.58, 1.2, 12.0][random.below(5) as usize];
-    let tan_half_fov = Vec2::new(half_height * size[0] as f32 / size[1] as f32, half_height);
     let first = size.map(|side| random.below(u64::from(side / Tile::SIDE)) as u32 * Tile::SIDE);
-    let camera = Pinhole { cell: cell.into(), frac: frac.into(), view_to_world, tan_half_fov };
+    tile_of((cell.map(i64::from), frac), [right, up, forward], size, half_height, first)
+}
+
+/// The tile at `first` of a view.
+fn tile_of(
+    origin: ([i64; 3], [f32; 3]),
+    [right, up, forward]: [Vec3; 3],
+    size: [u32; 2],
+    half_height: f32,
+    first: [u32; 2],
+) -> Tile {
+    let view_to_world = Mat4::from_cols(right.extend(0.0), up.extend(0.0), (-forward).extend(0.0), glam::Vec4::W);
+    let tan_half_fov = Vec2::new(half_height * size[0] as f32 / size[1] as f32, half_height);
+    let camera = Pinhole { cell: clamped(origin.0).into(), frac: origin.1.into(), view_to_world, tan_half_fov };
     Tile { camera, size, first }
+}
+
+/// A tile that holds, or lies beside, the place `at` (0 to 1) of a picture.
+fn tile_at(random: &mut Random, size: [u32; 2], at: [f32; 2]) -> [u32; 2] {
+    std::array::from_fn(|i| {
+        let tiles = size[i] / Tile::SIDE;
+        let middle = (at[i] * size[i] as f32) as u32 / Tile::SIDE;
+        (middle + random.below(3) as u32).saturating_sub(1).min(tiles - 1) * Tile::SIDE
+    })
+}
+
+/// Right, up and forward along axes, either way.
+fn along_axes(random: &mut Random) -> [Vec3; 3] {
+    let forward = random.below(3) as usize;
+    let right = (forward + 1 + random.below(2) as usize) % 3;
+    let mut signed = |axis: usize| if random.below(2) == 0 { Vec3::AXES[axis] } else { -Vec3::AXES[axis] };
+    let (forward, right) = (signed(forward), signed(right));
+    [right, right.cross(forward), forward]
+}
+
+/// Odd sizes have pixels exactly in the middle, whose directions have components of zero.
+const TILE_SIZES: [[u32; 2]; 6] = [[16, 16], [17, 17], [65, 33], [321, 183], [1280, 720], [3840, 2160]];
+
+fn octant_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let [right, up, forward] = along_axes(random);
+    // Along an axis, or halfway to another one, where one axis is the border.
+    let view = match random.below(3) {
+        0 => [right, (up - forward).normalize(), (up + forward).normalize()],
+        1 => [(right - forward).normalize(), up, (right + forward).normalize()],
+        _ => [right, up, forward],
+    };
+    let size = TILE_SIZES[random.below(6) as usize];
+    let half_height = [0.006, 0.18, 0.58, 1.2][random.below(4) as usize];
+    let frac = if random.below(4) == 0 { [0.0; 3] } else { fraction(random) };
+    let first = tile_at(random, size, [0.5; 2]);
+    tile_of((random.cell(around(&targets.bounds)), frac), view, size, half_height, first)
+}
+
+fn grazing_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let view = along_axes(random);
+    let [right, up, forward] = view;
+    // Beside the upper or lower side of a solid voxel, some way off.
+    let (solid, distance) = (targets.solid(random), [3.0_f32, 40.0, 600.0][random.below(3) as usize]);
+    let side = if random.below(2) == 0 { up } else { -up };
+    let cell = std::array::from_fn(|i| solid[i] + (side[i] - distance * forward[i]) as i64);
+    let beside = [0.0, 1.0 / 1024.0, 0.5, 1023.0 / 1024.0][random.below(4) as usize];
+    let frac = std::array::from_fn(|i| if up[i].abs() < 0.5 { random.unit() } else { beside });
+    // Tilted by next to nothing, or by nothing.
+    let tilt: f32 = [0.0, 1e-6, 1e-4, 1e-2][random.below(4) as usize] * if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let ahead = (forward + tilt * up).normalize();
+    let size = TILE_SIZES[random.below(6) as usize];
+    let half_height = [0.006, 0.18, 0.58][random.below(3) as usize];
+    let across = random.unit();
+    let first = tile_at(random, size, [across, 0.5]);
+    tile_of((cell, frac), [right, right.cross(ahead), ahead], size, half_height, first)
+}
+
+fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let size = [[16, 16], [17, 17], [33, 65], [64, 64], [1024, 512]][random.below(5) as usize];
+    let half_height = [0.25, 0.5, 1.0, 2.0][random.below(4) as usize];
+    let frac = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.below(3) as usize]);
+    let (cell, at) = (random.cell(around(&targets.bounds)), [random.unit(), random.unit()]);
+    let view = along_axes(random);
+    let first = tile_at(random, size, at);
+    tile_of((cell, frac), view, size, half_height, first)
 }
 
 fn invalid(targets: &RayTargets, random: &mut Random) -> Ray {
