@@ -21,7 +21,8 @@ impl Display {
         // ./raxel test installs it.
         let mut xvfb = Running::start(
             Command::new("Xvfb")
-                .args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp", "-fbdir"])
+                // When its last client goes, a server that resets drops whoever connects at that moment.
+                .args(["-noreset", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp", "-fbdir"])
                 .arg(frame_buffer.path())
                 .stdout(Stdio::piped())
                 .stderr(Stdio::null()),
