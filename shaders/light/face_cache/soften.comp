@@ -24,7 +24,9 @@ layout(std430) writeonly buffer Soft { uvec2 soft[]; };
 
 const float APART = 1.5;    // standard errors between two faces that count as alike
 const uint RECENT = 16u;    // frames since a neighbour was seen
-const float CLEAN = 0.035;  // standard error, as a share of what such a place shows, from which on a face needs no neighbours
+const float QUIET = 0.25;    // noise of samples below which sunlight hides most of it
+const float CLEAN = 0.02;    // standard error, as a share of the mean, from which on a face needs no neighbours
+const float HIDDEN = 0.035;  // the same in quiet light, as a share of what such a place shows
 
 float luminance(vec3 light) {
     return dot(light, vec3(0.2126, 0.7152, 0.0722));
@@ -32,7 +34,8 @@ float luminance(vec3 light) {
 
 // Whether so many samples are too few for a variance.
 bool noisy(float variance, float samples, float mean) {
-    return variance > CLEAN * CLEAN * samples * (mean * mean + queue.bright * queue.bright);
+    float enough = queue.noise < QUIET ? HIDDEN * HIDDEN * (mean * mean + queue.bright * queue.bright) : CLEAN * CLEAN * mean * mean;
+    return variance > enough * samples;
 }
 
 // Neighbours of a face on its plane: the eight next to it, row by row, or the four that lie so many `far` straight on.
@@ -94,7 +97,7 @@ void main() {
     vec3 result = own.rgb;
     float mean = luminance(own.rgb), square = squares[slot];
     // Few samples know little of their variance.
-    if (own.w < 16.0 || noisy(square - mean * mean, own.w, mean)) {
+    if (own.w < (queue.noise < QUIET ? 16.0 : 64.0) || noisy(square - mean * mean, own.w, mean)) {
         ivec3 voxel;
         uint face, part;
         rx_face_of(key, face_box(), voxel, face, part);
