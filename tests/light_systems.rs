@@ -6,6 +6,7 @@ mod scenes;
 
 use common::Project;
 use raxel::measure::light::{Bench, Effort, Scene};
+use raxel::world::{World, vox};
 use raxel::{Options, Session, Validation, Value};
 use raxel_edit::{Brush, Operation};
 use scenes::{DARK, cuboid, effort, frames, open, scene, systems, world};
@@ -223,6 +224,94 @@ fn first_hits_by_way_of_half_resolution_change_no_byte() {
     // Sides that 2 does not divide.
     let light = |graph: &str| frames(&mut open(&project, graph, [61, 35], &[]), 3);
     assert_eq!(light("graphs/light/halfres.toml"), light("graphs/light/sun_history.toml"));
+}
+
+/// Where a path stands in its queue changes nothing but the time.
+#[test]
+fn sorting_rays_changes_no_byte() {
+    let project = Project::shipped();
+    std::fs::copy(project.path("worlds/menger.toml"), project.path("worlds/test.toml")).unwrap();
+    let mut sessions = ["wavefront", "wavefront_sorted"]
+        .map(|name| open(&project, &format!("graphs/light/{name}.toml"), [61, 35], &[]));
+    let [light, sorted] = sessions.each_mut().map(|session| frames(session, 3));
+    assert_eq!(light, sorted);
+    // There is a pass more in each of the 12 rounds.
+    let [passes, sorted] = sessions.each_mut().map(|session| session.frame().unwrap().dispatched);
+    assert!(sorted >= passes + 12, "{sorted} and {passes} dispatches");
+}
+
+/// Faces of one plane share their noise: less of it in a few frames, and in the end the light that each has found itself.
+#[test]
+fn faces_of_a_plane_share_noise_and_not_light() {
+    let project = Project::shipped();
+    room(&project);
+    let bench = |frames: u32| {
+        let mut bench = Bench::new(effort(&project, [64, 36], frames, 512));
+        let scene = scene();
+        let references = bench.references(&scene).unwrap();
+        let shared = bench.system("graphs/light/face_cache.toml", &scene, &references).unwrap();
+        let own = "shaders/light/face_cache/soften.comp";
+        project.edit(own, "soft[slot] = soft_pack(result);", "soft[slot] = soft_pack(own.rgb);");
+        let alone = bench.system("graphs/light/face_cache.toml", &scene, &references).unwrap();
+        project.edit(own, "soft[slot] = soft_pack(own.rgb);", "soft[slot] = soft_pack(result);");
+        assert_eq!(bench.complaints(), &[] as &[String]);
+        [shared, alone].map(|outcome| outcome.still.last().unwrap().judged)
+    };
+    let [shared, alone] = bench(4);
+    assert!(shared.noise < 0.6 * alone.noise, "{shared:?} {alone:?}");
+    let [shared, alone] = bench(256);
+    assert!(shared.noise < alone.noise && shared.error < 1.25 * alone.error, "{shared:?} {alone:?}");
+}
+
+/// The world of docs/light/beauty.md around a model that raxel does not ship: what is missing is named, and any model of its size becomes a
+/// hall with windows and lamps.
+#[test]
+fn a_solid_model_is_hollowed_out_and_lit_from_inside() {
+    let project = Project::shipped();
+    let page = std::fs::read_to_string(common::repository().join("docs/light/church.toml")).unwrap();
+    project.write("worlds/test.toml", page);
+    let missing = project.raxel(&["check", "worlds/test.toml"]).exits(3).stdout;
+    assert!(missing.contains("error[RX0001]: `worlds/church.vox` does not exist"), "{missing}");
+
+    // Up to where the street begins.
+    let block = (0..124 * 24 * 64).map(|i| (glam::IVec3::new(i % 124, i / 124 % 24, i / (124 * 24)), 1));
+    let block = World::from_voxels(raxel::oracle::scenes::materials(), block);
+    project.write("worlds/church.vox", vox::export(&block).unwrap());
+    let only = |param: &str, value: f32| {
+        let mut params = vec![("sun_strength", 0.0), ("sky_strength", 0.0), ("lamp_strength", 0.0)];
+        params.extend([("sun_azimuth", 165.0), ("sun_elevation", 42.0)]);
+        params.retain(|(name, _)| *name != param);
+        params.push((param, value));
+        let texels = frames(&mut open(&project, "graphs/light/reference.toml", [32, 18], &params), 64);
+        let lit = texels.iter().filter(|texel| texel[1] > 0.0).count();
+        (lit * 100 / texels.len(), luminance(&texels))
+    };
+    // Of a solid block, the camera would see nothing at all.
+    for (source, strength) in [("sun_strength", 14.0), ("sky_strength", 1.0), ("lamp_strength", 1.0)] {
+        let (percent, light) = only(source, strength);
+        assert!(percent > 50 && light > 1e-3, "{source}: {light} in {percent} % of the pixels");
+    }
+}
+
+/// A box around the camera has the keys in a world that is larger than the box of all keys.
+#[test]
+fn faces_of_a_wide_world_keep_light_wherever_the_camera_is() {
+    let project = Project::shipped();
+    let wall = "wall = { albedo = [0.7, 0.6, 0.5] }";
+    let sky = [("sun_strength", 0.0), ("sky_strength", 1.0)];
+    let light = |graph: &str, build: &[String], x: i32| {
+        let x = f64::from(x);
+        world(&project, wall, build, [x + 8.0, 9.5, 20.5], [x + 8.0, 0.0, 8.0], 60.0);
+        luminance(&frames(&mut open(&project, graph, [48, 27], &sky), 32))
+    };
+    let floor = |x: i32| cuboid("wall", [x, 0, 0], [x + 16, 1, 16], "");
+    for graph in ["graphs/light/face_cache.toml", "graphs/light/surface_f32.toml"] {
+        let alone = light(graph, &[floor(0)], 0);
+        for x in [0, 70_000, -70_001] {
+            let wide = light(graph, &[floor(-70_001), floor(0), floor(70_000)], x);
+            assert!((wide / alone - 1.0).abs() < 0.01, "{graph}: {wide} at {x}, {alone} in a small world");
+        }
+    }
 }
 
 #[test]
