@@ -33,8 +33,6 @@ pub struct Panels {
     moving: Option<timeline::Moving>,
     /// The failed generation for which the problems were opened by themselves.
     told: Option<u64>,
-    /// Whether the colours and the zoom were set.
-    styled: bool,
     /// Points of the window when it was drawn last.
     room: Vec2,
 }
@@ -129,8 +127,10 @@ impl Panels {
     }
 
     fn style(&mut self, ctx: &Context) {
-        if !self.styled {
-            self.styled = true;
+        // A window that is opened anew, as after the loss of a device, has a context of its own.
+        let styled = Id::new("styled");
+        if ctx.data(|data| data.get_temp::<bool>(styled)).is_none() {
+            ctx.data_mut(|data| data.insert_temp(styled, true));
             ctx.set_theme(egui::Theme::Dark);
             ctx.set_zoom_factor(self.layout.zoom);
             ctx.style_mut(|style| {

@@ -5,7 +5,7 @@ use egui::{Align2, Color32, FontId, Rect, Sense, Stroke, Ui, pos2, vec2};
 
 use crate::action::Action;
 use crate::frame::bytes;
-use crate::view::{Resource, Shown, Use, View};
+use crate::view::{Pass, PassState, Resource, Shown, Use, View};
 
 const CELL: f32 = 18.0;
 const READS: Color32 = Color32::from_rgb(90, 150, 240);
@@ -90,11 +90,13 @@ fn cell(ui: &mut Ui, view: &View<'_>, (row, resource): (usize, &Resource), rect:
     } else if response.hovered() {
         ui.painter().rect_stroke(rect, 2.0, Stroke::new(1.0, Color32::WHITE), egui::StrokeKind::Inside);
     }
-    if resource.opaque || !pass.state.is_planned() {
+    // What is unused now is run when it is asked for; a pass whose `when` does not hold never is.
+    let runs = |pass: &Pass<'_>| pass.state != PassState::Condition;
+    if resource.opaque || !runs(pass) {
         return;
     }
     // Before a pass is after the one that runs before it.
-    let before = view.passes[..row].iter().rev().find(|pass| pass.state.is_planned());
+    let before = view.passes[..row].iter().rev().find(|pass| runs(pass));
     if response.clicked() {
         actions.push(Action::Show(after));
     } else if response.secondary_clicked()
