@@ -16,9 +16,9 @@ pub(crate) fn stripped(text: &str) -> String {
             let end = comment.find("*/").map_or(rest.len(), |end| end + 4);
             // Whether a directive goes on behind such a comment is the compiler's to say.
             if rest[..end].contains('\n') {
-                out.push(LINES)
+                out.push(LINES);
             } else {
-                space(&mut out)
+                space(&mut out);
             }
             end
         } else if c == '\n' {
