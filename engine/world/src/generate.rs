@@ -110,9 +110,13 @@ impl Generator {
                         tile.stamp(&placed.model, &placed.materials, placement, placed.mode);
                     }
                 }
+                // There are no caves above level 0 in which it could be seen.
+                Operation::Jittered(jittered) if level > 0 && jittered.is_buried() => {}
                 Operation::Jittered(jittered) => {
                     if jittered.is_small(level) {
-                        tile.tint(jittered);
+                        if jittered.is_dense() {
+                            tile.tint(jittered);
+                        }
                     } else if tile.can_have(jittered, self.height_range()) {
                         for placement in self.placements(index, jittered, level, pos).iter() {
                             tile.stamp(&jittered.model, &jittered.materials, placement, jittered.mode);

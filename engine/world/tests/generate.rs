@@ -185,6 +185,24 @@ fn coarse_land_has_no_holes() {
 }
 
 #[test]
+fn far_land_has_the_colour_of_models_that_are_many_and_seen() {
+    let load = |models: &str| {
+        let text = format!("{MATERIALS}\n[stream]\n[[build]]\n{LAND}\n{models}");
+        Project::with_world(&text).load().expect("it is right").0.stream.unwrap().generator
+    };
+    let models = |from: &str, to: &str| format!("[[build]]\n{}", MODELS.replace(from, to));
+    let (land, many) = (load(""), load(&models("", "")));
+    let (few, buried) = (load(&models("cell = 11", "cell = 40")), load(&models("sink = 1", "sink = 40")));
+    let differ = |level: u32, other: &std::sync::Arc<dyn ChunkSource>| {
+        let other = |pos: &&ChunkPos| other.chunk(level, **pos) != land.chunk(level, **pos);
+        positions().iter().filter(other).count()
+    };
+    assert!(differ(1, &many) > 10, "{}", differ(1, &many));
+    assert_eq!([differ(1, &few), differ(1, &buried), differ(2, &few), differ(2, &buried)], [0; 4]);
+    assert!(differ(0, &few) > 10 && differ(0, &buried) > 10, "they are there, near the camera");
+}
+
+#[test]
 fn empty_and_solid_tiles_are_known_without_their_voxels() {
     let generator = endless();
     assert_eq!(generator.chunk(0, ChunkPos::new(50, 40, 50)), Content::Empty);

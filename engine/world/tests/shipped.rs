@@ -76,3 +76,16 @@ fn flock() {
     // The shader moves them all: graphs/examples/flock.toml has as many.
     assert!(loaded.instances.list.iter().all(|instance| instance.motions.is_empty()));
 }
+
+#[test]
+fn models_are_what_their_files_build() {
+    for name in ["hut", "mushroom", "vein"] {
+        let path = format!("worlds/models/{name}.toml");
+        let (loaded, warnings) =
+            load(&path, &Root, &mut SourceMap::default()).unwrap_or_else(|e| panic!("{path}: {e:#?}"));
+        assert_eq!(warnings, [], "{path}");
+        assert!(loaded.world.has_emission());
+        let model = Root.read(&format!("worlds/models/{name}.vox")).expect("it is there");
+        assert!(raxel_world::vox::export(&loaded.world).expect("it is small")[..] == model[..], "export {path} again");
+    }
+}

@@ -189,6 +189,17 @@ impl Jittered {
         level > 0 && size.iter().all(|side| (*side as i64) < 2 * crate::tile::cell_edge(level))
     }
 
+    /// Whether all of it is sunk into the ground: it shows in caves and cuts alone.
+    pub(crate) fn is_buried(&self) -> bool {
+        self.model.bounds().is_some_and(|bounds| bounds.max[1] - 1 - self.anchor[1] < self.sink)
+    }
+
+    /// Whether there are so many that they cover at least an eighth of the land, seen from above, where each cell of the grid has one.
+    pub(crate) fn is_dense(&self) -> bool {
+        let [x, _, z] = self.model.bounds().map_or([0; 3], |bounds| bounds.size().map(u128::from));
+        8 * x * z >= (self.cell as u128).pow(2)
+    }
+
     /// The material that most of the model's voxels are of.
     pub(crate) fn commonest(&self) -> Option<MaterialIndex> {
         let counts = self.model.counts().iter().enumerate().filter(|(_, count)| **count > 0);
