@@ -93,7 +93,8 @@ impl WorldStream {
         let capabilities = device.capabilities();
         let there = u64::from(capabilities.limits.max_storage_buffer_range).min(capabilities.memory / SHARE);
         let bytes = settings.gpu_memory.min(there) & !15;
-        let [needed, packed] = Streamer::estimate(&**tiles, &reach, camera.cell, &KeptSource::bytes_of);
+        let loaded = reach.loaded(complete);
+        let [needed, packed] = Streamer::estimate(&**tiles, &loaded, camera.cell, &KeptSource::bytes_of);
         if needed > bytes {
             return Err(Refused::World(Box::new(too_small(streamed, needed, bytes))));
         }
@@ -214,10 +215,12 @@ impl WorldStream {
         if let Some(publication) = &frames.taken
             && publication.version != frames.version
         {
-            // Too many waiting writes: the next frame tries again.
             let lights = self.lights.as_ref().zip(publication.lights.as_ref());
-            let written = lights.is_none_or(|(source, words)| source.write(0, bytemuck::cast_slice(words)).is_ok());
-            if written && self.source.write(0, bytemuck::cast_slice(publication.words())).is_ok() {
+            let lights = lights.map(|(source, words)| (source, bytemuck::cast_slice(words)));
+            let voxels = (&self.source, bytemuck::cast_slice(publication.words()));
+            let headers: Vec<(&Arc<DeviceSource>, &[u8])> = std::iter::once(voxels).chain(lights).collect();
+            // Too many waiting writes: the next frame tries again.
+            if DeviceSource::write_together(&headers).is_ok() {
                 (frames.version, frames.changes) = (publication.version, publication.changes);
             }
         }

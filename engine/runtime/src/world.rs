@@ -20,6 +20,10 @@ pub use baked::store_refused;
 
 use crate::camera::Camera;
 
+/// Bytes of chunks that are kept where the file wants none, in a world with lamps: those of a chunk follow from the six around it, which
+/// would each be made up to seven times.
+const LAMP_NEIGHBOURS: u64 = 8 << 20;
+
 /// A world, and what its encodings took.
 pub struct SessionWorld {
     /// Project path of its file; `None` for the empty world of a session without one.
@@ -86,10 +90,14 @@ impl SessionWorld {
 
     fn new(path: Option<String>, loaded: Loaded) -> Self {
         let mut materials = loaded.world.materials().to_vec();
-        let kept = loaded
-            .stream
-            .as_ref()
-            .map(|streamed| Arc::new(KeptSource::new(streamed.generator.clone(), streamed.settings.cpu_memory)));
+        let shines = materials.iter().any(|material| material.emission > 0.0);
+        let kept = loaded.stream.as_ref().map(|streamed| {
+            let bytes = match streamed.settings.cpu_memory {
+                0 if shines => LAMP_NEIGHBOURS,
+                bytes => bytes,
+            };
+            Arc::new(KeptSource::new(streamed.generator.clone(), bytes))
+        });
         let tiles = kept.as_ref().map(|kept| {
             // The palette of a streamed world never changes: what models may bring is in it from the beginning.
             materials = Scene::new(&materials, &loaded.models).materials;

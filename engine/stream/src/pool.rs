@@ -156,10 +156,11 @@ impl Pool {
         Some(Block { allocation: Held(allocation), units })
     }
 
-    /// Whether there is room for some more tiles.
-    pub fn is_roomy(&self) -> bool {
-        let account = self.account();
-        u64::from(account.used) * 125 < u64::from(self.capacity) * self.form.most
+    /// Words that tiles can take before four fifths of what is theirs is used: less than there is room for, so that what was refused is not
+    /// asked for when it would only just fit, and be refused again.
+    pub fn spare_words(&self) -> u64 {
+        let most = u64::from(self.capacity) * self.form.most / 125;
+        most.saturating_sub(u64::from(self.account().used)) * u64::from(self.form.unit)
     }
 
     /// Takes a block back that no frame reads any more.

@@ -92,13 +92,17 @@ impl Reach {
         reach
     }
 
-    /// The same with the coarsest tiles two further, where there are coarse ones: a horizon that is there before it is seen, even where a
-    /// camera passes two borders at a corner.
+    /// What a streamer loads to show this: where the world is not complete before each frame, one tile further at every level, so that what
+    /// comes near is there before it is missed, and the coarsest of several levels two further: a horizon that is there before it is seen,
+    /// even where a camera passes two borders at a corner.
     #[must_use]
-    pub fn further(&self) -> Self {
+    pub fn loaded(&self, complete: bool) -> Self {
         let mut reach = self.clone();
-        if let [_, .., top] = &mut reach.radii[..] {
-            *top += 2;
+        if !complete {
+            reach.radii.iter_mut().for_each(|radius| *radius += 1);
+            if let [_, .., top] = &mut reach.radii[..] {
+                *top += 1;
+            }
         }
         reach
     }

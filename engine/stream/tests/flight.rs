@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 use glam::IVec3;
 use raxel_diagnostics::{DiskFiles, SourceMap};
 use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, View};
-use raxel_world::{StreamSettings, Streamed};
+use raxel_world::random::{SplitMix64, mix};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Streamed};
 
 /// Bytes of the pool: less than what is near takes, so that it is full on the way.
 const POOL: usize = 12 << 20;
@@ -38,31 +39,26 @@ fn what_is_near_and_far_of_the_shipped_land_fits_256_mib() {
     assert!(bytes < 136 << 20, "{bytes}");
 }
 
-/// Bytes of the process, as far as the system says.
-fn resident() -> Option<u64> {
-    let pages: u64 = std::fs::read_to_string("/proc/self/statm").ok()?.split_whitespace().nth(1)?.parse().ok()?;
-    Some(4096 * pages)
+/// Bytes of the process.
+fn resident() -> u64 {
+    let text = std::fs::read_to_string("/proc/self/statm").expect("the system says what a process takes");
+    let pages: u64 = text.split_whitespace().nth(1).and_then(|pages| pages.parse().ok()).expect("a number of pages");
+    4096 * pages
 }
 
-/// An hour at 64 voxels a second, as fast as tiles come: straight on, with a turn every 2,000 voxels. `RAXEL_FLIGHT_TILES` ends it after so
-/// many tiles.
-#[test]
-#[ignore = "takes minutes"]
-fn an_hour_of_flight_takes_no_more_memory_than_its_first_minutes() {
-    let streamed = frontier();
-    let settings = StreamSettings { near: 256, far: 4096, ..streamed.settings };
-    let reach = Reach::of(&settings, streamed.generator.height_range().unwrap());
+/// Flies straight on, with a turn every 2,000 voxels, as fast as tiles come: one second of the flight after the other, each when everything
+/// that it wants is there. The pool is smaller than what that takes. After so many tiles it ends.
+fn fly(source: Arc<dyn ChunkSource>, reach: Reach, height: i32, seconds: u32, most: u64) {
     let memory = Arc::new(Words(Mutex::new(vec![0; POOL / 4])));
-    let options = StreamOptions { workers: 2, complete: false, upload: None, poison: false };
-    let streamer =
-        Streamer::new(streamed.generator.clone(), memory, (POOL / 4) as u32, reach, View::at(IVec3::ZERO), options);
-    let most: u64 = std::env::var("RAXEL_FLIGHT_TILES").ok().and_then(|tiles| tiles.parse().ok()).unwrap_or(u64::MAX);
+    let workers = std::thread::available_parallelism().map_or(1, usize::from);
+    let options = StreamOptions { workers, complete: false, upload: None, poison: false };
+    let streamer = Streamer::new(source, memory, (POOL / 4) as u32, reach, View::at(IVec3::ZERO), options);
     let (mut at, mut samples) = ([0.5f64, 0.5], Vec::new());
     let began = Instant::now();
-    for step in 0..3600 {
+    for step in 0..seconds {
         let turn = f64::from(step / 31) * 2.4;
         at = [at[0] + 64.0 * turn.cos(), at[1] + 64.0 * turn.sin()];
-        streamer.follow(View::at(IVec3::new(at[0] as i32, 170, at[1] as i32)));
+        streamer.follow(View::at(IVec3::new(at[0] as i32, height, at[1] as i32)));
         let until = Instant::now() + Duration::from_secs(120);
         while !streamer.is_settled() || streamer.has_pending() {
             if let Some(taken) = streamer.take() {
@@ -75,7 +71,7 @@ fn an_hour_of_flight_takes_no_more_memory_than_its_first_minutes() {
         }
         if step % 60 == 59 {
             let stats = streamer.stats();
-            samples.push(resident().unwrap_or(0));
+            samples.push(resident());
             println!(
                 "{step:>5} s: {} tiles, {:?}, near {}, {} MiB",
                 stats.made,
@@ -91,4 +87,51 @@ fn an_hour_of_flight_takes_no_more_memory_than_its_first_minutes() {
     println!("{:?} in {:.0} s", streamer.stats(), began.elapsed().as_secs_f64());
     let (early, late) = (samples[samples.len() / 6], samples[samples.len() - 1]);
     assert!(late <= early + early / 50 + (1 << 20), "{early} bytes, then {late}: {samples:?}");
+}
+
+/// An hour at 64 voxels a second. `RAXEL_FLIGHT_TILES` ends it after so many tiles.
+#[test]
+#[ignore = "takes minutes"]
+fn an_hour_of_flight_takes_no_more_memory_than_its_first_minutes() {
+    let streamed = frontier();
+    let settings = StreamSettings { near: 256, far: 4096, ..streamed.settings };
+    let reach = Reach::of(&settings, streamed.generator.height_range().unwrap());
+    let most = std::env::var("RAXEL_FLIGHT_TILES").ok().and_then(|tiles| tiles.parse().ok());
+    fly(streamed.generator, reach, 170, 3600, most.unwrap_or(u64::MAX));
+}
+
+/// Things that are quick to make: small ones in five materials, different in every tile; some tiles are empty, and some full.
+struct Quick(Vec<Material>);
+
+impl ChunkSource for Quick {
+    fn materials(&self) -> &[Material] {
+        &self.0
+    }
+
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        let seed = [level.cast_signed(), pos.x, pos.y, pos.z]
+            .iter()
+            .fold(3, |seed, c| mix(seed ^ u64::from(c.cast_unsigned())));
+        let mut random = SplitMix64::new(seed);
+        match random.below(8) {
+            0..=2 => return Content::Empty,
+            3 => return Content::Full(1 + random.below(5) as u16),
+            _ => {}
+        }
+        let mut dense = DenseChunk::default();
+        for _ in 0..40 {
+            dense.apply(random.below(4096) as usize, u64::MAX, Mode::Add, 1 + random.below(5) as u16);
+            dense.apply(random.below(4096) as usize, random.bits(), Mode::Add, 1 + random.below(5) as u16);
+        }
+        Content::pack(&dense)
+    }
+}
+
+/// A flight of a million tiles.
+#[test]
+#[ignore = "takes minutes"]
+fn a_million_tiles_take_no_more_memory_than_the_first_of_them() {
+    let materials = vec![Material::air(); 6];
+    let reach = Reach::of(&StreamSettings { near: 512, far: 2048, ..StreamSettings::default() }, [-256, 256]);
+    fly(Arc::new(Quick(materials)), reach, 0, u32::MAX, 1_000_000);
 }

@@ -173,11 +173,13 @@ fn what_is_listed_is_what_is_shown_at_every_level() {
         View::at(IVec3::ZERO),
         options(true),
     );
-    let mut levels = BTreeSet::new();
+    let (mut levels, mut last) = (BTreeSet::new(), None);
     for camera in [[0, 0, 0], [200, -100, 90], [210, -90, 100], [-300, 40, 300]].map(IVec3::from_array) {
         streamer.follow(View::at(camera));
         streamer.wait(PATIENCE).unwrap();
-        let Some(taken) = streamer.take() else { continue };
+        // Where nothing else is wanted, nothing is published: what was shown before is right here as well.
+        last = streamer.take().or(last);
+        let taken = last.clone().expect("a publication of the first place");
         streamer.released(taken.version);
         let shown = union(&*source, &reach.tiles(camera));
         let listed = listed(&lamps, &taken);
@@ -247,6 +249,7 @@ fn an_edit_lists_the_lamps_that_it_lays_bare_and_no_longer_those_that_it_covers(
     streamer.wait(PATIENCE).unwrap();
     let mut random = SplitMix64::new(5);
     let positions: Vec<ChunkPos> = source.world.chunks().map(|(pos, _)| pos).collect();
+    let mut last = streamer.take();
     for step in 0..30 {
         let pos = positions[random.below(positions.len() as u64) as usize];
         let mut dense = DenseChunk::default();
@@ -265,7 +268,8 @@ fn an_edit_lists_the_lamps_that_it_lays_bare_and_no_longer_those_that_it_covers(
         source.chunks.write().unwrap().insert(pos, Content::pack(&dense));
         streamer.changed(&[pos]);
         streamer.wait(PATIENCE).unwrap();
-        let Some(taken) = streamer.take() else { continue };
+        last = streamer.take().or(last);
+        let taken = last.clone().expect("a publication of the world before the edits");
         streamer.released(taken.version);
         let expected: BTreeSet<Listed> = lights(&source.whole())
             .iter()
@@ -317,4 +321,164 @@ fn more_lamps_than_there_is_room_for_are_left_out_or_refused() {
         std::thread::sleep(Duration::from_millis(1));
     }
     assert!(streamer.stats().lights > 0, "{:?}", streamer.stats());
+}
+
+/// A room of air with one chunk full of lamps, more than there is room for, and one with a few.
+fn many_and_few() -> (Arc<Edited>, ChunkPos) {
+    let [many, few] = [ChunkPos::new(1, 0, 0), ChunkPos::new(-2, 0, 0)];
+    let mut dense = DenseChunk::default();
+    (0..64u32.pow(3)).filter(|n| n % 3 == 0).for_each(|n| dense.set(n & 63, n >> 6 & 63, n >> 12, 2));
+    let mut lamp = DenseChunk::default();
+    lamp.set(20, 20, 20, 3);
+    let chunks = [(many, dense), (few, lamp)].map(|(pos, dense)| (pos, Content::pack(&dense)));
+    let world = World::new(materials(), std::iter::empty());
+    (Arc::new(Edited { world, chunks: RwLock::new(BTreeMap::from(chunks)) }), few)
+}
+
+#[test]
+fn a_tile_whose_lamps_do_not_fit_is_not_made_again_until_they_do() {
+    let (source, few) = many_and_few();
+    let (memory, lamps, words) = (Words::new(WORDS), Words::new(1 << 14), 1 << 14);
+    let lamps = Some((lamps as Arc<dyn PoolMemory>, words));
+    let view = View::at(IVec3::ZERO);
+    let streamer = Streamer::with_lamps(source.clone(), (memory, WORDS), lamps, reach(256, 256), view, options(false));
+    let until = std::time::Instant::now() + PATIENCE;
+    let settle = || {
+        while !streamer.is_settled() || streamer.has_pending() {
+            assert!(std::time::Instant::now() < until, "{:?}", streamer.stats());
+            if let Some(taken) = streamer.take() {
+                streamer.released(taken.version);
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        streamer.stats()
+    };
+    let before = settle();
+    assert_eq!((before.unlisted, before.lights), (1, 6), "{before:?}");
+    // Each of these changes the table of lamps, and gives the room of the one before back.
+    for step in 0..20 {
+        let mut lamp = DenseChunk::default();
+        lamp.set(20, 20 + step % 2, 20, 2 + (step % 2) as u16);
+        source.chunks.write().unwrap().insert(few, Content::pack(&lamp));
+        streamer.changed(&[few]);
+        settle();
+    }
+    let after = settle();
+    assert_eq!((after.made - before.made, after.unlisted), (20, 1), "the edited chunk alone: {after:?}");
+    // As many as there is room for.
+    let mut dense = DenseChunk::default();
+    (0..50).for_each(|n| dense.set(n, 0, 0, 2));
+    let many = ChunkPos::new(1, 0, 0);
+    source.chunks.write().unwrap().insert(many, Content::pack(&dense));
+    streamer.changed(&[many]);
+    let fits = settle();
+    assert_eq!((fits.unlisted, fits.lights), (0, 6 + 50 * 4 + 2), "{fits:?}");
+}
+
+/// Tiles that are made again because there is room for their lamps wait for frames, like all that nobody has changed by hand.
+#[test]
+fn lamps_that_come_back_to_the_list_wait_for_frames() {
+    const UPLOAD: u64 = 8 << 10;
+    let source = Arc::new(world(6));
+    let all = lights(&source).len() as u64;
+    let small = (all * LIGHT_WORDS as u64) as u32;
+    let (memory, lamps) = (Words::new(WORDS), Words::new(small));
+    let lamps = Some((lamps as Arc<dyn PoolMemory>, small));
+    let options = StreamOptions { upload: Some(UPLOAD), ..options(false) };
+    // All of it is near enough from both places, so that moving drops nothing.
+    let streamer =
+        Streamer::with_lamps(source.clone(), (memory, WORDS), lamps, reach(1024, 1024), View::at(IVec3::ZERO), options);
+    let until = std::time::Instant::now() + PATIENCE;
+    let (mut at, mut directory) = (IVec3::ZERO, 0);
+    let mut settle = |to: IVec3| {
+        at = to;
+        loop {
+            streamer.follow(View::at(at));
+            if let Some(taken) = streamer.take() {
+                streamer.released(taken.version);
+                let groups = taken.lights.map_or(0, |lights| 16 * u64::from(lights[3]));
+                directory = directory.max(16 * u64::from(taken.header.node_count) + groups);
+            }
+            if streamer.has_looked() && streamer.is_settled() && !streamer.has_pending() {
+                break;
+            }
+            assert!(std::time::Instant::now() < until, "{:?}", streamer.stats());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        streamer.stats()
+    };
+    let before = settle(IVec3::ZERO);
+    assert!(before.unlisted > 0, "{before:?}");
+    // Half of the world goes, and with it half of the lamps.
+    let after = settle(IVec3::new(1024, 0, 0));
+    assert!(after.unlisted < before.unlisted && after.made > before.made, "{before:?} {after:?}");
+    let powers = raxel_world::lights::LightPowers::of(&materials()).unwrap();
+    let bytes = |(pos, chunk): (ChunkPos, &Arc<raxel_world::Chunk>)| {
+        let content = Content::of(chunk.clone());
+        let lamps = raxel_world::lights::TileLights::of(&content, (0, pos), &powers, |_| Content::Empty);
+        let block = raxel_world::layout::TileBlock::of(&content, 0).map_or(0, |block| block.words());
+        4 * u64::from(lamps.words() + block)
+    };
+    let largest = source.chunks().map(bytes).max().unwrap();
+    assert!(after.most_written <= UPLOAD + 2 * largest + 2 * directory, "{after:?} {largest} {directory}");
+}
+
+/// What a chunk is when its lamps are looked for, and what it is when another chunk is changed meanwhile.
+struct Held {
+    edited: Edited,
+    /// The chunk that is given as it was when it was asked for, when the other side says so.
+    held: Mutex<Option<(ChunkPos, std::sync::mpsc::Sender<()>, std::sync::mpsc::Receiver<()>)>>,
+}
+
+impl ChunkSource for Held {
+    fn materials(&self) -> &[Material] {
+        self.edited.materials()
+    }
+
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        let content = self.edited.chunk(level, pos);
+        let held = self.held.lock().unwrap().take_if(|(of, ..)| level == 0 && *of == pos);
+        if let Some((_, asked, go_on)) = held {
+            asked.send(()).unwrap();
+            go_on.recv_timeout(PATIENCE).unwrap();
+        }
+        content
+    }
+}
+
+#[test]
+fn a_second_edit_beside_a_chunk_that_is_being_made_counts_for_its_lamps() {
+    let [lit, beside] = [ChunkPos::new(0, 0, 0), ChunkPos::new(1, 0, 0)];
+    let one = |x: u32, material: u16| {
+        let mut dense = DenseChunk::default();
+        dense.set(x, 7, 7, material);
+        Content::pack(&dense)
+    };
+    let world = World::new(materials(), std::iter::empty());
+    let chunks = RwLock::new(BTreeMap::from([(lit, one(5, 1))]));
+    let source = Arc::new(Held { edited: Edited { world, chunks }, held: Mutex::new(None) });
+    let (memory, lamps) = (Words::new(WORDS), Words::new(ROOMY));
+    let lamp_memory = Some((lamps.clone() as Arc<dyn PoolMemory>, ROOMY));
+    let (view, two) = (View::at(IVec3::ZERO), options(true));
+    let streamer = Streamer::with_lamps(source.clone(), (memory, WORDS), lamp_memory, reach(128, 128), view, two);
+    streamer.wait(PATIENCE).unwrap();
+    let set = |pos: ChunkPos, content: Content| {
+        source.edited.chunks.write().unwrap().insert(pos, content);
+        streamer.changed(&[pos]);
+    };
+    let (asked, was_asked) = std::sync::mpsc::channel();
+    let (go, go_on) = std::sync::mpsc::channel();
+    *source.held.lock().unwrap() = Some((beside, asked, go_on));
+    // A lamp at the border. Whether its face is bare is asked of the chunk beside it, which is air at that moment.
+    set(lit, one(63, 2));
+    was_asked.recv_timeout(PATIENCE).unwrap();
+    set(beside, one(0, 1));
+    while !streamer.has_looked() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    go.send(()).unwrap();
+    streamer.wait(PATIENCE).unwrap();
+    let taken = streamer.take().unwrap();
+    let faces: BTreeSet<u32> = listed(&lamps, &taken).into_keys().map(|(_, _, face, _)| face).collect();
+    assert_eq!(faces, BTreeSet::from([0, 2, 3, 4, 5]), "the stone beside it covers one");
 }

@@ -42,6 +42,8 @@ pub(super) struct Write {
     pub(super) source: Arc<DeviceSource>,
     pub(super) part: Part,
     pub(super) bytes: Vec<u8>,
+    /// The write after it is for the same frame.
+    joined: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,12 +133,24 @@ impl DeviceSource {
 
     /// Replaces bytes of the buffer from `offset` on, before the next frame. From any thread; nothing waits.
     pub fn write(self: &Arc<Self>, offset: u64, bytes: &[u8]) -> Result<(), WriteError> {
+        self.queue.push([self.bytes(offset, bytes)?])
+    }
+
+    /// Replaces the first bytes of the buffers of several sources of one device, before one frame: no frame sees some of them alone. From
+    /// any thread; nothing waits. After an error, none is replaced.
+    pub(crate) fn write_together(parts: &[(&Arc<Self>, &[u8])]) -> Result<(), WriteError> {
+        let writes = parts.iter().map(|(source, bytes)| source.bytes(0, bytes)).collect::<Result<Vec<Write>, _>>()?;
+        parts.first().map_or(Ok(()), |(source, _)| source.queue.push(writes))
+    }
+
+    /// A write of bytes, if the buffer has them.
+    fn bytes(self: &Arc<Self>, offset: u64, bytes: &[u8]) -> Result<Write, WriteError> {
         let size = self.buffer.as_ref().map_or(0, |buffer| buffer.size());
         if offset.checked_add(bytes.len() as u64).is_none_or(|end| end > size) {
             let part = format!("bytes {offset} to {}: it has {size}", offset.saturating_add(bytes.len() as u64));
             return Err(WriteError::OutOfRange { name: self.name.clone(), part });
         }
-        self.queue.push(self, Part::Bytes { offset }, bytes)
+        Ok(Write { source: self.clone(), part: Part::Bytes { offset }, bytes: bytes.to_vec(), joined: false })
     }
 
     /// Replaces a box of texels of one mip of the image, before the next frame: x first, then y, then z, without padding. From any
@@ -163,7 +177,8 @@ impl DeviceSource {
                 bytes.len()
             ));
         }
-        self.queue.push(self, Part::Texels { mip, first, extent }, bytes)
+        let part = Part::Texels { mip, first, extent };
+        self.queue.push([Write { source: self.clone(), part, bytes: bytes.to_vec(), joined: false }])
     }
 
     /// Whether a write of it is not part of a submitted frame yet.
@@ -188,30 +203,37 @@ impl DeviceSource {
 }
 
 impl WriteQueue {
-    fn push(&self, source: &Arc<DeviceSource>, part: Part, bytes: &[u8]) -> Result<(), WriteError> {
-        if bytes.is_empty() {
-            return Ok(());
-        }
+    /// Adds writes for one frame: all, or none where too many bytes wait already.
+    fn push(&self, writes: impl IntoIterator<Item = Write>) -> Result<(), WriteError> {
+        let mut writes: Vec<Write> = writes.into_iter().filter(|write| !write.bytes.is_empty()).collect();
+        let bytes = writes.iter().map(|write| write.bytes.len()).sum();
         let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
-        if waiting.bytes.saturating_add(bytes.len()) > WAITING_BYTES {
+        if waiting.bytes.saturating_add(bytes) > WAITING_BYTES {
             return Err(WriteError::TooMany { waiting: waiting.bytes });
         }
-        waiting.bytes += bytes.len();
-        source.waiting.fetch_add(1, Ordering::AcqRel);
-        waiting.writes.push_back(Write { source: source.clone(), part, bytes: bytes.to_vec() });
+        waiting.bytes += bytes;
+        if let [before @ .., _] = &mut writes[..] {
+            before.iter_mut().for_each(|write| write.joined = true);
+        }
+        for write in writes {
+            write.source.waiting.fetch_add(1, Ordering::AcqRel);
+            waiting.writes.push_back(write);
+        }
         Ok(())
     }
 
-    /// Takes the oldest writes, whole ones, of about so many bytes; always one, if there is one.
+    /// Takes the oldest writes, whole ones, of about so many bytes; always one, if there is one, and those that belong to its frame.
     pub(super) fn take(&self, most: usize, taken: &mut Vec<Write>) {
         let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut bytes = 0;
-        while let Some(next) = waiting.writes.front().map(|write| write.bytes.len()) {
-            if bytes > 0 && bytes + next > most {
+        let (mut bytes, mut joined) = (0, false);
+        while let Some(next) = waiting.writes.front() {
+            let size = next.bytes.len();
+            if bytes > 0 && bytes + size > most && !joined {
                 return;
             }
-            bytes += next;
-            waiting.bytes -= next;
+            joined = next.joined;
+            bytes += size;
+            waiting.bytes -= size;
             taken.extend(waiting.writes.pop_front());
         }
     }
@@ -245,5 +267,40 @@ impl Sources {
         sources
             .flat_map(|source| [source.name.clone(), copy_name(&source.name)].map(|name| (name, source.size())))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(source: &Arc<DeviceSource>, bytes: usize) -> Write {
+        Write { source: source.clone(), part: Part::Bytes { offset: 0 }, bytes: vec![0; bytes], joined: false }
+    }
+
+    #[test]
+    fn writes_that_belong_together_go_together_or_not_at_all() {
+        let queue = Arc::new(WriteQueue::default());
+        let [a, b] = ["a", "b"].map(|name| DeviceSource::new(name, None, None, queue.clone()));
+        queue.push([write(&a, 90)]).unwrap();
+        queue.push([write(&a, 20), write(&b, 20)]).unwrap();
+        queue.push([write(&b, 10)]).unwrap();
+        let take = || {
+            let mut taken = Vec::new();
+            queue.take(110, &mut taken);
+            taken.iter().map(|write| (write.source.name().to_owned(), write.bytes.len())).collect::<Vec<_>>()
+        };
+        let of =
+            |list: &[(&str, usize)]| list.iter().map(|(name, bytes)| ((*name).to_owned(), *bytes)).collect::<Vec<_>>();
+        // The limit lies between the two that belong together.
+        assert_eq!(take(), of(&[("a", 90), ("a", 20), ("b", 20)]));
+        assert_eq!(take(), of(&[("b", 10)]));
+        assert_eq!((take(), a.waiting_bytes()), (Vec::new(), 0));
+
+        queue.push([write(&a, WAITING_BYTES - 30)]).unwrap();
+        let refused = queue.push([write(&a, 20), write(&b, 20)]);
+        assert_eq!(refused, Err(WriteError::TooMany { waiting: WAITING_BYTES - 30 }));
+        assert_eq!(take(), of(&[("a", WAITING_BYTES - 30)]));
+        assert_eq!(take(), Vec::new(), "neither of the two");
     }
 }

@@ -1,6 +1,6 @@
 //! Knows the tiles: what is there, what is wanted, what goes.
 
-use std::collections::{BTreeMap, HashSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashSet, VecDeque};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
@@ -67,9 +67,11 @@ pub(super) struct Director {
     groups: Vec<LightGroup>,
     group_table: Option<Block>,
     lights: [u32; HEADER_WORDS],
-    /// Tiles whose lamps there was no room for, and whether that was so for the table.
-    unlisted: HashSet<TileKey>,
+    /// Tiles whose lamps there was no room for, with the words that these take, and whether there was none for the table.
+    unlisted: BTreeMap<TileKey, u32>,
     no_table: bool,
+    /// Those of them that are made anew, since there is room for their lamps now. Nothing waits for them.
+    relisted: BTreeSet<TileKey>,
     /// Lamps were refused since somebody was told.
     refused: bool,
     /// What is reachable has changed since the last publication.
@@ -107,7 +109,7 @@ enum Stale {
 impl Director {
     pub(super) fn new(shared: Arc<Shared>, reach: Reach, complete: bool) -> Self {
         let view = shared.desk().view;
-        let whole = if complete { reach.clone() } else { reach.further() };
+        let whole = reach.loaded(complete);
         let cube = Cube::around(view.cell, &whole);
         Self {
             shared,
@@ -133,8 +135,9 @@ impl Director {
             groups: Vec::new(),
             group_table: None,
             lights: [0; HEADER_WORDS],
-            unlisted: HashSet::new(),
+            unlisted: BTreeMap::new(),
             no_table: false,
+            relisted: BTreeSet::new(),
             refused: false,
             changed: true,
             no_room: false,
@@ -239,6 +242,7 @@ impl Director {
     /// Gives up a tile that publications may reach.
     fn retire_tile(&mut self, key: TileKey, tile: Option<Tile>) {
         self.unlisted.remove(&key);
+        self.relisted.remove(&key);
         if let Some(tile) = tile {
             self.retire(tile.block);
             self.retire_lamps(tile.lamps.block);
@@ -252,7 +256,8 @@ impl Director {
     fn take(&mut self, made: Made) {
         let Made { key, tile, lamps, bytes } = made;
         self.stats.written += bytes;
-        let again = self.stale.remove(&key) == Some(Stale::Again);
+        let stale = self.stale.remove(&key);
+        let again = stale == Some(Stale::Again);
         let (live, block) = match tile {
             Ok(made) => made,
             Err(why) => {
@@ -263,9 +268,10 @@ impl Director {
                     }
                     Unmade::Unavailable(reason) => self.put_off(key, reason),
                 }
-                if self.tiles.contains_key(&key) {
+                if stale.is_some() && self.tiles.contains_key(&key) {
                     self.stale.insert(key, Stale::Again);
                 }
+                self.relisted.remove(&key);
                 return;
             }
         };
@@ -287,8 +293,8 @@ impl Director {
         let left_out = lamps.left_out;
         let before = self.tiles.insert(key, Tile { live, block, lamps });
         self.retire_tile(key, before);
-        if left_out {
-            self.unlisted.insert(key);
+        if left_out > 0 {
+            self.unlisted.insert(key, left_out);
             self.refused = true;
         }
         self.changed = true;
@@ -375,7 +381,9 @@ impl Director {
     /// What is missing in view.
     fn count_unseen(&mut self) {
         let top = self.whole.top();
-        let unseen = self.missing.iter().filter(|key| self.is_shown(**key) && self.view.sees(**key));
+        // What is only loaded before it is wanted is not missed.
+        let (shown, cell) = (&self.shown, self.view.cell);
+        let unseen = self.missing.iter().filter(|key| shown.wants(cell, **key, 0) && self.view.sees(**key));
         let levels: Vec<u32> = unseen.map(|key| key.level).collect();
         self.stats.missing_in_view = levels.len();
         self.stats.holes_in_view = levels.into_iter().filter(|level| *level == top).count();
@@ -458,7 +466,8 @@ impl Director {
         jobs.sort_unstable_by(|((a_turn, a), a_key), ((b_turn, b), b_key)| {
             b_turn.cmp(a_turn).then_with(|| b.total_cmp(a)).then_with(|| b_key.cmp(a_key))
         });
-        let missing = jobs.into_iter().map(|(_, key)| Job { key, stale: false });
+        let relisted = self.relisted.iter().copied().filter(|key| idle(key) && !self.stale.contains_key(key));
+        let missing = relisted.chain(jobs.into_iter().map(|(_, key)| key)).map(|key| Job { key, stale: false });
         desk.jobs = missing.chain(stale.iter().rev().map(|key| Job { key: *key, stale: true })).collect();
         stale.into_iter().for_each(|key| {
             self.stale.insert(key, Stale::Asked);
@@ -473,7 +482,7 @@ impl Director {
     /// Makes a publication, if something has changed and somebody wants one.
     fn publish(&mut self) {
         let listed = !self.complete || (self.unlisted.is_empty() && !self.no_table);
-        let settled = self.missing.is_empty() && self.stale.is_empty() && listed;
+        let settled = self.missing.is_empty() && self.stale.is_empty() && self.relisted.is_empty() && listed;
         let (pending, view_is_known) = {
             let desk = self.shared.desk();
             (desk.pending.is_some(), desk.view_serial == self.view_serial)
@@ -590,15 +599,16 @@ impl Director {
         }
     }
 
-    /// Lamps that there was no room for are listed as soon as there is: their tiles are made anew.
+    /// Lamps that there was no room for are listed as soon as there is: their tiles are made anew, after what is missing.
     fn list_again(&mut self) {
         let Some(lamps) = &self.shared.lamps else { return };
-        if self.complete || lamps.pool.is_roomy() {
-            for key in &self.unlisted {
-                // One that is being made is not made twice.
-                self.stale.entry(*key).or_insert(Stale::Again);
+        // Whoever waits for a complete world hears of it if there is still no room. A window asks only for what fits.
+        let mut room = if self.complete { u64::MAX } else { lamps.pool.spare_words() };
+        for (key, words) in &self.unlisted {
+            if let Some(left) = room.checked_sub(u64::from(*words)) {
+                room = left;
+                self.ask_again |= self.relisted.insert(*key);
             }
-            self.ask_again |= !self.unlisted.is_empty();
         }
         if std::mem::take(&mut self.no_table) {
             self.groups.clear();

@@ -28,8 +28,8 @@ pub(super) struct MadeLamps {
     pub(super) block: Option<Block>,
     /// The faces of the tile that something touches which gives off light.
     pub(super) sides: u8,
-    /// There was no room for them.
-    pub(super) left_out: bool,
+    /// Words of them that there was no room for.
+    pub(super) left_out: u32,
 }
 
 /// Why a tile was not made.
@@ -107,7 +107,7 @@ fn place_lights(shared: &Shared, lights: &TileLights, stale: bool) -> (MadeLamps
     let made = MadeLamps { sides: lights.sides(), ..MadeLamps::default() };
     let Some(lamps) = shared.lamps.as_ref().filter(|_| !lights.is_empty()) else { return (made, [].into()) };
     let Some(place) = lamps.pool.allocate_tile(lights.words()) else {
-        return (MadeLamps { left_out: true, ..made }, [].into());
+        return (MadeLamps { left_out: lights.words(), ..made }, [].into());
     };
     let (words, groups) = lights.encode(lamps.pool.address(&place) / LIGHT_WORDS as u32);
     wait_for_frame(shared, 4 * words.len() as u64, stale);
