@@ -79,8 +79,13 @@ fn all(edits: &Edits) -> BTreeMap<ChunkPos, PackedChunk> {
 
 /// What the first edits of the script leave behind.
 fn replayed(edits: u64) -> BTreeMap<ChunkPos, PackedChunk> {
+    left_by(1..=edits)
+}
+
+/// What some of them leave behind.
+fn left_by(edits: impl Iterator<Item = u64>) -> BTreeMap<ChunkPos, PackedChunk> {
     let mut all_edits = Edits::default();
-    let operations: Vec<_> = (1..=edits).map(script).collect();
+    let operations: Vec<_> = edits.map(script).collect();
     all_edits.replay(&operations, &scene(), &world()).unwrap();
     all(&all_edits)
 }
@@ -212,6 +217,45 @@ fn a_journal_cut_off_at_any_byte_opens_up_to_its_last_whole_edit() {
         assert!(damages.len() <= 1 && damages.iter().all(|damage| damage.ends_with("true")), "{damages:?}");
     }
     assert_eq!(seen.keys().copied().collect::<Vec<_>>(), (6..=12).collect::<Vec<_>>());
+}
+
+/// A disk writes what it was not told to write at once in any order: of the sectors behind the last sync, each is there, or is zeros, or lies
+/// beyond the end of the file.
+#[test]
+fn a_power_cut_costs_edits_behind_the_last_sync_and_no_others() {
+    const SECTOR: usize = 64;
+    let folder = tempfile::tempdir().unwrap();
+    let (mut game, _) = Game::open(folder.path(), quiet());
+    let mut ends = Vec::new();
+    for n in 1..=16 {
+        game.play(n);
+        ends.push(std::fs::metadata(only_journal(folder.path())).unwrap().len() as usize);
+    }
+    drop(game);
+    let journal = std::fs::read(only_journal(folder.path())).unwrap();
+    let (synced, mut random, mut lost) = (ends[5], Random(8), [0; 17]);
+    for _ in 0..120 {
+        let mut bytes = journal.clone();
+        bytes.truncate(synced + random.next((journal.len() - synced) as u64 + 1) as usize);
+        for start in (synced / SECTOR * SECTOR..bytes.len()).step_by(SECTOR) {
+            let sector = start.max(synced)..(start + SECTOR).min(bytes.len());
+            if random.next(4) == 0 {
+                bytes[sector].fill(0);
+            }
+        }
+        let whole = |n: &u64| {
+            let from = if *n == 1 { 0 } else { ends[*n as usize - 2] };
+            bytes.get(from..ends[*n as usize - 1]) == Some(&journal[from..ends[*n as usize - 1]])
+        };
+        let (left, gone): (Vec<u64>, Vec<u64>) = (1..=16).partition(whole);
+        assert!(left.starts_with(&[1, 2, 3, 4, 5, 6]));
+        lost[gone.len()] += 1;
+        let cut = copy(folder.path());
+        std::fs::write(only_journal(cut.path()), &bytes).unwrap();
+        let (game, _) = Game::open(cut.path(), quiet());
+        assert!(game.voxels() == left_by(left.into_iter()), "{gone:?} are gone");
+    }
+    assert!(lost.iter().filter(|count| **count > 0).count() > 5, "{lost:?}");
 }
 
 #[test]
