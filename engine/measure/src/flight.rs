@@ -1,14 +1,17 @@
 //! A flight through a streamed world, against the same flight with everything there: what `raxel bench stream` prints.
 
+mod edits;
+
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use raxel_edit::{Brush, Operation};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::Progress;
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
 use raxel_stream::Stats;
 use serde::Serialize;
+
+pub use edits::{EditLatency, Edits, Rate};
 
 /// What is measured.
 #[derive(Clone)]
@@ -19,8 +22,11 @@ pub struct FlightOptions {
     pub speed: f64,
     /// Seconds of each straight part.
     pub seconds: f64,
-    /// Edits after the flight: balls that are put in view and taken away again.
+    /// Edits after the flight: balls that are put in view and taken away again; as many more large ones, and as many frames with edits of
+    /// many chunks, up to a number that is enough.
     pub balls: u32,
+    /// Whether the path is flown again with every place complete.
+    pub resident: bool,
     /// Longest time until the first place is there, or an edit is seen.
     pub patience: Duration,
 }
@@ -96,13 +102,15 @@ pub struct Flight {
     pub first_seconds: f64,
     /// The flight, with the world being loaded.
     pub live: Flown,
-    /// After each jump to fresh land.
+    /// Seconds from the start of the flight to the first jump to fresh land.
+    pub jumps_at: f64,
+    /// After each jump.
     pub jumps: Vec<Arrival>,
-    /// Edits in view after the flight: each with the frames and the milliseconds until the end of the first picture that has it.
-    pub edits: Vec<EditLatency>,
+    /// Edits in view after the flight.
+    pub edits: Edits,
     /// What was kept on the host at the end of the flight.
     pub kept: Kept,
-    /// The same path, every place complete before its frame: what loading costs is the difference.
+    /// The same path, every place complete before its frame: what loading costs is the difference. Nothing if that was not asked for.
     pub resident: Flown,
     /// Bytes of the pool: in use at the end, most at any time, all.
     pub pool: [u64; 3],
@@ -115,17 +123,6 @@ pub struct Arrival {
     pub whole: Option<f64>,
     /// The first one in which no tile is missing at its own level.
     pub complete: Option<f64>,
-}
-
-/// How long an edit took to be seen.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct EditLatency {
-    /// Frames, the one that shows it included.
-    pub frames: u32,
-    /// From the call to the end of the picture on the device.
-    pub milliseconds: f64,
-    /// Chunks that it changed.
-    pub chunks: usize,
 }
 
 /// Packed chunks on the host.
@@ -194,9 +191,14 @@ fn stay(leg: f64) -> f64 {
     leg / 5.0
 }
 
+/// Seconds until the first jump.
+fn first_jump(leg: f64) -> f64 {
+    2.0 * leg + TURN + stay(leg)
+}
+
 /// What each jump came to, from the frames.
 fn arrivals(frames: &[Frame], leg: f64) -> Vec<Arrival> {
-    let (first, stay) = (2.0 * leg + TURN + stay(leg), stay(leg));
+    let (first, stay) = (first_jump(leg), stay(leg));
     let jump = |n: u32| {
         let begin = first + f64::from(n) * stay;
         let end = if n == 2 { f64::INFINITY } else { begin + stay };
@@ -231,7 +233,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     }
     let stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
     let kept = session.world().kept().unwrap_or_default();
-    let edits = edit(&mut session, options)?;
+    let edits = edits::measure(&mut session, options)?;
     let (device, size) = (session.device().capabilities().name.clone(), session.size());
     drop(session);
 
@@ -242,7 +244,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     session.frame()?;
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
     let mut resident = Vec::new();
-    for time in times {
+    for time in times.into_iter().filter(|_| options.resident) {
         resident.push(one(&mut session, time, path(&first, options.speed, options.seconds, time))?);
     }
     let resident_stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
@@ -251,6 +253,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
         size,
         first_seconds,
         pool: stats.pool,
+        jumps_at: first_jump(options.seconds),
         jumps: arrivals(&frames, options.seconds),
         live: Flown { frames, stats },
         edits,
@@ -283,39 +286,6 @@ fn settle(session: &mut Session, patience: Duration) -> Result<(), FlightError> 
         }
         std::thread::sleep(Duration::from_millis(1));
     }
-}
-
-/// A frame of a window while it is edited lasts so long at least.
-const EDITED_FRAME: Duration = Duration::from_micros(16_667);
-
-/// Puts balls in front of the camera and takes them away again, each when the one before is seen, once everything else is there.
-fn edit(session: &mut Session, options: &FlightOptions) -> Result<Vec<EditLatency>, FlightError> {
-    settle(session, options.patience)?;
-    let camera = *session.camera();
-    let middle = camera.position() + camera.rotation() * DVec3::NEG_Z * 48.0;
-    let mut edits = Vec::new();
-    for n in 0..2 * options.balls {
-        let place = [n / 2 * 37 % 64, n / 2 * 11 % 64, n / 2 * 53 % 64].map(|c| f64::from(c) - 32.0);
-        let brush = if n % 2 == 0 { Brush::Add(1) } else { Brush::Subtract };
-        let ball = Operation::sphere((middle + DVec3::from_array(place)).to_array(), 6.0, brush);
-        let began = Instant::now();
-        let chunks = session.edit(&[ball]).unwrap_or(0);
-        // Rock is rock before and after.
-        if chunks == 0 {
-            continue;
-        }
-        let mut frames = 0;
-        while frames == 0 || !session.stream().is_some_and(|stream| stream.shows_changes()) {
-            std::thread::sleep((began + frames * EDITED_FRAME).saturating_duration_since(Instant::now()));
-            one(session, 0.0, camera)?;
-            frames += 1;
-            if began.elapsed() > options.patience {
-                return Err(FlightError::Unseen { seconds: options.patience.as_secs() });
-            }
-        }
-        edits.push(EditLatency { frames, milliseconds: began.elapsed().as_secs_f64() * 1e3, chunks });
-    }
-    Ok(edits)
 }
 
 /// Runs a frame to its end.

@@ -4,7 +4,9 @@ use std::fmt;
 use std::sync::Arc;
 
 use raxel_diagnostics::{FileError, Files, SourceMap};
-use raxel_gpu::{ComputePipeline, Device, ImageView, PipelineInfo, Resource, Sampler, Slot, ViewInfo, upload, vk};
+use raxel_gpu::{
+    Buffer, ComputePipeline, Device, ImageView, PipelineInfo, Resource, Sampler, Slot, ViewInfo, upload, vk,
+};
 use raxel_shader::interface::BindingKind;
 use raxel_shader::{Compiler, Request, Shader, ShaderSource};
 use raxel_world::World;
@@ -70,6 +72,12 @@ pub struct DeviceWorld {
 }
 
 impl DeviceWorld {
+    /// A world that is in a buffer already, in a layout without an image. What of it is traced is what is there when the device traces.
+    pub fn of_buffer(buffer: Arc<Buffer>) -> Self {
+        let bytes = buffer.size();
+        Self { buffer: Resource::Buffer(buffer, 0, bytes), image: None, bytes, others: Vec::new() }
+    }
+
     /// With another world for a shader that has `<raxel/world/BINDING.glsl>`.
     #[must_use]
     pub fn with(mut self, binding: &str, other: DeviceWorld) -> Self {

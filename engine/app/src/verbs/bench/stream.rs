@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use raxel_gpu::DeviceOptions;
-use raxel_measure::flight::{EditLatency, Flight, FlightError, FlightOptions, Flown, Frame, Kept, fly, percentile};
+use raxel_measure::flight::{
+    EditLatency, Flight, FlightError, FlightOptions, Flown, Frame, Kept, Rate, fly, percentile,
+};
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};
@@ -37,6 +39,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
     size: Size,
 
+    /// Flies the path once, while the world is loaded, and not again with everything there.
+    #[arg(long)]
+    once: bool,
+
     #[command(flatten)]
     pub messages: Messages,
 }
@@ -53,7 +59,8 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let mut session = args.what.options(device)?;
     session.size = args.size.0;
     let (seconds, balls) = (f64::from(args.seconds), args.edits / 2);
-    let options = FlightOptions { session, speed: args.speed, seconds, balls, patience: PATIENCE };
+    let options =
+        FlightOptions { session, speed: args.speed, seconds, balls, resident: !args.once, patience: PATIENCE };
     let flight = fly(&options).map_err(|error| failure(error, console))?;
     if console.format() == Format::Json {
         console::json(&json!({
@@ -65,6 +72,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             "pool": flight.pool,
             "most_written": flight.live.stats.most_written,
             "kept": flight.kept,
+            "jumps_at": flight.jumps_at,
             "jumps": flight.jumps,
             "edits": flight.edits,
             "live": flight.live,
@@ -96,10 +104,14 @@ fn table(flight: &Flight, speed: f64) -> String {
         format!("{name:<10} {a:>8.2} {b:>8.2} {c:>8.2} {d:>8.2} {e:>8.2}  {slow:>7} {slower:>7}\n")
     };
     text += &row("loading", &flight.live);
-    text += &row("resident", &flight.resident);
+    if !flight.resident.frames.is_empty() {
+        text += &row("resident", &flight.resident);
+    }
     let spent = |part: f64| flight.live.percentile(part, |frame| frame.stream_microseconds);
     let sum = |of: fn(&Frame) -> u64| flight.live.frames.iter().map(of).sum::<u64>();
     let missing = flight.live.frames.iter().filter(|frame| frame.missing_in_view > 0).count();
+    let straight =
+        flight.live.frames.iter().filter(|frame| frame.missing_in_view > 0 && frame.time < flight.jumps_at).count();
     let holes = flight.live.frames.iter().filter(|frame| frame.holes_in_view > 0).count();
     let [used, peak, all] = flight.pool.map(mebibytes);
     text += &format!(
@@ -116,7 +128,7 @@ fn table(flight: &Flight, speed: f64) -> String {
         flight.live.stats.dropped
     );
     text += &format!(
-        "frames in which a coarser chunk stands in for one in view: {}; with a hole: {holes}\n",
+        "frames in which a coarser chunk stands in for one in view: {}, {straight} of them before the jumps; with a hole: {holes}\n",
         missing.saturating_sub(holes)
     );
     let milliseconds = |time: Option<f64>| time.map_or("never".to_owned(), |time| format!("{time:.0}"));
@@ -127,6 +139,9 @@ fn table(flight: &Flight, speed: f64) -> String {
         whole.join(", "),
         complete.join(", ")
     );
+    if flight.live.stats.lights > 0 {
+        text += &format!("{} lamps listed at the end of the flight\n", flight.live.stats.lights);
+    }
     text += &format!(
         "pool {used:.1} MiB in use, {peak:.1} at most, of {all:.1}; at most {:.2} MiB written in a frame\n",
         mebibytes(flight.live.stats.most_written)
@@ -137,16 +152,30 @@ fn table(flight: &Flight, speed: f64) -> String {
         mebibytes(bytes),
         mebibytes(most)
     );
-    if !flight.edits.is_empty() {
-        let of = |part, of: fn(&EditLatency) -> f64| percentile(flight.edits.iter().map(of), part);
-        let [a, b, c] = [0.5, 0.99, 1.0].map(|part| of(part, |edit| f64::from(edit.frames)));
-        let [d, e, f] = [0.5, 0.99, 1.0].map(|part| of(part, |edit| edit.milliseconds));
+    text += &seen("edits of 6 voxels' radius", &flight.edits.small);
+    text += &seen("edits of 64 voxels' radius", &flight.edits.large);
+    if let Some(Rate { frames, voxels, chunks, seconds, seen_after }) = flight.edits.many {
         text += &format!(
-            "{} edits: seen after p50 {a}, p99 {b}, at most {c} frames; p50 {d:.1}, p99 {e:.1}, at most {f:.1} ms\n",
-            flight.edits.len()
+            "{voxels} voxels set in {chunks} chunks in each of {frames} frames: {:.1} frames a second; all seen {:.0} ms after the last\n",
+            f64::from(frames) / seconds,
+            seen_after * 1e3
         );
     }
     text
+}
+
+/// A line on how soon edits of a kind were seen.
+fn seen(what: &str, edits: &[EditLatency]) -> String {
+    if edits.is_empty() {
+        return String::new();
+    }
+    let of = |part, of: fn(&EditLatency) -> f64| percentile(edits.iter().map(of), part);
+    let [a, b, c] = [0.5, 0.99, 1.0].map(|part| of(part, |edit| f64::from(edit.frames)));
+    let [d, e, f] = [0.5, 0.99, 1.0].map(|part| of(part, |edit| edit.milliseconds));
+    format!(
+        "{} {what}: seen after p50 {a}, p99 {b}, at most {c} frames; p50 {d:.1}, p99 {e:.1}, at most {f:.1} ms\n",
+        edits.len()
+    )
 }
 
 fn failure(error: FlightError, console: &Console) -> Failure {

@@ -1,0 +1,541 @@
+//! A streamed world on a device while it changes: rays through its buffer against the exact tracer, and every word that a frame can reach
+//! against what it was made of, while other tiles are written, given up and overwritten with poison.
+//!
+//! The long runs, for a GPU: `RAXEL_PUBLICATIONS=200 RAXEL_RAYS=1000000 cargo test --release -p raxel-measure --test publications --
+//! --ignored --nocapture`.
+
+use std::collections::{HashMap, VecDeque};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use glam::IVec3;
+use raxel_diagnostics::{MemoryFiles, SourceMap};
+use raxel_edit::{Brush, EditedSource, Edits, KeptSource, Operation, Scene};
+use raxel_gpu::{
+    Backing, Barrier, Buffer, BufferInfo, CommandBuffer, ComputePipeline, Descriptors, Device, DeviceOptions, Location,
+    PipelineInfo, Resource, Slot, TimelineValue, UploadRing, Validation, vk,
+};
+use raxel_measure::rays::{DeviceWorld, Method, Stream, Tracer};
+use raxel_oracle::metrics::Errors;
+use raxel_oracle::sets::{RaySet, RayTargets};
+use raxel_oracle::{Oracle, Ray, sets};
+use raxel_shader::{Compiler, Request};
+use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, TileKey, View, union};
+use raxel_world::layout::{Layout, MATERIAL_WORDS, TileBlock, TileNode};
+use raxel_world::random::SplitMix64;
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, World};
+use rayon::prelude::*;
+
+const PATIENCE: Duration = Duration::from_secs(120);
+const HEADER: usize = 16;
+const WORDS: u32 = 1 << 20;
+/// Frames that the device has not finished.
+const IN_FLIGHT: usize = 3;
+
+fn number(name: &str, default: u64) -> u64 {
+    std::env::var(name).ok().and_then(|value| value.parse().ok()).unwrap_or(default)
+}
+
+fn device() -> Arc<Device> {
+    let validation = if std::env::var_os("RAXEL_NO_LAYERS").is_some() { Validation::Off } else { Validation::Required };
+    Device::new(&DeviceOptions { device: None, validation }).unwrap()
+}
+
+fn silent(device: &Device) {
+    let messages = device.log().take();
+    assert!(messages.is_empty(), "{messages:#?}");
+}
+
+/// The buffer, how words come to it, and the same words on the host.
+struct Memory {
+    buffer: Arc<Buffer>,
+    ring: Option<UploadRing>,
+    host: Mutex<Vec<u32>>,
+}
+
+impl Memory {
+    /// `staged`: through a ring that is much smaller than what is written.
+    fn new(device: &Arc<Device>, staged: bool) -> Arc<Self> {
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        let location = if staged { Location::Device } else { Location::Upload };
+        let info = BufferInfo { size: 4 * u64::from(WORDS), usage, location };
+        let buffer = Arc::new(Buffer::new(device, "world", &info, Backing::Own).unwrap());
+        let ring = staged.then(|| UploadRing::new(device, &buffer, 1 << 18, PATIENCE).unwrap());
+        Arc::new(Self { buffer, ring, host: Mutex::new(vec![0; WORDS as usize]) })
+    }
+}
+
+impl PoolMemory for Memory {
+    fn write(&self, at: u32, words: &[u32]) {
+        self.host.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
+        let bytes = bytemuck::cast_slice(words);
+        match &self.ring {
+            Some(ring) => ring.write(4 * u64::from(at), bytes).unwrap(),
+            None => assert!(self.buffer.write(4 * u64::from(at), bytes)),
+        }
+    }
+
+    fn flush(&self) {
+        if let Some(ring) = &self.ring {
+            ring.flush().unwrap();
+        }
+    }
+}
+
+fn materials() -> Vec<Material> {
+    std::iter::once(Material::air()).chain((1..6).map(|n| Material::matt(format!("m{n}"), [0.5; 3]))).collect()
+}
+
+/// A world without end of small things in five materials, different in every chunk; some chunks are empty, and some full.
+struct Endless(Vec<Material>);
+
+impl ChunkSource for Endless {
+    fn materials(&self) -> &[Material] {
+        &self.0
+    }
+
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        let mut dense = DenseChunk::default();
+        if level > 0 {
+            for child in 0..64 {
+                let cell = raxel_world::child_cell(child);
+                let [x, y, z] = cell.map(|c| c as i32);
+                let below = self.chunk(level - 1, ChunkPos::new(4 * pos.x + x, 4 * pos.y + y, 4 * pos.z + z));
+                raxel_world::reduce(&below, cell, &mut dense);
+            }
+            return Content::pack(&dense);
+        }
+        let seed = [pos.x, pos.y, pos.z].iter().fold(7u64, |seed, c| {
+            (seed ^ u64::from(c.cast_unsigned())).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
+        });
+        let mut random = SplitMix64::new(seed);
+        match random.below(12) {
+            0..=5 => return Content::Empty,
+            6 => return Content::Full(1 + random.below(5) as u16),
+            _ => {}
+        }
+        for _ in 0..40 {
+            let block = random.below(4096) as usize;
+            dense.apply(block, u64::MAX, Mode::Add, 1 + random.below(5) as u16);
+            dense.apply(block, random.bits(), Mode::Add, 1 + random.below(5) as u16);
+            dense.apply(random.below(4096) as usize, random.bits(), Mode::Add, 1 + random.below(5) as u16);
+        }
+        Content::pack(&dense)
+    }
+}
+
+fn endless() -> Arc<dyn ChunkSource> {
+    // A memory of it, since coarse tiles are made of many chunks.
+    Arc::new(KeptSource::new(Arc::new(Endless(materials())), 1 << 30))
+}
+
+fn reach(near: u32, far: u32) -> Reach {
+    Reach::of(&StreamSettings { near, far, ..StreamSettings::default() }, [-128, 128])
+}
+
+fn streamer(source: Arc<dyn ChunkSource>, memory: &Arc<Memory>, reach: Reach, complete: bool) -> Streamer {
+    let options = StreamOptions { workers: 2, complete, upload: None, poison: true };
+    Streamer::new(source, memory.clone(), WORDS, reach, View::at(IVec3::ZERO), options)
+}
+
+/// Steps and jumps, up to 2²⁴ voxels away.
+fn fly_on(camera: IVec3, random: &mut SplitMix64) -> IVec3 {
+    let jump = [130, 130, 3000, 1 << 24][random.below(4) as usize];
+    let mut by = |range: i32| random.below(2 * range as u64 + 1) as i32 - range;
+    let to = camera + IVec3::new(by(jump), by(40), by(jump));
+    to.clamp(IVec3::new(-(1 << 25), -100, -(1 << 25)), IVec3::new(1 << 25, 100, 1 << 25))
+}
+
+/// Runs commands to their end.
+fn run(device: &Arc<Device>, record: impl FnOnce(&mut raxel_gpu::Recording<'_>)) {
+    let mut commands = CommandBuffer::new(device, "test").unwrap();
+    let mut recording = commands.begin().unwrap();
+    recording.barrier(&Barrier::full());
+    record(&mut recording);
+    recording.barrier(&Barrier::full());
+    let finished_at = recording.submit().unwrap();
+    device.wait(finished_at, PATIENCE).unwrap();
+}
+
+/// Chunks that a directory of level 0 alone reaches, by walking down its nodes.
+fn chunks(words: &[u32], publication: &Publication) -> Vec<TileKey> {
+    let (header, body) = (publication.header, &words[HEADER..]);
+    let mut found = Vec::new();
+    let mut open = vec![(header.root, header.log2_size >> 1, [0i32; 3])];
+    while let Some((at, height, corner)) = open.pop() {
+        if height == 3 {
+            let pos = [0, 1, 2].map(|i| (header.origin[i] >> 6) + corner[i]);
+            found.push(TileKey { level: 0, pos: ChunkPos::new(pos[0], pos[1], pos[2]) });
+            continue;
+        }
+        let node = TileNode(body[4 * at as usize..][..4].try_into().unwrap());
+        for (rank, child) in (0..64).filter(|child| node.mask() >> child & 1 == 1).enumerate() {
+            let cell = raxel_world::child_cell(child).map(|c| (c << (2 * (height - 4))) as i32);
+            open.push((node.0[2] + rank as u32, height - 1, std::array::from_fn(|i| corner[i] + cell[i])));
+        }
+    }
+    found
+}
+
+/// Traces rays of every set, about so many together, and counts what is wrong.
+fn judge(
+    stream: &mut Stream,
+    tracer: &mut Tracer,
+    on_device: &DeviceWorld,
+    shown: &World,
+    rays: u64,
+    seed: u64,
+) -> Errors {
+    let (oracle, targets) = (Oracle::new(shown), RayTargets::of(shown));
+    let each = rays.div_ceil(sets::ALL.len() as u64);
+    let block = |set: &'static RaySet, number: u64| {
+        let count = (each - number * RaySet::BLOCK as u64).min(RaySet::BLOCK as u64);
+        set.block(&targets, seed, number, count as usize)
+    };
+    let blocks: Vec<(&'static RaySet, u64)> =
+        sets::ALL.iter().flat_map(|set| (0..each.div_ceil(RaySet::BLOCK as u64)).map(move |n| (set, n))).collect();
+    let rays: Vec<Ray> = blocks.into_par_iter().flat_map_iter(|(set, number)| block(set, number)).collect();
+    let hits = stream.trace_all(tracer, on_device, &rays).unwrap();
+    let judged = rays.par_iter().zip(&hits).with_min_len(64).fold(Errors::default, |mut errors, (ray, words)| {
+        let (answer, hit) = (oracle.first_hit(ray), words.hit());
+        let before = errors.wrong();
+        errors.add(ray, &answer, words.outcome(hit.as_ref()));
+        assert_eq!(errors.wrong(), before, "{ray:?}\nexact {answer:?}\nfound {words:?}");
+        errors
+    });
+    judged.reduce(Errors::default, Errors::and)
+}
+
+/// Rays through so many publications: of a flight in which tiles come and go while rays are traced, and of complete worlds in which edits,
+/// other levels and places far away take turns.
+fn trace(publications: u64, rays: u64) {
+    let device = device();
+    let mut tracer = Tracer::new(&device, Arc::new(MemoryFiles::default()), &Method::of(Layout::Tree64)).unwrap();
+    let mut stream = Stream::new(&device).unwrap();
+    let mut random = SplitMix64::new(number("RAXEL_SEED", 5));
+    let (mut errors, mut judged) = (Errors::default(), 0);
+    for (staged, levels) in [(false, false), (true, false), (false, true), (true, true)] {
+        let memory = Memory::new(&device, staged);
+        let on_device = DeviceWorld::of_buffer(memory.buffer.clone());
+        let source = Arc::new(EditedSource::new(endless(), materials()));
+        let mut shape = if levels { reach(64, 256) } else { reach(192, 192) };
+        let streamer = streamer(source.clone(), &memory, shape.clone(), levels);
+        let (scene, mut edits) = (Scene::new(&materials(), &[]), Edits::default());
+        let (mut camera, mut in_flight) = (IVec3::ZERO, VecDeque::new());
+        let until = Instant::now() + PATIENCE * 5;
+        let mut of_this = 0;
+        while of_this < publications.div_ceil(4) {
+            assert!(Instant::now() < until, "{of_this} publications: {:?}", streamer.stats());
+            if levels && random.below(2) == 0 {
+                let at = [0; 3].map(|_| random.below(200) as i32 - 100);
+                let at = (camera + IVec3::from_array(at)).as_dvec3().to_array();
+                let brush = if random.below(2) == 0 { Brush::Subtract } else { Brush::Add(1 + random.below(5) as u16) };
+                let operation = Operation::sphere(at, 1.0 + random.below(30) as f64, brush);
+                let change = match random.below(4) {
+                    0 => edits.undo(source.unedited()),
+                    _ => edits.apply(&[operation], &scene, source.unedited()).ok(),
+                };
+                if let Some(change) = change {
+                    source.change(&change);
+                    let changed: Vec<ChunkPos> = change.chunks.iter().map(|chunk| chunk.pos).collect();
+                    streamer.changed(&changed);
+                }
+            } else if levels || streamer.is_settled() || random.below(4) == 0 {
+                camera = fly_on(camera, &mut random);
+                streamer.follow(View::at(camera));
+            }
+            if levels {
+                streamer.wait(PATIENCE).unwrap();
+            }
+            let Some(taken) = streamer.take() else {
+                std::thread::yield_now();
+                continue;
+            };
+            in_flight.push_back(taken);
+            while in_flight.len() > if levels { 1 } else { IN_FLIGHT } {
+                in_flight.pop_front();
+                streamer.released(in_flight[0].version);
+            }
+            // The oldest is the one that would be overwritten first.
+            let publication: &Arc<Publication> = &in_flight[0];
+            run(&device, |recording| {
+                recording.update_buffer(&memory.buffer, bytemuck::cast_slice(publication.words()))
+            });
+            let tiles = if levels {
+                source.edited_heights().into_iter().for_each(|heights| shape.include(heights));
+                shape.tiles(camera)
+            } else {
+                chunks(&memory.host.lock().unwrap(), publication)
+            };
+            let shown = union(&*source, &tiles);
+            errors = errors.and(judge(&mut stream, &mut tracer, &on_device, &shown, rays, random.bits()));
+            of_this += 1;
+        }
+        judged += of_this;
+        let stats = streamer.stats();
+        assert!(stats.dropped > 0 && stats.failed == 0, "{stats:?}");
+        silent(&device);
+    }
+    println!(
+        "{judged} publications, {} hits, {} wrong, on {}",
+        errors.hits,
+        errors.wrong(),
+        device.capabilities().name
+    );
+    assert!(errors.wrong() == 0 && errors.hits > judged * rays / 20, "{errors:?}");
+}
+
+/// A sum of words and their places, for each range of the buffer.
+const SUMS: &str = "#version 460
+layout(local_size_x = 64) in;
+layout(std430) readonly buffer World { uint words[]; } world;
+layout(std430) readonly buffer Ranges { uvec2 ranges[]; } ranges;
+layout(std430) writeonly buffer Sums { uint sums[]; } sums;
+shared uint parts[64];
+void main() {
+    uvec2 range = ranges.ranges[gl_WorkGroupID.x];
+    uint self = gl_LocalInvocationID.x, sum = 0u;
+    for (uint i = self; i < range.y; i += 64u) {
+        uint word = (world.words[range.x + i] ^ i * 0x9e3779b9u) * 0x85ebca6bu;
+        sum += word ^ word >> 15;
+    }
+    parts[self] = sum;
+    barrier();
+    for (uint half_of_them = 32u; half_of_them > 0u; half_of_them >>= 1) {
+        if (self < half_of_them) parts[self] += parts[self + half_of_them];
+        barrier();
+    }
+    if (self == 0u) sums.sums[gl_WorkGroupID.x] = parts[0];
+}
+";
+
+fn sum(words: &[u32]) -> u32 {
+    (0u32..).zip(words).fold(0, |sum, (i, word)| {
+        let word = (word ^ i.wrapping_mul(0x9e37_79b9)).wrapping_mul(0x85eb_ca6b);
+        sum.wrapping_add(word ^ word >> 15)
+    })
+}
+
+/// A part of the buffer behind its header: first word, words, and their sum.
+type Range = (u32, u32, u32);
+
+/// Ranges that a frame can have.
+const MOST_RANGES: u64 = 1 << 13;
+
+/// A frame on the device.
+struct Frame {
+    publication: Arc<Publication>,
+    ranges: Vec<Range>,
+    slot: usize,
+    finished_at: TimelineValue,
+}
+
+/// What a frame has of its own.
+struct OwnBuffers {
+    ranges: Arc<Buffer>,
+    sums: Arc<Buffer>,
+    back: Buffer,
+    descriptors: Descriptors,
+    commands: CommandBuffer,
+}
+
+fn pipeline(device: &Arc<Device>) -> (ComputePipeline, Vec<String>) {
+    let files = MemoryFiles::default();
+    files.insert("sums.comp", SUMS.as_bytes());
+    let request = Request { path: "sums.comp".into(), entry: "main".into(), defines: Vec::new() };
+    let (shader, _) = Compiler::new(Arc::new(files)).shader(&request, &mut SourceMap::default()).unwrap();
+    let slot = |binding: &raxel_shader::interface::Binding| Slot {
+        set: binding.set,
+        binding: binding.binding,
+        ty: vk::DescriptorType::STORAGE_BUFFER,
+        count: binding.count,
+    };
+    let slots: Vec<Slot> = shader.interface.bindings.iter().map(slot).collect();
+    let info = PipelineInfo { spirv: &shader.spirv, entry: "main", slots: &slots, push_bytes: 0, specialization: &[] };
+    let names = shader.interface.bindings.iter().map(|binding| binding.name.to_string()).collect();
+    (ComputePipeline::new(device, "sums", &info).unwrap(), names)
+}
+
+impl OwnBuffers {
+    fn new(device: &Arc<Device>, memory: &Memory, (pipeline, names): &(ComputePipeline, Vec<String>)) -> Self {
+        let buffer = |name: &str, size: u64, usage, location| {
+            Buffer::new(device, name, &BufferInfo { size, usage, location }, Backing::Own).unwrap()
+        };
+        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let (from, to) = (vk::BufferUsageFlags::TRANSFER_SRC, vk::BufferUsageFlags::TRANSFER_DST);
+        let ranges = Arc::new(buffer("ranges", 8 * MOST_RANGES, storage, Location::Upload));
+        let sums = Arc::new(buffer("sums", 4 * MOST_RANGES, storage | from, Location::Device));
+        let back = buffer("sums, back", 4 * MOST_RANGES, to, Location::Download);
+        let of = |name: &String| {
+            let buffer = match name.to_lowercase().as_str() {
+                "world" => &memory.buffer,
+                "ranges" => &ranges,
+                _ => &sums,
+            };
+            vec![Resource::Buffer(buffer.clone(), 0, buffer.size())]
+        };
+        let resources: Vec<Vec<Resource>> = names.iter().map(of).collect();
+        let descriptors = Descriptors::new(device, "sums", pipeline, &resources).unwrap();
+        let commands = CommandBuffer::new(device, "sums").unwrap();
+        Self { ranges, sums, back, descriptors, commands }
+    }
+
+    /// A frame that sums the ranges of a publication on the device. Nothing waits for it here.
+    fn submit(
+        &mut self,
+        memory: &Memory,
+        pipeline: &ComputePipeline,
+        publication: &Publication,
+        ranges: &[Range],
+    ) -> TimelineValue {
+        assert!(ranges.len() as u64 <= MOST_RANGES, "{} ranges", ranges.len());
+        let words: Vec<[u32; 2]> = ranges.iter().map(|(at, count, _)| [HEADER as u32 + at, *count]).collect();
+        assert!(self.ranges.write(0, bytemuck::cast_slice(&words)));
+        let mut recording = self.commands.begin().unwrap();
+        recording.barrier(&Barrier::full());
+        recording.update_buffer(&memory.buffer, bytemuck::cast_slice(publication.words()));
+        recording.barrier(&Barrier::full());
+        recording.bind(pipeline, &self.descriptors);
+        recording.dispatch([ranges.len() as u32, 1, 1]);
+        recording.barrier(&Barrier::full());
+        recording.copy_buffer((&self.sums, 0), (&self.back, 0), 4 * ranges.len() as u64);
+        recording.barrier(&Barrier::full());
+        recording.submit().unwrap()
+    }
+
+    fn sums(&self, count: usize) -> Vec<u32> {
+        let mut bytes = vec![0; 4 * count];
+        assert!(self.back.read(0, &mut bytes));
+        bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect()
+    }
+}
+
+/// A chunk as it must be in the buffer.
+struct Expected {
+    node: TileNode,
+    range: Option<Range>,
+}
+
+/// Everything behind the header that a publication reaches: its directory, as it is, and the words of each chunk, as they follow from the
+/// source. The nodes of chunks are compared here.
+fn reached(
+    source: &dyn ChunkSource,
+    words: &[u32],
+    publication: &Publication,
+    known: &mut HashMap<(ChunkPos, u32), Expected>,
+) -> Vec<Range> {
+    let (header, body) = (publication.header, &words[HEADER..]);
+    let full_run = (MATERIAL_WORDS * source.materials().len() as u32).next_multiple_of(4);
+    let of = |at: u32, count: u32| (at, count, sum(&body[at as usize..][..count as usize]));
+    let mut ranges = vec![of(4 * header.root, 4)];
+    let mut open = vec![(header.root, header.log2_size >> 1, [0i32; 3])];
+    while let Some((at, height, corner)) = open.pop() {
+        let node = TileNode(body[4 * at as usize..][..4].try_into().unwrap());
+        if height > 3 {
+            ranges.push(of(4 * node.0[2], 4 * node.mask().count_ones()));
+            for (rank, child) in (0..64).filter(|child| node.mask() >> child & 1 == 1).enumerate() {
+                let cell = raxel_world::child_cell(child).map(|c| (c << (2 * (height - 4))) as i32);
+                open.push((node.0[2] + rank as u32, height - 1, std::array::from_fn(|i| corner[i] + cell[i])));
+            }
+            continue;
+        }
+        let place = [0, 1, 2].map(|i| (header.origin[i] >> 6) + corner[i]);
+        let pos = ChunkPos::new(place[0], place[1], place[2]);
+        let first = if node.filled_material().is_some() { 0 } else { 4 * node.0[2] };
+        let expected = known.entry((pos, first)).or_insert_with(|| match TileBlock::of(&source.chunk(0, pos), 0) {
+            Ok(block) => {
+                let (words, node) = block.encode(first, full_run);
+                Expected { node, range: Some((first, words.len() as u32, sum(&words))) }
+            }
+            Err(node) => Expected { node: node.expect("an empty chunk is not reached"), range: None },
+        });
+        assert_eq!(node, expected.node, "chunk {pos:?} of version {}", publication.version);
+        ranges.extend(expected.range);
+    }
+    ranges
+}
+
+/// So many publications in a row, each shown by a frame of which up to three are on the device: the device sums every word that the frame
+/// can reach, and the sums are those of what the words were made of.
+fn check_words(publications: u64, staged: bool) {
+    let device = device();
+    let memory = Memory::new(&device, staged);
+    let source = endless();
+    let streamer = streamer(source.clone(), &memory, reach(192, 192), false);
+    let pipeline = pipeline(&device);
+    let mut slots: Vec<OwnBuffers> = (0..IN_FLIGHT).map(|_| OwnBuffers::new(&device, &memory, &pipeline)).collect();
+    let mut random = SplitMix64::new(number("RAXEL_SEED", 3));
+    let (mut camera, mut known) = (IVec3::ZERO, HashMap::new());
+    let mut in_flight: VecDeque<Frame> = VecDeque::new();
+    let (mut ranges_checked, mut words_checked) = (0, 0u64);
+    let began = Instant::now();
+    for frame in 0..publications {
+        let until = Instant::now() + PATIENCE;
+        let publication = loop {
+            if let Some(taken) = streamer.take() {
+                break taken;
+            }
+            if streamer.is_settled() {
+                camera = fly_on(camera, &mut random);
+                streamer.follow(View::at(camera));
+            }
+            assert!(Instant::now() < until, "frame {frame}: {:?}", streamer.stats());
+            std::thread::yield_now();
+        };
+        let ranges = reached(&*source, &memory.host.lock().unwrap(), &publication, &mut known);
+        if known.len() > 20_000 {
+            known.clear();
+        }
+        let slot = (frame % IN_FLIGHT as u64) as usize;
+        let finished_at = slots[slot].submit(&memory, &pipeline.0, &publication, &ranges);
+        in_flight.push_back(Frame { publication, ranges, slot, finished_at });
+        while in_flight.len() >= IN_FLIGHT || (frame + 1 == publications && !in_flight.is_empty()) {
+            let Frame { publication, ranges, slot, finished_at } = in_flight.pop_front().unwrap();
+            device.wait(finished_at, PATIENCE).unwrap();
+            for (found, (at, count, expected)) in slots[slot].sums(ranges.len()).into_iter().zip(&ranges) {
+                assert_eq!(found, *expected, "{count} words at {at} of version {} are torn", publication.version);
+                words_checked += u64::from(*count);
+            }
+            ranges_checked += ranges.len();
+            if let Some(next) = in_flight.front() {
+                streamer.released(next.publication.version);
+            }
+        }
+    }
+    let stats = streamer.stats();
+    println!(
+        "{publications} publishing frames, {ranges_checked} ranges, {words_checked} words, {} tiles made, {} dropped, {:.0} s, on {}",
+        stats.made,
+        stats.dropped,
+        began.elapsed().as_secs_f64(),
+        device.capabilities().name
+    );
+    assert!(words_checked > 2_000 * publications && stats.dropped > 20, "{words_checked} words, {stats:?}");
+    silent(&device);
+}
+
+#[test]
+fn rays_over_publications_are_exact_on_the_device() {
+    trace(12, 600);
+}
+
+#[test]
+fn every_word_that_a_frame_reaches_is_right_on_the_device() {
+    check_words(120, false);
+    check_words(120, true);
+}
+
+#[test]
+#[ignore = "takes minutes without a GPU"]
+fn rays_over_many_publications_are_exact_on_the_device() {
+    trace(number("RAXEL_PUBLICATIONS", 200), number("RAXEL_RAYS", 1_000_000));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn every_word_is_right_on_the_device_in_ten_thousand_frames() {
+    check_words(10_000, false);
+    check_words(10_000, true);
+}
