@@ -604,24 +604,28 @@ time = 1.0
 position = [140.0, 190.0, -160.0]
 look_at = [40.0, 100.0, -220.0]
 [[edits]]
-time = 0.3
+time = 0.2
 op = "sphere"
 center = [60.0, 120.0, -60.0]
 radius = 20.0
 material = "snow"
 "#,
     );
-    let pictures = |folder: &str, uploads: &str| {
+    let pictures = |folder: &str, uploads: &str, parts: &[&str]| {
         let frames = format!("{folder}/%04d.png");
-        let arguments =
-            ["render", "worlds/short.demo.toml", "--validate", "--fps", "4", "--size", "95x57", "-o", &frames];
-        let mut command = common::command(project.root(), &arguments);
-        let run: common::Run = common::output(command.env("RAXEL_UPLOADS", uploads)).into();
-        run.exits(0);
+        let film = ["render", "worlds/short.demo.toml", "--validate", "--fps", "4", "--size", "95x57", "-o", &frames];
+        for part in parts {
+            let arguments = [&film[..], &["--shard", part]].concat();
+            let mut command = common::command(project.root(), &arguments);
+            let run: common::Run = common::output(command.env("RAXEL_UPLOADS", uploads)).into();
+            run.exits(0);
+        }
         (0..4).map(|n| std::fs::read(project.path(&format!("{folder}/{n:04}.png"))).unwrap()).collect::<Vec<_>>()
     };
-    let [direct, staged] = [pictures("direct", ""), pictures("staged", "staged")];
+    let [direct, staged] = [pictures("direct", "", &["1/1"]), pictures("staged", "staged", &["1/1"])];
     assert!(direct == staged, "the pictures differ");
+    // The edit is in the first part, and seen in both.
+    assert!(pictures("parts", "", &["1/2", "2/2"]) == direct, "the parts of the film differ from the whole");
     assert!(direct[0] != direct[3]);
 }
 

@@ -10,8 +10,9 @@ use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, View};
 use raxel_world::random::{SplitMix64, mix};
 use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Streamed};
 
-/// Bytes of the pool: less than what is near takes, so that it is full on the way.
-const POOL: usize = 12 << 20;
+/// Bytes of the pools: less than what is near takes, so that they are full on the way.
+const LAND: usize = 12 << 20;
+const QUICK: usize = 4 << 20;
 
 struct Words(Mutex<Vec<u32>>);
 
@@ -48,11 +49,11 @@ fn resident() -> u64 {
 
 /// Flies straight on, with a turn every 2,000 voxels, as fast as tiles come: one second of the flight after the other, each when everything
 /// that it wants is there. The pool is smaller than what that takes. After so many tiles it ends.
-fn fly(source: Arc<dyn ChunkSource>, reach: Reach, height: i32, seconds: u32, most: u64) {
-    let memory = Arc::new(Words(Mutex::new(vec![0; POOL / 4])));
+fn fly(source: Arc<dyn ChunkSource>, reach: Reach, pool: usize, height: i32, seconds: u32, most: u64) {
+    let memory = Arc::new(Words(Mutex::new(vec![0; pool / 4])));
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
     let options = StreamOptions { workers, complete: false, upload: None, poison: false };
-    let streamer = Streamer::new(source, memory, (POOL / 4) as u32, reach, View::at(IVec3::ZERO), options);
+    let streamer = Streamer::new(source, memory, (pool / 4) as u32, reach, View::at(IVec3::ZERO), options);
     let (mut at, mut samples) = ([0.5f64, 0.5], Vec::new());
     let began = Instant::now();
     for step in 0..seconds {
@@ -97,7 +98,7 @@ fn an_hour_of_flight_takes_no_more_memory_than_its_first_minutes() {
     let settings = StreamSettings { near: 256, far: 4096, ..streamed.settings };
     let reach = Reach::of(&settings, streamed.generator.height_range().unwrap());
     let most = std::env::var("RAXEL_FLIGHT_TILES").ok().and_then(|tiles| tiles.parse().ok());
-    fly(streamed.generator, reach, 170, 3600, most.unwrap_or(u64::MAX));
+    fly(streamed.generator, reach, LAND, 170, 3600, most.unwrap_or(u64::MAX));
 }
 
 /// Things that are quick to make: small ones in five materials, different in every tile; some tiles are empty, and some full.
@@ -133,5 +134,5 @@ impl ChunkSource for Quick {
 fn a_million_tiles_take_no_more_memory_than_the_first_of_them() {
     let materials = vec![Material::air(); 6];
     let reach = Reach::of(&StreamSettings { near: 512, far: 2048, ..StreamSettings::default() }, [-256, 256]);
-    fly(Arc::new(Quick(materials)), reach, 0, u32::MAX, 1_000_000);
+    fly(Arc::new(Quick(materials)), reach, QUICK, 0, u32::MAX, 1_000_000);
 }
