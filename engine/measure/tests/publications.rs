@@ -19,7 +19,7 @@ use raxel_measure::rays::{DeviceWorld, Method, Stream, Tracer};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::sets::{RaySet, RayTargets};
 use raxel_oracle::{Oracle, Ray, sets};
-use raxel_shader::{Compiler, Request};
+use raxel_shader::{Compiler, Request, ShaderSource as _};
 use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, TileKey, View, union};
 use raxel_world::layout::{Layout, MATERIAL_WORDS, TileBlock, TileNode};
 use raxel_world::random::SplitMix64;
