@@ -215,7 +215,7 @@ fn trace(publications: u64, rays: u64) {
     let mut tracer = Tracer::new(&device, Arc::new(MemoryFiles::default()), &Method::of(Layout::Tree64)).unwrap();
     let mut stream = Stream::new(&device).unwrap();
     let mut random = SplitMix64::new(number("RAXEL_SEED", 5));
-    let (mut errors, mut judged) = (Errors::default(), 0);
+    let (mut errors, mut judged, mut dropped) = (Errors::default(), 0, 0);
     for (staged, levels) in [(false, false), (true, false), (false, true), (true, true)] {
         let memory = Memory::new(&device, staged);
         let on_device = DeviceWorld::of_buffer(memory.buffer.clone());

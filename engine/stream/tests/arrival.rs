@@ -132,3 +132,37 @@ fn a_place_without_holes_has_something_wherever_a_voxel_is() {
     }
     assert!(finest >= 1, "{coarse} coarse, {finest} complete");
 }
+
+/// Every level is loaded a tile further than it is wanted: a camera that crosses a border, when all was there before, misses nothing.
+#[test]
+fn what_comes_near_is_there_before_it_is_missed() {
+    let source = Posts::new();
+    let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
+    let mut at = IVec3::new(20, 20, 20);
+    let streamer = Streamer::new(source, memory, WORDS, reach(), view(at), options);
+    let until = Instant::now() + PATIENCE;
+    let pause = || {
+        assert!(Instant::now() < until, "{:?}", streamer.stats());
+        std::thread::sleep(Duration::from_millis(1));
+    };
+    let mut random = SplitMix64::new(4);
+    for step in 0..60 {
+        while !streamer.is_settled() || streamer.has_pending() {
+            if let Some(taken) = streamer.take() {
+                streamer.released(taken.version);
+            }
+            pause();
+        }
+        let made = streamer.stats().made;
+        let by = [IVec3::X, IVec3::NEG_X, IVec3::Z, IVec3::NEG_Z][random.below(4) as usize];
+        at += 64 * by;
+        streamer.follow(view(at));
+        while !streamer.has_looked() {
+            pause();
+        }
+        let stats = streamer.stats();
+        assert_eq!(stats.missing_in_view, 0, "step {step} to {at}, {} made since: {stats:?}", stats.made - made);
+    }
+    assert!(streamer.stats().dropped > 100, "{:?}", streamer.stats());
+}
