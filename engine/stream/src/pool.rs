@@ -19,11 +19,12 @@ pub trait PoolMemory: Send + Sync {
 /// Words of a node, the unit of allocation for tiles.
 const NODE: u32 = 4;
 
-/// Most of the pool that tiles take, in percent.
+/// The part of the pool that is for tiles, in percent. The rest is for directories, which are large blocks: between tiles that come and go
+/// there is soon no place for one, however much is free.
 const TILES: u64 = 95;
 
-/// Most of a pool of lamps that lights take, in percent: a table of groups has half of the words of the lights at most, and two of them may be
-/// there at once.
+/// The part of a pool of lamps that is for lights, in percent: a table of groups has half of the words of the lights at most, and two of them
+/// may be there at once.
 const LIGHTS: u64 = 50;
 
 /// Blocks that can be there at once.
@@ -51,15 +52,23 @@ struct Form {
     first: u32,
     /// Words of the unit of allocation.
     unit: u32,
-    /// Most of the pool that blocks take which are no directories, in percent.
+    /// The part for blocks that are no directories, in percent.
     most: u64,
 }
 
 struct Account {
-    allocator: Allocator,
-    used: u32,
+    tiles: Part,
+    directories: Part,
     peak: u32,
     failed: u64,
+}
+
+/// A part of the pool.
+struct Part {
+    allocator: Allocator,
+    /// Its first unit.
+    first: u32,
+    used: u32,
 }
 
 /// Words of the pool. It is given back to [`Pool::free`], or lost to the pool.
@@ -68,6 +77,8 @@ struct Account {
 pub struct Block {
     allocation: Held,
     units: u32,
+    /// The first of them in the pool.
+    first: u32,
 }
 
 #[derive(Clone, Copy)]
@@ -117,8 +128,12 @@ impl Pool {
 
     fn blocks(memory: Arc<dyn PoolMemory>, words: u32, form: Form, poison: bool) -> Self {
         let capacity = words.saturating_sub(form.header + form.first) / form.unit;
-        let allocator = Allocator::with_max_allocs(capacity.max(1), MOST_BLOCKS);
-        let account = Account { allocator, used: 0, peak: 0, failed: 0 };
+        let tiles = (u64::from(capacity) * form.most / 100) as u32;
+        let part = |first: u32, units: u32| {
+            let allocator = Allocator::with_max_allocs(units.max(1), units.clamp(64, MOST_BLOCKS));
+            Part { allocator, first, used: 0 }
+        };
+        let account = Account { tiles: part(0, tiles), directories: part(tiles, capacity - tiles), peak: 0, failed: 0 };
         Self { memory, allocator: Mutex::new(account), form, full_run: 0, capacity, poison }
     }
 
@@ -132,35 +147,23 @@ impl Pool {
     /// A block for a tile of so many words; `None` when there is no room for it. A part of the pool is left for directories, without
     /// which no tile would ever be given up.
     pub fn allocate_tile(&self, words: u32) -> Option<Block> {
-        let (mut account, units) = (self.account(), words.div_ceil(self.form.unit));
-        if u64::from(account.used + units) * 100 > u64::from(self.capacity) * self.form.most {
-            account.failed += 1;
-            return None;
-        }
-        Self::take(&mut account, units)
+        let mut account = self.account();
+        let block = account.tiles.take(words.div_ceil(self.form.unit));
+        account.count(block)
     }
 
-    /// A block of at least so many words; `None` when there is no room for it.
+    /// A block of at least so many words for a directory; `None` when there is no room for it.
     pub fn allocate(&self, words: u32) -> Option<Block> {
-        Self::take(&mut self.account(), words.div_ceil(self.form.unit))
-    }
-
-    fn take(account: &mut Account, units: u32) -> Option<Block> {
-        let units = units.max(1);
-        let Some(allocation) = account.allocator.allocate(units) else {
-            account.failed += 1;
-            return None;
-        };
-        account.used += units;
-        account.peak = account.peak.max(account.used);
-        Some(Block { allocation: Held(allocation), units })
+        let (mut account, units) = (self.account(), words.div_ceil(self.form.unit));
+        let block = account.directories.take(units).or_else(|| account.tiles.take(units));
+        account.count(block)
     }
 
     /// Words that tiles can take before four fifths of what is theirs is used: less than there is room for, so that what was refused is not
     /// asked for when it would only just fit, and be refused again.
     pub fn spare_words(&self) -> u64 {
         let most = u64::from(self.capacity) * self.form.most / 125;
-        most.saturating_sub(u64::from(self.account().used)) * u64::from(self.form.unit)
+        most.saturating_sub(u64::from(self.account().tiles.used)) * u64::from(self.form.unit)
     }
 
     /// Takes a block back that no frame reads any more.
@@ -170,13 +173,15 @@ impl Pool {
             self.write(&block, &vec![POISON; (block.units * self.form.unit) as usize]);
         }
         let mut account = self.account();
-        account.used -= block.units;
-        account.allocator.free(block.allocation.0);
+        let is_tile = block.first < account.directories.first;
+        let part = if is_tile { &mut account.tiles } else { &mut account.directories };
+        part.used -= block.units;
+        part.allocator.free(block.allocation.0);
     }
 
     /// The first word of a block, behind the header: a multiple of 4, and of 8 in a pool of lamps.
     pub fn address(&self, block: &Block) -> u32 {
-        self.form.first + block.allocation.0.offset * self.form.unit
+        self.form.first + block.first * self.form.unit
     }
 
     /// Writes the words of a block.
@@ -204,10 +209,67 @@ impl Pool {
     pub fn usage(&self) -> (u64, u64, u64) {
         let account = self.account();
         let bytes = |units: u32| u64::from(units) * u64::from(self.form.unit) * 4;
-        (bytes(account.used), bytes(account.peak), account.failed)
+        (bytes(account.used()), bytes(account.peak), account.failed)
     }
 
     fn account(&self) -> std::sync::MutexGuard<'_, Account> {
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Account {
+    fn used(&self) -> u32 {
+        self.tiles.used + self.directories.used
+    }
+
+    /// Notes what became of an attempt.
+    fn count(&mut self, block: Option<Block>) -> Option<Block> {
+        self.peak = self.peak.max(self.used());
+        self.failed += u64::from(block.is_none());
+        block
+    }
+}
+
+impl Part {
+    fn take(&mut self, units: u32) -> Option<Block> {
+        let units = units.max(1);
+        let allocation = self.allocator.allocate(units)?;
+        self.used += units;
+        Some(Block { allocation: Held(allocation), units, first: self.first + allocation.offset })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Nowhere;
+
+    impl PoolMemory for Nowhere {
+        fn write(&self, _at: u32, _words: &[u32]) {}
+    }
+
+    #[test]
+    fn a_directory_finds_a_place_however_scattered_the_free_words_are() {
+        let pool = Pool::new(Arc::new(Nowhere), 100_000, &[Material::air()], false);
+        let mut tiles: Vec<Option<Block>> = std::iter::from_fn(|| pool.allocate_tile(200)).map(Some).collect();
+        assert!(tiles.len() > 400, "{}", tiles.len());
+        tiles.iter_mut().step_by(2).filter_map(Option::take).for_each(|tile| pool.free(tile));
+        assert!(pool.allocate_tile(2000).is_none(), "no two free blocks lie side by side");
+        let directory = pool.allocate(2000).expect("there is a part for it");
+        let end = u64::from(pool.address(&directory)) + 2000;
+        assert!(end <= 100_000 - 16);
+        let (used, peak, failed) = pool.usage();
+        assert!(used <= peak && peak <= pool.capacity() && failed == 2, "{used} {peak} {failed}");
+        pool.free(directory);
+        tiles.into_iter().flatten().for_each(|tile| pool.free(tile));
+        assert_eq!(pool.usage().0, 0);
+        // All of it can be had again, and no block lies in another.
+        let mut taken: Vec<u32> = std::iter::from_fn(|| pool.allocate_tile(200))
+            .chain(std::iter::from_fn(|| pool.allocate(200)))
+            .map(|block| pool.address(&block))
+            .collect();
+        taken.sort_unstable();
+        assert!(taken.len() > 400 && taken.windows(2).all(|pair| pair[1] - pair[0] >= 200));
     }
 }

@@ -77,6 +77,8 @@ pub(super) struct Director {
     /// What is reachable has changed since the last publication.
     changed: bool,
     no_room: bool,
+    /// Nor was there for the last directory: what was given up stays until there is one.
+    no_directory: bool,
     /// There was none, and nothing was freed since.
     starved: bool,
     /// What the workers were asked for is no longer what is missing.
@@ -141,6 +143,7 @@ impl Director {
             refused: false,
             changed: true,
             no_room: false,
+            no_directory: false,
             starved: false,
             ask_again: false,
             stats: Stats::default(),
@@ -424,7 +427,7 @@ impl Director {
             let error = StreamError::NoRoom { bytes: self.shared.pool.capacity() };
             self.shared.desk().error = Some((self.view_serial, error));
             self.shared.settled.notify_all();
-        } else if self.retired.is_empty() {
+        } else if self.retired.is_empty() || self.no_directory {
             self.shrink();
         }
     }
@@ -523,9 +526,10 @@ impl Director {
         let tiles = shown.map(|(key, tile)| (*key, &tile.live));
         let directory = Directory::of(&self.cube, top, tiles);
         let Some(block) = self.shared.pool.allocate(directory.words()) else {
-            self.no_room = true;
+            (self.no_room, self.no_directory) = (true, true);
             return;
         };
+        self.no_directory = false;
         let (words, root) = directory.place(self.shared.pool.address(&block));
         self.shared.desk().allowance.spend(4 * words.len() as u64);
         self.shared.pool.write(&block, &words);
