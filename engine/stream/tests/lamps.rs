@@ -1,6 +1,7 @@
 //! The list of lamps of a streamed world against the lamps of what is shown, while tiles come and go.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, RwLock};
 use std::time::Duration;
 
@@ -423,11 +424,14 @@ fn lamps_that_come_back_to_the_list_wait_for_frames() {
     assert!(after.most_written <= UPLOAD + 2 * largest + 2 * directory, "{after:?} {largest} {directory}");
 }
 
+/// The chunk that is held back once, who hears that it was asked for, and who says when to go on.
+type Hold = (ChunkPos, Sender<()>, Receiver<()>);
+
 /// What a chunk is when its lamps are looked for, and what it is when another chunk is changed meanwhile.
 struct Held {
     edited: Edited,
     /// The chunk that is given as it was when it was asked for, when the other side says so.
-    held: Mutex<Option<(ChunkPos, std::sync::mpsc::Sender<()>, std::sync::mpsc::Receiver<()>)>>,
+    held: Mutex<Option<Hold>>,
 }
 
 impl ChunkSource for Held {
@@ -466,8 +470,8 @@ fn a_second_edit_beside_a_chunk_that_is_being_made_counts_for_its_lamps() {
         source.edited.chunks.write().unwrap().insert(pos, content);
         streamer.changed(&[pos]);
     };
-    let (asked, was_asked) = std::sync::mpsc::channel();
-    let (go, go_on) = std::sync::mpsc::channel();
+    let (asked, was_asked) = channel();
+    let (go, go_on) = channel();
     *source.held.lock().unwrap() = Some((beside, asked, go_on));
     // A lamp at the border. Whether its face is bare is asked of the chunk beside it, which is air at that moment.
     set(lit, one(63, 2));
