@@ -53,6 +53,9 @@ fn project(files: &[(&str, String)]) -> TempDir {
         "worlds/menger.toml",
         "worlds/models/tree.vox",
         "worlds/models/pine.vox",
+        "worlds/models/vein.vox",
+        "worlds/models/mushroom.vox",
+        "worlds/models/hut.vox",
     ] {
         fs::copy(repository().join(shipped), folder.path().join(shipped)).unwrap();
     }
