@@ -59,7 +59,7 @@ fn a_mistake_that_files_share_is_told_once() {
     assert!(run.stderr.contains("worlds/valley.demo.toml: 1 error, told above"), "{}", run.stderr);
     // A program asks for what is wrong with each of them.
     let run = project.raxel(&[&files[..], &["--format", "json"]].concat()).exits(3);
-    assert_eq!(run.stdout.matches("no key `presnt`").count(), 3, "{}", run.stdout);
+    assert_eq!(run.stdout.matches("\"code\":\"RX0011\"").count(), 3, "{}", run.stdout);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use raxel::oracle::Oracle;
 use raxel::oracle::camera::Pinhole;
 use raxel::stream::{TileKey, union};
 use raxel::world::layout::Layout;
-use raxel::{Camera, Options, Session, Validation};
+use raxel::{Camera, Options, Session, Validation, Value};
 use raxel_edit::{Brush, Operation};
 use raxel_runtime::stream::reach_of;
 use raxel_runtime::{OpenError, Saves};
@@ -114,6 +114,34 @@ fn pictures_of_a_streamed_world_are_exact_wherever_the_camera_goes() {
     let stats = session.stream().expect("it is bound").stats();
     assert_eq!((stats.missing, stats.failed), (0, 0), "{stats:?}");
     assert!(stats.dropped > 0, "{stats:?}");
+}
+
+/// Generation of the light, and the serial of the world that it is for.
+fn light_state(session: &mut Session) -> [u32; 2] {
+    let bytes = session.read_buffer("state", 0..16).unwrap();
+    [0, 12].map(|at| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()))
+}
+
+#[test]
+fn light_is_kept_while_land_is_loaded() {
+    let project = project();
+    let mut session = open(&project, "light/face_cache", &["state"]);
+    let frame = |session: &mut Session| session.frame().map(drop).unwrap_or_else(|error| panic!("{error}"));
+    frame(&mut session);
+    let before = light_state(&mut session);
+    for _ in 0..3 {
+        let camera = *session.camera();
+        session.set_camera(Camera { cell: camera.cell + IVec3::new(64, 0, 0), ..camera });
+        frame(&mut session);
+    }
+    let after = light_state(&mut session);
+    assert!(after[1] > before[1], "nothing was loaded: {before:?}, {after:?}");
+    assert_eq!(after[0], before[0], "light began anew");
+    // Another sun is another matter.
+    session.set_param("sun_elevation", Value::F32(70.0)).unwrap();
+    frame(&mut session);
+    assert!(light_state(&mut session)[0] > before[0]);
+    silent(&session);
 }
 
 /// How many pixels see a voxel; every one sees what the exact ray through it does.
@@ -525,7 +553,7 @@ fn a_streamed_world_is_lit_as_the_same_world_with_bounds() {
         session.pin("radiance").unwrap();
         session.set_debug_target(raxel::runtime::debug_target::DebugTarget::resource("radiance")).unwrap();
         for name in ["sun_strength", "sky_strength"] {
-            session.set_param(name, raxel::Value::F32(0.0)).unwrap();
+            session.set_param(name, Value::F32(0.0)).unwrap();
         }
         for _ in 0..64 {
             session.frame().unwrap_or_else(|error| panic!("{error}"));

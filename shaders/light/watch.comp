@@ -6,7 +6,10 @@
 #include "change.glsl"
 
 layout(local_size_x = 1) in;
-layout(push_constant) uniform Push { uint world_serial; } push;
+layout(push_constant) uniform Push { uint world_serial; uint world_voxels; } push;
+
+// Samples that still count after a change of land that is loaded.
+const float LOADED = 16.0;
 
 float ratio(float a, float b) {
     return abs(a - b) / max(max(abs(a), abs(b)), 1e-6);
@@ -17,12 +20,16 @@ void main() {
     // One degree of the sun counts as much as a tenth of its strength.
     float change = max(ratio(state.sun.w, sun.w), 5.7 * distance(sun.xyz, state.sun.xyz));
     change = max(change, max(ratio(state.sky_strength, frame.sky_strength), ratio(state.lamp_strength, frame.lamp_strength)));
-    bool edited = state.serial != push.world_serial || state.generation == 0u;
-    bool changed = change > 1e-5 || edited;
+    bool other = state.serial != push.world_serial;
+    // Where land is loaded around the camera, it is another in nearly every frame of a flight, and the light of what stays hardly is. Its edits
+    // are not told apart, and show in the light as soon as so many samples are made.
+    bool streamed = push.world_voxels == 0xffffffffu;
+    bool edited = (other && !streamed) || state.generation == 0u;
+    bool changed = change > 1e-5 || other || edited;
     state.changed = changed ? 1u : 0u;
     if (changed) {
         // A quarter of a sample: after ten frames it is 2.4 % of the mean. What an edit has hit is new in two frames.
-        state.cap = edited ? 0.05 : clamp(0.3 / change, 0.25, 64.0);
+        state.cap = edited ? 0.05 : clamp(0.3 / max(change, 1e-6), 0.25, other ? LOADED : 64.0);
         // A sun that goes on slowly does not end what is known.
         if (state.cap < 4.0) state.generation += 1u;
     }
