@@ -1,16 +1,17 @@
 //! Undo and redo: each step keeps its chunks as they were before and after it.
 
-use std::collections::{HashSet, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
 use raxel_world::{Chunk, ChunkPos};
+use rayon::prelude::*;
 
 use crate::packed::PackedChunk;
 
 /// Bytes that the steps may take; the oldest go first.
 pub const HISTORY_BYTES: u64 = 256 << 20;
 
-/// Bytes above which the oldest steps are packed.
+/// Bytes of steps that are not packed, above which the oldest of them are.
 const UNPACKED_BYTES: u64 = 64 << 20;
 
 /// Steps that are kept.
@@ -65,13 +66,33 @@ impl Step {
         Self { chunks, bytes, packed: false }
     }
 
-    fn pack(&mut self) {
-        for stored in self.chunks.iter_mut().flat_map(|chunk| [&mut chunk.before, &mut chunk.after]).flatten() {
-            if let Stored::Ready(chunk) = stored {
-                *stored = Stored::Packed(PackedChunk::pack(chunk.as_deref()), usize::MAX);
+    fn stored(&mut self) -> impl Iterator<Item = &mut Stored> {
+        self.chunks.iter_mut().flat_map(|chunk| [&mut chunk.before, &mut chunk.after]).flatten()
+    }
+
+    /// Packs its chunks, on all cores; with them those that the step after it begins with.
+    fn pack(&mut self, next: Option<&mut Self>) {
+        let address = |chunk: &Arc<Chunk>| Arc::as_ptr(chunk).addr();
+        let ready = |stored: &mut Stored| match stored {
+            Stored::Ready(Some(chunk)) => Some((address(chunk), chunk.clone())),
+            _ => None,
+        };
+        let chunks: HashMap<usize, Arc<Chunk>> = self.stored().filter_map(ready).collect();
+        let packed: HashMap<usize, PackedChunk> =
+            chunks.par_iter().map(|(address, chunk)| (*address, PackedChunk::pack(Some(chunk)))).collect();
+        for step in [Some(&mut *self), next].into_iter().flatten() {
+            for stored in step.stored() {
+                let Stored::Ready(chunk) = stored else { continue };
+                let found = match chunk {
+                    Some(chunk) => packed.get(&address(chunk)).cloned(),
+                    None => Some(PackedChunk::pack(None)),
+                };
+                if let Some(found) = found {
+                    *stored = Stored::Packed(found, usize::MAX);
+                }
             }
+            step.bytes = bytes_of(&step.chunks);
         }
-        self.bytes = bytes_of(&self.chunks);
         self.packed = true;
     }
 }
@@ -103,20 +124,27 @@ impl History {
         let step = Step::new(chunks);
         self.bytes += step.bytes;
         self.done.push_back(step);
-        if self.bytes > UNPACKED_BYTES {
-            for step in self.done.iter_mut().filter(|step| !step.packed) {
-                let before = step.bytes;
-                step.pack();
-                self.bytes = self.bytes + step.bytes - before;
-                if self.bytes <= UNPACKED_BYTES / 2 {
-                    break;
-                }
-            }
-        }
+        self.pack();
         while self.bytes > HISTORY_BYTES || self.done.len() > MOST_STEPS {
             let Some(oldest) = self.done.pop_front() else { return };
             self.bytes -= oldest.bytes;
         }
+    }
+
+    /// Packs the oldest steps while those that are not packed take too much. Nothing can be redone here.
+    fn pack(&mut self) {
+        let steps = self.done.make_contiguous();
+        let first = steps.iter().position(|step| !step.packed).unwrap_or(steps.len());
+        for n in first..steps.len() {
+            let unpacked: u64 = steps[n..].iter().map(|step| step.bytes).sum();
+            if unpacked <= UNPACKED_BYTES {
+                break;
+            }
+            if let Some((step, rest)) = steps[n..].split_first_mut() {
+                step.pack(rest.first_mut());
+            }
+        }
+        self.bytes = steps.iter().map(|step| step.bytes).sum();
     }
 
     /// Takes the newest step back; it can be redone.

@@ -78,12 +78,14 @@ fn plain_bytes(chunk: &Chunk) -> Vec<u8> {
         }
     }
     let materials: Vec<MaterialIndex> = (0..chunk.solids()).map(|n| chunk.material(n)).collect();
-    let mut palette = materials.clone();
-    palette.sort_unstable();
-    palette.dedup();
+    let mut index_of = vec![0u16; materials.iter().max().map_or(0, |most| usize::from(*most)) + 1];
+    materials.iter().for_each(|material| index_of[usize::from(*material)] = 1);
+    let palette: Vec<MaterialIndex> = (0..index_of.len())
+        .filter(|material| index_of[*material] == 1)
+        .map(|material| material as MaterialIndex)
+        .collect();
     bytes.extend((palette.len() as u16).to_le_bytes());
     palette.iter().for_each(|material| bytes.extend(material.to_le_bytes()));
-    let mut index_of = vec![0u16; palette.last().map_or(0, |last| usize::from(*last)) + 1];
     palette.iter().enumerate().for_each(|(index, material)| index_of[usize::from(*material)] = index as u16);
     match palette.len() {
         1 => {}

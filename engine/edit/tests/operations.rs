@@ -241,3 +241,30 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
         assert_eq!(edits.chunk(ChunkPos::of_cell(IVec3::splat(at)), &base).unwrap().solids(), 1);
     }
 }
+
+#[test]
+fn steps_that_were_packed_are_undone_and_made_again() {
+    let scene = scene();
+    let dense = |n: u64| 1 + (raxel_world::random::mix(n) % 3) as u16;
+    let cells = (0..4 << 18).map(|n: i32| IVec3::new(n & 63, n >> 6 & 63, n >> 12));
+    let base = World::from_voxels(
+        scene.materials.clone(),
+        cells.map(|cell| (cell, dense(cell.as_u64vec3().dot([1, 64, 4096].into())))),
+    );
+    let mut edits = Edits::default();
+    let mut states = vec![all(&edits, &base)];
+    // Each takes 2 MiB until it is packed.
+    for step in 0..48 {
+        let set = |chunk: i32| Operation::Set { cell: [step, 7, 64 * chunk + 9], material: AIR };
+        edits.apply(&(0..4).map(set).collect::<Vec<_>>(), &scene, &base).unwrap();
+        states.push(all(&edits, &base));
+    }
+    assert!(edits.history_bytes() < 90 << 20, "{}", edits.history_bytes());
+    for state in states.iter().rev().skip(1) {
+        assert!(edits.undo(&base).is_some() && all(&edits, &base) == *state);
+    }
+    assert!(edits.undo(&base).is_none());
+    for state in &states[1..] {
+        assert!(edits.redo(&base).is_some() && all(&edits, &base) == *state);
+    }
+}

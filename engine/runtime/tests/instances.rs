@@ -20,7 +20,7 @@ use raxel_runtime::{OpenError, Options, Session};
 use raxel_world::instances::{Frame, Pose, Turn};
 use raxel_world::{Loaded, Material, World, vox};
 
-const RAYS: usize = 21 * 256;
+const RAYS: usize = sets::ALL.len() * 256;
 
 /// Traces the rays of a file, and from each hit one more ray outwards.
 const GRAPH: &str = r#"
