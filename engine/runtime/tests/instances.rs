@@ -23,6 +23,7 @@ use raxel_world::{Loaded, Material, World, vox};
 const RAYS: usize = sets::ALL.len() * 256;
 
 /// Traces the rays of a file, and from each hit one more ray outwards.
+/// The graph; `RAYS` is their number.
 const GRAPH: &str = r#"
 name = "instances"
 present = "hits"
@@ -37,7 +38,7 @@ range = [-360, 360]
 [buffers.rays]
 source = "file.data/rays.bin"
 [buffers.hits]
-size = { count = 5376, stride = 96 }
+size = { count = RAYS, stride = 96 }
 [buffers.world]
 source = "world.tree64"
 [buffers.instances]
@@ -45,7 +46,7 @@ source = "world.instances"
 [[passes]]
 name = "trace"
 shader = "trace.comp"
-dispatch = { threads = [5376, 1, 1] }
+dispatch = { threads = [RAYS, 1, 1] }
 bind = { world = "world", instances = "instances", Rays = "rays", Hits = "hits" }
 "#;
 
@@ -84,7 +85,7 @@ void main() {
 /// A project with three models, and a world of random instances about `origin`.
 fn project(origin: [i32; 3], seed: u64, instances: &str) -> TestProject {
     let project = TestProject::new();
-    project.write("graphs/instances.toml", GRAPH);
+    project.write("graphs/instances.toml", &GRAPH.replace("RAYS", &RAYS.to_string()));
     project.write("shaders/trace.comp", SHADER);
     project.write("data/rays.bin", &"\0".repeat(48));
     let mut random = Random::new(seed);
@@ -413,7 +414,7 @@ fn posed(seed: u64) -> (TestProject, Loaded, Vec<Pose>) {
     let project = project([0; 3], seed, &random_instances([0; 3], seed));
     let (bytes, poses) = wanted(48, seed + 100);
     fs::write(project.path("data/wanted.bin"), bytes).unwrap();
-    project.write("graphs/instances.toml", &format!("{GRAPH}{POSE_PASS}"));
+    project.write("graphs/instances.toml", &format!("{GRAPH}{POSE_PASS}").replace("RAYS", &RAYS.to_string()));
     project.write("shaders/pose.comp", POSE_SHADER);
     let loaded = load(&project);
     (project, loaded, poses)
