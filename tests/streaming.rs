@@ -126,7 +126,7 @@ fn light_state(session: &mut Session) -> [u32; 2] {
 fn light_is_kept_while_land_is_loaded() {
     let project = project();
     let mut session = open(&project, "light/face_cache", &["state"]);
-    let frame = |session: &mut Session| drop(session.frame().unwrap_or_else(|error| panic!("{error}")));
+    let frame = |session: &mut Session| session.frame().unwrap_or_else(|error| panic!("{error}"));
     frame(&mut session);
     let before = light_state(&mut session);
     for _ in 0..3 {
