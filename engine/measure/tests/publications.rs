@@ -261,7 +261,7 @@ fn trace(publications: u64, rays: u64) {
             // The oldest is the one that would be overwritten first.
             let publication: &Arc<Publication> = &in_flight[0];
             run(&device, |recording| {
-                recording.update_buffer(&memory.buffer, bytemuck::cast_slice(publication.words()))
+                recording.update_buffer(&memory.buffer, bytemuck::cast_slice(publication.words()));
             });
             let tiles = if levels {
                 source.edited_heights().into_iter().for_each(|heights| shape.include(heights));
@@ -355,7 +355,7 @@ fn pipeline(device: &Arc<Device>) -> (ComputePipeline, Vec<String>) {
     };
     let slots: Vec<Slot> = shader.interface.bindings.iter().map(slot).collect();
     let info = PipelineInfo { spirv: &shader.spirv, entry: "main", slots: &slots, push_bytes: 0, specialization: &[] };
-    let names = shader.interface.bindings.iter().map(|binding| binding.name.to_string()).collect();
+    let names = shader.interface.bindings.iter().map(|binding| binding.name.clone()).collect();
     (ComputePipeline::new(device, "sums", &info).unwrap(), names)
 }
 
