@@ -23,7 +23,7 @@ void main() {
     bool other = state.serial != push.world_serial;
     // Where land is loaded around the camera, it is another in nearly every frame of a flight, and the light of what stays hardly is. Its edits
     // are not told apart, and show in the light as soon as so many samples are made.
-    bool streamed = push.world_voxels == 0xffffffffu;
+    bool streamed = push.world_voxels == 0xffffffffu;  // as `world.voxels` says it, for nobody has counted them
     bool edited = (other && !streamed) || state.generation == 0u;
     bool changed = change > 1e-5 || other || edited;
     state.changed = changed ? 1u : 0u;
