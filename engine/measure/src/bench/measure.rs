@@ -155,7 +155,7 @@ pub(super) fn measure(
     };
     while spans.len() < effort.frames as usize && !enough(spans.len(), began.elapsed().as_secs_f64()) {
         frames.run(camera)?;
-        let Some(span) = frames.executor.span() else {
+        let Some(span) = frames.executor.gpu_times().span else {
             return Err(CaseError::Refused(Refusal::new("the device has no timestamps".to_owned())));
         };
         spans.push(span / 1e6);

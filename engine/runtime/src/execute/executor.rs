@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use raxel_gpu::{Barrier, CommandBuffer, Device, Image, ReadbackRing, TimelineValue};
+use raxel_gpu::{Barrier, Device, Image, ReadbackRing, TimelineValue};
 use raxel_graph::checked::{Display, PassId};
 use raxel_graph::plan::{Lifetime, Plan};
 
@@ -14,11 +14,14 @@ use super::capture::{Capture, Captured};
 use super::error::{ExecuteError, Suspect};
 use super::inputs::FrameInputs;
 use super::physical::Filling;
-use super::prepare::{Builder, Instrumentation, Prepared, Running, Shared, display_key, lock, suspect};
+use super::prepare::{Builder, Prepared, display_key};
 use super::readback::ReadTicket;
 use super::record::{DeviceRecorder, initialize_resources};
 use super::replay::Counts;
 use super::report::{FrameReport, GpuTimes, PassOutcome, PassTime, SwapReport};
+use super::shared::{Running, Shared, lock};
+use super::slot::FrameSlot;
+use super::times::Times;
 use super::upload::Uploads;
 
 /// What an executor does besides running passes.
@@ -56,12 +59,7 @@ pub struct Executor {
     /// The running plan's copies of sources: indices of resources.
     copies: Vec<usize>,
     memo: bool,
-    times: Vec<PassTime>,
-    /// Nanoseconds from the begin of the first pass to the end of the last.
-    span: Option<f64>,
-    /// The frame that `times` and `span` are of.
-    timed: Option<u64>,
-    ticks: Vec<[u64; 2]>,
+    times: Times,
     pub(super) readbacks: ReadbackRing,
     /// The debug target is shown in this way instead of the graph's.
     display: Option<Display>,
@@ -102,31 +100,10 @@ struct Observed {
     since: Instant,
 }
 
-/// One of the frames in flight.
-struct FrameSlot {
-    commands: CommandBuffer,
-    frame: u64,
-    instrumentation: Option<Arc<Instrumentation>>,
-    ran: Vec<u32>,
-    timings_read: bool,
-    /// When it was submitted last.
-    submitted: Instant,
-}
-
 impl Executor {
     /// An executor that has nothing to run yet.
     pub fn new(device: Arc<Device>, options: ExecutorOptions) -> Result<Executor, ExecuteError> {
-        let slot = |name| -> Result<FrameSlot, ExecuteError> {
-            Ok(FrameSlot {
-                commands: CommandBuffer::new(&device, name)?,
-                frame: 0,
-                instrumentation: None,
-                ran: Vec::new(),
-                timings_read: true,
-                submitted: Instant::now(),
-            })
-        };
-        let slots = [slot("even frames")?, slot("odd frames")?];
+        let slots = [FrameSlot::new(&device, 0, "even frames")?, FrameSlot::new(&device, 1, "odd frames")?];
         let shared = Arc::new(Shared::new(device, options));
         Ok(Executor {
             slots,
@@ -145,10 +122,7 @@ impl Executor {
             needs_full_barrier: true,
             full: Barrier::full(),
             memo: options.memo,
-            times: Vec::new(),
-            span: None,
-            timed: None,
-            ticks: Vec::new(),
+            times: Times::default(),
         })
     }
 
@@ -203,10 +177,7 @@ impl Executor {
         }
         next.replay.set_memo(self.memo);
         let plan = next.plan();
-        self.times = plan.passes.iter().map(|pass| PassTime { pass: pass.pass, nanoseconds: None }).collect();
-        self.span = None;
-        self.timed = None;
-        self.ticks = vec![[0; 2]; 2 * plan.passes.len()];
+        self.times = Times::of_plan(plan);
         for slot in &mut self.slots {
             slot.ran.reserve(plan.passes.len());
         }
@@ -272,7 +243,7 @@ impl Executor {
         let device = self.shared.device.clone();
         device.wait(self.slots[slot_index].commands.submitted(), self.shared.watchdog())?;
         device.collect();
-        self.read_timings(slot_index)?;
+        self.read_times(slot_index)?;
         // The frame that used this slot's staging buffer last has finished.
         let uploads = self.uploads.stage(&device, slot_index)?;
 
@@ -315,11 +286,8 @@ impl Executor {
             return Ok(report);
         }
 
+        slot.begin(number, &running.instrumentation);
         let mut recording = slot.commands.begin()?;
-        slot.ran.clear();
-        slot.frame = number;
-        slot.instrumentation = Some(running.instrumentation.clone());
-        slot.timings_read = false;
         if uninitialized {
             initialize_resources(&mut recording, running);
         } else if self.needs_full_barrier {
@@ -425,27 +393,20 @@ impl Executor {
 
     /// GPU times of the passes in the last frame that the device has finished; order of the plan's passes.
     pub fn timings(&mut self) -> &[PassTime] {
-        let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
-        for slot in order {
-            let finished =
-                self.shared.device.reached().is_ok_and(|reached| self.slots[slot].commands.submitted() <= reached);
-            if finished && self.read_timings(slot).is_err() {
-                break;
-            }
-        }
-        &self.times
-    }
-
-    /// Nanoseconds of GPU time from the begin of the first pass to the end of the last, with all that lies between them, in the frame of
-    /// [`Self::timings`]. `None` when no pass ran, or the device has no timestamps.
-    pub fn span(&self) -> Option<f64> {
-        self.span
+        self.gpu_times().passes
     }
 
     /// [`Self::timings`] with the frame that they are of, and its span.
     pub fn gpu_times(&mut self) -> GpuTimes<'_> {
-        self.timings();
-        GpuTimes { frame: self.timed, span: self.span, passes: &self.times }
+        let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
+        for slot in order {
+            let finished =
+                self.shared.device.reached().is_ok_and(|reached| self.slots[slot].commands.submitted() <= reached);
+            if finished && self.read_times(slot).is_err() {
+                break;
+            }
+        }
+        self.times.get()
     }
 
     /// What became of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
@@ -475,57 +436,17 @@ impl Executor {
         self.attribute_loss(ExecuteError::DeviceLost { suspect: None, timed_out: true })
     }
 
-    /// Reads the times of a finished frame.
-    fn read_timings(&mut self, slot_index: usize) -> Result<(), ExecuteError> {
-        let slot = &mut self.slots[slot_index];
-        let (Some(instrumentation), false) = (&slot.instrumentation, slot.timings_read) else { return Ok(()) };
-        slot.timings_read = true;
-        let current =
-            self.running.as_ref().is_some_and(|running| Arc::ptr_eq(&running.instrumentation, instrumentation));
-        let Some(timestamps) = instrumentation.timestamps[slot_index].as_ref().filter(|_| current) else {
+    /// Reads the times of a finished frame, if they are of the plan that runs now.
+    fn read_times(&mut self, slot: usize) -> Result<(), ExecuteError> {
+        let slot = &mut self.slots[slot];
+        if std::mem::replace(&mut slot.times_read, true) {
             return Ok(());
-        };
-        timestamps.read(&mut self.ticks)?;
-        self.timed = Some(slot.frame);
-        let period = f64::from(self.shared.device.capabilities().timestamp_period);
-        let (mut first, mut last) = (u64::MAX, 0);
-        self.times.iter_mut().for_each(|time| time.nanoseconds = None);
-        // Some drivers call the times of a frame before available still: only what was dispatched in this one counts.
-        for &pass in &slot.ran {
-            let (Some(time), Some([begin, end])) =
-                (self.times.get_mut(pass as usize), self.ticks.get(2 * pass as usize..2 * pass as usize + 2))
-            else {
-                continue;
-            };
-            let there = begin[1] != 0 && end[1] != 0;
-            time.nanoseconds = there.then(|| end[0].saturating_sub(begin[0]) as f64 * period);
-            if there {
-                (first, last) = (first.min(begin[0]), last.max(end[0]));
-            }
         }
-        self.span = (first <= last).then(|| (last - first) as f64 * period);
-        if first <= last {
-            self.tell(slot_index, first, last, period);
+        let (Some(instrumentation), Some(running)) = (&slot.instrumentation, &self.running) else { return Ok(()) };
+        if !Arc::ptr_eq(&running.instrumentation, instrumentation) {
+            return Ok(());
         }
-        Ok(())
-    }
-
-    /// Tells who listens where the passes of a frame lie in it.
-    fn tell(&self, slot_index: usize, first: u64, last: u64, period: f64) {
-        if !tracing::enabled!(target: "raxel::gpu", tracing::Level::TRACE) {
-            return;
-        }
-        let (slot, Some(running)) = (&self.slots[slot_index], &self.running) else { return };
-        let since = |tick: u64| (tick.saturating_sub(first) as f64 * period) as u64;
-        let (frame, ago_ns) = (slot.frame, slot.submitted.elapsed().as_nanos() as u64);
-        tracing::trace!(target: "raxel::gpu", frame, ago_ns, begin_ns = 0_u64, end_ns = since(last));
-        for (time, ticks) in self.times.iter().zip(self.ticks.chunks_exact(2)) {
-            if time.nanoseconds.is_some() {
-                let pass = running.plan().graph.pass(time.pass).name.as_str();
-                let (begin_ns, end_ns) = (since(ticks[0][0]), since(ticks[1][0]));
-                tracing::trace!(target: "raxel::gpu", frame, pass, begin_ns, end_ns);
-            }
-        }
+        self.times.read(slot, instrumentation, f64::from(self.shared.device.capabilities().timestamp_period))
     }
 
     /// Tells the memo what the running plan's sources hold.
@@ -561,16 +482,11 @@ impl Executor {
         }
     }
 
-    /// The first pass that has begun and not finished. Passes with no barrier between them run at once, and then any of them may be the one.
+    /// The pass that the device works on: the first of the older frame in flight, or else of the newer one, that has begun and not finished.
     pub(crate) fn suspect(&self) -> Option<Suspect> {
-        let mut order: Vec<usize> = (0..FRAMES).collect();
-        order.sort_by_key(|slot| self.slots[*slot].frame);
-        order.into_iter().find_map(|index| {
-            let slot = &self.slots[index];
-            let instrumentation = slot.instrumentation.as_ref()?;
-            let running = |pass: &&u32| instrumentation.is_running(index, **pass as usize, slot.frame);
-            suspect(&instrumentation.plan, *slot.ran.iter().find(running)? as usize)
-        })
+        let mut slots: Vec<&FrameSlot> = self.slots.iter().collect();
+        slots.sort_by_key(|slot| slot.frame);
+        slots.into_iter().find_map(FrameSlot::suspect)
     }
 }
 

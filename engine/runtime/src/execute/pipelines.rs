@@ -15,8 +15,8 @@ use raxel_spirv::Module;
 
 use super::display::{self, Variant};
 use super::error::ExecuteError;
-use super::prepare::lock;
 use super::retained::Retained;
+use super::shared::lock;
 use super::values;
 
 /// What the driver is given: module and specialization.

@@ -1,15 +1,14 @@
 //! Makes a plan ready to run: images, buffers, pipelines, descriptor sets. On any thread, while another plan runs.
 
 use std::ffi::CString;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use raxel_gpu::{
-    Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, DeviceKind, Image, ImageInfo, Location,
-    Resource, Timestamps, vk,
+    Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Image, ImageInfo, Location, Resource,
+    vk,
 };
-use raxel_graph::checked::{BoundAccess, Dispatch, PassId};
+use raxel_graph::checked::{BoundAccess, Dispatch};
 use raxel_graph::plan::{Plan, SourceUpdates, Step, Turn};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
@@ -18,13 +17,13 @@ use super::FRAMES;
 use super::device::{self, Texture, scope};
 use super::digest::{self, Digest};
 use super::display::{self, SourceKind, Variant};
-use super::error::{ExecuteError, Suspect};
-use super::executor::ExecutorOptions;
+use super::error::ExecuteError;
+use super::instrumentation::Instrumentation;
 use super::physical::{self, Physical};
-use super::pipelines::Pipelines;
-use super::record::marker_word;
 use super::replay::Replay;
-use super::source::{DeviceSource, Sources, WriteQueue};
+use super::rotations::{Rotations, copy_of};
+use super::shared::{PictureImage, Shared, lock};
+use super::source::{DeviceSource, Sources};
 
 /// Makes plans ready to run. Cheap to clone, and meant for threads other than the executor's.
 #[derive(Clone)]
@@ -32,38 +31,10 @@ pub struct Builder {
     pub(super) shared: Arc<Shared>,
 }
 
-/// What the executor and its builders share.
-pub(super) struct Shared {
-    pub(super) device: Arc<Device>,
-    pub(super) options: ExecutorOptions,
-    /// Nanoseconds.
-    watchdog: AtomicU64,
-    /// What the running plan uses.
-    pub(super) running: Mutex<Running>,
-    /// Writes of sources that wait for the next frame.
-    pub(super) writes: Arc<WriteQueue>,
-    pub(super) pipelines: Pipelines,
-}
-
 /// Pipelines that wait for their plan to be prepared.
 #[derive(Default)]
 pub struct Pipelined {
     _held: Vec<Arc<ComputePipeline>>,
-}
-
-#[derive(Default)]
-pub(super) struct Running {
-    /// Counts the swaps.
-    pub(super) serial: u64,
-    pub(super) resources: Vec<Arc<Physical>>,
-    pub(super) picture: Option<Arc<PictureImage>>,
-}
-
-/// What the debug target is mapped to.
-pub(super) struct PictureImage {
-    pub(super) image: Arc<Image>,
-    /// Is in `GENERAL`.
-    pub(super) initialized: AtomicBool,
 }
 
 /// A plan with everything it needs on the device.
@@ -98,45 +69,6 @@ pub(super) enum Groups {
     Indirect(Vec<Arc<Buffer>>, u32, Turn, u64),
 }
 
-/// The ways in which the copies that a pass touches can stand: by what they turn, and after how many turns they stand as before. There are
-/// as many ways as the product of those numbers.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Rotations(Vec<(Turn, u64)>);
-
-impl Rotations {
-    fn of(turns: impl Iterator<Item = (Turn, u64)>) -> Rotations {
-        let mut rotations: Vec<(Turn, u64)> = Vec::new();
-        for (turn, copies) in turns {
-            match rotations.iter_mut().find(|(known, _)| *known == turn) {
-                Some((_, period)) => *period = lcm(*period, copies),
-                None => rotations.push((turn, copies)),
-            }
-        }
-        Rotations(rotations)
-    }
-
-    /// Number of ways.
-    pub(super) fn count(&self) -> u64 {
-        self.0.iter().map(|(_, period)| period).product()
-    }
-
-    /// Which way it is, where `rotation` gives the number of each turn.
-    pub(super) fn way(&self, rotation: impl Fn(Turn) -> u64) -> u64 {
-        self.0.iter().fold(0, |way, &(turn, period)| way * period + rotation(turn) % period)
-    }
-
-    /// A number of that turn in one of the ways.
-    fn rotation(&self, mut way: u64, of: Turn) -> u64 {
-        for &(turn, period) in self.0.iter().rev() {
-            if turn == of {
-                return way % period;
-            }
-            way /= period;
-        }
-        0
-    }
-}
-
 pub(super) struct PreparedDisplay {
     pub(super) pipeline: Arc<ComputePipeline>,
     /// For each copy of the debug target.
@@ -152,75 +84,11 @@ pub(super) struct PreparedDisplay {
     pub(super) after: Barrier,
 }
 
-/// What watches the passes of a plan while they run, for each frame in flight.
-pub(super) struct Instrumentation {
-    pub(super) plan: Arc<Plan>,
-    /// Two words for each pass and frame in flight: the frame in which it last began, and that in which it last finished.
-    pub(super) markers: Option<Buffer>,
-    /// Two for each pass: before and after.
-    pub(super) timestamps: [Option<Timestamps>; FRAMES],
-}
-
-impl Instrumentation {
-    /// Byte offset of the word that a pass leaves when it begins, or when it has finished.
-    pub(super) fn marker(&self, slot: usize, pass: usize, finished: bool) -> u64 {
-        (((slot * self.plan.passes.len() + pass) * 2 + usize::from(finished)) * 4) as u64
-    }
-
-    /// Whether a pass that was recorded in a frame has begun and not finished. False where nothing is known of it.
-    pub(super) fn is_running(&self, slot: usize, pass: usize, frame: u64) -> bool {
-        let reached = |finished| match (&self.markers, &self.timestamps[slot]) {
-            (Some(markers), _) => {
-                markers.word(self.marker(slot, pass, finished)).map(|word| word == marker_word(frame))
-            }
-            (None, Some(timestamps)) => timestamps.is_taken(2 * pass as u32 + u32::from(finished)),
-            (None, None) => None,
-        };
-        reached(false) == Some(true) && reached(true) == Some(false)
-    }
-}
-
 impl Prepared {
     /// The plan.
     pub fn plan(&self) -> &Arc<Plan> {
         self.replay.plan()
     }
-}
-
-impl Shared {
-    pub(super) fn new(device: Arc<Device>, options: ExecutorOptions) -> Shared {
-        let shared = Shared {
-            device,
-            watchdog: AtomicU64::new(0),
-            options,
-            running: Mutex::default(),
-            writes: Arc::default(),
-            pipelines: Pipelines::new(),
-        };
-        shared.set_watchdog(options.watchdog);
-        shared
-    }
-
-    pub(super) fn watchdog(&self) -> Duration {
-        Duration::from_nanos(self.watchdog.load(Ordering::Relaxed))
-    }
-
-    pub(super) fn set_watchdog(&self, limit: Duration) {
-        self.watchdog.store(u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
-    }
-
-    /// Turns an error into ours; a device that hangs is given up.
-    pub(super) fn error(&self, error: raxel_gpu::Error) -> ExecuteError {
-        if matches!(error, raxel_gpu::Error::TimedOut { .. }) {
-            self.device.abandon();
-        }
-        error.into()
-    }
-}
-
-/// What a panicking thread left behind in these maps is whole: entries are put in last.
-pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Builder {
@@ -300,7 +168,7 @@ impl Builder {
             barriers: plan.steps.iter().map(|step| barrier(step, &resources)).collect(),
             updates: [plan.updates.before, SourceUpdates::BETWEEN, plan.updates.after]
                 .map(|dependency| Barrier::default().memory(scope(dependency.src), scope(dependency.dst))),
-            instrumentation: Arc::new(self.instrumentation(&plan)?),
+            instrumentation: Arc::new(Instrumentation::new(device, &self.shared.options, &plan)?),
             replay,
             resources,
             passes,
@@ -325,31 +193,6 @@ impl Builder {
                 initialized: AtomicBool::new(false),
             }),
         })
-    }
-
-    fn instrumentation(&self, plan: &Arc<Plan>) -> Result<Instrumentation, ExecuteError> {
-        let (device, options) = (&self.shared.device, &self.shared.options);
-        let passes = plan.passes.len() as u64;
-        // Where a marker would be a dependency and a fill after every pass, the times that are taken anyway say which passes have
-        // finished. A driver that computes on the processor runs one pass after the other, so that markers cost it little, and waits for
-        // everything when it is asked for times.
-        let capabilities = device.capabilities();
-        let timeless = capabilities.timestamp_period == 0.0;
-        let by_words = capabilities.buffer_markers || capabilities.kind == DeviceKind::Cpu || timeless;
-        let mut timestamps = [const { None }; FRAMES];
-        if options.timings || (options.markers && !by_words) {
-            for pool in &mut timestamps {
-                *pool = Timestamps::new(device, "pass times", 2 * passes as u32)?;
-            }
-        }
-        let info = BufferInfo {
-            size: passes * 8 * FRAMES as u64,
-            usage: vk::BufferUsageFlags::TRANSFER_DST,
-            location: Location::Download,
-        };
-        let wanted = options.markers && by_words && passes > 0;
-        let markers = wanted.then(|| Buffer::new(device, "crash markers", &info, Backing::Own)).transpose()?;
-        Ok(Instrumentation { plan: plan.clone(), markers, timestamps })
     }
 
     fn pass(
@@ -504,20 +347,6 @@ pub(super) fn display_key(plan: &Plan, push: &display::Push, captures: u64) -> D
     digest::of(captures, &shown)
 }
 
-/// The physical copy that holds the content of `age` frames ago in frame `frame`.
-pub(super) fn copy_of(frame: u64, age: u32, copies: u32) -> usize {
-    let copies = u64::from(copies.max(1));
-    ((frame + copies - u64::from(age) % copies) % copies) as usize
-}
-
-fn lcm(a: u64, b: u64) -> u64 {
-    let (mut x, mut y) = (a, b);
-    while y != 0 {
-        (x, y) = (y, x % y);
-    }
-    a / x * b
-}
-
 fn view_type(dim: Dim, arrayed: bool) -> vk::ImageViewType {
     match (dim, arrayed) {
         (Dim::D1, false) => vk::ImageViewType::TYPE_1D,
@@ -543,45 +372,4 @@ fn barrier(step: &Step, resources: &[Arc<Physical>]) -> Option<Barrier> {
         }
     }
     Some(barrier)
-}
-
-/// What a loss of the device is put down to: a pass of a plan, with the shader that it has there.
-pub(super) fn suspect(plan: &Plan, pass: usize) -> Option<Suspect> {
-    let (graph, id): (_, PassId) = (&plan.graph, plan.passes.get(pass)?.pass);
-    let pass = graph.pass(id);
-    Some(Suspect { pass: pass.name.clone(), declared: graph.declared_name(id).to_owned(), shader: pass.shader.key })
-}
-
-#[cfg(test)]
-mod tests {
-    use raxel_graph::checked::ClockId;
-    use raxel_graph::plan::Turn;
-
-    use super::{Rotations, copy_of, lcm};
-
-    #[test]
-    fn histories_rotate() {
-        assert_eq!(lcm(2, 3), 6);
-        assert_eq!((0..4).map(|frame| copy_of(frame, 0, 2)).collect::<Vec<_>>(), [0, 1, 0, 1]);
-        assert_eq!(copy_of(0, 1, 2), 1);
-        assert_eq!(copy_of(5, 2, 3), 0);
-        assert_eq!(copy_of(7, 3, 1), 0);
-    }
-
-    #[test]
-    fn every_way_of_standing_has_its_number() {
-        let after = Turn::After(ClockId(0));
-        let rotations = Rotations::of([(Turn::Frame, 2), (after, 3), (Turn::Frame, 3)].into_iter());
-        assert_eq!(rotations.count(), 18);
-        let mut seen = [false; 18];
-        for frame in 0..6 {
-            for tick in 100..103 {
-                let way = rotations.way(|turn| if turn == after { tick } else { frame });
-                assert!(!std::mem::replace(&mut seen[way as usize], true));
-                assert_eq!(rotations.rotation(way, Turn::Frame), frame % 6);
-                assert_eq!(rotations.rotation(way, after), tick % 3);
-            }
-        }
-        assert_eq!(Rotations::default().count(), 1);
-    }
 }

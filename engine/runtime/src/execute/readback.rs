@@ -10,8 +10,8 @@ use raxel_graph::plan::{ResourceDesc, ResourcePlan};
 use super::error::ExecuteError;
 use super::executor::Executor;
 use super::physical::Physical;
-use super::prepare::copy_of;
 use super::report::{Picture, Texels};
+use super::rotations::copy_of;
 
 /// Something that is on its way from the device, as it was when it was asked for. The frames after it neither change it nor wait for it.
 pub struct ReadTicket<T> {

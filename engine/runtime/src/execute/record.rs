@@ -6,9 +6,11 @@ use raxel_graph::plan::Turn;
 use super::capture::Capture;
 use super::device::{color, pattern};
 use super::display;
+use super::instrumentation::marker_word;
 use super::physical::{Copies, Physical};
-use super::prepare::{Groups, Prepared, copy_of};
+use super::prepare::{Groups, Prepared};
 use super::replay::Recorder;
+use super::rotations::copy_of;
 
 /// Records the steps of one frame.
 pub(super) struct DeviceRecorder<'a, 'r> {
@@ -121,11 +123,6 @@ impl Recorder for DeviceRecorder<'_, '_> {
             capture.record(self.recording, physical.image(set), physical.buffer(set));
         }
     }
-}
-
-/// What a pass leaves behind when it begins and when it has finished in a frame; never 0, which is there from the beginning.
-pub(super) fn marker_word(frame: u64) -> u32 {
-    (frame % u64::from(u32::MAX)) as u32 + 1
 }
 
 /// Brings new images into `GENERAL` and fills new resources with `init`. Ends with everything visible to everything.

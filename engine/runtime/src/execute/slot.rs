@@ -1,0 +1,50 @@
+//! One of the frames in flight.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use raxel_gpu::{CommandBuffer, Device};
+
+use super::error::{ExecuteError, Suspect};
+use super::instrumentation::Instrumentation;
+
+/// One of the frames in flight.
+pub(super) struct FrameSlot {
+    pub(super) index: usize,
+    pub(super) commands: CommandBuffer,
+    /// The frame that was recorded into it last.
+    pub(super) frame: u64,
+    pub(super) instrumentation: Option<Arc<Instrumentation>>,
+    /// The passes that were dispatched in that frame: indices into the plan's.
+    pub(super) ran: Vec<u32>,
+    pub(super) times_read: bool,
+    /// When it was submitted last.
+    pub(super) submitted: Instant,
+}
+
+impl FrameSlot {
+    pub(super) fn new(device: &Arc<Device>, index: usize, name: &str) -> Result<FrameSlot, ExecuteError> {
+        Ok(FrameSlot {
+            index,
+            commands: CommandBuffer::new(device, name)?,
+            frame: 0,
+            instrumentation: None,
+            ran: Vec::new(),
+            times_read: true,
+            submitted: Instant::now(),
+        })
+    }
+
+    /// Begins a frame in it, whose passes are watched.
+    pub(super) fn begin(&mut self, frame: u64, instrumentation: &Arc<Instrumentation>) {
+        self.ran.clear();
+        self.frame = frame;
+        self.instrumentation = Some(instrumentation.clone());
+        self.times_read = false;
+    }
+
+    /// The pass of its frame that the device works on.
+    pub(super) fn suspect(&self) -> Option<Suspect> {
+        self.instrumentation.as_ref()?.suspect(self.index, self.frame, &self.ran)
+    }
+}
