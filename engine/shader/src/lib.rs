@@ -8,6 +8,7 @@ mod compiler;
 mod fatal;
 pub mod format;
 mod front_end;
+mod functions;
 mod graphics;
 mod hlsl;
 pub mod interface;

@@ -6,8 +6,9 @@ use std::ops::Range;
 
 use raxel_diagnostics::{Code, Diagnostic, Severity, Span, codes};
 
+use crate::functions;
 use crate::lexer;
-use crate::sources::Sources;
+use crate::sources::{Source, Sources};
 
 /// Most errors that are reported of one shader; one mistake often makes many.
 const MAX_ERRORS: usize = 8;
@@ -15,6 +16,9 @@ const MAX_ERRORS: usize = 8;
 const MAX_COMPARED: usize = 256;
 /// Most warnings that are reported of one shader.
 const MAX_WARNINGS: usize = 16;
+
+/// Most functions that are shown where the arguments of a call fit none.
+const MAX_DEFINITIONS: usize = 3;
 
 /// One line of the compiler's output.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -179,7 +183,13 @@ impl<'t> Message<'t> {
             let end = before.range().end;
             diagnostic = diagnostic.label(Span::new(self.file, end..end), "a `;` may be missing here");
         }
-        if let Some(token) = self.token.filter(|_| self.is_missing() || self.is_unknown_function())
+        let called = self.token.filter(|_| self.is_unknown_function());
+        let defined = called.map_or_else(Vec::new, |name| definitions(name, sources));
+        let is_known = !defined.is_empty() || called.is_some_and(functions::is_built_in);
+        for place in defined.into_iter().take(MAX_DEFINITIONS) {
+            diagnostic = diagnostic.label(place, "it takes these");
+        }
+        if let Some(token) = self.token.filter(|_| self.is_missing() || (called.is_some() && !is_known))
             && let Some(close) = closest(token, sources)
         {
             diagnostic = diagnostic.help(format!("did you mean `{close}`?"));
@@ -201,10 +211,19 @@ impl<'t> Message<'t> {
         self.text == "undeclared identifier" || self.text.starts_with("no such field in structure")
     }
 
-    /// No function of that name takes these arguments.
+    /// No function of that name takes these arguments, or there is none of that name.
     fn is_unknown_function(&self) -> bool {
         self.text.starts_with("no matching overloaded function")
     }
+}
+
+/// Where the shader's texts define functions of a name.
+fn definitions(name: &str, sources: &Sources<'_>) -> Vec<Span> {
+    let of_source = |source: &Source| {
+        let found = functions::definitions(&source.text, name).into_iter();
+        found.map(|range| Span::new(source.name.as_str(), range)).collect::<Vec<_>>()
+    };
+    sources.found.iter().flat_map(of_source).collect()
 }
 
 /// The name in the shader's texts that is most like `name`, if one is.

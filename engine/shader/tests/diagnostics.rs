@@ -49,6 +49,20 @@ fn a_wrong_type_underlines_the_line() {
 }
 
 #[test]
+fn arguments_that_do_not_fit_show_the_function_that_is_meant() {
+    let text = "float nearer(vec3 a, float most) { return min(a.x, most); }\nvoid main() { float b = nearer(vec2(0.0), 1.0); }\n";
+    insta::assert_snapshot!(said([("shaders/a.comp", body(text))]));
+    // A function of GLSL is not said to be a misspelt other one.
+    let out = said([("shaders/a.comp", body("void main() { float a = mix(vec3(1.0), 2.0); float b = min(a, a); }\n"))]);
+    assert!(out.contains("`mix`: no matching overloaded function") && !out.contains("did you mean"), "{out}");
+    let out = said([(
+        "shaders/a.comp",
+        body("float nearer(float a) { return a; }\nvoid main() { float b = neerer(1.0); }\n"),
+    )]);
+    assert!(out.contains("help: did you mean `nearer`?"), "{out}");
+}
+
+#[test]
 fn a_missing_semicolon_is_noticed_below() {
     insta::assert_snapshot!(said([("shaders/a.comp", body("void main() {\n    float a = 1.0\n    a += 1.0;\n}\n"))]));
 }
