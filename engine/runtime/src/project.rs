@@ -39,7 +39,7 @@ impl Project {
                     codes::session::NO_PROJECT,
                     format!("`{}` is in no project: no folder above it has a `graphs` folder", path.display()),
                 )
-                .help("`raxel new DIR` makes a project"),
+                .help("`raxel new DIR` makes a project, `raxel init` makes one of the current folder"),
             )),
         }
     }

@@ -140,7 +140,11 @@ impl Made {
             self.folder(folder)?;
         }
         let fail = |error: std::io::Error| Failure::usage(format!("`{}` cannot be written: {error}", path.display()));
-        let mut file = fs::File::create_new(path).map_err(fail)?;
+        let mut file = fs::File::create_new(path).map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => Failure::usage(format!("`{}` is there already", shown(path)))
+                .help("the files of a project replace none; nothing was made"),
+            _ => fail(error),
+        })?;
         let leftover = path.to_owned();
         let listed = on_stop(move || drop(fs::remove_file(leftover)));
         self.0.push(Entry::File { path: path.to_owned(), _listed: listed });
