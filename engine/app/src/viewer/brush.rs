@@ -86,12 +86,14 @@ pub(super) fn next_material(brush: &mut Brush, materials: usize) {
 
 /// In words.
 pub(super) fn text(brush: &Brush, session: &Session) -> String {
-    let name = brush.material.and_then(|material| session.scene().materials.get(usize::from(material)));
-    let of = name.map_or("the material under the cursor", |material| &material.name);
     let extent = match brush.shape {
         Shape::Voxel => String::new(),
         Shape::Box | Shape::Sphere => format!(", {} voxels across", brush.size),
         Shape::Cylinder => format!(", {} voxels across and {} high", brush.size, brush.height),
     };
-    format!("{} {}{extent}, of {of}", brush.effect.word(), brush.shape.word())
+    let name = brush.material.and_then(|material| session.scene().materials.get(usize::from(material)));
+    let of = name.map_or("the material under the cursor", |material| &material.name);
+    // What is subtracted has any material; the one of the brush is what Shift adds.
+    let of = if brush.effect == Effect::Subtract { format!("; Shift adds {of}") } else { format!(", of {of}") };
+    format!("{} {}{extent}{of}", brush.effect.word(), brush.shape.word())
 }

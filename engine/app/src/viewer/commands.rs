@@ -199,6 +199,7 @@ impl Viewer<'_> {
 
     /// Writes the values of params where they are declared.
     fn write_params(&mut self, names: &[String]) {
+        let mut done: Vec<String> = Vec::new();
         for name in names {
             let Some(param) = self.session.params().iter().find(|param| param.name == *name).cloned() else { continue };
             let Ok(value) = self.session.param(name) else { continue };
@@ -206,10 +207,13 @@ impl Viewer<'_> {
             match write_back::edit(&path, |text| write_back::with_param(text, name, &value)) {
                 Ok(()) => {
                     self.written.push(name.clone());
-                    self.notice(format!("wrote {name} to {}", param.place.file));
+                    done.push(format!("{name} to {}", param.place.file));
                 }
                 Err(error) => self.warn(error),
             }
+        }
+        if !done.is_empty() {
+            self.notice(format!("wrote {}", done.join(", ")));
         }
     }
 

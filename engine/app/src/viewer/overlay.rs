@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use egui::epaint::{ClippedPrimitive, ImageData, Primitive};
-use egui::{Context, FullOutput, TextureFilter, TextureId, TexturesDelta, ViewportId};
+use egui::{Context, FullOutput, Popup, TextureFilter, TextureId, TexturesDelta, ViewportId};
 use egui_winit::State;
 use raxel_panels::{Action, turns};
 use raxel_runtime::present::{OverlayFrame, OverlayMesh, OverlayVertex, PresentError, Presenter, TexturePatch};
@@ -49,7 +49,10 @@ impl Overlay {
             // Else it would go from widget to widget; in the window it goes from target to target.
             return false;
         }
-        self.state.on_window_event(window, event).consumed
+        // Escape closes an open menu or list, and nothing more.
+        let closes = Popup::is_any_open(&self.context)
+            && matches!(event, WindowEvent::KeyboardInput { event, .. } if event.logical_key == Key::Named(NamedKey::Escape));
+        self.state.on_window_event(window, event).consumed || closes
     }
 
     /// Whether the pointer is over a panel.
