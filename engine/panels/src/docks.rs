@@ -3,7 +3,8 @@
 use egui::containers::panel::PanelState;
 use egui::scroll_area::ScrollBarVisibility;
 use egui::{
-    Align2, CentralPanel, Color32, Context, Frame, Id, RichText, ScrollArea, SidePanel, TopBottomPanel, Ui, Vec2,
+    Align2, CentralPanel, Color32, Context, FontId, Frame, Id, RichText, ScrollArea, SidePanel, TextStyle,
+    TopBottomPanel, Ui, Vec2,
 };
 
 use crate::action::Action;
@@ -138,6 +139,8 @@ impl Panels {
                 style.visuals.override_text_color = Some(Color32::from_gray(210));
                 style.visuals.weak_text_alpha = 0.75;
                 style.spacing.item_spacing = egui::vec2(6.0, 3.0);
+                // Names in the matrix of resources and on the timeline.
+                style.text_styles.insert(TextStyle::Small, FontId::proportional(11.0));
             });
         }
         self.layout.zoom = ctx.zoom_factor();

@@ -25,7 +25,7 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     ui.separator();
     egui::Grid::new("resources").num_columns(2).striped(true).show(ui, |ui| {
         for resource in view.resources {
-            let locked = view.status.shown == Shown::after(resource.name.clone(), None);
+            let locked = view.status.shown.is_at(&Shown::after(resource.name.clone(), None));
             let name = ui.selectable_label(locked, &resource.name).on_hover_text(&resource.place);
             if name.clicked() {
                 actions.push(Action::Show(Shown::after(resource.name.clone(), None)));
@@ -85,7 +85,7 @@ fn cell(ui: &mut Ui, view: &View<'_>, (row, resource): (usize, &Resource), rect:
     };
     let color = if pass.state.is_planned() { color } else { color.gamma_multiply(0.35) };
     ui.painter().rect_filled(rect, 2.0, color);
-    if view.status.shown == after {
+    if view.status.shown.is_at(&after) {
         ui.painter().rect_stroke(rect, 2.0, Stroke::new(2.0, Color32::WHITE), egui::StrokeKind::Inside);
     } else if response.hovered() {
         ui.painter().rect_stroke(rect, 2.0, Stroke::new(1.0, Color32::WHITE), egui::StrokeKind::Inside);

@@ -23,6 +23,8 @@ pub(crate) struct Moving {
     lane: Lane,
     key: usize,
     to: f64,
+    /// Seconds from the place where it was taken to its time.
+    taken: f64,
     /// It was let go, and the file does not have it yet: the times of its track as they were, and when it was let go.
     dropped: Option<(Vec<f64>, f64)>,
 }
@@ -153,13 +155,15 @@ fn handle(
     let time = track.keys[key];
     let dragged = moving.as_ref().filter(|moving| moving.lane == track.lane && moving.key == key);
     let at = dragged.map_or(time, |moved| moved.to);
-    let rect = Rect::from_center_size(pos2(scale.x(at), y), vec2(2.5 * KEY, ROW - 2.0));
+    let mut rect = Rect::from_center_size(pos2(scale.x(at), y), vec2(2.5 * KEY, ROW - 2.0));
     let movable = track.lane.movable();
     let sense = if movable { Sense::click_and_drag() } else { Sense::click() };
     let (lasts, x) = (track.lasts(key), rect.center().x);
     if lasts > 0.0 {
         let bar = Rect::from_x_y_ranges(x..=scale.x(at + lasts).max(x), y - 3.0..=y + 3.0);
         ui.painter().rect_filled(bar, 2.0, Color32::from_rgb(110, 95, 45));
+        // What lasts is taken by any place of it.
+        rect.max.x = rect.max.x.max(bar.max.x);
     }
     let response = ui.interact(rect, Id::new(("key", &track.name, key)), sense);
     let name = format!("{} key {} at {time:.2} s", track.name, key + 1);
@@ -173,9 +177,13 @@ fn handle(
     if response.dragged()
         && let Some(pointer) = response.interact_pointer_pos()
     {
-        let to = between(track, key, scale.seconds(pointer.x), timeline.duration);
+        let taken = dragged.filter(|moved| moved.dropped.is_none()).map_or_else(
+            || at - scale.seconds(ui.input(|input| input.pointer.press_origin()).unwrap_or(pointer).x),
+            |moved| moved.taken,
+        );
+        let to = between(track, key, scale.seconds(pointer.x) + taken, timeline.duration);
         caption(ui, pos2(x, y - r - 1.0), Align2::CENTER_BOTTOM, &format!("{to:.2} s"));
-        *moving = Some(Moving { lane: track.lane.clone(), key, to, dropped: None });
+        *moving = Some(Moving { lane: track.lane.clone(), key, to, taken, dropped: None });
     } else if response.drag_stopped() {
         if let Some(moved) = moving.as_mut().filter(|moved| (moved.to - time).abs() > STEP / 2.0) {
             moved.dropped = Some((track.keys.clone(), ui.input(|input| input.time)));
@@ -184,7 +192,8 @@ fn handle(
             *moving = None;
         }
     } else if response.clicked() {
-        actions.push(Action::Seek(time));
+        let beside = response.interact_pointer_pos().filter(|pointer| pointer.x > x + KEY);
+        actions.push(Action::Seek(beside.map_or(time, |pointer| scale.seconds(pointer.x))));
     }
     if !movable {
         response.on_hover_text(name);

@@ -69,6 +69,11 @@ impl Shown {
     pub fn after(resource: impl Into<String>, pass: Option<String>) -> Self {
         Self { resource: resource.into(), after: pass, ..Self::default() }
     }
+
+    /// Whether it is the same resource at the same point, of which another mip or layer may be seen.
+    pub(crate) fn is_at(&self, point: &Self) -> bool {
+        Self { mip: point.mip, layer: point.layer, ..self.clone() } == *point
+    }
 }
 
 /// Times of frames, memory, and what can be set of them.
@@ -586,4 +591,16 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
     /// Names and values of what stands before the first element.
     pub head: Vec<[String; 2]>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_mip_is_the_same_point_and_another_frame_is_not() {
+        let point = Shown::after("glow", Some("down[3]".to_owned()));
+        assert!(Shown { mip: 2, layer: 1, ..point.clone() }.is_at(&point));
+        assert!(!Shown { age: 1, ..point.clone() }.is_at(&point) && !Shown::after("glow", None).is_at(&point));
+    }
 }

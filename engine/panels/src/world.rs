@@ -7,6 +7,9 @@ use crate::brush;
 use crate::frame::grouped;
 use crate::view::World;
 
+/// The name of a camera where none is typed.
+const UNNAMED: &str = "camera";
+
 /// Texts of fields.
 #[derive(Debug, Default)]
 pub(crate) struct Fields {
@@ -69,13 +72,16 @@ pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions:
     if world.path.is_some() {
         ui.horizontal(|ui| {
             let label = ui.label("name");
-            let name = &mut fields.camera;
-            let field = egui::TextEdit::singleline(name).desired_width(100.0);
-            ui.add(field.hint_text(egui::RichText::new("camera").weak())).labelled_by(label.id);
-            let good = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
-            let hint = "Writes [cameras.NAME] into the world's file; one of that name is replaced";
-            if ui.add_enabled(good, egui::Button::new("Write to world")).on_hover_text(hint).clicked() {
-                actions.push(Action::WriteCamera(name.clone()));
+            let field = egui::TextEdit::singleline(&mut fields.camera).desired_width(100.0);
+            ui.add(field.hint_text(egui::RichText::new(UNNAMED).weak())).labelled_by(label.id);
+            let name = if fields.camera.is_empty() { UNNAMED } else { &fields.camera };
+            let good = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
+            let hint = format!("Writes [cameras.{name}] into the world's file; one of that name is replaced");
+            let button = ui.add_enabled(good, egui::Button::new("Write to world"));
+            let button =
+                button.on_hover_text(hint).on_disabled_hover_text("A name is made of a to z, A to Z, 0 to 9, _ and -");
+            if button.clicked() {
+                actions.push(Action::WriteCamera(name.to_owned()));
             }
         });
     }

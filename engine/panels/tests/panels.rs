@@ -271,12 +271,15 @@ fn drag(harness: &mut Harness<'_, Window>, from: egui::Pos2, to: egui::Pos2) {
 fn a_caption_is_dragged_as_a_whole_and_a_check_is_not() {
     let mut window = Window::new(&[Panel::Timeline]);
     let captions = Track { lasting: vec![2.0], ..Track::new(Lane::Captions, "captions", vec![1.0]) };
-    let tracks = vec![captions, Track::new(Lane::Checks, "checks", vec![4.0])];
+    let tracks = vec![captions, Track::new(Lane::Checks, "checks", vec![4.0, 6.0])];
     window.timeline = Some(Timeline { duration: 10.0, drives: true, tracks, ..Timeline::default() });
     let mut harness = window.harness(1280.0, 720.0);
-    let [caption, check] =
-        ["captions key 1 at 1.00 s", "checks key 1 at 4.00 s"].map(|name| harness.get_by_label(name).rect().center());
-    let second = (check.x - caption.x) / 3.0;
+    let [caption, check, later] = ["captions key 1 at 1.00 s", "checks key 1 at 4.00 s", "checks key 2 at 6.00 s"]
+        .map(|name| harness.get_by_label(name).rect().center());
+    let second = (later.x - check.x) / 2.0;
+    // Its begin is in the bar's row, and any place of the bar takes all of it.
+    let begin = egui::pos2(check.x - 3.0 * second, caption.y);
+    let inside = begin + egui::vec2(1.5 * second, 0.0);
     drag(&mut harness, check, check + egui::vec2(second, 0.0));
     let moves = |harness: &Harness<'_, Window>| {
         let moved = |action: &Action| matches!(action, Action::MoveKey { .. });
@@ -284,10 +287,27 @@ fn a_caption_is_dragged_as_a_whole_and_a_check_is_not() {
     };
     assert_eq!(moves(&harness), []);
     // It stays on screen to its end, however far it is pulled.
-    drag(&mut harness, caption, caption + egui::vec2(20.0 * second, 0.0));
-    let moved = moves(&harness);
-    let [Action::MoveKey { lane: Lane::Captions, key: 0, to }] = moved.as_slice() else { panic!("{moved:?}") };
-    assert!((to - 8.0).abs() < 1e-6, "{to}");
+    for (from, by, end) in [(begin, 20.0, 8.0), (inside, 20.0, 8.0), (inside, 1.0, 2.0)] {
+        harness.state_mut().actions.clear();
+        drag(&mut harness, from, from + egui::vec2(by * second, 0.0));
+        let moved = moves(&harness);
+        let [Action::MoveKey { lane: Lane::Captions, key: 0, to }] = moved.as_slice() else { panic!("{moved:?}") };
+        assert!((to - end).abs() < 0.02, "{to} instead of {end}");
+        // The file has it, and then has the old time again.
+        for time in [*to, 1.0] {
+            harness.state_mut().timeline.as_mut().unwrap().tracks[0].keys = vec![time];
+            harness.run_steps(2);
+        }
+    }
+    harness.state_mut().actions.clear();
+    harness.hover_at(inside);
+    harness.drag_at(inside);
+    harness.run_steps(2);
+    harness.drop_at(inside);
+    harness.run_steps(2);
+    let asked = harness.state().actions.clone();
+    let [Action::Seek(to)] = asked.as_slice() else { panic!("{asked:?}") };
+    assert!((to - 2.5).abs() < 0.05, "{to}");
     assert_eq!(click(&mut harness, "checks key 1 at 4.00 s"), [Action::Seek(4.0)]);
 }
 
@@ -332,8 +352,13 @@ fn the_camera_goes_home_and_to_the_places_of_the_world() {
     assert_eq!(click(&mut harness, "Home"), [Action::Home]);
     assert_eq!(click(&mut harness, "roof"), [Action::Camera("roof".to_owned())]);
     assert_eq!(click(&mut harness, "Copy camera as TOML"), [Action::CopyCamera]);
-    // Without a name there is nothing to write under.
-    assert_eq!(click(&mut harness, "Write to world"), []);
+    // Under the name that stands in the empty field.
+    assert_eq!(click(&mut harness, "Write to world"), [Action::WriteCamera("camera".to_owned())]);
+    let field = harness.get_by_label("name");
+    field.focus();
+    field.type_text("north roof");
+    harness.run_steps(4);
+    assert_eq!(click(&mut harness, "Write to world"), [], "a key of TOML has no spaces");
 }
 
 #[test]
