@@ -183,6 +183,11 @@ fn names_are_completed_and_explained() {
     let shader = project.path("shaders/inspect.comp");
     editor.open(&shader, "");
     has(&editor.offered(&shader, "void main() { rx_|"), &["rx_trace", "rx_camera_ray", "RxHit"]);
+    for include in ["#include <|>", "#include \"|", "#include <raxel/wo|>"] {
+        let offered = editor.offered(&shader, &format!("#version 460\n{include}\nvoid main() {{}}\n"));
+        has(&offered, &["raxel/world.glsl", "examples/frame.glsl"]);
+        assert!(!offered.iter().any(|name| name.starts_with("rx_") || name.starts_with("include/")), "{offered:?}");
+    }
     let block = "layout(push_constant) uniform Push { float exposure; vec2 size; } push;\n";
     assert_eq!(editor.offered(&shader, &format!("{block}void main() {{ push.e|")), ["exposure", "size"]);
 

@@ -221,13 +221,17 @@ fn files(document: &Document, folder: &str) -> Vec<CompletionItem> {
     names.iter().map(|name| item(name, CompletionItemKind::FILE, folder)).collect()
 }
 
-/// The names of the library; after `push.` those of the members of that block.
+/// The names of the library; after `push.` those of the members of that block, after `#include` files.
 fn glsl(document: &Document, at: usize) -> Vec<CompletionItem> {
     if let Some(instance) = owner(&document.text, at) {
         let member = |(name, declaration): (String, String)| {
             item(&name, CompletionItemKind::FIELD, &format!("```glsl\n{declaration}\n```"))
         };
         return members(&document.text, instance).into_iter().map(member).collect();
+    }
+    let line = document.text[..at].rsplit('\n').next().unwrap_or_default();
+    if line.trim_start().starts_with("#include") {
+        return includes(document);
     }
     let mut found: Vec<CompletionItem> = Vec::new();
     for library::Item { file, name, declaration, about } in library::items() {
@@ -238,9 +242,22 @@ fn glsl(document: &Document, at: usize) -> Vec<CompletionItem> {
         let about = format!("```glsl\n{declaration}\n```\n{about}\n\n`#include <{file}>`");
         found.push(item(&name, kind, &about));
     }
-    let open = document.text.lines().any(|line| line.trim_start().starts_with("#include"));
-    let includes = library::FILES.iter().filter(|_| open);
-    found.extend(includes.map(|(file, _)| item(file, CompletionItemKind::FILE, "a file of the shader library")));
+    found
+}
+
+/// The files that a shader can include: those of the library and those of the project.
+fn includes(document: &Document) -> Vec<CompletionItem> {
+    let mut found: Vec<CompletionItem> = library::FILES
+        .iter()
+        .map(|(file, _)| item(file, CompletionItemKind::FILE, "a file of the shader library"))
+        .collect();
+    for file in files(document, "shaders") {
+        let name = file.label.strip_prefix("include/").unwrap_or(&file.label);
+        let is_glsl = std::path::Path::new(name).extension().is_some_and(|extension| extension == "glsl");
+        if is_glsl && library::text(name).is_none() {
+            found.push(item(name, CompletionItemKind::FILE, "shaders"));
+        }
+    }
     found
 }
 
