@@ -318,10 +318,8 @@ pub struct Problem {
 pub struct World<'a> {
     /// Project path of the world's file.
     pub path: Option<String>,
-    /// Smallest corner, and one past the largest, in voxels.
-    pub bounds: [[i32; 3]; 2],
-    /// Solid voxels.
-    pub voxels: u64,
+    /// How many voxels are solid, and where: the smallest corner, and one past the largest. `None` of land that is made around the camera.
+    pub solid: Option<(u64, [[i32; 3]; 2])>,
     /// Position of the camera in voxels.
     pub position: [f64; 3],
     /// Yaw, pitch and vertical field of view in degrees.

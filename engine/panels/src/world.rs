@@ -25,12 +25,16 @@ pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions:
         ui.weak("world");
         ui.label(world.path.as_deref().unwrap_or("none"));
         ui.end_row();
-        let [low, high] = world.bounds;
-        ui.weak("voxels");
-        ui.label(grouped(world.voxels));
-        ui.end_row();
-        ui.weak("bounds");
-        ui.label(format!("{low:?} to {high:?}"));
+        if let Some((voxels, [low, high])) = world.solid {
+            ui.weak("voxels");
+            ui.label(grouped(voxels));
+            ui.end_row();
+            ui.weak("bounds");
+            ui.label(format!("{low:?} to {high:?}"));
+        } else {
+            ui.weak("bounds");
+            ui.label("none: made around the camera");
+        }
         ui.end_row();
         ui.weak("camera");
         let [x, y, z] = world.position;

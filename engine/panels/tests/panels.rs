@@ -362,6 +362,19 @@ fn the_camera_goes_home_and_to_the_places_of_the_world() {
 }
 
 #[test]
+fn land_that_is_made_around_the_camera_has_no_bounds() {
+    let mut window = Window::new(&[Panel::World]);
+    let harness = window.harness(1280.0, 720.0);
+    harness.get_by_label("2,097,152");
+    harness.get_by_label("[-64, 0, -64] to [64, 128, 64]");
+    window = Window::new(&[Panel::World]);
+    window.world.extent = WorldExtent::Around(Loading::default());
+    let harness = window.harness(1280.0, 720.0);
+    harness.get_by_label("none: made around the camera");
+    assert!(harness.query_by_label("voxels").is_none());
+}
+
+#[test]
 fn the_brush_has_shape_effect_size_and_material() {
     let mut harness = Window::new(&[Panel::World]).harness(1280.0, 720.0);
     let brush = Brush::default();

@@ -97,7 +97,7 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
                     format!("one by one: packets need {}, and this device has {subgroups}", lacks.join(", "))
                 }
             };
-            report.line(Grade::Good, "rays of the camera", &packets);
+            report.line(Grade::Good, "camera rays", &packets);
             if able.present {
                 report.line(Grade::Good, "windows", "the device can present");
             } else {

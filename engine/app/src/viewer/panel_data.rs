@@ -382,8 +382,7 @@ pub(crate) fn world(session: &Session, speed: f64) -> World<'static> {
     let (world, camera) = (session.world(), session.camera());
     World {
         path: world.path.clone(),
-        bounds: world.bounds(),
-        voxels: world.voxels().solids(),
+        solid: world.streamed().is_none().then(|| (world.voxels().solids(), world.bounds())),
         position: camera.position().to_array(),
         angles: [camera.yaw, camera.pitch, camera.fov].map(f64::to_degrees),
         speed,

@@ -106,6 +106,8 @@ impl Window {
             problems: &self.problems,
             world: World {
                 path: Some("worlds/a.toml".to_owned()),
+                solid: matches!(self.world.extent, WorldExtent::Whole { .. })
+                    .then_some((2 << 20, [[-64, 0, -64], [64, 128, 64]])),
                 cameras: vec!["roof".to_owned()],
                 editing: Editing {
                     brush: self.brush,

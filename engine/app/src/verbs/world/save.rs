@@ -202,15 +202,16 @@ fn print(reason: &str, path: &str, report: &Report, console: &Console) {
         }));
         return;
     }
-    let mut text = format!("{path}: {} edits, {}\n", grouped(report.newest), bytes(report.bytes()));
+    let count = |n, what: &str| format!("{} {what}{}", grouped(n), if n == 1 { "" } else { "s" });
+    let mut text = format!("{path}: {}, {}\n", count(report.newest, "edit"), bytes(report.bytes()));
     for file in &report.files {
-        text += &format!("  {:<20} {} in {} records\n", file.name, bytes(file.bytes), grouped(file.records));
+        text += &format!("  {:<20} {} in {}\n", file.name, bytes(file.bytes), count(file.records, "record"));
     }
     text += &format!(
-        "  {} chunks with the edits up to {}, {} records of chunks replaced by newer ones\n",
-        grouped(report.chunks),
+        "  {} with the edits up to {}, {} of chunks replaced by newer ones\n",
+        count(report.chunks, "chunk"),
         grouped(report.applied),
-        grouped(report.replaced)
+        count(report.replaced, "record")
     );
     for damage in report.damages.iter().filter(|damage| damage.unfinished) {
         text += &format!(
