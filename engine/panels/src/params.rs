@@ -1,12 +1,15 @@
 //! A widget for each live value, by its type and range.
 
-use egui::{Button, CollapsingHeader, ComboBox, DragValue, RichText, Slider, SliderClamping, Ui};
+use egui::{Button, CollapsingHeader, ComboBox, DragValue, Label, RichText, Slider, SliderClamping, Ui};
 
 use crate::action::Action;
 use crate::view::{Kind, Param, View};
 
 /// Integers of so few values are chosen from a list.
 const LISTED: f64 = 8.0;
+
+/// Points that the word `demo` needs behind a label.
+const DRIVEN: f32 = 44.0;
 
 /// Draws the panel.
 pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
@@ -152,7 +155,7 @@ fn scalar(ui: &mut Ui, param: &Param, component: &mut f64, hint: impl Fn() -> St
     };
     ui.spacing_mut().slider_width = 90.0;
     let mut slider = Slider::new(component, low..=high).clamping(SliderClamping::Edits);
-    slider = slider.text(&param.label).suffix(suffix(param));
+    slider = slider.suffix(suffix(param));
     slider = match (param.step, param.kind) {
         (Some(step), _) => slider.step_by(step),
         (None, Kind::Int | Kind::Uint) => slider.step_by(1.0),
@@ -161,7 +164,14 @@ fn scalar(ui: &mut Ui, param: &Param, component: &mut f64, hint: impl Fn() -> St
     if param.kind != Kind::Float {
         slider = slider.integer();
     }
-    ui.add(slider).on_hover_text(hint()).changed()
+    let slider = ui.add(slider);
+    // A label that is too long for the panel ends in dots; what follows it stays in sight.
+    let room = ui.available_width() - if param.driven { DRIVEN } else { 0.0 };
+    let label = ui.scope(|ui| {
+        ui.set_max_width(room.max(0.0));
+        ui.add(Label::new(&param.label).truncate())
+    });
+    slider.labelled_by(label.inner.on_hover_text(hint()).id).on_hover_text(hint()).changed()
 }
 
 fn drag<'v>(param: &Param, component: &'v mut f64) -> DragValue<'v> {

@@ -1,6 +1,7 @@
 //! The panels, driven by their accessibility tree: what a user sees by name, clicks, and what comes of it.
 
 use egui::Vec2;
+use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
@@ -359,6 +360,20 @@ fn the_camera_goes_home_and_to_the_places_of_the_world() {
     field.type_text("north roof");
     harness.run_steps(4);
     assert_eq!(click(&mut harness, "Write to world"), [], "a key of TOML has no spaces");
+}
+
+#[test]
+fn a_long_label_ends_within_its_panel() {
+    let mut window = Window::new(&[Panel::Params]);
+    let label = "Most samples averaged on a face that nothing has lit for a long while";
+    window.params = [false, true]
+        .map(|driven| Param { label: label.to_owned(), driven, ..param("most", vec![1.0], vec![1.0]) })
+        .to_vec();
+    let harness = window.harness(1280.0, 720.0);
+    for found in harness.query_all_by_label(label).filter(|node| node.accesskit_node().role() == Role::Label) {
+        assert!(found.rect().right() <= 1280.0, "{:?}", found.rect());
+    }
+    assert!(harness.get_by_label("demo").rect().right() <= 1280.0);
 }
 
 #[test]
