@@ -309,7 +309,7 @@ fn a_folder_with_files_becomes_a_project_and_none_of_them_is_replaced() {
     // It is one now: nothing is written over, nothing half-made is left.
     std::fs::remove_file(folder.path().join("shaders/paint.comp")).unwrap();
     let again = init().exits(2);
-    assert!(again.stderr.contains("graphs/primary.toml` cannot be written"), "{}", again.stderr);
+    assert!(again.stderr.contains("graphs/primary.toml` is there already"), "{}", again.stderr);
     assert!(!folder.path().join("shaders/paint.comp").exists());
 }
 
