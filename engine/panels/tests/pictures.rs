@@ -19,14 +19,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use egui::epaint::{ClippedPrimitive, ImageData, Primitive};
-use egui::{Context, Pos2, RawInput, Rect, TextureId, Vec2, ViewportId};
+use egui::{Context, Pos2, RawInput, Rect, Vec2, ViewportId};
 use image::RgbImage;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use raxel_gpu::{
     Backing, Barrier, ClearColor, CommandBuffer, Device, DeviceOptions, Image, ImageInfo, ImageView, Overlay,
-    OverlayFrame, OverlayMesh, OverlayVertex, TexturePatch, Validation, ViewInfo, download_image, vk,
+    OverlayFrame, Validation, ViewInfo, download_image, vk,
 };
+use raxel_overlay::{meshes, patch, texture};
 use raxel_panels::view::{
     Kind, Lane, Param, PassState, Problem, Resource, Shown, Timeline, Track, Use, WorldExtent, WorldStatistics,
 };
@@ -78,19 +78,11 @@ impl Painter {
             input.viewports.entry(ViewportId::ROOT).or_default().native_pixels_per_point = Some(pixels_per_point);
             let output = context.run(input, |context| window.draw(context));
             for (id, delta) in &output.textures_delta.set {
-                let ImageData::Color(texels) = &delta.image;
-                let patch = TexturePatch {
-                    position: delta.pos.map(|at| at.map(|texel| texel as u32)),
-                    size: texels.size.map(|texels| texels as u32),
-                    rgba: bytemuck::cast_slice(&texels.pixels),
-                    linear: true,
-                };
-                overlay.set_texture(key(*id), &patch).expect("it fits");
+                overlay.set_texture(texture(*id), &patch(delta)).expect("it fits");
             }
             painted = context.tessellate(output.shapes, output.pixels_per_point);
         }
-        let meshes: Vec<OverlayMesh<'_>> = painted.iter().filter_map(mesh).collect();
-        let picture = self.paint(&mut overlay, size, &OverlayFrame { pixels_per_point, meshes: &meshes });
+        let picture = self.paint(&mut overlay, size, &OverlayFrame { pixels_per_point, meshes: &meshes(&painted) });
         let messages = self.device.log().take();
         assert!(messages.is_empty(), "{messages:#?}");
         picture
@@ -117,22 +109,6 @@ impl Painter {
         let rgb = bytes.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
         RgbImage::from_raw(size[0], size[1], rgb).expect("all of it")
     }
-}
-
-fn key(id: TextureId) -> u64 {
-    match id {
-        TextureId::Managed(id) | TextureId::User(id) => id,
-    }
-}
-
-fn mesh(clipped: &ClippedPrimitive) -> Option<OverlayMesh<'_>> {
-    let (clip, Primitive::Mesh(mesh)) = (clipped.clip_rect, &clipped.primitive) else { return None };
-    Some(OverlayMesh {
-        clip: [clip.left(), clip.top(), clip.right(), clip.bottom()],
-        texture: key(mesh.texture_id),
-        vertices: bytemuck::cast_slice::<egui::epaint::Vertex, OverlayVertex>(&mesh.vertices),
-        indices: &mesh.indices,
-    })
 }
 
 /// A window with one panel, full of what a real graph has: long names, many rows, large numbers.

@@ -2,11 +2,12 @@
 
 use std::time::Instant;
 
-use egui::epaint::{ClippedPrimitive, ImageData, Primitive};
-use egui::{Context, FullOutput, Popup, TextureFilter, TextureId, TexturesDelta, ViewportId};
+use egui::epaint::ClippedPrimitive;
+use egui::{Context, FullOutput, Popup, TexturesDelta, ViewportId};
 use egui_winit::State;
+use raxel_overlay::{meshes, patch, texture};
 use raxel_panels::{Action, turns};
-use raxel_runtime::present::{OverlayFrame, OverlayMesh, OverlayVertex, PresentError, Presenter, TexturePatch};
+use raxel_runtime::present::{OverlayFrame, PresentError, Presenter};
 use winit::event::{KeyEvent, WindowEvent};
 use winit::keyboard::{Key, NamedKey};
 use winit::window::Window;
@@ -96,37 +97,14 @@ impl Overlay {
         present: impl FnOnce(&mut Presenter, &OverlayFrame<'_>) -> Result<T, PresentError>,
     ) -> Result<T, PresentError> {
         for (id, delta) in self.textures.set.drain(..) {
-            let ImageData::Color(image) = &delta.image;
-            let patch = TexturePatch {
-                position: delta.pos.map(|at| at.map(|texel| texel as u32)),
-                size: image.size.map(|texels| texels as u32),
-                rgba: bytemuck::cast_slice(&image.pixels),
-                linear: delta.options.magnification == TextureFilter::Linear,
-            };
-            presenter.set_texture(key(id), &patch)?;
+            presenter.set_texture(texture(id), &patch(&delta))?;
         }
-        let meshes: Vec<OverlayMesh<'_>> = self.painted.iter().filter_map(mesh).collect();
+        let meshes = meshes(&self.painted);
         let frame = OverlayFrame { pixels_per_point: self.pixels_per_point, meshes: &meshes };
         let result = present(presenter, &frame);
         for id in self.textures.free.drain(..) {
-            presenter.free_texture(key(id));
+            presenter.free_texture(texture(id));
         }
         result
     }
-}
-
-fn key(id: TextureId) -> u64 {
-    match id {
-        TextureId::Managed(id) | TextureId::User(id) => id,
-    }
-}
-
-fn mesh(clipped: &ClippedPrimitive) -> Option<OverlayMesh<'_>> {
-    let (clip, Primitive::Mesh(mesh)) = (clipped.clip_rect, &clipped.primitive) else { return None };
-    Some(OverlayMesh {
-        clip: [clip.left(), clip.top(), clip.right(), clip.bottom()],
-        texture: key(mesh.texture_id),
-        vertices: bytemuck::cast_slice::<egui::epaint::Vertex, OverlayVertex>(&mesh.vertices),
-        indices: &mesh.indices,
-    })
 }
