@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{ChildStdin, Command, Stdio};
 
-use common::{Display, Project, Run, Running, Said, command, output, repository};
+use common::{Display, Project, Run, Running, Said, command, output, repository, shared_library};
 use serde_json::{Value, json};
 
 const SCENE: [&str; 5] = ["graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "32x18"];
@@ -179,12 +179,7 @@ fn a_frame_is_captured_under_renderdoc_and_refused_without_it() {
     assert!(refused["ok"] == false && refused["error"].as_str().unwrap().contains("renderdoccmd capture"), "{refused}");
     drop(talk);
 
-    let source = project.path("renderdoc.c");
-    std::fs::write(&source, FAKE_RENDERDOC).unwrap();
-    let library = project.path("librenderdoc.so");
-    let mut compiler = Command::new("cc");
-    compiler.args(["-shared", "-fPIC", "-Wl,-soname,librenderdoc.so", "-o"]).args([&library, &source]);
-    Run::from(output(&mut compiler)).exits(0);
+    let library = shared_library(&project, "librenderdoc.so", FAKE_RENDERDOC);
     let log = project.path("calls");
     let under = |command: &mut Command| {
         command.args(SCENE).env("LD_PRELOAD", &library).env("FAKE_RENDERDOC", &log);

@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Project, raxel};
+use common::{Project, Run, before_vulkan, command, output, raxel};
 use serde_json::Value;
 
 /// A slice: name, start and end in microseconds.
@@ -85,4 +85,44 @@ fn verbose_says_what_was_compiled_and_what_was_reused() {
     ]);
     let said = run.exits(0).stderr;
     assert!(said.contains("compiled shaders/inspect.comp in ") && said.contains("busy: render"), "{said}");
+}
+
+/// Notes labels and dispatches in the order in which they are recorded.
+const LISTING: &str = r#"
+typedef struct { int type; const void *next; const char *name; float color[4]; } Label;
+static void (*begin_label)(void *, const Label *);
+static void (*end_label)(void *);
+static void (*dispatch_groups)(void *, unsigned, unsigned, unsigned);
+static void say(const char *what, const char *name) {
+    FILE *file = fopen(getenv("RECORDED_CALLS"), "a");
+    fprintf(file, "%s%s\n", what, name);
+    fclose(file);
+}
+static void begin(void *commands, const Label *label) { say("begin ", label->name); begin_label(commands, label); }
+static void end(void *commands) { say("end", ""); end_label(commands); }
+static void dispatch(void *commands, unsigned x, unsigned y, unsigned z) {
+    say("dispatch", "");
+    dispatch_groups(commands, x, y, z);
+}
+static Function ours(const char *name, Function found) {
+    if (!strcmp(name, "vkCmdBeginDebugUtilsLabelEXT")) { begin_label = (void *)found; return (Function)begin; }
+    if (!strcmp(name, "vkCmdEndDebugUtilsLabelEXT")) { end_label = (void *)found; return (Function)end; }
+    if (!strcmp(name, "vkCmdDispatch")) { dispatch_groups = (void *)found; return (Function)dispatch; }
+    return found;
+}
+"#;
+
+#[test]
+#[cfg(target_os = "linux")]
+fn each_pass_is_recorded_under_its_name_without_validation() {
+    let project = Project::shipped();
+    let (library, calls) = (before_vulkan(&project, LISTING), project.path("calls"));
+    let mut render =
+        command(project.root(), &["render", "graphs/examples/mips.toml", "--size", "32x18", "-o", "a.png"]);
+    Run::from(output(render.env("LD_PRELOAD", &library).env("RECORDED_CALLS", &calls))).exits(0);
+    let calls = std::fs::read_to_string(calls).unwrap();
+    // The rounds of a loop have their numbers.
+    for pass in ["light", "down[0]", "down[1]", "up[0]", "show"] {
+        assert!(calls.contains(&format!("begin {pass}\ndispatch\nend\n")), "{pass}: {calls}");
+    }
 }

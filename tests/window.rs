@@ -4,10 +4,10 @@ mod common;
 
 use std::fs;
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{Display, Project, Run, Running, command, eventually, output};
+use common::{Display, Project, Run, Running, before_vulkan, command, eventually, output};
 
 /// Presses a key, and again when nothing came of it: a busy machine may lose one while the window takes the focus.
 #[track_caller]
@@ -333,6 +333,147 @@ fn a_pass_that_does_not_end_is_given_up_by_a_key_and_the_last_whole_picture_stay
     eventually("mended again", || shows(0));
     press(&display, "Escape", "it leaves", || child.ended());
     assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+}
+
+#[test]
+fn the_device_that_presents_may_be_named() {
+    let display = Display::start();
+    let project = Project::shipped();
+    let expected = rendered(&project, "normal");
+    let doctor = project.raxel(&["doctor"]).stdout;
+    let index = doctor.split_once("* ").and_then(|(_, chosen)| chosen.split_once(':')).unwrap().0;
+    let run = |with: &str, log_path: &Path| {
+        let arguments = ["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180"];
+        let mut command = command(project.root(), &arguments);
+        command.args(["--no-panels", "--validate", "--present-with", with]).env("DISPLAY", &display.name);
+        Running::start(command.env_remove("WAYLAND_DISPLAY").stderr(fs::File::create(log_path).unwrap()))
+    };
+    let log_path = project.path("log");
+    // The device that makes the pictures, and the same hardware by its number, opened once more.
+    for with in ["own", index] {
+        let mut child = run(with, &log_path);
+        eventually("the picture that render writes", || display.pixels(320, 180) == expected || child.ended());
+        let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+        display.xdotool(&["windowfocus", "--sync", &window]);
+        press(&display, "Tab", "another target", || display.pixels(320, 180) != expected);
+        press(&display, "Escape", "it leaves", || child.ended());
+        assert_eq!(child.finish().code(), Some(0), "{with}: {}", log(&log_path));
+    }
+    let mut child = run("Voodoo 5", &log_path);
+    assert_eq!(child.finish().code(), Some(4));
+    assert!(log(&log_path).contains("no suitable Vulkan device `Voodoo 5`"), "{}", log(&log_path));
+    let refused = project.raxel(&["run", "--present-with", ""]).exits(2);
+    assert!(refused.stderr.contains("`own`, a part of a device's name"), "{}", refused.stderr);
+}
+
+/// Lists the first device twice, and says that the first of both is a GPU; and if so, that none can present.
+const NO_DISPLAY: &str = r#"
+static int (*enumerate)(void *, unsigned *, void **);
+static void (*describe)(void *, unsigned *);
+static int (*can_present)(void *, unsigned, void *, unsigned *);
+static int twice(void *instance, unsigned *count, void **devices) {
+    if (!devices) { *count = 2; return 0; }
+    unsigned one = 1;
+    int result = enumerate(instance, &one, devices);
+    devices[1] = devices[0];
+    *count = 2;
+    return result < 0 ? result : 0;
+}
+static void as_gpu(void *device, unsigned *properties) {
+    static int asked;
+    describe(device, properties);
+    properties[4] = asked++ % 2 ? 4 : 2;
+}
+static int perhaps(void *device, unsigned family, void *surface, unsigned *can) {
+    int result = can_present(device, family, surface, can);
+    if (getenv("CANNOT_PRESENT")) *can = 0;
+    return result;
+}
+static Function ours(const char *name, Function found) {
+    if (!strcmp(name, "vkEnumeratePhysicalDevices")) { enumerate = (void *)found; return (Function)twice; }
+    if (!strcmp(name, "vkGetPhysicalDeviceProperties")) { describe = (void *)found; return (Function)as_gpu; }
+    if (!strcmp(name, "vkGetPhysicalDeviceSurfaceSupportKHR")) { can_present = (void *)found; return (Function)perhaps; }
+    return found;
+}
+"#;
+
+#[test]
+#[cfg(target_os = "linux")]
+fn where_a_gpu_cannot_present_another_device_does() {
+    let display = Display::start();
+    let project = Project::shipped();
+    let expected = rendered(&project, "normal");
+    let library = before_vulkan(&project, NO_DISPLAY);
+    let log_path = project.path("log");
+    let shown = ["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180", "--no-panels"];
+    let run = |command: &mut Command| {
+        command.env("LD_PRELOAD", &library).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+        Running::start(command.stderr(fs::File::create(&log_path).unwrap()))
+    };
+    let mut child = run(&mut command(project.root(), &shown));
+    eventually("the picture that render writes", || display.pixels(320, 180) == expected || child.ended());
+    let why = "cannot present to this window: its X server works with no GPU";
+    assert!(log(&log_path).contains(" presents the window: ") && log(&log_path).contains(why), "{}", log(&log_path));
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    press(&display, "Tab", "another target", || display.pixels(320, 180) != expected);
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+    // Unless that is not wanted: then the driver is asked.
+    let mut own = command(project.root(), &shown);
+    let mut child = run(own.args(["--present-with", "own"]).env("CANNOT_PRESENT", "1"));
+    assert_eq!(child.finish().code(), Some(4), "{}", log(&log_path));
+    let why = "cannot present to this window: its queue cannot present there";
+    assert!(log(&log_path).contains(why), "{}", log(&log_path));
+}
+
+/// The next submission after a file has appeared is answered with the loss of the device, once; nothing that could be blamed runs then.
+const LOSS: &str = r#"
+#include <unistd.h>
+static int (*submit)(void *, unsigned, const void *, void *);
+static int (*wait_idle)(void *);
+static int lose(void *queue, unsigned count, const void *submits, void *fence) {
+    if (access(getenv("LOSE_THE_DEVICE"), F_OK)) return submit(queue, count, submits, fence);
+    wait_idle(queue);
+    unlink(getenv("LOSE_THE_DEVICE"));
+    return -4;
+}
+static Function ours(const char *name, Function found) {
+    if (!strcmp(name, "vkQueueWaitIdle")) wait_idle = (void *)found;
+    if (strcmp(name, "vkQueueSubmit2")) return found;
+    submit = (void *)found;
+    return (Function)lose;
+}
+"#;
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_window_goes_on_after_the_loss_of_a_device() {
+    let display = Display::start();
+    let project = Project::shipped();
+    let expected = rendered(&project, "normal");
+    let (library, log_path, lose) = (before_vulkan(&project, LOSS), project.path("log"), project.path("lose"));
+    // Two devices, of which either may be lost, and one that does both.
+    for arguments in [&[][..], &["--present-with", "own"]] {
+        let shown = ["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180", "--no-panels"];
+        let mut command = command(project.root(), &shown);
+        command.args(arguments).env("LD_PRELOAD", &library).env("LOSE_THE_DEVICE", &lose);
+        command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+        let mut child = Running::start(command.stderr(fs::File::create(&log_path).unwrap()));
+        eventually("the picture that render writes", || display.pixels(320, 180) == expected || child.ended());
+        let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+        display.xdotool(&["windowfocus", "--sync", &window]);
+        // Three short lives in a row would end it.
+        for target in ["Tab", "shift+Tab"] {
+            let before = display.pixels(320, 180);
+            fs::write(&lose, "").unwrap();
+            eventually("it is lost", || !lose.exists() || child.ended());
+            press(&display, target, "another target", || display.pixels(320, 180) != before || child.ended());
+        }
+        press(&display, "Escape", "it leaves", || child.ended());
+        assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+    }
+    assert!(log(&log_path).contains("the device was lost and is open again"), "{}", log(&log_path));
 }
 
 #[test]

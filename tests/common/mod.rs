@@ -4,12 +4,14 @@
 
 mod child;
 mod display;
+mod vulkan;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 pub use child::{LIMIT, Running, Said, line, output};
 pub use display::{Display, eventually};
+pub use vulkan::before_vulkan;
 
 /// The root of the repository.
 pub fn repository() -> &'static Path {
@@ -136,6 +138,16 @@ impl Project {
         found.sort();
         found
     }
+}
+
+/// Makes a shared library of C in a project, for programs that are started with `LD_PRELOAD`. The compiler is the one that links Rust.
+pub fn shared_library(project: &Project, name: &str, source: &str) -> PathBuf {
+    let (from, to) = (project.path("library.c"), project.path(name));
+    std::fs::write(&from, source).unwrap();
+    let mut compiler = Command::new("cc");
+    compiler.args(["-shared", "-fPIC", &format!("-Wl,-soname,{name}"), "-o"]).args([&to, &from]);
+    Run::from(output(&mut compiler)).exits(0);
+    to
 }
 
 fn list(root: &Path, folder: &Path, found: &mut Vec<String>) {

@@ -15,6 +15,8 @@ mod session;
 mod verbs;
 mod viewer;
 
+#[cfg(unix)]
+use std::io::Write as _;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -28,11 +30,18 @@ pub fn main() -> ExitCode {
     output::watch_signals();
     let cli = cli::Cli::parse();
     let console = cli.console();
-    match cli.run(&console) {
-        Ok(()) => ExitCode::SUCCESS,
+    let code = match cli.run(&console) {
+        Ok(()) => 0,
         Err(failure) => {
             console.failure(&failure);
-            failure.exit.into()
+            failure.exit as u8
         }
+    };
+    #[cfg(unix)]
+    if raxel_gpu::has_abandoned_device() {
+        // A driver that waits for its device when the process ends would wait for ever.
+        let _ = std::io::stdout().flush();
+        signal_hook::low_level::exit(code.into());
     }
+    code.into()
 }

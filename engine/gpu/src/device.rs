@@ -144,14 +144,18 @@ impl Device {
         open(instance, &looked_at[chosen], verdicts, cache)
     }
 
-    /// Another device of the same hardware. Nothing is shared, not even the instance: drivers that compute on the processor have one pool of
-    /// threads for each, so that work on one device does not wait for work on the other.
+    /// Another device of the same hardware; see [`Device::beside`].
     pub fn another(&self) -> Result<Arc<Device>> {
         let chosen = self.verdicts.iter().find(|verdict| verdict.chosen);
-        Device::new(&DeviceOptions {
-            device: chosen.map(|verdict| verdict.candidate.index.to_string()),
-            validation: if self.capabilities.validated { Validation::Required } else { Validation::Off },
-        })
+        self.beside(&chosen.map_or(0, |verdict| verdict.candidate.index).to_string())
+    }
+
+    /// Another device, of the hardware with this number in the loader's list or with this in its name, checked as this one is. Nothing is
+    /// shared, not even the instance: drivers that compute on the processor have one pool of threads for each, so that work on one device
+    /// does not wait for work on the other.
+    pub fn beside(&self, wanted: &str) -> Result<Arc<Device>> {
+        let validation = if self.capabilities.validated { Validation::Required } else { Validation::Off };
+        Device::new(&DeviceOptions { device: Some(wanted.to_owned()), validation })
     }
 
     /// Every device the loader listed and why it was or was not chosen; the text `raxel` prints.
@@ -181,6 +185,7 @@ impl Device {
 
     /// Declares the device lost: nothing is waited for any more and its objects are leaked, since the device may still use them.
     pub fn abandon(&self) {
+        ABANDONED.store(true, Ordering::Relaxed);
         self.hung.store(true, Ordering::Relaxed);
         self.lost.store(true, Ordering::Relaxed);
     }
@@ -288,6 +293,14 @@ impl Drop for Device {
             self.raw.destroy_device(None);
         }
     }
+}
+
+static ABANDONED: AtomicBool = AtomicBool::new(false);
+
+/// Whether this process has abandoned a device ([`Device::abandon`]). Then it should leave without the drivers' own ends, which may wait for the
+/// work that does not end: `_exit` rather than `exit`.
+pub fn has_abandoned_device() -> bool {
+    ABANDONED.load(Ordering::Relaxed)
 }
 
 static NEXT_ID: AtomicU64 = AtomicU64::new(1);

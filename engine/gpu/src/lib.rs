@@ -38,7 +38,7 @@ pub use buffer::{Buffer, BufferInfo};
 pub use choice::{Candidate, DeviceKind, Verdict, choose};
 pub use command::{Barrier, ClearColor, CommandBuffer, Recording, Scope};
 pub use descriptors::{Descriptors, Resource};
-pub use device::{Capabilities, Device, DeviceOptions};
+pub use device::{Capabilities, Device, DeviceOptions, has_abandoned_device};
 pub use heap::trim_heaps;
 pub use image::{Image, ImageInfo, ImageView, ViewInfo};
 pub use instance::Validation;

@@ -12,8 +12,9 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::{Key, NamedKey};
 use winit::window::WindowId;
 
+use super::presenting::Open;
 use super::waiting::Waiting;
-use super::{Args, Open, Viewer, Wake, new_window};
+use super::{Args, Viewer, Wake, new_window};
 use crate::args::Size;
 use crate::console::{Console, To};
 use crate::control::{Control, Drive};
@@ -88,7 +89,9 @@ impl<'a> App<'a> {
     fn try_wait(&mut self) -> Result {
         let Stage::Waiting(waiting) = &mut self.stage else { return Ok(()) };
         waiting.draw(self.console)?;
-        self.complained |= print_log(waiting.device(), self.console);
+        for device in waiting.devices() {
+            self.complained |= print_log(device, self.console);
+        }
         if !waiting.changed() {
             return Ok(());
         }
@@ -111,7 +114,7 @@ impl<'a> App<'a> {
         let window = waiting.into_window();
         let mut viewer = Viewer::new(args, self.console, session, self.control.take())?;
         if let Some(window) = window {
-            viewer.show_in(window)?;
+            viewer.show_in(&window)?;
         }
         self.stage = Stage::Viewing(Box::new(viewer));
         Ok(())
@@ -146,8 +149,10 @@ impl ApplicationHandler<Wake> for App<'_> {
         match &mut self.stage {
             Stage::Viewing(viewer) => viewer.resumed(event_loop),
             Stage::Waiting(waiting) if waiting.open.is_none() => {
-                let opened = new_window(event_loop, self.args, "mistakes — raxel".to_owned())
-                    .and_then(|window| Open::on(waiting.device(), window, !self.args.no_vsync));
+                let Args { present_with, no_vsync, .. } = self.args;
+                let opened = new_window(event_loop, self.args, "mistakes — raxel".to_owned()).and_then(|window| {
+                    Open::on(waiting.device(), present_with.as_ref(), &window, !no_vsync, self.console)
+                });
                 match opened {
                     Ok(open) => waiting.open = Some(open),
                     Err(failure) => {

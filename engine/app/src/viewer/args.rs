@@ -1,5 +1,6 @@
 //! What a window is opened with.
 
+use super::presenting::{PresentWith, present_with};
 use crate::args::{Size, scale, size};
 use crate::session::What;
 
@@ -29,6 +30,11 @@ pub(crate) struct Args {
     /// Show pictures as soon as they are made rather than with the screen.
     #[arg(long)]
     pub no_vsync: bool,
+
+    /// The device that presents the window: `own` is the one that makes the pictures, another (a part of its name, or its number in `raxel doctor`;
+    /// the same GPU may be named) keeps the panels alive while that one works. By default `own` on a GPU that can present there.
+    #[arg(long, value_name = "own|DEVICE", value_parser = present_with)]
+    pub present_with: Option<PresentWith>,
 
     /// Also look at the files now and then, where the system does not tell of changes (network folders).
     #[arg(long)]

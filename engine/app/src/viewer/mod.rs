@@ -14,6 +14,7 @@ mod layout_file;
 mod outline;
 mod overlay;
 mod panel_data;
+mod presenting;
 mod problem_log;
 mod reload_log;
 mod title;
@@ -23,14 +24,14 @@ mod write_back;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use raxel_gpu::{Device, DeviceKind, DeviceOptions};
+use raxel_gpu::DeviceOptions;
 use raxel_panels::Panels;
 use raxel_panels::view::{Brush, Problem};
 use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::Progress;
-use raxel_runtime::present::{PresentError, Presenter};
+use raxel_runtime::present::PresentError;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::error::EventLoopError;
@@ -46,8 +47,8 @@ pub(crate) use self::controls::KEYS;
 use self::editor::Editors;
 use self::inspector::Inspector;
 use self::layout_file::LayoutFile;
-use self::overlay::Overlay;
 use self::panel_data::PanelData;
+use self::presenting::{Open, Pictures};
 use self::reload_log::ReloadLog;
 use self::title::Title;
 use crate::console::Console;
@@ -109,35 +110,6 @@ fn no_window(error: &EventLoopError) -> Failure {
     Failure::new(Exit::NoDevice, format!("no window can be opened: {why}"))
         .help("set DISPLAY or WAYLAND_DISPLAY (a desktop, or ssh -X)")
         .help("`raxel render -o p.png` needs no window")
-}
-
-/// An open window with what it is drawn on.
-struct Open {
-    window: Arc<Window>,
-    presenter: Presenter,
-    overlay: Overlay,
-    /// Whose pictures are presented.
-    pictures: Pictures,
-}
-
-/// The device that makes the pictures of a window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Pictures {
-    /// The one that presents them.
-    Same,
-    /// Another one, whose pictures come through the host: the one that presents is free while the other works.
-    Other,
-}
-
-impl Open {
-    /// For a window that pictures of a device are shown in.
-    fn on(device: &Arc<Device>, window: Arc<Window>, vsync: bool) -> Result<Open> {
-        let size = window.inner_size();
-        let presenter = Presenter::new(device, window.clone(), [size.width, size.height], vsync)?;
-        let most = device.capabilities().limits.max_image_dimension2_d as usize;
-        let overlay = Overlay::new(&window, most);
-        Ok(Open { window, presenter, overlay, pictures: Pictures::Same })
-    }
 }
 
 fn new_window(event_loop: &ActiveEventLoop, args: &Args, title: String) -> Result<Arc<Window>> {
@@ -386,11 +358,11 @@ impl<'a> Viewer<'a> {
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result {
         let window = new_window(event_loop, &self.args, self.title().text())?;
-        self.show_in(window)
+        self.show_in(&window)
     }
 
     /// Shows the session in a window from here on.
-    fn show_in(&mut self, window: Arc<Window>) -> Result {
+    fn show_in(&mut self, window: &Arc<Window>) -> Result {
         let size = window.inner_size();
         self.session.resize(size.width, size.height);
         self.window = Some(self.opened(window)?);
@@ -399,14 +371,10 @@ impl<'a> Viewer<'a> {
         Ok(())
     }
 
-    /// What a window needs to show pictures of the session's device. One that computes on the processor has one queue, and its presenting waits
-    /// for all that is in it: another device presents there, so that the panels answer while the first one works.
-    fn opened(&self, window: Arc<Window>) -> Result<Open> {
-        let (device, vsync) = (self.session.device(), !self.args.no_vsync);
-        if device.capabilities().kind != DeviceKind::Cpu {
-            return Open::on(device, window, vsync);
-        }
-        Ok(Open { pictures: Pictures::Other, ..Open::on(&device.another()?, window, vsync)? })
+    /// What a window needs to show pictures of the session's device.
+    fn opened(&self, window: &Arc<Window>) -> Result<Open> {
+        let Args { present_with, no_vsync, .. } = &self.args;
+        Open::on(self.session.device(), present_with.as_ref(), window, !no_vsync, self.console)
     }
 
     /// Says what the validation layer has said, of the session's device and of one that presents.

@@ -13,9 +13,10 @@ use raxel_runtime::manifest;
 use raxel_runtime::present::{Presented, Presenter};
 use winit::window::Window;
 
+use super::GROUND;
 use super::editor::Editors;
+use super::presenting::Open;
 use super::problem_log::problems;
-use super::{GROUND, Open};
 use crate::console::Console;
 use crate::failure::Result;
 
@@ -50,9 +51,14 @@ impl Waiting {
         Ok(Self { device, files, looked, found, problems, panels, editors, open: None })
     }
 
-    /// The device that the window is drawn on.
+    /// The device that the session will have, as far as is known.
     pub fn device(&self) -> &Arc<Device> {
         &self.device
+    }
+
+    /// The same, and the one that presents the window.
+    pub fn devices(&self) -> impl Iterator<Item = &Arc<Device>> {
+        [&self.device].into_iter().chain(self.open.as_ref().map(|open| open.presenter.device()))
     }
 
     /// Takes the mistakes that are there now. False when they are the same as before.
