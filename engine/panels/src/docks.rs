@@ -34,6 +34,8 @@ pub struct Panels {
     moving: Option<timeline::Moving>,
     /// The failed generation for which the problems were opened by themselves.
     told: Option<u64>,
+    /// The panel in whose place they were.
+    displaced: Option<Panel>,
     /// Points of the window when it was drawn last.
     room: Vec2,
 }
@@ -65,9 +67,10 @@ impl Panels {
         if view.status.failed != self.told {
             self.told = view.status.failed;
             if self.told.is_some() {
+                self.displaced = self.layout.bottom.open.filter(|panel| *panel != Panel::Problems).or(self.displaced);
                 self.open(Panel::Problems);
             } else if self.layout.bottom.open == Some(Panel::Problems) && view.problems.is_empty() {
-                self.layout.bottom.open = None;
+                self.layout.bottom.open = self.displaced.take();
             }
         }
         let mut hovered = None;

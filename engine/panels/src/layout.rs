@@ -110,7 +110,8 @@ impl Default for Layout {
             zoom: 1.0,
             left: Dock { open: Some(Panel::Passes), size: 350.0 },
             right: Dock { open: Some(Panel::Params), size: 340.0 },
-            bottom: Dock { open: None, size: 200.0 },
+            // Only a demo has one.
+            bottom: Dock { open: Some(Panel::Timeline), size: 200.0 },
         }
     }
 }

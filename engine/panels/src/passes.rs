@@ -42,7 +42,7 @@ fn row(
     // What is left out has no place in the frame after which something could be shown.
     let after = pass.state.is_planned().then(|| pass.after.to_owned());
     let target = output.map(|resource| Shown::after(resource.name.clone(), after));
-    let locked = target.is_some() && target.as_ref() == Some(&view.status.shown);
+    let locked = target.is_some() && target.as_ref() == Some(&view.status.locked);
     let name = match pass.state {
         PassState::Ran => RichText::new(pass.name),
         _ => RichText::new(pass.name).weak(),

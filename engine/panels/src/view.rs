@@ -33,7 +33,9 @@ pub struct Status {
     pub graph: String,
     /// What is shown; its resource is never empty.
     pub shown: Shown,
-    /// Whether that is what the graph presents by itself.
+    /// The same while the pointer rests on no pass.
+    pub locked: Shown,
+    /// Whether what is shown is what the graph presents by itself.
     pub is_default: bool,
     /// The clock stands still.
     pub paused: bool,

@@ -7,7 +7,7 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
     Brush, Effect, Kind, Lane, Loading, Map, Param, PassState, Problem, Shape, Shown, Timeline, Track, WorldExtent,
 };
-use raxel_panels::{Action, Panel};
+use raxel_panels::{Action, Layout, Panel, Panels};
 
 mod window;
 
@@ -61,7 +61,11 @@ fn a_pass_is_locked_by_a_click_and_says_why_it_did_not_run() {
     let mut harness = Window::new(&[Panel::Passes]).harness(1280.0, 720.0);
     let shown = Shown::after("depth", Some("hit".to_owned()));
     assert_eq!(click(&mut harness, "hit"), [Action::Show(shown.clone())]);
-    harness.state_mut().status.shown = shown;
+    // What the pointer rests on is shown, too: that does not lock it.
+    harness.state_mut().status.shown = shown.clone();
+    harness.run_steps(2);
+    assert_eq!(click(&mut harness, "hit"), [Action::Show(shown.clone())]);
+    harness.state_mut().status.locked = shown;
     harness.run_steps(2);
     assert_eq!(click(&mut harness, "hit"), [Action::ShowDefault]);
     for said in ["unchanged", "when: no", "2.000", "3.000"] {
@@ -158,6 +162,30 @@ fn what_goes_wrong_opens_by_itself_and_its_place_is_copied() {
     (window.status.failed, window.problems) = (None, Vec::new());
     harness.run_steps(3);
     assert!(!harness.state().panels.layout.is_open(Panel::Problems));
+    // What it lay over comes back.
+    harness.state_mut().panels.layout.open(Panel::Frame);
+    for failed in [18, 19] {
+        let window = harness.state_mut();
+        window.status.failed = Some(failed);
+        window.problems = vec![Problem { title: "RX0100".to_owned(), ..Problem::default() }];
+        harness.run_steps(3);
+        assert!(harness.state().panels.layout.is_open(Panel::Problems));
+    }
+    let window = harness.state_mut();
+    (window.status.failed, window.problems) = (None, Vec::new());
+    harness.run_steps(3);
+    assert!(harness.state().panels.layout.is_open(Panel::Frame));
+}
+
+#[test]
+fn a_demo_shows_its_timeline_at_first_and_a_graph_shows_none() {
+    let mut window = Window::new(&[]);
+    window.panels = Panels::new(Layout::default());
+    let mut harness = window.harness(1280.0, 720.0);
+    assert!(harness.query_by_label("Record camera").is_none());
+    harness.state_mut().timeline = Some(Timeline { name: "valley".to_owned(), duration: 8.0, ..Timeline::default() });
+    harness.run_steps(3);
+    assert!(harness.query_by_label("Record camera").is_some());
 }
 
 #[test]

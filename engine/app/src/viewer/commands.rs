@@ -63,17 +63,21 @@ impl Viewer<'_> {
         match action {
             Action::Show(shown) => {
                 self.before_peek = None;
+                self.data.peek(&self.session, false);
                 self.select(panel_data::debug_target(&shown));
             }
             Action::ShowDefault => {
                 self.before_peek = None;
+                self.data.peek(&self.session, false);
                 self.select(DebugTarget::default());
             }
             Action::Peek(Some(shown)) => {
+                self.data.peek(&self.session, true);
                 self.before_peek.get_or_insert_with(|| self.session.debug_target().clone());
                 self.select(panel_data::debug_target(&shown));
             }
             Action::Peek(None) => {
+                self.data.peek(&self.session, false);
                 if let Some(target) = self.before_peek.take() {
                     self.select(target);
                 }

@@ -14,11 +14,11 @@ use raxel_runtime::{FrameError, ReadError};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::brush::Stroke;
+use super::presenting::{Open, Pictures};
 use super::problem_log::problems;
 use super::reload_log::{fate, history_cleared};
 use super::{
-    GROUND, MEANWHILE, MENDED, NextFrame, Open, PATIENCE, Pictures, REFRESH, SLICE, STILL, Viewer, brush, outline,
-    panel_data,
+    GROUND, MEANWHILE, MENDED, NextFrame, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data,
 };
 use crate::console::To;
 use crate::control::Next;
@@ -175,11 +175,14 @@ impl Viewer<'_> {
     fn draw_panels(&mut self, event_loop: &ActiveEventLoop) {
         let Some(Open { window, overlay, .. }) = &mut self.window else { return };
         let shown = panel_data::shown(self.session.debug_target(), self.session.graph());
+        let locked = self.before_peek.as_ref().unwrap_or(self.session.debug_target());
+        let locked = panel_data::shown(locked, self.session.graph());
         let status = Status {
             graph: self.session.graph().name.clone(),
             is_default: shown
                 == panel_data::shown(&raxel_runtime::debug_target::DebugTarget::default(), self.session.graph()),
             shown,
+            locked,
             paused: self.session.clock().paused(),
             generation: self.reloads.shown,
             failed: self.reloads.failed,
@@ -308,7 +311,7 @@ impl Viewer<'_> {
         let Some(open) = self.window.take() else { return Ok(()) };
         let window = open.window.clone();
         drop(open);
-        self.window = Some(self.opened(window)?);
+        self.window = Some(self.opened(&window)?);
         Ok(())
     }
 

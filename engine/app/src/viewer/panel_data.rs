@@ -33,7 +33,11 @@ pub(crate) struct PanelData {
     /// The frame whose GPU times were noted last.
     timed: Option<u64>,
     ran: [u32; 3],
-    plan: Option<Described>,
+    plan: Option<Arc<Described>>,
+    /// The pointer rests on a pass, whose output is shown meanwhile.
+    peeking: bool,
+    /// What the passes were before that: the plan for what is shown then leaves others out, and the list must not change under the pointer.
+    held: Option<(Arc<Described>, Vec<PassState>)>,
     /// Materials that edits can use.
     swatches: Vec<Swatch>,
 }
@@ -62,6 +66,7 @@ struct Row {
 impl PanelData {
     /// Notes what a frame took.
     pub fn note(&mut self, session: &mut Session, report: &FrameReport) {
+        self.held = self.held.take().filter(|_| self.peeking);
         self.ran = [report.dispatched, report.skipped, report.idle];
         self.cpu.push(report.cpu_nanoseconds as f64 / 1e6);
         let Some(plan) = session.plan().cloned() else { return };
@@ -85,12 +90,26 @@ impl PanelData {
 
     /// An edit runs: times of what ran before say nothing of it.
     pub fn forget(&mut self) {
-        *self = PanelData { interval: std::mem::take(&mut self.interval), ..PanelData::default() };
+        let interval = std::mem::take(&mut self.interval);
+        *self = PanelData { interval, peeking: self.peeking, ..PanelData::default() };
+    }
+
+    /// Whether the pointer rests on a pass, whose output is shown meanwhile. The passes are said to be what they are now until a frame has run
+    /// after that has ended.
+    pub fn peek(&mut self, session: &Session, peeking: bool) {
+        if peeking && !self.peeking && self.held.is_none() {
+            let outcomes = session.outcomes();
+            self.held = self.plan.clone().map(|described| {
+                let states = described.rows.iter().map(|row| state(row, &outcomes)).collect();
+                (described, states)
+            });
+        }
+        self.peeking = peeking;
     }
 
     fn describe(&mut self, session: &Session, plan: &Arc<Plan>) {
         if self.plan.as_ref().is_none_or(|known| !Arc::ptr_eq(&known.plan, plan)) {
-            self.plan = Some(Described::new(plan, session.texts()));
+            self.plan = Some(Arc::new(Described::new(plan, session.texts())));
         }
     }
 
@@ -115,34 +134,27 @@ impl PanelData {
 
     /// The passes with their times.
     pub fn passes(&self, session: &Session) -> Vec<Pass<'_>> {
-        let outcomes = session.outcomes();
-        let Some(described) = &self.plan else { return Vec::new() };
-        let state = |row: &Row| match row.planned {
-            Err(CullReason::Unused) => PassState::Unused,
-            Err(CullReason::Condition) => PassState::Condition,
-            Ok(index) => match outcomes.get(index) {
-                Some(PassOutcome::Skipped) => PassState::Skipped,
-                Some(PassOutcome::NotDue) => PassState::NotDue,
-                Some(PassOutcome::Off) => PassState::Off,
-                Some(PassOutcome::Dispatched) | None => PassState::Ran,
-            },
-        };
-        let pass = |row| {
+        let pass = |(row, state)| {
             let Row { name, after, groups, place, output, .. }: &Row = row;
-            Pass { name, after, groups, place, output: *output, times: self.passes.get(name), state: state(row) }
+            Pass { name, after, groups, place, output: *output, times: self.passes.get(name), state }
         };
-        described.rows.iter().map(pass).collect()
+        if let Some((described, states)) = &self.held {
+            return described.rows.iter().zip(states.iter().copied()).map(pass).collect();
+        }
+        let (rows, outcomes) = (self.plan.iter().flat_map(|described| &described.rows), session.outcomes());
+        rows.map(|row| pass((row, state(row, &outcomes)))).collect()
     }
 
     /// A pass that is switched off.
     pub fn off(&self, session: &Session) -> Option<String> {
-        let off = |pass: &Pass<'_>| pass.state == PassState::Off;
-        self.passes(session).iter().find(|pass| off(pass)).map(|pass| pass.name.to_owned())
+        let (mut rows, outcomes) = (self.plan.iter().flat_map(|described| &described.rows), session.outcomes());
+        rows.find(|row| state(row, &outcomes) == PassState::Off).map(|row| row.name.clone())
     }
 
     /// Targets and buffers.
     pub fn resources(&self) -> &[view::Resource] {
-        self.plan.as_ref().map_or(&[], |described| &described.resources)
+        let described = self.held.as_ref().map(|(described, _)| described).or(self.plan.as_ref());
+        described.map_or(&[], |described| &described.resources)
     }
 
     /// Times, memory, scale.
@@ -215,6 +227,20 @@ impl Described {
         }
         let blocks: u64 = plan.blocks.iter().map(|block| block.size).sum();
         Described { plan: plan.clone(), rows, resources, memory: apart + blocks, saved: shared.saturating_sub(blocks) }
+    }
+}
+
+/// What became of the pass of a row.
+fn state(row: &Row, outcomes: &[PassOutcome]) -> PassState {
+    match row.planned {
+        Err(CullReason::Unused) => PassState::Unused,
+        Err(CullReason::Condition) => PassState::Condition,
+        Ok(index) => match outcomes.get(index) {
+            Some(PassOutcome::Skipped) => PassState::Skipped,
+            Some(PassOutcome::NotDue) => PassState::NotDue,
+            Some(PassOutcome::Off) => PassState::Off,
+            Some(PassOutcome::Dispatched) | None => PassState::Ran,
+        },
     }
 }
 
@@ -426,4 +452,59 @@ pub(crate) fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeli
         drives: session.demo_drives(),
         tracks,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_runtime::Options;
+
+    use super::*;
+
+    const GRAPH: &str = "name = \"two\"\npresent = \"b\"\n[targets.a]\nformat = \"r32f\"\n[targets.b]\nformat = \"r32f\"\n\
+        [[passes]]\nname = \"first\"\nshader = \"fill.comp\"\ndispatch = { threads = \"a\" }\nbind = { c = \"a\" }\n\
+        [[passes]]\nname = \"second\"\nshader = \"copy.comp\"\ndispatch = { threads = \"b\" }\nbind = { i = \"a\", c = \"b\" }\n";
+    const FILL: &str = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) writeonly uniform image2D c;\n\
+        void main() { imageStore(c, ivec2(gl_GlobalInvocationID.xy), vec4(0.5)); }\n";
+    const COPY: &str = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) readonly uniform image2D i;\n\
+        layout(r32f) writeonly uniform image2D c;\n\
+        void main() { ivec2 at = ivec2(gl_GlobalInvocationID.xy); imageStore(c, at, imageLoad(i, at)); }\n";
+
+    #[test]
+    fn the_list_of_passes_stays_while_the_pointer_rests_on_one() {
+        let folder = tempfile::tempdir().unwrap();
+        for (path, text) in [("graphs/two.toml", GRAPH), ("shaders/fill.comp", FILL), ("shaders/copy.comp", COPY)] {
+            let path = folder.path().join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        let project = Some(folder.path().to_owned());
+        let options = Options { project, size: [8, 8], ..Options::default() };
+        let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
+        let mut data = PanelData::default();
+        let states = |data: &PanelData, session: &Session| -> Vec<PassState> {
+            data.passes(session).iter().map(|pass| pass.state).collect()
+        };
+        let frame = |data: &mut PanelData, session: &mut Session, target: &str| {
+            session.set_debug_target_text(target).unwrap();
+            let report = session.frame().unwrap();
+            session.wait().unwrap();
+            data.note(session, &report);
+        };
+        frame(&mut data, &mut session, "b");
+        assert_eq!(states(&data, &session), [PassState::Ran, PassState::Ran]);
+        data.peek(&session, true);
+        frame(&mut data, &mut session, "a");
+        assert_eq!(states(&data, &session), [PassState::Ran, PassState::Ran]);
+        // A click: what is left out now is said.
+        data.peek(&session, false);
+        frame(&mut data, &mut session, "a");
+        assert_eq!(states(&data, &session)[1], PassState::Unused);
+        // The pointer goes without one.
+        data.peek(&session, true);
+        frame(&mut data, &mut session, "b");
+        assert_eq!(states(&data, &session)[1], PassState::Unused);
+        data.peek(&session, false);
+        frame(&mut data, &mut session, "b");
+        assert_ne!(states(&data, &session)[1], PassState::Unused);
+    }
 }

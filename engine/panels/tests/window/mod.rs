@@ -63,7 +63,13 @@ impl Window {
             ],
             problems: Vec::new(),
             inspected: None,
-            status: Status { graph: "test".to_owned(), shown, is_default: true, ..Status::default() },
+            status: Status {
+                graph: "test".to_owned(),
+                locked: shown.clone(),
+                shown,
+                is_default: true,
+                ..Status::default()
+            },
             timeline: None,
             brush: Brush::default(),
             steps: [0, 0],
