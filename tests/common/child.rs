@@ -2,7 +2,7 @@
 
 use std::io::{BufReader, Read};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -52,6 +52,19 @@ impl<T: Send + 'static> Said<T> {
     #[track_caller]
     pub fn next(&self) -> T {
         self.0.recv_timeout(LIMIT).unwrap_or_else(|error| panic!("the child says no more: {error}"))
+    }
+}
+
+impl<T> Said<T> {
+    /// All that is left, once the child has ended.
+    #[track_caller]
+    pub fn rest(&self) -> Vec<T> {
+        let next = || match self.0.recv_timeout(LIMIT) {
+            Ok(piece) => Some(piece),
+            Err(RecvTimeoutError::Disconnected) => None,
+            Err(RecvTimeoutError::Timeout) => panic!("the child's pipe does not end"),
+        };
+        std::iter::from_fn(next).collect()
     }
 }
 

@@ -1,10 +1,14 @@
 //! The files for clusters that bake: what they say is what a cluster expects.
 
+#[allow(dead_code, reason = "each test file uses a part of this")]
+#[path = "../../../tests/common/child.rs"]
+mod child;
 mod common;
 
 use std::path::Path;
 use std::process::Command;
 
+use child::output;
 use common::python::Python;
 
 /// Reads the job and checks what the scheduler and `shard.sh` need of it.
@@ -40,7 +44,8 @@ fn the_job_of_kubernetes_is_right() {
 #[test]
 fn the_scripts_are_scripts() {
     for name in ["shard.sh", "bake.sbatch"] {
-        assert!(Command::new("bash").arg("-n").arg(file(name)).status().unwrap().success(), "{name}");
+        let checked = output(Command::new("bash").arg("-n").arg(file(name)));
+        assert!(checked.status.success(), "{name}: {}", String::from_utf8_lossy(&checked.stderr));
     }
     let array = std::fs::read_to_string(file("bake.sbatch")).unwrap();
     assert!(array.contains("#SBATCH --array=0-15\n") && array.contains("exec examples/farm/shard.sh bake\n"));

@@ -1,14 +1,18 @@
 //! Saves under everything that can happen to them: kills at any moment, files cut off at any byte, flipped bytes, full disks, other
 //! processes, other programs.
 
+#[allow(dead_code, reason = "each test file uses a part of this")]
+#[path = "../../../tests/common/child.rs"]
+mod child;
 mod scenes;
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use child::{Running, Said, output};
 use raxel_edit::save::{Meta, Opened, Save, SaveError, SaveEvent, SaveOptions, compact, pack, verify};
 use raxel_edit::{Brush, Edits, Operation, PackedChunk, Scene};
 use raxel_world::{ChunkPos, World};
@@ -111,10 +115,10 @@ fn child() {
     }
 }
 
-fn start_child(folder: &Path) -> Child {
+fn start_child(folder: &Path) -> Running {
     let mut command = Command::new(std::env::current_exe().unwrap());
     command.args(["--exact", "child", "--nocapture", "--test-threads=1"]).env("RAXEL_TEST_SAVE", folder);
-    command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap()
+    Running::start(command.stdout(Stdio::piped()).stderr(Stdio::null()))
 }
 
 /// Kills the program so many times, each time at a random moment, and looks at what is left.
@@ -127,19 +131,19 @@ fn kill(times: u64) {
     for round in 0..times {
         let mut child = start_child(folder.path());
         let mut acknowledged = known;
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let lines = Said::by(child.0.stdout.take().unwrap(), child::line);
+        let number = |line: &str| line.trim_end().rsplit(' ').next().and_then(|n| n.parse().ok());
         // Some die while they open the save, most while they play.
         let edits_first = if round % 10 == 0 { 0 } else { 1 + random.next(60) };
         let started = acknowledged;
         while acknowledged < started + edits_first {
-            let Some(Ok(line)) = lines.next() else { panic!("the child ended by itself") };
-            acknowledged = line.rsplit(' ').next().and_then(|n| n.parse().ok()).unwrap_or(acknowledged);
+            acknowledged = number(&lines.next()).unwrap_or(acknowledged);
         }
         std::thread::sleep(Duration::from_micros(random.next(6000)));
-        child.kill().unwrap();
-        child.wait().unwrap();
-        for line in lines.map_while(Result::ok) {
-            acknowledged = line.rsplit(' ').next().and_then(|n| n.parse().ok()).unwrap_or(acknowledged);
+        child.0.kill().unwrap();
+        child.finish();
+        for line in lines.rest() {
+            acknowledged = number(&line).unwrap_or(acknowledged);
         }
         let opened = Save::open(folder.path(), &meta(), quiet()).unwrap();
         let seq = opened.save.seq();
@@ -442,12 +446,9 @@ fn a_full_disk_is_survived_and_everything_is_saved_later() {
     let folder = tempfile::tempdir().unwrap();
     // A file that grows beyond its limit is an error, and not the end of the program, when that signal is ignored.
     let script = "trap '' XFSZ; exec \"$0\" --exact child_with_little_room --nocapture";
-    let output = Command::new("sh")
-        .args(["-c", script])
-        .arg(std::env::current_exe().unwrap())
-        .env("RAXEL_TEST_FULL", folder.path())
-        .output()
-        .unwrap();
+    let mut command = Command::new("sh");
+    command.args(["-c", script]).arg(std::env::current_exe().unwrap()).env("RAXEL_TEST_FULL", folder.path());
+    let output = output(&mut command);
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(text.contains("survived"), "{text}\n{}", String::from_utf8_lossy(&output.stderr));
     let (game, damages) = Game::open(folder.path(), quiet());
