@@ -16,7 +16,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use super::brush::Stroke;
 use super::presenting::{Open, Pictures};
 use super::problem_log::problems;
-use super::reload_log::{fate, history_cleared};
+use super::reload_log::history_cleared;
 use super::{
     GROUND, MEANWHILE, MENDED, NextFrame, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data,
 };
@@ -165,9 +165,8 @@ impl Viewer<'_> {
             }
             ReloadEvent::Failed(failed) => self.problems = problems(&failed.diagnostics, &failed.texts),
             ReloadEvent::HistoryCleared { size, resources } => self.notice(history_cleared(*size, resources)),
-            ReloadEvent::DeviceRebuilt { suspect, off, .. } => {
-                self.notice(format!("the device was opened anew{}", fate(suspect.as_deref(), *off)));
-            }
+            // Which pass is off is said beside it, for as long as it is.
+            ReloadEvent::DeviceRebuilt { .. } => self.notice("the device was opened anew".to_owned()),
         }
     }
 

@@ -99,7 +99,7 @@ pub(super) fn history_cleared([width, height]: [u32; 2], resources: &[String]) -
 }
 
 /// What becomes of the pass that a device was lost with, behind other words.
-pub(super) fn fate(suspect: Option<&str>, off: bool) -> String {
+fn fate(suspect: Option<&str>, off: bool) -> String {
     match suspect {
         Some(pass) if off => format!("; pass `{pass}` is switched off until its shader changes"),
         Some(pass) => format!("; pass `{pass}` runs with the shader that it has now"),
