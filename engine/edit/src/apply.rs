@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use raxel_world::build::{Box3, Placed, Shape, Solid};
 use raxel_world::{
-    AIR, Bits, Bounds, Chunk, ChunkPos, DenseChunk, MaterialIndex, Mode, Placement, block_cell, voxel_index,
+    AIR, Bits, BlockVoxels, Bounds, Chunk, ChunkPos, DenseChunk, MaterialIndex, Mode, Placement, block_cell,
+    voxel_index,
 };
 
+use crate::history::{Side, VoxelChange};
 use crate::operation::{Brush, EditError, MOST_CHUNKS, Operation};
 use crate::packed::PackedChunk;
 use crate::scene::{Base, EditModel, Scene};
@@ -135,6 +137,14 @@ impl<'a> Prepared<'a> {
         }
     }
 
+    /// The voxel that it sets, and to what, if that is all that it does.
+    fn set(&self) -> Option<([i32; 3], MaterialIndex)> {
+        match self.kind {
+            Kind::Set(cell, material) => Some((cell, material)),
+            _ => None,
+        }
+    }
+
     /// Whether it can only change voxels that are solid.
     fn needs_solids(&self) -> bool {
         match &self.kind {
@@ -200,6 +210,59 @@ fn restore(bounds: &Bounds, pos: ChunkPos, dense: &mut DenseChunk, base: Option<
     }
 }
 
+/// Voxels that are set one by one in a chunk, above which they are set in all of its voxels.
+const MOST_SETS: usize = 4096;
+
+/// A chunk after operations.
+pub(crate) struct Applied {
+    /// The very same `Arc` when no voxel changed.
+    pub(crate) after: Option<Arc<Chunk>>,
+    /// Whether it is the edits' own.
+    pub(crate) edited: bool,
+    /// The voxels that changed, where these are few and known.
+    pub(crate) voxels: Option<Box<[VoxelChange]>>,
+}
+
+/// A chunk, or air, with some voxels brought to one side of their change.
+pub(crate) fn with_voxels(chunk: Option<&Chunk>, voxels: &[VoxelChange], side: Side) -> Option<Chunk> {
+    let mut blocks = BTreeMap::new();
+    for change in voxels {
+        let (block, bit) = change.place();
+        let voxels = blocks.entry(block).or_insert_with(|| read(chunk, block));
+        voxels.set(bit, change.material(side));
+    }
+    Chunk::with_blocks(chunk, &blocks)
+}
+
+fn read(chunk: Option<&Chunk>, block: usize) -> BlockVoxels {
+    chunk.map_or(BlockVoxels::EMPTY, |chunk| chunk.block(block))
+}
+
+/// Sets voxels of a chunk one by one, in order: only their blocks are looked at.
+fn set_voxels(
+    (before, edited): (Option<Arc<Chunk>>, bool),
+    sets: impl Iterator<Item = ([i32; 3], MaterialIndex)>,
+) -> Applied {
+    let mut blocks: BTreeMap<usize, BlockVoxels> = BTreeMap::new();
+    for (cell, material) in sets {
+        let [x, y, z] = cell.map(|c| (c & 63) as u32);
+        let (block, bit) = voxel_index(x, y, z);
+        blocks.entry(block).or_insert_with(|| read(before.as_deref(), block)).set(bit, material);
+    }
+    let mut changes = Vec::new();
+    blocks.retain(|block, voxels| {
+        let old = read(before.as_deref(), *block);
+        let differ = (0..64).filter(|bit| old.materials[*bit] != voxels.materials[*bit]);
+        changes.extend(differ.map(|bit| VoxelChange::new((*block, bit), old.materials[bit], voxels.materials[bit])));
+        old != *voxels
+    });
+    if blocks.is_empty() {
+        return Applied { after: before, edited, voxels: None };
+    }
+    let after = Chunk::with_blocks(before.as_deref(), &blocks).map(Arc::new);
+    Applied { after, edited: true, voxels: Some(changes.into()) }
+}
+
 /// One chunk that operations are applied to, kept for the next one.
 #[derive(Default)]
 pub(crate) struct Scratch {
@@ -207,14 +270,17 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
-    /// The chunk after operations, and whether it is the edits' own then. The very same `Arc` when no voxel changed.
+    /// The chunk after operations; of the chunk before them, it is said whether it is the edits' own.
     pub(crate) fn run(
         &mut self,
         pos: ChunkPos,
         (before, mut edited): (Option<Arc<Chunk>>, bool),
         operations: &[&Prepared<'_>],
         base: &dyn Base,
-    ) -> (Option<Arc<Chunk>>, bool) {
+    ) -> Applied {
+        if operations.len() <= MOST_SETS && operations.iter().all(|operation| operation.set().is_some()) {
+            return set_voxels((before, edited), operations.iter().filter_map(|operation| operation.set()));
+        }
         let mut voxels = before.clone();
         let mut unpacked = false;
         // What came before one that covers the whole chunk does not show.
@@ -251,6 +317,6 @@ impl Scratch {
         if voxels == before {
             voxels = before;
         }
-        (voxels, edited)
+        Applied { after: voxels, edited, voxels: None }
     }
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use raxel_world::{Chunk, ChunkPos};
 use rayon::prelude::*;
 
-use crate::apply::{Prepared, Scratch};
-use crate::history::{History, StepChunk, Stored};
+use crate::apply::{Applied, Prepared, Scratch, with_voxels};
+use crate::history::{History, Side, StepChange, StepChunk, Stored, VoxelChange};
 use crate::operation::{EditError, Operation};
 use crate::packed::PackedChunk;
 use crate::scene::{Base, Scene};
@@ -48,6 +48,15 @@ pub struct ChunkChange {
     pub edited: bool,
 }
 
+/// A chunk that is about to change.
+struct Changed {
+    chunk: ChunkChange,
+    /// What the edits keep of it; `None` is the base's.
+    stored: Option<Stored>,
+    /// The voxels that change, where only these are kept for undo.
+    voxels: Option<Box<[VoxelChange]>>,
+}
+
 impl Change {
     /// The change as an operation that leaves the same chunks, whatever was there.
     pub fn as_put(&self) -> Operation {
@@ -66,10 +75,14 @@ impl Edits {
     pub fn apply(&mut self, operations: &[Operation], scene: &Scene, base: &dyn Base) -> Result<Change, EditError> {
         let changed = self.run(operations, scene, base)?;
         if !changed.is_empty() {
-            let step = |(chunk, after): &(ChunkChange, Option<Stored>)| StepChunk {
-                pos: chunk.pos,
-                before: self.overlay.get(&chunk.pos).cloned(),
-                after: after.clone(),
+            let step = |changed: &Changed| {
+                let pos = changed.chunk.pos;
+                let before = self.overlay.get(&pos).cloned();
+                let change = match &changed.voxels {
+                    Some(voxels) => StepChange::Voxels { first: before.is_none(), voxels: voxels.clone() },
+                    None => StepChange::Whole { before, after: changed.stored.clone() },
+                };
+                StepChunk { pos, change }
             };
             self.history.push(changed.iter().map(step).collect());
         }
@@ -84,16 +97,14 @@ impl Edits {
 
     /// Takes the newest step back. `None` when there is none.
     pub fn undo(&mut self, base: &dyn Base) -> Option<Change> {
-        let step = self.history.undo()?;
-        let wanted: Vec<_> = step.iter().map(|chunk| (chunk.pos, chunk.before.clone())).collect();
-        Some(self.place(wanted, base))
+        let step = self.history.undo()?.to_vec();
+        Some(self.bring(step, Side::Before, base))
     }
 
     /// Takes the step that was undone last once more. `None` when there is none, or an edit came in between.
     pub fn redo(&mut self, base: &dyn Base) -> Option<Change> {
-        let step = self.history.redo()?;
-        let wanted: Vec<_> = step.iter().map(|chunk| (chunk.pos, chunk.after.clone())).collect();
-        Some(self.place(wanted, base))
+        let step = self.history.redo()?.to_vec();
+        Some(self.bring(step, Side::After, base))
     }
 
     /// Brings back what the base has, everywhere, and forgets what could be undone.
@@ -172,12 +183,7 @@ impl Edits {
     }
 
     /// Works out what operations change, chunk by chunk on all cores; gives it with what is to be stored.
-    fn run(
-        &self,
-        operations: &[Operation],
-        scene: &Scene,
-        base: &dyn Base,
-    ) -> Result<Vec<(ChunkChange, Option<Stored>)>, EditError> {
+    fn run(&self, operations: &[Operation], scene: &Scene, base: &dyn Base) -> Result<Vec<Changed>, EditError> {
         let prepared = Prepared::all(operations, scene)?;
         let mut of_chunk: BTreeMap<ChunkPos, Vec<&Prepared<'_>>> = BTreeMap::new();
         for operation in &prepared {
@@ -189,29 +195,49 @@ impl Edits {
                 Some(stored) => stored.chunk(),
                 None => base.try_chunk(pos)?,
             };
-            let (after, edited) = scratch.run(pos, (before.clone(), stored.is_some()), &operations, base);
+            let Applied { after, edited, voxels } =
+                scratch.run(pos, (before.clone(), stored.is_some()), &operations, base);
             if after == before && edited == stored.is_some() {
                 return Ok(None);
             }
             let stored = edited.then(|| Stored::Ready(after.clone()));
-            Ok(Some((ChunkChange { pos, before, after, edited }, stored)))
+            Ok(Some(Changed { chunk: ChunkChange { pos, before, after, edited }, stored, voxels }))
         });
         changed.filter_map(Result::transpose).collect()
+    }
+
+    /// Brings the chunks of a step to one side of it.
+    fn bring(&mut self, step: Vec<StepChunk>, side: Side, base: &dyn Base) -> Change {
+        let wanted = step.into_par_iter().map(|StepChunk { pos, change }| {
+            let stored = match (change, side) {
+                (StepChange::Whole { before, .. }, Side::Before) => before,
+                (StepChange::Whole { after, .. }, Side::After) => after,
+                (StepChange::Voxels { first: true, .. }, Side::Before) => None,
+                (StepChange::Voxels { voxels, .. }, _) => {
+                    let chunk = with_voxels(self.chunk(pos, base).as_deref(), &voxels, side);
+                    Some(Stored::Ready(chunk.map(Arc::new)))
+                }
+            };
+            (pos, stored)
+        });
+        let wanted = wanted.collect();
+        self.place(wanted, base)
     }
 
     /// Puts chunks in place; `None` is the base's.
     fn place(&mut self, wanted: Vec<(ChunkPos, Option<Stored>)>, base: &dyn Base) -> Change {
         let change = |(pos, stored): (ChunkPos, Option<Stored>)| {
             let after = stored.as_ref().map_or_else(|| base.chunk(pos), Stored::chunk);
-            (ChunkChange { pos, before: self.chunk(pos, base), after, edited: stored.is_some() }, stored)
+            let chunk = ChunkChange { pos, before: self.chunk(pos, base), after, edited: stored.is_some() };
+            Changed { chunk, stored, voxels: None }
         };
         let changed = wanted.into_par_iter().map(change).collect();
         self.commit(changed)
     }
 
-    fn commit(&mut self, changed: Vec<(ChunkChange, Option<Stored>)>) -> Change {
+    fn commit(&mut self, changed: Vec<Changed>) -> Change {
         let mut change = Change { chunks: Vec::with_capacity(changed.len()) };
-        for (chunk, stored) in changed {
+        for Changed { chunk, stored, .. } in changed {
             match stored {
                 Some(stored) => self.overlay.insert(chunk.pos, stored),
                 None => self.overlay.remove(&chunk.pos),

@@ -1,9 +1,9 @@
-//! Undo and redo: each step keeps its chunks as they were before and after it.
+//! Undo and redo: each step keeps its chunks as they were before and after it, or the voxels that it changed where it set these one by one.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
-use raxel_world::{Chunk, ChunkPos};
+use raxel_world::{Chunk, ChunkPos, MaterialIndex};
 use rayon::prelude::*;
 
 use crate::packed::PackedChunk;
@@ -44,12 +44,71 @@ impl Stored {
     }
 }
 
-/// A chunk before and after a step; `None` where no edit had changed it.
+/// The two sides of a change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Before,
+    After,
+}
+
+/// A voxel of a chunk before and after a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct VoxelChange {
+    /// 64 times its block, and its bit.
+    at: u32,
+    materials: [MaterialIndex; 2],
+}
+
+impl VoxelChange {
+    pub(crate) fn new((block, bit): (usize, usize), before: MaterialIndex, after: MaterialIndex) -> Self {
+        Self { at: (block * 64 + bit) as u32, materials: [before, after] }
+    }
+
+    /// Its block and its bit.
+    pub(crate) fn place(&self) -> (usize, u32) {
+        (self.at as usize / 64, self.at % 64)
+    }
+
+    /// Its material on one side; air is empty.
+    pub(crate) fn material(&self, side: Side) -> MaterialIndex {
+        match side {
+            Side::Before => self.materials[0],
+            Side::After => self.materials[1],
+        }
+    }
+}
+
+/// What a step changed in a chunk.
 #[derive(Clone, Debug)]
 pub(crate) struct StepChunk {
     pub(crate) pos: ChunkPos,
-    pub(crate) before: Option<Stored>,
-    pub(crate) after: Option<Stored>,
+    pub(crate) change: StepChange,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum StepChange {
+    /// The chunk before and after it; `None` where no edit had changed it.
+    Whole { before: Option<Stored>, after: Option<Stored> },
+    /// Single voxels, and whether no edit had changed the chunk before.
+    Voxels { first: bool, voxels: Box<[VoxelChange]> },
+}
+
+impl StepChange {
+    fn stored(&self) -> impl Iterator<Item = &Stored> {
+        let sides = match self {
+            Self::Whole { before, after } => [before.as_ref(), after.as_ref()],
+            Self::Voxels { .. } => [None, None],
+        };
+        sides.into_iter().flatten()
+    }
+
+    fn stored_mut(&mut self) -> impl Iterator<Item = &mut Stored> {
+        let sides = match self {
+            Self::Whole { before, after } => [before.as_mut(), after.as_mut()],
+            Self::Voxels { .. } => [None, None],
+        };
+        sides.into_iter().flatten()
+    }
 }
 
 /// What is undone or redone at once.
@@ -67,7 +126,7 @@ impl Step {
     }
 
     fn stored(&mut self) -> impl Iterator<Item = &mut Stored> {
-        self.chunks.iter_mut().flat_map(|chunk| [&mut chunk.before, &mut chunk.after]).flatten()
+        self.chunks.iter_mut().flat_map(|chunk| chunk.change.stored_mut())
     }
 
     /// Packs its chunks, on all cores; with them those that the step after it begins with.
@@ -100,13 +159,17 @@ impl Step {
 /// Bytes of the chunks of a step; one that stands in it several times counts once.
 fn bytes_of(chunks: &[StepChunk]) -> u64 {
     let mut seen = HashSet::new();
-    let stored = chunks.iter().flat_map(|chunk| [&chunk.before, &chunk.after]).flatten();
+    let stored = chunks.iter().flat_map(|chunk| chunk.change.stored());
+    let of_voxels = chunks.iter().map(|chunk| match &chunk.change {
+        StepChange::Whole { .. } => 0,
+        StepChange::Voxels { voxels, .. } => size_of_val(&voxels[..]) as u64,
+    });
     let bytes = stored.map(|stored| match stored {
         Stored::Ready(Some(chunk)) if seen.insert(Arc::as_ptr(chunk)) => chunk.bytes(),
         Stored::Ready(_) => 0,
         Stored::Packed(packed, _) => packed.bytes().len() as u64,
     });
-    bytes.sum::<u64>() + size_of_val(chunks) as u64
+    bytes.sum::<u64>() + of_voxels.sum::<u64>() + size_of_val(chunks) as u64
 }
 
 /// The steps that can be undone and redone, within bounds of memory.

@@ -77,22 +77,24 @@ fn plain_bytes(chunk: &Chunk) -> Vec<u8> {
             bytes.extend(chunk.mask(node * 64 + block as usize).to_le_bytes());
         }
     }
+    if let Some((palette, indices)) = chunk.indexed() {
+        write_palette(palette, &mut bytes);
+        bytes.extend_from_slice(indices);
+        return bytes;
+    }
     let materials: Vec<MaterialIndex> = (0..chunk.solids()).map(|n| chunk.material(n)).collect();
-    let mut index_of = vec![0u16; materials.iter().max().map_or(0, |most| usize::from(*most)) + 1];
-    materials.iter().for_each(|material| index_of[usize::from(*material)] = 1);
-    let palette: Vec<MaterialIndex> = (0..index_of.len())
-        .filter(|material| index_of[*material] == 1)
-        .map(|material| material as MaterialIndex)
-        .collect();
+    let mut palette = materials.clone();
+    palette.sort_unstable();
+    palette.dedup();
+    write_palette(&palette, &mut bytes);
+    let index_of = |material| palette.binary_search(material).unwrap_or(0) as u16;
+    materials.iter().for_each(|material| bytes.extend(index_of(material).to_le_bytes()));
+    bytes
+}
+
+fn write_palette(palette: &[MaterialIndex], bytes: &mut Vec<u8>) {
     bytes.extend((palette.len() as u16).to_le_bytes());
     palette.iter().for_each(|material| bytes.extend(material.to_le_bytes()));
-    palette.iter().enumerate().for_each(|(index, material)| index_of[usize::from(*material)] = index as u16);
-    match palette.len() {
-        1 => {}
-        2..=256 => bytes.extend(materials.iter().map(|material| index_of[usize::from(*material)] as u8)),
-        _ => materials.iter().for_each(|material| bytes.extend(index_of[usize::from(*material)].to_le_bytes())),
-    }
-    bytes
 }
 
 #[allow(clippy::large_stack_arrays, reason = "it goes into its box at once")]
@@ -102,11 +104,9 @@ fn read_plain(mut bytes: &[u8], materials: usize) -> Option<Chunk> {
     let nodes: Vec<(usize, u64)> =
         Bits(root).map(|node| Some((node as usize, read_u64(bytes)?))).collect::<Option<_>>()?;
     let mut masks = Box::new([0u64; BLOCKS]);
-    let mut solids = 0;
     for (node, mask) in nodes {
         for block in Bits(mask) {
             let mask = read_u64(bytes)?;
-            solids += mask.count_ones() as usize;
             masks[node * 64 + block as usize] = mask;
         }
     }
@@ -115,18 +115,15 @@ fn read_plain(mut bytes: &[u8], materials: usize) -> Option<Chunk> {
     if palette.iter().any(|material| *material == AIR || usize::from(*material) >= materials) {
         return None;
     }
-    let of_index = |index: usize| palette.get(index).copied();
-    let plain: Vec<MaterialIndex> = match count {
-        1 => vec![palette[0]; solids],
-        0..=256 => bytes.iter().map(|index| of_index(usize::from(*index))).collect::<Option<_>>()?,
-        _ => {
-            let (pairs, rest) = bytes.as_chunks::<2>();
-            if !rest.is_empty() {
-                return None;
-            }
-            pairs.iter().map(|pair| of_index(usize::from(u16::from_le_bytes(*pair)))).collect::<Option<_>>()?
-        }
-    };
+    if count <= 256 {
+        return Chunk::from_indexed(&masks, &palette, if count == 1 { &[] } else { bytes });
+    }
+    let (pairs, rest) = bytes.as_chunks::<2>();
+    if !rest.is_empty() {
+        return None;
+    }
+    let of_index = |index: u16| palette.get(usize::from(index)).copied();
+    let plain = pairs.iter().map(|pair| of_index(u16::from_le_bytes(*pair))).collect::<Option<_>>()?;
     Chunk::from_parts(&masks, plain)
 }
 

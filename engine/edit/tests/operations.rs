@@ -242,29 +242,73 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
     }
 }
 
+/// Four chunks of noise in three materials.
+fn noise(scene: &Scene) -> World {
+    let dense = |n: u64| 1 + (raxel_world::random::mix(n) % 3) as u16;
+    let cells = (0..4 << 18).map(|n: i32| IVec3::new(n & 63, n >> 6 & 63, n >> 12));
+    World::from_voxels(
+        scene.materials.clone(),
+        cells.map(|cell| (cell, dense(cell.as_u64vec3().dot([1, 64, 4096].into())))),
+    )
+}
+
+/// Undoes all steps and makes them again, through the states that they left.
+fn back_and_forth(edits: &mut Edits, states: &[BTreeMap<ChunkPos, Option<Arc<Chunk>>>], base: &World) {
+    for state in states.iter().rev().skip(1) {
+        assert!(edits.undo(base).is_some() && all(edits, base) == *state);
+    }
+    assert!(edits.undo(base).is_none() && edits.is_empty());
+    for state in &states[1..] {
+        assert!(edits.redo(base).is_some() && all(edits, base) == *state);
+    }
+}
+
 #[test]
 fn steps_that_were_packed_are_undone_and_made_again() {
     let scene = scene();
-    let dense = |n: u64| 1 + (raxel_world::random::mix(n) % 3) as u16;
-    let cells = (0..4 << 18).map(|n: i32| IVec3::new(n & 63, n >> 6 & 63, n >> 12));
-    let base = World::from_voxels(
-        scene.materials.clone(),
-        cells.map(|cell| (cell, dense(cell.as_u64vec3().dot([1, 64, 4096].into())))),
-    );
+    let base = noise(&scene);
     let mut edits = Edits::default();
     let mut states = vec![all(&edits, &base)];
     // Each takes 2 MiB until it is packed.
     for step in 0..48 {
-        let set = |chunk: i32| Operation::Set { cell: [step, 7, 64 * chunk + 9], material: AIR };
-        edits.apply(&(0..4).map(set).collect::<Vec<_>>(), &scene, &base).unwrap();
+        let corner = |chunk: i64| [step, 7, 64 * chunk + 9];
+        let cut = |chunk: i64| Operation::Box {
+            bounds: Bounds { min: corner(chunk), max: corner(chunk).map(|c| c + 1) },
+            brush: Brush::Subtract,
+        };
+        edits.apply(&(0..4).map(cut).collect::<Vec<_>>(), &scene, &base).unwrap();
         states.push(all(&edits, &base));
     }
+    assert!(edits.history_bytes() > 32 << 20, "they are kept as whole chunks");
     assert!(edits.history_bytes() < 90 << 20, "{}", edits.history_bytes());
-    for state in states.iter().rev().skip(1) {
-        assert!(edits.undo(&base).is_some() && all(&edits, &base) == *state);
+    back_and_forth(&mut edits, &states, &base);
+}
+
+#[test]
+fn steps_of_single_voxels_take_few_bytes_and_are_undone_and_made_again() {
+    let scene = scene();
+    let base = noise(&scene);
+    let mut edits = Edits::default();
+    let mut states = vec![all(&edits, &base)];
+    // Voxels of noise and of air around it, some set twice in a step, between them a few whole boxes.
+    for step in 0..48i32 {
+        let set = |n: i32| Operation::Set {
+            cell: [(11 * n + step / 2) & 63, (7 * n) & 63, 97 * n - 64],
+            material: if (n + step) % 3 == 0 { AIR } else { 1 + ((n + step) % 4) as MaterialIndex },
+        };
+        let sets: Vec<Operation> = (0..9).chain(3..6).map(set).collect();
+        let cut =
+            Operation::Box { bounds: Bounds { min: [0; 3], max: [5; 3] }, brush: Brush::Add(1 + step as u16 / 12) };
+        let operations = if step % 12 == 11 { vec![cut] } else { sets };
+        edits.apply(&operations, &scene, &base).unwrap();
+        states.push(all(&edits, &base));
     }
-    assert!(edits.undo(&base).is_none());
-    for state in &states[1..] {
-        assert!(edits.redo(&base).is_some() && all(&edits, &base) == *state);
-    }
+    // The boxes are kept as whole chunks, twice 300 kB each at most.
+    assert!(edits.history_bytes() < 4 * 700_000, "{}", edits.history_bytes());
+    back_and_forth(&mut edits, &states, &base);
+    // What was undone and is edited again is gone.
+    assert!(edits.undo(&base).is_some());
+    edits.apply(&[Operation::set([1, 2, 3], 2)], &scene, &base).unwrap();
+    assert!(edits.redo(&base).is_none() && edits.undo(&base).is_some());
+    assert!(all(&edits, &base) == states[47]);
 }

@@ -22,6 +22,8 @@ pub struct FlightOptions {
     pub speed: f64,
     /// Seconds of each straight part.
     pub seconds: f64,
+    /// Seconds of the way down, and at each place after a jump.
+    pub stay: f64,
     /// Edits after the flight: balls that are put in view and taken away again; as many more large ones, and as many frames with edits of
     /// many chunks, up to a number that is enough.
     pub balls: u32,
@@ -121,8 +123,10 @@ pub struct Flight {
 pub struct Arrival {
     /// The first one without a hole: something is there in every place, if only coarse.
     pub whole: Option<f64>,
-    /// The first one in which no tile is missing at its own level.
+    /// The first one in which no tile in view is missing at its own level.
     pub complete: Option<f64>,
+    /// The first one for which no tile is missing, wherever the camera may turn.
+    pub settled: Option<f64>,
 }
 
 /// Packed chunks on the host.
@@ -163,8 +167,7 @@ impl Flown {
 
 /// Where the camera is after some seconds: straight over fresh land, half a turn, back over land that was seen, down into a valley, and
 /// three jumps to fresh land.
-fn path(first: &Camera, speed: f64, leg: f64, time: f64) -> Camera {
-    let stay = stay(leg);
+fn path(first: &Camera, speed: f64, [leg, stay]: [f64; 2], time: f64) -> Camera {
     let ahead = first.rotation() * DVec3::NEG_Z * DVec3::new(1.0, 0.0, 1.0);
     let ahead = if ahead.length() > 1e-3 { ahead.normalize() } else { DVec3::NEG_Z };
     let mut camera = *first;
@@ -186,19 +189,14 @@ fn path(first: &Camera, speed: f64, leg: f64, time: f64) -> Camera {
 /// Seconds of half a turn.
 const TURN: f64 = 0.5;
 
-/// Seconds of the dive, and at each place after a jump.
-fn stay(leg: f64) -> f64 {
-    leg / 5.0
-}
-
 /// Seconds until the first jump.
-fn first_jump(leg: f64) -> f64 {
-    2.0 * leg + TURN + stay(leg)
+fn first_jump([leg, stay]: [f64; 2]) -> f64 {
+    2.0 * leg + TURN + stay
 }
 
 /// What each jump came to, from the frames.
-fn arrivals(frames: &[Frame], leg: f64) -> Vec<Arrival> {
-    let (first, stay) = (first_jump(leg), stay(leg));
+fn arrivals(frames: &[Frame], [leg, stay]: [f64; 2]) -> Vec<Arrival> {
+    let first = first_jump([leg, stay]);
     let jump = |n: u32| {
         let begin = first + f64::from(n) * stay;
         let end = if n == 2 { f64::INFINITY } else { begin + stay };
@@ -206,14 +204,18 @@ fn arrivals(frames: &[Frame], leg: f64) -> Vec<Arrival> {
             let there = |frame: &&Frame| (begin..end).contains(&frame.time) && frame.looked && is(frame);
             frames.iter().find(there).map(|frame| (frame.time - begin) * 1e3 + frame.milliseconds)
         };
-        Arrival { whole: after(|frame| frame.holes_in_view == 0), complete: after(|frame| frame.missing_in_view == 0) }
+        Arrival {
+            whole: after(|frame| frame.holes_in_view == 0),
+            complete: after(|frame| frame.missing_in_view == 0),
+            settled: after(|frame| frame.missing == 0),
+        }
     };
     (0..3).map(jump).collect()
 }
 
 /// Seconds of the whole path.
-fn length(leg: f64) -> f64 {
-    2.0 * leg + TURN + 4.0 * stay(leg)
+fn length([leg, stay]: [f64; 2]) -> f64 {
+    2.0 * leg + TURN + 4.0 * stay
 }
 
 /// Flies.
@@ -223,13 +225,14 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     settle(&mut session, options.patience)?;
     let first_seconds = began.elapsed().as_secs_f64();
     let first = *session.camera();
-    let end = length(options.seconds);
+    let parts = [options.seconds, options.stay];
+    let end = length(parts);
 
     let started = Instant::now();
     let mut frames: Vec<Frame> = Vec::new();
     while started.elapsed().as_secs_f64() < end {
         let time = started.elapsed().as_secs_f64();
-        frames.push(one(&mut session, time, path(&first, options.speed, options.seconds, time))?);
+        frames.push(one(&mut session, time, path(&first, options.speed, parts, time))?);
     }
     let stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
     let kept = session.world().kept().unwrap_or_default();
@@ -245,7 +248,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
     let mut resident = Vec::new();
     for time in times.into_iter().filter(|_| options.resident) {
-        resident.push(one(&mut session, time, path(&first, options.speed, options.seconds, time))?);
+        resident.push(one(&mut session, time, path(&first, options.speed, parts, time))?);
     }
     let resident_stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
     Ok(Flight {
@@ -253,8 +256,8 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
         size,
         first_seconds,
         pool: stats.pool,
-        jumps_at: first_jump(options.seconds),
-        jumps: arrivals(&frames, options.seconds),
+        jumps_at: first_jump(parts),
+        jumps: arrivals(&frames, parts),
         live: Flown { frames, stats },
         edits,
         kept: Kept {
@@ -319,13 +322,13 @@ mod tests {
     #[test]
     fn the_path_goes_out_and_comes_back_and_jumps() {
         let first = Camera::at([0.5, 100.5, 0.5]);
-        let at = |time: f64| path(&first, 64.0, 10.0, time);
+        let at = |time: f64| path(&first, 64.0, [10.0, 2.0], time);
         assert_eq!(at(0.0), first);
         assert!((at(10.0).position() - first.position()).length() > 630.0);
         assert!((at(20.5).position() - first.position()).length() < 1e-3);
         assert!((at(20.5).yaw - first.yaw - std::f64::consts::PI).abs() < 1e-9);
         assert!(at(22.49).position().y < 45.0);
-        let jumps = [22.6, 24.6, 26.6, length(10.0)].map(|time| at(time).position().x);
+        let jumps = [22.6, 24.6, 26.6, length([10.0, 2.0])].map(|time| at(time).position().x);
         assert!(jumps[0] > 19_000.0 && jumps[1] > 39_000.0 && jumps[2] > 59_000.0, "{jumps:?}");
         assert!((jumps[2] - jumps[3]).abs() < 1e-9);
     }
@@ -339,9 +342,10 @@ mod tests {
             looked,
             holes_in_view,
             missing_in_view,
+            missing: missing_in_view,
             ..Frame::default()
         };
-        let frames = [
+        let mut frames = [
             frame(11.4, true, 0, 0),
             frame(11.52, false, 0, 0),
             frame(11.6, true, 2, 9),
@@ -351,8 +355,15 @@ mod tests {
             frame(13.75, true, 1, 1),
         ];
         let rounded = |time: Option<f64>| time.map(|time| time.round() as i64);
-        let found = arrivals(&frames, 5.0).into_iter().map(|jump| (rounded(jump.whole), rounded(jump.complete)));
+        let jumps = arrivals(&frames, [5.0, 1.0]);
+        let found = jumps.iter().map(|jump| (rounded(jump.whole), rounded(jump.complete)));
         assert_eq!(found.collect::<Vec<_>>(), [(Some(260), Some(760)), (Some(260), None), (None, None)]);
+        let settled = jumps.iter().map(|jump| rounded(jump.settled));
+        assert_eq!(settled.collect::<Vec<_>>(), [Some(760), None, None]);
+        // Something is missing behind the camera.
+        frames[4].missing = 3;
+        let jumps = arrivals(&frames, [5.0, 1.0]);
+        assert_eq!((rounded(jumps[0].complete), jumps[0].settled), (Some(760), None));
     }
 
     #[test]

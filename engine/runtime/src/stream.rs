@@ -147,6 +147,12 @@ impl WorldStream {
         frames.changes >= frames.changed
     }
 
+    /// The number of the last change that [`Self::changed`] was told of, and of the last one up to which the last frame saw all of them.
+    pub fn changes(&self) -> [u64; 2] {
+        let frames = self.frames();
+        [frames.changed, frames.changes]
+    }
+
     /// How it is doing.
     pub fn stats(&self) -> Stats {
         self.streamer.stats()

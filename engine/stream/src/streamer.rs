@@ -5,6 +5,7 @@
 
 mod director;
 mod put_off;
+mod sides;
 mod worker;
 
 use std::collections::HashSet;
@@ -23,6 +24,7 @@ use crate::publication::{Publication, Stats};
 use crate::reach::{Reach, TileKey};
 use crate::view::View;
 use director::Director;
+use sides::Sides;
 use worker::Made;
 
 /// How a streamer works.
@@ -83,6 +85,7 @@ struct Shared {
     pool: Pool,
     /// Where the lamps of tiles go, if anything gives off light and somebody wants to know.
     lamps: Option<Lamps>,
+    sides: Sides,
     desk: Mutex<Desk>,
     /// There is work.
     work: Condvar,
@@ -110,8 +113,8 @@ struct Desk {
     view_serial: u64,
     /// The view whose missing tiles are known.
     looked: u64,
-    /// Chunks that the source answers anew.
-    changed: Vec<ChunkPos>,
+    /// Chunks that the source answers anew, with the number of the change.
+    changed: Vec<(ChunkPos, u64)>,
     /// How often somebody has said so.
     changes: u64,
     /// What is missing, the most urgent last.
@@ -196,6 +199,7 @@ impl Streamer {
             source,
             pool,
             lamps,
+            sides: Sides::default(),
             desk: Mutex::new(desk),
             work: Condvar::new(),
             news: Condvar::new(),
@@ -264,11 +268,14 @@ impl Streamer {
     }
 
     /// Tells that the source now answers otherwise for these chunks, and for the coarser tiles around them. Their tiles are made anew, and
-    /// shown when they are; no other one is touched. Gives a number that [`Publication::changes`] reaches when all of it is shown.
+    /// shown when they are; no other one is touched. Gives a number that [`Publication::changes`] reaches when all of it is shown. Changes are
+    /// shown in order, several of them at once where they come faster than they can be made.
     pub fn changed(&self, chunks: &[ChunkPos]) -> u64 {
+        self.shared.sides.changed(chunks);
         let mut desk = self.shared.desk();
-        desk.changed.extend_from_slice(chunks);
         desk.changes += 1;
+        let number = desk.changes;
+        desk.changed.extend(chunks.iter().map(|pos| (*pos, number)));
         desk.view_serial += 1;
         self.shared.news.notify_one();
         desk.changes

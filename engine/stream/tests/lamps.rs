@@ -416,7 +416,9 @@ fn lamps_that_come_back_to_the_list_wait_for_frames() {
     let powers = raxel_world::lights::LightPowers::of(&materials()).unwrap();
     let bytes = |(pos, chunk): (ChunkPos, &Arc<raxel_world::Chunk>)| {
         let content = Content::of(chunk.clone());
-        let lamps = raxel_world::lights::TileLights::of(&content, (0, pos), &powers, |_| Content::Empty);
+        let lamps = raxel_world::lights::TileLights::of(&content, (0, pos), &powers, |face| {
+            Arc::new(raxel_world::Side::of(&Content::Empty, face))
+        });
         let block = raxel_world::layout::TileBlock::of(&content, 0).map_or(0, |block| block.words());
         4 * u64::from(lamps.words() + block)
     };

@@ -1,7 +1,12 @@
 //! 64³ voxels as a flattened 64-tree: one occupancy mask for each 4³ block, and the materials of the solid voxels packed in the
 //! same order. One byte a solid voxel (none when all are of one material), whatever the empty space around them.
 
+mod change;
+
 use std::hash::{Hash, Hasher};
+use std::sync::OnceLock;
+
+pub use change::BlockVoxels;
 
 use crate::dense::DenseChunk;
 use crate::material::{AIR, MaterialIndex};
@@ -47,9 +52,10 @@ pub const fn voxel_index(x: u32, y: u32, z: u32) -> (usize, u32) {
 }
 
 /// An immutable chunk with at least one solid voxel. Equal content is equal bytes.
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone)]
 pub struct Chunk {
-    hash: u64,
+    /// Worked out when somebody asks for it: nobody does of a chunk that is edited or streamed.
+    hash: OnceLock<u64>,
     masks: Box<[u64; BLOCKS]>,
     firsts: Box<[u32; BLOCKS]>,
     materials: Packed,
@@ -70,38 +76,45 @@ enum Packed {
 impl Chunk {
     /// Packs a working copy. `None` when it has no solid voxel.
     pub fn pack(dense: &DenseChunk) -> Option<Self> {
-        let masks = dense.masks();
-        let solids: u32 = masks.iter().map(|mask| mask.count_ones()).sum();
-        let mut plain: Vec<MaterialIndex> = Vec::with_capacity(solids as usize);
-        for (block, &mask) in masks.iter().enumerate() {
-            let voxels = dense.block(block);
-            if mask == u64::MAX {
-                plain.extend_from_slice(voxels);
-            } else {
-                plain.extend(Bits(mask).map(|bit| voxels[bit as usize]));
-            }
+        let masks = Box::new(*dense.masks());
+        let (firsts, solids) = firsts(&masks);
+        if solids == 0 {
+            return None;
         }
-        Self::from_parts(masks, plain)
+        let materials = Packed::of_blocks(dense, solids as usize);
+        Some(Self { hash: OnceLock::new(), masks, firsts, materials, solids })
     }
 
     /// From the occupancy of every block and the materials of the solid voxels in tree order. `None` when it has no solid voxel, or
     /// when there are not as many materials as solid voxels.
     pub fn from_parts(masks: &[u64; BLOCKS], materials: Vec<MaterialIndex>) -> Option<Self> {
-        let mut firsts = Box::new([0u32; BLOCKS]);
-        let mut solids = 0;
-        for (first, mask) in firsts.iter_mut().zip(masks.iter()) {
-            *first = solids;
-            solids += mask.count_ones();
-        }
+        let masks = Box::new(*masks);
+        let (firsts, solids) = firsts(&masks);
         if solids == 0 || solids as usize != materials.len() {
             return None;
         }
-        let materials = Packed::from_plain(materials);
-        let hash = masks.iter().copied().chain(materials.words()).fold(0, |hash: u64, word| {
-            // The mixing step of FxHash; chunks with equal hashes are compared in full.
-            (hash.rotate_left(5) ^ word).wrapping_mul(0x517c_c1b7_2722_0a95)
-        });
-        Some(Self { hash, masks: Box::new(*masks), firsts, materials, solids })
+        Some(Self { hash: OnceLock::new(), masks, firsts, materials: Packed::from_plain(materials), solids })
+    }
+
+    /// The same with materials as [`Chunk::indexed`] gives them.
+    pub fn from_indexed(masks: &[u64; BLOCKS], palette: &[MaterialIndex], indices: &[u8]) -> Option<Self> {
+        let of_index = |index: &u8| palette.get(usize::from(*index)).copied();
+        let is_used = |index: usize| u8::try_from(index).is_ok_and(|index| indices.contains(&index));
+        let most = indices.iter().fold(0, |most, index| most.max(*index));
+        let sorted = palette.is_sorted_by(|a, b| a < b);
+        // As packing leaves it: equal content is equal bytes.
+        if palette.len() < 2 || !sorted || usize::from(most) + 1 != palette.len() || !(0..palette.len()).all(is_used) {
+            let masked = || masks.iter().map(|mask| mask.count_ones() as usize).sum();
+            let plain = match palette {
+                [material] if indices.is_empty() => vec![*material; masked()],
+                _ => indices.iter().map(of_index).collect::<Option<_>>()?,
+            };
+            return Self::from_parts(masks, plain);
+        }
+        let masks = Box::new(*masks);
+        let (firsts, solids) = firsts(&masks);
+        let materials = Packed::Indexed { palette: palette.into(), indices: indices.into() };
+        (solids as usize == indices.len()).then_some(Self { hash: OnceLock::new(), masks, firsts, materials, solids })
     }
 
     /// A chunk whose voxels are all solid, of one material.
@@ -112,7 +125,12 @@ impl Chunk {
 
     /// A hash of the content.
     pub fn content_hash(&self) -> u64 {
-        self.hash
+        *self.hash.get_or_init(|| {
+            self.masks.iter().copied().chain(self.materials.words()).fold(0, |hash: u64, word| {
+                // The mixing step of FxHash; chunks with equal hashes are compared in full.
+                (hash.rotate_left(5) ^ word).wrapping_mul(0x517c_c1b7_2722_0a95)
+            })
+        })
     }
 
     /// Number of solid voxels, 1…262 144.
@@ -162,6 +180,43 @@ impl Chunk {
     pub fn block_materials(&self, block: usize) -> impl Iterator<Item = MaterialIndex> + '_ {
         let first = self.first(block);
         (first..first + self.mask(block).count_ones()).map(|n| self.material(n))
+    }
+
+    /// The materials of the solid voxels in tree order: those that there are, ascending, and an index into them for each voxel, or none where
+    /// there is only one. `None` when there are more than 256.
+    pub fn indexed(&self) -> Option<(&[MaterialIndex], &[u8])> {
+        match &self.materials {
+            Packed::Uniform(material) => Some((std::slice::from_ref(material), &[])),
+            Packed::Indexed { palette, indices } => Some((palette, indices)),
+            Packed::Plain(_) => None,
+        }
+    }
+
+    /// The only material of the solids of a block, if there is only one.
+    #[inline]
+    pub fn block_uniform(&self, block: usize) -> Option<MaterialIndex> {
+        let count = self.mask(block).count_ones() as usize;
+        if count == 0 {
+            return None;
+        }
+        let first = self.first(block) as usize;
+        match &self.materials {
+            Packed::Uniform(material) => Some(*material),
+            Packed::Indexed { palette, indices } => {
+                let of_block = &indices[first..first + count];
+                let index = of_block[0];
+                let same = match <&[u8; 64]>::try_from(of_block) {
+                    Ok(full) => *full == [index; 64],
+                    // Without a branch for each voxel.
+                    Err(_) => of_block.iter().fold(0, |different, other| different | (index ^ other)) == 0,
+                };
+                same.then(|| palette[usize::from(index)])
+            }
+            Packed::Plain(materials) => {
+                let of_block = &materials[first..first + count];
+                of_block.iter().all(|material| *material == of_block[0]).then_some(of_block[0])
+            }
+        }
     }
 
     /// The only material of all solids, if there is only one.
@@ -243,6 +298,26 @@ impl Chunk {
     }
 }
 
+/// For each block, how many solids stand before it; and how many there are.
+fn firsts(masks: &[u64; BLOCKS]) -> (Box<[u32; BLOCKS]>, u32) {
+    let mut firsts = Box::new([0u32; BLOCKS]);
+    let mut solids = 0;
+    for (first, mask) in firsts.iter_mut().zip(masks) {
+        *first = solids;
+        solids += mask.count_ones();
+    }
+    (firsts, solids)
+}
+
+impl PartialEq for Chunk {
+    fn eq(&self, other: &Self) -> bool {
+        let differ = self.hash.get().zip(other.hash.get()).is_some_and(|(hash, other)| hash != other);
+        !differ && self.solids == other.solids && self.masks == other.masks && self.materials == other.materials
+    }
+}
+
+impl Eq for Chunk {}
+
 impl std::fmt::Debug for Chunk {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Chunk({} solids)", self.solids)
@@ -251,7 +326,7 @@ impl std::fmt::Debug for Chunk {
 
 impl Hash for Chunk {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        state.write_u64(self.hash);
+        state.write_u64(self.content_hash());
     }
 }
 
@@ -268,6 +343,52 @@ impl Packed {
             }
             Self::Plain(materials) => Box::new(materials.chunks(4).map(of_materials)),
         }
+    }
+
+    /// Of a working copy with so many solids. Most blocks are of one material, and full.
+    fn of_blocks(dense: &DenseChunk, solids: usize) -> Self {
+        let mut seen = vec![false; 1 << MaterialIndex::BITS];
+        let mut uniform = [None; BLOCKS];
+        let blocks = || dense.masks().iter().enumerate().filter(|(_, mask)| **mask != 0);
+        for (block, mask) in blocks() {
+            let voxels = dense.block(block);
+            let first = voxels[mask.trailing_zeros() as usize];
+            seen[usize::from(first)] = true;
+            let same = match *mask {
+                u64::MAX => voxels.iter().fold(0, |different, material| different | (material ^ first)) == 0,
+                mask => Bits(mask).all(|bit| voxels[bit as usize] == first),
+            };
+            if same {
+                uniform[block] = Some(first);
+            } else {
+                Bits(*mask).for_each(|bit| seen[usize::from(voxels[bit as usize])] = true);
+            }
+        }
+        let palette: Box<[MaterialIndex]> =
+            (0..=MaterialIndex::MAX).filter(|index| seen[usize::from(*index)]).collect();
+        if let [material] = palette[..] {
+            return Self::Uniform(material);
+        }
+        if palette.len() > 256 {
+            let solids =
+                blocks().flat_map(|(block, mask)| Bits(*mask).map(move |bit| dense.block(block)[bit as usize]));
+            return Self::Plain(solids.collect());
+        }
+        let mut index_of = vec![0u8; 1 << MaterialIndex::BITS];
+        palette.iter().enumerate().for_each(|(index, &material)| index_of[usize::from(material)] = index as u8);
+        let mut indices = Vec::with_capacity(solids);
+        for (block, mask) in blocks() {
+            match uniform[block] {
+                Some(material) => {
+                    indices.resize(indices.len() + mask.count_ones() as usize, index_of[usize::from(material)]);
+                }
+                None => {
+                    let voxels = dense.block(block);
+                    indices.extend(Bits(*mask).map(|bit| index_of[usize::from(voxels[bit as usize])]));
+                }
+            }
+        }
+        Self::Indexed { palette, indices: indices.into() }
     }
 
     fn from_plain(plain: Vec<MaterialIndex>) -> Self {

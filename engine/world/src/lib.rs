@@ -11,12 +11,14 @@ pub mod lights;
 mod material;
 mod orientation;
 pub mod random;
+mod side;
 mod tile;
 pub mod vox;
 mod world;
 
 pub use chunk::{
-    BLOCKS, Bits, CHUNK_EDGE, CHUNK_VOXELS, Chunk, block_cell, block_index, child_cell, child_index, voxel_index,
+    BLOCKS, Bits, BlockVoxels, CHUNK_EDGE, CHUNK_VOXELS, Chunk, block_cell, block_index, child_cell, child_index,
+    voxel_index,
 };
 pub use dense::{DenseChunk, Mode};
 pub use file::{
@@ -25,5 +27,6 @@ pub use file::{
 };
 pub use material::{AIR, MAX_MATERIALS, Material, MaterialIndex, linear_from_srgb, srgb_from_linear};
 pub use orientation::{Orientation, Placement};
+pub use side::Side;
 pub use tile::{ChunkSource, Content, MAX_LEVEL, Unavailable, cell_edge, reduce};
 pub use world::{Bounds, ChunkPos, Info, MaterialInfo, World};

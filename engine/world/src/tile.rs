@@ -150,7 +150,7 @@ fn commonest(chunk: &Chunk, block: usize) -> Option<MaterialIndex> {
     if chunk.mask(block) == 0 {
         return None;
     }
-    if let Some(material) = chunk.uniform() {
+    if let Some(material) = chunk.block_uniform(block) {
         return Some(material);
     }
     let mut counts: [(MaterialIndex, u32); 64] = [(0, 0); 64];

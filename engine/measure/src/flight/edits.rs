@@ -7,7 +7,7 @@ use raxel_edit::{Brush, Operation};
 use raxel_runtime::session::Session;
 use serde::Serialize;
 
-use super::{FlightError, FlightOptions, one, settle};
+use super::{FlightError, FlightOptions, one, percentile, settle};
 
 /// What was measured of edits.
 #[derive(Clone, Debug, Serialize)]
@@ -44,6 +44,8 @@ pub struct Rate {
     pub seconds: f64,
     /// From the last edit to the end of the first picture that has all of them.
     pub seen_after: f64,
+    /// Milliseconds from each of the edits to the end of the first picture that has it and all before it: the median, and the most.
+    pub seen_in: [f64; 2],
 }
 
 /// Large balls at most, and frames with many edits.
@@ -106,6 +108,7 @@ fn many(session: &mut Session, options: &FlightOptions, frames: u32) -> Result<R
     let camera = *session.camera();
     let corner = (camera.cell & !63) - IVec3::new(32 * CHUNKS[0], 128, 32 * CHUNKS[1]);
     let (began, mut last, mut chunks) = (Instant::now(), Instant::now(), 0);
+    let mut seen = Seen::default();
     for frame in 0..frames {
         let voxel = |n: i32| {
             let (chunk, voxel) = (n / VOXELS, n % VOXELS);
@@ -116,15 +119,41 @@ fn many(session: &mut Session, options: &FlightOptions, frames: u32) -> Result<R
         let sets: Vec<Operation> = (0..CHUNKS[0] * CHUNKS[1] * VOXELS).map(voxel).collect();
         last = Instant::now();
         chunks = chunks.max(session.edit(&sets).unwrap_or(0));
+        seen.edited(session, last);
         one(session, 0.0, camera)?;
+        seen.frame(session);
     }
     let seconds = began.elapsed().as_secs_f64();
     while !session.stream().is_some_and(|stream| stream.shows_changes()) {
         one(session, 0.0, camera)?;
+        seen.frame(session);
         if last.elapsed() > options.patience {
             return Err(FlightError::Unseen { seconds: options.patience.as_secs() });
         }
     }
     let voxels = (CHUNKS[0] * CHUNKS[1] * VOXELS).cast_unsigned();
-    Ok(Rate { frames, voxels, chunks, seconds, seen_after: last.elapsed().as_secs_f64() })
+    let seen_in = [0.5, 1.0].map(|part| percentile(seen.milliseconds.iter().copied(), part));
+    Ok(Rate { frames, voxels, chunks, seconds, seen_after: last.elapsed().as_secs_f64(), seen_in })
+}
+
+/// How soon edits are seen that may follow each other faster.
+#[derive(Default)]
+struct Seen {
+    /// Numbers of the edits that are not seen yet, and when they were made.
+    waiting: Vec<(u64, Instant)>,
+    /// How long the others took.
+    milliseconds: Vec<f64>,
+}
+
+impl Seen {
+    fn edited(&mut self, session: &Session, began: Instant) {
+        let number = session.stream().map_or(0, |stream| stream.changes()[0]);
+        self.waiting.push((number, began));
+    }
+
+    fn frame(&mut self, session: &Session) {
+        let shown = session.stream().map_or(0, |stream| stream.changes()[1]);
+        let now_seen = self.waiting.extract_if(.., |(number, _)| *number <= shown);
+        self.milliseconds.extend(now_seen.map(|(_, began)| began.elapsed().as_secs_f64() * 1e3));
+    }
 }

@@ -50,14 +50,14 @@ pub(super) struct Director {
     /// What is wanted, and what of it is not there.
     wanted: usize,
     missing: HashSet<TileKey>,
-    /// Tiles that are to be made anew. A result that was in work when it changed is made once more.
+    /// Tiles that are to be made anew.
     stale: BTreeMap<TileKey, Stale>,
     /// Changes that were noted, and those that the chunks in the pool show.
     changes: [u64; 2],
     /// Tiles that the source did not have.
     put_off: PutOff,
-    /// Until when publications wait for chunks that are to be made anew.
-    held: Option<Instant>,
+    /// Until when publications wait for chunks that are to be made anew, and the last change whose chunks they wait for.
+    held: Option<(Instant, u64)>,
     /// Blocks that no publication from this version on reaches: of tiles and directories, and of lamps and their groups.
     retired: VecDeque<(u64, Block)>,
     retired_lamps: VecDeque<(u64, Block)>,
@@ -89,7 +89,7 @@ pub(super) struct Director {
 /// What has happened since the director looked last.
 struct News {
     made: Vec<Made>,
-    changed: Vec<ChunkPos>,
+    changed: Vec<(ChunkPos, u64)>,
     released: u64,
     moved: bool,
 }
@@ -100,12 +100,27 @@ struct Tile {
     lamps: MadeLamps,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Stale {
-    /// On its way to a worker, or with one.
-    Asked,
-    /// It changed again meanwhile.
-    Again,
+/// A tile that is not what its source says it is.
+#[derive(Clone, Copy)]
+struct Stale {
+    /// The first change that is not in it.
+    since: u64,
+    /// It is on its way to a worker, or with one.
+    asked: bool,
+    /// The first change since then: what the worker makes may be without it, and is made once more.
+    again: Option<u64>,
+}
+
+impl Stale {
+    fn new(since: u64) -> Self {
+        Self { since, asked: false, again: None }
+    }
+
+    fn change(&mut self, number: u64) {
+        if self.asked {
+            self.again.get_or_insert(number);
+        }
+    }
 }
 
 impl Director {
@@ -156,6 +171,9 @@ impl Director {
             self.free(released);
             made.into_iter().for_each(|made| self.take(made));
             self.note_changes(&changed);
+            if !changed.is_empty() && !self.is_held() {
+                self.hold();
+            }
             if moved {
                 self.rethink();
             }
@@ -260,7 +278,6 @@ impl Director {
         let Made { key, tile, lamps, bytes } = made;
         self.stats.written += bytes;
         let stale = self.stale.remove(&key);
-        let again = stale == Some(Stale::Again);
         let (live, block) = match tile {
             Ok(made) => made,
             Err(why) => {
@@ -271,8 +288,10 @@ impl Director {
                     }
                     Unmade::Unavailable(reason) => self.put_off(key, reason),
                 }
-                if stale.is_some() && self.tiles.contains_key(&key) {
-                    self.stale.insert(key, Stale::Again);
+                if let Some(Stale { since, .. }) = stale
+                    && self.tiles.contains_key(&key)
+                {
+                    self.stale.insert(key, Stale::new(since));
                 }
                 self.relisted.remove(&key);
                 return;
@@ -280,17 +299,18 @@ impl Director {
         };
         self.put_off.remove(key);
         self.stats.made += 1;
-        if again || !self.reach.wants(self.view.cell, key, self.slack()) {
+        if !self.reach.wants(self.view.cell, key, self.slack()) {
             // No publication has ever reached it.
             if let Some(block) = block {
                 self.shared.pool.free(block);
             }
             self.free_lamps(lamps.block);
-            if again {
-                self.stale.insert(key, Stale::Again);
-                self.ask_again = true;
-            }
             return;
+        }
+        // It is newer than what was there: where changes never end, what they leave is seen all the same.
+        if let Some(number) = stale.and_then(|stale| stale.again) {
+            self.stale.insert(key, Stale::new(number));
+            self.ask_again = true;
         }
         self.missing.remove(&key);
         let left_out = lamps.left_out;
@@ -315,22 +335,20 @@ impl Director {
     }
 
     /// Chunks that the source answers anew, with the coarser tiles around them.
-    fn note_changes(&mut self, chunks: &[ChunkPos]) {
-        let now = Instant::now();
-        if !chunks.is_empty() && self.held.is_none_or(|until| until <= now) {
-            self.held = Some(now + WHOLE_EDIT);
-        }
+    fn note_changes(&mut self, chunks: &[(ChunkPos, u64)]) {
         // The lamps of a chunk follow from the voxels beyond its faces, too; one that is being made may have seen those from before.
         let follows = |key: &TileKey, face: u32| match self.tiles.get(key) {
             Some(_) if self.shared.lamps.is_some() && self.stale.contains_key(key) => true,
             Some(tile) => tile.lamps.sides >> (face ^ 1) & 1 == 1,
             None => self.shared.lamps.is_some() && self.missing.contains(key),
         };
-        let beside =
-            chunks.iter().flat_map(|pos| (0..6).map(|face| (TileKey { level: 0, pos: pos.beside(face) }, face)));
-        let lamps: Vec<TileKey> = beside.filter(|(key, face)| follows(key, *face)).map(|(key, _)| key).collect();
-        self.stale.extend(lamps.into_iter().map(|key| (key, Stale::Again)));
-        for pos in chunks {
+        let beside = chunks
+            .iter()
+            .flat_map(|(pos, number)| (0..6).map(|face| (TileKey { level: 0, pos: pos.beside(face) }, face, *number)));
+        let lamps: Vec<(TileKey, u64)> =
+            beside.filter(|(key, face, _)| follows(key, *face)).map(|(key, _, number)| (key, number)).collect();
+        lamps.into_iter().for_each(|(key, number)| self.note_change(key, number));
+        for (pos, number) in chunks {
             let mut key = TileKey { level: 0, pos: *pos };
             let low = key.origin()[1];
             for reach in [&mut self.shown, &mut self.whole, &mut self.reach] {
@@ -339,7 +357,7 @@ impl Director {
             loop {
                 let known = self.tiles.contains_key(&key) || self.missing.contains(&key);
                 if known {
-                    self.stale.insert(key, Stale::Again);
+                    self.note_change(key, *number);
                 }
                 if key.level == self.reach.top() {
                     break;
@@ -349,14 +367,26 @@ impl Director {
         }
     }
 
-    /// Whether a part of an edit is still to be made. Coarse tiles do not count: what is seen of them is far away.
-    fn has_unmade(&self) -> bool {
-        self.stale.first_key_value().is_some_and(|(key, _)| key.level == 0)
+    /// A tile is no longer what its source says it is.
+    fn note_change(&mut self, key: TileKey, number: u64) {
+        self.stale.entry(key).or_insert_with(|| Stale::new(number)).change(number);
+    }
+
+    /// The last change that is whole in what was made. Coarse tiles do not count: what is seen of them is far away.
+    fn whole_changes(&self) -> u64 {
+        let chunks = self.stale.iter().take_while(|(key, _)| key.level == 0);
+        chunks.map(|(_, stale)| stale.since - 1).min().unwrap_or(self.changes[0])
+    }
+
+    /// Publications wait for the rest of all changes up to now, if there is any.
+    fn hold(&mut self) {
+        let unmade = self.whole_changes() < self.changes[0];
+        self.held = unmade.then(|| (Instant::now() + WHOLE_EDIT, self.changes[0]));
     }
 
     /// Whether publications wait for the rest of an edit.
     fn is_held(&self) -> bool {
-        self.has_unmade() && self.held.is_some_and(|until| Instant::now() < until)
+        self.held.is_some_and(|(until, number)| self.whole_changes() < number && Instant::now() < until)
     }
 
     /// The camera is elsewhere: what is wanted, and what goes.
@@ -472,9 +502,12 @@ impl Director {
         let relisted = self.relisted.iter().copied().filter(|key| idle(key) && !self.stale.contains_key(key));
         let missing = relisted.chain(jobs.into_iter().map(|(_, key)| key)).map(|key| Job { key, stale: false });
         desk.jobs = missing.chain(stale.iter().rev().map(|key| Job { key: *key, stale: true })).collect();
-        stale.into_iter().for_each(|key| {
-            self.stale.insert(key, Stale::Asked);
-        });
+        for key in stale {
+            if let Some(stale) = self.stale.get_mut(&key) {
+                // Whoever makes it from now on has all that has changed.
+                (stale.asked, stale.again) = (true, None);
+            }
+        }
         let work = !desk.jobs.is_empty();
         drop(desk);
         if work {
@@ -492,7 +525,12 @@ impl Director {
         };
         let due = self.changed && if self.complete { settled } else { !pending && !self.is_held() };
         if due {
+            // What came meanwhile is waited for in turn; an edit that takes too long is shown in parts.
+            let whole = self.held.is_none_or(|(_, number)| self.whole_changes() >= number);
             self.held = None;
+            if whole {
+                self.hold();
+            }
             self.count_unseen();
             self.make_publication();
         }
@@ -555,9 +593,7 @@ impl Director {
             leaf_count: 0,
             unused: 0,
         };
-        if !self.has_unmade() {
-            self.changes[1] = self.changes[0];
-        }
+        self.changes[1] = self.changes[1].max(self.whole_changes());
         let [_, changes] = self.changes;
         let publication = Publication { version: self.version, header, lights, changes, stats: self.stats };
         self.shared.desk().pending = Some(Arc::new(publication));

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use raxel_world::layout::{TileBlock, TileNode};
 use raxel_world::lights::{LIGHT_WORDS, LightGroup, TileLights};
-use raxel_world::{Content, Unavailable};
+use raxel_world::{Content, Side, Unavailable};
 
 use super::{Job, Shared};
 use crate::directory::LiveTile;
@@ -98,7 +98,13 @@ fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
 /// The lamps of a tile. What is beyond a face and cannot be had counts as air: a lamp too many costs a ray, one too few is missed.
 fn lights(shared: &Shared, key: TileKey, content: &Content) -> TileLights {
     let Some(lamps) = &shared.lamps else { return TileLights::default() };
-    let beside = |face| shared.source.try_chunk(key.level, key.pos.beside(face)).unwrap_or(Content::Empty);
+    let beside = |face| {
+        let pos = key.pos.beside(face);
+        shared.sides.get(pos, face ^ 1, || match shared.source.try_chunk(key.level, pos) {
+            Ok(content) => (Side::of(&content, face ^ 1), true),
+            Err(_) => (Side::of(&Content::Empty, face ^ 1), false),
+        })
+    };
     TileLights::of(content, (key.level, key.pos), &lamps.powers, beside)
 }
 

@@ -48,12 +48,14 @@ pub(crate) struct CaveField<'c> {
     samplers: [Sampler; 2],
 }
 
-/// The samples of one chunk.
+/// The samples of one chunk, each made when it is first needed: above the land none is, and the second noise is where the first one is near
+/// zero.
 pub(crate) struct CaveChunk<'c> {
-    caves: &'c Caves,
-    /// Height of the chunk's lowest voxel.
-    y: i64,
-    samples: Vec<[f64; 2]>,
+    field: CaveField<'c>,
+    /// The chunk's smallest voxel.
+    origin: [i64; 3],
+    /// Of each noise; what is not made yet is no number.
+    samples: [Vec<f64>; 2],
 }
 
 impl<'c> CaveField<'c> {
@@ -63,16 +65,9 @@ impl<'c> CaveField<'c> {
     }
 
     /// The samples of the chunk whose smallest voxel is `origin`.
-    pub(crate) fn chunk(&self, origin: [i64; 3]) -> CaveChunk<'c> {
-        let mut samples = Vec::with_capacity(SAMPLES * SAMPLES * SAMPLES);
-        for y in 0..SAMPLES as i64 {
-            for z in 0..SAMPLES as i64 {
-                for x in 0..SAMPLES as i64 {
-                    samples.push(self.sample([origin[0] + x * STEP, origin[1] + y * STEP, origin[2] + z * STEP]));
-                }
-            }
-        }
-        CaveChunk { caves: self.caves, y: origin[1], samples }
+    pub(crate) fn chunk(self, origin: [i64; 3]) -> CaveChunk<'c> {
+        let samples = || vec![f64::NAN; SAMPLES * SAMPLES * SAMPLES];
+        CaveChunk { field: self, origin, samples: [samples(), samples()] }
     }
 
     /// Whether one voxel is hollow, its cover not looked at.
@@ -91,21 +86,36 @@ impl<'c> CaveField<'c> {
 }
 
 impl CaveChunk<'_> {
-    /// Which voxels of a 4³ block are hollow, their cover not looked at; `cell` is the block's place in the chunk, each in 0…15.
-    pub(crate) fn mask(&self, cell: [u32; 3]) -> u64 {
-        let corners = corner_offsets().map(|offset| {
+    /// One noise at the corners of a 4³ block.
+    fn corners(&mut self, noise: usize, cell: [u32; 3]) -> [f64; 8] {
+        let (samples, sampler) = (&mut self.samples[noise], &self.field.samplers[noise]);
+        corner_offsets().map(|offset| {
             let [x, y, z] = [0, 1, 2].map(|i| cell[i] as usize + offset[i]);
-            self.samples[(y * SAMPLES + z) * SAMPLES + x]
-        });
-        let width = self.caves.width;
+            let sample = &mut samples[(y * SAMPLES + z) * SAMPLES + x];
+            if sample.is_nan() {
+                let at = [x, y, z].map(|c| c as i64 * STEP);
+                *sample = sampler.in_space([0, 1, 2].map(|i| (self.origin[i] + at[i]) as f64));
+            }
+            *sample
+        })
+    }
+
+    /// Which voxels of a 4³ block are hollow, their cover not looked at; `cell` is the block's place in the chunk, each in 0…15.
+    pub(crate) fn mask(&mut self, cell: [u32; 3]) -> u64 {
+        let width = self.field.caves.width;
         // Trilinear values lie between those of the corners.
-        let solid =
-            |noise: usize| corners.iter().all(|c| c[noise] >= width) || corners.iter().all(|c| c[noise] <= -width);
-        if solid(0) || solid(1) {
+        let is_solid = |corners: &[f64; 8]| corners.iter().all(|c| *c >= width) || corners.iter().all(|c| *c <= -width);
+        let first = self.corners(0, cell);
+        if is_solid(&first) {
             return 0;
         }
-        let (low, high) = self.caves.heights();
-        let y = self.y + i64::from(cell[1]) * STEP;
+        let second = self.corners(1, cell);
+        if is_solid(&second) {
+            return 0;
+        }
+        let corners = std::array::from_fn(|corner| [first[corner], second[corner]]);
+        let (low, high) = self.field.caves.heights();
+        let y = self.origin[1] + i64::from(cell[1]) * STEP;
         (0..64).fold(0, |mask, bit| {
             let local = child_cell(bit);
             let height = y + i64::from(local[1]);

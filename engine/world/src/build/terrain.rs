@@ -335,10 +335,10 @@ impl Terrain {
                     break;
                 }
                 let hollow = caves.map_or(0, |caves| {
-                    let samples: &CaveChunk<'_> = hollows.get_or_insert_with(|| caves.field().chunk(origin));
-                    match samples.mask([tx, by as u32, tz]) {
+                    let samples: &mut CaveChunk<'_> = hollows.get_or_insert_with(|| caves.field().chunk(origin));
+                    match caves.allowed(columns, y, level) {
                         0 => 0,
-                        mask => mask & caves.allowed(columns, y, level),
+                        allowed => allowed & samples.mask([tx, by as u32, tz]),
                     }
                 });
                 let block = block_index(tx, by as u32, tz);

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::parts::{Parts, child_of, octant_cell, uniform_block};
+use super::parts::{Parts, child_of, octant_cell};
 use super::table::Table;
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, block_index, child_cell};
@@ -197,7 +197,7 @@ fn brick_mask(chunk: &Chunk, octant: u32) -> u64 {
 fn uniform_brick(chunk: &Chunk, octant: u32, brick: u32) -> Option<u16> {
     let mut found = None;
     for (_, block) in tiles(octant, brick).filter(|(_, block)| chunk.mask(*block) != 0) {
-        let material = uniform_block(chunk, block)?;
+        let material = chunk.block_uniform(block)?;
         if *found.get_or_insert(material) != material {
             return None;
         }

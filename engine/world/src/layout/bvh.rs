@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::parts::{Parts, uniform_block};
+use super::parts::Parts;
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, block_cell};
 use crate::world::World;
@@ -101,7 +101,7 @@ fn distinct_chunks<'a>(world: &'a World, extent: &Extent) -> (Vec<Part<'a>>, Vec
         .par_iter()
         .map(|chunk| {
             let solid = || chunk.masks().iter().enumerate().filter(|(_, mask)| **mask != 0);
-            let mixed = solid().filter(|(block, _)| uniform_block(chunk, *block).is_none());
+            let mixed = solid().filter(|(block, _)| chunk.block_uniform(*block).is_none());
             let attributes = mixed.map(|(_, mask)| mask.count_ones() as usize).sum();
             Part { chunk, blocks: solid().count(), attributes }
         })
@@ -123,7 +123,7 @@ fn fill_attributes(parts: &[Part<'_>], mut halfwords: &mut [u16], mut at: usize)
         let solid = (0..part.chunk.masks().len()).filter(|block| part.chunk.mask(*block) != 0);
         solid
             .map(|block| {
-                if let Some(material) = uniform_block(part.chunk, block) {
+                if let Some(material) = part.chunk.block_uniform(block) {
                     return UNIFORM_LINK | u32::from(material);
                 }
                 let link = (at + used) as u32;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::packed::Packing;
-use super::parts::{Parts, filled_node, uniform_block};
+use super::parts::{Parts, filled_node};
 use super::tree64::{ADDRESSABLE, packed_link};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_cell};
@@ -150,7 +150,7 @@ impl ChunkSize {
         let mut size = Self::default();
         for block in own_leaves(chunk) {
             size.leaves += 1;
-            if uniform_block(chunk, block).is_none() {
+            if chunk.block_uniform(block).is_none() {
                 size.attributes += Packing::of(chunk.block_materials(block)).words();
             }
         }
@@ -271,7 +271,7 @@ fn fill_leaves(distinct: &[&Chunk], sizes: &[ChunkSize], runs: &Runs, body: &mut
     jobs.into_par_iter().for_each(|(chunk, masks, links, mut attributes, mut word)| {
         for ((block, mask), link) in own_leaves(chunk).zip(masks).zip(links) {
             *mask = [chunk.mask(block) as u32, (chunk.mask(block) >> 32) as u32];
-            *link = uniform_block(chunk, block).map_or_else(
+            *link = chunk.block_uniform(block).map_or_else(
                 || {
                     let packing = Packing::of(chunk.block_materials(block));
                     let (own, rest) = std::mem::take(&mut attributes).split_at_mut(packing.words());

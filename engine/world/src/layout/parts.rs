@@ -126,20 +126,11 @@ impl Octant<'_> {
     }
 }
 
-/// The only material of a block with solids, if there is only one.
-pub(super) fn uniform_block(chunk: &Chunk, block: usize) -> Option<MaterialIndex> {
-    chunk.uniform().or_else(|| {
-        let mut materials = chunk.block_materials(block);
-        let first = materials.next()?;
-        materials.all(|material| material == first).then_some(first)
-    })
-}
-
 /// The only material of a 16³ node (0…63), if there is only one.
 pub(super) fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
     let mut found = None;
     for bit in Bits(chunk.node_mask(node)) {
-        let material = uniform_block(chunk, node * 64 + bit as usize)?;
+        let material = chunk.block_uniform(node * 64 + bit as usize)?;
         if *found.get_or_insert(material) != material {
             return None;
         }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::parts::{Parts, child_of, octree_path, uniform_block};
+use super::parts::{Parts, child_of, octree_path};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, block_index, child_index};
 use crate::material::MaterialIndex;
@@ -178,7 +178,7 @@ impl<'a> Writer<'a> {
         if mask == 0 {
             return 0;
         }
-        let uniform = uniform_block(chunk, block);
+        let uniform = chunk.block_uniform(block);
         let mut children = [0; 8];
         for (child, number) in children.iter_mut().zip(0..) {
             let cell = child_of([0; 3], number);

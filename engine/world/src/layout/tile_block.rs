@@ -5,7 +5,7 @@
 //! voxels: 4³ cells are one filled node, which has their material, or the link of several.
 
 use super::header::{MATERIAL_WORDS, material_words};
-use super::parts::{filled_node, uniform_block};
+use super::parts::filled_node;
 use super::tree64::{
     ChunkSize, FILLED, LINKED, Materials, Node, Part, QUAD, Room, SharedMaterials, encode_chunk, filled_chunk,
 };
@@ -92,7 +92,7 @@ impl<'c> TileBlock<'c> {
         let split = || nodes().filter(|node| filled_node(chunk, *node).is_none());
         let blocks = || split().flat_map(|node| Bits(chunk.node_mask(node)).map(move |bit| node * 64 + bit as usize));
         let materials =
-            SharedMaterials::of_blocks(chunk, blocks().filter(|block| uniform_block(chunk, *block).is_none()));
+            SharedMaterials::of_blocks(chunk, blocks().filter(|block| chunk.block_uniform(*block).is_none()));
         let nodes = nodes().count() + blocks().count();
         (ChunkSize { nodes, attributes: materials.words.len(), ..ChunkSize::default() }, materials)
     }
@@ -156,7 +156,7 @@ impl<'c> TileBlock<'c> {
             }
             Node { mask, children: (at / QUAD + next_block) as u32, material: 0 }.put(words, QUAD * index);
             for block in Bits(mask).map(|bit| node * 64 + bit as usize) {
-                let (children, material) = match uniform_block(chunk, block) {
+                let (children, material) = match chunk.block_uniform(block) {
                     Some(material) => (0, FILLED | u32::from(material)),
                     None => (*links.next().expect("`cells` links each block of several materials"), FILLED | LINKED),
                 };

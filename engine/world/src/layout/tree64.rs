@@ -12,7 +12,7 @@ pub use live::LiveTree64;
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::packed::Packing;
-use super::parts::{filled_node, has_full_leaves, uniform_block, uniform_node};
+use super::parts::{filled_node, has_full_leaves, uniform_node};
 use super::{Encoded, Layout, LayoutError, check_size};
 use crate::chunk::{Bits, Chunk, child_index};
 use crate::material::MaterialIndex;
@@ -206,7 +206,7 @@ impl ChunkSize {
             }
             size.links += leaves;
             for block in Bits(mask).map(|bit| node * 64 + bit as usize) {
-                if uniform_block(chunk, block).is_none() {
+                if chunk.block_uniform(block).is_none() {
                     mixed(block);
                 }
             }
@@ -340,7 +340,8 @@ pub(super) fn encode_chunk(chunk: &Chunk, mut room: Room) -> Node {
             || {
                 let links = room.links.take(count);
                 for (link, block) in links.rest.iter_mut().zip(blocks()) {
-                    *link = uniform_block(chunk, block)
+                    *link = chunk
+                        .block_uniform(block)
                         .map_or_else(|| room.materials.link(chunk, block), |material| UNIFORM | u32::from(material));
                 }
                 links.at as u32

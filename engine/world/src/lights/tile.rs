@@ -1,11 +1,14 @@
 //! The lamps of worlds that are loaded tile by tile. A tile has a list of its own, which is made once; lights are drawn in two steps, a
 //! group of them and one of the group, so that what comes and goes changes nothing but the table of the groups.
 
+use std::sync::Arc;
+
 use glam::IVec3;
 
 use super::{Draw, HEADER_WORDS, LIGHT_WORDS, Light, alias_table, power};
 use crate::chunk::{Bits, Chunk, block_cell, child_cell};
 use crate::material::{AIR, Material, MaterialIndex};
+use crate::side::Side;
 use crate::tile::{Content, cell_edge};
 use crate::world::ChunkPos;
 
@@ -48,8 +51,8 @@ pub struct LightGroup {
 }
 
 impl TileLights {
-    /// The lamps of a tile, whose voxels or cells are given; `beside` gives the tile beyond one of its faces, and is asked only where
-    /// that decides.
+    /// The lamps of a tile, whose voxels or cells are given; `beside` gives the side that the tile beyond one of its faces turns to
+    /// it, and is asked only where that decides.
     ///
     /// A tile of level 0 has one part, and exactly the faces that the whole world has there. Above that, each 16³ cells are a part, since
     /// finer tiles may lie over any of them; and where two parts meet, a face counts as bare: what is shown beyond it may be finer, and
@@ -58,7 +61,7 @@ impl TileLights {
         content: &Content,
         (level, pos): (u32, ChunkPos),
         powers: &LightPowers,
-        beside: impl FnMut(u32) -> Content,
+        beside: impl FnMut(u32) -> Arc<Side>,
     ) -> Self {
         let mut found = Self { level, ..Self::default() };
         let Some(chunk) = content.to_chunk() else { return found };
@@ -71,6 +74,9 @@ impl TileLights {
         for node in Bits(chunk.root_mask()) {
             let before = found.lights.len();
             for block in Bits(chunk.node_mask(node as usize)).map(|bit| (node * 64 + bit) as usize) {
+                if chunk.block_uniform(block).is_some_and(|material| powers.get(material) <= 0.0) {
+                    continue;
+                }
                 let corner = block_cell(block);
                 for (bit, material) in Bits(chunk.mask(block)).zip(chunk.block_materials(block)) {
                     let power = powers.get(material);
@@ -167,10 +173,10 @@ struct Around<'c, F> {
     chunk: &'c Chunk,
     level: u32,
     beside: F,
-    known: [Option<Content>; 6],
+    known: [Option<Arc<Side>>; 6],
 }
 
-impl<F: FnMut(u32) -> Content> Around<'_, F> {
+impl<F: FnMut(u32) -> Arc<Side>> Around<'_, F> {
     fn is_bare(&mut self, cell: [u32; 3], face: u32) -> bool {
         let axis = (face >> 1) as usize;
         let step = if face & 1 == 1 { 1 } else { u32::MAX };
@@ -185,11 +191,7 @@ impl<F: FnMut(u32) -> Content> Around<'_, F> {
             return self.chunk.voxel(x, y, z) == AIR;
         }
         let beside = &mut self.beside;
-        match self.known[face as usize].get_or_insert_with(|| beside(face)) {
-            Content::Empty => true,
-            Content::Full(_) => false,
-            Content::Chunk(chunk) => chunk.voxel(x, y, z) == AIR,
-        }
+        !self.known[face as usize].get_or_insert_with(|| beside(face)).is_solid(beyond, face ^ 1)
     }
 }
 
@@ -225,7 +227,7 @@ mod tests {
         let mut found = Vec::new();
         for (pos, chunk) in world.chunks() {
             let content = Content::of(chunk.clone());
-            let beside = |face| ChunkSource::chunk(&world, 0, pos.beside(face));
+            let beside = |face| Arc::new(Side::of(&ChunkSource::chunk(&world, 0, pos.beside(face)), face ^ 1));
             let tile = TileLights::of(&content, (0, pos), &powers, beside);
             assert_eq!(tile.parts.len(), usize::from(!tile.is_empty()));
             found.extend(tile.lights);
@@ -243,7 +245,7 @@ mod tests {
             let mut asked = Vec::new();
             let tile = TileLights::of(&content, (0, ChunkPos::new(0, 0, 0)), &powers, |face| {
                 asked.push(face);
-                Content::Full(1)
+                Arc::new(Side::of(&Content::Full(1), face ^ 1))
             });
             (tile.len(), asked, tile.sides())
         };

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use raxel_gpu::DeviceOptions;
 use raxel_measure::flight::{
-    EditLatency, Flight, FlightError, FlightOptions, Flown, Frame, Kept, Rate, fly, percentile,
+    Arrival, EditLatency, Flight, FlightError, FlightOptions, Flown, Frame, Kept, Rate, fly, percentile,
 };
 use serde_json::json;
 
@@ -35,6 +35,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "EDITS", default_value_t = 200, value_parser = clap::value_parser!(u32).range(0..=100_000))]
     edits: u32,
 
+    /// Seconds at each of the three places after a jump, and of the way down before them; a fifth of the straight parts by default.
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..=3600))]
+    stay: Option<u32>,
+
     /// Pixels.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
     size: Size,
@@ -59,8 +63,9 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let mut session = args.what.options(device)?;
     session.size = args.size.0;
     let (seconds, balls) = (f64::from(args.seconds), args.edits / 2);
+    let stay = args.stay.map_or(seconds / 5.0, f64::from);
     let options =
-        FlightOptions { session, speed: args.speed, seconds, balls, resident: !args.once, patience: PATIENCE };
+        FlightOptions { session, speed: args.speed, seconds, stay, balls, resident: !args.once, patience: PATIENCE };
     let flight = fly(&options).map_err(|error| failure(error, console))?;
     if console.format() == Format::Json {
         console::json(&json!({
@@ -131,13 +136,16 @@ fn table(flight: &Flight, speed: f64) -> String {
         "frames in which a coarser chunk stands in for one in view: {}, {straight} of them before the jumps; with a hole: {holes}\n",
         missing.saturating_sub(holes)
     );
-    let milliseconds = |time: Option<f64>| time.map_or("never".to_owned(), |time| format!("{time:.0}"));
-    let jumps = flight.jumps.iter().map(|jump| (milliseconds(jump.whole), milliseconds(jump.complete)));
-    let (whole, complete): (Vec<String>, Vec<String>) = jumps.unzip();
+    let after = |of: fn(&Arrival) -> Option<f64>| {
+        let milliseconds = |time: Option<f64>| time.map_or("never".to_owned(), |time| format!("{time:.0}"));
+        flight.jumps.iter().map(|jump| milliseconds(of(jump))).collect::<Vec<_>>().join(", ")
+    };
     text += &format!(
-        "after a jump, the first picture without a hole after {} ms, the first with every chunk after {} ms\n",
-        whole.join(", "),
-        complete.join(", ")
+        "after a jump, the first picture without a hole after {} ms, the first with every chunk in view after {} ms, and every chunk around \
+         the camera after {} ms\n",
+        after(|jump| jump.whole),
+        after(|jump| jump.complete),
+        after(|jump| jump.settled)
     );
     if flight.live.stats.lights > 0 {
         text += &format!("{} lamps listed at the end of the flight\n", flight.live.stats.lights);
@@ -154,9 +162,9 @@ fn table(flight: &Flight, speed: f64) -> String {
     );
     text += &seen("edits of 6 voxels' radius", &flight.edits.small);
     text += &seen("edits of 64 voxels' radius", &flight.edits.large);
-    if let Some(Rate { frames, voxels, chunks, seconds, seen_after }) = flight.edits.many {
+    if let Some(Rate { frames, voxels, chunks, seconds, seen_after, seen_in: [median, most] }) = flight.edits.many {
         text += &format!(
-            "{voxels} voxels set in {chunks} chunks in each of {frames} frames: {:.1} frames a second; all seen {:.0} ms after the last\n",
+            "{voxels} voxels set in {chunks} chunks in each of {frames} frames: {:.1} frames a second; each seen with all before it after {median:.0} ms in the median, {most:.0} at most, all of them {:.0} ms after the last\n",
             f64::from(frames) / seconds,
             seen_after * 1e3
         );
