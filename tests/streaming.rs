@@ -137,10 +137,18 @@ fn light_is_kept_while_land_is_loaded() {
     let after = light_state(&mut session);
     assert!(after[1] > before[1], "nothing was loaded: {before:?}, {after:?}");
     assert_eq!(after[0], before[0], "light began anew");
-    // Another sun is another matter.
+    // An edit is another matter, as soon as it is shown.
+    let edit = Operation::set(session.camera().cell.to_array(), 1);
+    assert_eq!(session.edit(&[edit]).unwrap(), 1);
+    frame(&mut session);
+    let edited = light_state(&mut session);
+    assert_eq!(edited[0], after[0] + 1, "an edit did not reach the light");
+    frame(&mut session);
+    assert_eq!(light_state(&mut session)[0], edited[0], "it reached it twice");
+    // So is another sun.
     session.set_param("sun_elevation", Value::F32(70.0)).unwrap();
     frame(&mut session);
-    assert!(light_state(&mut session)[0] > before[0]);
+    assert!(light_state(&mut session)[0] > edited[0]);
     silent(&session);
 }
 

@@ -7,8 +7,9 @@ layout(std430) STATE_ACCESS buffer State {
     uint generation;    // one more with each great change of the light or the world
     float cap;          // samples from before the change that still count
     uint changed;       // 1 in the frame of a change
-    uint serial;
+    uint serial;        // of the world that it is for
     vec4 sun;           // direction, strength
     float sky_strength;
     float lamp_strength;
+    uint edited;
 } state;

@@ -6,7 +6,7 @@
 #include "change.glsl"
 
 layout(local_size_x = 1) in;
-layout(push_constant) uniform Push { uint world_serial; uint world_voxels; } push;
+layout(push_constant) uniform Push { uint world_serial; uint world_edited; } push;
 
 // Samples that still count after a change of land that is loaded.
 const float LOADED = 16.0;
@@ -21,10 +21,8 @@ void main() {
     float change = max(ratio(state.sun.w, sun.w), 5.7 * distance(sun.xyz, state.sun.xyz));
     change = max(change, max(ratio(state.sky_strength, frame.sky_strength), ratio(state.lamp_strength, frame.lamp_strength)));
     bool other = state.serial != push.world_serial;
-    // Where land is loaded around the camera, it is another in nearly every frame of a flight, and the light of what stays hardly is. Its edits
-    // are not told apart, and show in the light as soon as so many samples are made.
-    bool streamed = push.world_voxels == 0xffffffffu;  // as `world.voxels` says it, for nobody has counted them
-    bool edited = (other && !streamed) || state.generation == 0u;
+    // Where land is loaded around the camera, the world is another in nearly every frame of a flight, and the light of what stays hardly is.
+    bool edited = state.edited != push.world_edited || state.generation == 0u;
     bool changed = change > 1e-5 || other || edited;
     state.changed = changed ? 1u : 0u;
     if (changed) {
@@ -34,6 +32,7 @@ void main() {
         if (state.cap < 4.0) state.generation += 1u;
     }
     state.serial = push.world_serial;
+    state.edited = push.world_edited;
     state.sun = sun;
     state.sky_strength = frame.sky_strength;
     state.lamp_strength = frame.lamp_strength;

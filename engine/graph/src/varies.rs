@@ -86,6 +86,7 @@ fn moves(fill: &Fill) -> bool {
             | Builtin::WorldMax
             | Builtin::WorldVoxels
             | Builtin::WorldSerial
+            | Builtin::WorldEdited
             | Builtin::WorldChangedMin
             | Builtin::WorldChangedMax => false,
             Builtin::CameraCell

@@ -8,7 +8,7 @@ mod put_off;
 mod sides;
 mod worker;
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -113,8 +113,8 @@ struct Desk {
     view_serial: u64,
     /// The view whose missing tiles are known.
     looked: u64,
-    /// Chunks that the source answers anew, with the number of the change.
-    changed: Vec<(ChunkPos, u64)>,
+    /// Chunks that the source answers anew, with the number of the first change since the director looked.
+    changed: BTreeMap<ChunkPos, u64>,
     /// How often somebody has said so.
     changes: u64,
     /// What is missing, the most urgent last.
@@ -182,7 +182,7 @@ impl Streamer {
             considered: view,
             view_serial: 1,
             looked: 0,
-            changed: Vec::new(),
+            changed: BTreeMap::new(),
             changes: 0,
             jobs: Vec::new(),
             in_work: HashSet::new(),
@@ -275,7 +275,9 @@ impl Streamer {
         let mut desk = self.shared.desk();
         desk.changes += 1;
         let number = desk.changes;
-        desk.changed.extend(chunks.iter().map(|pos| (*pos, number)));
+        for pos in chunks {
+            desk.changed.entry(*pos).or_insert(number);
+        }
         desk.view_serial += 1;
         self.shared.news.notify_one();
         desk.changes

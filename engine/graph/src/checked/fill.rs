@@ -123,6 +123,7 @@ builtins! {
     WorldMax = "world.max", I32, (3, 1), "Largest voxel coordinate of the world's bounds, plus one.";
     WorldVoxels = "world.voxels", U32, (1, 1), "Number of solid voxels, saturated.";
     WorldSerial = "world.serial", U32, (1, 1), "How often the world has changed since the start.";
+    WorldEdited = "world.edited", U32, (1, 1), "The same without what is loaded and dropped around the camera of a streamed world: how often what is shown was edited or is another file.";
     WorldChangedMin = "world.changed_min", I32, (3, 1), "Smallest coordinate of a box around the voxels that have changed since the last frame; a box without a voxel when none has, all that there can be when that cannot be told.";
     WorldChangedMax = "world.changed_max", I32, (3, 1), "Largest coordinate of that box, plus one.";
 }

@@ -80,6 +80,8 @@ pub struct Builtins {
     pub world_voxels: u32,
     /// `world.serial`.
     pub world_serial: u32,
+    /// `world.edited`.
+    pub world_edited: u32,
     /// `world.changed_min`.
     pub world_changed_min: [i32; 3],
     /// `world.changed_max`.
@@ -115,6 +117,7 @@ impl Default for Builtins {
             world_max: [0; 3],
             world_voxels: 0,
             world_serial: 0,
+            world_edited: 0,
             world_changed_min: [i32::MIN; 3],
             world_changed_max: [i32::MAX; 3],
         }
@@ -175,6 +178,7 @@ impl Builtins {
             Builtin::WorldMax => Value::IVec3(self.world_max),
             Builtin::WorldVoxels => Value::U32(self.world_voxels),
             Builtin::WorldSerial => Value::U32(self.world_serial),
+            Builtin::WorldEdited => Value::U32(self.world_edited),
             Builtin::WorldChangedMin => Value::IVec3(self.world_changed_min),
             Builtin::WorldChangedMax => Value::IVec3(self.world_changed_max),
         }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Value};
 
+use super::still::Changes;
 use super::{FrameError, ReadError, Session};
 use crate::build::{self, Assembly, Selection};
 use crate::build_error::BuildError;
@@ -29,9 +30,9 @@ impl Session {
     /// before.
     pub fn frame(&mut self) -> Result<FrameReport, FrameError> {
         let _span = tracing::trace_span!("frame").entered();
-        let (time, still) = self.begin()?;
+        let (time, changes) = self.begin()?;
         loop {
-            match self.run(&time, still) {
+            match self.run(&time, changes) {
                 Err(error @ ExecuteError::DeviceLost { .. }) => self.recover(error)?,
                 result => return result.map_err(FrameError::Device),
             }
@@ -99,8 +100,8 @@ impl Session {
         self.recover(lost)
     }
 
-    /// Brings everything to the time of the next frame; gives `frame.still` and `world.serial` with it.
-    fn begin(&mut self) -> Result<(FrameTime, (u32, u32)), FrameError> {
+    /// Brings everything to the time of the next frame; gives what has changed with it.
+    fn begin(&mut self) -> Result<(FrameTime, Changes), FrameError> {
         let before = self.clock.now();
         let time = self.clock.tick(Instant::now());
         let mut cut = before.is_none();
@@ -147,14 +148,15 @@ impl Session {
         let version = self.begin_stream(&time)?;
         self.changed.publication(version);
         self.context.sources.move_instances(&self.world, &self.graph, &self.values, self.collected.poses());
-        let builtins = self.builtins(&time, (0, 0));
+        let builtins = self.builtins(&time, Changes::default());
         let moved = self.collected.poses().serial();
         let given = (&self.values[..], &self.overrides[..], &self.disabled[..]);
-        let still = match self.executor.plan() {
-            Some(plan) => self.still.note((&self.world, [version, moved]), plan, &builtins, given),
-            None => (0, 0),
+        let [_, edited] = self.stream().map_or([0; 2], |stream| stream.changes());
+        let changes = match self.executor.plan() {
+            Some(plan) => self.still.note((&self.world, [version, edited, moved]), plan, &builtins, given),
+            None => Changes::default(),
         };
-        Ok((time, still))
+        Ok((time, changes))
     }
 
     /// Gives the frame the newest state of a streamed world; returns its version.
@@ -178,8 +180,8 @@ impl Session {
         self.context.sources.stream(&self.world)
     }
 
-    fn run(&mut self, time: &FrameTime, still: (u32, u32)) -> Result<FrameReport, ExecuteError> {
-        let builtins = self.builtins(time, still);
+    fn run(&mut self, time: &FrameTime, changes: Changes) -> Result<FrameReport, ExecuteError> {
+        let builtins = self.builtins(time, changes);
         let inputs = FrameInputs {
             builtins: &builtins,
             params: &self.values,
@@ -199,15 +201,16 @@ impl Session {
         Ok(report)
     }
 
-    fn builtins(&self, time: &FrameTime, (frame_still, world_serial): (u32, u32)) -> Builtins {
+    fn builtins(&self, time: &FrameTime, changes: Changes) -> Builtins {
         let [world_changed_min, world_changed_max] = self.changed.bounds();
         let mut builtins = Builtins {
             frame_index: time.index as u32,
             frame_time: time.time as f32,
             frame_delta: time.delta as f32,
-            frame_still,
+            frame_still: changes.still,
             history_valid: u32::from(self.history.is_valid()),
-            world_serial,
+            world_serial: changes.serial,
+            world_edited: changes.edited,
             world_changed_min,
             world_changed_max,
             cursor_position: self.cursor.unwrap_or([-1; 2]),

@@ -1,4 +1,4 @@
-//! Since when nothing but the time has changed: `frame.still` and `world.serial`.
+//! Since when nothing but the time has changed: `frame.still`, `world.serial` and `world.edited`.
 
 use std::sync::Arc;
 
@@ -11,16 +11,26 @@ use crate::world::SessionWorld;
 /// Compares each frame with the one before it.
 #[derive(Default)]
 pub(super) struct Still {
-    frames: u32,
-    serial: u32,
+    now: Changes,
     last: Option<Last>,
+}
+
+/// What a frame is told of what has changed.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Changes {
+    /// `frame.still`.
+    pub(super) still: u32,
+    /// `world.serial`.
+    pub(super) serial: u32,
+    /// `world.edited`.
+    pub(super) edited: u32,
 }
 
 /// What a picture depends on besides the time, as the last frame had it.
 struct Last {
     world: Arc<SessionWorld>,
-    /// The publication of a streamed world, and how often passes have moved instances.
-    versions: [u64; 2],
+    /// The publication of a streamed world, the last edit in it, and how often passes have moved instances.
+    versions: [u64; 3],
     plan: Arc<Plan>,
     builtins: Builtins,
     values: Vec<Value>,
@@ -29,14 +39,14 @@ struct Last {
 }
 
 impl Still {
-    /// Notes a frame, and gives `frame.still` and `world.serial` for it. `builtins` are those of the frame but for these two.
+    /// Notes a frame, and gives what it is told. `builtins` are those of the frame but for that.
     pub(super) fn note(
         &mut self,
-        (world, versions): (&Arc<SessionWorld>, [u64; 2]),
+        (world, versions): (&Arc<SessionWorld>, [u64; 3]),
         plan: &Arc<Plan>,
         builtins: &Builtins,
         (values, overrides, disabled): (&[Value], &[Override], &[PassId]),
-    ) -> (u32, u32) {
+    ) -> Changes {
         // The camera of the frame before follows the camera; time, and what frames before have left, is no change.
         let timeless = Builtins {
             camera_previous_cell: builtins.camera_cell,
@@ -61,11 +71,15 @@ impl Still {
                 overrides: overrides.to_vec(),
                 disabled: disabled.to_vec(),
             });
-            return (0, self.serial);
+            self.now.still = 0;
+            return self.now;
         };
         let same_world = Arc::ptr_eq(&last.world, world) && last.versions[0] == versions[0];
         if !same_world {
-            self.serial = self.serial.wrapping_add(1);
+            self.now.serial = self.now.serial.wrapping_add(1);
+        }
+        if !(Arc::ptr_eq(&last.world, world) && last.versions[1] == versions[1]) {
+            self.now.edited = self.now.edited.wrapping_add(1);
         }
         let same = same_world
             && last.versions == versions
@@ -75,9 +89,9 @@ impl Still {
             && last.overrides == overrides
             && last.disabled == disabled;
         if same {
-            self.frames = (self.frames + 1).min(MOST_STILL);
+            self.now.still = (self.now.still + 1).min(MOST_STILL);
         } else {
-            self.frames = 0;
+            self.now.still = 0;
             // In place: a frame allocates nothing while the numbers of params stay the same.
             (last.world, last.versions, last.plan, last.builtins) = (world.clone(), versions, plan.clone(), timeless);
             last.values.clear();
@@ -87,12 +101,12 @@ impl Still {
             last.disabled.clear();
             last.disabled.extend_from_slice(disabled);
         }
-        (self.frames, self.serial)
+        self.now
     }
 
     /// The next frame is the first that is still.
     pub(super) fn reset(&mut self) {
-        self.frames = 0;
+        self.now.still = 0;
         self.last = None;
     }
 }

@@ -89,7 +89,7 @@ pub(super) struct Director {
 /// What has happened since the director looked last.
 struct News {
     made: Vec<Made>,
-    changed: Vec<(ChunkPos, u64)>,
+    changed: BTreeMap<ChunkPos, u64>,
     released: u64,
     moved: bool,
 }
@@ -335,7 +335,7 @@ impl Director {
     }
 
     /// Chunks that the source answers anew, with the coarser tiles around them.
-    fn note_changes(&mut self, chunks: &[(ChunkPos, u64)]) {
+    fn note_changes(&mut self, chunks: &BTreeMap<ChunkPos, u64>) {
         // The lamps of a chunk follow from the voxels beyond its faces, too; one that is being made may have seen those from before.
         let follows = |key: &TileKey, face: u32| match self.tiles.get(key) {
             Some(_) if self.shared.lamps.is_some() && self.stale.contains_key(key) => true,

@@ -118,6 +118,8 @@ fn table(flight: &Flight, speed: f64) -> String {
     let straight =
         flight.live.frames.iter().filter(|frame| frame.missing_in_view > 0 && frame.time < flight.jumps_at).count();
     let holes = flight.live.frames.iter().filter(|frame| frame.holes_in_view > 0).count();
+    let early =
+        flight.live.frames.iter().filter(|frame| frame.holes_in_view > 0 && frame.time < flight.jumps_at).count();
     let [used, peak, all] = flight.pool.map(mebibytes);
     text += &format!(
         "loading on the thread of the frames: p50 {:.0} µs, p99 {:.0} µs, max {:.0} µs\n",
@@ -133,8 +135,9 @@ fn table(flight: &Flight, speed: f64) -> String {
         flight.live.stats.dropped
     );
     text += &format!(
-        "frames in which a coarser chunk stands in for one in view: {}, {straight} of them before the jumps; with a hole: {holes}\n",
-        missing.saturating_sub(holes)
+        "frames in which a coarser chunk stands in for one in view: {}, {} of them before the jumps; with a hole: {holes}, {early} of them before the jumps\n",
+        missing.saturating_sub(holes),
+        straight.saturating_sub(early)
     );
     let after = |of: fn(&Arrival) -> Option<f64>| {
         let milliseconds = |time: Option<f64>| time.map_or("never".to_owned(), |time| format!("{time:.0}"));

@@ -1,0 +1,111 @@
+//! Changes that come faster than they can be shown.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use glam::IVec3;
+use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, View};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, StreamSettings, child_cell};
+
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Chunks in a row that change.
+const CHUNKS: i32 = 8;
+
+struct Words(Mutex<Vec<u32>>);
+
+impl PoolMemory for Words {
+    fn write(&self, at: u32, words: &[u32]) {
+        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
+    }
+}
+
+/// Chunks that say how often they have changed: a voxel in the 16³ node n for bit n of the number, and always one in the last node.
+struct Counted(Vec<Material>, AtomicU64);
+
+impl ChunkSource for Counted {
+    fn materials(&self) -> &[Material] {
+        &self.0
+    }
+
+    fn chunk(&self, _level: u32, pos: ChunkPos) -> Content {
+        if !(0..CHUNKS).contains(&pos.x) || pos.y != 0 || pos.z != 0 {
+            return Content::Empty;
+        }
+        let mut dense = DenseChunk::default();
+        let bits = 1 << 63 | self.1.load(Ordering::Acquire);
+        for node in (0..64).filter(|node| bits >> node & 1 == 1) {
+            let [x, y, z] = child_cell(node).map(|c| 16 * c);
+            dense.set(x, y, z, 1);
+        }
+        Content::pack(&dense)
+    }
+}
+
+/// What each chunk says that a frame sees.
+fn seen(words: &[u32], publication: &Publication) -> Vec<u64> {
+    let header = publication.words();
+    let body = &words[header.len()..];
+    let mut found = Vec::new();
+    let mut open = vec![(header[12] as usize, header[3] >> 1)];
+    while let Some((at, height)) = open.pop() {
+        let node = &body[4 * at..][..4];
+        let mask = u64::from(node[0]) | u64::from(node[1]) << 32;
+        if height == 3 {
+            found.push(mask & !(1 << 63));
+        } else {
+            open.extend((0..mask.count_ones() as usize).map(|rank| (node[2] as usize + rank, height - 1)));
+        }
+    }
+    found
+}
+
+#[test]
+fn changes_without_end_are_shown_in_order_while_they_go_on() {
+    let materials = vec![Material::air(), Material::matt("a", [0.5; 3])];
+    let source = Arc::new(Counted(materials, AtomicU64::new(0)));
+    let memory = Arc::new(Words(Mutex::new(vec![0; 1 << 20])));
+    let reach = Reach::of(&StreamSettings { near: 640, far: 640, ..StreamSettings::default() }, [0, 64]);
+    let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
+    let view = View::at(IVec3::new(256, 40, 0));
+    let streamer = Streamer::new(source.clone(), memory.clone(), 1 << 20, reach, view, options);
+    let began = Instant::now();
+    while !streamer.is_settled() {
+        assert!(began.elapsed() < PATIENCE, "{:?}", streamer.stats());
+        streamer.take().inspect(|publication| streamer.released(publication.version));
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let all: Vec<ChunkPos> = (0..CHUNKS).map(|x| ChunkPos::new(x, 0, 0)).collect();
+    let (mut shown, mut least, mut steps) = (0, 0, 0);
+    let mut look = |publication: &Publication| {
+        let words = memory.0.lock().unwrap().clone();
+        let seen = seen(&words, publication);
+        assert_eq!(seen.len(), CHUNKS as usize);
+        let oldest = seen.iter().copied().min().unwrap();
+        assert!(publication.changes >= shown && oldest >= publication.changes, "{publication:?} {seen:?} {shown}");
+        assert!(oldest >= least, "a chunk went back: {seen:?} after {least}");
+        steps += u32::from(publication.changes > shown);
+        (shown, least) = (publication.changes, oldest);
+        streamer.released(publication.version);
+        steps
+    };
+    // Each change comes before anybody could have shown the one before it.
+    for number in 1.. {
+        source.1.store(number, Ordering::Release);
+        assert_eq!(streamer.changed(&all), number);
+        if streamer.take().is_some_and(|publication| look(&publication) >= 20) {
+            break;
+        }
+        assert!(began.elapsed() < PATIENCE, "changes are not shown while more of them come: {:?}", streamer.stats());
+    }
+    let last = source.1.load(Ordering::Acquire);
+    loop {
+        let taken = streamer.take();
+        if taken.as_ref().is_some_and(|publication| look(publication) > 0 && publication.changes == last) {
+            break;
+        }
+        assert!(began.elapsed() < PATIENCE, "{:?}", streamer.stats());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
