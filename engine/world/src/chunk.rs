@@ -378,14 +378,11 @@ impl Packed {
         palette.iter().enumerate().for_each(|(index, &material)| index_of[usize::from(material)] = index as u8);
         let mut indices = Vec::with_capacity(solids);
         for (block, mask) in blocks() {
-            match uniform[block] {
-                Some(material) => {
-                    indices.resize(indices.len() + mask.count_ones() as usize, index_of[usize::from(material)]);
-                }
-                None => {
-                    let voxels = dense.block(block);
-                    indices.extend(Bits(*mask).map(|bit| index_of[usize::from(voxels[bit as usize])]));
-                }
+            if let Some(material) = uniform[block] {
+                indices.resize(indices.len() + mask.count_ones() as usize, index_of[usize::from(material)]);
+            } else {
+                let voxels = dense.block(block);
+                indices.extend(Bits(*mask).map(|bit| index_of[usize::from(voxels[bit as usize])]));
             }
         }
         Self::Indexed { palette, indices: indices.into() }

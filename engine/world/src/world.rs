@@ -133,6 +133,7 @@ pub struct MaterialInfo {
 impl World {
     /// From its parts. `materials[0]` is air, and every voxel's material is in `materials`. Equal chunks are made one.
     pub fn new(materials: Vec<Material>, chunks: impl IntoIterator<Item = (ChunkPos, Arc<Chunk>)>) -> Self {
+        #[allow(clippy::mutable_key_type, reason = "once it is known, the hash of a chunk stays as it is")]
         let mut pool: HashSet<Arc<Chunk>> = HashSet::new();
         let mut shared = BTreeMap::new();
         for (pos, chunk) in chunks {

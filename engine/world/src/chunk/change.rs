@@ -45,6 +45,7 @@ impl Chunk {
 
     /// A chunk, or air, after some of its blocks have changed, by their indices. `None` when no voxel is solid. It takes about as long as a
     /// copy of the chunk does.
+    #[allow(clippy::large_stack_arrays, reason = "it goes into its box at once")]
     pub fn with_blocks(before: Option<&Self>, changed: &BTreeMap<usize, BlockVoxels>) -> Option<Self> {
         let mut masks = before.map_or_else(|| Box::new([0; BLOCKS]), |chunk| chunk.masks.clone());
         for (block, voxels) in changed {
