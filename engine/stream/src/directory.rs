@@ -4,9 +4,9 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::IVec3;
-use raxel_world::child_index;
 use raxel_world::layout::TileNode;
 use raxel_world::lights::LightGroup;
+use raxel_world::{cell_edge, child_index};
 
 use crate::reach::{Reach, TileKey};
 
@@ -71,6 +71,8 @@ impl Cube {
 pub struct LiveTile {
     /// Its node; `None` when it is empty.
     pub node: Option<TileNode>,
+    /// Its smallest and largest cells that are solid, on each axis.
+    pub cells: [[u32; 3]; 2],
     /// Above level 0: the nodes of its occupied children, in the order of its mask, unless it is filled.
     pub children: Arc<[TileNode]>,
     /// Its lamps, with the child that each group is in; a chunk has one group.
@@ -128,10 +130,12 @@ impl Directory {
             levels[key.level as usize].push((path, tile));
             if tile.node.is_some() {
                 live += 1;
-                let (origin, edge) = (key.origin(), TileKey::edge(key.level));
+                // Where the tile ends, a ray would go on for long that leaves coarse land upwards.
+                let (origin, cell) = (key.origin(), cell_edge(key.level));
+                let [low, high] = tile.cells.map(|at| at.map(i64::from));
                 for i in 0..3 {
-                    bounds[0][i] = bounds[0][i].min(origin[i]);
-                    bounds[1][i] = bounds[1][i].max(origin[i] + edge - 1);
+                    bounds[0][i] = bounds[0][i].min(origin[i] + low[i] * cell);
+                    bounds[1][i] = bounds[1][i].max(origin[i] + (high[i] + 1) * cell - 1);
                 }
             }
         }

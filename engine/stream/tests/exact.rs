@@ -201,7 +201,21 @@ fn complete_worlds_are_exact_at_every_level() {
                 now = Some(taken);
             }
             let world = union(&*source, &reach.tiles(camera));
-            hits += judge(&memory.frame(now.as_ref().unwrap()), &world, 64, step as u64);
+            let publication = now.as_ref().unwrap();
+            hits += judge(&memory.frame(publication), &world, 64, step as u64);
+            // Rays end where the cells do, not the tiles.
+            let (bounds, header) = (world.bounds().unwrap(), publication.header);
+            let cell = raxel_world::cell_edge(reach.top());
+            for i in 0..3 {
+                let beyond = [
+                    bounds.min[i] - i64::from(header.bounds_min[i]),
+                    i64::from(header.bounds_last[i]) + 1 - bounds.max[i],
+                ];
+                assert!(
+                    beyond.iter().all(|beyond| (0..cell).contains(beyond)),
+                    "{beyond:?} on axis {i}, {near} to {far}"
+                );
+            }
         }
         assert!(hits > 1000, "{hits} hits of {near} to {far}");
         let given_up = std::mem::take(&mut *source.given_up.lock().unwrap());

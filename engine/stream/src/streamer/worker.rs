@@ -91,7 +91,11 @@ fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
     };
     let (lamps, groups) = place_lights(shared, &lights, stale);
     let lamp_bytes = if lamps.block.is_some() { 4 * u64::from(lights.words()) } else { 0 };
-    let live = LiveTile { node, children, lights: groups };
+    let cells = match &content {
+        Content::Chunk(chunk) => chunk.bounds().into(),
+        Content::Empty | Content::Full(_) => [[0; 3], [63; 3]],
+    };
+    let live = LiveTile { node, cells, children, lights: groups };
     Made { key, tile: Ok((live, place)), lamps, bytes: bytes + lamp_bytes }
 }
 
