@@ -120,7 +120,12 @@ void main() {
         asks = false;
     }
 #endif
-    vec2 old = asks ? before(pixel, size, hit, place.z) : vec2(0.0);
+#ifdef ONE_RAY
+    bool remembers = push.history > 0 || frame.still > 0u;
+#else
+    const bool remembers = true;   // who is in doubt
+#endif
+    vec2 old = asks && remembers ? before(pixel, size, hit, place.z) : vec2(0.0);
 
 #ifdef ONE_RAY
     if (asks) result = with_fresh(old, sun_ray(hit.xyz, face, place.xy, sun_place(pixel, sun, frame.index)), 1.0, float(push.history), 1.0);

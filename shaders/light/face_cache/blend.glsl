@@ -1,6 +1,6 @@
 // Light between the middles of neighbouring faces of one plane. Only faces that are seen in this frame take part, so each of them is bare;
 // two bare faces side by side have no wall between them, and across a corner the light goes by one of the two faces beside it. So
-// nothing leaks.
+// nothing leaks. Needs across.glsl and queue.glsl; `height` is that of the picture.
 
 #include "beside.glsl"
 #include "soft.glsl"
@@ -11,13 +11,14 @@ vec3 shown(uint slot) {
     return word == uvec2(0u) ? light[slot].rgb : soft_unpack(word);
 }
 
-vec3 blended(uint slot, vec2 uv) {
+vec3 blended(uint slot, vec2 uv, float height) {
     vec3 own = shown(slot);
     RxFaceKey key;
     ivec3 voxel;
     uint face, part;
     if (!rx_face_in_slot(slot, key)) return own;
     rx_face_of(key, face_box(), voxel, face, part);
+    if (pixels_across(voxel, face, height) < queue_narrow()) return own;
     vec3 corner = rx_face_part(part);
     vec2 from_middle = (uv - corner.xy) / corner.z - 0.5;
     ivec2 step = ivec2(from_middle.x < 0.0 ? -1 : 1, from_middle.y < 0.0 ? -1 : 1);

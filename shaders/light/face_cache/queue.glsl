@@ -18,4 +18,25 @@ layout(std430) QUEUE_ACCESS buffer Queue {
     uint showing;   // how many pixels that is
     float bright;   // the mean of that light, in earlier frames; 0 as long as nobody knows
     float noise;    // the mean of the variances, in earlier frames; 0 as long as nobody knows
+    uint lamps;     // how many the world has
 } queue;
+
+// Whether samples are known to have little noise.
+bool queue_quiet() {
+    return queue.noise > 0.0 && queue.noise < 0.25;
+}
+
+// Whether all light is of the sun and the sky: a lamp close to a path makes single samples so bright that they show as speckles.
+bool queue_even() {
+    return queue.lamps == 0u;
+}
+
+// Pixels across a face below which it shows what it keeps, and shares noise with no other. A picture that is averaged over frames (JITTER) sees other faces in
+// each where they are narrower than its pixels, so the average shares their noise, but for speckles.
+float queue_narrow() {
+#ifdef JITTER
+    return queue_even() ? 1.5 : 0.0;
+#else
+    return 0.0;
+#endif
+}

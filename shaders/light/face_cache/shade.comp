@@ -19,9 +19,10 @@ layout(std430) readonly buffer Soft { uvec2 soft[]; };
 layout(rgba32f) uniform writeonly image2D outRadiance;
 layout(push_constant) uniform Push { bool smooth_faces; } push;
 #include <raxel/light/face_table.glsl>
-#include "blend.glsl"
 #define QUEUE_ACCESS
 #include "queue.glsl"
+#include "across.glsl"
+#include "blend.glsl"
 
 shared uint logs;
 shared uint showing;
@@ -61,7 +62,7 @@ void main() {
     if (shows) {
         RxMaterial material = rx_material_properties(hit_material(hit.w));
         uint slot = imageLoad(slots, pixel).x;
-        if (slot != RX_NO_FACE) kept = push.smooth_faces ? blended(slot, imageLoad(places, pixel).xy) : light[slot].rgb;
+        if (slot != RX_NO_FACE) kept = push.smooth_faces ? blended(slot, imageLoad(places, pixel).xy, float(size.y)) : light[slot].rgb;
         vec3 sunlight = sun_irradiance(to_sun) * (imageLoad(sun, pixel).x / RX_PI);
 #ifdef PANES
         sunlight += sun_irradiance(to_sun) * imageLoad(stained, pixel).rgb / RX_PI;

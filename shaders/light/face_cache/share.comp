@@ -1,5 +1,7 @@
 // How many paths each listed face gets, so that all together are about as many as was asked for.
 #version 460
+#include <raxel/light/lights.glsl>
+
 layout(local_size_x = 1) in;
 #define QUEUE_ACCESS
 #include "queue.glsl"
@@ -7,6 +9,7 @@ layout(push_constant) uniform Push { uint pixels; float paths; } push;
 
 void main() {
     uint budget = uint(clamp(push.paths, 0.0, 2.0) * float(push.pixels));
-    queue.per_face = clamp(budget / max(queue.count, 1u), 1u, 8u);
+    queue.per_face = clamp(budget / max(queue.count, 1u), 1u, 6u);
+    queue.lamps = rx_lights_count();
     queue.work = queue.count * queue.per_face;
 }

@@ -8,6 +8,11 @@
 #include "../scene.glsl"
 #include "box.glsl"
 
+// Standard errors between two faces that count as alike.
+#ifndef APART
+#define APART 1.5
+#endif
+
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 layout(std430) readonly buffer Asked { uint asked[]; };
@@ -18,11 +23,12 @@ layout(std430) readonly buffer Light { vec4 light[]; };
 layout(std430) readonly buffer Generation { uint generation[]; };
 layout(std430) readonly buffer Squares { float squares[]; };
 layout(std430) writeonly buffer Soft { uvec2 soft[]; };
+layout(push_constant) uniform Push { ivec2 pixels; } push;
 #include <raxel/light/face_table.glsl>
 #include "soft.glsl"
 #include "beside.glsl"
+#include "across.glsl"
 
-const float APART = 1.5;    // standard errors between two faces that count as alike
 const uint RECENT = 16u;    // frames since a neighbour was seen
 const float QUIET = 0.25;    // noise of samples below which sunlight hides most of it
 const float CLEAN = 0.02;    // standard error, as a share of the mean, from which on a face needs no neighbours
@@ -96,11 +102,12 @@ void main() {
     vec4 own = light[slot];
     vec3 result = own.rgb;
     float mean = luminance(own.rgb), square = squares[slot];
+    ivec3 voxel;
+    uint face, part;
+    rx_face_of(key, face_box(), voxel, face, part);
+    bool wide = pixels_across(voxel, face, float(push.pixels.y)) >= queue_narrow();
     // Few samples know little of their variance.
-    if (own.w < (queue.noise < QUIET ? 16.0 : 64.0) || noisy(square - mean * mean, own.w, mean)) {
-        ivec3 voxel;
-        uint face, part;
-        rx_face_of(key, face_box(), voxel, face, part);
+    if (wide && (own.w < (queue.noise < QUIET ? 16.0 : 64.0) || noisy(square - mean * mean, own.w, mean))) {
         look(slot, voxel, face, part, 1, 0xffu);
         // The variance is that of all of them together.
         float samples = own.w;

@@ -9,7 +9,7 @@ layout(rgba16f) uniform writeonly image2D outSkyView;
 layout(std430) writeonly buffer SunLight { vec4 sun_light; };
 layout(push_constant) uniform Push { float elevation; } push;
 
-const int STEPS = 32;
+const int STEPS = 32, STEPS_DOWN = 8;
 
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
@@ -20,9 +20,11 @@ void main() {
     float end = rx_air_sphere(start, dir.y, ground ? RX_AIR_GROUND : RX_AIR_TOP);
     float cosine = dot(dir, sun), rayleigh = rx_rayleigh_phase(cosine), mie = rx_mie_phase(cosine, RX_AIR_MIE_G);
     vec3 light = vec3(0.0), clear = vec3(1.0);
-    for (int i = 0; i < STEPS; ++i) {
+    // The way down is short, but for that along the horizon.
+    int steps = ground && dir.y < -0.02 ? STEPS_DOWN : STEPS;
+    for (int i = 0; i < steps; ++i) {
         // Shorter steps near the eye, where the air is thick.
-        float from = float(i) / float(STEPS), to = float(i + 1) / float(STEPS);
+        float from = float(i) / float(steps), to = float(i + 1) / float(steps);
         float size = end * (to * to - from * from);
         vec3 at = vec3(0.0, start, 0.0) + end * 0.5 * (to * to + from * from) * dir;
         float radius = length(at), sun_cosine = dot(at, sun) / radius;
