@@ -4,6 +4,8 @@ mod common;
 #[path = "light/scenes.rs"]
 mod scenes;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use common::Project;
 use raxel::measure::light::{Bench, Effort, Scene};
 use raxel::world::{World, vox};
@@ -261,6 +263,103 @@ fn faces_of_a_plane_share_noise_and_not_light() {
     assert!(shared.noise < 0.6 * alone.noise, "{shared:?} {alone:?}");
     let [shared, alone] = bench(256);
     assert!(shared.noise < alone.noise && shared.error < 1.25 * alone.error, "{shared:?} {alone:?}");
+}
+
+/// A face is kept in quarters from a width in pixels on that grows with the noise of samples, and as a whole below it.
+#[test]
+fn wide_faces_are_kept_in_quarters_where_there_is_little_noise() {
+    const SIZE: [u32; 2] = [96, 54];
+    const QUARTERS: f32 = 4.0;
+    let project = Project::shipped();
+    // How noisy samples are, and how many faces are wider than the param asks for: kept as a whole, in quarters.
+    let kept = |camera: [f64; 3], params: &[(&str, f32)]| {
+        let mut session = open(&project, "graphs/light/face_cache.toml", SIZE, params);
+        for name in ["queue", "hit", "place", "slot"] {
+            session.pin(name).unwrap();
+        }
+        session.set_param("quarters", Value::F32(QUARTERS)).unwrap();
+        frames(&mut session, 40);
+        let noise = f32::from_le_bytes(session.read_buffer("queue", 40..44).unwrap().try_into().unwrap());
+        let threshold = f64::from(QUARTERS * (16.0 * noise).max(1.0));
+        let hits = session.read_target("hit").unwrap().integers().unwrap();
+        let slots = session.read_target("slot").unwrap().integers().unwrap();
+        let places = session.read_target("place").unwrap().floats();
+        let mut faces = BTreeMap::new();
+        for ((hit, slot), place) in hits.iter().zip(&slots).zip(&places) {
+            let face = hit[3] >> 16 & 7;
+            if hit[3] == u32::MAX || slot[0] == u32::MAX {
+                continue;
+            }
+            let quarter = usize::from(place[0] >= 0.5) + 2 * usize::from(place[1] >= 0.5);
+            let voxel = [hit[0] as i32, hit[1] as i32, hit[2] as i32];
+            let slots: &mut [BTreeSet<u32>; 4] = faces.entry((voxel, face)).or_default();
+            slots[quarter].insert(slot[0]);
+        }
+        let mut wide = [0, 0];
+        for ((voxel, face), slots) in &faces {
+            let axis = (face >> 1) as usize;
+            let mut square = 0.0;
+            for i in 0..3 {
+                let middle = if i == axis { f64::from(face & 1) } else { 0.5 };
+                square += (f64::from(voxel[i]) + middle - camera[i]).powi(2);
+            }
+            let width = 0.5 * f64::from(SIZE[1]) / (30_f64.to_radians().tan() * square.sqrt());
+            // What floats of the shader may see on the other side.
+            if (width / threshold - 1.0).abs() < 1e-3 {
+                continue;
+            }
+            let all: BTreeSet<_> = slots.iter().flatten().collect();
+            let parts = slots.iter().filter(|slots| !slots.is_empty()).count();
+            assert!(slots.iter().all(|slots| slots.len() <= 1), "a part of {voxel:?} {face} has {slots:?}");
+            let quartered = width >= threshold;
+            assert_eq!(
+                all.len(),
+                if quartered { parts } else { 1 },
+                "{voxel:?} {face}: {width} px of {threshold}, {slots:?}"
+            );
+            if width >= f64::from(QUARTERS) && parts > 1 {
+                wide[usize::from(quartered)] += 1;
+            }
+        }
+        (noise, wide)
+    };
+    let wall = "wall = { albedo = [0.7, 0.6, 0.5] }";
+    let camera = [16.5, 4.5, 30.5];
+    world(&project, wall, &[cuboid("wall", [0, 0, 0], [32, 1, 32], "")], camera, [16.0, 0.0, 16.0], 60.0);
+    let (noise, [whole, quarters]) = kept(camera, &[("sun_strength", 0.0), ("sky_strength", 1.0)]);
+    assert!(noise > 0.0 && noise < 1.0 / 16.0, "{noise}");
+    assert!(whole == 0 && quarters > 50, "{whole} whole, {quarters} in quarters");
+    room(&project);
+    let (noise, [whole, _]) = kept([1.5, 4.5, 11.5], &DARK);
+    assert!(noise > 1.0 / 16.0 && whole > 50, "{noise}, {whole} whole");
+}
+
+/// Where there are no lamps, paths of a picture end early: the light is the same.
+#[test]
+fn paths_that_end_early_lose_no_light() {
+    let project = Project::shipped();
+    let wall = "wall = { albedo = [0.7, 0.6, 0.5] }";
+    // A yard that is seen from within, lit by the sky and a high sun.
+    let build = [
+        cuboid("wall", [-1, -1, -1], [13, 9, 13], "shell = 1"),
+        "[[build]]\nop = \"box\"\nmin = [3, 8, 3]\nmax = [10, 9, 10]\nmode = \"subtract\"\n".to_owned(),
+    ];
+    world(&project, wall, &build, [1.5, 4.5, 11.5], [8.0, 0.0, 4.0], 60.0);
+    let light = || {
+        let params = [("sun_strength", 2.0), ("sky_strength", 1.0), ("sun_elevation", 75.0)];
+        let mut session = open(&project, "graphs/light/face_cache.toml", [48, 27], &params);
+        session.pin("queue").unwrap();
+        let light = luminance(&frames(&mut session, 128));
+        let lamps = session.read_buffer("queue", 44..48).unwrap();
+        (light, u32::from_le_bytes(lamps.try_into().unwrap()))
+    };
+    let (long, lamps) = light();
+    assert_eq!(lamps, 0);
+    let update = "name     = \"update\"\n";
+    project.edit("graphs/light/face_cache.toml", update, &format!("{update}defines  = {{ SHORT_PATHS = 1 }}\n"));
+    let (short, _) = light();
+    assert!((short / long - 1.0).abs() < 0.03, "{short} by short paths, {long} by long ones");
+    assert!(short != long, "no path ended earlier");
 }
 
 /// The world of docs/light/beauty.md around a model that raxel does not ship: what is missing is named, and any model of its size becomes a
