@@ -126,7 +126,7 @@ impl Device {
 
     /// The same; what the driver compiles is kept in this cache, or nowhere, instead of the process's.
     pub fn with_cache(options: &DeviceOptions, cache: Option<Arc<Cache>>) -> Result<Arc<Device>> {
-        let instance = Arc::new(Instance::new(options.validation)?);
+        let instance = Instance::new(options.validation)?;
         let wanted = options
             .device
             .clone()

@@ -1,7 +1,7 @@
 //! The Vulkan loader and instance, with the validation layer when it is wanted.
 
 use std::ffi::{CStr, c_void};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use ash::{ext, khr, vk};
 
@@ -35,8 +35,20 @@ pub(crate) struct Instance {
     pub(crate) log: Arc<ValidationLog>,
 }
 
+/// The first instance of the process. It is never destroyed, so that the loader keeps the drivers loaded: each time a driver is loaded
+/// again it may take memory that its end does not give back. With NVIDIA's driver 580 the loader found no driver any more after some
+/// forty devices.
+static FIRST: OnceLock<Arc<Instance>> = OnceLock::new();
+
 impl Instance {
-    pub(crate) fn new(validation: Validation) -> Result<Instance> {
+    /// An instance of its own for each caller.
+    pub(crate) fn new(validation: Validation) -> Result<Arc<Instance>> {
+        let instance = Arc::new(Instance::create(validation)?);
+        FIRST.get_or_init(|| instance.clone());
+        Ok(instance)
+    }
+
+    fn create(validation: Validation) -> Result<Instance> {
         // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what every Vulkan program does.
         let entry = unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader { reason: error.to_string() })?;
         let log = Arc::new(ValidationLog::default());
@@ -173,7 +185,6 @@ fn messenger_info(log: &Arc<ValidationLog>) -> vk::DebugUtilsMessengerCreateInfo
     vk::DebugUtilsMessengerCreateInfoEXT::default()
         .message_severity(vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR)
         // No performance advice: images stay in `GENERAL` on purpose, and the layer would say so at every copy.
-        // No advice on performance: images stay in `GENERAL` by design.
         .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
         .pfn_user_callback(Some(on_message))
         .user_data(Arc::as_ptr(log).cast_mut().cast())
