@@ -15,7 +15,7 @@ mkdir .raxel
 cat >.raxel/window.toml <<'LAYOUT'
 visible = true
 zoom    = 1.0
-left    = { open = "resources", size = 330.0 }
+left    = { open = "resources", size = 380.0 }
 right   = { open = "inspect", size = 320.0 }
 bottom  = { open = "timeline", size = 140.0 }
 LAYOUT
