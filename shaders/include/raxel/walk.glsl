@@ -62,6 +62,11 @@ RxExact rx_walk_exact(RxWalk w, RxRay ray, ivec3 corner, uint last) {
     return e;
 }
 
+// Bit a: axis a is in the set.
+uint rx_set_of(bvec3 axes) {
+    return (axes.x ? 1u : 0u) | (axes.y ? 2u : 0u) | (axes.z ? 4u : 0u);
+}
+
 uint rx_pick(uvec3 v, uint axis) {
     return axis == 0u ? v.x : axis == 1u ? v.y : v.z;
 }
@@ -109,14 +114,24 @@ int rx_walk_compare(RxExact e, uint a, uint n_a, uint b, uint n_b) {
 }
 
 // The same distance in voxels, as a float of full relative precision: `ahead` planes in front lie at 0 to 1.
-float rx_walk_gap(RxExact e, uint a, uint n_a, uint b, uint n_b) {
-    uvec2 whole;
-    uint rest;
-    rx_walk_ahead(e, a, n_a, b, n_b, whole, rest);
+float rx_walk_gap(RxExact e, uint a, uvec2 whole, uint rest) {
     bool behind = int(whole.y) < 0;
     uint size = behind ? 0u - whole.x : whole.x;  // |whole| <= 2^31 here
     precise float gap = float(size) + (behind ? 1.0 : -1.0) * (float(rest) * 5.9604644775390625e-8);
     return clamp((behind ? -gap : gap) / float(rx_pick(e.d, a)), -1.0, 1.0);
+}
+
+// Of the axes in `axes` (bit a: axis a; at least one), the one whose plane in `planes` the ray crosses first, or with `sign` = -1 last.
+// Of several at once the first in the order x, y, z.
+//
+// The comparisons stand in loops over the bits of a set: every call is inlined, and drivers unroll loops of a fixed length.
+uint rx_walk_first(RxExact e, uint axes, uvec3 planes, int sign) {
+    uint a = uint(findLSB(axes));
+    for (uint others = axes & (axes - 1u); others != 0u; others &= others - 1u) {
+        uint b = uint(findLSB(others));
+        if (rx_walk_compare(e, a, rx_pick(planes, a), b, rx_pick(planes, b)) * sign < 0) a = b;
+    }
+    return a;
 }
 
 // Number of planes of axis b crossed up to and including the time t_a(n_a), known to lie in [low, high].
@@ -190,9 +205,16 @@ void rx_walk_cross(inout RxWalk w, RxExact e, uint a, uint n_a, uvec3 low, uvec3
             if (x - error > float(least)) least = max(least, uint(min(x - error, 4.29496704e9)));
             if (x + error < float(most)) most = min(most, uint(max(x + error, 0.0)));
             count = rx_walk_count(e, a, n_a, b, min(least, most), most);
-            if (count != 0u && rx_walk_compare(e, a, n_a, b, count) == 0) w.axes |= 1u << b;
-            rx_put(g, b, -rx_walk_gap(e, a, n_a, b, count));
-            rx_put(h, b, rx_walk_gap(e, a, n_a, b, count + 1u));
+            uvec2 whole;
+            uint rest;
+            rx_walk_ahead(e, a, n_a, b, count, whole, rest);
+            if (count != 0u && (whole.x | whole.y | rest) == 0u) w.axes |= 1u << b;
+            rx_put(g, b, -rx_walk_gap(e, a, whole, rest));
+            // The next plane is one voxel further ahead: D_a in these units.
+            uint low_word = whole.x;
+            whole.x += rx_pick(e.d, a);
+            whole.y += whole.x < low_word ? 1u : 0u;
+            rx_put(h, b, rx_walk_gap(e, a, whole, rest));
         }
         rx_put(counts, b, count);
     }
@@ -204,14 +226,13 @@ void rx_walk_cross(inout RxWalk w, RxExact e, uint a, uint n_a, uvec3 low, uvec3
 bool rx_walk_enter(inout RxWalk w, RxExact e, bvec3 before, uint last) {
     // The last of the three slabs to be entered.
     uvec3 enter = uvec3(0u) - e.origin;
-    uint a = before.x ? 0u : before.y ? 1u : 2u;
-    if (a == 0u && before.y && rx_walk_compare(e, 0u, enter.x, 1u, enter.y) > 0) a = 1u;
-    if (a != 2u && before.z && rx_walk_compare(e, a, rx_pick(enter, a), 2u, enter.z) > 0) a = 2u;
+    uint a = rx_walk_first(e, rx_set_of(before), enter, -1);
     uint n_a = rx_pick(enter, a);
     // Another slab may be left before.
     uvec3 left = uvec3(last + 1u) - e.origin;
-    for (uint b = 0u; b < 3u; ++b) {
-        if (b != a && rx_pick(e.d, b) != 0u && rx_walk_compare(e, a, n_a, b, rx_pick(left, b)) <= 0) return false;
+    for (uint others = rx_set_of(notEqual(e.d, uvec3(0u))) & ~(1u << a); others != 0u; others &= others - 1u) {
+        uint b = uint(findLSB(others));
+        if (rx_walk_compare(e, a, n_a, b, rx_pick(left, b)) <= 0) return false;
     }
     rx_walk_cross(w, e, a, n_a, mix(uvec3(0u), enter, before), left - 1u);
     return true;
@@ -229,7 +250,7 @@ bool rx_walk_lattice(RxRay ray, out RxWalk w, out bvec3 still, out bvec3 down) {
     uvec3 d_fixed = uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
     still = equal(d_fixed, uvec3(0u));
     down = bvec3((bits.x >> 31) != 0u && !still.x, (bits.y >> 31) != 0u && !still.y, (bits.z >> 31) != 0u && !still.z);
-    w.down = (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u);
+    w.down = rx_set_of(down);
     w.d = vec3(d_fixed) * 9.31322574615478515625e-10;
     w.inv = mix(1.0 / max(w.d, vec3(1.0e-20)), vec3(0.0), still);
     return top != 0u && !rx_not_finite(ray.dir) && !rx_not_finite(ray.frac);
@@ -300,9 +321,7 @@ void rx_walk_settle(inout RxWalk w, RxRay ray, ivec3 corner, uint log2_size, uin
     RxExact e = rx_walk_exact(w, ray, corner, (1u << log2_size) - 1u);
     uvec3 here = w.q - e.origin;
     uvec3 ends = ((w.q | ((1u << shift) - 1u)) + 1u) - e.origin;
-    uint a = e.d.x != 0u ? 0u : e.d.y != 0u ? 1u : 2u;
-    if (a == 0u && e.d.y != 0u && rx_walk_compare(e, 0u, ends.x, 1u, ends.y) < 0) a = 1u;
-    if (a != 2u && e.d.z != 0u && rx_walk_compare(e, a, rx_pick(ends, a), 2u, ends.z) < 0) a = 2u;
+    uint a = rx_walk_first(e, rx_set_of(notEqual(e.d, uvec3(0u))), ends, 1);
     rx_walk_cross(w, e, a, rx_pick(ends, a), here, ends);
 }
 
@@ -349,7 +368,10 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, uint log2_size, out RxHit hi
         if (rx_pick(e.d, b) == 0u) continue;
         // From the plane behind, or in a mirrored axis from the one in front.
         bool mirrored = ((w.down >> b) & 1u) != 0u;
-        rx_put(place, b, abs(rx_walk_gap(e, a, n_a, b, rx_pick(n, b) + (mirrored ? 1u : 0u))));
+        uvec2 whole;
+        uint rest;
+        rx_walk_ahead(e, a, n_a, b, rx_pick(n, b) + (mirrored ? 1u : 0u), whole, rest);
+        rx_put(place, b, abs(rx_walk_gap(e, a, whole, rest)));
     }
     hit.uv = a == 0u ? place.yz : a == 1u ? place.xz : place.xy;
     return ray.t_max >= RX_FAR || t <= ray.t_max;
