@@ -5,8 +5,8 @@
 
 layout(local_size_x = 32) in;
 layout(rgba32i) uniform writeonly iimage2D outHit;  // voxel; face, or -1 where nothing is hit
-layout(std430) buffer RestCount { uint count; } restCount;
-layout(std430) writeonly buffer Rest { uint pixels[]; } rest;
+layout(std430) buffer RestCount { uint groups[3]; uint count; } restCount;  // what packet_rest.comp is dispatched by; pixels
+layout(std430) writeonly buffer Rest { uvec2 pixels[]; } rest;  // pixel, time until which its ray is free
 
 layout(push_constant) uniform Push {
     mat4 view_to_world;
@@ -23,8 +23,12 @@ void rx_tile_miss(ivec2 pixel) {
     imageStore(outHit, pixel, ivec4(0, 0, 0, -1));
 }
 
-void rx_tile_rest(ivec2 pixel) {
-    rest.pixels[atomicAdd(restCount.count, 1u)] = uint(pixel.x) | (uint(pixel.y) << 16);
+void rx_tile_rest(ivec2 pixel, float t_free) {
+    uint i = atomicAdd(restCount.count, 1u);
+    rest.pixels[i] = uvec2(uint(pixel.x) | (uint(pixel.y) << 16), floatBitsToUint(t_free));
+    atomicMax(restCount.groups[0], min(i / 64u + 1u, 65535u));
+    restCount.groups[1] = 1u;
+    restCount.groups[2] = 1u;
 }
 
 void main() {

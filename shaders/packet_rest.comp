@@ -2,12 +2,11 @@
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/camera.glsl>
-#include <raxel/thread.glsl>
 
 layout(local_size_x = 64) in;
 layout(rgba32i) uniform writeonly iimage2D outHit;
-layout(std430) readonly buffer RestCount { uint count; } restCount;
-layout(std430) readonly buffer Rest { uint pixels[]; } rest;
+layout(std430) readonly buffer RestCount { uint groups[3]; uint count; } restCount;
+layout(std430) readonly buffer Rest { uvec2 pixels[]; } rest;
 
 layout(push_constant) uniform Push {
     mat4 view_to_world;
@@ -17,11 +16,13 @@ layout(push_constant) uniform Push {
 } push;
 
 void main() {
-    uint i = rx_thread();
-    if (i >= restCount.count) return;
-    ivec2 pixel = ivec2(rest.pixels[i] & 0xffffu, rest.pixels[i] >> 16);
-    RxHit hit;
-    RxRay ray = rx_camera_ray(push.camera_cell, push.camera_frac, push.view_to_world, push.tan_half_fov, pixel, imageSize(outHit));
-    bool found = rx_trace(ray, hit);
-    imageStore(outHit, pixel, found ? ivec4(hit.voxel, hit.face) : ivec4(0, 0, 0, -1));
+    // There may be more pixels than one row of workgroups has threads.
+    for (uint i = gl_GlobalInvocationID.x; i < restCount.count; i += 64u * gl_NumWorkGroups.x) {
+        uvec2 left = rest.pixels[i];
+        ivec2 pixel = ivec2(left.x & 0xffffu, left.x >> 16);
+        RxHit hit;
+        RxRay ray = rx_camera_ray(push.camera_cell, push.camera_frac, push.view_to_world, push.tan_half_fov, pixel, imageSize(outHit));
+        bool found = rx_trace_from(ray, uintBitsToFloat(left.y), hit);
+        imageStore(outHit, pixel, found ? ivec4(hit.voxel, hit.face) : ivec4(0, 0, 0, -1));
+    }
 }

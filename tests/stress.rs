@@ -183,7 +183,7 @@ fn a_beam_that_goes_too_far_is_caught() {
 fn a_packet_that_loses_rays_is_caught() {
     let project = Project::empty();
     let packet = std::fs::read_to_string(repository().join("shaders/include/raxel/packet.glsl")).unwrap();
-    let (right, wrong) = ("rx_tile_rest(pixel);", "rx_tile_miss(pixel);");
+    let (right, wrong) = ("rx_tile_rest(pixel, free * (0.999 * length(dir) / far_away));", "rx_tile_miss(pixel);");
     assert!(packet.contains(right));
     project.write("shaders/include/raxel/packet.glsl", packet.replace(right, wrong));
     let scope = ["stress", "--scenes", "hills,menger,gravel", "--sets", "tiles", "--rays", "4e4"];

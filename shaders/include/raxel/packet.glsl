@@ -8,14 +8,14 @@
 //    candidates; those of a pixel are the intersection of its column's and its row's.
 // 3. Each invocation goes through those of its eight pixels that have candidates, one candidate a round, as slabs in f32 with a bound on the
 //    error. What f32 cannot tell waits until all others are through, and integers settle it. The frustum shrinks to the pixels that are left.
-// 4. What is left of a tile that has looked at too many leaves, hits of a camera in a solid voxel, and everything outside of what the bounds
+// 4. What is left of a tile that has looked at too many leaves (with the time until which it is known to be free), hits of a camera in a solid voxel, and everything outside of what the bounds
 //    are proven for, is handed on, to be traced ray by ray.
 //
 // What is decided here is what rx_trace finds. A shader includes this file and defines
 //
 //     void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
 //     void rx_tile_miss(ivec2 pixel);
-//     void rx_tile_rest(ivec2 pixel);   not decided: rx_trace says what this pixel hits
+//     void rx_tile_rest(ivec2 pixel, float t_free);   not decided: rx_trace_from says what this pixel hits
 //
 // and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. One of the three is called once for each pixel of the tile on the output, in
 // any order. Where a subgroup is not 32 wide, or the world's layout is not tree64, every pixel is handed on. A pass with
@@ -35,12 +35,41 @@
 
 void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
 void rx_tile_miss(ivec2 pixel);
-void rx_tile_rest(ivec2 pixel);
+void rx_tile_rest(ivec2 pixel, float t_free);
 
+#ifdef RX_TILE_BY_SHARED_MEMORY
+// The same through shared memory, whatever the width of a subgroup: so slow that only tests define it, for devices without subgroups of 32.
+shared uint rx_tile_votes;
+
+uint rx_tile_ballot(bool vote) {
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) rx_tile_votes = 0u;
+    barrier();
+    if (vote) atomicOr(rx_tile_votes, 1u << gl_LocalInvocationIndex);
+    barrier();
+    return rx_tile_votes;
+}
+
+uint rx_tile_read(uint value, uint lane) {
+    barrier();
+    if (gl_LocalInvocationIndex == lane) rx_tile_votes = value;
+    barrier();
+    return rx_tile_votes;
+}
+
+#define RX_TILE_BALLOT(vote) rx_tile_ballot(vote)
+#define RX_TILE_ANY(vote) (rx_tile_ballot(vote) != 0u)
+#define RX_TILE_READ(value, lane) rx_tile_read(value, lane)
+#define RX_TILE_IN_STEP true
+#else
 #define RX_TILE_BALLOT(vote) unpackUint2x32(ballotARB(vote)).x
+#define RX_TILE_ANY(vote) anyInvocationARB(vote)
+#define RX_TILE_READ(value, lane) readInvocationARB(value, lane)
+#define RX_TILE_IN_STEP (gl_SubgroupSize == 32u)
+#endif
 
 const int RX_TILE = 16;                          // pixels along an edge of a tile
-const uint RX_TILE_LEAVES = 1024u;               // leaves that a tile may look at before its rays are handed on
+const uint RX_TILE_LEAVES = 96u;                 // leaves that a tile may look at before its rays are handed on
 const float RX_TILE_SLACK = 1.0 / 256.0;         // voxels: more than a place is off by rounding, within RX_TILE_REACH of the camera
 const int RX_TILE_REACH = 1 << 13;
 const float RX_TILE_ERROR = 9.5367431640625e-7;  // 2^-20, of a direction's length and of a time, see docs/exactness.md
@@ -60,6 +89,8 @@ shared vec4 rx_tile_corners[32];
 // Nodes on the way down, by the height of their children less 2: the node, and the place of its corner less RX_TILE_SLACK, relative to the origin.
 shared uvec4 rx_tile_nodes[4];
 shared vec4 rx_tile_places[4];
+// Bits of the time at depth 1 until which what is left of a tile is free.
+shared uint rx_tile_free;
 // From places to pixels, in sixteenths.
 shared vec4 rx_tile_project[4];
 // Direction through the first pixel, what a pixel to the right and one down add to it (and by what bounds of a direction are widened), fraction of the
@@ -101,6 +132,12 @@ uvec2 rx_tile_ahead(uvec2 mask, vec3 corner, bool down_x, bool down_y, bool down
     if (past.y > 2u) mask.y &= ~nearest;
     if (past.y > 3u) mask.y = 0u;
     return mask;
+}
+
+// The whole numbers of a place that the origin's fraction was taken from.
+ivec3 rx_tile_cell(vec3 place) {
+    precise vec3 rounded = (place + rx_tile_frame[3].xyz) + RX_ROUND;
+    return floatBitsToInt(rounded) - 0x4b400000;
 }
 
 // The frustum of the pixels `rect` (first and last, from the tile's first) as intervals of 1 / direction.
@@ -160,7 +197,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         ivec2 pixel = tile * RX_TILE + ivec2(i & 15u, i >> 4);
         if (any(greaterThanEqual(pixel, size))) continue;
         if (nothing) rx_tile_miss(pixel);
-        else rx_tile_rest(pixel);
+        else rx_tile_rest(pixel, 0.0);
     }
 }
 #else
@@ -175,7 +212,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
     const vec3 lattice_frac = floor(frac * 16777216.0) * 5.9604644775390625e-8;
 
     // Everything that the bounds do not hold for is handed on.
-    bool proven = gl_SubgroupSize == 32u && (1 << world.log2_size) <= RX_TILE_REACH && all(lessThan(frac, vec3(1.0))) && all(greaterThanEqual(frac, vec3(0.0)))
+    bool proven = RX_TILE_IN_STEP && (1 << world.log2_size) <= RX_TILE_REACH && all(lessThan(frac, vec3(1.0))) && all(greaterThanEqual(frac, vec3(0.0)))
         && all(lessThan(abs(from), ivec3(RX_TILE_REACH)))
         && all(lessThan((0.5 / tan_half_fov + 0.5) * vec2(size) * reach, vec2(RX_TILE_SCALE)));
     // Bit s: this invocation's pixel of group s is on the output.
@@ -192,13 +229,14 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         vec2 pixel_size = 2.0 * tan_half_fov / vec2(size), start = (1.0 / vec2(size) - 1.0) * tan_half_fov;
         vec2 at = start + pixel_size * vec2(first + ivec2((lane & 1u) != 0u ? RX_TILE - 1 : 0, (lane & 2u) != 0u ? RX_TILE - 1 : 0));
         vec3 corner = view_to_world[0].xyz * at.x - view_to_world[1].xyz * at.y - view_to_world[2].xyz;
-        octant = (anyInvocationARB(corner.x < 0.0) ? 1u : 0u) | (anyInvocationARB(corner.y < 0.0) ? 2u : 0u) | (anyInvocationARB(corner.z < 0.0) ? 4u : 0u);
+        octant = (RX_TILE_ANY(corner.x < 0.0) ? 1u : 0u) | (RX_TILE_ANY(corner.y < 0.0) ? 2u : 0u) | (RX_TILE_ANY(corner.z < 0.0) ? 4u : 0u);
         vec3 turned = mix(corner, -corner, bvec3((octant & 1u) != 0u, (octant & 2u) != 0u, (octant & 4u) != 0u));
-        one_octant = !anyInvocationARB(min(turned.x, min(turned.y, turned.z)) < slack);
+        one_octant = !RX_TILE_ANY(min(turned.x, min(turned.y, turned.z)) < slack);
     }
 
     // Bit s: this invocation's pixel of group s is handed on, or hits nothing.
     uint rest = proven ? 0u : all_rays, missed = 0u;
+    float free = 0.0;  // at depth 1, of all that are handed on
     precise vec2 scale = tan_half_fov * vec2(size.yx);
     precise float far_away = float(size.x) * float(size.y);
     precise vec3 back = view_to_world[2].xyz * far_away;
@@ -223,7 +261,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
             }
             alive &= all_rays;
         }
-        if (!anyInvocationARB(alive != 0u)) continue;
+        if (!RX_TILE_ANY(alive != 0u)) continue;
 
         barrier();
         {
@@ -299,6 +337,26 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                 looked_at += uint(bitCount(ones)) + uint(bitCount(twos));
                 if (looked_at > RX_TILE_LEAVES) {
                     too_much = true;
+                    // The rays that are left are free as long as none can have come to a child that is still to be visited.
+                    barrier();
+                    if (lane == 0u) rx_tile_free = 0x7f7fffffu;
+                    barrier();
+                    for (;;) {
+                        float side = uintBitsToFloat((height << 24) + 0x3f800000u);
+                        vec3 at = fma(child_at, vec3(side), place), near = at * slow;
+                        float enter = max(max(near.x, near.z), 0.0);
+                        if (((ones >> lane) & 1u) != 0u) atomicMin(rx_tile_free, floatBitsToUint(max(enter, near.y)));
+                        if (((twos >> lane) & 1u) != 0u) atomicMin(rx_tile_free, floatBitsToUint(max(enter, fma(2.0 * side, slow.y, near.y))));
+                        if (waiting == 0u) break;
+                        height = uint(findLSB(waiting));
+                        waiting &= waiting - 1u;
+                        place = rx_tile_places[(height - 2u) & 3u].xyz;
+                        ones = RX_TILE_READ(wait_1, height);
+                        twos = RX_TILE_READ(wait_2, height);
+                    }
+                    barrier();
+                    // A tile with rays in several octants has one time for each, and hits of a camera in a solid voxel have none.
+                    if (one_octant && !RX_TILE_ANY(rest != 0u)) free = uintBitsToFloat(rx_tile_free);
                     break;
                 }
                 // The corner of the node, exactly, in cells from the origin's.
@@ -383,7 +441,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                             uint s = 0u, mine = 0u;  // the pixel of the moment, and which candidates it has left
                             bool parked = false;     // whether f32 cannot tell what the next one is to it
                             for (;;) {
-                                while (anyInvocationARB((pending | mine) != 0u && !parked)) {
+                                while (RX_TILE_ANY((pending | mine) != 0u && !parked)) {
                                     bool fresh = mine == 0u;
                                     s = fresh ? uint(findLSB(pending)) & 7u : s;
                                     uint set = rx_tile_words[32u + 8u * (s & 1u) + (lane & 7u)] & rx_tile_words[48u + 4u * (s >> 1) + (lane >> 3)];
@@ -415,18 +473,18 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                     parked = found && !told;
                                     if (hit) {
                                         alive &= ~(1u << s);
-                                        ivec3 n = floatBitsToInt((v + rx_tile_frame[3].xyz) + RX_ROUND) - 0x4b400000;
+                                        ivec3 n = rx_tile_cell(v);
                                         if (ahead) rx_tile_hit(pixel, cell + ivec3(down_x ? -n.x : n.x, down_y ? -n.y : n.y, down_z ? -n.z : n.z), 2u * axis + ((o >> axis) & 1u));
                                         else rest |= 1u << s;
                                     }
                                     mine = parked ? mine : hit ? 0u : mine & ~(1u << c);
                                 }
-                                if (!anyInvocationARB(parked)) break;
+                                if (!RX_TILE_ANY(parked)) break;
                                 // Integers tell, seldom.
                                 if (parked) {
                                     uint c = uint(findMSB(mine)) & 31u;
                                     ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
-                                    ivec3 n = floatBitsToInt((rx_tile_corners[c].xyz + rx_tile_frame[3].xyz) + RX_ROUND) - 0x4b400000;
+                                    ivec3 n = rx_tile_cell(rx_tile_corners[c].xyz);
                                     uint axis = rx_tile_settle(n, rx_tile_frame[3].xyz, rx_camera_direction(view_to_world, tan_half_fov, vec2(pixel) + 0.5, vec2(size)));
                                     if (axis < 3u) {
                                         alive &= ~(1u << s);
@@ -436,7 +494,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                     parked = false;
                                 }
                             }
-                            some_left = anyInvocationARB(alive != 0u);
+                            some_left = RX_TILE_ANY(alive != 0u);
                         }
                         if (!some_left) break;
                         // The frustum of what is left.
@@ -467,7 +525,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                     if (low) ones &= ones - 1u;
                     else twos &= twos - 1u;
                     uvec2 mask = low ? leaf_1 : leaf_2;
-                    mask = uvec2(readInvocationARB(mask.x, l), readInvocationARB(mask.y, l));
+                    mask = uvec2(RX_TILE_READ(mask.x, l), RX_TILE_READ(mask.y, l));
                     uvec3 leaf = uvec3(l & 3u, (l >> 4) + (low ? 0u : 2u), (l >> 2) & 3u);
                     vec3 at = fma(vec3(leaf), vec3(4.0), corner) + voxel_at;
                     vec3 from_low = at * slow, to_high = (at + (1.0 + 2.0 * RX_TILE_SLACK)) * fast;
@@ -483,13 +541,13 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                         candidates += uint(bitCount(some_2));
                     }
                 }
-                if (!anyInvocationARB(alive != 0u)) break;
+                if (!RX_TILE_ANY(alive != 0u)) break;
             }
 
             // The next node: a child that waits, of the lowest node that has one.
             if (waiting == 0u) break;
             height = uint(findLSB(waiting));
-            uint left_1 = readInvocationARB(wait_1, height), left_2 = readInvocationARB(wait_2, height);
+            uint left_1 = RX_TILE_READ(wait_1, height), left_2 = RX_TILE_READ(wait_2, height);
             bool low = left_1 != 0u;
             uint l = uint(findLSB(low ? left_1 : left_2));
             if (low) left_1 &= left_1 - 1u;
@@ -511,11 +569,15 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         if (too_much) rest |= alive;
         else missed |= alive;
     }
-    while (anyInvocationARB((missed | rest) != 0u)) {
+    while (RX_TILE_ANY((missed | rest) != 0u)) {
         uint s = uint(findLSB(missed | rest)) & 7u;
         ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
         if (((missed >> s) & 1u) != 0u) rx_tile_miss(pixel);
-        if (((rest >> s) & 1u) != 0u) rx_tile_rest(pixel);
+        if (((rest >> s) & 1u) != 0u) {
+            // A direction at depth 1 is as long as this.
+            vec3 dir = view_to_world[0].xyz * rx_tile_views[8u * (s & 1u) + (lane & 7u)] + view_to_world[1].xyz * rx_tile_views[16u + 4u * (s >> 1) + (lane >> 3)] - back;
+            rx_tile_rest(pixel, free * (0.999 * length(dir) / far_away));
+        }
         missed &= ~(1u << s);
         rest &= ~(1u << s);
     }

@@ -91,10 +91,10 @@ void rx_tile_miss(ivec2 pixel) {
     if (wanted(pixel)) write_hit(line_of(pixel), false, RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u));
 }
 
-void rx_tile_rest(ivec2 pixel) {
+void rx_tile_rest(ivec2 pixel, float t_free) {
     if (!wanted(pixel)) return;
     RxHit hit;
-    bool found = rx_trace(ray_of(pixel), hit);
+    bool found = rx_trace_from(ray_of(pixel), t_free, hit);
     write_hit(line_of(pixel), found, hit);
 }
 
