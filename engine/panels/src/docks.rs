@@ -143,7 +143,7 @@ impl Panels {
                 style.visuals.weak_text_alpha = 0.75;
                 style.spacing.item_spacing = egui::vec2(6.0, 3.0);
                 // Names in the matrix of resources and on the timeline.
-                style.text_styles.insert(TextStyle::Small, FontId::proportional(11.0));
+                style.text_styles.insert(TextStyle::Small, FontId::proportional(10.0));
             });
         }
         self.layout.zoom = ctx.zoom_factor();

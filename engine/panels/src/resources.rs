@@ -8,6 +8,8 @@ use crate::frame::bytes;
 use crate::view::{Pass, PassState, Resource, Shown, Use, View};
 
 const CELL: f32 = 18.0;
+/// The angle of the titles of the columns to the rows, in radians.
+const LEANING: f32 = 1.1;
 const READS: Color32 = Color32::from_rgb(90, 150, 240);
 const WRITES: Color32 = Color32::from_rgb(240, 140, 80);
 const BOTH: Color32 = Color32::from_rgb(190, 120, 230);
@@ -45,14 +47,15 @@ fn matrix(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     let names = widest(ui, view.passes.iter().map(|pass| pass.name), &font).min(160.0) + 8.0;
     let titles = widest(ui, view.resources.iter().map(|resource| resource.name.as_str()), &font).min(120.0) + 8.0;
     let columns = view.resources.len() as f32;
-    let size = vec2(names + columns * CELL + titles * 0.6, titles + view.passes.len() as f32 * CELL);
+    // The titles lean over the columns beside them, and the last one over the edge.
+    let size = vec2(names + columns * CELL + titles * LEANING.cos(), titles + view.passes.len() as f32 * CELL);
     let (response, painter) = ui.allocate_painter(size, Sense::hover());
     let origin = response.rect.min;
     for (column, resource) in view.resources.iter().enumerate() {
         let at = pos2(origin.x + names + (column as f32 + 0.75) * CELL, origin.y + titles - 4.0);
         let galley = painter.layout_no_wrap(resource.name.clone(), font.clone(), ui.visuals().text_color());
         let mut text = egui::epaint::TextShape::new(at - vec2(galley.size().y * 0.8, 0.0), galley, Color32::WHITE);
-        text.angle = -1.1;
+        text.angle = -LEANING;
         painter.add(text);
     }
     for (row, pass) in view.passes.iter().enumerate() {
