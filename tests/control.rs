@@ -63,7 +63,7 @@ fn lines_that_are_no_request_change_nothing() {
     for (line, said) in [
         ("{\"do\": ", "not JSON"),
         ("\"step\"", "a request is an object"),
-        ("{\"do\": \"fly\"}", "unknown variant `fly`"),
+        ("{\"do\": \"fly\"}", "unknown request `fly`"),
         ("{\"do\": \"step\", \"frame\": 2}", "unknown field `frame`"),
         ("{\"do\": \"set\", \"param\": \"sky_dpeth\", \"value\": 1}", "did you mean `sky_depth`"),
         ("{\"do\": \"set\", \"param\": \"sky_depth\", \"value\": {}}", "`value` is a number"),

@@ -30,7 +30,7 @@ pub(crate) struct What {
     #[arg(long, value_name = "WORLD")]
     pub world: Option<PathBuf>,
 
-    /// The debug target: NAME, NAME@1 (a frame ago), NAME:mip=2, NAME:layer=3.
+    /// The debug target: NAME, or NAME@1 (a frame ago), and behind it any of `,mip=2` `,layer=3` `,after=PASS`.
     #[arg(long, value_name = "TARGET")]
     pub target: Option<String>,
 

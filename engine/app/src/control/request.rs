@@ -118,8 +118,27 @@ pub(super) fn parse(line: &str) -> (Value, Result<Request, Refusal>) {
         return (Value::Null, Err(Refusal::new("a request is an object, {\"do\": …}")));
     };
     let id = object.remove("id").unwrap_or(Value::Null);
-    let request = serde_json::from_value(value).map_err(|error| Refusal::new(error.to_string()));
+    let request = serde_json::from_value(value.clone()).map_err(|error| Refusal::new(told(&value, &error)));
     (id, request.and_then(within))
+}
+
+/// Why an object is no request, with the field that has a wrong value: the one without which the mistake is another or none.
+fn told(value: &Value, error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    if let Some(unknown) = text.strip_prefix("unknown variant") {
+        return format!("unknown request{unknown}");
+    }
+    if !text.starts_with("invalid") {
+        return text;
+    }
+    let is_wrong = |field: &&String| {
+        let mut rest = value.clone();
+        rest.as_object_mut().and_then(|object| object.remove(*field));
+        serde_json::from_value::<Request>(rest).err().is_none_or(|error| error.to_string() != text)
+    };
+    let mut fields = value.as_object().into_iter().flat_map(serde_json::Map::keys).filter(|field| *field != "do");
+    let field = fields.find(is_wrong).map_or("do", String::as_str);
+    format!("`{field}`: {text}")
 }
 
 /// Numbers that nothing can be done with are refused here, once.
@@ -165,11 +184,14 @@ mod tests {
             ("no json", "not JSON"),
             ("[1]", "a request is an object"),
             ("{}", "missing field `do`"),
-            (r#"{"id": 7, "do": "fly"}"#, "unknown variant `fly`"),
+            (r#"{"id": 7, "do": "fly"}"#, "unknown request `fly`"),
             (r#"{"do": "step", "frame": 3}"#, "unknown field `frame`"),
             (r#"{"do": "info", "target": "depth"}"#, "unknown field `target`"),
             (r#"{"do": "step", "frames": 0}"#, "`frames` must be in"),
-            (r#"{"do": "pixel", "target": "depth", "x": -1, "y": 0}"#, "invalid value"),
+            (r#"{"do": "pixel", "target": "depth", "x": -1, "y": 0}"#, "`x`: invalid value"),
+            (r#"{"do": "pixel", "target": "depth", "x": 0, "y": 0.5}"#, "`y`: invalid type: floating point `0.5`"),
+            (r#"{"do": "seek", "seconds": "now"}"#, "`seconds`: invalid type: string"),
+            (r#"{"do": 5}"#, "`do`: invalid type"),
             (r#"{"do": "camera", "look_at": [0, 0, 0], "yaw": 1}"#, "exclude each other"),
             (r#"{"do": "camera", "position": [0, 1e300, 0]}"#, "a position is in"),
         ] {
