@@ -65,12 +65,12 @@ impl VoxelChange {
     }
 
     /// Its block and its bit.
-    pub(crate) fn place(&self) -> (usize, u32) {
+    pub(crate) fn place(self) -> (usize, u32) {
         (self.at as usize / 64, self.at % 64)
     }
 
     /// Its material on one side; air is empty.
-    pub(crate) fn material(&self, side: Side) -> MaterialIndex {
+    pub(crate) fn material(self, side: Side) -> MaterialIndex {
         match side {
             Side::Before => self.materials[0],
             Side::After => self.materials[1],
