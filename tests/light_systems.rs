@@ -298,11 +298,11 @@ fn wide_faces_are_kept_in_quarters_where_there_is_little_noise() {
         let mut wide = [0, 0];
         for ((voxel, face), slots) in &faces {
             let axis = (face >> 1) as usize;
-            let mut square = 0.0;
-            for i in 0..3 {
+            let along = |i: usize| {
                 let middle = if i == axis { f64::from(face & 1) } else { 0.5 };
-                square += (f64::from(voxel[i]) + middle - camera[i]).powi(2);
-            }
+                f64::from(voxel[i]) + middle - camera[i]
+            };
+            let square: f64 = (0..3).map(|i| along(i).powi(2)).sum();
             let width = 0.5 * f64::from(SIZE[1]) / (30_f64.to_radians().tan() * square.sqrt());
             // What floats of the shader may see on the other side.
             if (width / threshold - 1.0).abs() < 1e-3 {
@@ -359,7 +359,7 @@ fn paths_that_end_early_lose_no_light() {
     project.edit("graphs/light/face_cache.toml", update, &format!("{update}defines  = {{ SHORT_PATHS = 1 }}\n"));
     let (short, _) = light();
     assert!((short / long - 1.0).abs() < 0.03, "{short} by short paths, {long} by long ones");
-    assert!(short != long, "no path ended earlier");
+    assert!((short - long).abs() > 0.0, "no path ended earlier");
 }
 
 /// The world of docs/light/beauty.md around a model that raxel does not ship: what is missing is named, and any model of its size becomes a
