@@ -162,18 +162,15 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     do {
         if (any(greaterThan(walk.q, limit))) break;
         uint height = world.log2_size >> 1;
-        // The last nodes of 64^3, 1024^3 and 16384^3 voxels that were passed: what leaves the first seldom leaves the others, and in a world
-        // that is seen to the horizon it is a long way down from the root.
-        uint chunk = world.root, region = world.root, country = world.root;
-        const uint top = world.log2_size >> 1;
+        uint chunk = world.root;  // the last node of 64^3 that was passed
         node = world.quads[chunk];
         uint moved = 0u;          // bits of the cell that the last step changed
         for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
-            // Up: a node is kept as long as the ray is in it; then it is the turn of the smallest one that is kept and holds the cell.
+            // Up: a node is kept as long as the ray is in it; then the chunk's turn comes, then the root's.
             if ((moved >> (2u * height)) != 0u) {
                 if (any(greaterThan(walk.q, limit)) || walk.t > walk.t_end) break;
-                height = min(moved < 64u ? 3u : moved < 1024u ? 5u : moved < 16384u ? 7u : top, top);
-                node = world.quads[moved < 64u ? chunk : moved < 1024u ? region : moved < 16384u ? country : world.root];
+                height = moved < 64u ? 3u : world.log2_size >> 1;
+                node = world.quads[moved < 64u ? chunk : world.root];
             }
 
             // Down to the smallest node that holds the cell.
@@ -182,8 +179,6 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
             while (occupied && height > 2u && (node.w & RX_FILLED) == 0u) {
                 uint at = node.z + rx_child_rank(node.xy, child);
                 if (height == 4u) chunk = at;
-                else if (height == 6u) region = at;
-                else if (height == 8u) country = at;
                 --height;
                 node = world.quads[at];
                 child = rx_child(walk.q, height) ^ mirror;
