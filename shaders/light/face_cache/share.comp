@@ -9,7 +9,7 @@ layout(push_constant) uniform Push { uint pixels; float paths; } push;
 
 void main() {
     uint budget = uint(clamp(push.paths, 0.0, 2.0) * float(push.pixels));
-    queue.per_face = clamp(budget / max(queue.count, 1u), 1u, 6u);
+    queue.per_face = clamp(budget / max(queue.count, 1u), 1u, 8u);
     queue.lamps = rx_lights_count();
     queue.work = queue.count * queue.per_face;
 }
