@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::error::RayError;
 use super::tracer::{DeviceWorld, Tracer};
-use super::words::{HitWords, RayWords};
+use super::words::{HitWords, RayWords, Work};
 
 /// Rays a workgroup of `trace_rays.comp`.
 const GROUP: usize = 64;
@@ -53,12 +53,12 @@ impl Pace {
     }
 }
 
-/// One part of a list of rays, traced.
+/// One part of a list of rays or tiles, traced.
 #[derive(Clone, Debug)]
 pub struct Traced<'a> {
-    /// Which rays of the list.
+    /// Which of the list.
     pub range: Range<usize>,
-    /// Their hits.
+    /// Their hits, those of a tile one after another.
     pub hits: &'a [HitWords],
     /// How long the device took; `None` where it cannot tell, and of a tracer's first part, which may wait for the driver's compiler.
     pub seconds: Option<f64>,
@@ -129,24 +129,21 @@ impl Stream {
         self.capacity
     }
 
-    /// Traces a list of rays, and gives each part to `look` in order, while the device traces the part after it. The device's
+    /// Traces a list of rays or tiles, and gives each part to `look` in order, while the device traces the part after it. The device's
     /// results are poisoned before each dispatch, so [`super::State::Unwritten`] is a hit that the tracer did not write.
-    pub fn trace<'r, R: Sync, E: From<RayError>>(
+    pub fn trace<W: Work, E: From<RayError>>(
         &mut self,
         tracer: &mut Tracer,
         world: &DeviceWorld,
-        rays: &'r [R],
+        list: &[W],
         mut look: impl FnMut(Traced<'_>) -> Result<(), E>,
-    ) -> Result<(), E>
-    where
-        RayWords: From<&'r R>,
-    {
+    ) -> Result<(), E> {
         let bound = [self.bind(tracer, world, 0)?, self.bind(tracer, world, 1)?];
         let mut flight: Option<Flight> = None;
         let (mut next, mut slot) = (0, 0);
         loop {
-            let end = rays.len().min(next + tracer.pace.rays.min(self.capacity));
-            let ahead = if next < end { Some(self.submit(tracer, &bound[slot], slot, rays, next..end)?) } else { None };
+            let end = list.len().min(next + (tracer.pace.rays.min(self.capacity) / W::RAYS).max(1));
+            let ahead = if next < end { Some(self.submit(tracer, &bound[slot], slot, list, next..end)?) } else { None };
             (next, slot) = (end, 1 - slot);
             let Some(landing) = std::mem::replace(&mut flight, ahead) else {
                 if flight.is_none() {
@@ -154,7 +151,7 @@ impl Stream {
                 }
                 continue;
             };
-            let looked = self.land(tracer, landing, &mut look);
+            let looked = self.land(tracer, landing, W::RAYS, &mut look);
             if looked.is_err() {
                 // The part after it may not outlive what it reads.
                 if let Some(flight) = &flight {
@@ -165,18 +162,15 @@ impl Stream {
         }
     }
 
-    /// Traces a list of rays, and keeps all hits.
-    pub fn trace_all<'r, R: Sync>(
+    /// Traces a list of rays or tiles, and keeps all hits.
+    pub fn trace_all<W: Work>(
         &mut self,
         tracer: &mut Tracer,
         world: &DeviceWorld,
-        rays: &'r [R],
-    ) -> Result<Vec<HitWords>, RayError>
-    where
-        RayWords: From<&'r R>,
-    {
-        let mut all = Vec::with_capacity(rays.len());
-        self.trace(tracer, world, rays, |part| {
+        list: &[W],
+    ) -> Result<Vec<HitWords>, RayError> {
+        let mut all = Vec::with_capacity(list.len() * W::RAYS);
+        self.trace(tracer, world, list, |part| {
             all.extend_from_slice(part.hits);
             Ok::<_, RayError>(())
         })?;
@@ -190,20 +184,20 @@ impl Stream {
         Ok(Descriptors::new(&self.device, "rays", &tracer.pipeline, &resources)?)
     }
 
-    fn submit<'r, R: Sync>(
+    fn submit<W: Work>(
         &mut self,
         tracer: &Tracer,
         descriptors: &Descriptors,
         slot: usize,
-        rays: &'r [R],
+        list: &[W],
         range: Range<usize>,
-    ) -> Result<Flight, RayError>
-    where
-        RayWords: From<&'r R>,
-    {
+    ) -> Result<Flight, RayError> {
         let SlotBuffers { staging, rays: on_device, hits, back, commands, timestamps, .. } = &mut self.slots[slot];
-        let words: Vec<RayWords> = rays[range.clone()].par_iter().with_min_len(4096).map(RayWords::from).collect();
-        let count = words.len() as u32;
+        let part = &list[range.clone()];
+        let mut words = vec![RayWords::zeroed(); part.len() * W::LINES];
+        let lines = words.par_chunks_exact_mut(W::LINES).with_min_len(4096 / W::LINES);
+        lines.zip(part).for_each(|(lines, work)| work.write(lines));
+        let count = (part.len() * W::RAYS) as u32;
         if !staging.write(0, bytemuck::cast_slice(&words)) {
             let size = staging.size();
             return Err(raxel_gpu::Error::OutOfMemory { name: "rays, host-visible".to_owned(), size }.into());
@@ -213,7 +207,7 @@ impl Stream {
         let (read, write) = (vk::AccessFlags2::SHADER_STORAGE_READ, vk::AccessFlags2::SHADER_STORAGE_WRITE);
         let bytes = u64::from(count) * size_of::<HitWords>() as u64;
         let mut recording = commands.begin()?;
-        recording.copy_buffer((staging, 0), (on_device, 0), u64::from(count) * size_of::<RayWords>() as u64);
+        recording.copy_buffer((staging, 0), (on_device, 0), size_of_val(words.as_slice()) as u64);
         recording.fill_buffer(hits, 0, bytes, HitWords::POISON);
         recording.barrier(
             &Barrier::default().memory((copy | clear, vk::AccessFlags2::TRANSFER_WRITE), (compute, read | write)),
@@ -242,6 +236,7 @@ impl Stream {
         &mut self,
         tracer: &mut Tracer,
         flight: Flight,
+        rays_each: usize,
         look: &mut impl FnMut(Traced<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         if let Err(error) = self.device.wait(flight.finished_at, PATIENCE) {
@@ -259,7 +254,7 @@ impl Stream {
             seconds = (ticks[0][1] == 1 && ticks[1][1] == 1)
                 .then(|| ticks[1][0].saturating_sub(ticks[0][0]) as f64 * period * 1e-9);
         }
-        let count = flight.range.len();
+        let count = flight.range.len() * rays_each;
         seconds = seconds.filter(|_| tracer.pace.warm);
         tracer.pace.learn(count, seconds.unwrap_or(BUSY.start), self.capacity);
         let hits = &mut slot.host[..count];

@@ -61,7 +61,7 @@ void write_hit(uint i, bool found, RxHit hit) {
 
 const int TILE = 8;
 
-uint line;  // the first of the tile's
+uint line;  // where the first ray of the tile has its hit
 ivec3 camera_cell;
 vec3 camera_frac;
 mat4 view_to_world;
@@ -100,17 +100,18 @@ void rx_tile_rest(ivec2 pixel, float t_free) {
 
 void main() {
     line = gl_WorkGroupID.x * 64u;
-    camera_cell = rays[line].cell;
-    camera_frac = uintBitsToFloat(rays[line].frac);
-    view_to_world = mat4(uintBitsToFloat(rays[line + 1u].dir), uintBitsToFloat(rays[line + 2u].dir),
-                         uintBitsToFloat(rays[line + 3u].dir), vec4(0.0, 0.0, 0.0, 1.0));
-    tan_half_fov = uintBitsToFloat(rays[line + 4u].frac.xy);
-    size = rays[line + 4u].cell.xy;
-    first = ivec2(rays[line + 4u].dir.xy);
+    uint tile = gl_WorkGroupID.x * 5u;
+    camera_cell = rays[tile].cell;
+    camera_frac = uintBitsToFloat(rays[tile].frac);
+    view_to_world = mat4(uintBitsToFloat(rays[tile + 1u].dir), uintBitsToFloat(rays[tile + 2u].dir),
+                         uintBitsToFloat(rays[tile + 3u].dir), vec4(0.0, 0.0, 0.0, 1.0));
+    tan_half_fov = uintBitsToFloat(rays[tile + 4u].frac.xy);
+    size = rays[tile + 4u].cell.xy;
+    first = ivec2(rays[tile + 4u].dir.xy);
     rx_trace_tile(first / RX_TILE, camera_cell, camera_frac, view_to_world, tan_half_fov, size);
 }
 #elif defined(RX_MARCH_BEAM)
-// A group traces a tile of 8 x 8 pixels. In the place of its rays stand five lines of its camera, see rays/words.rs.
+// A group traces a tile of 8 x 8 pixels. It has five lines, which hold its camera: see rays/words.rs.
 #include <raxel/beam.glsl>
 
 const int TILE = 8;
@@ -120,14 +121,14 @@ const int ROUNDS = 16;
 shared float free_depth;
 
 void main() {
-    uint line = gl_WorkGroupID.x * 64u;
-    ivec3 cell = rays[line].cell;
-    vec3 frac = uintBitsToFloat(rays[line].frac);
-    mat4 view_to_world = mat4(uintBitsToFloat(rays[line + 1u].dir), uintBitsToFloat(rays[line + 2u].dir),
-                              uintBitsToFloat(rays[line + 3u].dir), vec4(0.0, 0.0, 0.0, 1.0));
-    vec2 tan_half_fov = uintBitsToFloat(rays[line + 4u].frac.xy);
-    ivec2 size = rays[line + 4u].cell.xy;
-    ivec2 first = ivec2(rays[line + 4u].dir.xy);
+    uint tile = gl_WorkGroupID.x * 5u;
+    ivec3 cell = rays[tile].cell;
+    vec3 frac = uintBitsToFloat(rays[tile].frac);
+    mat4 view_to_world = mat4(uintBitsToFloat(rays[tile + 1u].dir), uintBitsToFloat(rays[tile + 2u].dir),
+                              uintBitsToFloat(rays[tile + 3u].dir), vec4(0.0, 0.0, 0.0, 1.0));
+    vec2 tan_half_fov = uintBitsToFloat(rays[tile + 4u].frac.xy);
+    ivec2 size = rays[tile + 4u].cell.xy;
+    ivec2 first = ivec2(rays[tile + 4u].dir.xy);
     if (gl_LocalInvocationIndex == 0u) {
         // As graphs/bench/beam.toml does it: a beam for the tile around, and one that goes on from there.
         ivec2 around = first / COARSE * COARSE;

@@ -16,6 +16,55 @@ pub struct RayWords {
     dir: [f32; 4],
 }
 
+/// What a device is given to trace: a ray, or a tile of them.
+pub trait Work: Sync {
+    /// Lines that it takes up in the list of rays.
+    const LINES: usize;
+    /// Rays that are traced for it, each of which has a hit.
+    const RAYS: usize;
+
+    /// Writes its [`Work::LINES`] lines.
+    fn write(&self, lines: &mut [RayWords]);
+}
+
+impl Work for Ray {
+    const LINES: usize = 1;
+    const RAYS: usize = 1;
+
+    fn write(&self, lines: &mut [RayWords]) {
+        lines[0] = self.into();
+    }
+}
+
+impl Work for RayWords {
+    const LINES: usize = 1;
+    const RAYS: usize = 1;
+
+    fn write(&self, lines: &mut [RayWords]) {
+        lines[0] = *self;
+    }
+}
+
+/// A tile of pixels, for the marchers `beam` and `packet`: five lines that hold its camera.
+impl Work for Tile {
+    const LINES: usize = 5;
+    const RAYS: usize = Tile::RAYS;
+
+    fn write(&self, lines: &mut [RayWords]) {
+        let Tile { camera, size, first } = self;
+        lines.fill(RayWords::zeroed());
+        (lines[0].cell, lines[0].frac) = (camera.cell.to_array(), camera.frac.to_array());
+        for (line, column) in lines[1..4].iter_mut().zip(camera.view_to_world.to_cols_array_2d()) {
+            line.dir = column;
+        }
+        let [width, height] = size.map(u32::cast_signed);
+        lines[4].cell = [width, height, 0];
+        lines[4].frac = [camera.tan_half_fov.x, camera.tan_half_fov.y, 0.0];
+        // Whole numbers in the bits of floats.
+        lines[4].dir = [f32::from_bits(first[0]), f32::from_bits(first[1]), 0.0, 0.0];
+    }
+}
+
 impl From<&Ray> for RayWords {
     fn from(ray: &Ray) -> Self {
         let [x, y, z] = ray.dir;
@@ -27,31 +76,6 @@ impl RayWords {
     /// The ray, known to pass nothing but air up to a time, in lengths of its direction. The marcher `ahead` begins there.
     pub fn ahead(ray: &Ray, t_free: f32) -> Self {
         Self { t_free, ..Self::from(ray) }
-    }
-}
-
-impl RayWords {
-    /// A tile of pixels, for the marcher `beam`: as many lines as it has rays, of which five hold its camera. The hits are those of the
-    /// tile's rays in their order.
-    pub fn tile(tile: &Tile) -> [Self; Tile::RAYS] {
-        let mut lines = [Self::zeroed(); Tile::RAYS];
-        let Tile { camera, size, first } = tile;
-        (lines[0].cell, lines[0].frac) = (camera.cell.to_array(), camera.frac.to_array());
-        for (line, column) in lines[1..4].iter_mut().zip(camera.view_to_world.to_cols_array_2d()) {
-            line.dir = column;
-        }
-        let [width, height] = size.map(u32::cast_signed);
-        lines[4].cell = [width, height, 0];
-        lines[4].frac = [camera.tan_half_fov.x, camera.tan_half_fov.y, 0.0];
-        // Whole numbers in the bits of floats.
-        lines[4].dir = [f32::from_bits(first[0]), f32::from_bits(first[1]), 0.0, 0.0];
-        lines
-    }
-}
-
-impl From<&RayWords> for RayWords {
-    fn from(words: &RayWords) -> Self {
-        *words
     }
 }
 

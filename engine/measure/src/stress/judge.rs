@@ -1,7 +1,6 @@
 //! Judging parts of a list of rays on all cores.
 
-use std::ops::Range;
-use std::sync::Arc;
+use std::time::Instant;
 
 use raxel_oracle::camera::Tile;
 use raxel_oracle::exact::Answer;
@@ -65,31 +64,52 @@ impl Tally {
 
 /// A list of rays with what is known about it.
 pub(super) struct Batch {
-    pub rays: Arc<[Ray]>,
+    pub rays: Vec<Ray>,
     /// Index of each ray's set.
     pub sets: Vec<u16>,
-    /// The exact answers to the first rays, as many as were asked for.
+    /// The exact answers to the rays.
     pub answers: Vec<Answer>,
+    /// Seconds that the answers took, of all cores together.
+    pub answer_seconds: f64,
     pub site: usize,
     pub set_count: usize,
-    /// Tiles of pixels that rays belong to: where these begin in the list, and how many there are.
-    pub tiles: Vec<(Tile, Range<usize>)>,
+    /// Tiles of pixels that rays belong to, in their order.
+    pub tiles: Vec<Tile>,
+    /// Where the rays of each tile begin in the list, and how many of them are in it.
+    pub tile_rays: Vec<(usize, usize)>,
 }
 
 impl Batch {
-    /// Makes sure that the answers to the first `end` rays are there. How many were found for it.
-    pub fn answer(&mut self, oracle: &Oracle<'_>, end: usize) -> usize {
-        let begin = self.answers.len();
-        if begin < end {
-            self.answers.par_extend(self.rays[begin..end].par_iter().with_min_len(64).map(|ray| oracle.first_hit(ray)));
-        }
-        end.saturating_sub(begin)
+    /// Finds the exact answers.
+    pub fn answer(&mut self, oracle: &Oracle<'_>) {
+        self.answers = vec![Answer { hit: None, tie: false }; self.rays.len()];
+        let chunks = self.answers.par_chunks_mut(GRAIN).zip(self.rays.par_chunks(GRAIN));
+        let seconds = chunks.map(|(answers, rays)| {
+            let start = Instant::now();
+            for (answer, ray) in answers.iter_mut().zip(rays) {
+                *answer = oracle.first_hit(ray);
+            }
+            start.elapsed().as_secs_f64()
+        });
+        self.answer_seconds = seconds.sum();
     }
 
     /// The rays with times up to which they are free: anywhere up to the exact hit, and often just before it.
     pub fn ahead(&self) -> Vec<RayWords> {
         let words = |(i, (ray, answer)): (usize, (&Ray, &Answer))| RayWords::ahead(ray, t_free(ray, answer, i as u32));
         self.rays.par_iter().zip(&self.answers).enumerate().with_min_len(GRAIN).map(words).collect()
+    }
+
+    /// Judges what a row found of ray `i`.
+    fn judge_one(&self, tally: &mut Tally, row: &Row, i: usize, (hit, other): (Option<Hit>, Outcome<'_>)) {
+        let (ray, answer, set) = (&self.rays[i], &self.answers[i], usize::from(self.sets[i]));
+        let outcome = hit.as_ref().map_or(other, Outcome::Hit);
+        let steps = hit.as_ref().map_or(0..=0, |hit| row.steps(ray, hit));
+        if let Some(wrong) = tally.sets[set].add_with_numbers(ray, answer, outcome, steps)
+            && tally.wrong.len() < WRONG_KEPT
+        {
+            tally.wrong.push(Sample { site: self.site, set, wrong, ray: *ray, exact: *answer, found: hit });
+        }
     }
 
     /// Judges what a row found of the rays from `first` on, by their answers.
@@ -103,15 +123,7 @@ impl Batch {
         let judged = |(chunk, found): (usize, &'h [T])| {
             let mut tally = Tally::of(self.set_count);
             for (i, found) in (first + chunk * GRAIN..).zip(found) {
-                let (ray, answer, set) = (&self.rays[i], &self.answers[i], usize::from(self.sets[i]));
-                let (hit, other) = outcome(found);
-                let outcome = hit.as_ref().map_or(other, Outcome::Hit);
-                let steps = hit.as_ref().map_or(0..=0, |hit| row.steps(ray, hit));
-                if let Some(wrong) = tally.sets[set].add_with_numbers(ray, answer, outcome, steps)
-                    && tally.wrong.len() < WRONG_KEPT
-                {
-                    tally.wrong.push(Sample { site: self.site, set, wrong, ray: *ray, exact: *answer, found: hit });
-                }
+                self.judge_one(&mut tally, row, i, outcome(found));
             }
             tally
         };
@@ -121,14 +133,31 @@ impl Batch {
 
     /// Judges what the device wrote.
     pub fn judge_words(&self, row: &Row, first: usize, words: &[HitWords]) -> Tally {
-        self.judge(row, first, words, |words| {
-            // A tracer that finds a voxel of one material and looks up another is wrong about the material.
-            let hit = words
-                .hit()
-                .map(|hit| if words.looked_up == hit.material { hit } else { Hit { material: u32::MAX, ..hit } });
-            (hit, words.outcome(None))
-        })
+        self.judge(row, first, words, said)
     }
+
+    /// Judges what the device wrote about the tiles from `first` on.
+    pub fn judge_tiles(&self, row: &Row, first: usize, words: &[HitWords]) -> Tally {
+        let judged = |(ranges, words): (&[(usize, usize)], &[HitWords])| {
+            let mut tally = Tally::of(self.set_count);
+            for (&(begin, count), words) in ranges.iter().zip(words.chunks(Tile::RAYS)) {
+                for (i, words) in (begin..begin + count).zip(words) {
+                    self.judge_one(&mut tally, row, i, said(words));
+                }
+            }
+            tally
+        };
+        let tiles = self.tile_rays[first..].par_chunks(GRAIN / Tile::RAYS);
+        tiles.zip(words.par_chunks(GRAIN)).map(judged).reduce(|| Tally::of(self.set_count), Tally::and)
+    }
+}
+
+/// What the device wrote about a ray.
+fn said(words: &HitWords) -> (Option<Hit>, Outcome<'static>) {
+    // A tracer that finds a voxel of one material and looks up another is wrong about the material.
+    let hit =
+        words.hit().map(|hit| if words.looked_up == hit.material { hit } else { Hit { material: u32::MAX, ..hit } });
+    (hit, words.outcome(None))
 }
 
 /// A time up to which a ray is free: of one that misses anything, of one that hits some share of the way, or all of it.

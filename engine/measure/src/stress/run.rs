@@ -1,6 +1,7 @@
 //! Goes through a plan on one device.
 
 use std::sync::Arc;
+use std::sync::mpsc::sync_channel;
 use std::time::Instant;
 
 use raxel_diagnostics::Files;
@@ -179,26 +180,34 @@ impl Runner<'_> {
         for (i, row) in rows.iter().enumerate() {
             worlds.push(self.load(number, i, row, &world)?);
         }
-        // Every block of every set, set by set.
-        let each = self.plan.rays_each();
-        let blocks = each.div_ceil(RaySet::BLOCK as u64);
-        let count = self.plan.sets.len() as u64 * blocks;
-        // As many as keep the device busy for a while, and take little memory.
-        let in_batch = if self.software { 32 } else { 1024 };
-        let mut next = 0;
-        while next < count {
-            let end = (next + in_batch).min(count);
-            let of_batch: Vec<(u64, u64)> = (next..end).map(|i| (i / blocks, i % blocks)).collect();
-            let mut batch = self.batch(number, &place, &of_batch);
-            next = end;
-            let mut reference: Option<Vec<HitWords>> = None;
-            for (i, (row, world)) in rows.iter_mut().zip(&worlds).enumerate() {
-                self.trace(i, row, world, &mut batch, &oracle, &mut reference)?;
-                self.done += batch.rays.len() as u64;
-                (self.progress)(Progress { rays: self.done, site: &site.name, row: &self.plan.rows[i] });
+        // As many blocks as keep the device busy for a while, and take little memory.
+        let in_batch = if self.software { 32 } else { 256 };
+        let plan = self.plan;
+        std::thread::scope(|scope| {
+            // While the device traces a batch, the next one is made and answered.
+            let (made, batches) = sync_channel(1);
+            let (place, oracle) = (&place, &oracle);
+            scope.spawn(move || {
+                for blocks in blocks(plan).chunks(in_batch) {
+                    let mut batch = batch(plan, number, place, blocks);
+                    batch.answer(oracle);
+                    if made.send(batch).is_err() {
+                        return; // the device has failed
+                    }
+                }
+            });
+            for batch in batches {
+                let mut reference: Option<Vec<HitWords>> = None;
+                for (i, (row, world)) in rows.iter_mut().zip(&worlds).enumerate() {
+                    self.trace(i, row, world, &batch, &mut reference)?;
+                    self.done += batch.rays.len() as u64;
+                    (self.progress)(Progress { rays: self.done, site: &site.name, row: &self.plan.rows[i] });
+                }
+                self.report.answered += batch.answers.len() as u64;
+                self.report.answer_seconds += batch.answer_seconds / rayon::current_num_threads() as f64;
             }
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     fn load(&mut self, site: usize, row: usize, ready: &Ready, world: &World) -> Result<Loaded, RayError> {
@@ -219,71 +228,34 @@ impl Runner<'_> {
         }
     }
 
-    /// Blocks of rays, made on all cores: (set, number of the block).
-    fn batch(&self, site: usize, place: &RayTargets, blocks: &[(u64, u64)]) -> Batch {
-        let each = self.plan.rays_each();
-        let seed = self.plan.seed;
-        let made: Vec<Vec<Ray>> = blocks
-            .par_iter()
-            .map(|&(set, number)| {
-                let left = each - number * RaySet::BLOCK as u64;
-                self.plan.sets[set as usize].block(place, seed, number, left.min(RaySet::BLOCK as u64) as usize)
-            })
-            .collect();
-        let mut tiles = Vec::new();
-        let mut begin = 0;
-        for (&(set, number), rays) in blocks.iter().zip(&made) {
-            let end = begin + rays.len();
-            let of_block = self.plan.sets[set as usize].tiles(place, seed, number, rays.len());
-            let ranges = (begin..end).step_by(Tile::RAYS).map(|first| first..end.min(first + Tile::RAYS));
-            tiles.extend(of_block.into_iter().zip(ranges));
-            begin = end;
-        }
-        let sets = blocks.iter().zip(&made).flat_map(|(&(set, _), rays)| std::iter::repeat_n(set as u16, rays.len()));
-        let sets = sets.collect();
-        let set_count = self.plan.sets.len();
-        Batch { rays: made.concat().into(), sets, answers: Vec::new(), site, set_count, tiles }
-    }
-
     fn trace(
         &mut self,
         row: usize,
         ready: &mut Ready,
         world: &Loaded,
-        batch: &mut Batch,
-        oracle: &Oracle<'_>,
+        batch: &Batch,
         reference: &mut Option<Vec<HitWords>>,
     ) -> Result<(), RayError> {
-        let mut clock = Clock::default();
         match (ready, world) {
             (Ready::Device(tracer), Loaded::Device(world)) if self.plan.rows[row].traces_tiles() => {
-                clock.answer(batch, oracle, batch.rays.len());
-                let words: Vec<RayWords> = batch.tiles.iter().flat_map(|(tile, _)| RayWords::tile(tile)).collect();
-                let mut found = Vec::with_capacity(words.len());
                 let report = &mut self.report.rows[row];
-                self.stream.trace(tracer, world, &words, |part| {
-                    found.extend_from_slice(part.hits);
+                self.stream.trace(tracer, world, &batch.tiles, |part| {
+                    report.add(batch.site, batch.judge_tiles(&self.plan.rows[row], part.range.start, part.hits));
                     if let Some(seconds) = part.seconds {
                         report.seconds += seconds;
                         report.timed += part.hits.len() as u64;
                     }
                     Ok::<_, RayError>(())
                 })?;
-                for ((_, range), hits) in batch.tiles.iter().zip(found.chunks(Tile::RAYS)) {
-                    let tally = batch.judge_words(&self.plan.rows[row], range.start, &hits[..range.len()]);
-                    report.add(batch.site, tally);
-                }
             }
             (Ready::Device(tracer), Loaded::Device(world)) => {
                 // What the port is compared with.
                 let compared = self.plan.rows[row] == Row::default_tracer() && self.plan.rows.contains(&Row::Port);
                 let mut kept = compared.then(Vec::new);
-                let rays = batch.rays.clone();
                 let mut total = Tally::of(batch.set_count);
                 let (mut seconds, mut timed) = (0.0, 0);
                 let by = &self.plan.rows[row];
-                let mut look = |batch: &mut Batch, part: Traced<'_>| {
-                    clock.answer(batch, oracle, part.range.end);
+                let look = |part: Traced<'_>| {
                     let tally = batch.judge_words(by, part.range.start, part.hits);
                     total = std::mem::take(&mut total).and(tally);
                     if let Some(kept) = &mut kept {
@@ -296,11 +268,9 @@ impl Runner<'_> {
                     Ok::<_, RayError>(())
                 };
                 if by.begins_ahead() {
-                    batch.answer(oracle, rays.len());
-                    let words: Vec<RayWords> = batch.ahead();
-                    self.stream.trace(tracer, world, &words, |part| look(batch, part))?;
+                    self.stream.trace(tracer, world, &batch.ahead(), look)?;
                 } else {
-                    self.stream.trace(tracer, world, &rays, |part| look(batch, part))?;
+                    self.stream.trace(tracer, world, &batch.rays, look)?;
                 }
                 let report = &mut self.report.rows[row];
                 report.seconds += seconds;
@@ -311,7 +281,6 @@ impl Runner<'_> {
                 }
             }
             (Ready::Port, Loaded::Port(words)) => {
-                clock.answer(batch, oracle, batch.rays.len());
                 let tree = Tree64::new(words);
                 let start = Instant::now();
                 let hits: Vec<Option<Hit>> =
@@ -326,28 +295,41 @@ impl Runner<'_> {
             }
             _ => {}
         }
-        self.report.answered += clock.answered;
-        self.report.answer_seconds += clock.seconds;
         Ok(())
     }
 }
 
-/// What answers cost.
-#[derive(Default)]
-struct Clock {
-    answered: u64,
-    seconds: f64,
+/// Every block of every set, set by set: (set, number of the block).
+fn blocks(plan: &Plan) -> Vec<(usize, u64)> {
+    let each = plan.rays_each().div_ceil(RaySet::BLOCK as u64);
+    (0..plan.sets.len()).flat_map(|set| (0..each).map(move |number| (set, number))).collect()
 }
 
-impl Clock {
-    fn answer(&mut self, batch: &mut Batch, oracle: &Oracle<'_>, end: usize) {
-        let start = Instant::now();
-        let answered = batch.answer(oracle, end);
-        if answered > 0 {
-            self.answered += answered as u64;
-            self.seconds += start.elapsed().as_secs_f64();
-        }
+/// Rays of blocks, made on all cores; not answered yet.
+fn batch(plan: &Plan, site: usize, place: &RayTargets, blocks: &[(usize, u64)]) -> Batch {
+    let count = |number: u64| (plan.rays_each() - number * RaySet::BLOCK as u64).min(RaySet::BLOCK as u64) as usize;
+    let made: Vec<(Vec<Ray>, Vec<Tile>)> = blocks
+        .par_iter()
+        .map(|&(set, number)| {
+            let (set, count) = (plan.sets[set], count(number));
+            (set.block(place, plan.seed, number, count), set.tiles(place, plan.seed, number, count))
+        })
+        .collect();
+    let all = blocks.iter().map(|&(_, number)| count(number)).sum();
+    let (mut rays, mut sets) = (Vec::with_capacity(all), Vec::with_capacity(all));
+    let (mut tiles, mut tile_rays) = (Vec::new(), Vec::new());
+    for (&(set, _), (of_block, tiles_of_block)) in blocks.iter().zip(made) {
+        let begin = rays.len();
+        rays.extend_from_slice(&of_block);
+        sets.resize(rays.len(), set as u16);
+        tile_rays.extend((0..tiles_of_block.len()).map(|tile| {
+            let first = tile * Tile::RAYS;
+            (begin + first, Tile::RAYS.min(of_block.len() - first))
+        }));
+        tiles.extend(tiles_of_block);
     }
+    let (answers, set_count) = (Vec::new(), plan.sets.len());
+    Batch { rays, sets, answers, answer_seconds: 0.0, site, set_count, tiles, tile_rays }
 }
 
 /// What a row finds: its state and hit; or why it does not trace.
