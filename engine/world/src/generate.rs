@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use crate::build::scatter::Land;
 use crate::build::shape::Span3;
+use crate::build::stamp::{Cells, Stamp};
 use crate::build::terrain::Heights;
 use crate::build::{Draft, Jittered, Operation, Placed, Solid, Terrain};
 use crate::chunk::{Bits, block_index, child_cell, voxel_index};
@@ -17,7 +18,7 @@ use crate::dense::{DenseChunk, Mode};
 use crate::material::{Material, MaterialIndex};
 use crate::orientation::Placement;
 use crate::tile::{ChunkSource, Content, MAX_LEVEL, cell_edge};
-use crate::world::{Bounds, ChunkPos, World};
+use crate::world::{Bounds, ChunkPos};
 use recent::Recent;
 
 /// Columns of tiles whose heights and models are kept: 35 kB each.
@@ -28,6 +29,8 @@ const KEPT_COLUMNS: usize = 512;
 pub struct Generator {
     materials: Vec<Material>,
     operations: Vec<Operation>,
+    /// For each operation, the model that it places, if it does.
+    stamps: Vec<Option<Stamp>>,
     heights: Recent<Column, Heights>,
     placements: Recent<Column, Vec<Placement>>,
 }
@@ -64,7 +67,14 @@ impl Generator {
         if let Some(operation) = operations.iter().position(whole) {
             return Err(NeedsWhole { operation });
         }
-        Ok(Self { materials, operations, heights: Recent::new(KEPT_COLUMNS), placements: Recent::new(KEPT_COLUMNS) })
+        let stamp = |operation: &Operation| match operation {
+            Operation::Place(placed) => Some(Stamp::of(&placed.model)),
+            Operation::Jittered(jittered) => Some(Stamp::of(&jittered.model)),
+            _ => None,
+        };
+        let stamps = operations.iter().map(stamp).collect();
+        let (heights, placements) = (Recent::new(KEPT_COLUMNS), Recent::new(KEPT_COLUMNS));
+        Ok(Self { materials, operations, stamps, heights, placements })
     }
 
     fn heights(&self, index: usize, terrain: &Terrain, level: u32, pos: ChunkPos) -> Arc<Heights> {
@@ -86,7 +96,7 @@ impl Generator {
 
     fn make(&self, level: u32, pos: ChunkPos, dense: &mut DenseChunk) -> Content {
         let mut tile = Tile { level, pos, state: State::Uniform(0), dense };
-        for (index, operation) in self.operations.iter().enumerate() {
+        for (index, (operation, stamp)) in self.operations.iter().zip(&self.stamps).enumerate() {
             match operation {
                 Operation::Solid(solid) => tile.solid(solid),
                 Operation::Terrain(terrain) => {
@@ -107,7 +117,7 @@ impl Generator {
                 }
                 Operation::Place(placed) => {
                     for placement in &placed.placements {
-                        tile.stamp(&placed.model, &placed.materials, placement, placed.mode);
+                        tile.stamp(stamp.as_ref(), &placed.materials, placement, placed.mode);
                     }
                 }
                 // There are no caves above level 0 in which it could be seen.
@@ -119,7 +129,11 @@ impl Generator {
                         }
                     } else if tile.can_have(jittered, self.height_range()) {
                         for placement in self.placements(index, jittered, level, pos).iter() {
-                            tile.stamp(&jittered.model, &jittered.materials, placement, jittered.mode);
+                            if level > 0 && jittered.mode == Mode::Add {
+                                tile.stamp_where_thick(stamp.as_ref(), &jittered.materials, placement);
+                            } else {
+                                tile.stamp(stamp.as_ref(), &jittered.materials, placement, jittered.mode);
+                            }
                         }
                     }
                 }
@@ -273,36 +287,24 @@ impl Tile<'_> {
         y < high && y + edge > low.saturating_sub(jittered.sink.max(0)).saturating_sub(jittered.depth())
     }
 
-    /// Applies a model. Above level 0, a cell gets the material of the last voxel in it, and none is emptied.
-    fn stamp(&mut self, model: &World, materials: &[MaterialIndex], placement: &Placement, mode: Mode) {
-        let reached =
-            |bounds: &Bounds, tile: &Self| tile.meets(&tile.in_cells(&Placed::placed_bounds(bounds, placement)));
-        let coarse = self.level > 0;
-        if (coarse && mode == Mode::Subtract) || !model.bounds().is_some_and(|bounds| reached(&bounds, self)) {
-            return;
+    fn cells(&self) -> Cells {
+        Cells { level: self.level, pos: self.pos }
+    }
+
+    /// Applies a model. Above level 0 no cell is emptied.
+    fn stamp(&mut self, stamp: Option<&Stamp>, materials: &[MaterialIndex], placement: &Placement, mode: Mode) {
+        let cells = self.cells();
+        let Some(stamp) = stamp.filter(|_| self.level == 0 || mode != Mode::Subtract) else { return };
+        if stamp.reaches(placement, cells) {
+            self.mixed(|draft| stamp.put(placement, cells, materials, mode, draft));
         }
-        let edge = cell_edge(self.level);
-        for (pos, chunk) in model.chunks() {
-            let (low, high) = chunk.bounds();
-            let from = pos.origin().to_array().map(i64::from);
-            let bounds = Bounds {
-                min: std::array::from_fn(|i| from[i] + i64::from(low[i])),
-                max: std::array::from_fn(|i| from[i] + i64::from(high[i]) + 1),
-            };
-            if !reached(&bounds, self) {
-                continue;
-            }
-            self.mixed(|draft| {
-                let origin = draft.pos.origin().to_array().map(i64::from);
-                for (local, material) in chunk.iter() {
-                    let voxel = placement.cell(std::array::from_fn(|i| from[i] + i64::from(local[i])));
-                    let cell: [i64; 3] = std::array::from_fn(|i| voxel[i].div_euclid(edge) - origin[i]);
-                    if cell.iter().all(|c| (0..64).contains(c)) {
-                        let (block, bit) = voxel_index(cell[0] as u32, cell[1] as u32, cell[2] as u32);
-                        draft.chunk.apply(block, 1 << bit, mode, materials[material as usize]);
-                    }
-                }
-            });
+    }
+
+    /// Adds a scattered model above level 0.
+    fn stamp_where_thick(&mut self, stamp: Option<&Stamp>, materials: &[MaterialIndex], placement: &Placement) {
+        let cells = self.cells();
+        if let Some(stamp) = stamp.filter(|stamp| stamp.reaches(placement, cells)) {
+            self.mixed(|draft| stamp.put_where_thick(placement, cells, materials, draft));
         }
     }
 

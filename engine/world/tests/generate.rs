@@ -2,6 +2,7 @@
 
 mod project;
 
+use glam::IVec3;
 use project::{MATERIALS, Project};
 use proptest::prelude::*;
 use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Loaded, World, reduce};
@@ -157,12 +158,16 @@ fn caves_take_land_alone_and_leave_their_cover() {
     assert!(taken > 10_000, "{taken} voxels are hollow");
 }
 
-/// Solid voxels of the fine world whose coarse cell is empty: there must be none where the coarse world is a reduction.
+/// Coarse land is where most of a cell is land: a cell may be empty of which a lower part is solid, but none below another one.
 #[test]
 fn coarse_land_has_no_holes() {
     let text = format!("{MATERIALS}\n[stream]\n[[build]]\n{}", LAND.replace("caves", "#"));
     let generator = Project::with_world(&text).load().expect("it is right").0.stream.unwrap().generator;
-    let (mut solids, mut missing, mut extra) = (0u64, 0u64, 0u64);
+    let (mut solids, mut missing, mut holes, mut extra) = (0u64, 0u64, 0u64, 0u64);
+    let is_solid = |dense: &DenseChunk, [x, y, z]: [u32; 3]| {
+        let (block, bit) = raxel_world::voxel_index(x, y, z);
+        dense.masks()[block] >> bit & 1 == 1
+    };
     for y in -1..1 {
         let pos = ChunkPos::new(0, y, -1);
         let mut exact = DenseChunk::default();
@@ -173,15 +178,22 @@ fn coarse_land_has_no_holes() {
         }
         let mut coarse = DenseChunk::default();
         generator.chunk(1, pos).unpack(&mut coarse);
-        for block in 0..4096 {
-            let (exact, coarse) = (exact.masks()[block], coarse.masks()[block]);
-            solids += u64::from(exact.count_ones());
-            missing += u64::from((exact & !coarse).count_ones());
-            extra += u64::from((coarse & !exact).count_ones());
+        for n in 0..64 * 64 * 64 {
+            let at = [n & 63, n >> 6 & 63, n >> 12];
+            let (exact_is, coarse_is) = (is_solid(&exact, at), is_solid(&coarse, at));
+            solids += u64::from(exact_is);
+            extra += u64::from(coarse_is && !exact_is);
+            if exact_is && !coarse_is {
+                missing += 1;
+                holes += u64::from(at[1] < 63 && is_solid(&exact, [at[0], at[1] + 1, at[2]]));
+            }
         }
     }
     // Heights between the corners of a cell may be higher than all four.
-    assert!(missing * 200 < solids && extra * 50 < solids, "{missing} missing and {extra} extra of {solids}");
+    assert!(
+        missing > 0 && holes * 200 < solids && extra * 50 < solids,
+        "{missing} missing, {holes} holes and {extra} extra of {solids}"
+    );
 }
 
 #[test]
@@ -200,6 +212,38 @@ fn far_land_has_the_colour_of_models_that_are_many_and_seen() {
     assert!(differ(1, &many) > 10, "{}", differ(1, &many));
     assert_eq!([differ(1, &few), differ(1, &buried), differ(2, &few), differ(2, &buried)], [0; 4]);
     assert!(differ(0, &few) > 10 && differ(0, &buried) > 10, "they are there, near the camera");
+}
+
+/// A wall one voxel thick is seen from afar wherever it fills a cell from side to side; a pole is not.
+#[test]
+fn far_models_are_there_where_they_stop_most_rays() {
+    let wall = (0..24 * 12).map(|i| (IVec3::new(i % 24, i / 24, 0), 1));
+    let pole = (0..12).map(|y| (IVec3::new(12, y, 9), 1));
+    let red = raxel_world::Material::matt("red", [1.0, 0.0, 0.0]);
+    let model = World::from_voxels(vec![raxel_world::Material::air(), red], wall.chain(pole));
+    // The land is flat, and ends where a cell does.
+    let land = "[[build]]\nop = \"terrain\"\nbase = 32\namplitude = 0.5\nfrequency = 0.01\nlayers = [{ material = \"a\" }]\nfloor = 0\n";
+    let scatter = "[[build]]\nop = \"scatter\"\nmodel = \"arrow\"\ncell = 64\nchance = 1.0\nmin_spacing = 20\n";
+    let mut project = Project::with_world(&format!("{MATERIALS}\n[stream]\n{land}{scatter}"));
+    project.0.insert("worlds/models/arrow.vox".to_owned(), raxel_world::vox::export(&model).unwrap());
+    let generator = project.load().expect("it is right").0.stream.unwrap().generator;
+    let fine = cut(&*generator, ChunkPos::new(-4, 0, -4), ChunkPos::new(4, 1, 4));
+    let mut counts = [0; 2];
+    for (x, z) in [(-1, -1), (-1, 0), (0, -1), (0, 0)] {
+        let coarse = generator.chunk(1, ChunkPos::new(x, 0, z)).to_chunk().expect("there is land");
+        for n in 0..64 * 64 * 8 {
+            let [cx, cy, cz] = [n & 63, 8 + n / 4096, n >> 6 & 63];
+            let voxel =
+                |i: i32| IVec3::new(256 * x + 4 * cx + (i & 3), 4 * cy + (i >> 2 & 3), 256 * z + 4 * cz + (i >> 4));
+            let solids = (0..64).filter(|i| fine.voxel(voxel(*i)) != 0).count();
+            let is_there = coarse.voxel(cx as u32, cy as u32, cz as u32) != 0;
+            assert_eq!(is_there, solids >= 16, "{solids} voxels in cell {cx} {cy} {cz} of tile {x} {z}");
+            if solids > 0 {
+                counts[usize::from(is_there)] += 1;
+            }
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 300), "{counts:?}");
 }
 
 #[test]

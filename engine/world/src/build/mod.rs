@@ -8,6 +8,7 @@ mod place;
 pub(crate) mod scatter;
 pub(crate) mod shape;
 mod stage;
+pub(crate) mod stamp;
 pub(crate) mod terrain;
 
 pub use caves::Caves;

@@ -197,7 +197,7 @@ impl Terrain {
         self.surface_of(&self.heights(chunk_x, chunk_z), chunk_x, chunk_z)
     }
 
-    /// Works out the heights of the tiles at (`tile_x`, `tile_z`). A cell is as high as the highest of its corners.
+    /// Works out the heights of the tiles at (`tile_x`, `tile_z`), in voxels. A cell is as high as its corners are on average.
     pub(crate) fn heights(&self, tile_x: i32, tile_z: i32) -> Heights {
         let relief = self.relief();
         let first = [tile_x, tile_z].map(|tile| i64::from(tile) * 64 - 1);
@@ -219,7 +219,7 @@ impl Terrain {
             for (i, height) in of.iter_mut().enumerate() {
                 let corner = i / EDGE * CORNERS + i % EDGE;
                 let four = [corner, corner + 1, corner + CORNERS, corner + CORNERS + 1];
-                *height = four.into_iter().fold(i64::MIN, |most, corner| most.max(corners[corner]));
+                *height = (four.into_iter().map(|corner| corners[corner]).sum::<i64>() + 2).div_euclid(4);
             }
         }
         let inner = (0..EDGE * EDGE).filter(|i| !border(i % EDGE, i / EDGE)).map(|i| of[i]);
@@ -259,16 +259,23 @@ impl Terrain {
             let shell = if cell == 1 { shell } else { shell.max(2 * cell) };
             (height - shell).min(lowest).max(self.floor)
         });
-        // The surface keeps its material, however thin it is.
-        let end = ceil_div(height, cell);
+        // A cell is solid if most of it is below the surface, which keeps its material, however thin it is. No column of land is without one.
+        let bottom = bottom.div_euclid(cell);
+        let least = if cell > 1 && height > self.floor { bottom + 1 } else { i64::MIN };
+        let end = in_cells(height, cell).max(least);
         let depth = if cell == 1 { depth } else { in_cells(depth, cell).max(1) };
-        Column {
-            inside: true,
-            height: end,
-            bottom: bottom.div_euclid(cell),
-            surface,
-            surface_end: end.saturating_sub(depth),
+        if let Some(water) = self.water.as_ref().filter(|water| cell > 1 && water.level > height) {
+            // Water is what is seen, also where it does not reach the middle of a cell.
+            let level = in_cells(water.level, cell).max(bottom + 1);
+            return Column {
+                inside: true,
+                height: level,
+                bottom,
+                surface: water.material,
+                surface_end: end.min(level - 1).max(bottom),
+            };
         }
+        Column { inside: true, height: end, bottom, surface, surface_end: end.saturating_sub(depth) }
     }
 
     /// How a tile lies to it, from the range of its heights alone. [`Span3::Both`] is always allowed; inside, all its cells are of
@@ -356,7 +363,7 @@ impl Terrain {
 struct Strata {
     /// From the surface down: material, depth.
     layers: Vec<(MaterialIndex, i64)>,
-    /// Material, first height without it.
+    /// Material, first height without it. Of cells of several voxels, it is the uppermost layer.
     water: Option<(MaterialIndex, i64)>,
     mode: Mode,
 }
@@ -366,7 +373,7 @@ impl Strata {
         let cell = terrain.cell;
         Self {
             layers: terrain.layers.iter().map(|layer| (layer.material, in_cells(layer.depth, cell))).collect(),
-            water: terrain.water.as_ref().map(|water| (water.material, ceil_div(water.level, cell))),
+            water: terrain.water.as_ref().filter(|_| cell == 1).map(|water| (water.material, water.level)),
             mode: terrain.mode,
         }
     }
@@ -427,7 +434,7 @@ fn ceil_div(value: i64, by: i64) -> i64 {
     -(-value).div_euclid(by)
 }
 
-/// A depth in whole cells, to the nearest.
+/// A depth or a height in whole cells, to the nearest.
 fn in_cells(depth: i64, cell: i64) -> i64 {
-    if cell == 1 { depth } else { (depth + cell / 2) / cell }
+    (depth + cell / 2).div_euclid(cell)
 }
