@@ -1,6 +1,7 @@
 // Path tracing without a bias. Each vertex is lit by a point of the sun's disc and a point of a lamp, and the path goes on with a cosine
 // ray that finds the sky and, weighted against the drawn points, lamps (Veach and Guibas, "Optimally combining sampling techniques", 1995).
-// Surfaces are matt. A ray of each kind is traced at the same place in the loop, so that the tracer is there once.
+// Surfaces are matt. Rays of all kinds and of all paths of a pixel are traced at the same place in one loop: the tracer is there once, and
+// who has a short path does not wait for the others before the next one.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/shade.glsl>
@@ -35,57 +36,123 @@ float weight(float a, float b) {
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// Radiance along a ray.
-vec3 path_light(RxRay ray, uint index, uint seed) {
+// The density by area with which a lamp of some radiance is drawn: in proportion to its power; or, where a graph wants to compare, the same for
+// all faces, which must have the same size then.
+float lamp_density(vec3 radiance) {
+#ifdef LAMPS_EVENLY
+    return rx_lights_count() > 0u ? 1.0 / float(rx_lights_count()) : 0.0;
+#else
+    return rx_light_probability(radiance);
+#endif
+}
+
+RxLight draw_lamp(uvec2 random) {
+#ifdef LAMPS_EVENLY
+    uint index, rest;
+    umulExtended(random.x, rx_lights_count(), index, rest);
+    RxLight lamp = rx_light(index);
+    lamp.probability = lamp_density(vec3(0.0));
+    return lamp;
+#else
+    return rx_light(rx_pick_light(random));
+#endif
+}
+
+// Adds paths of a pixel to those of the frames before.
+void add(ivec2 pixel, vec3 light, vec3 square) {
+    vec4 before = vec4(0.0), lost = vec4(0.0), squared = vec4(0.0);
+    if (frame.still > 0u) {
+        before = imageLoad(sum, pixel);
+        lost = imageLoad(rest, pixel);
+        squared = imageLoad(squares, pixel);
+    }
+    vec4 added = vec4(light, float(push.paths));
+    // Two floats hold the sum: the second one has the rounding errors of the first (Knuth's TwoSum).
+    precise vec4 now = before + added;
+    precise vec4 part = now - before;
+    precise vec4 error = (before - (now - part)) + (added - part);
+    lost += error;
+    imageStore(sum, pixel, now);
+    imageStore(rest, pixel, lost);
+    imageStore(squares, pixel, squared + vec4(square, 0.0));
+    vec3 mean = (now.rgb + lost.rgb) / now.a;
+    imageStore(outRadiance, pixel, vec4(mean, 1.0));
+    imageStore(outColor, pixel, vec4(rx_tone_curve(push.exposure * mean), 1.0));
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outRadiance);
+    if (any(greaterThanEqual(pixel, size))) return;
     vec3 sun = frame_sun(), sun_light = rx_sun_light(sun, frame.sun_strength);
-    vec3 light = vec3(0.0), share = vec3(1.0), pending = vec3(0.0);
-    uint kind = PATH, vertex = 0u;
+    uint seed = rx_hash(uint(pixel.y * size.x + pixel.x) ^ rx_hash(frame.seed));
+    uint index = frame.still > 0u ? uint(imageLoad(sum, pixel).a) : 0u, end = index + uint(push.paths);
+    vec3 all = vec3(0.0), squared = vec3(0.0);  // of the paths that are done
+
+    // Of a path: its light, and how much of the light at its last vertex comes back to the camera. All rays of a vertex start at one place.
+    vec3 light = vec3(0.0), share = vec3(0.0), pending = vec3(0.0);
+    uint kind = PATH, vertex = 0u, face = RX_FACE_INSIDE;
     float density = 0.0;  // of the direction of the path's last ray
-    RxHit at, target;
     RxLight lamp;
-    while (true) {
+    RxRay ray;
+    bool begins = true;
+    while (index < end) {
+        if (begins) {
+            begins = false;
+            vec2 place = vec2(pixel) + 0.5 + push.filter_width * (rx_sobol(index, 0u, seed) - 0.5);
+            ray = rx_ray(frame.camera_cell, frame.camera_frac, rx_camera_direction(frame.view_to_world, frame.tan_half_fov, place, vec2(size)));
+            kind = PATH;
+            vertex = 0u;
+            light = vec3(0.0);
+            share = vec3(1.0);
+        }
+
+        RxHit target;
         bool found = rx_trace(ray, target);
-        if (kind == PATH) {
-            if (!found) {
-                light += share * rx_sky_light(ray.dir, sun, frame.sky_strength);
-                break;
-            }
-            at = target;
-            RxMaterial material = rx_material_properties(at.material);
+        if (kind != PATH) {
+            bool reached = kind == SUN ? !found : found && rx_is_on_light(lamp, target.voxel, target.face);
+            if (reached) light += pending;
+        } else if (!found) {
+            light += share * rx_sky_light(ray.dir, sun, frame.sky_strength);
+            begins = true;
+        } else {
+            RxMaterial material = rx_material_properties(target.material);
             vec3 own = emitted(material);
             if (vertex > 0u && own != vec3(0.0)) {
                 // The lamp could have been drawn as a point, with this density over the solid angle.
-                float facing = abs(dot(ray.dir, rx_normal(at.face)));
-                own *= weight(density, rx_light_probability(material.emission * material.albedo) * at.t * at.t / max(facing, 1e-20));
+                float facing = abs(dot(ray.dir, rx_normal(target.face)));
+                own *= weight(density, lamp_density(material.emission * material.albedo) * target.t * target.t / max(facing, 1e-20));
             }
             light += share * own;
             share *= material.albedo;
             float most = max(share.r, max(share.g, share.b));
-            if (at.face == RX_FACE_INSIDE || ++vertex >= MOST_VERTICES || most <= 0.0) break;
-            if (vertex >= 4u) {
+            begins = target.face == RX_FACE_INSIDE || ++vertex >= MOST_VERTICES || most <= 0.0;
+            if (!begins && vertex >= 4u) {
                 float live = min(0.95, most);
-                if (rx_sobol(index, PAIRS * vertex + 4u, seed).x >= live) break;
+                begins = rx_sobol(index, PAIRS * vertex + 4u, seed).x >= live;
                 share /= live;
             }
-        } else {
-            bool reached = kind == SUN ? !found : found && rx_is_on_light(lamp, target.voxel, target.face);
-            if (reached) light += pending;
+            face = target.face;
+            ray = rx_ray_from_face(target.voxel, face, target.uv, ray.dir);
+        }
+        if (begins) {
+            all += light;
+            squared += light * light;
+            ++index;
+            continue;
         }
 
         // The next ray: to the sun, to a lamp, and on.
-        vec3 normal = rx_normal(at.face);
+        vec3 normal = rx_normal(face);
         if (kind == PATH) {
             kind = SUN;
-            vec3 dir = rx_sun_point(sun, rx_sobol(index, PAIRS * vertex, seed));
-            pending = share * sun_light * (max(dot(normal, dir), 0.0) / RX_PI);
-            ray = rx_ray_from_face(at.voxel, at.face, at.uv, dir);
+            ray.dir = rx_sun_point(sun, rx_sobol(index, PAIRS * vertex, seed));
+            pending = share * sun_light * (max(dot(normal, ray.dir), 0.0) / RX_PI);
             if (pending != vec3(0.0)) continue;
         }
         if (kind == SUN) {
             kind = LAMP;
             if (rx_lights_count() > 0u) {
-                lamp = rx_light(rx_pick_light(rx_sobol_bits(index, PAIRS * vertex + 1u, seed)));
-                ray = rx_ray_from_face(at.voxel, at.face, at.uv, normal);
+                lamp = draw_lamp(rx_sobol_bits(index, PAIRS * vertex + 1u, seed));
                 vec3 to = rx_to_light(lamp, rx_sobol(index, PAIRS * vertex + 2u, seed), ray.cell, ray.frac);
                 float square = dot(to, to);
                 vec3 dir = to * inversesqrt(max(square, 1e-20));
@@ -100,43 +167,8 @@ vec3 path_light(RxRay ray, uint index, uint seed) {
             }
         }
         kind = PATH;
-        vec3 dir = rx_cosine_direction(at.face, rx_sobol(index, PAIRS * vertex + 3u, seed));
-        density = max(dot(normal, dir), 1e-20) / RX_PI;
-        ray = rx_ray_from_face(at.voxel, at.face, at.uv, dir);
+        ray.dir = rx_cosine_direction(face, rx_sobol(index, PAIRS * vertex + 3u, seed));
+        density = max(dot(normal, ray.dir), 1e-20) / RX_PI;
     }
-    return light;
-}
-
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    ivec2 size = imageSize(outRadiance);
-    if (any(greaterThanEqual(pixel, size))) return;
-
-    vec4 before = vec4(0.0), lost = vec4(0.0), square = vec4(0.0);
-    if (frame.still > 0u) {
-        before = imageLoad(sum, pixel);
-        lost = imageLoad(rest, pixel);
-        square = imageLoad(squares, pixel);
-    }
-    uint seed = rx_hash(uint(pixel.y * size.x + pixel.x) ^ rx_hash(frame.seed));
-    vec4 added = vec4(0.0);
-    for (int i = 0; i < push.paths; ++i) {
-        uint index = uint(before.a) + uint(i);
-        vec2 place = vec2(pixel) + 0.5 + push.filter_width * (rx_sobol(index, 0u, seed) - 0.5);
-        vec3 dir = rx_camera_direction(frame.view_to_world, frame.tan_half_fov, place, vec2(size));
-        vec3 light = path_light(rx_ray(frame.camera_cell, frame.camera_frac, dir), index, seed);
-        added += vec4(light, 1.0);
-        square.rgb += light * light;
-    }
-    // Two floats hold the sum: the second one has the rounding errors of the first (Knuth's TwoSum).
-    precise vec4 now = before + added;
-    precise vec4 part = now - before;
-    precise vec4 error = (before - (now - part)) + (added - part);
-    lost += error;
-    imageStore(sum, pixel, now);
-    imageStore(rest, pixel, lost);
-    imageStore(squares, pixel, square);
-    vec3 mean = (now.rgb + lost.rgb) / now.a;
-    imageStore(outRadiance, pixel, vec4(mean, 1.0));
-    imageStore(outColor, pixel, vec4(rx_tone_curve(push.exposure * mean), 1.0));
+    add(pixel, all, squared);
 }
