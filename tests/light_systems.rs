@@ -362,6 +362,63 @@ fn paths_that_end_early_lose_no_light() {
     assert!((short - long).abs() > 0.0, "no path ended earlier");
 }
 
+/// Light through paths of a lamp's room: half of those that are long end at each place, and rays to lamps that would bring little are drawn
+/// by lot.
+#[test]
+fn paths_and_rays_that_are_left_out_lose_no_light() {
+    let project = Project::shipped();
+    room(&project);
+    let light = || {
+        let mut session = open(&project, "graphs/light/face_cache.toml", [48, 27], &DARK);
+        luminance(&frames(&mut session, 160))
+    };
+    let shipped = light();
+    project.edit("shaders/light/face_cache/update.comp", "#define PATH_DEEP 5u\n", "");
+    project.edit("shaders/light/face_cache/update.comp", "#define PATH_LAMP_LEAST (0.3 * queue.bright)\n", "");
+    let all = light();
+    assert!((shipped / all - 1.0).abs() < 0.03, "{shipped} as shipped, {all} by all paths and rays");
+    assert!((shipped - all).abs() > 0.0, "none was left out");
+}
+
+/// Without slots, faces show their sunlight and what they give off themselves, which is nothing in this room, and nothing goes wrong.
+#[test]
+fn a_face_cache_without_room_shows_no_light_that_it_does_not_know() {
+    let project = Project::shipped();
+    room(&project);
+    let slots = "RX_FACE_LOG2_SLOTS = 20u";
+    project.edit("shaders/include/raxel/light/face_table.glsl", slots, "RX_FACE_LOG2_SLOTS = 5u");
+    let full = frames(&mut open(&project, "graphs/light/face_cache.toml", [48, 27], &DARK), 24);
+    assert!(full.iter().all(|texel| texel[..3] == [0.0; 3]), "{full:?}");
+}
+
+/// Averages go on until they show what they are to, from above and from below: within a thousandth, where averages of few bits stop at hundredths. The
+/// sky has one radiance, so there is no noise.
+#[test]
+fn averages_reach_what_they_are_to_show() {
+    let project = Project::shipped();
+    let sky = "return strength * rx_sky(dir, sun);";
+    project.edit("shaders/include/raxel/light/environment.glsl", sky, "return vec3(strength);");
+    let floor = cuboid("floor", [-40, 0, -40], [40, 1, 40], "");
+    world(&project, "floor = { albedo = [0.5, 0.5, 0.5] }", &[floor], [0.5, 9.5, 0.5], [0.6, 0.0, 0.4], 50.0);
+    for system in ["face_cache", "surface_f32", "gi_svgf", "hash_cache"] {
+        let params = [("sun_strength", 0.0), ("sky_strength", 0.2)];
+        let mut session = open(&project, &format!("graphs/light/{system}.toml"), [12, 7], &params);
+        // Where there is no noise, faces would take their turn seldom.
+        if system == "face_cache" {
+            session.set_param("rarely", Value::I32(1)).unwrap();
+        }
+        for before in [0.25, 0.16] {
+            session.set_param("sky_strength", Value::F32(before)).unwrap();
+            frames(&mut session, 32);
+            session.set_param("sky_strength", Value::F32(0.2)).unwrap();
+            for texel in frames(&mut session, 480) {
+                let away = texel[..3].iter().map(|channel| (channel / 0.1 - 1.0).abs()).fold(0.0, f32::max);
+                assert!(away < 1e-3, "{system}, from {before}: {texel:?} is {away} away from 0.1");
+            }
+        }
+    }
+}
+
 /// The world of docs/light/beauty.md around a model that raxel does not ship: what is missing is named, and any model of its size becomes a
 /// hall with windows and lamps.
 #[test]

@@ -8,6 +8,8 @@
 //     #define PATH_PANES n          rays go through clear bodies that are at most n voxels thick on the way; needs <raxel/light/body.glsl>
 //     #define PATH_ROULETTE_FROM n  Russian roulette begins at the n-th place on the way, the third otherwise,
 //     #define PATH_ROULETTE_MOST p  and lets no more than so large a part of the paths go on from each, 0.95 otherwise
+//     #define PATH_DEEP n           from the n-th place on, half of the paths end at each: all wait for the longest
+//     #define PATH_LAMP_LEAST x     rays to lamps whose light, unhidden, would be less than x (luminance): so many are traced as are worth x each
 //     #define PATH_PLACES n         also notes what falls on each of the first n places of the path: path_places
 #ifndef LIGHT_PATH_GLSL
 #define LIGHT_PATH_GLSL
@@ -19,6 +21,9 @@
 #endif
 #ifndef PATH_ROULETTE_MOST
 #define PATH_ROULETTE_MOST 0.95
+#endif
+#ifndef PATH_DEEP
+#define PATH_DEEP 256u
 #endif
 
 #ifdef PATH_LAMPS_APART
@@ -144,6 +149,10 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                 if (depth > 0u || PATH_DRAWS_FIRST) lamp = rx_resample_lamps(candidates, numbers, from, normal, float(candidates));
                 waiting = frame.lamp_strength * lamp.light;
                 ray = rx_lamp_ray(from, lamp.to);
+#ifdef PATH_LAMP_LEAST
+                float worth = rx_luminance(share * waiting);
+                if (worth < PATH_LAMP_LEAST) waiting *= rx_next(numbers) * PATH_LAMP_LEAST < worth ? PATH_LAMP_LEAST / worth : 0.0;
+#endif
                 if (waiting != vec3(0.0)) continue;
             }
         }
@@ -161,7 +170,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
         if (ends) break;
         kind = ON;
         if (depth >= PATH_ROULETTE_FROM) {
-            float on = min(max(share.x, max(share.y, share.z)), PATH_ROULETTE_MOST);
+            float on = min(max(share.x, max(share.y, share.z)), depth >= PATH_DEEP ? 0.5 : PATH_ROULETTE_MOST);
             if (rx_next(numbers) >= on) break;
             share /= on;
             path_live(on);

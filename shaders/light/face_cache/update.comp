@@ -38,6 +38,9 @@ vec4 kept(RxHit hit) {
 #define PATH_ROULETTE_FROM (queue_quiet() || queue_even() ? 1u : 3u)
 #define PATH_ROULETTE_MOST (queue_quiet() ? 0.5 : queue_even() ? 0.75 : 0.95)
 #endif
+#define PATH_DEEP 5u
+// A lamp far away is worth a ray now and then: in daylight, or among thousands of others.
+#define PATH_LAMP_LEAST (0.3 * queue.bright)
 #define PATH_KEPT
 #define PATH_CANDIDATES push.candidates
 #include "../path.glsl"
