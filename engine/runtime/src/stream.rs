@@ -28,6 +28,10 @@ const MOST_RING: u64 = 64 << 20;
 /// With the value `staged`, tiles go through staging memory on every device, also where the host could write them in place.
 const UPLOADS: &str = "RAXEL_UPLOADS";
 
+/// Chunks that an edit touches at most which the next frame waits for, and how long: what is dug by hand is seen in the very next picture.
+const SMALL_EDIT: usize = 8;
+const SOON: Duration = Duration::from_millis(4);
+
 /// The part of the device's memory that a pool may take at most.
 const SHARE: u64 = 2;
 
@@ -54,6 +58,8 @@ struct Frames {
     changes: u64,
     /// The number of the last change of chunks.
     changed: u64,
+    /// The next frame waits for it, for a short while.
+    awaited: bool,
     /// Where the camera was in the last frame.
     last: Option<DVec3>,
     /// Whether somebody was told that chunks are missing, and that lamps are.
@@ -138,7 +144,9 @@ impl WorldStream {
     /// Tells that its source answers otherwise for these chunks.
     pub fn changed(&self, chunks: &[ChunkPos]) {
         let number = self.streamer.changed(chunks);
-        self.frames().changed = number;
+        let mut frames = self.frames();
+        frames.changed = number;
+        frames.awaited |= chunks.len() <= SMALL_EDIT;
     }
 
     /// Whether the last frame saw everything that [`Self::changed`] was told of.
@@ -216,7 +224,12 @@ impl WorldStream {
         let mut frames = self.frames();
         frames.waited = waiting.elapsed();
         if frames.taken.is_none() {
-            frames.taken = self.streamer.take();
+            let number = frames.changed;
+            let awaited = std::mem::take(&mut frames.awaited) && frames.changes < number && !self.complete;
+            drop(frames);
+            let taken = if awaited { self.streamer.take_with(number, SOON) } else { self.streamer.take() };
+            frames = self.frames();
+            frames.taken = taken;
         }
         if let Some(publication) = &frames.taken
             && publication.version != frames.version

@@ -243,10 +243,11 @@ impl Directory {
     /// Its words for a place in the buffer, a multiple of 4 words behind the header, and the number of its root there.
     pub fn place(&self, at: u32) -> (Vec<u32>, u32) {
         let base = at / 4;
-        let moved = self.nodes.iter().zip(&self.relative).flat_map(|(node, relative)| {
+        let mut words = Vec::with_capacity(4 * self.nodes.len());
+        for (node, relative) in self.nodes.iter().zip(&self.relative) {
             let [low, high, first, material] = node.0;
-            [low, high, if *relative { first + base } else { first }, material]
-        });
-        (moved.collect(), base + self.root)
+            words.extend_from_slice(&[low, high, if *relative { first + base } else { first }, material]);
+        }
+        (words, base + self.root)
     }
 }

@@ -93,6 +93,8 @@ struct Shared {
     news: Condvar,
     /// A frame may bring more.
     allowed: Condvar,
+    /// There is a publication to take.
+    published: Condvar,
     /// Everything that is wanted is there, or cannot be.
     settled: Condvar,
     stop: AtomicBool,
@@ -111,6 +113,8 @@ struct Desk {
     considered: View,
     /// How often something has changed so that the director should look.
     view_serial: u64,
+    /// How often that was not a change of chunks alone: other tiles may be wanted.
+    moves: u64,
     /// The view whose missing tiles are known.
     looked: u64,
     /// Chunks that the source answers anew, with the number of the first change since the director looked.
@@ -181,6 +185,7 @@ impl Streamer {
             view,
             considered: view,
             view_serial: 1,
+            moves: 1,
             looked: 0,
             changed: BTreeMap::new(),
             changes: 0,
@@ -204,6 +209,7 @@ impl Streamer {
             work: Condvar::new(),
             news: Condvar::new(),
             allowed: Condvar::new(),
+            published: Condvar::new(),
             settled: Condvar::new(),
             stop: AtomicBool::new(false),
         });
@@ -263,6 +269,7 @@ impl Streamer {
         if !desk.considered.is_near(&view) {
             desk.considered = view;
             desk.view_serial += 1;
+            desk.moves += 1;
             self.shared.news.notify_one();
         }
     }
@@ -291,6 +298,22 @@ impl Streamer {
             self.shared.news.notify_one();
         }
         taken
+    }
+
+    /// The same, after a wait for one that shows the change of a number, which [`Streamer::changed`] has given. It gives what there is when
+    /// that takes longer than `patience`.
+    pub fn take_with(&self, number: u64, patience: Duration) -> Option<Arc<Publication>> {
+        let until = Instant::now() + patience;
+        let mut desk = self.shared.desk();
+        while desk.pending.as_ref().is_none_or(|publication| publication.changes < number) {
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                break;
+            }
+            desk = self.shared.published.wait_timeout(desk, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        drop(desk);
+        self.take()
     }
 
     /// Whether [`Streamer::take`] has something to give.
@@ -333,6 +356,7 @@ impl Streamer {
     pub fn retry(&self) {
         let mut desk = self.shared.desk();
         desk.view_serial += 1;
+        desk.moves += 1;
         self.shared.news.notify_one();
     }
 

@@ -43,6 +43,7 @@ pub(super) struct Director {
     reach: Reach,
     view: View,
     view_serial: u64,
+    moves: u64,
     cube: Cube,
     /// The coarsest tile that the camera is in: it decides where the world ends.
     horizon: TileKey,
@@ -136,6 +137,7 @@ impl Director {
             whole,
             view,
             view_serial: 0,
+            moves: 0,
             cube,
             horizon: TileKey::of_cell(0, view.cell),
             tiles: BTreeMap::new(),
@@ -170,11 +172,11 @@ impl Director {
             let Some(News { made, changed, released, moved }) = self.wait() else { return };
             self.free(released);
             made.into_iter().for_each(|made| self.take(made));
-            self.note_changes(&changed);
+            let higher = self.note_changes(&changed);
             if !changed.is_empty() && !self.is_held() {
                 self.hold();
             }
-            if moved {
+            if moved || higher {
                 self.rethink();
             }
             if std::mem::take(&mut self.no_room) {
@@ -198,17 +200,18 @@ impl Director {
             if shared.stop.load(Ordering::Acquire) {
                 return None;
             }
-            let moved = desk.view_serial != self.view_serial;
+            let looks = desk.view_serial != self.view_serial;
             let can_publish =
-                self.changed && desk.pending.is_none() && !self.complete && !self.no_room && !self.is_held();
+                self.changed && self.may_follow(desk.pending.as_deref()) && !self.complete && !self.no_room;
             let is_free =
                 |retired: Option<&(u64, Block)>| retired.is_some_and(|(version, _)| *version <= desk.released);
             let can_free = is_free(self.retired.front()) || is_free(self.retired_lamps.front());
             let due = self.put_off.is_due(Instant::now());
             self.ask_again |= due;
-            if moved || !desk.made.is_empty() || can_publish || can_free || due {
+            if looks || !desk.made.is_empty() || can_publish || can_free || due {
                 self.view = desk.view;
                 self.view_serial = desk.view_serial;
+                let moved = std::mem::replace(&mut self.moves, desk.moves) != desk.moves;
                 self.changes[0] = desk.changes;
                 return Some(News {
                     made: std::mem::take(&mut desk.made),
@@ -334,8 +337,9 @@ impl Director {
         }
     }
 
-    /// Chunks that the source answers anew, with the coarser tiles around them.
-    fn note_changes(&mut self, chunks: &BTreeMap<ChunkPos, u64>) {
+    /// Chunks that the source answers anew, with the coarser tiles around them. Gives whether they lie so high or deep that more is wanted now.
+    fn note_changes(&mut self, chunks: &BTreeMap<ChunkPos, u64>) -> bool {
+        let wanted = self.whole.clone();
         // The lamps of a chunk follow from the voxels beyond its faces, too; one that is being made may have seen those from before.
         let follows = |key: &TileKey, face: u32| match self.tiles.get(key) {
             Some(_) if self.shared.lamps.is_some() && self.stale.contains_key(key) => true,
@@ -365,6 +369,7 @@ impl Director {
                 key = key.parent();
             }
         }
+        self.whole != wanted
     }
 
     /// A tile is no longer what its source says it is.
@@ -387,6 +392,12 @@ impl Director {
     /// Whether publications wait for the rest of an edit.
     fn is_held(&self) -> bool {
         self.held.is_some_and(|(until, number)| self.whole_changes() < number && Instant::now() < until)
+    }
+
+    /// Whether a publication may be made that frames take after this one, which none has taken yet, or in its place: only an edit that it
+    /// does not show overtakes it.
+    fn may_follow(&self, pending: Option<&Publication>) -> bool {
+        !self.is_held() && pending.is_none_or(|pending| pending.changes < self.whole_changes())
     }
 
     /// The camera is elsewhere: what is wanted, and what goes.
@@ -519,11 +530,11 @@ impl Director {
     fn publish(&mut self) {
         let listed = !self.complete || (self.unlisted.is_empty() && !self.no_table);
         let settled = self.missing.is_empty() && self.stale.is_empty() && self.relisted.is_empty() && listed;
-        let (pending, view_is_known) = {
+        let (may_follow, view_is_known) = {
             let desk = self.shared.desk();
-            (desk.pending.is_some(), desk.view_serial == self.view_serial)
+            (self.may_follow(desk.pending.as_deref()), desk.view_serial == self.view_serial)
         };
-        let due = self.changed && if self.complete { settled } else { !pending && !self.is_held() };
+        let due = self.changed && if self.complete { settled } else { may_follow };
         if due {
             // What came meanwhile is waited for in turn; an edit that takes too long is shown in parts.
             let whole = self.held.is_none_or(|(_, number)| self.whole_changes() >= number);
@@ -597,6 +608,7 @@ impl Director {
         let [_, changes] = self.changes;
         let publication = Publication { version: self.version, header, lights, changes, stats: self.stats };
         self.shared.desk().pending = Some(Arc::new(publication));
+        self.shared.published.notify_all();
     }
 
     /// Writes the table of the groups that are shown, if they are not those of the last publication, and gives what stands in front of the

@@ -5,7 +5,7 @@
 //! are on one side of the width need no closer look.
 
 use crate::build::noise::{Noise, Sampler};
-use crate::chunk::child_cell;
+use crate::chunk::child_index;
 
 /// Hollows in the land.
 #[derive(Clone, Debug)]
@@ -81,7 +81,10 @@ impl<'c> CaveField<'c> {
             self.sample([corner[0] + x as i64 * STEP, corner[1] + y as i64 * STEP, corner[2] + z as i64 * STEP])
         });
         let local = [0, 1, 2].map(|i| (cell[i] - corner[i]) as u32);
-        hollow(&corners, local, self.caves.width)
+        let bit = child_index(local[0], local[1], local[2]);
+        [0, 1]
+            .into_iter()
+            .all(|noise| near_zero(&corners.map(|corner| corner[noise]), self.caves.width) >> bit & 1 == 1)
     }
 }
 
@@ -113,15 +116,14 @@ impl CaveChunk<'_> {
         if is_solid(&second) {
             return 0;
         }
-        let corners = std::array::from_fn(|corner| [first[corner], second[corner]]);
         let (low, high) = self.field.caves.heights();
         let y = self.origin[1] + i64::from(cell[1]) * STEP;
-        (0..64).fold(0, |mask, bit| {
-            let local = child_cell(bit);
-            let height = y + i64::from(local[1]);
-            let is = height >= low && height < high && hollow(&corners, local, width);
-            mask | u64::from(is) << bit
-        })
+        let near = near_zero(&first, width);
+        if near == 0 {
+            return 0;
+        }
+        let rows = (0..STEP).filter(|row| (low..high).contains(&(y + row)));
+        rows.fold(0, |mask, row| mask | 0xffff << (16 * row)) & near & near_zero(&second, width)
     }
 }
 
@@ -130,19 +132,18 @@ fn corner_offsets() -> [[usize; 3]; 8] {
     [0, 1, 2, 3, 4, 5, 6, 7].map(|i| [i & 1, i >> 1 & 1, i >> 2])
 }
 
-/// Whether both noises are near zero at the centre of a voxel of a block. The weights are multiples of an eighth.
-fn hollow(corners: &[[f64; 2]; 8], local: [u32; 3], width: f64) -> bool {
-    let t = local.map(|l| (f64::from(l) + 0.5) / STEP as f64);
-    [0, 1].into_iter().all(|noise| {
-        let along_x = |y: usize, z: usize| {
-            let [a, b] = [corners[y << 1 | z << 2][noise], corners[1 | y << 1 | z << 2][noise]];
-            a + (b - a) * t[0]
-        };
-        let along_y = |z: usize| {
-            let [a, b] = [along_x(0, z), along_x(1, z)];
-            a + (b - a) * t[1]
-        };
-        let [a, b] = [along_y(0), along_y(1)];
-        (a + (b - a) * t[2]).abs() < width
-    })
+/// The voxels of a block at whose centres one noise, trilinear between the corners, is near zero. The weights are multiples of an eighth.
+fn near_zero(corners: &[f64; 8], width: f64) -> u64 {
+    let between = |a: f64, b: f64, at: usize| a + (b - a) * ((at as f64 + 0.5) / STEP as f64);
+    let mut mask = 0;
+    for x in 0..4 {
+        let along_x: [f64; 4] = std::array::from_fn(|edge| between(corners[edge << 1], corners[edge << 1 | 1], x));
+        for y in 0..4 {
+            let [front, back] = [0, 2].map(|z| between(along_x[z], along_x[z + 1], y));
+            for z in 0..4 {
+                mask |= u64::from(between(front, back, z).abs() < width) << (x | z << 2 | y << 4);
+            }
+        }
+    }
+    mask
 }

@@ -336,16 +336,17 @@ impl Terrain {
             let whole = |c: &Column| (c.bottom, c.surface_end.min(c.height.saturating_sub(above_last)));
             let solid_from = columns.iter().map(|c| whole(c).0).max().unwrap_or(i64::MAX);
             let solid_to = columns.iter().map(|c| whole(c).1).min().unwrap_or(i64::MIN);
+            let ceilings = caves.map(|caves| Ceilings::of(caves, columns, level));
             for by in (low[1] >> 2)..=((high[1] - 1) >> 2) {
                 let y = origin_y + i64::from(by) * 4;
                 if top.is_none_or(|top| y >= top) {
                     break;
                 }
-                let hollow = caves.map_or(0, |caves| {
-                    let samples: &mut CaveChunk<'_> = hollows.get_or_insert_with(|| caves.field().chunk(origin));
-                    match caves.allowed(columns, y, level) {
-                        0 => 0,
-                        allowed => allowed & samples.mask([tx, by as u32, tz]),
+                let hollow = caves.zip(ceilings.as_ref()).map_or(0, |(caves, ceilings)| match ceilings.below(y) {
+                    0 => 0,
+                    below => {
+                        let samples: &mut CaveChunk<'_> = hollows.get_or_insert_with(|| caves.field().chunk(origin));
+                        below & samples.mask([tx, by as u32, tz])
                     }
                 });
                 let block = block_index(tx, by as u32, tz);
@@ -413,15 +414,30 @@ impl Strata {
     }
 }
 
-impl Caves {
-    /// The voxels of a block at height `y` that have enough land above them.
-    fn allowed(&self, columns: &[Column], y: i64, level: i64) -> u64 {
-        columns.iter().enumerate().fold(0, |mask, (i, column)| {
-            let end = (self.ceiling(column.height, level) - y).clamp(0, 4) as usize;
-            mask | PREFIX[end] << i
-        })
+/// For the 16 columns of a block, the first height that cannot be hollow, and the least and the largest of these.
+struct Ceilings {
+    of: [i64; 16],
+    range: [i64; 2],
+}
+
+impl Ceilings {
+    fn of(caves: &Caves, columns: &[Column], level: i64) -> Self {
+        let of = std::array::from_fn(|i| caves.ceiling(columns[i].height, level));
+        let range = of.iter().fold([i64::MAX, i64::MIN], |[low, high], c| [low.min(*c), high.max(*c)]);
+        Self { of, range }
     }
 
+    /// The voxels of a block at height `y` that have enough land above them.
+    fn below(&self, y: i64) -> u64 {
+        match self.range {
+            [_, high] if y >= high => 0,
+            [low, _] if y + 4 <= low => u64::MAX,
+            _ => (0..16).fold(0, |mask, i| mask | PREFIX[(self.of[i] - y).clamp(0, 4) as usize] << i),
+        }
+    }
+}
+
+impl Caves {
     /// The first height of a column that cannot be hollow, below land of that height and water up to `level`.
     pub(crate) fn ceiling(&self, height: i64, level: i64) -> i64 {
         // The shore counts as under water.
