@@ -178,6 +178,25 @@ fn points_on_lamps_that_are_used_again_add_no_light_and_take_none() {
     assert!(outcome.lag.as_ref().unwrap().to_5_percent.is_some_and(|frames| frames <= 10), "{:?}", outcome.lag);
 }
 
+/// What drawing lamps by their power is compared with: the same light, with more noise where lamps differ.
+#[test]
+fn lamps_that_are_drawn_alike_give_the_same_light() {
+    let project = Project::shipped();
+    lamps(&project);
+    let dark = DARK.map(|(name, value)| (name.to_owned(), value)).to_vec();
+    let scene = Scene { params: dark, ..scene() };
+    let mut bench = Bench::new(effort(&project, [64, 40], 32, 128));
+    let references = bench.references(&scene).unwrap();
+    let [by_power, alike] = ["reference_centre", "views/even_lamps"].map(|graph| {
+        let outcome = bench.system(&format!("graphs/light/{graph}.toml"), &scene, &references).unwrap();
+        [outcome.still[0].judged, outcome.still.last().unwrap().judged]
+    });
+    assert_eq!(bench.complaints(), &[] as &[String]);
+    assert!(alike[1].bias2.abs() <= 4.0 * alike[1].bias2_se, "{alike:?}");
+    // A frame has 1.26 times the noise here.
+    assert!(alike[0].noise > 1.1 * by_power[0].noise, "{alike:?} {by_power:?}");
+}
+
 /// Slats over a dark floor, under the sun alone. A camera that has come past them sees what a still one sees in its first frame, and half shadows
 /// have less noise than a ray a pixel leaves.
 #[test]
