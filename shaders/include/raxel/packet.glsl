@@ -69,7 +69,7 @@ uint rx_tile_read(uint value, uint lane) {
 #endif
 
 const int RX_TILE = 16;                          // pixels along an edge of a tile
-const uint RX_TILE_LEAVES = 96u;                 // leaves that a tile may look at before its rays are handed on
+const uint RX_TILE_LEAVES = 112u;                // leaves that a tile may look at before its rays are handed on
 const float RX_TILE_SLACK = 1.0 / 256.0;         // voxels: more than a place is off by rounding, within RX_TILE_REACH of the camera
 const int RX_TILE_REACH = 1 << 13;
 const float RX_TILE_ERROR = 9.5367431640625e-7;  // 2^-20, of a direction's length and of a time, see docs/exactness.md
@@ -143,9 +143,12 @@ ivec3 rx_tile_cell(vec3 place) {
 // The frustum of the pixels `rect` (first and last, from the tile's first) as intervals of 1 / direction.
 void rx_tile_frustum(ivec4 rect, out vec3 slow, out vec3 fast) {
     float slack = rx_tile_frame[1].w;
-    vec3 a = float(rect.x) * rx_tile_frame[1].xyz, b = float(rect.z) * rx_tile_frame[1].xyz, c = float(rect.y) * rx_tile_frame[2].xyz, d = float(rect.w) * rx_tile_frame[2].xyz;
-    vec3 most = max(rx_tile_frame[0].xyz + max(a, b) + max(c, d), vec3(0.0)) + slack;
-    vec3 least = max(rx_tile_frame[0].xyz + min(a, b) + min(c, d) - slack, vec3(1.0e-7));
+    // Half of the sum and of the difference of first and last.
+    vec2 to = vec2(rect.zw), from = vec2(rect.xy), middle = 0.5 * (to + from), side = 0.5 * (to - from);
+    vec3 right = rx_tile_frame[1].xyz, up = rx_tile_frame[2].xyz;
+    vec3 at = fma(vec3(middle.x), right, fma(vec3(middle.y), up, rx_tile_frame[0].xyz));
+    vec3 by = fma(vec3(side.x), abs(right), fma(vec3(side.y), abs(up), vec3(slack)));
+    vec3 most = max(at + by, vec3(slack)), least = max(at - by, vec3(1.0e-7));
     slow = (1.0 - 2.0 * RX_TILE_ERROR) / most;
     fast = (1.0 + 2.0 * RX_TILE_ERROR) / least;
 }
@@ -497,25 +500,27 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                             some_left = RX_TILE_ANY(alive != 0u);
                         }
                         if (!some_left) break;
-                        // The frustum of what is left.
-                        uint left = RX_TILE_BALLOT((alive & 0x55u) != 0u), right = RX_TILE_BALLOT((alive & 0xaau) != 0u);
-                        uint rows_1 = RX_TILE_BALLOT((alive & 0x03u) != 0u), rows_2 = RX_TILE_BALLOT((alive & 0x0cu) != 0u);
-                        uint rows_3 = RX_TILE_BALLOT((alive & 0x30u) != 0u), rows_4 = RX_TILE_BALLOT((alive & 0xc0u) != 0u);
-                        left |= left >> 16;
-                        right |= right >> 16;
-                        uint columns = ((left | (left >> 8)) & 255u) | (((right | (right >> 8)) & 255u) << 8);
-                        uint low = rows_4, first_row = 12u, high = rows_1, last_row = 0u;
-                        if (rows_3 != 0u) low = rows_3, first_row = 8u;
-                        if (rows_2 != 0u) low = rows_2, first_row = 4u, high = rows_2, last_row = 4u;
-                        if (rows_1 != 0u) low = rows_1, first_row = 0u;
-                        if (rows_3 != 0u) high = rows_3, last_row = 8u;
-                        if (rows_4 != 0u) high = rows_4, last_row = 12u;
-                        first_row += uint(findLSB(low)) >> 3;
-                        last_row += uint(findMSB(high)) >> 3;
-                        uint now = uint(findLSB(columns)) | (first_row << 8) | (uint(findMSB(columns)) << 16) | (last_row << 24);
-                        if (now != shown) {
-                            shown = now;
-                            rx_tile_frustum(ivec4(now & 255u, (now >> 8) & 255u, (now >> 16) & 255u, now >> 24), slow, fast);
+                        // The frustum of what is left, for what is still to be visited.
+                        if (more || waiting != 0u) {
+                            uint left = RX_TILE_BALLOT((alive & 0x55u) != 0u), right = RX_TILE_BALLOT((alive & 0xaau) != 0u);
+                            uint rows_1 = RX_TILE_BALLOT((alive & 0x03u) != 0u), rows_2 = RX_TILE_BALLOT((alive & 0x0cu) != 0u);
+                            uint rows_3 = RX_TILE_BALLOT((alive & 0x30u) != 0u), rows_4 = RX_TILE_BALLOT((alive & 0xc0u) != 0u);
+                            left |= left >> 16;
+                            right |= right >> 16;
+                            uint columns = ((left | (left >> 8)) & 255u) | (((right | (right >> 8)) & 255u) << 8);
+                            uint low = rows_4, first_row = 12u, high = rows_1, last_row = 0u;
+                            if (rows_3 != 0u) low = rows_3, first_row = 8u;
+                            if (rows_2 != 0u) low = rows_2, first_row = 4u, high = rows_2, last_row = 4u;
+                            if (rows_1 != 0u) low = rows_1, first_row = 0u;
+                            if (rows_3 != 0u) high = rows_3, last_row = 8u;
+                            if (rows_4 != 0u) high = rows_4, last_row = 12u;
+                            first_row += uint(findLSB(low)) >> 3;
+                            last_row += uint(findMSB(high)) >> 3;
+                            uint now = uint(findLSB(columns)) | (first_row << 8) | (uint(findMSB(columns)) << 16) | (last_row << 24);
+                            if (now != shown) {
+                                shown = now;
+                                rx_tile_frustum(ivec4(now & 255u, (now >> 8) & 255u, (now >> 16) & 255u, now >> 24), slow, fast);
+                            }
                         }
                     }
                     if (!more) break;
