@@ -78,12 +78,19 @@ uint rx_filled_material(uvec4 node, uint child) {
     return rx_linked_material(node.z, rx_child_rank(node.xy, child));
 }
 
+// The node of 64^3 voxels or more that the last hit was in, its height, and a cell in it: cells that are asked for after a ray are mostly near
+// its hit.
+uvec3 rx_last_cell = uvec3(0x80000000u);
+uint rx_last_node = 0u;
+uint rx_last_height = 0u;
+
 // As trace.glsl has it.
 uint rx_look(ivec3 cell, out uint log2_free) {
-    uvec3 c = uvec3(cell) - uvec3(world.origin);
-    uvec4 node = world.quads[world.root];
+    uvec3 c = uvec3(cell) - uvec3(world.origin), apart = c ^ rx_last_cell;
+    bool near = ((apart.x | apart.y | apart.z) >> (2u * rx_last_height)) == 0u;
+    uvec4 node = world.quads[near ? rx_last_node : world.root];
     log2_free = 0u;
-    for (uint height = world.log2_size >> 1;; --height) {
+    for (uint height = near ? rx_last_height : world.log2_size >> 1;; --height) {
         uint child = rx_child(c, height);
         if (!rx_has_child(node.xy, child)) {
             log2_free = 2u * height - 2u + (rx_free_octet(node.xy, child) ? 1u : 0u);
@@ -157,20 +164,25 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     uint child = 0u, rank = 0u, voxel = 0u, shift = 0u;
     bool found = false, unsure = false;
 
+    // The nodes of 64^3 voxels and more on the way down, by their heights. It is in local memory, since only the walk knows the index: faster
+    // than to keep some of them in registers, and than to go down from the root again.
+    uint way[16];
+    uint top = world.log2_size >> 1, height = top;
+    way[top] = world.root;
+
     // Every round leaves a block for good, and there are fewer than 3 * size blocks on a line.
     uint rounds = world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
     do {
         if (any(greaterThan(walk.q, limit))) break;
-        uint height = world.log2_size >> 1;
-        uint chunk = world.root;  // the last node of 64^3 that was passed
-        node = world.quads[chunk];
-        uint moved = 0u;          // bits of the cell that the last step changed
+        height = top;
+        node = world.quads[world.root];
+        uint moved = 0u;  // bits of the cell that the last step changed
         for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
-            // Up: a node is kept as long as the ray is in it; then the chunk's turn comes, then the root's.
+            // Up: a node is kept as long as the ray is in it; then it is the turn of the smallest one on the way that the ray is still in.
             if ((moved >> (2u * height)) != 0u) {
                 if (any(greaterThan(walk.q, limit)) || walk.t > walk.t_end) break;
-                height = moved < 64u ? 3u : world.log2_size >> 1;
-                node = world.quads[moved < 64u ? chunk : world.root];
+                height = max(uint(findMSB(moved) >> 1) + 1u, 3u);
+                node = world.quads[way[height]];
             }
 
             // Down to the smallest node that holds the cell.
@@ -178,8 +190,8 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
             bool occupied = rx_has_child(node.xy, child);
             while (occupied && height > 2u && (node.w & RX_FILLED) == 0u) {
                 uint at = node.z + rx_child_rank(node.xy, child);
-                if (height == 4u) chunk = at;
                 --height;
+                way[height] = at;
                 node = world.quads[at];
                 child = rx_child(walk.q, height) ^ mirror;
                 occupied = rx_has_child(node.xy, child);
@@ -213,6 +225,9 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     if (!found) return false;
     uint steps = hit.steps + 1u;
     bool within = rx_walk_hit(walk, ray, world.origin, world.log2_size, hit);
+    rx_last_cell = uvec3(hit.voxel) - uvec3(world.origin);
+    rx_last_height = min(max(height, 3u), top);
+    rx_last_node = way[rx_last_height];
     bool filled = (node.w & RX_FILLED) != 0u;
     hit.material = filled ? rx_filled_material(node, child) : rx_leaf_material(node.w, rank, leaf, voxel);
     hit.steps = steps;

@@ -76,7 +76,9 @@
 #define rx_last_cell NAME_last_cell
 #define rx_last_chunk NAME_last_chunk
 #define rx_last_cube NAME_last_cube
+#define rx_last_height NAME_last_height
 #define rx_last_leaf NAME_last_leaf
+#define rx_last_node NAME_last_node
 #define rx_last_sector NAME_last_sector
 #define rx_last_voxels NAME_last_voxels
 #define rx_leaf NAME_leaf
@@ -193,7 +195,9 @@
 #undef rx_last_cell
 #undef rx_last_chunk
 #undef rx_last_cube
+#undef rx_last_height
 #undef rx_last_leaf
+#undef rx_last_node
 #undef rx_last_sector
 #undef rx_last_voxels
 #undef rx_leaf
