@@ -60,6 +60,15 @@ bool rx_free_octet(uvec2 mask, uint child) {
     return ((rx_half(mask, child) >> (child & 10u)) & 0x00330033u) == 0u;
 }
 
+// The empty block around an empty child of 2^shift voxels a side, as rx_walk_step takes it: the upper or lower half of its parent, a layer of
+// four by four children, 2^3 of them, or the child alone. Land lies in layers, and most rays go along them.
+uvec3 rx_free_block(uvec2 mask, uint child, uint shift) {
+    uint one = (1u << shift) - 1u, two = 2u * one + 1u, four = 4u * one + 3u, layers = rx_half(mask, child);
+    if (layers == 0u) return uvec3(four, two, four);
+    if (((layers >> (child & 16u)) & 0xffffu) == 0u) return uvec3(four, one, four);
+    return uvec3(rx_free_octet(mask, child) ? two : one);
+}
+
 // Mask of a leaf.
 uvec2 rx_leaf(uint leaf) {
     uvec4 pair = world.quads[leaf >> 1];
@@ -161,7 +170,8 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     uvec3 limit = rx_walk_limit(walk, world.log2_size, world.bounds_min - world.origin, world.bounds_last - world.origin);
     uvec4 node = uvec4(0u);
     uvec2 leaf = uvec2(0u);
-    uint child = 0u, rank = 0u, voxel = 0u, shift = 0u;
+    uint child = 0u, rank = 0u, voxel = 0u;
+    uvec3 block = uvec3(0u);
     bool found = false, unsure = false;
 
     // The nodes of 64^3 voxels and more on the way down, by their heights. It is in local memory, since only the walk knows the index: faster
@@ -197,7 +207,7 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
                 occupied = rx_has_child(node.xy, child);
             }
             uvec2 mask = node.xy;
-            shift = 2u * height - 2u;
+            uint shift = 2u * height - 2u;
             if (occupied) {
                 found = true;
                 if ((node.w & RX_FILLED) != 0u) break;
@@ -212,14 +222,13 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
                 shift = 0u;
             }
 
-            // The cell is empty; often so are the seven that make a cube of twice its size with it.
-            shift += rx_free_octet(mask, child) ? 1u : 0u;
+            block = rx_free_block(mask, child, shift);
             uvec3 before = walk.q;
-            unsure = !rx_walk_step(walk, shift);
+            unsure = !rx_walk_step(walk, block);
             moved = (before.x ^ walk.q.x) | (before.y ^ walk.q.y) | (before.z ^ walk.q.z);
         }
         // After a step by integers the search begins again at the root: nothing else has to be kept meanwhile.
-        if (unsure) rx_walk_settle(walk, ray, world.origin, world.log2_size, shift);
+        if (unsure) rx_walk_settle(walk, ray, world.origin, world.log2_size, block);
     } while (unsure);
 
     if (!found) return false;

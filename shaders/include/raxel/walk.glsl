@@ -306,23 +306,33 @@ bool rx_walk_to(inout RxWalk w, vec3 times, float t, uvec3 to) {
     return true;
 }
 
-// Leaves the aligned block of 2^shift voxels a side that holds the current cell. False, and nothing done, if floating point cannot
-// tell where to: then rx_walk_settle must be called. They are two functions so that tracers can keep the second one out of their
-// inner loop: it is rarely needed, but a group of threads takes as long as its slowest, and some drivers run both sides of an `if`.
-bool rx_walk_step(inout RxWalk w, uint shift) {
-    uvec3 last = w.q | ((1u << shift) - 1u);
+// Leaves the aligned block that holds the current cell; `block` is the largest coordinate within it, one less than a power of two for each
+// axis. False, and nothing done, if floating point cannot tell where to: then rx_walk_settle must be called. They are two functions so
+// that tracers can keep the second one out of their inner loop: it is rarely needed, but a group of threads takes as long as its slowest,
+// and some drivers run both sides of an `if`.
+bool rx_walk_step(inout RxWalk w, uvec3 block) {
+    uvec3 last = w.q | block;
     // Whether the device fuses it or not makes no difference to the bound; fused it is one instruction.
     vec3 times = fma(vec3(last - w.entry), w.inv, w.first);
     return rx_walk_to(w, times, min(times.x, min(times.y, times.z)), last + 1u);
 }
 
+// The same of a cube of 2^shift voxels a side.
+bool rx_walk_step(inout RxWalk w, uint shift) {
+    return rx_walk_step(w, uvec3((1u << shift) - 1u));
+}
+
 // The same step by integers.
-void rx_walk_settle(inout RxWalk w, RxRay ray, ivec3 corner, uint log2_size, uint shift) {
+void rx_walk_settle(inout RxWalk w, RxRay ray, ivec3 corner, uint log2_size, uvec3 block) {
     RxExact e = rx_walk_exact(w, ray, corner, (1u << log2_size) - 1u);
     uvec3 here = w.q - e.origin;
-    uvec3 ends = ((w.q | ((1u << shift) - 1u)) + 1u) - e.origin;
+    uvec3 ends = ((w.q | block) + 1u) - e.origin;
     uint a = rx_walk_first(e, rx_set_of(notEqual(e.d, uvec3(0u))), ends, 1);
     rx_walk_cross(w, e, a, rx_pick(ends, a), here, ends);
+}
+
+void rx_walk_settle(inout RxWalk w, RxRay ray, ivec3 corner, uint log2_size, uint shift) {
+    rx_walk_settle(w, ray, corner, log2_size, uvec3((1u << shift) - 1u));
 }
 
 // The cells that the ray may be in before it has left the bounds of all solids (`low` to `high`, in the world's cube) for good.

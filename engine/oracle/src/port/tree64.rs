@@ -44,6 +44,20 @@ fn free_octet(mask: Mask, child: u32) -> bool {
     mask >> (child & 0b10_1010) & 0x0033_0033 == 0
 }
 
+/// `rx_free_block`.
+fn free_block(mask: Mask, child: u32, shift: u32) -> [u32; 3] {
+    let one = (1u32 << shift) - 1;
+    let (two, four) = (2 * one + 1, 4 * one + 3);
+    let layers = (mask >> (child & 32)) as u32;
+    if layers == 0 {
+        return [four, two, four];
+    }
+    if (layers >> (child & 16)) as u16 == 0 {
+        return [four, one, four];
+    }
+    [if free_octet(mask, child) { two } else { one }; 3]
+}
+
 impl<'a> Tree64<'a> {
     /// Reads a buffer that [`raxel_world::layout::Layout::encode`] wrote.
     pub fn new(buffer: &'a [u32]) -> Self {
@@ -147,7 +161,7 @@ impl<'a> Tree64<'a> {
             let mut chunk = self.header.root;
             let mut node = self.node(chunk);
             let mut moved = 0;
-            let shift = loop {
+            let block = loop {
                 if steps >= rounds {
                     return None;
                 }
@@ -192,16 +206,16 @@ impl<'a> Tree64<'a> {
                     (mask, child, shift) = (leaf, voxel, 0);
                 }
 
-                shift += u32::from(free_octet(mask, child));
+                let block = free_block(mask, child, shift);
                 let before = walk.q;
-                let sure = walk.step(shift);
+                let sure = walk.step(block);
                 moved = (before[0] ^ walk.q[0]) | (before[1] ^ walk.q[1]) | (before[2] ^ walk.q[2]);
                 steps += 1;
                 if !sure {
-                    break shift;
+                    break block;
                 }
             };
-            walk.settle(ray, origin, log2_size, shift);
+            walk.settle(ray, origin, log2_size, block);
         }
     }
 }

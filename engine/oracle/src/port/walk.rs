@@ -275,8 +275,8 @@ impl Walk {
 
     /// `rx_walk_step`, and `rx_walk_to` in it.
     #[allow(clippy::float_cmp, reason = "asks which of the three is the minimum")]
-    pub(super) fn step(&mut self, shift: u32) -> bool {
-        let last = self.q.map(|q| q | ((1 << shift) - 1));
+    pub(super) fn step(&mut self, block: [u32; 3]) -> bool {
+        let last = each(|i| self.q[i] | block[i]);
         let times = each(|i| last[i].wrapping_sub(self.entry[i]) as f32 * self.inv[i] + self.first[i]);
         let t = times[0].min(times[1].min(times[2]));
         let x = times[0] == t;
@@ -298,10 +298,10 @@ impl Walk {
     }
 
     /// `rx_walk_settle`.
-    pub(super) fn settle(&mut self, ray: &Ray, corner: [i32; 3], log2_size: u32, shift: u32) {
+    pub(super) fn settle(&mut self, ray: &Ray, corner: [i32; 3], log2_size: u32, block: [u32; 3]) {
         let e = self.exact(ray, corner, (1 << log2_size) - 1);
         let here = minus(self.q, e.origin);
-        let ends = minus(self.q.map(|q| (q | ((1 << shift) - 1)).wrapping_add(1)), e.origin);
+        let ends = minus(each(|i| (self.q[i] | block[i]).wrapping_add(1)), e.origin);
         let mut a = if e.d[0] != 0 {
             0
         } else if e.d[1] != 0 {
@@ -366,8 +366,9 @@ mod tests {
         let (mut steps, mut settled) = (0, 0);
         while (walk.q[0] | walk.q[1] | walk.q[2]) >> log2_size == 0 {
             steps += 1;
-            if !walk.step(shift) {
-                walk.settle(ray, [0; 3], log2_size, shift);
+            let block = [(1 << shift) - 1; 3];
+            if !walk.step(block) {
+                walk.settle(ray, [0; 3], log2_size, block);
                 settled += 1;
             }
         }

@@ -64,6 +64,7 @@
 #define rx_find_instance NAME_find_instance
 #define rx_find_sector NAME_find_sector
 #define rx_free NAME_free
+#define rx_free_block NAME_free_block
 #define rx_free_octet NAME_free_octet
 #define rx_grid_free NAME_grid_free
 #define rx_grid_look NAME_grid_look
@@ -183,6 +184,7 @@
 #undef rx_find_instance
 #undef rx_find_sector
 #undef rx_free
+#undef rx_free_block
 #undef rx_free_octet
 #undef rx_grid_free
 #undef rx_grid_look
