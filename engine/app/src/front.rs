@@ -384,8 +384,8 @@ impl Paper<'_> {
     fn holds(&self, graph: &Graph, fact: &Fact) -> bool {
         match (self.conditions, fact, self.over.world()) {
             (Conditions::AtStart, Fact::Param(param), _) => graph.params[param.0 as usize].default == Value::Bool(true),
-            // Without a device nothing is known of it; every device does without packets.
-            (Conditions::AtStart, Fact::DevicePackets, _) => false,
+            // Without a device nothing is known of it; every device does without packets and their ballots.
+            (Conditions::AtStart, Fact::DevicePackets | Fact::DeviceBallots, _) => false,
             (Conditions::AtStart, _, Some(world)) => world.holds(fact),
             _ => true,
         }

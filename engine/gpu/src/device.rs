@@ -77,6 +77,12 @@ impl Capabilities {
         self.packets_lack().is_empty()
     }
 
+    /// Whether shaders may use the ballots and votes of `GL_ARB_shader_ballot` and `GL_ARB_shader_group_vote`, in subgroups of 32 at most.
+    pub fn has_plain_ballots(&self) -> bool {
+        let basic = self.subgroup_operations.contains(vk::SubgroupFeatureFlags::BASIC);
+        basic && self.plain_ballots && self.int64 && self.subgroup_size <= 32
+    }
+
     /// What packets of rays take and the device does not have.
     pub fn packets_lack(&self) -> Vec<&'static str> {
         let basic = self.subgroup_operations.contains(vk::SubgroupFeatureFlags::BASIC);

@@ -46,12 +46,12 @@ fn only_what_packets_lack_is_said() {
     let mut able = device.capabilities().clone();
     (able.subgroup_size, able.plain_ballots, able.int64) = (32, true, true);
     able.subgroup_operations = vk::SubgroupFeatureFlags::BASIC;
-    assert!(able.packets_lack().is_empty() && able.traces_packets());
+    assert!(able.packets_lack().is_empty() && able.traces_packets() && able.has_plain_ballots());
     able.int64 = false;
     assert_eq!(able.packets_lack(), ["64-bit integers"]);
     able.subgroup_size = 8;
     assert_eq!(able.packets_lack(), ["subgroups of 32", "64-bit integers"]);
-    assert!(!able.traces_packets());
+    assert!(!able.traces_packets() && !able.has_plain_ballots());
 }
 
 #[test]

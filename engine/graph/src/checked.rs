@@ -123,7 +123,7 @@ impl Graph {
 
     /// Whether conditions of passes ask what the world contains.
     pub fn asks_the_world(&self) -> bool {
-        let of_world = |fact: &Fact| !matches!(fact, Fact::Param(_) | Fact::DevicePackets);
+        let of_world = |fact: &Fact| !matches!(fact, Fact::Param(_) | Fact::DevicePackets | Fact::DeviceBallots);
         let condition = |pass: &Pass| pass.when.as_ref().is_some_and(|when| of_world(&when.fact));
         self.passes.iter().any(condition)
     }
@@ -358,6 +358,8 @@ pub enum Fact {
     /// Packets of rays can be traced: the device's subgroups have 32 invocations and the operations that they take, the world is in `tree64`, bounded
     /// and of at most 4096 voxels along each axis (`<raxel/packet.glsl>`): `device.packets`.
     DevicePackets,
+    /// Shaders may use the ballots and votes of `GL_ARB_shader_ballot` and `GL_ARB_shader_group_vote`, in subgroups of 32 at most: `device.ballots`.
+    DeviceBallots,
     /// A param of type bool is true: `param.NAME`.
     Param(ParamId),
 }

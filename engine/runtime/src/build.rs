@@ -40,6 +40,7 @@ pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params, device: &raxe
         if facts.iter().all(|(fact, _)| *fact != condition.fact) {
             let holds = match condition.fact {
                 Fact::DevicePackets => device.capabilities().traces_packets() && suits_packets(graph, world),
+                Fact::DeviceBallots => device.capabilities().has_plain_ballots(),
                 Fact::Param(id) => params.get(id) == raxel_graph::checked::Value::Bool(true),
                 _ => world.holds(&condition.fact),
             };

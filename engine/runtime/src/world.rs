@@ -184,14 +184,14 @@ impl SessionWorld {
                 Fact::WorldHasEmission => any(|material| material.emission),
                 Fact::WorldHasTransparency => any(|material| material.transparency),
                 Fact::WorldHasVoxels => true,
-                Fact::DevicePackets | Fact::Param(_) => false,
+                Fact::DevicePackets | Fact::DeviceBallots | Fact::Param(_) => false,
             };
         }
         match fact {
             Fact::WorldHasEmission => self.loaded.world.has_emission(),
             Fact::WorldHasTransparency => self.loaded.world.has_transparency(),
             Fact::WorldHasVoxels => self.loaded.world.bounds().is_some(),
-            Fact::DevicePackets | Fact::Param(_) => false,
+            Fact::DevicePackets | Fact::DeviceBallots | Fact::Param(_) => false,
         }
     }
 

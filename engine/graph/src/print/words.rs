@@ -147,6 +147,7 @@ pub(super) fn condition(graph: &Graph, condition: &Condition) -> String {
         Fact::WorldHasTransparency => "world.has_transparency".to_owned(),
         Fact::WorldHasVoxels => "world.has_voxels".to_owned(),
         Fact::DevicePackets => "device.packets".to_owned(),
+        Fact::DeviceBallots => "device.ballots".to_owned(),
         Fact::Param(id) => format!("param.{}", graph.params[id.0 as usize].name),
     };
     format!("{}{fact}", if condition.negated { "!" } else { "" })

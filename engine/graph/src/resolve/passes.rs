@@ -19,11 +19,12 @@ use crate::supply::layout_of;
 use crate::value::ValueType;
 
 /// The facts of `when` that are no param.
-pub const FACTS: [(&str, Fact); 4] = [
+pub const FACTS: [(&str, Fact); 5] = [
     ("world.has_emission", Fact::WorldHasEmission),
     ("world.has_transparency", Fact::WorldHasTransparency),
     ("world.has_voxels", Fact::WorldHasVoxels),
     ("device.packets", Fact::DevicePackets),
+    ("device.ballots", Fact::DeviceBallots),
 ];
 
 /// Elements that an array member may be declared with.

@@ -4,7 +4,7 @@
 //! A graph is judged when it has a target `hit` of format `rgba32i`: x, y, z is the voxel, w is face + 8 · material (material 0: not looked
 //! up), or −1 where nothing is hit. Targets `depth` (`r32f`, in lengths of the ray's direction) and `steps` (`r32ui`) add to the judgement. Its
 //! rays must be those of `rx_camera_ray`. A graph with a target `bounce_hit` is timed and judged by the rays that leave its hits
-//! ([`raxel_oracle::bounce`]), in its pass `bounce`.
+//! ([`raxel_oracle::bounce`]), in its pass whose name begins with `bounce`.
 
 mod judge;
 mod measure;
@@ -113,7 +113,7 @@ pub struct Measured {
     pub bounced: bool,
     /// Frames that were timed.
     pub frames: u32,
-    /// GPU time of a frame, from the begin of its first pass to the end of its last; of the pass `bounce` for a graph that bounces.
+    /// GPU time of a frame, from the begin of its first pass to the end of its last; of the pass whose name begins with `bounce` for a graph that bounces.
     pub time: Spread,
     /// GPU time of each pass.
     pub passes: Vec<PassSpread>,

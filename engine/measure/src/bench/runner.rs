@@ -214,7 +214,7 @@ impl Runner {
                         judge_periods(place.oracle, &rays, &of(&pixels))
                     }
                 };
-                let pass = |pass: &&PassSpread| pass.pass == "bounce";
+                let pass = |pass: &&PassSpread| pass.pass.starts_with("bounce");
                 let time = run.passes.iter().find(pass).map_or(run.frame, |pass| pass.time);
                 (errors.rays, time, Ok(errors))
             }
