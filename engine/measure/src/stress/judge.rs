@@ -63,6 +63,7 @@ impl Tally {
 }
 
 /// A list of rays with what is known about it.
+#[derive(Default)]
 pub(super) struct Batch {
     pub rays: Vec<Ray>,
     /// Index of each ray's set.
@@ -82,7 +83,7 @@ pub(super) struct Batch {
 impl Batch {
     /// Finds the exact answers.
     pub fn answer(&mut self, oracle: &Oracle<'_>) {
-        self.answers = vec![Answer { hit: None, tie: false }; self.rays.len()];
+        self.answers.resize(self.rays.len(), Answer { hit: None, tie: false });
         let chunks = self.answers.par_chunks_mut(GRAIN).zip(self.rays.par_chunks(GRAIN));
         let seconds = chunks.map(|(answers, rays)| {
             let start = Instant::now();

@@ -1,7 +1,7 @@
 //! Goes through a plan on one device.
 
 use std::sync::Arc;
-use std::sync::mpsc::sync_channel;
+use std::sync::mpsc::{channel, sync_channel};
 use std::time::Instant;
 
 use raxel_diagnostics::Files;
@@ -186,10 +186,13 @@ impl Runner<'_> {
         std::thread::scope(|scope| {
             // While the device traces a batch, the next one is made and answered.
             let (made, batches) = sync_channel(1);
+            // Memory of batches that are done is used again: to have it made anew would take as long as to judge them.
+            let (done, spent) = channel::<Batch>();
             let (place, oracle) = (&place, &oracle);
             scope.spawn(move || {
                 for blocks in blocks(plan).chunks(in_batch) {
-                    let mut batch = batch(plan, number, place, blocks);
+                    let mut batch = spent.try_recv().unwrap_or_default();
+                    fill(&mut batch, plan, number, place, blocks);
                     batch.answer(oracle);
                     if made.send(batch).is_err() {
                         return; // the device has failed
@@ -205,6 +208,8 @@ impl Runner<'_> {
                 }
                 self.report.answered += batch.answers.len() as u64;
                 self.report.answer_seconds += batch.answer_seconds / rayon::current_num_threads() as f64;
+                // If nobody wants it any more, it is dropped.
+                let _ = done.send(batch);
             }
             Ok(())
         })
@@ -305,8 +310,8 @@ fn blocks(plan: &Plan) -> Vec<(usize, u64)> {
     (0..plan.sets.len()).flat_map(|set| (0..each).map(move |number| (set, number))).collect()
 }
 
-/// Rays of blocks, made on all cores; not answered yet.
-fn batch(plan: &Plan, site: usize, place: &RayTargets, blocks: &[(usize, u64)]) -> Batch {
+/// Fills a batch with the rays of blocks, made on all cores; they are not answered yet.
+fn fill(batch: &mut Batch, plan: &Plan, site: usize, place: &RayTargets, blocks: &[(usize, u64)]) {
     let count = |number: u64| (plan.rays_each() - number * RaySet::BLOCK as u64).min(RaySet::BLOCK as u64) as usize;
     let made: Vec<(Vec<Ray>, Vec<Tile>)> = blocks
         .par_iter()
@@ -315,9 +320,11 @@ fn batch(plan: &Plan, site: usize, place: &RayTargets, blocks: &[(usize, u64)]) 
             (set.block(place, plan.seed, number, count), set.tiles(place, plan.seed, number, count))
         })
         .collect();
-    let all = blocks.iter().map(|&(_, number)| count(number)).sum();
-    let (mut rays, mut sets) = (Vec::with_capacity(all), Vec::with_capacity(all));
-    let (mut tiles, mut tile_rays) = (Vec::new(), Vec::new());
+    let Batch { rays, sets, tiles, tile_rays, .. } = batch;
+    rays.clear();
+    sets.clear();
+    tiles.clear();
+    tile_rays.clear();
     for (&(set, _), (of_block, tiles_of_block)) in blocks.iter().zip(made) {
         let begin = rays.len();
         rays.extend_from_slice(&of_block);
@@ -328,8 +335,7 @@ fn batch(plan: &Plan, site: usize, place: &RayTargets, blocks: &[(usize, u64)]) 
         }));
         tiles.extend(tiles_of_block);
     }
-    let (answers, set_count) = (Vec::new(), plan.sets.len());
-    Batch { rays, sets, answers, answer_seconds: 0.0, site, set_count, tiles, tile_rays }
+    (batch.site, batch.set_count) = (site, plan.sets.len());
 }
 
 /// What a row finds: its state and hit; or why it does not trace.
