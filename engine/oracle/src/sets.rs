@@ -73,6 +73,8 @@ enum Make {
     Rays(fn(&RayTargets, &mut Random) -> Ray),
     /// The rays of a tile of pixels one after another.
     Tiles(fn(&RayTargets, &mut Random) -> Tile),
+    /// Rays of one direction from 8 × 8 places in a plane, row by row.
+    Grids(fn(&RayTargets, &mut Random) -> [Ray; Tile::RAYS]),
 }
 
 /// The box of a scene's solids: smallest, and one past the largest coordinates.
@@ -171,6 +173,16 @@ pub const ALL: &[RaySet] = &[
         about: "8 × 8 pixels of views along an axis, from lattice points, with pixels in small integer ratios: ties",
         make: Make::Tiles(lattice_tile),
     },
+    RaySet {
+        name: "parallel",
+        about: "8 × 8 rays of one direction, from a plane far off or from one beside a solid voxel",
+        make: Make::Grids(parallel),
+    },
+    RaySet {
+        name: "parallel-ties",
+        about: "8 × 8 rays along an axis or a diagonal, from places 1/4 voxel to 1 apart: ties",
+        make: Make::Grids(parallel_ties),
+    },
     RaySet { name: "invalid", about: "NaN, infinities, and no direction at all", make: Make::Rays(invalid) },
 ];
 
@@ -190,6 +202,9 @@ impl RaySet {
         let mut random = self.random(seed, number);
         match self.make {
             Make::Rays(make) => (0..count).map(|_| make(targets, &mut random)).collect(),
+            Make::Grids(make) => {
+                (0..count.div_ceil(Tile::RAYS)).flat_map(|_| make(targets, &mut random)).take(count).collect()
+            }
             Make::Tiles(_) => {
                 self.tiles(targets, seed, number, count).iter().flat_map(Tile::rays).take(count).collect()
             }
@@ -549,6 +564,51 @@ fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let view = along_axes(random);
     let first = tile_at(random, size, at);
     tile_of((cell, frac), view, size, half_height, first)
+}
+
+/// Rays of direction `dir` from 8 × 8 places: the first, relative to a cell, and what the next one of a row, and of a column, is away.
+fn grid(cell: [i64; 3], first: [f64; 3], along: [[f64; 3]; 2], dir: [f32; 3]) -> [Ray; Tile::RAYS] {
+    std::array::from_fn(|i| {
+        let (x, y) = ((i as u32 % Tile::SIDE) as f64, (i as u32 / Tile::SIDE) as f64);
+        let place: [f64; 3] = std::array::from_fn(|a| first[a] + x * along[0][a] + y * along[1][a]);
+        let at = std::array::from_fn(|a| cell[a] + place[a].floor() as i64);
+        Ray::new(clamped(at), place.map(|p| (p - p.floor()) as f32), dir)
+    })
+}
+
+fn parallel(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
+    let target = targets.solid(random);
+    let mut dir = random.direction();
+    // Flat along an axis, or two.
+    for _ in 0..random.below(3) {
+        dir[random.below(3) as usize] *= [1e-2, 1e-4, 1e-8][random.below(3) as usize];
+    }
+    let apart = [1.0 / 64.0, 0.25, 0.9, 2.7][random.below(4) as usize];
+    let (mut first, along) = if random.below(2) == 0 {
+        // In the plane of a face.
+        let (axis, middle) = (random.below(3) as usize, fraction(random).map(f64::from));
+        let along = [1, 2].map(|turn| std::array::from_fn(|a| if a == (axis + turn) % 3 { apart } else { 0.0 }));
+        let outside = if dir[axis] < 0.0 { 0.0 } else { 1.0 };
+        (std::array::from_fn(|a| if a == axis { outside } else { middle[a] }), along)
+    } else {
+        let distance = [3.0, 60.0, 900.0][random.below(3) as usize];
+        let along = [0, 1].map(|_| random.direction().map(|v| apart * f64::from(v)));
+        (std::array::from_fn(|a| 0.5 - distance * f64::from(dir[a])), along)
+    };
+    // The grid's middle, about, is where it was put.
+    first = std::array::from_fn(|a| first[a] - 3.5 * (along[0][a] + along[1][a]));
+    grid(target, first, along, dir)
+}
+
+fn parallel_ties(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
+    let dir: [f32; 3] = std::array::from_fn(|_| random.below(3) as f32 - 1.0);
+    let axis = random.below(3) as usize;
+    let dir =
+        if dir.iter().all(|&v| v == 0.0) { std::array::from_fn(|a| if a == axis { 1.0 } else { 0.0 }) } else { dir };
+    let apart = [0.25, 0.5, 1.0][random.below(3) as usize];
+    let along = [1, 2].map(|turn| std::array::from_fn(|a| if a == (axis + turn) % 3 { apart } else { 0.0 }));
+    let first = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.below(3) as usize]);
+    grid(random.cell(around(&targets.bounds)), first, along, dir)
 }
 
 fn invalid(targets: &RayTargets, random: &mut Random) -> Ray {

@@ -3,7 +3,7 @@
 #include <raxel/world.glsl>
 #include <raxel/march.glsl>
 
-#ifdef RX_MARCH_PACKET
+#if defined(RX_MARCH_PACKET) || defined(RX_MARCH_PARALLEL)
 layout(local_size_x = 32) in;
 #else
 layout(local_size_x = 64) in;
@@ -109,6 +109,67 @@ void main() {
     size = rays[tile + 4u].cell.xy;
     first = ivec2(rays[tile + 4u].dir.xy);
     rx_trace_tile(first / RX_TILE, camera_cell, camera_frac, view_to_world, tan_half_fov, size);
+}
+#elif defined(RX_MARCH_PARALLEL)
+// A subgroup traces 64 rays in a row as a tile of 8 x 8, those of them that have the direction of the first.
+#define RX_PARALLEL_NEAR 1.0e9
+#define RX_PARALLEL_AREA 1.0e9
+#define RX_PARALLEL_LEAVES 256u
+#include <raxel/parallel.glsl>
+
+const int TILE = 8;
+
+uint line;  // the first of the tile's
+
+uint line_of(ivec2 pixel) {
+    return line + uint(pixel.y * TILE + pixel.x);
+}
+
+RxRay ray_of(uint i) {
+    RxRay ray = rx_ray(rays[i].cell, uintBitsToFloat(rays[i].frac), uintBitsToFloat(rays[i].dir.xyz));
+    ray.t_max = uintBitsToFloat(rays[i].t_max);
+    return ray;
+}
+
+void trace_alone(uint i) {
+    RxHit hit;
+    bool found = rx_trace(ray_of(i), hit);
+    write_hit(i, found, hit);
+}
+
+bool rx_tile_near(ivec2 pixel, out ivec3 cell) {
+    cell = rays[line].cell;
+    return true;
+}
+
+bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac) {
+    uint i = line_of(pixel);
+    if (i >= count) return false;
+    RxRay ray = ray_of(i);
+    cell = ray.cell;
+    frac = ray.frac;
+    if (all(equal(rays[i].dir.xyz, rays[line].dir.xyz)) && ray.t_max >= RX_FAR) return true;
+    trace_alone(i);
+    return false;
+}
+
+void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
+    write_hit(line_of(pixel), true, rx_hit_of(ray_of(line_of(pixel)), voxel, face));
+}
+
+void rx_tile_miss(ivec2 pixel) {
+    write_hit(line_of(pixel), false, RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u));
+}
+
+void main() {
+    line = gl_WorkGroupID.x * 64u;
+    // Places of pixels, from what the last one of the first row and of the first column are away.
+    RxRay first = ray_of(line), across = ray_of(min(line + 7u, count - 1u)), down = ray_of(min(line + 56u, count - 1u));
+    vec3 u = (vec3(across.cell - first.cell) + (across.frac - first.frac)) / 7.0, v = (vec3(down.cell - first.cell) + (down.frac - first.frac)) / 7.0;
+    float uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), area = uu * vv - uv * uv;
+    vec4 view[3] = vec4[](vec4((u * vv - v * uv) / area, 0.0), vec4((v * uu - u * uv) / area, 0.0), vec4(0.0, 0.0, 0.0, 1.0));
+    uint rest = rx_trace_parallel(ivec2(0), ivec2(TILE), first.dir, first.cell, first.frac, view);
+    for (; rest != 0u; rest &= rest - 1u) trace_alone(line_of(rx_tile_pixel(ivec2(0), uint(findLSB(rest)))));
 }
 #elif defined(RX_MARCH_BEAM)
 // A group traces a tile of 8 x 8 pixels. It has five lines, which hold its camera: see rays/words.rs.

@@ -135,9 +135,9 @@ impl Tracer {
         defines: &[&str],
     ) -> Result<Self, RayError> {
         let files: Arc<dyn Files> = Arc::new(WithShader(files));
-        // Packets are traced by the same code where subgroups are not 32 wide, much slower.
-        let packets = method.marcher.as_deref() == Some("packet") && !device.capabilities().traces_packets();
-        let slow = packets.then_some("RX_TILE_BY_SHARED_MEMORY");
+        // Tiles of rays are traced by the same code where subgroups are not 32 wide, much slower.
+        let tiles = matches!(method.marcher.as_deref(), Some("packet" | "parallel"));
+        let slow = (tiles && !device.capabilities().traces_packets()).then_some("RX_TILE_BY_SHARED_MEMORY");
         let more = defines.iter().copied().chain(slow).map(|name| (name.to_owned(), "1".to_owned()));
         let defines = method.defines().into_iter().chain(more).collect();
         let request = Request { path: PATH.into(), entry: "main".into(), defines };

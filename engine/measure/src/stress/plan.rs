@@ -34,10 +34,9 @@ impl Row {
     pub fn exact(&self) -> bool {
         match self {
             Row::Port => true,
-            Row::Device(method) => method
-                .marcher
-                .as_deref()
-                .is_none_or(|marcher| ["raymask", Self::AHEAD, Self::BEAM, Self::PACKET].contains(&marcher)),
+            Row::Device(method) => method.marcher.as_deref().is_none_or(|marcher| {
+                ["raymask", Self::AHEAD, Self::BEAM, Self::PACKET, Self::PARALLEL].contains(&marcher)
+            }),
         }
     }
 
@@ -52,6 +51,10 @@ impl Row {
     /// ray by ray; where subgroups are not 32 wide that is all of them. It traces the sets that are made of tiles, and no others.
     pub const PACKET: &str = "packet";
 
+    /// The marcher that walks the tree once for 64 rays in a row of one direction (`shaders/include/raxel/parallel.glsl`), and traces what that does not
+    /// decide ray by ray.
+    pub const PARALLEL: &str = "parallel";
+
     /// Whether it begins rays ahead of their origin.
     pub(super) fn begins_ahead(&self) -> bool {
         matches!(self, Row::Device(method) if method.marcher.as_deref() == Some(Self::AHEAD))
@@ -65,7 +68,7 @@ impl Row {
     /// How many steps it can have taken to a hit. Those of an exact tracer are cells on the ray, but those of `bvh` are nodes beside it, too, and
     /// packets count none.
     pub fn steps(&self, ray: &Ray, hit: &Hit) -> RangeInclusive<u64> {
-        let packet = matches!(self, Row::Device(method) if method.marcher.as_deref() == Some(Self::PACKET));
+        let packet = matches!(self, Row::Device(method) if matches!(method.marcher.as_deref(), Some(Self::PACKET | Self::PARALLEL)));
         let nodes = matches!(self, Row::Device(method) if method.layout == Layout::Bvh);
         let most = if self.exact() && !packet && !nodes { most_steps(ray, hit) } else { u64::MAX };
         u64::from(!packet)..=most

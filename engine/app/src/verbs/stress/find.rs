@@ -95,7 +95,7 @@ pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
         let mut rows: Vec<Row> = [Row::default_tracer(), Row::Port].into();
         rows.extend(layouts.filter(|row| *row != Row::default_tracer()));
         rows.extend(Layout::ALL.iter().map(|&layout| marched(layout, Row::AHEAD)));
-        rows.extend([Row::BEAM, Row::PACKET].map(|marcher| marched(Layout::Tree64, marcher)));
+        rows.extend([Row::BEAM, Row::PACKET, Row::PARALLEL].map(|marcher| marched(Layout::Tree64, marcher)));
         rows.extend(marchers);
         return Ok(rows);
     }
@@ -117,12 +117,17 @@ fn row(name: &str) -> Result<Row> {
         "" => Ok(Row::Device(Method::of(layout))),
         "cpu" if layout == Layout::Tree64 => Ok(Row::Port),
         "cpu" => Err(Failure::usage("only `tree64` has a port to the CPU").help("--layouts tree64,tree64:cpu")),
-        marcher if MARCHERS.contains(&marcher) || [Row::AHEAD, Row::BEAM, Row::PACKET].contains(&marcher) => {
+        marcher
+            if MARCHERS.contains(&marcher)
+                || [Row::AHEAD, Row::BEAM, Row::PACKET, Row::PARALLEL].contains(&marcher) =>
+        {
             Ok(marched(layout, marcher))
         }
-        marcher => {
-            Err(unknown("marcher", marcher, MARCHERS.iter().copied().chain([Row::AHEAD, Row::BEAM, Row::PACKET])))
-        }
+        marcher => Err(unknown(
+            "marcher",
+            marcher,
+            MARCHERS.iter().copied().chain([Row::AHEAD, Row::BEAM, Row::PACKET, Row::PARALLEL]),
+        )),
     }
 }
 
