@@ -1,32 +1,57 @@
-//! `graphs/primary.toml` finds what pixels see in one of two ways, by what the device can do (`device.packets`). Both give the same bits.
+//! `graphs/primary.toml` finds what pixels see in one of two ways, by what the device can do (`device.packets`), and so does `graphs/bench/sun.toml` with rays to
+//! the sun. Both give the same bits.
 
 mod common;
 
 use common::Project;
 use glam::{IVec3, Vec3};
-use raxel::{Camera, Options, Session, Validation};
+use raxel::{Camera, Options, Session, Validation, Value};
 
 const TARGETS: [&str; 4] = ["color", "hit", "depth", "place"];
 
-/// The shipped graph over a world, and whether it traces packets.
-fn open(project: &Project, world: &str) -> (Session, bool) {
-    let session = Session::open(Options {
+/// A shipped graph over a world.
+fn open_graph(project: &Project, graph: &str, world: &str, pinned: &[&str]) -> Session {
+    Session::open(Options {
         project: Some(project.root().into()),
-        graph: Some(project.path("graphs/primary.toml")),
+        graph: Some(project.path(graph)),
         world: Some(project.path(&format!("worlds/{world}.toml"))),
-        pinned: TARGETS.map(str::to_owned).into(),
+        pinned: pinned.iter().map(|target| (*target).to_owned()).collect(),
         size: [93, 55],
         validation: Validation::Required,
         ..Options::default()
     })
-    .unwrap_or_else(|error| panic!("{world}: {error}"));
+    .unwrap_or_else(|error| panic!("{graph} over {world}: {error}"))
+}
+
+/// Whether each of these passes runs.
+fn runs<const N: usize>(session: &Session, passes: [&str; N]) -> [bool; N] {
     let plan = session.plan().expect("it is open");
-    let names: Vec<&str> = plan.passes.iter().map(|pass| plan.graph.pass(pass.pass).name.as_str()).collect();
-    let packets = names.contains(&"packets");
-    let ways = [names.contains(&"packets_rest"), names.contains(&"trace_found"), !names.contains(&"trace")];
-    assert_eq!(ways, [packets; 3], "one way as a whole, and not the other: {names:?}");
+    passes.map(|name| plan.passes.iter().any(|pass| plan.graph.pass(pass.pass).name == name))
+}
+
+/// The graph that raxel opens with over a world, and whether it traces packets.
+fn open(project: &Project, world: &str) -> (Session, bool) {
+    let session = open_graph(project, "graphs/primary.toml", world, &TARGETS);
+    let [packets, rest, found, one_by_one] = runs(&session, ["packets", "packets_rest", "trace_found", "trace"]);
+    assert_eq!([rest, found, !one_by_one], [packets; 3], "one way as a whole, and not the other");
     (session, packets)
 }
+
+/// The graph with defines more for the pass of a shader.
+fn defined(graph: &str, shader: &str, defines: &str) -> String {
+    let line = format!("shader   = \"{shader}\"\n");
+    assert_eq!(graph.matches(&line).count(), 1, "{shader}");
+    graph.replace(&line, &format!("{line}defines  = {{ {defines} }}\n"))
+}
+
+/// The graph that goes the other way: where packets are traced that without them, elsewhere packets.
+fn swapped(graph: &str) -> String {
+    let swapped = graph.replace("\"!device.packets\"", "\"\"").replace("\"device.packets\"", "\"!device.packets\"");
+    swapped.replace("= \"\"", "= \"device.packets\"")
+}
+
+/// For packets on a device that has none: a tile then has no subgroup of 32, and talks through shared memory.
+const SLOW: &str = "RX_TILE_BY_SHARED_MEMORY = \"1\"";
 
 fn look(session: &mut Session, camera: &Camera) -> [Vec<u8>; 4] {
     session.set_camera(*camera);
@@ -40,15 +65,8 @@ fn look(session: &mut Session, camera: &Camera) -> [Vec<u8>; 4] {
 #[test]
 fn both_ways_give_the_same_bits() {
     let [own, other] = [Project::shipped(), Project::shipped()];
-    // Where packets are traced, the other way is that without; elsewhere it is packets.
     let graph = std::fs::read_to_string(other.path("graphs/primary.toml")).unwrap();
-    let swapped = graph.replace("\"!device.packets\"", "\"\"").replace("\"device.packets\"", "\"!device.packets\"");
-    let swapped = swapped.replace("= \"\"", "= \"device.packets\"");
-    // A tile then has no subgroup of 32, and talks through shared memory.
-    let shader = "shader   = \"packet.comp\"\n";
-    assert_eq!(swapped.matches(shader).count(), 1);
-    let slow = format!("{shader}defines  = {{ RX_TILE_BY_SHARED_MEMORY = \"1\" }}\n");
-    other.write("graphs/primary.toml", swapped.replace(shader, &slow));
+    other.write("graphs/primary.toml", defined(&swapped(&graph), "packet.comp", SLOW));
     for world in ["menger", "monument"] {
         let ((mut a, packets), (mut b, in_other)) = (open(&own, world), open(&other, world));
         assert_eq!(packets, a.device().capabilities().traces_packets());
@@ -71,6 +89,43 @@ fn both_ways_give_the_same_bits() {
                 let differ = a.iter().zip(b).filter(|(a, b)| a != b).count();
                 assert_eq!((a.len(), differ), (b.len(), 0), "{target} of {world}, {camera:?}");
             }
+        }
+    }
+}
+
+#[test]
+fn rays_to_the_sun_end_alike_in_tiles_and_one_by_one() {
+    let [own, other] = [Project::shipped(), Project::shipped()];
+    let path = "graphs/bench/sun.toml";
+    let graph = std::fs::read_to_string(own.path(path)).unwrap();
+    // In so small a picture the rays of a tile are far apart; they are traced together all the same.
+    let far = r#"RX_PARALLEL_NEAR = "1.0e9", RX_PARALLEL_AREA = "1.0e9", RX_PARALLEL_LEAVES = "1024u""#;
+    own.write(path, defined(&graph, "sun_tiles.comp", far));
+    other.write(path, defined(&swapped(&graph), "sun_tiles.comp", &format!("{SLOW}, {far}")));
+    for world in ["menger", "monument"] {
+        let mut sessions = [&own, &other].map(|project| open_graph(project, path, world, &["sun"]));
+        let ways = sessions.each_ref().map(|session| runs(session, ["sun_tiles", "sun_rest", "sun"]));
+        assert!(ways.contains(&[true, true, false]) && ways.contains(&[false, false, true]), "{ways:?}");
+        // From the side, from above, along an axis nearly, and low.
+        for [azimuth, elevation] in [[215.0, 32.0], [0.0, 90.0], [90.0, 0.001], [300.0, 4.0]] {
+            let [a, b] = sessions.each_mut().map(|session| {
+                session.set_param("sun_azimuth", Value::F32(azimuth)).unwrap();
+                session.set_param("sun_elevation", Value::F32(elevation)).unwrap();
+                session.frame().unwrap_or_else(|error| panic!("{error}"));
+                session.read_target("sun").expect("it is pinned").bytes
+            });
+            let differ = a.iter().zip(&b).filter(|(a, b)| a != b).count();
+            assert_eq!((a.len(), differ), (b.len(), 0), "{world}, sun at {azimuth}, {elevation}");
+            let seen = a.iter().filter(|texel| **texel == 1).count();
+            assert!(
+                elevation < 30.0 || (100..a.len()).contains(&seen),
+                "{world}: seen from {seen} of {} pixels",
+                a.len()
+            );
+        }
+        for session in &sessions {
+            let messages = session.device().log().take();
+            assert!(messages.is_empty(), "{messages:#?}");
         }
     }
 }
