@@ -9,7 +9,7 @@ use raxel_world::{
     voxel_index,
 };
 
-use crate::history::{Side, VoxelChange};
+use crate::history::{Moment, VoxelChange};
 use crate::operation::{Brush, EditError, MOST_CHUNKS, Operation};
 use crate::packed::PackedChunk;
 use crate::scene::{Base, EditModel, Scene};
@@ -223,13 +223,13 @@ pub(crate) struct Applied {
     pub(crate) voxels: Option<Box<[VoxelChange]>>,
 }
 
-/// A chunk, or air, with some voxels brought to one side of their change.
-pub(crate) fn with_voxels(chunk: Option<&Chunk>, voxels: &[VoxelChange], side: Side) -> Option<Chunk> {
+/// A chunk, or air, with some voxels as they were before or after their change.
+pub(crate) fn with_voxels(chunk: Option<&Chunk>, voxels: &[VoxelChange], moment: Moment) -> Option<Chunk> {
     let mut blocks = BTreeMap::new();
     for change in voxels {
         let (block, bit) = change.place();
         let voxels = blocks.entry(block).or_insert_with(|| read(chunk, block));
-        voxels.set(bit, change.material(side));
+        voxels.set(bit, change.material(moment));
     }
     Chunk::with_blocks(chunk, &blocks)
 }

@@ -7,7 +7,7 @@ use raxel_world::{Chunk, ChunkPos};
 use rayon::prelude::*;
 
 use crate::apply::{Applied, Prepared, Scratch, with_voxels};
-use crate::history::{History, Side, StepChange, StepChunk, Stored, VoxelChange};
+use crate::history::{History, Moment, StepChange, StepChunk, Stored, VoxelChange};
 use crate::operation::{EditError, Operation};
 use crate::packed::PackedChunk;
 use crate::scene::{Base, Scene};
@@ -98,13 +98,13 @@ impl Edits {
     /// Takes the newest step back. `None` when there is none.
     pub fn undo(&mut self, base: &dyn Base) -> Option<Change> {
         let step = self.history.undo()?.to_vec();
-        Some(self.bring(step, Side::Before, base))
+        Some(self.bring(step, Moment::Before, base))
     }
 
     /// Takes the step that was undone last once more. `None` when there is none, or an edit came in between.
     pub fn redo(&mut self, base: &dyn Base) -> Option<Change> {
         let step = self.history.redo()?.to_vec();
-        Some(self.bring(step, Side::After, base))
+        Some(self.bring(step, Moment::After, base))
     }
 
     /// Brings back what the base has, everywhere, and forgets what could be undone.
@@ -206,15 +206,15 @@ impl Edits {
         changed.filter_map(Result::transpose).collect()
     }
 
-    /// Brings the chunks of a step to one side of it.
-    fn bring(&mut self, step: Vec<StepChunk>, side: Side, base: &dyn Base) -> Change {
+    /// Brings the chunks of a step to what they were before it or after it.
+    fn bring(&mut self, step: Vec<StepChunk>, moment: Moment, base: &dyn Base) -> Change {
         let wanted = step.into_par_iter().map(|StepChunk { pos, change }| {
-            let stored = match (change, side) {
-                (StepChange::Whole { before, .. }, Side::Before) => before,
-                (StepChange::Whole { after, .. }, Side::After) => after,
-                (StepChange::Voxels { first: true, .. }, Side::Before) => None,
+            let stored = match (change, moment) {
+                (StepChange::Whole { before, .. }, Moment::Before) => before,
+                (StepChange::Whole { after, .. }, Moment::After) => after,
+                (StepChange::Voxels { first: true, .. }, Moment::Before) => None,
                 (StepChange::Voxels { voxels, .. }, _) => {
-                    let chunk = with_voxels(self.chunk(pos, base).as_deref(), &voxels, side);
+                    let chunk = with_voxels(self.chunk(pos, base).as_deref(), &voxels, moment);
                     Some(Stored::Ready(chunk.map(Arc::new)))
                 }
             };

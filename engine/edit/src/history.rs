@@ -44,9 +44,9 @@ impl Stored {
     }
 }
 
-/// The two sides of a change.
+/// When what a change did is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Side {
+pub(crate) enum Moment {
     Before,
     After,
 }
@@ -69,11 +69,11 @@ impl VoxelChange {
         (self.at as usize / 64, self.at % 64)
     }
 
-    /// Its material on one side; air is empty.
-    pub(crate) fn material(self, side: Side) -> MaterialIndex {
-        match side {
-            Side::Before => self.materials[0],
-            Side::After => self.materials[1],
+    /// Its material then; air is empty.
+    pub(crate) fn material(self, moment: Moment) -> MaterialIndex {
+        match moment {
+            Moment::Before => self.materials[0],
+            Moment::After => self.materials[1],
         }
     }
 }

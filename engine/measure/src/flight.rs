@@ -74,6 +74,8 @@ pub struct Frame {
     pub bytes: u64,
     /// Wanted tiles that are not there.
     pub missing: usize,
+    /// Those of them that are chunks of single voxels, as of the last publication.
+    pub missing_chunks: usize,
     /// Those of them that may be in the picture, as of the last publication. Where a coarser one is there, that is seen.
     pub missing_in_view: usize,
     /// Those of them in whose place nothing is seen.
@@ -125,7 +127,9 @@ pub struct Arrival {
     pub whole: Option<f64>,
     /// The first one in which no tile in view is missing at its own level.
     pub complete: Option<f64>,
-    /// The first one for which no tile is missing, wherever the camera may turn.
+    /// The first one for which no chunk of single voxels is missing, wherever the camera may turn.
+    pub chunks: Option<f64>,
+    /// The first one for which no tile is missing at all.
     pub settled: Option<f64>,
 }
 
@@ -207,6 +211,7 @@ fn arrivals(frames: &[Frame], [leg, stay]: [f64; 2]) -> Vec<Arrival> {
         Arrival {
             whole: after(|frame| frame.holes_in_view == 0),
             complete: after(|frame| frame.missing_in_view == 0),
+            chunks: after(|frame| frame.missing_chunks == 0),
             settled: after(|frame| frame.missing == 0),
         }
     };
@@ -309,6 +314,7 @@ fn one(session: &mut Session, time: f64, camera: Camera) -> Result<Frame, Flight
         stream_microseconds: spent.as_secs_f64() * 1e6,
         bytes: stats.written.saturating_sub(before),
         missing: stats.missing,
+        missing_chunks: if stats.missing == 0 { 0 } else { stats.missing_chunks.min(stats.missing) },
         missing_in_view: if stats.missing == 0 { 0 } else { stats.missing_in_view.min(stats.missing) },
         holes_in_view: if stats.missing == 0 { 0 } else { stats.holes_in_view.min(stats.missing) },
         looked: stream.has_looked(),
@@ -343,6 +349,7 @@ mod tests {
             holes_in_view,
             missing_in_view,
             missing: missing_in_view,
+            missing_chunks: missing_in_view,
             ..Frame::default()
         };
         let mut frames = [
@@ -360,10 +367,11 @@ mod tests {
         assert_eq!(found.collect::<Vec<_>>(), [(Some(260), Some(760)), (Some(260), None), (None, None)]);
         let settled = jumps.iter().map(|jump| rounded(jump.settled));
         assert_eq!(settled.collect::<Vec<_>>(), [Some(760), None, None]);
-        // Something is missing behind the camera.
+        // Something coarse is missing behind the camera.
         frames[4].missing = 3;
         let jumps = arrivals(&frames, [5.0, 1.0]);
-        assert_eq!((rounded(jumps[0].complete), jumps[0].settled), (Some(760), None));
+        let [jump, ..] = &jumps[..] else { unreachable!("there are three") };
+        assert_eq!((rounded(jump.complete), rounded(jump.chunks), jump.settled), (Some(760), Some(760), None));
     }
 
     #[test]

@@ -20,15 +20,17 @@ use raxel_oracle::metrics::Errors;
 use raxel_oracle::sets::{RaySet, RayTargets};
 use raxel_oracle::{Oracle, Ray, sets};
 use raxel_shader::{Compiler, Request, ShaderSource as _};
-use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, TileKey, View, union};
+use raxel_stream::{PoolMemory, Publication, Reach, Reached, StreamOptions, Streamer, TileKey, View, union};
 use raxel_world::layout::{Layout, MATERIAL_WORDS, TileBlock, TileNode};
+use raxel_world::lights::{HEADER_WORDS, LIGHT_WORDS, LightPowers, TileLights, grouped_header};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, World};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Side, StreamSettings, World};
 use rayon::prelude::*;
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const HEADER: usize = 16;
 const WORDS: u32 = 1 << 20;
+const LAMP_WORDS: u32 = 1 << 18;
 /// Frames that the device has not finished.
 const IN_FLIGHT: usize = 3;
 
@@ -55,15 +57,15 @@ struct Memory {
 
 impl Memory {
     /// `staged`: through a ring that is much smaller than what is written.
-    fn new(device: &Arc<Device>, staged: bool) -> Arc<Self> {
+    fn new(device: &Arc<Device>, count: u32, staged: bool) -> Arc<Self> {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
         let location = if staged { Location::Device } else { Location::Upload };
-        let info = BufferInfo { size: 4 * u64::from(WORDS), usage, location };
+        let info = BufferInfo { size: 4 * u64::from(count), usage, location };
         let buffer = Arc::new(Buffer::new(device, "world", &info, Backing::Own).unwrap());
         let ring = staged.then(|| UploadRing::new(device, &buffer, 1 << 18, PATIENCE).unwrap());
-        Arc::new(Self { buffer, ring, host: Mutex::new(vec![0; WORDS as usize]) })
+        Arc::new(Self { buffer, ring, host: Mutex::new(vec![0; count as usize]) })
     }
 }
 
@@ -84,11 +86,17 @@ impl PoolMemory for Memory {
     }
 }
 
+/// The material that gives off light.
+const LAMP: u16 = 6;
+
 fn materials() -> Vec<Material> {
-    std::iter::once(Material::air()).chain((1..6).map(|n| Material::matt(format!("m{n}"), [0.5; 3]))).collect()
+    let matt = (1..6).map(|n| Material::matt(format!("m{n}"), [0.5; 3]));
+    let lamp = Material { emission: 3.0, ..Material::matt("lamp", [1.0; 3]) };
+    std::iter::once(Material::air()).chain(matt).chain([lamp]).collect()
 }
 
-/// A world without end of small things in five materials, different in every chunk; some chunks are empty, and some full.
+/// A world without end of small things in six materials, one of which gives off light, different in every chunk; some chunks are empty, and
+/// some full.
 struct Endless(Vec<Material>);
 
 impl ChunkSource for Endless {
@@ -121,6 +129,11 @@ impl ChunkSource for Endless {
             dense.apply(block, u64::MAX, Mode::Add, 1 + random.below(5) as u16);
             dense.apply(block, random.bits(), Mode::Add, 1 + random.below(5) as u16);
             dense.apply(random.below(4096) as usize, random.bits(), Mode::Add, 1 + random.below(5) as u16);
+        }
+        // Two of the lamps touch the next chunk.
+        for n in 0..6 {
+            let [x, y, z] = [0; 3].map(|_| random.below(64) as u32);
+            dense.set(if n < 2 { 63 } else { x }, y, z, LAMP);
         }
         Content::pack(&dense)
     }
@@ -157,26 +170,6 @@ fn run(device: &Arc<Device>, record: impl FnOnce(&mut raxel_gpu::Recording<'_>))
     recording.barrier(&Barrier::full());
     let finished_at = recording.submit().unwrap();
     device.wait(finished_at, PATIENCE).unwrap();
-}
-
-/// Chunks that a directory of level 0 alone reaches, by walking down its nodes.
-fn chunks(words: &[u32], publication: &Publication) -> Vec<TileKey> {
-    let (header, body) = (publication.header, &words[HEADER..]);
-    let mut found = Vec::new();
-    let mut open = vec![(header.root, header.log2_size >> 1, [0i32; 3])];
-    while let Some((at, height, corner)) = open.pop() {
-        if height == 3 {
-            let pos = [0, 1, 2].map(|i| (header.origin[i] >> 6) + corner[i]);
-            found.push(TileKey { level: 0, pos: ChunkPos::new(pos[0], pos[1], pos[2]) });
-            continue;
-        }
-        let node = TileNode(body[4 * at as usize..][..4].try_into().unwrap());
-        for (rank, child) in (0..64).filter(|child| node.mask() >> child & 1 == 1).enumerate() {
-            let cell = raxel_world::child_cell(child).map(|c| (c << (2 * (height - 4))) as i32);
-            open.push((node.0[2] + rank as u32, height - 1, std::array::from_fn(|i| corner[i] + cell[i])));
-        }
-    }
-    found
 }
 
 /// Traces rays of every set, about so many together, and counts what is wrong.
@@ -217,7 +210,7 @@ fn trace(publications: u64, rays: u64) {
     let mut random = SplitMix64::new(number("RAXEL_SEED", 5));
     let (mut errors, mut judged, mut dropped) = (Errors::default(), 0, 0);
     for (staged, levels) in [(false, false), (true, false), (false, true), (true, true)] {
-        let memory = Memory::new(&device, staged);
+        let memory = Memory::new(&device, WORDS, staged);
         let on_device = DeviceWorld::of_buffer(memory.buffer.clone());
         let source = Arc::new(EditedSource::new(endless(), materials()));
         let mut shape = if levels { reach(64, 256) } else { reach(192, 192) };
@@ -267,7 +260,8 @@ fn trace(publications: u64, rays: u64) {
                 source.edited_heights().into_iter().for_each(|heights| shape.include(heights));
                 shape.tiles(camera)
             } else {
-                chunks(&memory.host.lock().unwrap(), publication)
+                let reached = Reached::of(&publication.header, &memory.host.lock().unwrap()[HEADER..]);
+                reached.chunks.into_iter().map(|(pos, _)| TileKey { level: 0, pos }).collect()
             };
             let shown = union(&*source, &tiles);
             errors = errors.and(judge(&mut stream, &mut tracer, &on_device, &shown, rays, random.bits()));
@@ -288,18 +282,21 @@ fn trace(publications: u64, rays: u64) {
     assert!(errors.wrong() == 0 && errors.hits > judged * rays / 20, "{errors:?}");
 }
 
-/// A sum of words and their places, for each range of the buffer.
+/// A sum of words and their places, for each range of one of the buffers: bit 31 of its length says that it is of that of the lamps.
 const SUMS: &str = "#version 460
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer World { uint words[]; } world;
+layout(std430) readonly buffer Lamps { uint words[]; } lamps;
 layout(std430) readonly buffer Ranges { uvec2 ranges[]; } ranges;
 layout(std430) writeonly buffer Sums { uint sums[]; } sums;
 shared uint parts[64];
 void main() {
     uvec2 range = ranges.ranges[gl_WorkGroupID.x];
     uint self = gl_LocalInvocationID.x, sum = 0u;
-    for (uint i = self; i < range.y; i += 64u) {
-        uint word = (world.words[range.x + i] ^ i * 0x9e3779b9u) * 0x85ebca6bu;
+    bool of_lamps = range.y >> 31 == 1u;
+    for (uint i = self; i < (range.y & 0x7fffffffu); i += 64u) {
+        uint word = (of_lamps ? lamps.words[range.x + i] : world.words[range.x + i]);
+        word = (word ^ i * 0x9e3779b9u) * 0x85ebca6bu;
         sum += word ^ word >> 15;
     }
     parts[self] = sum;
@@ -319,8 +316,11 @@ fn sum(words: &[u32]) -> u32 {
     })
 }
 
-/// A part of the buffer behind its header: first word, words, and their sum.
+/// A part of a buffer: first word, words with [`OF_LAMPS`], and their sum.
 type Range = (u32, u32, u32);
+
+/// A range is of the buffer of lamps.
+const OF_LAMPS: u32 = 1 << 31;
 
 /// Ranges that a frame can have.
 const MOST_RANGES: u64 = 1 << 13;
@@ -360,7 +360,11 @@ fn pipeline(device: &Arc<Device>) -> (ComputePipeline, Vec<String>) {
 }
 
 impl OwnBuffers {
-    fn new(device: &Arc<Device>, memory: &Memory, (pipeline, names): &(ComputePipeline, Vec<String>)) -> Self {
+    fn new(
+        device: &Arc<Device>,
+        [memory, lamps]: [&Memory; 2],
+        (pipeline, names): &(ComputePipeline, Vec<String>),
+    ) -> Self {
         let buffer = |name: &str, size: u64, usage, location| {
             Buffer::new(device, name, &BufferInfo { size, usage, location }, Backing::Own).unwrap()
         };
@@ -372,6 +376,7 @@ impl OwnBuffers {
         let of = |name: &String| {
             let buffer = match name.to_lowercase().as_str() {
                 "world" => &memory.buffer,
+                "lamps" => &lamps.buffer,
                 "ranges" => &ranges,
                 _ => &sums,
             };
@@ -386,17 +391,18 @@ impl OwnBuffers {
     /// A frame that sums the ranges of a publication on the device. Nothing waits for it here.
     fn submit(
         &mut self,
-        memory: &Memory,
+        [memory, lamps]: [&Memory; 2],
         pipeline: &ComputePipeline,
         publication: &Publication,
         ranges: &[Range],
     ) -> TimelineValue {
         assert!(ranges.len() as u64 <= MOST_RANGES, "{} ranges", ranges.len());
-        let words: Vec<[u32; 2]> = ranges.iter().map(|(at, count, _)| [HEADER as u32 + at, *count]).collect();
+        let words: Vec<[u32; 2]> = ranges.iter().map(|(at, count, _)| [*at, *count]).collect();
         assert!(self.ranges.write(0, bytemuck::cast_slice(&words)));
         let mut recording = self.commands.begin().unwrap();
         recording.barrier(&Barrier::full());
         recording.update_buffer(&memory.buffer, bytemuck::cast_slice(publication.words()));
+        recording.update_buffer(&lamps.buffer, bytemuck::cast_slice(&publication.lights.expect("there are lamps")));
         recording.barrier(&Barrier::full());
         recording.bind(pipeline, &self.descriptors);
         recording.dispatch([ranges.len() as u32, 1, 1]);
@@ -413,64 +419,89 @@ impl OwnBuffers {
     }
 }
 
-/// A chunk as it must be in the buffer.
+/// A chunk as it must be in the buffers.
 struct Expected {
     node: TileNode,
     range: Option<Range>,
+    lights: TileLights,
 }
 
-/// Everything behind the header that a publication reaches: its directory, as it is, and the words of each chunk, as they follow from the
-/// source. The nodes of chunks are compared here.
+/// What is known of chunks, by their places in the world and in the buffer.
+type Known = HashMap<(ChunkPos, u32), Expected>;
+
+/// Everything behind the headers that a publication reaches: its directory and the table of its groups of lamps, as they are, and the words of
+/// each chunk and of its lamps, as they follow from the source. The nodes of chunks and the headers of lamps are compared here.
 fn reached(
     source: &dyn ChunkSource,
-    words: &[u32],
+    [words, lamps]: [&[u32]; 2],
     publication: &Publication,
-    known: &mut HashMap<(ChunkPos, u32), Expected>,
+    known: &mut Known,
 ) -> Vec<Range> {
-    let (header, body) = (publication.header, &words[HEADER..]);
+    let body = &words[HEADER..];
     let full_run = (MATERIAL_WORDS * source.materials().len() as u32).next_multiple_of(4);
-    let of = |at: u32, count: u32| (at, count, sum(&body[at as usize..][..count as usize]));
-    let mut ranges = vec![of(4 * header.root, 4)];
-    let mut open = vec![(header.root, header.log2_size >> 1, [0i32; 3])];
-    while let Some((at, height, corner)) = open.pop() {
-        let node = TileNode(body[4 * at as usize..][..4].try_into().unwrap());
-        if height > 3 {
-            ranges.push(of(4 * node.0[2], 4 * node.mask().count_ones()));
-            for (rank, child) in (0..64).filter(|child| node.mask() >> child & 1 == 1).enumerate() {
-                let cell = raxel_world::child_cell(child).map(|c| (c << (2 * (height - 4))) as i32);
-                open.push((node.0[2] + rank as u32, height - 1, std::array::from_fn(|i| corner[i] + cell[i])));
-            }
-            continue;
-        }
-        let place = [0, 1, 2].map(|i| (header.origin[i] >> 6) + corner[i]);
-        let pos = ChunkPos::new(place[0], place[1], place[2]);
+    let powers = LightPowers::of(source.materials()).unwrap();
+    let reached = Reached::of(&publication.header, body);
+    let of = |of: &[u32], at: u32, count: u32| (at, count, sum(&of[at as usize..][..count as usize]));
+    let nodes = reached.nodes.iter().map(|range| of(words, HEADER as u32 + range.start, range.len() as u32));
+    let mut ranges: Vec<Range> = nodes.collect();
+    // The groups of the table are those of the chunks, in the same order.
+    let header = publication.lights.unwrap();
+    let [_, _, table, group_count] = header;
+    let table = HEADER_WORDS as u32 + 4 * table;
+    let (at, count, sum_of_table) = of(lamps, table, if group_count == 0 { 0 } else { 4 * group_count });
+    ranges.push((at, count | OF_LAMPS, sum_of_table));
+    let mut rows = lamps[table as usize..][..4 * group_count as usize].chunks_exact(4);
+    let mut groups = Vec::new();
+    for (pos, node) in reached.chunks {
         let first = if node.filled_material().is_some() { 0 } else { 4 * node.0[2] };
-        let expected = known.entry((pos, first)).or_insert_with(|| match TileBlock::of(&source.chunk(0, pos), 0) {
-            Ok(block) => {
-                let (words, node) = block.encode(first, full_run);
-                Expected { node, range: Some((first, words.len() as u32, sum(&words))) }
+        let expected = known.entry((pos, first)).or_insert_with(|| {
+            let content = source.chunk(0, pos);
+            let beside = |face| Arc::new(Side::of(&source.chunk(0, pos.beside(face)), face ^ 1));
+            let lights = TileLights::of(&content, (0, pos), &powers, beside);
+            match TileBlock::of(&content, 0) {
+                Ok(block) => {
+                    let (words, node) = block.encode(first, full_run);
+                    Expected { node, range: Some((HEADER as u32 + first, words.len() as u32, sum(&words))), lights }
+                }
+                Err(node) => Expected { node: node.expect("an empty chunk is not reached"), range: None, lights },
             }
-            Err(node) => Expected { node: node.expect("an empty chunk is not reached"), range: None },
         });
         assert_eq!(node, expected.node, "chunk {pos:?} of version {}", publication.version);
         ranges.extend(expected.range);
+        if !expected.lights.is_empty() {
+            let first = rows.next().expect("a group for each chunk with lamps")[0];
+            let (words, group) = expected.lights.encode(first);
+            groups.extend(group.into_iter().map(|(_, group)| group));
+            ranges.push((HEADER_WORDS as u32 + LIGHT_WORDS as u32 * first, words.len() as u32 | OF_LAMPS, sum(&words)));
+        }
     }
+    assert!(rows.next().is_none(), "groups of chunks that are not there");
+    assert_eq!(header, if groups.is_empty() { [0; HEADER_WORDS] } else { grouped_header(&groups, header[2]) });
     ranges
 }
 
 /// So many publications in a row, each shown by a frame of which up to three are on the device: the device sums every word that the frame
-/// can reach, and the sums are those of what the words were made of.
+/// can reach, of voxels and of lamps, and the sums are those of what the words were made of.
 fn check_words(publications: u64, staged: bool) {
     let device = device();
-    let memory = Memory::new(&device, staged);
+    let [memory, lamps] = [WORDS, LAMP_WORDS].map(|words| Memory::new(&device, words, staged));
+    let buffers = [&*memory, &*lamps];
     let source = endless();
-    let streamer = streamer(source.clone(), &memory, reach(192, 192), false);
+    let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
+    let streamer = Streamer::with_lamps(
+        source.clone(),
+        (memory.clone(), WORDS),
+        Some((lamps.clone(), LAMP_WORDS)),
+        reach(192, 192),
+        View::at(IVec3::ZERO),
+        options,
+    );
     let pipeline = pipeline(&device);
-    let mut slots: Vec<OwnBuffers> = (0..IN_FLIGHT).map(|_| OwnBuffers::new(&device, &memory, &pipeline)).collect();
+    let mut slots: Vec<OwnBuffers> = (0..IN_FLIGHT).map(|_| OwnBuffers::new(&device, buffers, &pipeline)).collect();
     let mut random = SplitMix64::new(number("RAXEL_SEED", 3));
     let (mut camera, mut known) = (IVec3::ZERO, HashMap::new());
     let mut in_flight: VecDeque<Frame> = VecDeque::new();
-    let (mut ranges_checked, mut words_checked) = (0, 0u64);
+    let (mut ranges_checked, mut words_checked) = (0, [0u64; 2]);
     let began = Instant::now();
     for frame in 0..publications {
         let until = Instant::now() + PATIENCE;
@@ -485,19 +516,23 @@ fn check_words(publications: u64, staged: bool) {
             assert!(Instant::now() < until, "frame {frame}: {:?}", streamer.stats());
             std::thread::yield_now();
         };
-        let ranges = reached(&*source, &memory.host.lock().unwrap(), &publication, &mut known);
+        let words = buffers.map(|buffer| buffer.host.lock().unwrap());
+        let ranges = reached(&*source, words.each_ref().map(|words| &words[..]), &publication, &mut known);
+        drop(words);
         if known.len() > 20_000 {
             known.clear();
         }
         let slot = (frame % IN_FLIGHT as u64) as usize;
-        let finished_at = slots[slot].submit(&memory, &pipeline.0, &publication, &ranges);
+        let finished_at = slots[slot].submit(buffers, &pipeline.0, &publication, &ranges);
         in_flight.push_back(Frame { publication, ranges, slot, finished_at });
         while in_flight.len() >= IN_FLIGHT || (frame + 1 == publications && !in_flight.is_empty()) {
             let Frame { publication, ranges, slot, finished_at } = in_flight.pop_front().unwrap();
             device.wait(finished_at, PATIENCE).unwrap();
             for (found, (at, count, expected)) in slots[slot].sums(ranges.len()).into_iter().zip(&ranges) {
-                assert_eq!(found, *expected, "{count} words at {at} of version {} are torn", publication.version);
-                words_checked += u64::from(*count);
+                let (count, lamps) = (count & !OF_LAMPS, count & OF_LAMPS != 0);
+                let version = publication.version;
+                assert_eq!(found, *expected, "{count} words at {at} of version {version} are torn, lamps: {lamps}");
+                words_checked[usize::from(lamps)] += u64::from(count);
             }
             ranges_checked += ranges.len();
             if let Some(next) = in_flight.front() {
@@ -507,13 +542,17 @@ fn check_words(publications: u64, staged: bool) {
     }
     let stats = streamer.stats();
     println!(
-        "{publications} publishing frames, {ranges_checked} ranges, {words_checked} words, {} tiles made, {} dropped, {:.0} s, on {}",
+        "{publications} publishing frames, {ranges_checked} ranges, {} words of voxels, {} of lamps, {} tiles made, {} dropped, {:.0} s, on {}",
+        words_checked[0],
+        words_checked[1],
         stats.made,
         stats.dropped,
         began.elapsed().as_secs_f64(),
         device.capabilities().name
     );
-    assert!(words_checked > 2_000 * publications && stats.dropped > 20, "{words_checked} words, {stats:?}");
+    let [voxels, of_lamps] = words_checked;
+    assert!(voxels > 2_000 * publications && of_lamps > 100 * publications, "{words_checked:?} words, {stats:?}");
+    assert!(stats.dropped > 20 && stats.unlisted == 0, "{stats:?}");
     silent(&device);
 }
 

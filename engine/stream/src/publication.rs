@@ -32,6 +32,8 @@ pub struct Stats {
     pub wanted: usize,
     /// Those of them that are not there yet.
     pub missing: usize,
+    /// Those of them that are chunks: level 0.
+    pub missing_chunks: usize,
     /// Those of them that may be in the picture. Where a coarser one is there, that is seen meanwhile.
     pub missing_in_view: usize,
     /// Those of them that no coarser one could stand in for: nothing is seen in their place.

@@ -3,6 +3,7 @@
 //! The director alone knows the tiles. It tells the workers what is missing, in order, through the desk, and takes from there what they
 //! have made. A frame only ever touches the desk, for as long as it takes to exchange a few words.
 
+mod changes;
 mod director;
 mod put_off;
 mod sides;

@@ -31,11 +31,16 @@ impl View {
     }
 
     /// How soon a tile is loaded: the smallest first. The coarsest come before all others, since they stand in for these, and what is in
-    /// the picture before what is not. Distance counts from where the camera will be in half a second, and a quarter as much for each level.
+    /// the picture before what is not, of which chunks come first. Distance counts from where the camera will be in half a second, and a
+    /// quarter as much for each level.
     pub(crate) fn urgency(&self, tile: TileKey, top: u32) -> (u8, f64) {
         let (to, radius) = self.to_tile(tile);
         let ahead = (to - self.velocity * 0.5).length();
-        let turn = 2 * u8::from(tile.level < top) + u8::from(!self.sees_sphere(to, radius));
+        let turn = match (tile.level == top, self.sees_sphere(to, radius)) {
+            (true, seen) => u8::from(!seen),
+            (false, true) => 2,
+            (false, false) => 3 + u8::from(tile.level > 0),
+        };
         (turn, (ahead - radius).max(0.0) / raxel_world::cell_edge(tile.level) as f64 + radius * 1e-3)
     }
 

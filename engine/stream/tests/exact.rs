@@ -9,8 +9,10 @@ use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::RayTargets;
 use raxel_oracle::{Oracle, sets};
-use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, TileKey, View, union};
-use raxel_world::layout::TileBlock;
+use raxel_stream::{
+    PoolMemory, Publication, Reach, Reached, Stats, StreamError, StreamOptions, Streamer, TileKey, View, union,
+};
+use raxel_world::layout::{TileBlock, Tree64Header};
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, World, voxel_index};
 
@@ -103,24 +105,8 @@ fn options(complete: bool) -> StreamOptions {
 /// Tiles that a directory of level 0 alone reaches, by walking down its nodes.
 fn resident(words: &[u32]) -> Vec<TileKey> {
     let (header, body) = words.split_at(16);
-    let origin = [header[0], header[1], header[2]].map(|c| c as i32 >> 6);
-    let mut found = Vec::new();
-    let mut open = vec![(header[12] as usize, header[3] >> 1, [0i32; 3])];
-    while let Some((at, height, corner)) = open.pop() {
-        if height == 3 {
-            let pos = ChunkPos::new(origin[0] + corner[0], origin[1] + corner[1], origin[2] + corner[2]);
-            found.push(TileKey { level: 0, pos });
-            continue;
-        }
-        let node = &body[4 * at..][..4];
-        assert_eq!(node[3], 0, "an upper node has no material of its own");
-        let mask = u64::from(node[0]) | u64::from(node[1]) << 32;
-        for (rank, child) in (0..64).filter(|child| mask >> child & 1 == 1).enumerate() {
-            let cell = raxel_world::child_cell(child).map(|c| (c << (2 * (height - 4))) as i32);
-            open.push((node[2] as usize + rank, height - 1, std::array::from_fn(|i| corner[i] + cell[i])));
-        }
-    }
-    found
+    let header: &Tree64Header = bytemuck::from_bytes(bytemuck::cast_slice(header));
+    Reached::of(header, body).chunks.into_iter().map(|(pos, _)| TileKey { level: 0, pos }).collect()
 }
 
 /// Remembers what tiles of a world are: coarse ones take long, and are asked for again and again.

@@ -2,11 +2,12 @@
 //! last frame that reads it, while other tiles are written, given up and overwritten with poison.
 
 use std::collections::{HashMap, VecDeque};
+use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use glam::IVec3;
-use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, View};
+use raxel_stream::{PoolMemory, Publication, Reach, Reached, StreamOptions, Streamer, View};
 use raxel_world::layout::{FULL_RUN_WORDS, MATERIAL_WORDS, TileBlock, TileNode};
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings};
@@ -72,22 +73,9 @@ fn check(
     let header = publication.header;
     let full_run = (MATERIAL_WORDS * source.0.len() as u32).next_multiple_of(4);
     assert!(body[full_run as usize..][..FULL_RUN_WORDS as usize].iter().all(|word| *word == u32::MAX));
-    let (mut chunks, mut reached) = (0, 0);
-    let mut open = vec![(header.root, header.log2_size >> 1, [0i32; 3])];
-    while let Some((at, height, corner)) = open.pop() {
-        let node = TileNode(body[4 * at as usize..][..4].try_into().unwrap());
-        reached += 4;
-        if height > 3 {
-            assert_eq!(node.filled_material(), None, "an upper node of version {}", publication.version);
-            for (rank, child) in (0..64).filter(|child| node.mask() >> child & 1 == 1).enumerate() {
-                let cell = raxel_world::child_cell(child).map(|c| (c << (2 * (height - 4))) as i32);
-                open.push((node.0[2] + rank as u32, height - 1, std::array::from_fn(|i| corner[i] + cell[i])));
-            }
-            continue;
-        }
-        chunks += 1;
-        let place = [0, 1, 2].map(|i| (header.origin[i] >> 6) + corner[i]);
-        let pos = ChunkPos::new(place[0], place[1], place[2]);
+    let reached = Reached::of(&header, body);
+    let mut count = reached.nodes.iter().map(Range::len).sum();
+    for &(pos, node) in &reached.chunks {
         let first = if node.filled_material().is_some() { 0 } else { 4 * node.0[2] };
         let expected = known.entry((pos, first)).or_insert_with(|| {
             let content = source.chunk(0, pos);
@@ -102,9 +90,9 @@ fn check(
         assert_eq!(node, expected.node, "chunk {pos:?} of version {}", publication.version);
         let found = &body[first as usize..][..expected.words.len()];
         assert!(found == expected.words, "the words of chunk {pos:?} of version {} are torn", publication.version);
-        reached += expected.words.len();
+        count += expected.words.len();
     }
-    (chunks, reached)
+    (reached.chunks.len(), count)
 }
 
 /// So many publications in a row, each checked when it is the oldest that a frame may read.

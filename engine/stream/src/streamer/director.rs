@@ -9,6 +9,7 @@ use raxel_world::layout::Tree64Header;
 use raxel_world::lights::{HEADER_WORDS, LightGroup, grouped_header, grouped_words};
 use raxel_world::{ChunkPos, Unavailable};
 
+use super::changes::Changes;
 use super::put_off::PutOff;
 use super::worker::{Made, MadeLamps, Unmade};
 use super::{Job, Shared, StreamError};
@@ -26,8 +27,6 @@ const LEAST_NEAR: i32 = 2;
 const FULL: u64 = 85;
 /// Least of the pool that is free for level 0 to reach further again, in percent.
 const ROOMY: u64 = 65;
-/// How long a publication waits for the rest of an edit, so that what was changed at once is seen at once.
-const WHOLE_EDIT: Duration = Duration::from_millis(100);
 /// The longest time between two looks at what is missing.
 const TURN: Duration = Duration::from_millis(32);
 
@@ -51,14 +50,11 @@ pub(super) struct Director {
     /// What is wanted, and what of it is not there.
     wanted: usize,
     missing: HashSet<TileKey>,
-    /// Tiles that are to be made anew.
-    stale: BTreeMap<TileKey, Stale>,
-    /// Changes that were noted, and those that the chunks in the pool show.
-    changes: [u64; 2],
+    changes: Changes,
+    /// The last change that publications show with all before it.
+    shown_changes: u64,
     /// Tiles that the source did not have.
     put_off: PutOff,
-    /// Until when publications wait for chunks that are to be made anew, and the last change whose chunks they wait for.
-    held: Option<(Instant, u64)>,
     /// Blocks that no publication from this version on reaches: of tiles and directories, and of lamps and their groups.
     retired: VecDeque<(u64, Block)>,
     retired_lamps: VecDeque<(u64, Block)>,
@@ -101,29 +97,6 @@ struct Tile {
     lamps: MadeLamps,
 }
 
-/// A tile that is not what its source says it is.
-#[derive(Clone, Copy)]
-struct Stale {
-    /// The first change that is not in it.
-    since: u64,
-    /// It is on its way to a worker, or with one.
-    asked: bool,
-    /// The first change since then: what the worker makes may be without it, and is made once more.
-    again: Option<u64>,
-}
-
-impl Stale {
-    fn new(since: u64) -> Self {
-        Self { since, asked: false, again: None }
-    }
-
-    fn change(&mut self, number: u64) {
-        if self.asked {
-            self.again.get_or_insert(number);
-        }
-    }
-}
-
 impl Director {
     pub(super) fn new(shared: Arc<Shared>, reach: Reach, complete: bool) -> Self {
         let view = shared.desk().view;
@@ -143,10 +116,9 @@ impl Director {
             tiles: BTreeMap::new(),
             wanted: 0,
             missing: HashSet::new(),
-            stale: BTreeMap::new(),
-            changes: [0; 2],
+            changes: Changes::default(),
+            shown_changes: 0,
             put_off: PutOff::default(),
-            held: None,
             retired: VecDeque::new(),
             retired_lamps: VecDeque::new(),
             version: 0,
@@ -173,8 +145,8 @@ impl Director {
             self.free(released);
             made.into_iter().for_each(|made| self.take(made));
             let higher = self.note_changes(&changed);
-            if !changed.is_empty() && !self.is_held() {
-                self.hold();
+            if !changed.is_empty() {
+                self.changes.hold();
             }
             if moved || higher {
                 self.rethink();
@@ -212,7 +184,7 @@ impl Director {
                 self.view = desk.view;
                 self.view_serial = desk.view_serial;
                 let moved = std::mem::replace(&mut self.moves, desk.moves) != desk.moves;
-                self.changes[0] = desk.changes;
+                self.changes.hear_of(desk.changes);
                 return Some(News {
                     made: std::mem::take(&mut desk.made),
                     changed: std::mem::take(&mut desk.changed),
@@ -280,7 +252,7 @@ impl Director {
     fn take(&mut self, made: Made) {
         let Made { key, tile, lamps, bytes } = made;
         self.stats.written += bytes;
-        let stale = self.stale.remove(&key);
+        let known = self.changes.forget(key);
         let (live, block) = match tile {
             Ok(made) => made,
             Err(why) => {
@@ -291,10 +263,10 @@ impl Director {
                     }
                     Unmade::Unavailable(reason) => self.put_off(key, reason),
                 }
-                if let Some(Stale { since, .. }) = stale
+                if let Some(known) = known
                     && self.tiles.contains_key(&key)
                 {
-                    self.stale.insert(key, Stale::new(since));
+                    self.changes.unmade(key, known);
                 }
                 self.relisted.remove(&key);
                 return;
@@ -311,10 +283,7 @@ impl Director {
             return;
         }
         // It is newer than what was there: where changes never end, what they leave is seen all the same.
-        if let Some(number) = stale.and_then(|stale| stale.again) {
-            self.stale.insert(key, Stale::new(number));
-            self.ask_again = true;
-        }
+        self.ask_again |= self.changes.made(key, known);
         self.missing.remove(&key);
         let left_out = lamps.left_out;
         let before = self.tiles.insert(key, Tile { live, block, lamps });
@@ -342,7 +311,7 @@ impl Director {
         let wanted = self.whole.clone();
         // The lamps of a chunk follow from the voxels beyond its faces, too; one that is being made may have seen those from before.
         let follows = |key: &TileKey, face: u32| match self.tiles.get(key) {
-            Some(_) if self.shared.lamps.is_some() && self.stale.contains_key(key) => true,
+            Some(_) if self.shared.lamps.is_some() && self.changes.concern(key) => true,
             Some(tile) => tile.lamps.sides >> (face ^ 1) & 1 == 1,
             None => self.shared.lamps.is_some() && self.missing.contains(key),
         };
@@ -351,7 +320,7 @@ impl Director {
             .flat_map(|(pos, number)| (0..6).map(|face| (TileKey { level: 0, pos: pos.beside(face) }, face, *number)));
         let lamps: Vec<(TileKey, u64)> =
             beside.filter(|(key, face, _)| follows(key, *face)).map(|(key, _, number)| (key, number)).collect();
-        lamps.into_iter().for_each(|(key, number)| self.note_change(key, number));
+        lamps.into_iter().for_each(|(key, number)| self.changes.note(key, number));
         for (pos, number) in chunks {
             let mut key = TileKey { level: 0, pos: *pos };
             let low = key.origin()[1];
@@ -361,7 +330,7 @@ impl Director {
             loop {
                 let known = self.tiles.contains_key(&key) || self.missing.contains(&key);
                 if known {
-                    self.note_change(key, *number);
+                    self.changes.note(key, *number);
                 }
                 if key.level == self.reach.top() {
                     break;
@@ -372,32 +341,10 @@ impl Director {
         self.whole != wanted
     }
 
-    /// A tile is no longer what its source says it is.
-    fn note_change(&mut self, key: TileKey, number: u64) {
-        self.stale.entry(key).or_insert_with(|| Stale::new(number)).change(number);
-    }
-
-    /// The last change that is whole in what was made. Coarse tiles do not count: what is seen of them is far away.
-    fn whole_changes(&self) -> u64 {
-        let chunks = self.stale.iter().take_while(|(key, _)| key.level == 0);
-        chunks.map(|(_, stale)| stale.since - 1).min().unwrap_or(self.changes[0])
-    }
-
-    /// Publications wait for the rest of all changes up to now, if there is any.
-    fn hold(&mut self) {
-        let unmade = self.whole_changes() < self.changes[0];
-        self.held = unmade.then(|| (Instant::now() + WHOLE_EDIT, self.changes[0]));
-    }
-
-    /// Whether publications wait for the rest of an edit.
-    fn is_held(&self) -> bool {
-        self.held.is_some_and(|(until, number)| self.whole_changes() < number && Instant::now() < until)
-    }
-
     /// Whether a publication may be made that frames take after this one, which none has taken yet, or in its place: only an edit that it
     /// does not show overtakes it.
     fn may_follow(&self, pending: Option<&Publication>) -> bool {
-        !self.is_held() && pending.is_none_or(|pending| pending.changes < self.whole_changes())
+        !self.changes.are_held() && pending.is_none_or(|pending| pending.changes < self.changes.whole())
     }
 
     /// The camera is elsewhere: what is wanted, and what goes.
@@ -418,7 +365,7 @@ impl Director {
         let tiles = self.reach.tiles(self.view.cell);
         self.wanted = tiles.len();
         self.missing = tiles.into_iter().filter(|tile| !self.tiles.contains_key(tile)).collect();
-        self.put_off.retain(|key| self.missing.contains(key) || self.stale.contains_key(key));
+        self.put_off.retain(|key| self.missing.contains(key) || self.changes.concern(key));
         self.count_unseen();
     }
 
@@ -429,6 +376,7 @@ impl Director {
         let (shown, cell) = (&self.shown, self.view.cell);
         let unseen = self.missing.iter().filter(|key| shown.wants(cell, **key, 0) && self.view.sees(**key));
         let levels: Vec<u32> = unseen.map(|key| key.level).collect();
+        self.stats.missing_chunks = self.missing.iter().filter(|key| key.level == 0).count();
         self.stats.missing_in_view = levels.len();
         self.stats.holes_in_view = levels.into_iter().filter(|level| *level == top).count();
     }
@@ -438,7 +386,7 @@ impl Director {
         let gone: Vec<TileKey> = self.tiles.keys().copied().filter(|key| !reach.wants(cell, *key, slack)).collect();
         for key in gone {
             let tile = self.tiles.remove(&key);
-            self.stale.remove(&key);
+            self.changes.forget(key);
             self.shared.source.given_up(key.level, key.pos);
             self.retire_tile(key, tile);
             self.stats.dropped += 1;
@@ -499,26 +447,21 @@ impl Director {
             !put_off.contains(key) && !desk.in_work.contains(key) && !desk.made.iter().any(|made| made.key == *key)
         };
         // What was changed by hand is seen to be wrong: it comes first, chunks before the coarser tiles around them.
-        let stale: Vec<TileKey> = self.stale.keys().copied().filter(idle).collect();
+        let stale: Vec<TileKey> = self.changes.tiles().filter(idle).collect();
         let top = self.whole.top();
         let mut jobs: Vec<((u8, f64), TileKey)> = self
             .missing
             .iter()
-            .filter(|key| idle(key) && !self.stale.contains_key(key))
+            .filter(|key| idle(key) && !self.changes.concern(key))
             .map(|key| (self.view.urgency(*key, top), *key))
             .collect();
         jobs.sort_unstable_by(|((a_turn, a), a_key), ((b_turn, b), b_key)| {
             b_turn.cmp(a_turn).then_with(|| b.total_cmp(a)).then_with(|| b_key.cmp(a_key))
         });
-        let relisted = self.relisted.iter().copied().filter(|key| idle(key) && !self.stale.contains_key(key));
+        let relisted = self.relisted.iter().copied().filter(|key| idle(key) && !self.changes.concern(key));
         let missing = relisted.chain(jobs.into_iter().map(|(_, key)| key)).map(|key| Job { key, stale: false });
         desk.jobs = missing.chain(stale.iter().rev().map(|key| Job { key: *key, stale: true })).collect();
-        for key in stale {
-            if let Some(stale) = self.stale.get_mut(&key) {
-                // Whoever makes it from now on has all that has changed.
-                (stale.asked, stale.again) = (true, None);
-            }
-        }
+        stale.into_iter().for_each(|key| self.changes.asked(key));
         let work = !desk.jobs.is_empty();
         drop(desk);
         if work {
@@ -529,19 +472,14 @@ impl Director {
     /// Makes a publication, if something has changed and somebody wants one.
     fn publish(&mut self) {
         let listed = !self.complete || (self.unlisted.is_empty() && !self.no_table);
-        let settled = self.missing.is_empty() && self.stale.is_empty() && self.relisted.is_empty() && listed;
+        let settled = self.missing.is_empty() && self.changes.are_made() && self.relisted.is_empty() && listed;
         let (may_follow, view_is_known) = {
             let desk = self.shared.desk();
             (self.may_follow(desk.pending.as_deref()), desk.view_serial == self.view_serial)
         };
         let due = self.changed && if self.complete { settled } else { may_follow };
         if due {
-            // What came meanwhile is waited for in turn; an edit that takes too long is shown in parts.
-            let whole = self.held.is_none_or(|(_, number)| self.whole_changes() >= number);
-            self.held = None;
-            if whole {
-                self.hold();
-            }
+            self.changes.show();
             self.count_unseen();
             self.make_publication();
         }
@@ -604,9 +542,9 @@ impl Director {
             leaf_count: 0,
             unused: 0,
         };
-        self.changes[1] = self.changes[1].max(self.whole_changes());
-        let [_, changes] = self.changes;
-        let publication = Publication { version: self.version, header, lights, changes, stats: self.stats };
+        self.shown_changes = self.shown_changes.max(self.changes.whole());
+        let publication =
+            Publication { version: self.version, header, lights, changes: self.shown_changes, stats: self.stats };
         self.shared.desk().pending = Some(Arc::new(publication));
         self.shared.published.notify_all();
     }

@@ -28,10 +28,17 @@ impl Noise {
         reach * self.frequency * self.lacunarity.powi(self.octaves as i32 - 1).max(1.0)
     }
 
+    /// Made ready to be sampled.
     pub(crate) fn sampler(&self) -> Sampler {
+        self.sampler_for(1)
+    }
+
+    /// The same for samples so many voxels apart, but for octaves with less than two of them a wave, which would be taken at random places:
+    /// their mean is zero, except where they are folded. One is always there.
+    pub(crate) fn sampler_for(&self, spacing: i64) -> Sampler {
         let mut strength = 1.0;
         let mut frequency = self.frequency;
-        let octaves: Vec<_> = (0..self.octaves)
+        let mut octaves: Vec<_> = (0..self.octaves)
             .map(|octave| {
                 let seed = crate::random::mix(self.seed.wrapping_add(u64::from(octave)));
                 let mut noise = FastNoiseLite::with_seed(seed as u32 as i32);
@@ -44,6 +51,14 @@ impl Noise {
             })
             .collect();
         let total: f64 = octaves.iter().map(|(_, _, strength)| strength).sum();
+        if spacing > 1 && !self.ridges {
+            let seen = |frequency: f64| 2.0 * spacing as f64 * frequency <= 1.0;
+            if octaves.iter().any(|(_, frequency, _)| seen(*frequency)) {
+                octaves.retain(|(_, frequency, _)| seen(*frequency));
+            } else {
+                octaves.truncate(1);
+            }
+        }
         Sampler { octaves, scale: 1.0 / total, ridges: self.ridges }
     }
 }

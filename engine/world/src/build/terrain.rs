@@ -180,8 +180,8 @@ impl Terrain {
 
     /// Makes it ready to be asked for heights.
     pub(crate) fn relief(&self) -> Relief<'_> {
-        let river = self.river.as_ref().map(|river| (river, river.noise.sampler()));
-        Relief { terrain: self, noise: self.noise.sampler(), river }
+        let river = self.river.as_ref().map(|river| (river, river.noise.sampler_for(self.cell)));
+        Relief { terrain: self, noise: self.noise.sampler_for(self.cell), river }
     }
 
     fn covers(&self, column: [i64; 2]) -> bool {

@@ -144,10 +144,11 @@ fn table(flight: &Flight, speed: f64) -> String {
         flight.jumps.iter().map(|jump| milliseconds(of(jump))).collect::<Vec<_>>().join(", ")
     };
     text += &format!(
-        "after a jump, the first picture without a hole after {} ms, the first with every chunk in view after {} ms, and every chunk around \
-         the camera after {} ms\n",
+        "after a jump, the first picture without a hole after {} ms, the first with everything in view after {} ms, every chunk of single \
+         voxels around the camera after {} ms, and everything after {} ms\n",
         after(|jump| jump.whole),
         after(|jump| jump.complete),
+        after(|jump| jump.chunks),
         after(|jump| jump.settled)
     );
     if flight.live.stats.lights > 0 {
