@@ -128,7 +128,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
     precise float far_away = float(size.x) * float(size.y);
     precise vec3 back = view_to_world[2].xyz * far_away;
     precise float view_at = lane < 16u ? float(2 * (first.x + int(lane)) + 1 - size.x) * scale.x : float(size.y - 1 - 2 * (first.y + int(lane & 15u))) * scale.y;
-    rx_tile_views[lane] = view_at;
+    rx_tile_views[lane & 31u] = view_at;
     if (lane == 0u) rx_tile_camera = vec4(back, RX_TILE_LATTICE * reach * far_away);
     barrier();
 
@@ -139,8 +139,8 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         if (!one_octant) {
             alive = 0u;
             for (uint s = 0u; s < 8u; ++s) {
-                precise vec3 right = view_to_world[0].xyz * rx_tile_views[8u * (s & 1u) + (lane & 7u)];
-                precise vec3 up = view_to_world[1].xyz * rx_tile_views[16u + 4u * (s >> 1) + (lane >> 3)];
+                precise vec3 right = view_to_world[0].xyz * rx_tile_views[(((s & 1u) << 3) | (lane & 7u)) & 31u];
+                precise vec3 up = view_to_world[1].xyz * rx_tile_views[(16u | ((s & 6u) << 1) | (lane >> 3)) & 31u];
                 precise vec3 sum = right + up;
                 precise vec3 dir = sum - back;
                 uint there = (dir.x < 0.0 ? 1u : 0u) | (dir.y < 0.0 ? 2u : 0u) | (dir.z < 0.0 ? 4u : 0u);
@@ -170,9 +170,9 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                 }
                 if (lane == 2u) step_of = -view_to_world[1].xyz * pixel_size.y;
                 row *= sign_of;
-                rx_tile_project[lane] = vec4(row, 0.5 * (row.x + row.y + row.z));
-                rx_tile_project[3][lane] = 0.5 * (abs(row.x) + abs(row.y) + abs(row.z));
-                rx_tile_frame[lane] = vec4(step_of * sign_of, w);
+                rx_tile_project[lane & 3u] = vec4(row, 0.5 * (row.x + row.y + row.z));
+                rx_tile_project[3][lane & 3u] = 0.5 * (abs(row.x) + abs(row.y) + abs(row.z));
+                rx_tile_frame[lane & 3u] = vec4(step_of * sign_of, w);
             }
             vec3 g = vec3(down_x ? 1.0 - lattice_frac.x : lattice_frac.x, down_y ? 1.0 - lattice_frac.y : lattice_frac.y, down_z ? 1.0 - lattice_frac.z : lattice_frac.z);
             if (lane == 0u) rx_tile_frame[3] = vec4(g, 0.0);
@@ -298,15 +298,15 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 uint cover = columns | (rows << 16);
                                 if (nearest < 1.0) cover = 0xffffffffu;  // beside the camera
                                 rx_tile_sets(lane, taken + lane < candidates ? cover : 0u);
-                                rx_tile_corners[31u - lane] = vec4(q, 0.0);
+                                rx_tile_corners[(31u - lane) & 31u] = vec4(q, 0.0);
                             }
                             barrier();
                             // Which of this invocation's pixels have candidates.
                             uint pending = 0u;
                             for (uint i = 0u; i < 4u; ++i) {
-                                uint row = rx_tile_words[48u + (lane >> 3) + 4u * i];
-                                if ((rx_tile_words[32u + (lane & 7u)] & row) != 0u) pending |= 1u << (2u * i);
-                                if ((rx_tile_words[40u + (lane & 7u)] & row) != 0u) pending |= 2u << (2u * i);
+                                uint row = rx_tile_words[(48u | (lane >> 3) | (i << 2)) & 63u];
+                                if ((rx_tile_words[(32u | (lane & 7u)) & 63u] & row) != 0u) pending |= 1u << (2u * i);
+                                if ((rx_tile_words[(40u | (lane & 7u)) & 63u] & row) != 0u) pending |= 2u << (2u * i);
                             }
                             pending &= alive;
                             uint s = 0u, mine = 0u;  // the pixel of the moment, and which candidates it has left
@@ -315,12 +315,13 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 while (RX_TILE_ANY((pending | mine) != 0u && !parked)) {
                                     bool fresh = mine == 0u;
                                     s = fresh ? uint(findLSB(pending)) & 7u : s;
-                                    uint set = rx_tile_words[32u + 8u * (s & 1u) + (lane & 7u)] & rx_tile_words[48u + 4u * (s >> 1) + (lane >> 3)];
+                                    uint column = ((s & 1u) << 3) | (lane & 7u), row = ((s & 6u) << 1) | (lane >> 3);
+                                    uint set = rx_tile_words[(32u | column) & 63u] & rx_tile_words[(48u | row) & 63u];
                                     set = pending == 0u ? 0u : set;
                                     mine = fresh ? set : mine;
                                     pending &= ~(1u << s);
                                     // As rx_camera_direction has it, before it gets the length 1.
-                                    vec2 view = vec2(rx_tile_views[8u * (s & 1u) + (lane & 7u)], rx_tile_views[16u + 4u * (s >> 1) + (lane >> 3)]);
+                                    vec2 view = vec2(rx_tile_views[column & 31u], rx_tile_views[(16u | row) & 31u]);
                                     precise vec3 right = view_to_world[0].xyz * view.x;
                                     precise vec3 up = view_to_world[1].xyz * view.y;
                                     precise vec3 sum = right + up;
@@ -330,7 +331,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                     // Of a time: of the direction, and of the lattice, which takes most from the smallest component.
                                     float error = fma(max(inv.x, max(inv.y, inv.z)), rx_tile_camera.w, RX_TILE_ERROR);
                                     uint c = uint(findMSB(mine)) & 31u;
-                                    vec3 v = rx_tile_corners[c].xyz;
+                                    vec3 v = rx_tile_corners[c & 31u].xyz;
                                     // Not v * inv + inv: where that is not fused, it cancels.
                                     vec3 t_in = v * inv, t_out = (v + 1.0) * inv;
                                     float enters = max(t_in.x, max(t_in.y, t_in.z)), leaves = min(t_out.x, min(t_out.y, t_out.z));
@@ -355,7 +356,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 if (parked) {
                                     uint c = uint(findMSB(mine)) & 31u;
                                     ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
-                                    ivec3 n = rx_tile_cell(rx_tile_corners[c].xyz);
+                                    ivec3 n = rx_tile_cell(rx_tile_corners[c & 31u].xyz);
                                     uint axis = rx_tile_settle(uvec3(n), uvec3(rx_tile_frame[3].xyz * 16777216.0), rx_tile_lattice(rx_camera_direction(view_to_world, tan_half_fov, vec2(pixel) + 0.5, vec2(size))));
                                     if (axis < 3u) {
                                         alive &= ~(1u << s);
@@ -448,7 +449,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         if (((missed >> s) & 1u) != 0u) rx_tile_miss(pixel);
         if (((rest >> s) & 1u) != 0u) {
             // A direction at depth 1 is as long as this.
-            vec3 dir = view_to_world[0].xyz * rx_tile_views[8u * (s & 1u) + (lane & 7u)] + view_to_world[1].xyz * rx_tile_views[16u + 4u * (s >> 1) + (lane >> 3)] - back;
+            vec3 dir = view_to_world[0].xyz * rx_tile_views[(((s & 1u) << 3) | (lane & 7u)) & 31u] + view_to_world[1].xyz * rx_tile_views[(16u | ((s & 6u) << 1) | (lane >> 3)) & 31u] - back;
             rx_tile_rest(pixel, free * (0.999 * length(dir) / far_away));
         }
         missed &= ~(1u << s);

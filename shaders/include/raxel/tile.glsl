@@ -59,6 +59,9 @@ const float RX_TILE_MARGIN = 1.0 / 64.0;         // pixels: more than the projec
 // What a node is: its index, the height of its children above bit 28, or that all of it is full and has no node.
 const uint RX_TILE_FULL = 0x80000000u;
 
+// Every index into shared memory ends with a mask, by which raxel sees that it is inside and compiles no bound for it. All masks are
+// known to change nothing, so drivers leave them out.
+
 // Voxels that the frustum touches, x | y << 8 | z << 16 from the corner of their node of 16^3, in mirrored axes: a ring, the first at `taken`.
 shared uint rx_tile_candidates[128];
 // Two buffers of a word for each invocation. The second one then holds which candidates each column and each row of pixels has.
@@ -95,19 +98,19 @@ void rx_tile_sets(uint lane, uint set) {
     // Bit p + l of each word is first made its bit p; then bit p moves on by p invocations, first by the eights in p, then by the twos, then by one;
     // then words turn.
     set = (set >> lane) | (set << ((32u - lane) & 31u));
-    rx_tile_words[lane] = set;
+    rx_tile_words[lane & 31u] = set;
     barrier();
     set = (set & 0x000000ffu) | (rx_tile_words[(lane - 8u) & 31u] & 0x0000ff00u) |
-          (rx_tile_words[lane ^ 16u] & 0x00ff0000u) | (rx_tile_words[(lane + 8u) & 31u] & 0xff000000u);
-    rx_tile_words[32u + lane] = set;
+          (rx_tile_words[(lane ^ 16u) & 31u] & 0x00ff0000u) | (rx_tile_words[(lane + 8u) & 31u] & 0xff000000u);
+    rx_tile_words[(32u | lane) & 63u] = set;
     barrier();
-    set = (set & 0x03030303u) | (rx_tile_words[32u + ((lane - 2u) & 31u)] & 0x0c0c0c0cu) |
-          (rx_tile_words[32u + ((lane - 4u) & 31u)] & 0x30303030u) | (rx_tile_words[32u + ((lane - 6u) & 31u)] & 0xc0c0c0c0u);
-    rx_tile_words[lane] = set;
+    set = (set & 0x03030303u) | (rx_tile_words[(32u | ((lane - 2u) & 31u)) & 63u] & 0x0c0c0c0cu) |
+          (rx_tile_words[(32u | ((lane - 4u) & 31u)) & 63u] & 0x30303030u) | (rx_tile_words[(32u | ((lane - 6u) & 31u)) & 63u] & 0xc0c0c0c0u);
+    rx_tile_words[lane & 31u] = set;
     barrier();
     set = (set & 0x55555555u) | (rx_tile_words[(lane - 1u) & 31u] & 0xaaaaaaaau);
     uint by = (lane + 1u) & 31u;
-    rx_tile_words[32u + lane] = (set >> by) | (set << ((32u - by) & 31u));
+    rx_tile_words[(32u | lane) & 63u] = (set >> by) | (set << ((32u - by) & 31u));
 }
 
 // A direction on the lattice, without its signs.
