@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use raxel_world::{AIR, BLOCKS, ChunkPos, ChunkSource, Content, DenseChunk, Mode, World, block_cell, cell_edge};
+use raxel_world::{AIR, BLOCKS, ChunkPos, ChunkSource, Content, DenseChunk, Mode, World, block_cell};
 
 use crate::reach::TileKey;
 
@@ -40,13 +40,12 @@ fn expand(content: &Content, level: u32, chunk: ChunkPos) -> Content {
     if level == 0 {
         return content.clone();
     }
-    let edge = cell_edge(level) as i32;
-    let place = [chunk.x, chunk.y, chunk.z];
-    // A block of 4³ voxels lies in one cell.
+    // A block of 4³ voxels lies in one cell, which has 4^(level - 1) blocks along an edge; the chunk begins where a cell does.
+    let shift = 2 * (level - 1);
+    let [first_x, first_y, first_z] = [chunk.x, chunk.y, chunk.z].map(|c| (((c & 63) << 4) >> shift) as u32);
     let material = |block: usize| {
-        let corner = block_cell(block).map(|c| 4 * c as i32);
-        let cell = [0, 1, 2].map(|i| ((place[i] * 64 + corner[i]).div_euclid(edge) & 63) as u32);
-        cells.voxel(cell[0], cell[1], cell[2])
+        let [x, y, z] = block_cell(block);
+        cells.voxel((first_x + (x >> shift)) & 63, (first_y + (y >> shift)) & 63, (first_z + (z >> shift)) & 63)
     };
     let first = material(0);
     if (1..BLOCKS).all(|block| material(block) == first) {
