@@ -26,9 +26,12 @@ void rx_tile_miss(ivec2 pixel) {
 void rx_tile_rest(ivec2 pixel, float t_free) {
     uint i = atomicAdd(restCount.count, 1u);
     rest.pixels[i] = uvec2(uint(pixel.x) | (uint(pixel.y) << 16), floatBitsToUint(t_free));
-    atomicMax(restCount.groups[0], min(i / 64u + 1u, 65535u));
-    restCount.groups[1] = 1u;
-    restCount.groups[2] = 1u;
+    // The first of 64 pixels makes room for all of them: operations on one word take turns.
+    if (i % 64u == 0u) atomicMax(restCount.groups[0], min(i / 64u + 1u, 65535u));
+    if (i == 0u) {
+        restCount.groups[1] = 1u;
+        restCount.groups[2] = 1u;
+    }
 }
 
 void main() {
