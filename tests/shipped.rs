@@ -1,10 +1,19 @@
 //! Every file that raxel ships runs: each graph over each world, each demo at each of its keys, with the validation layer silent.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Options, Project, Session, Validation};
 
 /// A small picture that is no multiple of a workgroup.
 const SIZE: [u32; 2] = [50, 29];
+
+/// Each pair opens and closes a device of its own, hundreds in all. The validation layer looks devices up in a table that has no lock while another
+/// thread's device comes or goes, and has crashed there (KhronosGroup/Vulkan-ValidationLayers, issue 4391), so the tests take turns.
+fn turn() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 fn repository() -> Project {
     Project::at(env!("CARGO_MANIFEST_DIR").as_ref()).unwrap()
@@ -57,6 +66,7 @@ fn differs(rgba: &[u8]) -> bool {
 
 #[test]
 fn every_graph_runs_over_every_world() {
+    let _turn = turn();
     let project = repository();
     let (graphs, mut worlds) = (graphs(&project), project.worlds());
     // Made to be measured: too large for some layouts on a software device, and for a test of every pair.
@@ -76,6 +86,7 @@ fn every_graph_runs_over_every_world() {
 
 #[test]
 fn every_target_of_every_graph_can_be_shown() {
+    let _turn = turn();
     let project = repository();
     for graph in graphs(&project) {
         let worlds = ["worlds/menger.toml", "worlds/valley.toml", "worlds/meadow.toml"];
@@ -92,6 +103,7 @@ fn every_target_of_every_graph_can_be_shown() {
 
 #[test]
 fn every_demo_runs_at_each_of_its_keys() {
+    let _turn = turn();
     let project = repository();
     assert!(!project.demos().is_empty());
     for path in project.demos() {
