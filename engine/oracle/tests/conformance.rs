@@ -33,7 +33,9 @@ fn check_scene(name: &str) {
             if set.name == "invalid" {
                 assert_eq!(errors.hits, 0);
             } else if !["corners", "dust"].contains(&name) {
-                assert!(errors.hits > 10, "{} {}: {errors:?}", scene.name, set.name);
+                // Rays to the sun begin at surfaces, and little stands in the way of hills.
+                let least = if set.name.starts_with("parallel") { 0 } else { 10 };
+                assert!(errors.hits > least, "{} {}: {errors:?}", scene.name, set.name);
             }
         }
     }
