@@ -204,8 +204,8 @@ impl WorldStream {
         self.frames().version
     }
 
-    /// Before a frame: follows the camera, and gives the frame the newest publication. A complete world is waited for; otherwise nothing
-    /// waits. Returns the version that the frame sees.
+    /// Before a frame: follows the camera, and gives the frame the newest publication. A complete world is waited for, and for at most
+    /// 4 ms an edit of a few chunks; nothing else waits. Returns the version that the frame sees.
     pub fn begin(&self, camera: &Camera, aspect: f64, seconds: f64) -> Result<u64, Refused> {
         let began = Instant::now();
         let mut frames = self.frames();

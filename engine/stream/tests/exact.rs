@@ -280,7 +280,7 @@ fn a_frame_brings_no_more_than_its_bytes_and_all_of_it_arrives() {
     let (free, _) = load(None);
     assert_eq!(free.most_written, free.written, "nothing says when a frame begins");
     let (stats, directory) = load(Some(UPLOAD));
-    // The last write of a frame may begin while a byte is left; directories do not wait, and a long frame may see several.
+    // The last write of a frame may begin while a byte is left; directories do not wait, and nothing bounds their number.
     assert!(stats.most_written <= UPLOAD + largest + 4 * directory, "{stats:?} {largest} {directory}");
     assert!(stats.written > 4 * stats.most_written, "{stats:?}");
     assert_eq!((stats.missing, stats.live), (0, free.live));

@@ -59,8 +59,8 @@ const float RX_TILE_MARGIN = 1.0 / 64.0;         // pixels: more than the projec
 // What a node is: its index, the height of its children above bit 28, or that all of it is full and has no node.
 const uint RX_TILE_FULL = 0x80000000u;
 
-// Every index into shared memory ends with a mask, by which raxel sees that it is inside and compiles no bound for it. All masks are
-// known to change nothing, so drivers leave them out.
+// Every index into shared memory ends with a mask, by which raxel sees that it is inside and compiles no bound for it. No mask
+// changes an index.
 
 // Voxels that the frustum touches, x | y << 8 | z << 16 from the corner of their node of 16^3, in mirrored axes: a ring, the first at `taken`.
 shared uint rx_tile_candidates[128];
