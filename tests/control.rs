@@ -95,6 +95,29 @@ fn a_closed_pipe_ends_it() {
     assert!(child.finish().success());
 }
 
+/// What shaders count that should not be is an event once, and among the diagnostics for as long as it goes on.
+#[test]
+fn a_full_queue_is_an_event_and_a_diagnostic() {
+    let project = Project::shipped();
+    project.edit("graphs/examples/warnings.toml", "count = 262144", "count = 64");
+    let scene = ["control", "graphs/examples/warnings.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
+    let mut talk = Talk::start(&mut command(project.root(), &scene));
+    writeln!(talk.requests, "{}", json!({ "do": "step", "frames": 4 })).unwrap();
+    let said = loop {
+        let line = talk.line();
+        if line["event"] == "diagnostic" {
+            break line["diagnostic"].clone();
+        }
+    };
+    assert_eq!(said["code"], "RX0411", "{said}");
+    assert!(said["message"].as_str().unwrap().starts_with("pixels show the sky"), "{said}");
+    let found = talk.ask(json!({ "do": "diagnostics" }));
+    let codes: Vec<_> = found["diagnostics"].as_array().unwrap().iter().map(|found| found["code"].clone()).collect();
+    assert_eq!(codes, ["RX0411"], "{found}");
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+}
+
 #[test]
 fn a_window_is_driven_too() {
     let display = Display::start();

@@ -242,7 +242,7 @@ fn edits_are_saved_and_come_back() {
         frame(&mut reader);
         assert!(reader.read_presented().unwrap() == picture, "checkpoint: {checkpoint}");
     }
-    assert!(session.take_edit_messages().is_empty());
+    assert!(session.take_messages().is_empty());
     drop(session);
     let mut ignored = open(field(folder.path(), Saves::Ignore));
     frame(&mut ignored);

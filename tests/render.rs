@@ -374,3 +374,22 @@ fn worlds_go_out_and_come_in() {
     std::fs::remove_file(project.path("broken.vox")).unwrap();
     assert_eq!(project.files(), before);
 }
+
+/// A queue that is full says so at the end, once, with the place in the graph; one with room says nothing.
+#[test]
+fn what_passes_count_is_said_at_the_end() {
+    let project = Project::shipped();
+    let render = |more: &[&str]| {
+        let scene = ["render", "graphs/examples/warnings.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
+        project.raxel(&[&scene[..], more, &["--frames", "4", "-o", "a.png"]].concat()).exits(0)
+    };
+    assert!(!render(&[]).stderr.contains("RX0411"));
+    project.edit("graphs/examples/warnings.toml", "count = 262144", "count = 64");
+    let said = render(&[]).stderr;
+    assert_eq!(said.matches("warning[RX0411]: pixels show the sky").count(), 1, "{said}");
+    assert!(said.contains("graphs/examples/warnings.toml:") && said.contains("raise `count`"), "{said}");
+    let lines = render(&["--format", "json"]).stderr;
+    let found = lines.lines().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
+    let found: Vec<_> = found.filter(|found| found["code"] == "RX0411").collect();
+    assert_eq!(found.len(), 1, "{lines}");
+}

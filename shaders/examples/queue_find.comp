@@ -4,7 +4,7 @@
 #include <raxel/camera.glsl>
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std430) buffer Count { uint count; };
+layout(std430) buffer Count { uint count; uint lost; };
 layout(std430) writeonly buffer Pixels { uint pixels[]; };
 layout(rgba32i) uniform writeonly iimage2D outHit;
 layout(rg16f) uniform writeonly image2D outPlace;
@@ -27,6 +27,9 @@ void main() {
     imageStore(outColor, pixel, vec4(0.45, 0.65, 0.9, 1.0));
     imageStore(outHit, pixel, found ? ivec4(hit.voxel, int(hit.material << 3 | hit.face)) : ivec4(0));
     imageStore(outPlace, pixel, found ? vec4(hit.uv, 0.0, 0.0) : vec4(0.0));
-    // The queue has room for every pixel of the picture.
-    if (found) pixels[atomicAdd(count, 1u)] = uint(pixel.y * size.x + pixel.x);
+    if (!found) return;
+    // Nothing is spent on counting what found no room as long as all have: here, a queue for every pixel of the picture.
+    uint at = atomicAdd(count, 1u);
+    if (at < pixels.length()) pixels[at] = uint(pixel.y * size.x + pixel.x);
+    else atomicAdd(lost, 1u);
 }

@@ -18,7 +18,8 @@ layout(push_constant) uniform Push {
 
 void main() {
     uint thread = rx_thread();
-    if (thread >= count) return;
+    // More may have been counted than the queue has room for.
+    if (thread >= min(count, uint(pixels.length()))) return;
     uint at = pixels[thread];
     uint width = uint(imageSize(color).x);
     ivec2 pixel = ivec2(at % width, at / width);

@@ -252,6 +252,12 @@ impl From<ReadError> for Failure {
     }
 }
 
+/// Says what a session has to say since the last call: about its world, its save, and what its passes have counted.
+pub(crate) fn print_messages(session: &mut Session, console: &Console) {
+    let said = session.take_messages();
+    console.diagnostics(&said, session.texts(), To::Stderr);
+}
+
 /// Prints the messages of the validation layer since the last call. True when there were any.
 pub(crate) fn print_validation(session: &Session, console: &Console) -> bool {
     print_log(session.device(), console)

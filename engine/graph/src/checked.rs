@@ -10,7 +10,7 @@ pub use fill::{Builtin, ClockValue, Fill, Source, UniformBlock};
 pub(crate) use loops::accesses_of_round;
 pub use loops::{InLoop, Loop, LoopId, MOST_ROUNDS, Round, RoundIndex, Rounds, count_of};
 pub use resource::{
-    Buffer, BufferSize, Clear, Display, DisplayMap, Extent, Origin, Resource, ResourceKind, Target, Values,
+    Buffer, BufferSize, Clear, Display, DisplayMap, Extent, Origin, Resource, ResourceKind, Target, Values, Warning,
 };
 
 use std::collections::BTreeSet;

@@ -376,7 +376,7 @@ impl Layer for Buffer {
         if above.source.is_some() || above.copy.is_some() {
             // A source brings its own size and contents.
             (self.clear, self.init, self.history) = (None, None, None);
-            (self.keep, self.clock) = (None, None);
+            (self.keep, self.clock, self.warnings) = (None, None, None);
         }
         // What says its size says what it is.
         if above.size.is_some() || above.source.is_some() || above.copy.is_some() || above.values.is_some() {
@@ -384,6 +384,8 @@ impl Layer for Buffer {
             self.copy = above.copy;
             if self.values.is_none() {
                 self.ty = None;
+            } else {
+                self.warnings = None;
             }
         }
         replace(&mut self.ty, above.ty);
@@ -391,6 +393,7 @@ impl Layer for Buffer {
         replace(&mut self.history, above.history);
         replace(&mut self.keep, above.keep);
         replace(&mut self.clock, above.clock);
+        replace(&mut self.warnings, above.warnings);
     }
 }
 

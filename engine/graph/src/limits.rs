@@ -56,7 +56,10 @@ pub(crate) fn check(
             Size::Image { extent, volume, mips, layers } => {
                 image(graph, resource, (extent, volume, mips, layers), input, &mut found);
             }
-            Size::Buffer { bytes, elements } => buffer(graph, resource, (bytes, elements), input, &mut found),
+            Size::Buffer { bytes, elements } => {
+                buffer(graph, resource, (bytes, elements), input, &mut found);
+                found.extend(bytes.and_then(|bytes| warned_beyond(resource, bytes)));
+            }
         }
     }
     for &id in &cull.live {
@@ -237,6 +240,20 @@ fn buffer(
         }
         found.push(note_base(diagnostic, base(graph, resource), input));
     }
+}
+
+/// The first warning of a buffer that counts beyond its end.
+fn warned_beyond(resource: &Resource, bytes: u64) -> Option<Diagnostic> {
+    let warning = resource.warnings.iter().find(|warning| warning.offset + 4 > bytes)?;
+    let (name, offset) = (&resource.name, warning.offset);
+    let message = format!("a warning of `{name}` counts at offset {offset}, but `{name}` has {bytes} bytes");
+    let diagnostic = Diagnostic::error(codes::graph::WARNING_OUT_OF_RANGE, message)
+        .label(warning.place.clone(), "said of this offset")
+        .label(resource.place.clone(), "declared here");
+    Some(match bytes.checked_sub(4).map(|last| last & !3) {
+        Some(last) => diagnostic.help(format!("offsets are in bytes; that of the last `uint` is {last}")),
+        None => diagnostic,
+    })
 }
 
 fn over(code: Code, resource: &Resource, message: String, (name, limit): (&str, u64)) -> Diagnostic {

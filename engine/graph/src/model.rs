@@ -184,6 +184,19 @@ pub struct Buffer {
     pub keep: Option<Spanned<bool>>,
     /// `clock`.
     pub clock: Option<Spanned<String>>,
+    /// `warnings`.
+    pub warnings: Option<Vec<Warning>>,
+}
+
+/// One of `[[buffers.NAME.warnings]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warning {
+    /// `offset` in bytes; 0 when the file gives none.
+    pub offset: u64,
+    /// `says`.
+    pub says: Spanned<String>,
+    /// `help`.
+    pub help: Option<String>,
 }
 
 /// `size` of a buffer.

@@ -35,6 +35,7 @@ pub(crate) fn arguments(pass: &str, place: Span) -> Resource {
         keep: false,
         clock: None,
         made: true,
+        warnings: Vec::new(),
         origin: Origin::Graph,
         place,
     }

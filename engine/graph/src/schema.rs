@@ -259,9 +259,23 @@ fn buffer() -> Value {
             "history": reference("history"),
             "keep": flag("Has memory of its own and keeps its contents from frame to frame (with `clear`: until it is cleared).", false),
             "clock": text("The clock whose ticks turn its history and its clears, instead of the frames. Only passes of that clock write it."),
+            "warnings": warnings(),
             "remove": reference("remove"),
         }),
     )
+}
+
+fn warnings() -> Value {
+    json!({
+        "description": "What is said while a word of it is not 0: passes count there what should not be, e.g. what found no room. Nothing when left out.",
+        "type": "array",
+        "items": table("A count that should be 0.", &json!({
+            "offset": { "description": "Where in the buffer the count is, a `uint`: bytes, a multiple of 4.", "type": "integer", "minimum": 0, "default": 0 },
+            "says": { "description": "What is counted and what it means for the picture, e.g. \"faces found no slot\"; the count follows it. Needed.", "type": "string", "minLength": 1 },
+            "help": text("What can be done about it; may be left out."),
+        })),
+        "maxItems": 16,
+    })
 }
 
 fn repeated() -> Value {

@@ -7,8 +7,9 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use hand::Hand;
+use raxel_diagnostics::Span;
 use raxel_graph::checked::{
-    Buffer, BufferSize, Dispatch, Extent, Material, ResourceId, ResourceKind, Source, UniformBlock, Value,
+    Buffer, BufferSize, Dispatch, Extent, Material, ResourceId, ResourceKind, Source, UniformBlock, Value, Warning,
 };
 use raxel_graph::plan::Limits;
 use raxel_shader::format::Format;
@@ -101,6 +102,24 @@ fn only_what_is_there_can_be_shown() {
     insta::assert_snapshot!(said(&hand, "color@2"), @r"
     RX0179: `color` has no earlier frame 2 to show: it has 0 to 1
       graphs/hand.toml: declared here
+    ");
+}
+
+#[test]
+fn a_warning_counts_in_its_buffer() {
+    let mut hand = Hand::new("warned");
+    hand.target("color", Format::R32f, |_, _| {}).buffer("queue", BufferSize::Bytes(8), Some(0));
+    hand.pass("fill", &["w color", "x queue"]);
+    let at = |offset| Warning { offset, says: "lost".into(), help: None, place: Span::new("graphs/hand.toml", 0..0) };
+    hand.graph.resources[1].warnings = vec![at(4), at(0)];
+    let text = raxel_graph::print::text(&hand.plan("color").unwrap());
+    assert!(text.ends_with("not 0\n  queue + 4: lost\n  queue: lost\n"), "{text}");
+    hand.graph.resources[1].warnings.push(at(8));
+    insta::assert_snapshot!(said(&hand, "color"), @r"
+    RX0182: a warning of `queue` counts at offset 8, but `queue` has 8 bytes
+      graphs/hand.toml: said of this offset
+      graphs/hand.toml: declared here
+      offsets are in bytes; that of the last `uint` is 4
     ");
 }
 

@@ -105,7 +105,7 @@ fn shaders_edit_the_world_two_frames_later_and_once() {
     frame(&mut session);
     assert_eq!(solids(&session), whole);
     assert!(session.read_presented().unwrap() == before);
-    assert!(session.take_edit_messages().is_empty());
+    assert!(session.take_messages().is_empty());
     silent(&session);
 }
 
@@ -134,7 +134,7 @@ fn shaders_edit_a_streamed_world() {
     }
     let changes: Vec<usize> = (1..5).filter(|frame| pictures[*frame] != pictures[frame - 1]).collect();
     assert_eq!((changes, session.edit_steps()), (vec![2, 4], [2, 0]));
-    assert!(session.take_edit_messages().is_empty());
+    assert!(session.take_messages().is_empty());
     silent(&session);
 }
 
@@ -189,7 +189,7 @@ tan_half_fov = "camera.tan_half_fov"
     let mut run = |session: &mut Session, frames: usize| -> Vec<String> {
         for _ in 0..frames {
             frame(session);
-            said.extend(session.take_edit_messages());
+            said.extend(session.take_messages());
         }
         said.drain(..).map(|message| format!("{}: {}", message.code, message.message)).collect()
     };
@@ -236,7 +236,7 @@ fn layouts_that_follow_edits_show_what_those_that_are_made_anew_show() {
             frame(&mut session);
             pictures.push(session.read_presented().unwrap().rgba);
         }
-        assert!(session.edit_steps()[0] >= 3 && session.take_edit_messages().is_empty());
+        assert!(session.edit_steps()[0] >= 3 && session.take_messages().is_empty());
         silent(&session);
         pictures
     };

@@ -461,7 +461,7 @@ fn shaders_move_them_two_frames_later_and_exactly() {
     for _ in 0..4 {
         expect(&mut session, &home, "from the start");
     }
-    assert!(session.take_edit_messages().is_empty());
+    assert!(session.take_messages().is_empty());
     assert_silent(&session);
 }
 
@@ -482,7 +482,7 @@ fn what_is_wrong_with_poses_of_shaders_is_said_once_and_left_out() {
             let found = hits(&mut session);
             let frames = session.instance_frames();
             judge_some(&session, &frames, &rays, &found);
-            said.extend(session.take_edit_messages());
+            said.extend(session.take_messages());
         }
         assert!(session.instance_frames() == away);
         said.iter().map(|message| format!("{}: {}", message.code, message.message)).collect()
@@ -537,6 +537,6 @@ fn the_flock_flies() {
         // About a voxel in a thirtieth of a second.
         assert!((0..3).all(|axis| (frame.cell[axis] - before.cell[axis]).abs() <= 3), "{frame:?} {before:?}");
     }
-    assert!(session.take_edit_messages().is_empty());
+    assert!(session.take_messages().is_empty());
     assert_silent(&session);
 }

@@ -9,7 +9,7 @@ use std::io::BufRead;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
-use raxel_diagnostics::render;
+use raxel_diagnostics::{Diagnostic, SourceMap, render};
 use raxel_runtime::Session;
 use raxel_runtime::reload::ReloadEvent;
 use serde_json::{Value, json};
@@ -107,21 +107,21 @@ impl Control {
             };
             let events = session.poll_reload();
             events.iter().for_each(|event| self.note(event));
-            match line {
-                Ok(line) if self.line(&line, session) == Next::Quit => return,
-                Err(RecvTimeoutError::Disconnected) => return,
-                Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+            let next = line.as_ref().map(|line| self.line(line, session));
+            let said = session.take_messages();
+            Self::say(&said, session.texts());
+            if matches!(next, Ok(Next::Quit) | Err(RecvTimeoutError::Disconnected)) {
+                return;
             }
         }
     }
 
     /// An edit was swapped in, or is wrong: said as an event, and to who waits for it.
     pub fn note(&mut self, event: &ReloadEvent) {
-        let parsed = |text: String| text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
         let said = match event {
             ReloadEvent::Reloaded(reloaded) => {
                 (self.generation, self.shown) = (reloaded.generation, reloaded.generation);
-                self.diagnostics = parsed(render::json(&reloaded.diagnostics, &reloaded.texts));
+                self.diagnostics = parsed(&render::json(&reloaded.diagnostics, &reloaded.texts));
                 json!({
                     "event": "reloaded",
                     "generation": reloaded.generation,
@@ -131,7 +131,7 @@ impl Control {
             }
             ReloadEvent::Failed(failed) => {
                 self.generation = failed.generation;
-                self.diagnostics = parsed(render::json(&failed.diagnostics, &failed.texts));
+                self.diagnostics = parsed(&render::json(&failed.diagnostics, &failed.texts));
                 json!({
                     "event": "reload-failed",
                     "generation": failed.generation,
@@ -159,6 +159,13 @@ impl Control {
         }
     }
 
+    /// Says what the session had to say as events.
+    pub fn say(said: &[Diagnostic], texts: &SourceMap) {
+        for diagnostic in parsed(&render::json(said, texts)) {
+            console::json(&json!({ "event": "diagnostic", "diagnostic": diagnostic }));
+        }
+    }
+
     /// Gives up waiting for an edit that does not come.
     fn tire(&mut self) {
         if let Some(waiting) = self.waiting.take_if(|waiting| Instant::now() >= waiting.until) {
@@ -183,11 +190,19 @@ impl Control {
             }
             Ok(Request::Diagnostics {}) => {
                 let (generation, shown) = (self.generation, self.shown);
-                let found = json!({ "generation": generation, "showing": shown, "diagnostics": self.diagnostics });
+                // With what passes count at the moment.
+                let counted = parsed(&render::json(&session.counted(), session.texts()));
+                let all: Vec<&Value> = self.diagnostics.iter().chain(&counted).collect();
+                let found = json!({ "generation": generation, "showing": shown, "diagnostics": all });
                 answer::give(&id, Ok(found));
             }
             Ok(request) => answer::give(&id, answer::answer(request, session, self.drive)),
         }
         Next::More
     }
+}
+
+/// Lines of JSON.
+fn parsed(text: &str) -> Vec<Value> {
+    text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
 }

@@ -5,18 +5,17 @@ use std::io::IsTerminal;
 use std::ops::Range;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use raxel_diagnostics::SourceMap;
 use raxel_gpu::DeviceOptions;
 use raxel_runtime::session::Session;
 use raxel_runtime::timeline::Demo;
 use serde_json::json;
 
 use crate::args::{Messages, OnDevice, Size, size};
-use crate::console::{self, Console, Format, To};
+use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
 use crate::front::Front;
 use crate::output::{Coding, Compression, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown};
-use crate::session::{What, frame_failure, print_validation, validated};
+use crate::session::{What, frame_failure, print_messages, print_validation, validated};
 
 /// Renders to PNG or JPEG (as displayed), EXR or HDR (the target's own texels), numbered frames, a film, or stdout. Time is
 /// frame × step: the same command gives the same bytes.
@@ -220,7 +219,7 @@ impl Args {
         let frame = |session: &mut Session| session.frame().map(drop).map_err(|error| frame_failure(error, console));
         let stages = shoot.run(session, place, each, frame)?;
         bar.finish_and_clear();
-        console.diagnostics(&session.take_edit_messages(), &SourceMap::default(), To::Stderr);
+        print_messages(session, console);
         let complaints = print_validation(session, console);
         report(output, session, shoot, &stages, &times, console);
         validated(complaints)

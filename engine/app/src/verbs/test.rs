@@ -19,7 +19,7 @@ use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
 use crate::output::{Folders, Pending, write_picture};
-use crate::session::{frame_failure, open_failure, print_validation, validated};
+use crate::session::{frame_failure, open_failure, print_messages, print_validation, validated};
 
 /// Runs demos without a window, at their own size and frame rate, and checks what their `[[check]]`s claim: pictures against references by
 /// FLIP, GPU times of passes. The exit code is 1 when one does not hold.
@@ -150,6 +150,7 @@ impl Test<'_> {
         if timed {
             self.judge_passes(&times);
         }
+        print_messages(&mut session, self.console);
         self.complaints |= print_validation(&session, self.console);
         Ok(())
     }

@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use raxel_diagnostics::SourceMap;
 use raxel_panels::view::{Editing, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::camera::FlyInput;
@@ -21,7 +20,7 @@ use super::{
     GROUND, MEANWHILE, MENDED, NextFrame, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data,
 };
 use crate::console::To;
-use crate::control::Next;
+use crate::control::{Control, Next};
 use crate::failure::Result;
 use crate::output::shown;
 use crate::session::frame_failure;
@@ -71,6 +70,7 @@ impl Viewer<'_> {
         if inspects {
             self.inspector.ask(&mut self.session);
         }
+        self.long = [false, self.long[0]];
         let report = match self.next_report() {
             Ok(report) => report,
             // Said once; what ran before runs on.
@@ -85,8 +85,11 @@ impl Viewer<'_> {
             Err(error) => return Err(frame_failure(error, self.console)),
         };
         self.look_at_log();
-        let said = self.session.take_edit_messages();
-        self.console.diagnostics(&said, &SourceMap::default(), To::Stderr);
+        let said = self.session.take_messages();
+        self.console.diagnostics(&said, self.session.texts(), To::Stderr);
+        if self.control.is_some() {
+            Control::say(&said, self.session.texts());
+        }
         self.data.note(&mut self.session, &report);
         if inspects {
             self.inspector.take(&mut self.session, &report);
@@ -212,13 +215,17 @@ impl Viewer<'_> {
             outline,
         };
         let resources = self.data.resources();
+        // What passes count at the moment stands beside what is wrong with the files.
+        let counted = self.session.counted();
+        let with_counted =
+            (!counted.is_empty()).then(|| [self.problems.clone(), problems(&counted, self.session.texts())].concat());
         let view = View {
             status,
             frame: self.data.frame(&self.session, self.fps_cap),
             passes: self.data.passes(&self.session),
             resources,
             params: panel_data::params(&self.session),
-            problems: &self.problems,
+            problems: with_counted.as_deref().unwrap_or(&self.problems),
             world: World { editing, ..panel_data::world(&self.session, self.controls.speed()) },
             timeline: panel_data::timeline(&self.session, self.looped),
             inspected: self.inspector.view(&self.session, resources, cursor),
@@ -314,7 +321,7 @@ impl Viewer<'_> {
         Ok(())
     }
 
-    /// Whether the device has finished what was waited for. Says once what it works on when that takes long.
+    /// Whether the device has finished what was waited for. Says what it works on when that takes long, once until a frame is quick again.
     pub(super) fn is_done(&mut self, progress: std::result::Result<Progress, FrameError>) -> Result<bool> {
         match progress.map_err(|error| frame_failure(error, self.console))? {
             Progress::Done => {
@@ -324,7 +331,10 @@ impl Viewer<'_> {
             }
             Progress::Working { pass, elapsed } => {
                 if elapsed >= PATIENCE {
-                    if self.busy.is_none() {
+                    // Where each frame takes long, it is said of the first.
+                    let said = self.long.contains(&true);
+                    self.long[0] = true;
+                    if !said {
                         let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on pass `{pass}`"));
                         let seconds = elapsed.as_secs();
                         self.console.message(&format!(

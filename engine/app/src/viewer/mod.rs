@@ -184,6 +184,8 @@ struct Viewer<'a> {
     unshown: bool,
     /// The device has worked for long: on which pass, and since how many seconds.
     busy: Option<(Option<String>, u64)>,
+    /// So it has in this frame, and in the one before.
+    long: [bool; 2],
     presented: u64,
     complained: bool,
     failure: Option<Failure>,
@@ -332,6 +334,7 @@ impl<'a> Viewer<'a> {
             drawn: Instant::now(),
             unshown: false,
             busy: None,
+            long: [false; 2],
             presented: 0,
             complained: false,
             failure: None,

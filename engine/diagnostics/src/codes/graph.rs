@@ -149,6 +149,8 @@ declare! {
     SHARED_TOO_LARGE = "RX0180";
     /// A value names a material that the world has not.
     UNKNOWN_MATERIAL = "RX0181";
+    /// A warning of a buffer counts beyond its end.
+    WARNING_OUT_OF_RANGE = "RX0182";
     /// A loop that the graph does not declare.
     UNKNOWN_LOOP = "RX0190";
     /// Passes of a loop with another pass between them.

@@ -34,4 +34,6 @@ declare! {
     BAD_CACHE = "RX0485";
     /// A plan that the device refuses: a format, a feature or a size.
     DEVICE_REFUSES = "RX0410";
+    /// Passes count something that the graph warns of.
+    COUNTED = "RX0411";
 }

@@ -29,6 +29,15 @@ fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<
     let names = exchanged(graph, id);
     let written = graph.passes.iter().flat_map(|pass| &pass.accesses);
     let written = written.filter(|access| names.contains(&access.resource)).any(|access| access.access.writes());
+    if let (Some(warning), false) = (resource.warnings.first(), written) {
+        let message = format!("no pass writes `{}`: what its warnings count stays as it is", resource.name);
+        found.push(
+            Diagnostic::warning(codes::graph::NEVER_WRITTEN, message)
+                .label(warning.place.clone(), "never counted")
+                .label(resource.place.clone(), "never written")
+                .help("bind it in the pass that counts, or take its `warnings` out"),
+        );
+    }
     if written || has_content(&resource.kind) {
         return;
     }

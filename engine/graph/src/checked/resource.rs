@@ -26,6 +26,9 @@ pub struct Resource {
     pub clock: Option<ClockId>,
     /// Made by raxel for a pass of the file; no file declares it.
     pub made: bool,
+    /// Words of a buffer that the runtime warns of while they are not 0.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<Warning>,
     /// Where its contents come from.
     #[serde(skip)]
     pub origin: Origin,
@@ -60,6 +63,20 @@ impl Resource {
             Origin::File(_) => false,
         }
     }
+}
+
+/// What is said while a word of a buffer is not 0: passes count there what should not be, e.g. what found no room.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Warning {
+    /// Byte offset of the `uint`, a multiple of 4.
+    pub offset: u64,
+    /// What it counts and what that means, as a part of a sentence.
+    pub says: String,
+    /// What can be done about it.
+    pub help: Option<String>,
+    /// Where the file says so.
+    #[serde(skip)]
+    pub place: Span,
 }
 
 /// Where the contents of a resource come from, before a pass has written it.

@@ -5,7 +5,7 @@ use raxel_diagnostics::table::{Node, Table};
 
 use super::{at, literal, remove, text};
 use crate::checked::DisplayMap;
-use crate::model::{Buffer, BufferSize, Display, Literal, Size, Target};
+use crate::model::{Buffer, BufferSize, Display, Literal, Size, Target, Warning};
 use crate::supply::FILE;
 
 /// Texels on an axis that any device may have at most (`maxImageDimension2D` of today's devices is 16384 or 32768).
@@ -20,6 +20,8 @@ const LARGEST_BUFFER: i64 = 1 << 36;
 const LARGEST_STRIDE: i64 = 1 << 20;
 /// Elements that a buffer may have at most for each texel or element of something else.
 const MOST_PER: i64 = 1 << 16;
+/// Warnings that a buffer may give at most: each is a word that is copied in every frame that may have written it.
+const MOST_WARNINGS: usize = 16;
 /// Scales of a target's size: below, every target is one texel; above, every one is too large.
 const SCALES: std::ops::RangeInclusive<f64> = 0.0001..=64.0;
 
@@ -173,21 +175,54 @@ pub fn buffer(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Buffe
         history: history(table),
         keep: table.get("keep").and_then(|node| at(&node, node.boolean())),
         clock: text(table, "clock"),
+        warnings: table.get("warnings").and_then(|node| warnings(&node)),
     };
     table.conflict("source", "copy", "a copy of a source is the graph's own");
     for (origin, why) in
         [("source", "the contents of a source come from outside"), ("copy", "a copy is as its source is")]
     {
-        for key in ["size", "clear", "init", "history", "keep", "clock"] {
+        for key in ["size", "clear", "init", "history", "keep", "clock", "warnings"] {
             table.conflict(origin, key, why);
         }
     }
-    for key in ["size", "source", "copy", "clear", "init", "history"] {
+    for key in ["size", "source", "copy", "clear", "init", "history", "warnings"] {
         table.conflict("values", key, "what is written in the file has its size, and stays as it is");
     }
     table.finish();
     buffer.flawed = table.reporter().count() > before;
     buffer
+}
+
+/// Words of a buffer that are warned of; none where one is wrong, so that what is said of the buffer is said once.
+fn warnings(node: &Node<'_, '_>) -> Option<Vec<Warning>> {
+    let elements = node.array()?;
+    if elements.len() > MOST_WARNINGS {
+        let count = elements.len();
+        return node.bad_value(format!("`{}` has {count} warnings; the most is {MOST_WARNINGS}", node.name));
+    }
+    let warnings: Vec<Option<Warning>> = elements.iter().map(warning).collect();
+    warnings.into_iter().collect()
+}
+
+fn warning(node: &Node<'_, '_>) -> Option<Warning> {
+    let table = node.table()?;
+    let before = table.reporter().count();
+    let offset = match table.get("offset") {
+        Some(node) => node.integer(0..=LARGEST_BUFFER).and_then(|offset| {
+            let whole = offset % 4 == 0;
+            let wrong = || format!("`{}` is {offset}; a count is a whole `uint`, at a multiple of 4 bytes", node.name);
+            if whole { Some(offset as u64) } else { node.bad_value(wrong()) }
+        }),
+        None => Some(0),
+    };
+    let says = table.need("says").and_then(|node| match node.string()? {
+        text if text.trim().is_empty() => node.bad_value(format!("`{}` is empty", node.name)),
+        text => Some(Spanned::new(text, node.span.clone())),
+    });
+    let help = text(&table, "help").map(|help| help.value);
+    table.finish();
+    let sound = table.reporter().count() == before;
+    Some(Warning { offset: offset?, says: says?, help }).filter(|_| sound)
 }
 
 /// An array with something in it.

@@ -52,7 +52,7 @@ fn resource(plan: &Plan, resource: &ResourcePlan) -> Value {
         Lifetime::Persistent => json!("persistent"),
         Lifetime::Transient { first, last, place } => json!({ "first": first, "last": last, "place": place }),
     };
-    json!({
+    let mut value = json!({
         "name": words::name_of(&plan.graph, resource.resource),
         "kind": kind,
         "made": plan.graph.resource(resource.resource).made,
@@ -63,7 +63,12 @@ fn resource(plan: &Plan, resource: &ResourcePlan) -> Value {
         "init": resource.init,
         "varies": resource.varies,
         "lifetime": lifetime,
-    })
+    });
+    let warnings = &plan.graph.resource(resource.resource).warnings;
+    if !warnings.is_empty() {
+        value["warnings"] = json!(warnings);
+    }
+    value
 }
 
 fn pass(plan: &Plan, planned: &PassPlan) -> Value {

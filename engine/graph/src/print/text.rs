@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::words;
 use crate::checked::ResourceId;
-use crate::plan::{Barrier, Lifetime, PassPlan, Plan, ResourceDesc, Step};
+use crate::plan::{Barrier, Lifetime, PassPlan, Plan, ResourceDesc, ResourcePlan, Step};
 
 /// The plan for people.
 pub fn text(plan: &Plan) -> String {
@@ -16,7 +16,20 @@ pub fn text(plan: &Plan) -> String {
     memory(plan, &mut out);
     culled(plan, &mut out);
     clocks(plan, &mut out);
+    warnings(plan, &mut out);
     out
+}
+
+fn warnings(plan: &Plan, out: &mut String) {
+    let of = |planned: &ResourcePlan| plan.graph.resource(planned.resource);
+    let mut title = "\nwarnings, while a word that is counted is not 0\n";
+    for resource in plan.resources.iter().map(of) {
+        for warning in &resource.warnings {
+            let at = if warning.offset == 0 { String::new() } else { format!(" + {}", warning.offset) };
+            let _ = writeln!(out, "{title}  {}{at}: {}", resource.name, warning.says);
+            title = "";
+        }
+    }
 }
 
 fn clocks(plan: &Plan, out: &mut String) {

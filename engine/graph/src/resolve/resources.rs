@@ -9,7 +9,7 @@ use super::params::unknown_type;
 use super::supplied::{extent_from_outside, only_of_files};
 use super::{Declared, Names, clock_id, missing, resource};
 use crate::checked::{self, Clear, ClockId, DisplayMap, Extent, Origin, Resource, ResourceId, ResourceKind};
-use crate::model::{Buffer, BufferSize, Data, Dispatch, Display, File, Literal, Pass, Size, Target, WORLD};
+use crate::model::{Buffer, BufferSize, Data, Dispatch, Display, File, Literal, Pass, Size, Target, WORLD, Warning};
 use crate::queues;
 use crate::supply::{Catalog, FILE};
 use crate::value::{ValueType, describe, float, integer, typed};
@@ -142,9 +142,12 @@ impl Scope<'_> {
         let places = supplied.map(|source| &source.span);
         let places = places.or(buffer.values.as_ref().map(|values| &values.span));
         let detail = places.or(buffer.size.as_ref().map(|size| &size.span)).unwrap_or(&name.span).clone();
-        let kept = kept(buffer.history.as_ref(), buffer.keep.as_ref(), clock);
+        let mut kept = kept(buffer.history.as_ref(), buffer.keep.as_ref(), clock);
+        let warnings: Vec<checked::Warning> = buffer.warnings.iter().flatten().map(warning).collect();
+        // What is counted must still be there when the frame is over.
+        kept.keep |= !warnings.is_empty();
         let declared = declared(name, kind, kept, sound, detail);
-        let item = Resource { origin: origin.unwrap_or_default(), ..declared.item };
+        let item = Resource { origin: origin.unwrap_or_default(), warnings, ..declared.item };
         Declared { item, ..declared }
     }
 
@@ -261,6 +264,11 @@ fn values(buffer: &Buffer, found: &mut Vec<Diagnostic>) -> Option<checked::Value
     Some(checked::Values { ty, stride: ty.stride(), bytes: bytes.into() })
 }
 
+fn warning(warning: &Warning) -> checked::Warning {
+    let Warning { offset, says, help } = warning;
+    checked::Warning { offset: *offset, says: says.value.clone(), help: help.clone(), place: says.span.clone() }
+}
+
 /// The buffer for the indirect arguments of a pass that dispatches a queue.
 pub fn arguments(pass: &Pass) -> Option<Declared<Resource>> {
     let dispatch = pass.dispatch.as_ref().filter(|dispatch| matches!(dispatch.value, Dispatch::Queue { .. }))?;
@@ -307,7 +315,8 @@ fn kept(history: Option<&Spanned<u32>>, keep: Option<&Spanned<bool>>, clock: Opt
 fn declared(name: &Spanned<String>, kind: ResourceKind, kept: Kept, sound: bool, detail: Span) -> Declared<Resource> {
     let Kept { history, keep, clock } = kept;
     let (name, place) = (name.value.clone(), name.span.clone());
-    let item = Resource { name, kind, history, keep, clock, made: false, origin: Origin::Graph, place };
+    let (warnings, origin) = (Vec::new(), Origin::Graph);
+    let item = Resource { name, kind, history, keep, clock, made: false, warnings, origin, place };
     Declared { item, sound, detail }
 }
 

@@ -91,6 +91,7 @@ impl Scope<'_> {
             keep: false,
             clock: None,
             made: false,
+            warnings: Vec::new(),
             origin,
             place,
         };
@@ -150,6 +151,7 @@ pub fn supplied_image(
         keep: false,
         clock: None,
         made: false,
+        warnings: Vec::new(),
         origin,
         place: place.clone(),
     };

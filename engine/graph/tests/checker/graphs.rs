@@ -268,6 +268,7 @@ fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
             keep,
             clock: None,
             made: false,
+            warnings: Vec::new(),
             origin,
             place: place(),
         });
@@ -419,6 +420,7 @@ fn queue(r: &mut Random, pass: &mut Pass, resources: &mut Vec<Resource>, stored:
         keep: false,
         clock: None,
         made: true,
+        warnings: Vec::new(),
         origin: Origin::Graph,
         place: place(),
     });

@@ -87,6 +87,12 @@ const VALUES: &[Case] = &[
     ("RX0015", BASE, "size = 64\ninit = 0", "size = 64\ntype = \"f32\""),
     ("RX0126", BASE, "size = 64\ninit = 0", "values = [1, 2]\ntype = \"u32\""),
     ("RX0114", BASE, "size = { of = \"hit\", stride = 16 }\nclear = 0", "values = [[1, 2, 3]]\ntype = \"ivec3\""),
+    ("RX0013", BASE, "size = 64\ninit = 0", "size = 64\ninit = 0\nwarnings = [{ offset = 4 }]"),
+    ("RX0011", BASE, "size = 64\ninit = 0", "size = 64\ninit = 0\nwarnings = [{ says = \"lost\", ofset = 4 }]"),
+    ("RX0014", BASE, "size = 64\ninit = 0", "size = 64\ninit = 0\nwarnings = [{ says = \"lost\", offset = 6 }]"),
+    ("RX0014", BASE, "size = 64\ninit = 0", "size = 64\ninit = 0\nwarnings = [{ says = \" \" }]"),
+    ("RX0012", BASE, "size = 64\ninit = 0", "size = 64\ninit = 0\nwarnings = { says = \"lost\" }"),
+    ("RX0015", BASE, r#"source = "world.tree64""#, "source = \"world.tree64\"\nwarnings = [{ says = \"lost\" }]"),
     ("RX0152", BASE, r#"display = { map = "turbo", range = [0.0, 500.0] }"#, r#"display = "id""#),
     ("RX0152", BASE, r#"map = "turbo", range"#, r#"map = "turbo", channel = 1, range"#),
     ("RX0014", BASE, r#"map = "turbo", range = [0.0, 500.0]"#, r#"map = "jet""#),
@@ -246,6 +252,7 @@ const DISPATCH: &[Case] = &[
 
 const FLOW: &[Case] = &[
     ("RX0160", BASE, "init = 1\n\n[targets.irradiance]", "\n[targets.irradiance]"),
+    ("RX0160", BASE, "init = 1\n\n[[passes]]", "init = 1\nwarnings = [{ says = \"lost\" }]\n\n[[passes]]"),
     ("RX0161", BASE, "[buffers.rays]", "[buffers.spare]\nsize = 4\n[buffers.rays]"),
     ("RX0161", BASE, "when = \"!param.probes\"\n", ""),
     ("RX0162", BASE, "present = \"color\"", "present = \"picture\"\ntargets.picture.format = \"rgba8\""),

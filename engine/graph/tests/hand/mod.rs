@@ -90,6 +90,7 @@ impl Hand {
             keep: false,
             clock: None,
             made: false,
+            warnings: Vec::new(),
             place,
         });
         self

@@ -11,6 +11,7 @@ use raxel_graph::plan::{Lifetime, Plan};
 
 use super::FRAMES;
 use super::capture::{Capture, Captured};
+use super::counted::Counted;
 use super::error::{ExecuteError, Suspect};
 use super::inputs::FrameInputs;
 use super::physical::Filling;
@@ -67,6 +68,8 @@ pub struct Executor {
     capture: Option<Range<u64>>,
     captures: u64,
     captured: Option<ReadTicket<Captured>>,
+    /// What frames of the running plan have counted in words that are warned of, in their order.
+    counted: Vec<Counted>,
     progress: Observed,
 }
 
@@ -115,6 +118,7 @@ impl Executor {
             capture: None,
             captures: 0,
             captured: None,
+            counted: Vec::new(),
             progress: Observed { reached: TimelineValue::default(), since: Instant::now() },
             shared,
             running: None,
@@ -178,6 +182,7 @@ impl Executor {
         next.replay.set_memo(self.memo);
         let plan = next.plan();
         self.times = Times::of_plan(plan);
+        self.counted.clear();
         for slot in &mut self.slots {
             slot.ran.reserve(plan.passes.len());
         }
@@ -244,6 +249,7 @@ impl Executor {
         device.wait(self.slots[slot_index].commands.submitted(), self.shared.watchdog())?;
         device.collect();
         self.read_times(slot_index)?;
+        self.read_counted(slot_index);
         // The frame that used this slot's staging buffer last has finished.
         let uploads = self.uploads.stage(&device, slot_index)?;
 
@@ -308,6 +314,8 @@ impl Executor {
         };
         let counts = running.replay.walk(&mut recorder);
         count(&mut report, counts);
+        running.counted.record(&mut recording, running, (number, slot_index), (&slot.ran, &mut slot.copied));
+        slot.counted = Some(running.counted.clone());
         let submitted = recording.submit()?;
         slot.submitted = Instant::now();
         if let Some(capture) = capture.filter(|_| counts.displayed) {
@@ -409,6 +417,19 @@ impl Executor {
         self.times.get()
     }
 
+    /// What frames that the device has finished have counted in the words that the graph warns of, since the last call; frame after frame.
+    pub fn take_counted(&mut self) -> Vec<Counted> {
+        let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
+        for slot in order {
+            let submitted = self.slots[slot].commands.submitted();
+            if !self.shared.device.has_reached(submitted).unwrap_or(false) {
+                break;
+            }
+            self.read_counted(slot);
+        }
+        std::mem::take(&mut self.counted)
+    }
+
     /// What became of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
     pub fn outcomes(&self, disabled: &[PassId]) -> Vec<PassOutcome> {
         self.running.as_ref().map(|running| running.replay.outcomes(disabled)).unwrap_or_default()
@@ -447,6 +468,17 @@ impl Executor {
             return Ok(());
         }
         self.times.read(slot, instrumentation, f64::from(self.shared.device.capabilities().timestamp_period))
+    }
+
+    /// Reads what a finished frame has counted, once, if it is of the plan that runs now.
+    fn read_counted(&mut self, slot: usize) {
+        let slot = &mut self.slots[slot];
+        if let (Some(counted), Some(running)) = (&slot.counted, &self.running)
+            && Arc::ptr_eq(counted, &running.counted)
+        {
+            self.counted.extend(counted.read(slot.index, &slot.copied));
+        }
+        slot.copied.clear();
     }
 
     /// Tells the memo what the running plan's sources hold.

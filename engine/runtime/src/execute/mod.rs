@@ -3,6 +3,7 @@
 
 mod blocks;
 mod capture;
+mod counted;
 mod device;
 mod digest;
 mod display;
@@ -30,6 +31,7 @@ mod upload;
 mod values;
 
 pub use capture::Captured;
+pub use counted::Counted;
 pub(crate) use device::largest_image;
 pub use device::{DeviceMemory, Texture, limits, upload_image};
 pub use display::display_of;

@@ -14,6 +14,7 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
 
 use super::FRAMES;
+use super::counted::CountedWords;
 use super::device::{self, Texture, scope};
 use super::digest::{self, Digest};
 use super::display::{self, SourceKind, Variant};
@@ -52,6 +53,7 @@ pub struct Prepared {
     pub(super) uniforms: Option<Arc<Buffer>>,
     pub(super) display: PreparedDisplay,
     pub(super) instrumentation: Arc<Instrumentation>,
+    pub(super) counted: Arc<CountedWords>,
 }
 
 pub(super) struct PreparedPass {
@@ -169,6 +171,7 @@ impl Builder {
             updates: [plan.updates.before, SourceUpdates::BETWEEN, plan.updates.after]
                 .map(|dependency| Barrier::default().memory(scope(dependency.src), scope(dependency.dst))),
             instrumentation: Arc::new(Instrumentation::new(device, &self.shared.options, &plan)?),
+            counted: Arc::new(CountedWords::new(device, &plan)?),
             replay,
             resources,
             passes,

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use raxel_gpu::{CommandBuffer, Device};
 
+use super::counted::CountedWords;
 use super::error::{ExecuteError, Suspect};
 use super::instrumentation::Instrumentation;
 
@@ -18,6 +19,9 @@ pub(super) struct FrameSlot {
     /// The passes that were dispatched in that frame: indices into the plan's.
     pub(super) ran: Vec<u32>,
     pub(super) times_read: bool,
+    /// The words that are warned of, and which of them that frame has copied; none once they are read.
+    pub(super) counted: Option<Arc<CountedWords>>,
+    pub(super) copied: Vec<u32>,
     /// When it was submitted last.
     pub(super) submitted: Instant,
 }
@@ -31,6 +35,8 @@ impl FrameSlot {
             instrumentation: None,
             ran: Vec::new(),
             times_read: true,
+            counted: None,
+            copied: Vec::new(),
             submitted: Instant::now(),
         })
     }

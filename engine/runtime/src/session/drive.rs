@@ -238,6 +238,7 @@ impl Session {
         self.clock.reset();
         self.executor.reset_history();
         self.collected.forget_poses();
+        self.warned.forget();
         self.changed.everything();
         self.previous_camera = self.camera;
         self.still.reset();

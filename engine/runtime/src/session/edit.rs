@@ -96,9 +96,11 @@ impl Session {
         raxel_edit::query::histogram(self.world.newest(), bounds)
     }
 
-    /// What is to be said about the world since the last call: that edits cannot be saved and are saved again, what is wrong with those that
-    /// passes write, and that a store does not have chunks of it, and has them again.
-    pub fn take_edit_messages(&mut self) -> Vec<Diagnostic> {
+    /// What is to be said since the last call: that edits cannot be saved and are saved again, what is wrong with those that passes write,
+    /// that a store does not have chunks of the world, and has them again, and what finished frames have counted that the graph warns of. It
+    /// points into [`Session::texts`].
+    pub fn take_messages(&mut self) -> Vec<Diagnostic> {
+        self.say_counted();
         self.editing.take_messages()
     }
 

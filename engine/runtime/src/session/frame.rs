@@ -196,6 +196,7 @@ impl Session {
         }
         self.changed.shown();
         self.collect()?;
+        self.note_counted();
         self.previous_camera = self.camera;
         self.history.end();
         Ok(report)

@@ -13,6 +13,7 @@ mod open;
 mod recover;
 mod reload;
 mod still;
+mod warned;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -129,6 +130,7 @@ pub struct Session {
     editing: Editing,
     collected: collect::Collected,
     changed: changed::Changed,
+    warned: warned::Warned,
     demo: Option<Arc<Demo>>,
     texts: SourceMap,
     warnings: Vec<Diagnostic>,

@@ -119,6 +119,7 @@ impl Session {
             editing,
             collected: super::collect::Collected::default(),
             changed: super::changed::Changed::new(),
+            warned: super::warned::Warned::default(),
             demo,
             texts,
             warnings,

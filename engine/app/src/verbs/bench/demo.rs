@@ -17,7 +17,7 @@ use crate::console::{self, Console, Format};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
 use crate::output::{Folders, Pending, Table, shown};
-use crate::session::{frame_failure, open_failure, print_validation, validated};
+use crate::session::{frame_failure, open_failure, print_messages, print_validation, validated};
 
 /// Runs all frames of the demo without a window, one after the other, and reports their times.
 pub(super) fn run(file: &Path, args: &matrix::Args, device: &DeviceOptions, console: &Console) -> Result {
@@ -54,6 +54,7 @@ pub(super) fn run(file: &Path, args: &matrix::Args, device: &DeviceOptions, cons
         bar.inc(1);
     }
     bar.finish_and_clear();
+    print_messages(&mut session, console);
     let document = machine(&demo, &session, &times);
     match console.format() {
         Format::Json => console::json(&document),

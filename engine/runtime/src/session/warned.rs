@@ -1,0 +1,94 @@
+//! What passes count that should be 0, e.g. what found no room (`warnings` of a buffer): said once, until it has gone.
+
+use raxel_diagnostics::{Diagnostic, codes};
+use raxel_graph::checked::{Graph, ResourceId, Warning};
+
+use super::Session;
+use crate::execute::Counted;
+
+/// Frames that must have counted nothing before the same is said again. What random rays count comes and goes from frame to frame.
+const GONE: u32 = 60;
+
+/// What is counted in the graph that runs.
+#[derive(Default)]
+pub(super) struct Warned(Vec<Word>);
+
+/// One word that was not 0.
+struct Word {
+    resource: ResourceId,
+    warning: u32,
+    /// In the last frame that counted something, and in the one that counted most.
+    last: u32,
+    most: u32,
+    /// Frames since then that counted nothing.
+    none: u32,
+    said: bool,
+}
+
+impl Warned {
+    /// Takes what a frame has counted.
+    fn note(&mut self, counted: Counted) {
+        let Counted { resource, warning, count } = counted;
+        let known = |word: &Word| (word.resource, word.warning) == (resource, warning);
+        match (self.0.iter_mut().find(|word| known(word)), count) {
+            (None, 0) => {}
+            (None, count) => {
+                self.0.push(Word { resource, warning, last: count, most: count, none: 0, said: false });
+            }
+            (Some(word), 0) => word.none += 1,
+            (Some(word), count) => (word.last, word.most, word.none) = (count, word.most.max(count), 0),
+        }
+        self.0.retain(|word| word.none < GONE || !word.said);
+    }
+
+    /// What was not said yet.
+    fn take(&mut self, graph: &Graph) -> Vec<Diagnostic> {
+        let say = |word: &mut Word| {
+            let said = std::mem::replace(&mut word.said, true);
+            word.diagnostic(graph, word.most).filter(|_| !said)
+        };
+        self.0.iter_mut().filter_map(say).collect()
+    }
+
+    /// Another graph, or another beginning: what is still counted then is said anew.
+    pub(super) fn forget(&mut self) {
+        self.0.clear();
+    }
+}
+
+impl Word {
+    fn diagnostic(&self, graph: &Graph, count: u32) -> Option<Diagnostic> {
+        let resource = graph.resources.get(self.resource.0 as usize)?;
+        let Warning { says, help, place, .. } = resource.warnings.get(self.warning as usize)?;
+        let diagnostic = Diagnostic::warning(codes::session::COUNTED, format!("{says}: {count}"))
+            .label(place.clone(), format!("counted by the passes that write `{}`", resource.name))
+            .note(format!("this is said once, until {GONE} frames have counted none"));
+        Some(match help {
+            Some(help) => diagnostic.help(help.clone()),
+            None => diagnostic,
+        })
+    }
+}
+
+impl Session {
+    /// What passes count at the moment that should be 0, with the count of the last frame that had any: each for as long as it has not been
+    /// 0 for 60 frames.
+    pub fn counted(&self) -> Vec<Diagnostic> {
+        self.warned.0.iter().filter_map(|word| word.diagnostic(&self.graph, word.last)).collect()
+    }
+
+    /// Notes what finished frames have counted. Waits for none.
+    pub(super) fn note_counted(&mut self) {
+        for counted in self.executor.take_counted() {
+            self.warned.note(counted);
+        }
+    }
+
+    /// Has said what was counted and not said yet.
+    pub(super) fn say_counted(&mut self) {
+        self.note_counted();
+        for message in self.warned.take(&self.graph) {
+            self.editing.say(message);
+        }
+    }
+}
