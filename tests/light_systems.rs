@@ -561,3 +561,66 @@ fn references_are_made_once_for_what_they_follow_from() {
     }
     assert!(!run(16).about.kept && run(16).about.kept);
 }
+
+/// What a session has said of full tables by its last frame, which has ended.
+fn full(session: &mut Session, count: u32) -> Vec<String> {
+    frames(session, count);
+    session.wait().unwrap();
+    session.take_messages().into_iter().map(|said| format!("{}: {}", said.code, said.message)).collect()
+}
+
+/// Tables of 2^20 slots have room for a room, and those of 32 have none: then it is said how many pixels show a face without a slot, or how many samples
+/// were not kept.
+#[test]
+fn full_tables_are_said_with_what_they_lack() {
+    let project = Project::shipped();
+    room(&project);
+    let systems = [
+        ("face_cache", "pixels show only sunlight and emission, for their faces found no slot in the table: "),
+        ("surface_cache", "pixels show only emission, for their faces found no slot in the table: "),
+        ("surface_f32", "pixels show only sunlight and emission, for their faces found no slot in the table: "),
+        ("hash_cache", "samples of light were not kept, for their cells found no slot in the table: "),
+    ];
+    let said = |system: &str| {
+        let mut session = open(&project, &format!("graphs/light/{system}.toml"), [48, 27], &DARK);
+        let said = full(&mut session, 6);
+        (said, session.counted().len())
+    };
+    for (system, _) in systems {
+        assert_eq!(said(system), (Vec::new(), 0), "{system}");
+    }
+    // Whatever number of slots each system has.
+    let table = "shaders/include/raxel/light/face_table.glsl";
+    let text = std::fs::read_to_string(project.path(table)).unwrap();
+    let small = ["19u", "20u"].iter().fold(text.clone(), |text, slots| {
+        text.replace(&format!("RX_FACE_LOG2_SLOTS = {slots};"), "RX_FACE_LOG2_SLOTS = 5u;")
+    });
+    assert_ne!(small, text);
+    project.write(table, small);
+    for (system, says) in systems {
+        let (said, now) = said(system);
+        let [said] = &said[..] else { panic!("{system}: {said:?}") };
+        let count = said.strip_prefix("RX0411: ").and_then(|said| said.strip_prefix(says));
+        let count: u32 = count.and_then(|count| count.parse().ok()).unwrap_or_else(|| panic!("{system}: {said}"));
+        // All but the faces of 32 slots, in a picture of 1,296 pixels that sees nothing but faces.
+        let expected = if system == "hash_cache" { 1..=4 * 1296 } else { 600..=1296 };
+        assert!(expected.contains(&count) && now == 1, "{system}: {count}, {now} now");
+    }
+}
+
+/// With two blocks of texels, faces that are seen take them from each other.
+#[test]
+fn texels_that_faces_in_sight_take_from_each_other_are_said() {
+    let project = Project::shipped();
+    room(&project);
+    let said = || {
+        let mut session = open(&project, "graphs/light/surface_f32.toml", [48, 27], &DARK);
+        session.set_param("texels_from", Value::F32(1.0)).unwrap();
+        full(&mut session, 6)
+    };
+    assert!(said().is_empty());
+    project.edit("shaders/light/surface/unwrapped.glsl", "const uint BLOCKS = 65536u;", "const uint BLOCKS = 2u;");
+    let said = said();
+    let says = "RX0411: faces in sight lost their texels to others in sight, and begin anew: ";
+    assert!(matches!(&said[..], [one] if one.starts_with(says)), "{said:?}");
+}

@@ -20,6 +20,7 @@ void main() {
         queue.every = uint(clamp(ceil(float(queue.seen) / budget), 1.0, 16.0));
         queue.seen = 0u;
         queue.count = 0u;
+        queue.lost = 0u;
         // One number for all faces: a number of samples that follows each face's own samples would stop where they happen to lie low.
         if (queue.spreads >= 16u) {
             float noise = float(queue.spread) / (QUEUE_ONE * float(queue.spreads));

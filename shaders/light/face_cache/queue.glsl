@@ -19,6 +19,7 @@ layout(std430) QUEUE_ACCESS buffer Queue {
     float bright;   // the mean of that light, in earlier frames; 0 as long as nobody knows
     float noise;    // the mean of the variances, in earlier frames; 0 as long as nobody knows
     uint lamps;     // how many the world has
+    uint lost;      // pixels whose face found no slot in the table (warned of); of the hash cache, samples whose cell found none
 } queue;
 
 // Whether samples are known to have little noise.

@@ -37,6 +37,7 @@ void main() {
         uint part = part_at(hit.voxel, hit.face, hit.uv, float(size.y), push.quarters);
         RxFaceKey key = rx_face_key(hit.voxel, hit.face, part);
         slot = rx_face_insert(key);
+        if (slot == RX_NO_FACE) atomicAdd(queue.lost, 1u);
         // Frames count from 1 here: 0 is a slot that nobody has asked for. The list holds as many faces as there are pixels.
         uint now = frame.index + 1u;
         if (slot != RX_NO_FACE && asked[slot] != now && atomicExchange(asked[slot], now) != now) {

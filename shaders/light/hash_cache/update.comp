@@ -29,7 +29,10 @@ void add(RxHit at, vec3 falls) {
     uint level = cell_level(at.voxel, push.cell, float(imageSize(hits).y));
     if (!cell_fits(at.voxel, at.face, level)) return;
     uint slot = rx_face_insert(cell_key(at.voxel, at.face, level));
-    if (slot == RX_NO_FACE) return;
+    if (slot == RX_NO_FACE) {
+        atomicAdd(queue.lost, 1u);
+        return;
+    }
     sums_add(slot, falls);
     uint now = frame.index + 1u;
     if (asked[slot] != now && atomicExchange(asked[slot], now) != now) faces[atomicAdd(queue.count, 1u)] = slot;

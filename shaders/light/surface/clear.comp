@@ -7,4 +7,5 @@ layout(local_size_x = 1) in;
 void main() {
     work.count = 0u;
     work.wanted = 0u;
+    work.taken = 0u;
 }

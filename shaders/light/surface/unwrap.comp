@@ -8,6 +8,7 @@
 
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
+layout(std430) readonly buffer Asked { uint asked[]; };
 #include "../face_cache/queue.glsl"
 #include "../change.glsl"
 #define UNWRAPPED_ACCESS
@@ -46,6 +47,8 @@ void main() {
     uint block = block_of(slot);
     if (wide && block == NO_BLOCK) {
         block = atomicAdd(unwrapped.given, 1u) % BLOCKS;
+        uint had = unwrapped.slot_of[block];
+        if (had != 0u && unwrapped.block_of[had - 1u] == block + 1u && asked[had - 1u] == frame.index + 1u) atomicAdd(work.taken, 1u);
         unwrapped.slot_of[block] = slot + 1u;
         unwrapped.block_of[slot] = block + 1u;
         for (uint k = 16u * block; k < 16u * block + 16u; ++k) {

@@ -8,6 +8,7 @@ layout(std430) WORK_ACCESS buffer Work {
     uint paths;      // in all
     uint per_item;   // paths for each
     uint wanted;     // items that all faces in sight are
+    uint taken;      // blocks of texels that have been taken from faces in sight (warned of)
 } work;
 layout(std430) WORK_ACCESS buffer Items { uint items[]; };   // a slot, or with the highest bit set a texel
 
