@@ -173,6 +173,9 @@ fn names_are_completed_and_explained() {
     let offered = editor
         .offered(&demo, "[[edits]]\ntime = 1.0\nop = \"sphere\"\n|\nmode = \"subtract\"\n[[edits]]\nop = \"box\"\n");
     assert_eq!(offered, ["center", "material", "mode", "op", "radius", "time"]);
+    // What a demo can show is what its graph has, and what that one extends.
+    let show = "graph = \"beauty.toml\"\n[[show]]\ntime = 1.0\ntarget = \"|\"\n";
+    has(&editor.offered(&demo, show), &["bloom", "slot", "hit", "sky_view", "queue"]);
     let ops = ["box", "cylinder", "model", "restore", "set", "sphere"];
     assert_eq!(editor.offered(&demo, "[[edits]]\nop = \"|\"\n"), ops);
     let world = project.path("worlds/pool.toml");

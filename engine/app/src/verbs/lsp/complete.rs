@@ -9,7 +9,7 @@ use raxel_world::layout::Layout;
 use serde_json::Value;
 
 use super::documents::Document;
-use super::names::{declared, members, named_passes, owner, word};
+use super::names::{declared, graphs_of, members, named_passes, owner, word};
 use super::toml_place::TomlPlace;
 use crate::front::FileKind;
 
@@ -165,6 +165,7 @@ fn values(document: &Document, schema: &Value, place: &TomlPlace, key: &str) -> 
         }
         "extends" if graph => files(document, "graphs"),
         "graph" => files(document, "graphs"),
+        "target" if FileKind::of(&document.path) == FileKind::Demo => shown_by(document),
         "world" => files(document, "worlds"),
         _ => Vec::new(),
     };
@@ -195,6 +196,18 @@ fn resources(text: &str) -> Vec<CompletionItem> {
         declared(text, kind).into_iter().map(move |(name, _)| item(name, CompletionItemKind::VARIABLE, about))
     };
     of("targets", "a target of this graph").chain(of("buffers", "a buffer of this graph")).collect()
+}
+
+/// What a demo can show: the targets and buffers of the graphs that it names.
+fn shown_by(document: &Document) -> Vec<CompletionItem> {
+    let mut names = BTreeMap::new();
+    for text in graphs_of(document) {
+        for (kind, about) in [("targets", "a target of the demo's graph"), ("buffers", "a buffer of the demo's graph")]
+        {
+            names.extend(declared(&text, kind).into_iter().map(|(name, _)| (name.to_owned(), about)));
+        }
+    }
+    names.iter().map(|(name, about)| item(name, CompletionItemKind::VARIABLE, about)).collect()
 }
 
 /// Files in a folder of the project and in those that it holds, relative to it.

@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use lsp_types::Location;
+use raxel_diagnostics::DiskFiles;
+use raxel_diagnostics::files::{Files, join};
 
 use super::address;
 use super::documents::{Document, range};
@@ -25,6 +27,33 @@ pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, std::ops:
         start += line.len();
     }
     found
+}
+
+/// The texts of the graphs that a demo names, as they are saved, and of those that they extend.
+pub(super) fn graphs_of(demo: &Document) -> Vec<String> {
+    let Ok(files) = DiskFiles::new(demo.project.root()) else { return Vec::new() };
+    let named = |text: &str, key: &str, folder: &str| -> Vec<String> {
+        let values = text.lines().filter_map(|line| line.trim().strip_prefix(key)?.trim_start().strip_prefix('='));
+        values.filter_map(|value| join(folder, value.split('"').nth(1)?)).collect()
+    };
+    let mut paths = named(&demo.text, "graph", "graphs");
+    let mut texts = Vec::new();
+    let mut at = 0;
+    while let Some(path) = paths.get(at).cloned() {
+        at += 1;
+        let Some(text) = files.read(&path).ok().and_then(|bytes| String::from_utf8(bytes.to_vec()).ok()) else {
+            continue;
+        };
+        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+        for base in named(&text, "extends", folder) {
+            // Two graphs may share a base, and a broken one may extend itself.
+            if !paths.contains(&base) {
+                paths.push(base);
+            }
+        }
+        texts.push(text);
+    }
+    texts
 }
 
 /// Names of passes, loops and other tables with `name = "…"` under `[[kind]]`.
