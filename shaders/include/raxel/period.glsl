@@ -86,7 +86,7 @@ uvec2 rx_period_ahead_mask(uint octant, uint child) {
 
 // To be called by all threads of a workgroup of `threads` threads before any period ray is traced.
 void rx_period_prepare(uint thread, uint threads) {
-    for (uint i = thread; i < 512u; i += threads) rx_period_ahead[i & 511u] = rx_period_ahead_mask(i >> 6, i & 63u);
+    for (uint i = thread; i < 512u; i += threads) rx_period_ahead[i] = rx_period_ahead_mask(i >> 6, i & 63u);
     barrier();
 }
 
@@ -153,7 +153,7 @@ uint rx_period_round() {
     bool high = (child & 32u) != 0u;
     uint half_mask = high ? record.y : record.x;
     uint upto = half_mask << (~child & 31u);  // the child's bit on top
-    uvec2 ahead = rx_period_ahead[(rx_period.octant | child) & 511u];
+    uvec2 ahead = rx_period_ahead[rx_period.octant + child];
     bool free = ((ahead.x & record.x) | (ahead.y & record.y)) == 0u;
     uint block = ((half_mask >> (child & 10u)) & 0x00330033u) == 0u ? 7u : 3u;
     if (int(upto) < 0) {
@@ -162,7 +162,7 @@ uint rx_period_round() {
         uint half_leaf = (voxel & 32u) != 0u ? leaf.y : leaf.x;
         if (((half_leaf >> (voxel & 31u)) & 1u) != 0u) return RX_PERIOD_HIT;
         block = ((half_leaf >> (voxel & 10u)) & 0x00330033u) == 0u ? 1u : 0u;
-        uvec2 beyond = rx_period_ahead[(rx_period.octant | voxel) & 511u];
+        uvec2 beyond = rx_period_ahead[rx_period.octant + voxel];
         bool clear = ((beyond.x & leaf.x) | (beyond.y & leaf.y)) == 0u;
         if (clear) block = 3u;
         free = free && clear;
