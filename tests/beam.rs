@@ -1,5 +1,5 @@
 //! Beams save their tile's rays steps and no hit: graphs/bench/beam.toml gives bit for bit what graphs/bench/hit.toml gives, and so does
-//! graphs/bench/packet.toml (by packets where subgroups are 32 wide, ray by ray elsewhere). That is what the oracle gives, however thin what is hit, wherever the camera is. For more cameras than the usual ones:
+//! graphs/bench/packet.toml, whose tiles talk through shared memory where the device has no subgroups for packets. That is what the oracle gives, however thin what is hit, wherever the camera is. For more cameras than the usual ones:
 //!
 //! ```sh
 //! RAXEL_BEAM_CAMERAS=200 cargo test --release --test beam
@@ -64,6 +64,17 @@ fn project() -> Project {
     }
     project.write("worlds/empty.toml", "name = \"empty\"\n");
     project
+}
+
+/// Packets on a device that has no subgroups for them: a tile talks through shared memory.
+fn packets_by_shared_memory(project: &Project) {
+    let path = "graphs/bench/packet.toml";
+    let graph = std::fs::read_to_string(project.path(path)).expect("it is shipped");
+    let line = "shader   = \"packet.comp\"\n";
+    assert_eq!(graph.matches(line).count(), 1);
+    let define = "defines  = { RX_TILE_BY_SHARED_MEMORY = \"1\" }\n";
+    let graph = graph.replace(line, &format!("{line}{define}"));
+    project.write(path, graph);
 }
 
 /// A camera that may roll and stand on its head.
@@ -289,6 +300,9 @@ fn beams_lose_and_change_no_hit() {
         let [mut plain, mut beams] =
             ["hit", "beam"].map(|graph| Pictures::open(&project, graph, &number.to_string(), *layout));
         // Packets walk one layout.
+        if number == 0 && !plain.session.device().capabilities().traces_packets() {
+            packets_by_shared_memory(&project);
+        }
         let mut packets =
             (*layout == Layout::Tree64).then(|| Pictures::open(&project, "packet", &number.to_string(), *layout));
         let world = plain.session.world().clone();

@@ -94,6 +94,33 @@ fn both_ways_give_the_same_bits() {
 }
 
 #[test]
+fn a_pass_has_the_subgroups_that_it_asks_for_where_the_device_has_them() {
+    let project = Project::shipped();
+    project.write(
+        "shaders/subgroup.comp",
+        "#version 460\n#extension GL_KHR_shader_subgroup_basic : require\nlayout(local_size_x = 32) in;\nlayout(r32ui) uniform writeonly uimage2D outSize;\n\
+         void main() { imageStore(outSize, ivec2(gl_GlobalInvocationID.xy), uvec4(gl_SubgroupSize)); }\n",
+    );
+    for size in [4, 8, 16, 32, 64, 128] {
+        let (path, target) = ("graphs/subgroup.toml", format!("size_{size}"));
+        let graph = format!(
+            "name = \"subgroup\"\npresent = \"{target}\"\n[targets.{target}]\nformat = \"r32ui\"\n\
+             [[passes]]\nname = \"size\"\nshader = \"subgroup.comp\"\nsubgroup = {size}\n\
+             dispatch = {{ threads = \"{target}\" }}\nbind = {{ outSize = \"{target}\" }}\n"
+        );
+        project.write(path, graph);
+        let mut session = open_graph(&project, path, "menger", &[&target]);
+        session.frame().unwrap_or_else(|error| panic!("{error}"));
+        let texels = session.read_target(&target).expect("it is pinned").bytes;
+        let able = session.device().capabilities();
+        let expected = if able.asks_for_subgroups_of(size) { size } else { able.subgroup_size };
+        assert_eq!(texels[..4], expected.to_le_bytes(), "{size}, {able:?}");
+        let messages = session.device().log().take();
+        assert!(messages.is_empty(), "{messages:#?}");
+    }
+}
+
+#[test]
 fn rays_to_the_sun_end_alike_in_tiles_and_one_by_one() {
     let [own, other] = [Project::shipped(), Project::shipped()];
     let path = "graphs/bench/sun.toml";

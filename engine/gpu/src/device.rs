@@ -17,6 +17,7 @@ use crate::pipeline_cache::{PipelineCache, PipelineCounts};
 use crate::queue::Queue;
 use crate::result::{Error, Named, Result};
 use crate::retire::Retired;
+use crate::subgroups;
 
 /// How a device is opened.
 #[derive(Clone, Debug, Default)]
@@ -45,6 +46,9 @@ pub struct Capabilities {
     pub limits: vk::PhysicalDeviceLimits,
     /// Invocations in a subgroup.
     pub subgroup_size: u32,
+    /// The least and the most invocations in a subgroup that a compute pipeline can ask for (`VK_EXT_subgroup_size_control`); `None` where it
+    /// cannot ask, or could not for every workgroup.
+    pub subgroup_sizes: Option<[u32; 2]>,
     /// Subgroup operations that compute shaders have.
     pub subgroup_operations: vk::SubgroupFeatureFlags,
     /// 64-bit integers in shaders (`shaderInt64`).
@@ -69,31 +73,6 @@ pub struct Capabilities {
     pub graphics: bool,
     /// The validation layer is on.
     pub validated: bool,
-}
-
-impl Capabilities {
-    /// Whether packets of rays (`<raxel/packet.glsl>`) have what they take: subgroups of 32 with ballots and votes, and 64-bit integers.
-    pub fn traces_packets(&self) -> bool {
-        self.packets_lack().is_empty()
-    }
-
-    /// Whether shaders may use the ballots and votes of `GL_ARB_shader_ballot` and `GL_ARB_shader_group_vote`, in subgroups of 32 at most.
-    pub fn has_plain_ballots(&self) -> bool {
-        let basic = self.subgroup_operations.contains(vk::SubgroupFeatureFlags::BASIC);
-        basic && self.plain_ballots && self.int64 && self.subgroup_size <= 32
-    }
-
-    /// What packets of rays take and the device does not have.
-    pub fn packets_lack(&self) -> Vec<&'static str> {
-        let basic = self.subgroup_operations.contains(vk::SubgroupFeatureFlags::BASIC);
-        let needs = [
-            (self.subgroup_size == 32, "subgroups of 32"),
-            (basic, "subgroup operations in compute shaders"),
-            (self.plain_ballots, "`VK_EXT_shader_subgroup_ballot` and `VK_EXT_shader_subgroup_vote`"),
-            (self.int64, "64-bit integers"),
-        ];
-        needs.into_iter().filter(|(has, _)| !has).map(|(_, what)| what).collect()
-    }
 }
 
 /// An open device. Everything made on it holds an `Arc` of it.
@@ -319,8 +298,10 @@ fn open(
 ) -> Result<Arc<Device>> {
     let physical = seen.physical;
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
-    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut subgroup).push_next(&mut driver);
+    let mut properties =
+        vk::PhysicalDeviceProperties2::default().push_next(&mut subgroup).push_next(&mut sizes).push_next(&mut driver);
     let (mut can12, mut can13) =
         (vk::PhysicalDeviceVulkan12Features::default(), vk::PhysicalDeviceVulkan13Features::default());
     let mut can = vk::PhysicalDeviceFeatures2::default().push_next(&mut can12).push_next(&mut can13);
@@ -426,6 +407,9 @@ fn open(
         memory: seen.candidate.memory,
         limits: properties.limits,
         subgroup_size: subgroup.subgroup_size,
+        subgroup_sizes: (on13.subgroup_size_control == vk::TRUE)
+            .then(|| subgroups::sizes(&sizes, &properties.limits))
+            .flatten(),
         subgroup_operations: if subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE) {
             subgroup.supported_operations
         } else {

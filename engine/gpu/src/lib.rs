@@ -29,6 +29,7 @@ mod renderdoc;
 mod result;
 mod retire;
 mod ring;
+mod subgroups;
 mod surface;
 mod transfer;
 
@@ -53,5 +54,6 @@ pub use readback::{Readback, ReadbackRing};
 pub use renderdoc::RenderDoc;
 pub use result::{Error, Result};
 pub use ring::UploadRing;
+pub use subgroups::Packets;
 pub use surface::{Acquire, AcquiredImage, Presented, Surface};
 pub use transfer::{download_buffer, download_image, upload, upload_image};

@@ -34,6 +34,8 @@ pub struct PipelineInfo<'a> {
     pub push_bytes: u32,
     /// Specialization constants: id and 32 bits of value.
     pub specialization: &'a [(u32, u32)],
+    /// Invocations in a subgroup, asked for where the device lets one ask ([`crate::Capabilities::asks_for_subgroups_of`]).
+    pub subgroup_size: Option<u32>,
 }
 
 /// Which descriptors and push constants the shaders of a pipeline take.
@@ -123,11 +125,17 @@ impl ComputePipeline {
             .collect();
         let data: Vec<u8> = info.specialization.iter().flat_map(|(_, bits)| bits.to_ne_bytes()).collect();
         let specialization = vk::SpecializationInfo::default().map_entries(&entries).data(&data);
-        let stage = vk::PipelineShaderStageCreateInfo::default()
+        let asked = info.subgroup_size.filter(|size| device.capabilities().asks_for_subgroups_of(*size));
+        let mut size = vk::PipelineShaderStageRequiredSubgroupSizeCreateInfo::default()
+            .required_subgroup_size(asked.unwrap_or_default());
+        let mut stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(module.raw)
             .name(&entry)
             .specialization_info(&specialization);
+        if asked.is_some() {
+            stage = stage.push_next(&mut size);
+        }
         let mut feedback = vk::PipelineCreationFeedback::default();
         // Early versions of Vulkan 1.3 ask for the feedback of the stage, too.
         let mut of_stage = [vk::PipelineCreationFeedback::default()];

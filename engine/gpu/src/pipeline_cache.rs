@@ -168,7 +168,14 @@ mod tests {
         let device = Device::with_cache(&options, Some(cache.clone())).expect("a driver and the validation layer");
         // SAFETY: the instance is alive, and the device is one of its own.
         let properties = unsafe { device.instance.raw.get_physical_device_properties(device.physical) };
-        let info = PipelineInfo { spirv: EMPTY_SHADER, entry: "main", slots: &[], push_bytes: 0, specialization: &[] };
+        let info = PipelineInfo {
+            spirv: EMPTY_SHADER,
+            entry: "main",
+            slots: &[],
+            push_bytes: 0,
+            specialization: &[],
+            subgroup_size: None,
+        };
         ComputePipeline::new(&device, "empty", &info).expect("it is a sound module");
         assert_eq!(device.log().take(), []);
         (device.pipeline_counts(), name(&properties))

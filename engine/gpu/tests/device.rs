@@ -1,7 +1,7 @@
 //! Opening devices. These tests need a Vulkan driver and fail without one.
 
 use raxel_gpu::{
-    Device, DeviceKind, DeviceOptions, Error, ImageInfo, Validation, download_buffer, download_image, upload,
+    Device, DeviceKind, DeviceOptions, Error, ImageInfo, Packets, Validation, download_buffer, download_image, upload,
     upload_image, vk,
 };
 
@@ -44,14 +44,48 @@ fn another_device_is_of_the_same_hardware_and_has_its_own_log() {
 fn only_what_packets_lack_is_said() {
     let device = Device::new(&options(None)).expect("a driver and the validation layer");
     let mut able = device.capabilities().clone();
-    (able.subgroup_size, able.plain_ballots, able.int64) = (32, true, true);
+    (able.subgroup_size, able.subgroup_sizes) = (32, None);
+    (able.plain_ballots, able.int64) = (true, true);
     able.subgroup_operations = vk::SubgroupFeatureFlags::BASIC;
-    assert!(able.packets_lack().is_empty() && able.traces_packets() && able.has_plain_ballots());
+    assert_eq!(able.packets().to_string(), "in packets of 16 × 16, by subgroups of 32");
+    assert!(able.traces_packets() && able.has_plain_ballots());
     able.int64 = false;
-    assert_eq!(able.packets_lack(), ["64-bit integers"]);
+    assert_eq!(able.packets(), Packets::None(vec!["64-bit integers"], 32));
     able.subgroup_size = 8;
-    assert_eq!(able.packets_lack(), ["subgroups of 32", "64-bit integers"]);
+    let lacks = "one by one: packets need subgroups of 32 or 64, 64-bit integers, and this device has subgroups of 8";
+    assert_eq!(able.packets().to_string(), lacks);
     assert!(!able.traces_packets() && !able.has_plain_ballots());
+}
+
+#[test]
+fn packets_ask_for_subgroups_of_32_or_take_half_of_64() {
+    let device = Device::new(&options(None)).expect("a driver and the validation layer");
+    let mut able = device.capabilities().clone();
+    (able.plain_ballots, able.int64) = (true, true);
+    able.subgroup_operations = vk::SubgroupFeatureFlags::BASIC;
+    for (own, sizes, packets, plain) in [
+        // A device of one size, which can be asked for and need not be.
+        (32, Some([32, 32]), "in packets of 16 × 16, by subgroups of 32", true),
+        (64, Some([32, 64]), "in packets of 16 × 16, by subgroups of 32, asked for of 32 to 64", true),
+        (32, Some([8, 32]), "in packets of 16 × 16, by subgroups of 32, asked for of 8 to 32", true),
+        (64, Some([64, 64]), "in packets of 16 × 16, by half of each subgroup of 64", false),
+        (64, None, "in packets of 16 × 16, by half of each subgroup of 64", false),
+        (
+            16,
+            Some([8, 16]),
+            "one by one: packets need subgroups of 32 or 64, and this device has subgroups of 16",
+            true,
+        ),
+        (128, None, "one by one: packets need subgroups of 32 or 64, and this device has subgroups of 128", false),
+    ] {
+        (able.subgroup_size, able.subgroup_sizes) = (own, sizes);
+        assert_eq!(able.packets().to_string(), packets, "{own}, {sizes:?}");
+        assert_eq!(able.traces_packets(), packets.starts_with("in packets"), "{own}, {sizes:?}");
+        assert_eq!(able.has_plain_ballots(), plain, "{own}, {sizes:?}");
+    }
+    able.subgroup_sizes = Some([32, 64]);
+    let asks = [16, 32, 48, 64, 128].map(|size| able.asks_for_subgroups_of(size));
+    assert_eq!(asks, [false, true, false, true, false]);
 }
 
 #[test]

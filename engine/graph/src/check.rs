@@ -117,6 +117,7 @@ fn check_pass(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<chec
         push,
         uniforms,
         specialization,
+        subgroup_size: pass.subgroup_size,
         in_loop,
         round: None,
         when: pass.when.clone(),

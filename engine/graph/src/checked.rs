@@ -243,6 +243,8 @@ pub struct Pass {
     pub uniforms: Vec<UniformBlock>,
     /// Specialization constants that the graph sets, by id. Their values are fixed in a plan: [`crate::plan::PassPlan`] has them.
     pub specialization: Vec<(u32, Source)>,
+    /// Invocations in a subgroup that the driver is asked for, where the device lets one ask.
+    pub subgroup_size: Option<u32>,
     /// The loop that repeats it. `None` in the graph of a plan.
     pub in_loop: Option<InLoop>,
     /// Where it comes from, when it was written out of a loop or stands beside such passes.
@@ -355,7 +357,7 @@ pub enum Fact {
     WorldHasTransparency,
     /// The world has any solid voxel: `world.has_voxels`.
     WorldHasVoxels,
-    /// Packets of rays can be traced: the device's subgroups have 32 invocations and the operations that they take, the world is in `tree64`, bounded
+    /// Packets of rays can be traced: the device's subgroups have 32 invocations, or 64, and the operations that they take, the world is in `tree64`, bounded
     /// and of at most 4096 voxels along each axis (`<raxel/packet.glsl>`): `device.packets`.
     DevicePackets,
     /// Shaders may use the ballots and votes of `GL_ARB_shader_ballot` and `GL_ARB_shader_group_vote`, in subgroups of 32 at most: `device.ballots`.
@@ -379,3 +381,6 @@ pub enum Every {
 
 /// Where `frame.still` stops counting: a graph that reads it comes to rest.
 pub const MOST_STILL: u32 = 65_535;
+
+/// Invocations in the largest subgroup that Vulkan has (`VkPhysicalDeviceSubgroupSizeControlProperties`).
+pub const LARGEST_SUBGROUP: u32 = 128;

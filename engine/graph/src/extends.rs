@@ -414,6 +414,7 @@ impl Layer for Pass {
         replace(&mut self.entry, above.entry);
         merge(&mut self.defines, above.defines, found);
         merge(&mut self.specialization, above.specialization, found);
+        replace(&mut self.subgroup_size, above.subgroup_size);
         replace(&mut self.dispatch, above.dispatch);
         merge(&mut self.bind, above.bind, found);
         match (&mut self.push, above.push) {

@@ -282,6 +282,8 @@ pub struct Pass {
     pub defines: Vec<(Spanned<String>, String)>,
     /// `specialization`.
     pub specialization: Vec<(Spanned<String>, Constant)>,
+    /// `subgroup`.
+    pub subgroup_size: Option<Spanned<u32>>,
     /// `dispatch`.
     pub dispatch: Option<Spanned<Dispatch>>,
     /// `bind`.

@@ -73,6 +73,7 @@ pub(crate) fn maker(pass: &Pass, queue: Queue) -> Result<Pass, Diagnostic> {
         uniforms: Vec::new(),
         // The workgroup of the pass, with the constants that size it.
         specialization: (0..).zip(workgroup(pass)).collect(),
+        subgroup_size: None,
         // Of the round it takes nothing but its place.
         in_loop: pass.in_loop.as_ref().map(|in_loop| InLoop { of: in_loop.of, mips: Vec::new(), dispatch_mip: None }),
         made: true,

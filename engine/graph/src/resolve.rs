@@ -99,6 +99,8 @@ pub struct Pass {
     pub uniforms: Vec<Fills<Member>>,
     /// Constants by name; `None` where the value is unknown.
     pub specialization: Vec<(Spanned<String>, Option<Spanned<Feed>>)>,
+    /// `subgroup`.
+    pub subgroup_size: Option<u32>,
     /// `when`.
     pub when: Option<Condition>,
     /// `every`.

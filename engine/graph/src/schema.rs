@@ -5,7 +5,7 @@ use raxel_diagnostics::schema::with_defaults;
 use raxel_shader::format::Format;
 use serde_json::{Value, json};
 
-use crate::checked::{Builtin, MOST_ROUNDS, MOST_STILL, RoundIndex};
+use crate::checked::{Builtin, LARGEST_SUBGROUP, MOST_ROUNDS, MOST_STILL, RoundIndex};
 use crate::parse::{DISPLAY_MAPS, MOST_CHOICES};
 use crate::resolve::FACTS;
 use crate::value::ValueType;
@@ -310,6 +310,7 @@ fn mip(about: &str) -> Value {
 }
 
 fn pass() -> Value {
+    let sizes: Vec<u32> = (0..=LARGEST_SUBGROUP.ilog2()).map(|log2| 1 << log2).collect();
     table(
         "One compute dispatch of one shader.",
         &json!({
@@ -325,6 +326,10 @@ fn pass() -> Value {
                 "description": "Specialization constants by name: written values, or what is fixed while a plan runs, such as `buffer.NAME.count`.",
                 "type": "object",
                 "additionalProperties": { "anyOf": [{ "type": ["number", "boolean"] }, reference("from")] },
+            },
+            "subgroup": {
+                "description": "Invocations in a subgroup that the device is asked for, if it has subgroups of that size. Those that it makes by itself when left out.",
+                "enum": sizes,
             },
             "dispatch": dispatch(),
             "bind": {

@@ -22,7 +22,7 @@ fn text_of_a_chain_that_shares_memory() {
     }
     hand.buffer("list", raxel_graph::checked::BufferSize::Bytes(1 << 16), None);
     hand.pass("first", &["w a"]);
-    hand.pass("second", &["s a", "w b"]);
+    hand.pass("second", &["s a", "w b"]).subgroup_size = Some(32);
     hand.pass("third", &["s b", "w c"]);
     hand.pass("collect", &["s c", "w list"]);
     hand.pass("fourth", &["r list", "w d"]);

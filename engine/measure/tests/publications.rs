@@ -354,7 +354,14 @@ fn pipeline(device: &Arc<Device>) -> (ComputePipeline, Vec<String>) {
         count: binding.count,
     };
     let slots: Vec<Slot> = shader.interface.bindings.iter().map(slot).collect();
-    let info = PipelineInfo { spirv: &shader.spirv, entry: "main", slots: &slots, push_bytes: 0, specialization: &[] };
+    let info = PipelineInfo {
+        spirv: &shader.spirv,
+        entry: "main",
+        slots: &slots,
+        push_bytes: 0,
+        specialization: &[],
+        subgroup_size: None,
+    };
     let names = shader.interface.bindings.iter().map(|binding| binding.name.clone()).collect();
     (ComputePipeline::new(device, "sums", &info).unwrap(), names)
 }

@@ -18,8 +18,8 @@
 //     void rx_tile_rest(ivec2 pixel, float t_free);   not decided: rx_trace_from says what this pixel hits
 //
 // and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. One of the three is called once for each pixel of the tile on the output, in
-// any order. Where a subgroup is not 32 wide, or the world's layout is not tree64, every pixel is handed on. A pass with
-// `when = "device.packets"` runs where that is not so. What else there is to know of a hit, rx_hit_of tells.
+// any order. Where a subgroup is neither 32 nor 64 wide, or the world's layout is not tree64, every pixel is handed on. A pass with
+// `when = "device.packets"` runs where that is not so, and with `subgroup = 32` asks for subgroups of 32; of one of 64, half is idle. What else there is to know of a hit, rx_hit_of tells.
 #ifndef RAXEL_PACKET_GLSL
 #define RAXEL_PACKET_GLSL
 

@@ -19,8 +19,8 @@
 // order; or rx_tile_start has said that it has no ray; or a bit is set in what the function returns: then rx_trace says what it hits.
 //
 // What is decided here is what rx_trace finds. With RX_TILE_ANY_HIT defined, rx_tile_hit says only that the ray hits something: its voxel is one that the
-// ray passes through, not always the first, and its face is RX_FACE_INSIDE. Where a subgroup is not 32 wide, or the world's layout is not tree64, nothing is
-// decided; a pass with `when = "device.packets"` runs where that is not so. shaders/sun_tiles.comp is an example.
+// ray passes through, not always the first, and its face is RX_FACE_INSIDE. Where a subgroup is neither 32 nor 64 wide, or the world's layout is not tree64, nothing is
+// decided; a pass with `when = "device.packets"` runs where that is not so, and asks for subgroups of 32 with `subgroup = 32`. shaders/sun_tiles.comp is an example.
 #ifndef RAXEL_PARALLEL_GLSL
 #define RAXEL_PARALLEL_GLSL
 

@@ -20,7 +20,7 @@ void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
 void rx_tile_miss(ivec2 pixel);
 
 #ifdef RX_TILE_BY_SHARED_MEMORY
-// The same through shared memory, whatever the width of a subgroup: so slow that only tests define it, for devices without subgroups of 32.
+// The same through shared memory, whatever the width of a subgroup, by three barriers each: for tests on devices without subgroups of 32 or 64.
 shared uint rx_tile_votes;
 
 uint rx_tile_ballot(bool vote) {
@@ -47,7 +47,8 @@ uint rx_tile_read(uint value, uint lane) {
 #define RX_TILE_BALLOT(vote) unpackUint2x32(ballotARB(vote)).x
 #define RX_TILE_ANY(vote) anyInvocationARB(vote)
 #define RX_TILE_READ(value, lane) readInvocationARB(value, lane)
-#define RX_TILE_IN_STEP (gl_SubgroupSize == 32u)
+// Of a subgroup of 64 one half is at work, if the workgroup is that half: the upper words of its ballots are empty.
+#define RX_TILE_IN_STEP (gl_SubgroupSize == 32u || (gl_SubgroupSize == 64u && gl_NumSubgroups == 1u && allInvocationsARB(gl_SubgroupInvocationID == gl_LocalInvocationIndex)))
 #endif
 
 const int RX_TILE = 16;                          // pixels along an edge of a tile

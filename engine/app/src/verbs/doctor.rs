@@ -90,14 +90,7 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
             let able = device.capabilities();
             report.line(Grade::Good, "devices", &verdicts.join("\n"));
             report.line(Grade::Good, "driver", &able.driver);
-            let subgroups = format!("subgroups of {}", able.subgroup_size);
-            let packets = match able.packets_lack()[..] {
-                [] => format!("in packets of 16 × 16, by {subgroups}"),
-                ref lacks => {
-                    format!("one by one: packets need {}, and this device has {subgroups}", lacks.join(", "))
-                }
-            };
-            report.line(Grade::Good, "camera rays", &packets);
+            report.line(Grade::Good, "camera rays", &able.packets().to_string());
             if able.present {
                 report.line(Grade::Good, "windows", "the device can present");
             } else {

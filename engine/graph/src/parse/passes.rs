@@ -4,7 +4,7 @@ use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
 
 use super::{at, literal, loops, remove, text};
-use crate::checked::MOST_STILL;
+use crate::checked::{LARGEST_SUBGROUP, MOST_STILL};
 use crate::model::{Bind, Constant, Dispatch, Every, Fills, Member, Mip, Pass, SharedBlock};
 
 /// Times a second that something may run: a thousandth is the unit in which ticks are counted.
@@ -28,6 +28,7 @@ pub fn pass(table: &Table<'_, '_>) -> Pass {
         entry: text(table, "entry"),
         defines: defines(table),
         specialization: specialization(table),
+        subgroup_size: table.get("subgroup").and_then(|node| at(&node, subgroup_size(&node))),
         dispatch: table.get("dispatch").and_then(|node| at(&node, dispatch(&node))),
         bind: table.get("bind").and_then(|node| node.table()).map(|table| bind(&table)).unwrap_or_default(),
         push: table.get("push").and_then(|node| fills("push".to_owned(), &node)),
@@ -70,6 +71,16 @@ fn specialization(table: &Table<'_, '_>) -> Vec<(Spanned<String>, Constant)> {
         Some((Spanned::new(name, node.key_span.clone()), constant))
     };
     table.entries().into_iter().filter_map(read).collect()
+}
+
+/// What Vulkan has as sizes of subgroups that one can ask for: powers of two up to 128.
+fn subgroup_size(node: &Node<'_, '_>) -> Option<u32> {
+    let size = node.integer(1..=i64::from(LARGEST_SUBGROUP))? as u32;
+    if size.is_power_of_two() {
+        Some(size)
+    } else {
+        node.bad_value(format!("`{}` is {size}; it must be a power of two", node.name))
+    }
 }
 
 fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {

@@ -82,6 +82,7 @@ fn pass(plan: &Plan, planned: &PassPlan) -> Value {
         "groups": planned.groups,
         "tick": planned.tick,
         "every": pass.every.map(|every| words::every(graph, every)),
+        "subgroup": pass.subgroup_size,
         "made": pass.made,
         "when": pass.when.as_ref().map(|when| words::condition(graph, when)),
         "reads": reads,

@@ -88,6 +88,9 @@ fn steps(plan: &Plan, out: &mut String) {
                 if let Some(every) = graph.pass(id).every {
                     let _ = write!(out, ", {}", words::every(graph, every));
                 }
+                if let Some(size) = graph.pass(id).subgroup_size {
+                    let _ = write!(out, ", subgroups of {size}");
+                }
                 if graph.pass(id).made {
                     out.push_str(", made by raxel");
                 }

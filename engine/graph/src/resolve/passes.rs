@@ -60,6 +60,7 @@ pub fn pass(
         specialization: (pass.specialization.iter())
             .map(|(name, value)| (name.clone(), constant(value, scope, found)))
             .collect(),
+        subgroup_size: pass.subgroup_size.as_ref().map(|size| size.value),
         when: pass.when.as_ref().and_then(|when| condition(when, scope, found)),
         every,
         // By which clock it runs decides what it may write.

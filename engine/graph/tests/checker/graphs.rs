@@ -386,6 +386,7 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         push: if r.percent(70) { vec![moving(r)] } else { Vec::new() },
         uniforms: Vec::new(),
         specialization: Vec::new(),
+        subgroup_size: None,
         made: false,
         in_loop: None,
         round: None,

@@ -114,6 +114,8 @@ const VALUES: &[Case] = &[
     ("RX0012", BASE, "default = true", "default = true\nchoices = [\"off\", 1]"),
     ("RX0158", BASE, "default = true", "default = true\ncolor = true"),
     ("RX0012", BASE, "default = true", "default = true\nunit = 3"),
+    ("RX0014", BASE, "dispatch = [4, 4]", "dispatch = [4, 4]\nsubgroup = 48"),
+    ("RX0014", BASE, "dispatch = [4, 4]", "dispatch = [4, 4]\nsubgroup = 256"),
     ("RX0014", BASE, "hz = 20", "hz = 0"),
     ("RX0014", BASE, "frames = 4", "frames = 0"),
     ("RX0014", BASE, "size = 0.5", "size = -0.5"),

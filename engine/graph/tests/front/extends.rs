@@ -32,6 +32,7 @@ remove = true
 [[passes]]
 name = "primary"
 defines = { MAX_STEPS = 16 }
+subgroup = 32
 dispatch = [1, 2, 3]
 [passes.push]
 debug_mode = 7
@@ -62,7 +63,7 @@ when = "always"
     assert_eq!((depth.clear, depth.init), (None, Some(Clear::Float([1.0, 0.0, 0.0, 0.0]))));
     let primary = graph.pass(graph.find_pass("primary").unwrap());
     assert_eq!(primary.dispatch, Dispatch::Groups([1, 2, 3]));
-    assert_eq!(primary.push.len(), 6);
+    assert_eq!((primary.push.len(), primary.subgroup_size), (6, Some(32)));
     assert!(primary.shader.request.defines.contains(&("MAX_STEPS".to_owned(), "16".to_owned())));
     assert!(graph.pass(graph.find_pass("probe_update").unwrap()).when.is_none());
     assert_eq!(graph.files[..2], [OVER, "graphs/base.toml"]);

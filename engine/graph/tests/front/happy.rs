@@ -27,6 +27,7 @@ fn every_construct_arrives_in_the_checked_graph() {
 
     let primary = graph.pass(graph.find_pass("primary").unwrap());
     assert_eq!(primary.specialization, [(0, Source::Value(Value::I32(2))), (1, Source::Value(Value::U32(8)))]);
+    assert_eq!(primary.subgroup_size, None);
     assert_eq!(primary.dispatch, Dispatch::ThreadsOf { target: graph.find_resource("hit").unwrap(), mip: 0 });
     let defines: Vec<_> = primary.shader.request.defines.iter().map(|(name, text)| (&name[..], &text[..])).collect();
     assert_eq!(defines, [("FAST", "1"), ("MAX_STEPS", "256"), ("NAME", "vec3(1)"), ("RX_LAYOUT_TREE64", "1")]);

@@ -128,6 +128,7 @@ impl Hand {
             push: Vec::new(),
             uniforms: Vec::new(),
             specialization: Vec::new(),
+            subgroup_size: None,
             made: false,
             in_loop: None,
             round: None,

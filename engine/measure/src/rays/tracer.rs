@@ -135,13 +135,13 @@ impl Tracer {
         defines: &[&str],
     ) -> Result<Self, RayError> {
         let files: Arc<dyn Files> = Arc::new(WithShader(files));
-        // Tiles of rays are traced by the same code where subgroups are not 32 wide, much slower.
+        // Tiles of rays are traced by the same code where subgroups are neither 32 nor 64 wide, slower.
         let tiles = matches!(method.marcher.as_deref(), Some("packet" | "parallel"));
         let slow = (tiles && !device.capabilities().traces_packets()).then_some("RX_TILE_BY_SHARED_MEMORY");
         let more = defines.iter().copied().chain(slow).map(|name| (name.to_owned(), "1".to_owned()));
         let defines = method.defines().into_iter().chain(more).collect();
         let request = Request { path: PATH.into(), entry: "main".into(), defines };
-        let (shader, pipeline) = compile(device, &files, &request, &method.to_string())?;
+        let (shader, pipeline) = compile(device, &files, &request, &method.to_string(), tiles.then_some(32))?;
         let names = || shader.interface.bindings.iter().map(|binding| binding.name.as_str());
         let wants_masks = names().any(|name| name == masks::BINDING);
         let masks = if wants_masks { Some(masks::bake(device, &files)?) } else { None };
@@ -229,6 +229,7 @@ pub(super) fn compile(
     files: &Arc<dyn Files>,
     request: &Request,
     name: &str,
+    subgroup_size: Option<u32>,
 ) -> Result<(Arc<Shader>, ComputePipeline), RayError> {
     let mut texts = SourceMap::default();
     let (shader, _warnings) = Compiler::new(files.clone())
@@ -254,7 +255,14 @@ pub(super) fn compile(
         })
         .collect::<Result<_, _>>()?;
     let push_bytes = shader.interface.push.as_ref().map_or(0, |push| push.size);
-    let info = PipelineInfo { spirv: &shader.spirv, entry: "main", slots: &slots, push_bytes, specialization: &[] };
+    let info = PipelineInfo {
+        spirv: &shader.spirv,
+        entry: "main",
+        slots: &slots,
+        push_bytes,
+        specialization: &[],
+        subgroup_size,
+    };
     let pipeline = ComputePipeline::new(device, name, &info)?;
     Ok((shader, pipeline))
 }

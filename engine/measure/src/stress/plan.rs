@@ -48,7 +48,7 @@ impl Row {
     pub const BEAM: &str = "beam";
 
     /// The marcher that walks the tree once for the rays of a tile (`shaders/include/raxel/packet.glsl`), and traces what that does not decide
-    /// ray by ray; where subgroups are not 32 wide that is all of them. It traces the sets that are made of tiles, and no others.
+    /// ray by ray. It traces the sets that are made of tiles, and no others.
     pub const PACKET: &str = "packet";
 
     /// The marcher that walks the tree once for 64 rays in a row of one direction (`shaders/include/raxel/parallel.glsl`), and traces what that does not

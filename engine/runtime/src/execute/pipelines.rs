@@ -19,8 +19,8 @@ use super::retained::Retained;
 use super::shared::lock;
 use super::values;
 
-/// What the driver is given: module and specialization.
-type PipelineKey = ([u8; 32], Vec<(u32, u32)>);
+/// What the driver is given: module, specialization and the size of subgroups that is asked for.
+type PipelineKey = ([u8; 32], Vec<(u32, u32)>, Option<u32>);
 
 /// Bytes of pipelines that no plan uses: some ten edits of a shader that holds a whole tracer.
 const BUDGET: u64 = 32 << 20;
@@ -138,7 +138,7 @@ impl Pipelines {
         if let Some(lacks) = lacking(device, &pass.shader) {
             return Err(ExecuteError::Capability { pass: pass.name.clone(), lacks });
         }
-        let pipeline = Arc::new(make_pipeline(device, &pass.name, &pass.shader, &key.1)?);
+        let pipeline = Arc::new(make_pipeline(device, &pass.name, &pass.shader, (&key.1, key.2))?);
         tracing::debug!("made the pipeline of pass `{}` in {:.0} ms", pass.name, start.elapsed().as_secs_f64() * 1e3);
         let bytes = 4 * pass.shader.spirv.len() as u64 * BYTES_PER_SPIRV_BYTE;
         lock(&self.passes).insert(key.clone(), pipeline.clone(), bytes);
@@ -151,7 +151,7 @@ impl Pipelines {
             return Ok(pipeline.clone());
         }
         let shader = display::compile(variant)?;
-        let pipeline = Arc::new(make_pipeline(device, "display", &shader, &[])?);
+        let pipeline = Arc::new(make_pipeline(device, "display", &shader, (&[], None))?);
         lock(&self.displays).insert(variant, pipeline.clone());
         Ok(pipeline)
     }
@@ -164,14 +164,15 @@ fn keyed<'p>(plan: &'p Plan, planned: &PassPlan) -> (&'p Pass, PipelineKey) {
 }
 
 fn key(pass: &Pass, specialization: &[(u32, Value)]) -> PipelineKey {
-    (pass.shader.module, specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect())
+    let constants = specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect();
+    (pass.shader.module, constants, pass.subgroup_size)
 }
 
 fn make_pipeline(
     device: &Arc<Device>,
     name: &str,
     shader: &Shader,
-    specialization: &[(u32, u32)],
+    (specialization, subgroup_size): (&[(u32, u32)], Option<u32>),
 ) -> raxel_gpu::Result<ComputePipeline> {
     let slots: Vec<Slot> = shader
         .interface
@@ -195,6 +196,7 @@ fn make_pipeline(
         slots: &slots,
         push_bytes: shader.interface.push.as_ref().map_or(0, |block| block.size),
         specialization,
+        subgroup_size,
     };
     ComputePipeline::new(device, name, &info)
 }
