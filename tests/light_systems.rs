@@ -11,6 +11,7 @@ use raxel::measure::light::{Bench, Effort, Scene};
 use raxel::world::{World, vox};
 use raxel::{Options, Session, Validation, Value};
 use raxel_edit::{Brush, Operation};
+use raxel_graph::plan::{Lifetime, ResourceDesc};
 use scenes::{DARK, cuboid, effort, frames, open, scene, systems, world};
 
 /// Mean luminance of a picture.
@@ -37,6 +38,21 @@ fn means(session: &mut Session, count: u32) -> Vec<f64> {
 }
 
 /// Without slots, paths go on as if there were no cache: the light is the same.
+/// Their buffers, pictures not counted: lists of as many items as there are pixels are small here. Of those of `hash_cache`, 36 MiB are samples of one frame.
+#[test]
+fn caches_of_light_take_the_memory_that_is_said() {
+    let project = Project::shipped();
+    room(&project);
+    for (system, most) in [("face_cache", 40.5), ("hash_cache", 64.5), ("surface_cache", 46.5), ("surface_f32", 56.5)] {
+        let session = open(&project, &format!("graphs/light/{system}.toml"), [16, 9], &[]);
+        let kept = session.plan().unwrap().resources.iter().filter(|resource| {
+            matches!(resource.desc, ResourceDesc::Buffer(_)) && resource.lifetime == Lifetime::Persistent
+        });
+        let mib = kept.map(|resource| resource.memory.size).sum::<u64>() as f64 / f64::from(1 << 20);
+        assert!(mib > 0.9 * most && mib <= most, "{system}: {mib} MiB");
+    }
+}
+
 #[test]
 fn a_hash_cache_without_room_loses_no_light() {
     let project = Project::shipped();

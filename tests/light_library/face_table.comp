@@ -14,6 +14,9 @@ void main() {
     uint random = rx_hash(i);
     ivec3 voxel = origin + ivec3(i & 16383u, (i >> 14) * 500u + (random & 63u), random >> 6 & 16383u);
     uint face = (random >> 20) % 6u, part = (random >> 24) % 5u;
+#ifdef RX_FACE_WHOLE
+    part = 0u;
+#endif
     RxFaceKey key = rx_face_key(voxel, face, part);
 #if STAGE == 0
     ivec3 voxel_back;

@@ -32,7 +32,7 @@ void main() {
         queue.logs = 0u;
         queue.showing = 0u;
     }
-    uint slot = (frame.index & 255u) * 4096u + gl_GlobalInvocationID.x;
+    uint slot = (frame.index & 255u) * (RX_FACE_SLOTS >> 8) + gl_GlobalInvocationID.x;
     if (face_keys[slot] >> 31 == 0u || frame.index + 1u - asked[slot] < AGE) return;
     face_keys[slot] = RX_FACE_FREED;
     light[slot] = vec4(0.0);

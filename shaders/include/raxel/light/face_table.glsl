@@ -6,26 +6,36 @@
 // mixed by a permutation. 20 of the mixed bits choose the slot where the search for a key begins; the other 26 and the distance from
 // that slot, 5 bits, are what the slot keeps. One 32-bit word thus names its key without doubt and is taken by one atomic operation:
 // no fingerprint that two keys may share, and no key that is half written (Cleary, "Compact hash tables using bidirectional linear
-// probing", 1984).
+// probing", 1984). With RX_FACE_WHOLE, keys are those of whole faces alone: 45 bits are enough for them, and the table has half the slots.
 #ifndef RAXEL_LIGHT_FACE_TABLE_GLSL
 #define RAXEL_LIGHT_FACE_TABLE_GLSL
 
 #include "../ray.glsl"
 #include "../random.glsl"
 
+#ifdef RX_FACE_WHOLE
+const uint RX_FACE_LOG2_SLOTS = 19u;
+const uint RX_FACE_HOME_BITS = 19u;
+#else
 const uint RX_FACE_LOG2_SLOTS = 20u;
+const uint RX_FACE_HOME_BITS = 20u;
+#endif
 const uint RX_FACE_SLOTS = 1u << RX_FACE_LOG2_SLOTS;
 const uint RX_FACE_PROBES = 32u;        // slots that a key may lie in
 const uint RX_NO_FACE = 0xffffffffu;    // in place of a slot
 const uint RX_FACE_FREED = 1u;          // a slot that was given back: free to take, but the search goes on behind it
 
-// A key, mixed: `home` has 20 bits, `rest` 26.
+// A key, mixed: `home` has RX_FACE_HOME_BITS bits, `rest` 26.
 struct RxFaceKey {
     uint home;
     uint rest;
 };
 
 const uint RX_FACE_REST = (1u << 26) - 1u;
+
+// Bits of a voxel's z, of 14, that are in `home` before they are mixed, behind those of x; and how many lie in `rest`, before y, face and part.
+const uint RX_FACE_Z_HOME = RX_FACE_HOME_BITS - 14u;
+const uint RX_FACE_Z_REST = 14u - RX_FACE_Z_HOME;
 
 // Keys hold what the sides of the box leave over of the coordinates: a voxel has the same key wherever the box is that it lies in.
 const uvec3 RX_FACE_LEFT = uvec3(16383u, 4095u, 16383u);
@@ -36,27 +46,27 @@ bool rx_face_fits(ivec3 voxel, ivec3 origin) {
     return ((p.x | p.z) >> 14 | p.y >> 12) == 0u;
 }
 
-// `part` is 0 for a whole face, 1 to 4 for its quarters (rx_face_quarter). The face is not RX_FACE_INSIDE.
+// `part` is 0 for a whole face, 1 to 4 for its quarters (rx_face_quarter); always 0 with RX_FACE_WHOLE. The face is not RX_FACE_INSIDE.
 RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part) {
     uvec3 p = uvec3(voxel) & RX_FACE_LEFT;
-    uint home = p.x | (p.z & 63u) << 14;
-    uint rest = p.z >> 6 | p.y << 8 | face << 20 | part << 23;
+    uint home = p.x | (p.z & (1u << RX_FACE_Z_HOME) - 1u) << 14;
+    uint rest = p.z >> RX_FACE_Z_HOME | p.y << RX_FACE_Z_REST | face << RX_FACE_Z_REST + 12u | part << RX_FACE_Z_REST + 15u;
     // Three rounds of a Feistel network, which is a permutation whatever the hash is.
-    home ^= rx_hash(rest) >> 12;
+    home ^= rx_hash(rest) >> 32u - RX_FACE_HOME_BITS;
     rest ^= rx_hash(home) >> 6;
-    home ^= rx_hash(rest + 0x9e3779b9u) >> 12;
+    home ^= rx_hash(rest + 0x9e3779b9u) >> 32u - RX_FACE_HOME_BITS;
     return RxFaceKey(home, rest);
 }
 
 // What the key was made of; of all voxels with this key, the one in the box whose smallest corner is `origin`.
 void rx_face_of(RxFaceKey key, ivec3 origin, out ivec3 voxel, out uint face, out uint part) {
-    key.home ^= rx_hash(key.rest + 0x9e3779b9u) >> 12;
+    key.home ^= rx_hash(key.rest + 0x9e3779b9u) >> 32u - RX_FACE_HOME_BITS;
     key.rest ^= rx_hash(key.home) >> 6;
-    key.home ^= rx_hash(key.rest) >> 12;
-    uvec3 p = uvec3(key.home & 16383u, key.rest >> 8 & 4095u, key.home >> 14 | (key.rest & 255u) << 6);
+    key.home ^= rx_hash(key.rest) >> 32u - RX_FACE_HOME_BITS;
+    uvec3 p = uvec3(key.home & 16383u, key.rest >> RX_FACE_Z_REST & 4095u, key.home >> 14 | (key.rest & (1u << RX_FACE_Z_REST) - 1u) << RX_FACE_Z_HOME);
     voxel = origin + ivec3(p - uvec3(origin) & RX_FACE_LEFT);
-    face = key.rest >> 20 & 7u;
-    part = key.rest >> 23;
+    face = key.rest >> RX_FACE_Z_REST + 12u & 7u;
+    part = key.rest >> RX_FACE_Z_REST + 15u;
 }
 
 // The quarter of a face that a place on it lies in, 1 to 4.
