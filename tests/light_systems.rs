@@ -174,7 +174,7 @@ fn points_on_lamps_that_are_used_again_add_no_light_and_take_none() {
     lamps(&project);
     project.write(
         "graphs/light/raw.toml",
-        "extends = \"many_lamps.toml\"\nname = \"raw\"\n[params.rounds]\ndefault = 0\n",
+        "extends = \"many_lamps.toml\"\nname = \"raw\"\n[params.rounds]\ndefault = 0\n[params.reused]\ndefault = 20\n",
     );
     let dark = DARK.map(|(name, value)| (name.to_owned(), value)).to_vec();
     let scene = Scene { params: dark, ..scene() };
@@ -192,6 +192,26 @@ fn points_on_lamps_that_are_used_again_add_no_light_and_take_none() {
     let noise: Vec<f64> = outcome.still.iter().map(|point| point.judged.noise).collect();
     assert!(noise.windows(2).all(|pair| pair[1] < pair[0]), "{noise:?}");
     assert!(outcome.lag.as_ref().unwrap().to_5_percent.is_some_and(|frames| frames <= 10), "{:?}", outcome.lag);
+}
+
+/// Smoothing asks for the variance of a mean. A pixel that has not seen much light yet does not know its own, and without that of its neighbours it
+/// kept to its darkness beside them: bias² was twice as much here.
+#[test]
+fn smoothing_does_not_leave_pixels_dark_that_have_been_unlucky() {
+    let project = Project::shipped();
+    lamps(&project);
+    let dark = DARK.map(|(name, value)| (name.to_owned(), value)).to_vec();
+    let scene = Scene { params: dark, ..scene() };
+    let mut bench = Bench::new(effort(&project, [64, 40], 16, 128));
+    let references = bench.references(&scene).unwrap();
+    let variance = std::fs::read_to_string(project.path("shaders/light/gi/variance.comp")).unwrap();
+    let [with, without] = ["i < 9", "i < 0"].map(|turns| {
+        project.write("shaders/light/gi/variance.comp", variance.replace("i < 9", turns));
+        let outcome = bench.system("graphs/light/many_lamps.toml", &scene, &references).unwrap();
+        (outcome.still[0].judged, outcome.mean / references.about.mean - 1.0)
+    });
+    assert_eq!(bench.complaints(), &[] as &[String]);
+    assert!(with.0.error < 0.7 * without.0.error, "{with:?} {without:?}");
 }
 
 /// What drawing lamps by their power is compared with: the same light, with more noise where lamps differ.
