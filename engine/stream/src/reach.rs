@@ -119,7 +119,8 @@ impl Reach {
         let gap = |a: i32, b: i32| i64::from((a - b).abs() - 1).max(0);
         let (x, y, z) = (gap(tile.pos.x, here.x), gap(tile.pos.y, here.y), gap(tile.pos.z, here.z));
         let radius = i64::from(radius + slack);
-        x * x + y * y + z * z < radius * radius && self.rows(tile.level).contains(&tile.pos.y)
+        // An upright cylinder, not a ball: who rises sees more of the land around, not less.
+        x * x + z * z < radius * radius && y < radius && self.rows(tile.level).contains(&tile.pos.y)
     }
 
     /// Every wanted tile.
@@ -173,6 +174,16 @@ mod tests {
                 assert!(reach.wants(camera, tile, 0), "{cell} from {camera}");
             }
         }
+    }
+
+    #[test]
+    fn who_rises_sees_no_less_of_the_land() {
+        let reach = reach(1024, 4096);
+        let chunks = |y: i32| -> Vec<TileKey> {
+            reach.tiles(IVec3::new(-70, y, 12_345)).into_iter().filter(|tile| tile.level == 0).collect()
+        };
+        assert!(chunks(40).len() > 5000 && chunks(40) == chunks(700) && chunks(40) == chunks(-700));
+        assert_eq!(chunks(3000), []);
     }
 
     #[test]
