@@ -82,6 +82,15 @@ fn tiles(c: &mut Criterion) {
         let y = surface(3, 0);
         b.iter(|| generator.chunk(0, black_box(ChunkPos::new(3, y, 5))));
     });
+    // From the deepest chunk to the first above the land, as a camera that jumps wants them.
+    let mut x = 100_000;
+    group.bench_function("a column of chunks", |b| {
+        b.iter(|| {
+            x += 1;
+            let tile = |y: &i32| generator.chunk(0, black_box(ChunkPos::new(x, *y, 5)));
+            (-1..=top.div_euclid(64) as i32).filter(|y| matches!(tile(y), Content::Chunk(_))).count()
+        });
+    });
     for level in 0..=3 {
         let mut x = 100;
         group.bench_function(format!("a fresh column, level {level}"), |b| {

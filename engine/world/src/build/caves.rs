@@ -26,6 +26,10 @@ pub struct Caves {
 const STEP: i64 = 4;
 /// Samples along an edge of a chunk.
 const SAMPLES: usize = 17;
+/// Samples that are made at once, one above the other: below the land, all of them are needed.
+const GROUP: usize = 4;
+/// Room for the samples of a column of them.
+const COLUMN: usize = SAMPLES.next_multiple_of(GROUP);
 
 impl Caves {
     /// Voxels of land that stay between caves and water.
@@ -48,25 +52,27 @@ pub(crate) struct CaveField<'c> {
     samplers: [Sampler; 2],
 }
 
-/// The samples of one chunk, each made when it is first needed: above the land none is, and the second noise is where the first one is near
+/// The samples of one chunk, made when they are first needed: above the land none is, and the second noise is where the first one is near
 /// zero.
 pub(crate) struct CaveChunk<'c> {
     field: CaveField<'c>,
     /// The chunk's smallest voxel.
     origin: [i64; 3],
-    /// Of each noise; what is not made yet is no number.
-    samples: [Vec<f64>; 2],
+    /// Of each noise.
+    samples: [Samples; 2],
+}
+
+/// Samples of a noise in columns, those along x first.
+struct Samples {
+    of: Vec<[f64; COLUMN]>,
+    /// A bit for each group of a column that is made.
+    made: Vec<u8>,
 }
 
 impl<'c> CaveField<'c> {
-    fn sample(&self, corner: [i64; 3]) -> [f64; 2] {
-        let at = corner.map(|c| c as f64);
-        self.samplers.each_ref().map(|sampler| sampler.in_space(at))
-    }
-
     /// The samples of the chunk whose smallest voxel is `origin`.
     pub(crate) fn chunk(self, origin: [i64; 3]) -> CaveChunk<'c> {
-        let samples = || vec![f64::NAN; SAMPLES * SAMPLES * SAMPLES];
+        let samples = || Samples { of: vec![[0.0; COLUMN]; SAMPLES * SAMPLES], made: vec![0; SAMPLES * SAMPLES] };
         CaveChunk { field: self, origin, samples: [samples(), samples()] }
     }
 
@@ -77,30 +83,50 @@ impl<'c> CaveField<'c> {
             return false;
         }
         let corner = cell.map(|c| c & !(STEP - 1));
-        let corners = corner_offsets().map(|[x, y, z]| {
-            self.sample([corner[0] + x as i64 * STEP, corner[1] + y as i64 * STEP, corner[2] + z as i64 * STEP])
-        });
+        // Corners of a block: x fastest, then y, then z.
+        let at = [0, 1, 2]
+            .map(|axis| std::array::from_fn::<f64, 8, _>(|n| (corner[axis] + (n as i64 >> axis & 1) * STEP) as f64));
         let local = [0, 1, 2].map(|i| (cell[i] - corner[i]) as u32);
         let bit = child_index(local[0], local[1], local[2]);
-        [0, 1]
-            .into_iter()
-            .all(|noise| near_zero(&corners.map(|corner| corner[noise]), self.caves.width) >> bit & 1 == 1)
+        self.samplers.iter().all(|sampler| near_zero(&sampler.in_space(at), self.caves.width) >> bit & 1 == 1)
     }
 }
 
 impl CaveChunk<'_> {
-    /// One noise at the corners of a 4³ block.
+    /// One noise at the corners of a 4³ block: x fastest, then y, then z.
     fn corners(&mut self, noise: usize, cell: [u32; 3]) -> [f64; 8] {
-        let (samples, sampler) = (&mut self.samples[noise], &self.field.samplers[noise]);
-        corner_offsets().map(|offset| {
-            let [x, y, z] = [0, 1, 2].map(|i| cell[i] as usize + offset[i]);
-            let sample = &mut samples[(y * SAMPLES + z) * SAMPLES + x];
-            if sample.is_nan() {
-                let at = [x, y, z].map(|c| c as i64 * STEP);
-                *sample = sampler.in_space([0, 1, 2].map(|i| (self.origin[i] + at[i]) as f64));
+        let [x, y, z] = cell.map(|c| c as usize);
+        let mut corners = [0.0; 8];
+        for column in 0..4 {
+            let [low, high] = self.pair(noise, [x + (column & 1), y, z + (column >> 1)]);
+            let corner = column & 1 | (column >> 1) << 2;
+            (corners[corner], corners[corner | 2]) = (low, high);
+        }
+        corners
+    }
+
+    /// A sample, and the one above it.
+    fn pair(&mut self, noise: usize, [x, y, z]: [usize; 3]) -> [f64; 2] {
+        let Samples { of, made } = &mut self.samples[noise];
+        let at = z * SAMPLES + x;
+        let (samples, made) = (&mut of[at], &mut made[at]);
+        for group in [y / GROUP, (y + 1) / GROUP] {
+            if *made >> group & 1 == 1 {
+                continue;
             }
-            *sample
-        })
+            *made |= 1 << group;
+            let place = |local: usize, axis: usize| (self.origin[axis] + local as i64 * STEP) as f64;
+            let [x, z] = [place(x, 0), place(z, 2)];
+            let sampler = &self.field.samplers[noise];
+            if group * GROUP + 1 == SAMPLES {
+                [samples[SAMPLES - 1]] = sampler.in_space([[x], [place(SAMPLES - 1, 1)], [z]]);
+            } else {
+                let heights = std::array::from_fn(|n| place(group * GROUP + n, 1));
+                let values: [f64; GROUP] = sampler.in_space([[x; GROUP], heights, [z; GROUP]]);
+                samples[group * GROUP..][..GROUP].copy_from_slice(&values);
+            }
+        }
+        [samples[y], samples[y + 1]]
     }
 
     /// Which voxels of a 4³ block are hollow, their cover not looked at; `cell` is the block's place in the chunk, each in 0…15.
@@ -125,11 +151,6 @@ impl CaveChunk<'_> {
         let rows = (0..STEP).filter(|row| (low..high).contains(&(y + row)));
         rows.fold(0, |mask, row| mask | 0xffff << (16 * row)) & near & near_zero(&second, width)
     }
-}
-
-/// The corners of a block of samples: x fastest, then y, then z.
-fn corner_offsets() -> [[usize; 3]; 8] {
-    [0, 1, 2, 3, 4, 5, 6, 7].map(|i| [i & 1, i >> 1 & 1, i >> 2])
 }
 
 /// The voxels of a block at whose centres one noise, trilinear between the corners, is near zero. The weights are multiples of an eighth.

@@ -7,6 +7,7 @@ mod noise;
 mod place;
 pub(crate) mod scatter;
 pub(crate) mod shape;
+mod simplex;
 mod stage;
 pub(crate) mod stamp;
 pub(crate) mod terrain;

@@ -1,6 +1,6 @@
 //! Fractal noise that is the same on every machine: plain 64-bit arithmetic, in a fixed order.
 
-use fastnoise_lite::{FastNoiseLite, NoiseType};
+use super::simplex::{plane_noise, space_noise};
 
 /// Fractal noise: octaves of OpenSimplex2, each finer and weaker than the last.
 #[derive(Clone, Debug)]
@@ -40,21 +40,18 @@ impl Noise {
         let mut frequency = self.frequency;
         let mut octaves: Vec<_> = (0..self.octaves)
             .map(|octave| {
-                let seed = crate::random::mix(self.seed.wrapping_add(u64::from(octave)));
-                let mut noise = FastNoiseLite::with_seed(seed as u32 as i32);
-                noise.set_noise_type(Some(NoiseType::OpenSimplex2));
-                noise.set_frequency(Some(1.0));
-                let this = (noise, frequency, strength);
+                let seed = crate::random::mix(self.seed.wrapping_add(u64::from(octave))) as u32 as i32;
+                let this = Octave { seed, frequency, strength };
                 frequency *= self.lacunarity;
                 strength *= self.gain;
                 this
             })
             .collect();
-        let total: f64 = octaves.iter().map(|(_, _, strength)| strength).sum();
+        let total: f64 = octaves.iter().map(|octave| octave.strength).sum();
         if spacing > 1 && !self.ridges {
             let seen = |frequency: f64| 2.0 * spacing as f64 * frequency <= 1.0;
-            if octaves.iter().any(|(_, frequency, _)| seen(*frequency)) {
-                octaves.retain(|(_, frequency, _)| seen(*frequency));
+            if octaves.iter().any(|octave| seen(octave.frequency)) {
+                octaves.retain(|octave| seen(octave.frequency));
             } else {
                 octaves.truncate(1);
             }
@@ -63,30 +60,45 @@ impl Noise {
     }
 }
 
+/// Places that noise is worked out for at once: what two registers of the least of processors hold.
+pub(crate) const AT_ONCE: usize = 8;
+
 /// Noise made ready to be sampled.
 pub(crate) struct Sampler {
-    octaves: Vec<(FastNoiseLite, f64, f64)>,
+    octaves: Vec<Octave>,
     scale: f64,
     ridges: bool,
 }
 
+struct Octave {
+    seed: i32,
+    /// Waves a voxel.
+    frequency: f64,
+    strength: f64,
+}
+
 impl Sampler {
     /// Over the plane, in −1…1.
-    pub(crate) fn at(&self, x: f64, z: f64) -> f64 {
-        self.sum(|noise, frequency| noise.get_noise_2d(x * frequency, z * frequency))
+    pub(crate) fn at(&self, x: &[f64; AT_ONCE], z: &[f64; AT_ONCE]) -> [f64; AT_ONCE] {
+        self.sum(|octave| {
+            let scaled = |c: &[f64; AT_ONCE]| c.map(|c| c * octave.frequency);
+            plane_noise(octave.seed, scaled(x), scaled(z))
+        })
     }
 
     /// In space, in −1…1.
-    pub(crate) fn in_space(&self, [x, y, z]: [f64; 3]) -> f64 {
-        self.sum(|noise, frequency| noise.get_noise_3d(x * frequency, y * frequency, z * frequency))
+    pub(crate) fn in_space<const N: usize>(&self, at: [[f64; N]; 3]) -> [f64; N] {
+        self.sum(|octave| space_noise(octave.seed, at.map(|axis| axis.map(|c| c * octave.frequency))))
     }
 
-    fn sum(&self, of: impl Fn(&FastNoiseLite, f64) -> f32) -> f64 {
-        let mut sum = 0.0;
-        for (noise, frequency, strength) in &self.octaves {
-            let value = f64::from(of(noise, *frequency));
-            sum += strength * if self.ridges { 1.0 - 2.0 * value.abs() } else { value };
+    #[inline]
+    fn sum<const N: usize>(&self, of: impl Fn(&Octave) -> [f32; N]) -> [f64; N] {
+        let mut sum = [0.0; N];
+        for octave in &self.octaves {
+            for (sum, value) in sum.iter_mut().zip(of(octave).map(f64::from)) {
+                *sum += octave.strength * if self.ridges { 1.0 - 2.0 * value.abs() } else { value };
+            }
         }
-        (sum * self.scale).clamp(-1.0, 1.0)
+        sum.map(|sum| (sum * self.scale).clamp(-1.0, 1.0))
     }
 }

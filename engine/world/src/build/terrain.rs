@@ -1,7 +1,7 @@
 //! Land: a height for every column from fractal noise, and materials by depth, height and slope.
 
 use crate::build::caves::{CaveChunk, Caves};
-use crate::build::noise::{Noise, Sampler};
+use crate::build::noise::{AT_ONCE, Noise, Sampler};
 use crate::build::shape::Span3;
 use crate::build::{Draft, local_part};
 use crate::chunk::block_index;
@@ -129,20 +129,33 @@ pub(crate) struct Relief<'t> {
 }
 
 impl Relief<'_> {
-    /// The first voxel above the land at a column.
-    fn height(&self, x: i64, z: i64) -> i64 {
+    /// The first voxels above the land at some columns.
+    fn heights(&self, columns: &[[i64; 2]; AT_ONCE]) -> [i64; AT_ONCE] {
         let terrain = self.terrain;
-        let (x, z) = (x as f64 + 0.5, z as f64 + 0.5);
-        let unit = f64::midpoint(self.noise.at(x, z), 1.0);
-        let raised = (1..terrain.exponent).fold(unit, |power, _| power * unit);
-        let mut height = terrain.base + terrain.amplitude * raised;
-        if let Some((river, noise)) = &self.river {
-            // Near its zeros the noise grows by about two for each wave: distance is value over slope.
-            let distance = noise.at(x, z).abs() / (2.0 * river.noise.frequency);
-            let t = ((distance - river.width) / river.banks).clamp(0.0, 1.0);
-            height = river.bed + (height - river.bed) * (t * t * (3.0 - 2.0 * t));
+        let [x, z] = [0, 1].map(|axis| columns.map(|column| column[axis] as f64 + 0.5));
+        let land = self.noise.at(&x, &z);
+        let river = self.river.as_ref().map(|(river, noise)| (river, noise.at(&x, &z)));
+        std::array::from_fn(|i| {
+            let unit = f64::midpoint(land[i], 1.0);
+            let raised = (1..terrain.exponent).fold(unit, |power, _| power * unit);
+            let mut height = terrain.base + terrain.amplitude * raised;
+            if let Some((river, noise)) = &river {
+                // Near its zeros the noise grows by about two for each wave: distance is value over slope.
+                let distance = noise[i].abs() / (2.0 * river.noise.frequency);
+                let t = ((distance - river.width) / river.banks).clamp(0.0, 1.0);
+                height = river.bed + (height - river.bed) * (t * t * (3.0 - 2.0 * t));
+            }
+            height.floor() as i64
+        })
+    }
+
+    /// Works out the heights of numbered columns.
+    fn each(&self, wanted: &[usize], column: impl Fn(usize) -> [i64; 2], mut to: impl FnMut(usize, i64)) {
+        for group in wanted.chunks(AT_ONCE) {
+            // The last column stands in for those that are not there.
+            let columns = std::array::from_fn(|i| column(group[i.min(group.len() - 1)]));
+            group.iter().zip(self.heights(&columns)).for_each(|(i, height)| to(*i, height));
         }
-        height.floor() as i64
     }
 
     /// The uppermost voxel at a column with its material, water included; `None` outside the area.
@@ -151,12 +164,10 @@ impl Relief<'_> {
         if !terrain.covers([x, z]) {
             return None;
         }
-        let around = if terrain.needs_neighbours() {
-            [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(dx, dz)| self.height(x + dx, z + dz))
-        } else {
-            [0; 4]
-        };
-        let column = terrain.column(self.height(x, z), around);
+        let places = [(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1), (0, 0), (0, 0), (0, 0)];
+        let [here, west, east, north, south, ..] = self.heights(&places.map(|(dx, dz)| [x + dx, z + dz]));
+        let around = if terrain.needs_neighbours() { [west, east, north, south] } else { [0; 4] };
+        let column = terrain.column(here, around);
         match &terrain.water {
             Some(water) if water.level > column.height => Some((water.level - 1, water.material)),
             _ => (column.height > column.bottom).then_some((column.height - 1, column.surface)),
@@ -203,19 +214,16 @@ impl Terrain {
         let first = [tile_x, tile_z].map(|tile| i64::from(tile) * 64 - 1);
         let neighbours = self.needs_neighbours();
         let border = |x: usize, z: usize| x == 0 || z == 0 || x == EDGE - 1 || z == EDGE - 1;
-        let at =
-            |x: usize, z: usize| relief.height((first[0] + x as i64) * self.cell, (first[1] + z as i64) * self.cell);
+        let column = |x: usize, z: usize| [(first[0] + x as i64) * self.cell, (first[1] + z as i64) * self.cell];
         let mut of = vec![0i64; EDGE * EDGE].into_boxed_slice();
         if self.cell == 1 {
-            for (i, height) in of.iter_mut().enumerate() {
-                let (x, z) = (i % EDGE, i / EDGE);
-                if neighbours || !border(x, z) {
-                    *height = at(x, z);
-                }
-            }
+            let wanted: Vec<usize> = (0..EDGE * EDGE).filter(|i| neighbours || !border(i % EDGE, i / EDGE)).collect();
+            relief.each(&wanted, |i| column(i % EDGE, i / EDGE), |i, height| of[i] = height);
         } else {
             const CORNERS: usize = EDGE + 1;
-            let corners: Vec<i64> = (0..CORNERS * CORNERS).map(|i| at(i % CORNERS, i / CORNERS)).collect();
+            let all: Vec<usize> = (0..CORNERS * CORNERS).collect();
+            let mut corners = vec![0i64; all.len()];
+            relief.each(&all, |i| column(i % CORNERS, i / CORNERS), |i, height| corners[i] = height);
             for (i, height) in of.iter_mut().enumerate() {
                 let corner = i / EDGE * CORNERS + i % EDGE;
                 let four = [corner, corner + 1, corner + CORNERS, corner + CORNERS + 1];
