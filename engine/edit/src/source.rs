@@ -1,14 +1,15 @@
 //! A world whose tiles are made when somebody asks for them, with the chunks that edits have changed in place of its own.
 
+mod cells;
+
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
-use raxel_world::{
-    AIR, Chunk, ChunkPos, ChunkSource, Content, DenseChunk, MAX_LEVEL, Material, MaterialIndex, Mode, Unavailable,
-    block_index, reduce, voxel_index,
-};
+use raxel_world::{Chunk, ChunkPos, ChunkSource, Content, DenseChunk, MAX_LEVEL, Material, Unavailable};
+use rayon::prelude::*;
 
+use self::cells::ChangedCells;
 use crate::edits::{Change, Edits};
 use crate::history::Stored;
 use crate::scene::Base;
@@ -16,8 +17,8 @@ use crate::scene::Base;
 /// The tiles of a source with edits. Edits go in on one thread while others ask for tiles; an answer is always that of whole edits of
 /// each chunk.
 ///
-/// A tile of a level above 0 is that of the source below, with the cells of edited chunks replaced by what [`reduce`] makes of these. So
-/// what an edit looks like from afar depends on the edited chunks alone.
+/// A tile of a level above 0 is that of the source below, but for the cells in which an edit has changed a voxel: see [`ChangedCells`].
+/// So an edited hill looks from afar as one that nobody has touched.
 pub struct EditedSource {
     unedited: Unedited,
     materials: Vec<Material>,
@@ -38,21 +39,15 @@ struct Edited {
 
 struct EditedChunk {
     voxels: Stored,
+    /// What the source below has in its place, where that is known already.
+    below: OnceLock<Content>,
     /// Made when a coarse tile is first asked for.
-    coarse: OnceLock<Coarse>,
-}
-
-/// The cells of a chunk at the levels of which it has no more than a block.
-struct Coarse {
-    /// Level 2: 4³ cells, in the order of a block. Air is empty.
-    block: [MaterialIndex; 64],
-    /// Level 3: one cell.
-    cell: MaterialIndex,
+    cells: OnceLock<ChangedCells>,
 }
 
 thread_local! {
-    /// Half a megabyte each, which every thread keeps that makes tiles.
-    static WORKING: RefCell<[DenseChunk; 2]> = RefCell::default();
+    /// Half a megabyte, which every thread keeps that makes tiles.
+    static WORKING: RefCell<DenseChunk> = RefCell::default();
 }
 
 impl EditedSource {
@@ -70,7 +65,12 @@ impl EditedSource {
     pub fn change(&self, change: &Change) {
         let mut edited = self.edited.write().unwrap_or_else(PoisonError::into_inner);
         for chunk in &change.chunks {
-            edited.put(chunk.pos, chunk.edited.then(|| Stored::Ready(chunk.after.clone())));
+            let below = match edited.chunks.get(&chunk.pos) {
+                Some(before) => before.below.clone(),
+                // Until now it was the source's.
+                None => OnceLock::from(content_of(chunk.before.clone())),
+            };
+            edited.put(chunk.pos, chunk.edited.then(|| Stored::Ready(chunk.after.clone())), below);
         }
     }
 
@@ -80,7 +80,7 @@ impl EditedSource {
         let heights = edited.heights;
         *edited = Edited { heights, ..Edited::default() };
         // What a save has packed stays so until somebody asks for it.
-        edits.positions().for_each(|pos| edited.put(pos, edits.stored(pos)));
+        edits.positions().for_each(|pos| edited.put(pos, edits.stored(pos), OnceLock::new()));
     }
 
     /// Smallest and one past the largest height of all chunks that edits have ever changed, whole chunks; `None` before the first.
@@ -93,18 +93,23 @@ impl EditedSource {
     }
 
     /// A tile of the source with the edited chunks in it.
-    fn with_edits(&self, level: u32, pos: ChunkPos, content: Content) -> Content {
+    fn with_edits(&self, level: u32, pos: ChunkPos, content: Content) -> Result<Content, Unavailable> {
         let edited = if level == 0 { Vec::new() } else { self.edited_chunks(level, pos) };
         if edited.is_empty() {
-            return content;
+            return Ok(content);
         }
-        WORKING.with_borrow_mut(|[tile, working]| {
+        // Before the working copy is taken: the source below makes chunks for this, thousands where a save was opened just now.
+        let unknown: Vec<_> = edited.iter().filter(|(_, chunk)| chunk.cells.get().is_none()).collect();
+        unknown.into_par_iter().try_for_each(|(pos, chunk)| chunk.find_cells(&self.unedited, *pos))?;
+        Ok(WORKING.with_borrow_mut(|tile| {
             content.unpack(tile);
-            for (pos, chunk) in edited {
-                chunk.lay(level, pos, tile, working);
+            for (pos, chunk) in &edited {
+                if let Some(cells) = chunk.cells.get() {
+                    cells.lay(level, *pos, tile);
+                }
             }
             Content::pack(tile)
-        })
+        }))
     }
 
     fn edited_chunks(&self, level: u32, pos: ChunkPos) -> Vec<(ChunkPos, Arc<EditedChunk>)> {
@@ -120,16 +125,18 @@ impl ChunkSource for EditedSource {
     }
 
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-        match (level, self.edited_chunk(pos)) {
-            (0, Some(edited)) => edited.content(),
-            _ => self.with_edits(level, pos, self.unedited.0.chunk(level, pos)),
+        if let (0, Some(edited)) = (level, self.edited_chunk(pos)) {
+            return edited.content();
         }
+        let content = self.unedited.0.chunk(level, pos);
+        // Who cannot wait for what is below sees the land without edits.
+        self.with_edits(level, pos, content.clone()).unwrap_or(content)
     }
 
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
         match (level, self.edited_chunk(pos)) {
             (0, Some(edited)) => Ok(edited.content()),
-            _ => Ok(self.with_edits(level, pos, self.unedited.0.try_chunk(level, pos)?)),
+            _ => self.with_edits(level, pos, self.unedited.0.try_chunk(level, pos)?),
         }
     }
 
@@ -163,7 +170,7 @@ impl std::fmt::Debug for EditedSource {
 
 impl Edited {
     /// Puts an edited chunk in place, or goes back to that of the source.
-    fn put(&mut self, pos: ChunkPos, voxels: Option<Stored>) {
+    fn put(&mut self, pos: ChunkPos, voxels: Option<Stored>, below: OnceLock<Content>) {
         let tiles = (1..=MAX_LEVEL).map(|level| (level, tile_of(level, pos)));
         let Some(voxels) = voxels else {
             self.chunks.remove(&pos);
@@ -177,7 +184,7 @@ impl Edited {
             }
             return;
         };
-        self.chunks.insert(pos, Arc::new(EditedChunk { voxels, coarse: OnceLock::new() }));
+        self.chunks.insert(pos, Arc::new(EditedChunk { voxels, below, cells: OnceLock::new() }));
         for tile in tiles {
             self.of_tile.entry(tile).or_default().insert(pos);
         }
@@ -189,55 +196,27 @@ impl Edited {
 
 impl EditedChunk {
     fn content(&self) -> Content {
-        self.voxels.chunk().map_or(Content::Empty, Content::of)
+        content_of(self.voxels.chunk())
     }
 
-    /// Replaces the cells of a tile above level 0 that the chunk is in.
-    fn lay(&self, level: u32, pos: ChunkPos, tile: &mut DenseChunk, working: &mut DenseChunk) {
-        let within = |mask: i32| [pos.x, pos.y, pos.z].map(|c| (c & mask) as u32);
-        match level {
-            1 => reduce(&self.content(), within(3), tile),
-            2 => {
-                let coarse = self.coarse.get_or_init(|| Coarse::of(&self.content(), working));
-                let [x, y, z] = within(15);
-                let block = block_index(x, y, z);
-                tile.apply(block, u64::MAX, Mode::Subtract, AIR);
-                for (bit, material) in coarse.block.iter().enumerate().filter(|(_, material)| **material != AIR) {
-                    tile.apply(block, 1 << bit, Mode::Add, *material);
-                }
-            }
-            _ => {
-                let coarse = self.coarse.get_or_init(|| Coarse::of(&self.content(), working));
-                let [x, y, z] = within(63);
-                let (block, bit) = voxel_index(x, y, z);
-                match coarse.cell {
-                    AIR => tile.apply(block, 1 << bit, Mode::Subtract, AIR),
-                    material => tile.apply(block, 1 << bit, Mode::Add, material),
-                }
-            }
+    /// Finds the cells with changes.
+    fn find_cells(&self, source: &Unedited, pos: ChunkPos) -> Result<(), Unavailable> {
+        let below = match self.below.get() {
+            Some(below) => below.clone(),
+            None => source.0.try_chunk(0, pos)?,
+        };
+        let (after, before) = (self.voxels.chunk(), below.to_chunk());
+        self.cells.get_or_init(|| ChangedCells::between(before.as_deref(), after.as_deref()));
+        if matches!(self.voxels, Stored::Ready(_)) {
+            // Its voxels are held unpacked as well, and it may soon be edited again.
+            self.below.get_or_init(|| below);
         }
+        Ok(())
     }
 }
 
-impl Coarse {
-    /// What three reductions leave of a chunk: the first leaves a node, the second a block, the third a cell, each the first of its kind.
-    fn of(content: &Content, working: &mut DenseChunk) -> Self {
-        working.clear();
-        let once = |content: &Content, working: &mut DenseChunk| {
-            reduce(content, [0; 3], working);
-            Content::pack(working)
-        };
-        let node = once(content, working);
-        let block = once(&node, working);
-        let cells = |working: &DenseChunk| {
-            let (mask, materials) = (working.masks()[0], working.block(0));
-            std::array::from_fn(|bit| if mask >> bit & 1 == 1 { materials[bit] } else { AIR })
-        };
-        let coarse: [MaterialIndex; 64] = cells(working);
-        once(&block, working);
-        let last: [MaterialIndex; 64] = cells(working);
-        Self { block: coarse, cell: last[0] }
-    }
+fn content_of(chunk: Option<Arc<Chunk>>) -> Content {
+    chunk.map_or(Content::Empty, Content::of)
 }
 
 /// The tile of a level that a chunk is in.

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use glam::IVec3;
-use raxel_edit::{Base, Brush, Change, EditedSource, Edits, Operation};
+use raxel_edit::{Base, Brush, Change, EditedSource, Edits, Operation, Scene};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::RayTargets;
@@ -86,29 +86,42 @@ impl Living {
     }
 }
 
-/// The material that most of 64 cells have, of equally many the lowest; air if all are.
-fn commonest(cells: impl Iterator<Item = MaterialIndex>) -> MaterialIndex {
-    let mut counts = BTreeMap::new();
-    cells.filter(|material| *material != AIR).for_each(|material| *counts.entry(material).or_insert(0) += 1);
-    let most = counts.values().max().copied();
-    counts.into_iter().find(|(_, count)| Some(*count) == most).map_or(AIR, |(material, _)| material)
-}
-
-/// A cell of a level in an edited chunk, from its voxels.
-fn cell_of(edits: &Edits, base: &dyn Base, level: u32, cell: [i32; 3]) -> MaterialIndex {
-    if level == 0 {
-        let chunk = edits.chunk(ChunkPos::of_cell(IVec3::from_array(cell)), base);
-        let [x, y, z] = cell.map(|c| (c & 63) as u32);
-        return chunk.map_or(AIR, |chunk| chunk.voxel(x, y, z));
+/// A cell of a level above 0 in an edited chunk, from the voxels of it and what the source has there, once with voxels and once as a cell.
+fn cell_of(edits: &Edits, base: &dyn Base, level: u32, cell: [i32; 3], below: MaterialIndex) -> MaterialIndex {
+    let edge = cell_edge(level) as i32;
+    let first = cell.map(|c| c * edge);
+    let pos = ChunkPos::of_cell(IVec3::from_array(first));
+    let [old, new] = [base.chunk(pos), edits.chunk(pos, base)];
+    let (mut was, mut is, mut changed) = (0, 0, false);
+    let mut written: BTreeMap<MaterialIndex, i32> = BTreeMap::new();
+    for n in 0..edge.pow(3) {
+        let [x, y, z] = std::array::from_fn(|i| ((first[i] + n / edge.pow(i as u32) % edge) & 63) as u32);
+        let [old, new] = [&old, &new].map(|chunk| chunk.as_ref().map_or(AIR, |chunk| chunk.voxel(x, y, z)));
+        was += i32::from(old != AIR);
+        is += i32::from(new != AIR);
+        changed |= old != new;
+        if new != AIR && new != old {
+            *written.entry(new).or_insert(0) += 1;
+        }
     }
-    commonest((0..64).map(|i| {
-        let inner = [i & 3, i >> 2 & 3, i >> 4];
-        cell_of(edits, base, level - 1, std::array::from_fn(|axis| 4 * cell[axis] + inner[axis]))
-    }))
+    let (wall, half) = (edge * edge, edge.pow(3) / 2);
+    let solid = match below {
+        _ if !changed => return below,
+        AIR => is - was >= wall / 2 && (is >= half || is - was >= wall),
+        _ => is > 0 && (is >= half || was - is <= wall / 2),
+    };
+    let most = written.values().max().copied();
+    let commonest = written.iter().find(|(_, count)| Some(**count) == most).map(|(material, _)| *material);
+    match below {
+        _ if !solid => AIR,
+        AIR => commonest.expect("something has come"),
+        below if 2 * written.values().sum::<i32>() >= wall => commonest.unwrap_or(below),
+        below => below,
+    }
 }
 
 #[test]
-fn every_cell_is_that_of_the_edited_chunk_or_of_the_source() {
+fn every_cell_is_that_of_the_source_until_enough_of_it_is_edited() {
     let mut living = Living::new();
     let mut random = Random(5);
     for _ in 0..60 {
@@ -137,14 +150,143 @@ fn every_cell_is_that_of_the_edited_chunk_or_of_the_source() {
                 if own && level > 1 && n % 8 != 0 {
                     continue;
                 }
-                let expected =
-                    if own { cell_of(&living.edits, living.source.unedited(), level, cell) } else { at(&below) };
+                let expected = match (own, level) {
+                    (false, _) => at(&below),
+                    (true, 0) => {
+                        let edited = living.edits.chunk(chunk, living.source.unedited());
+                        edited.map_or(AIR, |chunk| chunk.voxel(local[0], local[1], local[2]))
+                    }
+                    (true, _) => cell_of(&living.edits, living.source.unedited(), level, cell, at(&below)),
+                };
                 assert_eq!(at(&found), expected, "level {level} cell {cell:?}");
                 *(if own { &mut edited } else { &mut kept }) += 1;
             }
         }
     }
     assert!(edited > 10_000 && kept > 3000, "{edited} {kept}");
+}
+
+/// The shipped endless land, with its edits.
+fn frontier() -> (Arc<dyn ChunkSource>, Arc<EditedSource>, Scene) {
+    let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let files = raxel_diagnostics::DiskFiles::new(root).unwrap();
+    let loaded = raxel_world::file::load("worlds/frontier.toml", &files, &mut raxel_diagnostics::SourceMap::default());
+    let land = loaded.unwrap_or_else(|found| panic!("{found:?}")).0.stream.expect("it is streamed").generator;
+    let scene = Scene::new(land.materials(), &[]);
+    (land.clone(), Arc::new(EditedSource::new(land, scene.materials.clone())), scene)
+}
+
+/// The cells of a tile in which two sources differ, with what they are in each.
+fn differences(sources: [&dyn ChunkSource; 2], level: u32, pos: ChunkPos) -> Vec<([u32; 3], [MaterialIndex; 2])> {
+    let [a, b] = sources.map(|source| {
+        let mut cells = DenseChunk::default();
+        source.chunk(level, pos).unpack(&mut cells);
+        cells
+    });
+    let of = |cells: &DenseChunk, block: usize, bit: usize| {
+        if cells.masks()[block] >> bit & 1 == 1 { cells.block(block)[bit] } else { AIR }
+    };
+    let cells = (0..BLOCKS).flat_map(|block| (0..64).map(move |bit| (block, bit)));
+    let cells = cells.map(|(block, bit)| (block, bit, [of(&a, block, bit), of(&b, block, bit)]));
+    cells
+        .filter(|(.., found)| found[0] != found[1])
+        .map(|(block, bit, found)| {
+            let (cell, inner) = (raxel_world::block_cell(block), raxel_world::child_cell(bit as u32));
+            (std::array::from_fn(|i| 4 * cell[i] + inner[i]), found)
+        })
+        .collect()
+}
+
+/// The uppermost voxel of a column of the land.
+fn top(land: &dyn ChunkSource, x: i32, z: i32) -> i32 {
+    let of_chunk = |y: i32| {
+        let pos = ChunkPos::of_cell(IVec3::new(x, 64 * y, z));
+        let chunk = land.chunk(0, pos).to_chunk()?;
+        let local = (0..64).rev().find(|local| chunk.voxel((x & 63) as u32, *local, (z & 63) as u32) != AIR)?;
+        Some(64 * y + local as i32)
+    };
+    (-1..8).rev().find_map(of_chunk).expect("there is land")
+}
+
+/// A hill of which single voxels are taken and set looks from afar like the same hill without that, in every cell.
+#[test]
+fn single_voxels_are_not_seen_from_afar() {
+    let (land, source, scene) = frontier();
+    let mut random = Random(3);
+    for n in 0..60 {
+        let mut edits = Edits::default();
+        let [x, z] = [0; 2].map(|_| random.next(200) as i32 - 100);
+        let y = top(&*land, x, z);
+        // Every other one digs, the others build.
+        let cell = [x, y + n % 2, z];
+        let operation = Operation::set(cell, if n % 2 == 0 { AIR } else { 5 });
+        let change = edits.apply(&[operation], &scene, source.unedited()).unwrap();
+        assert_eq!(change.chunks.len(), 1);
+        source.change(&change);
+        for level in 1..=MAX_LEVEL {
+            let pos = TileKey::of_cell(level, IVec3::from_array(cell)).pos;
+            let found = differences([&*land, &*source], level, pos);
+            assert!(found.is_empty(), "level {level} {cell:?}: {found:?}");
+        }
+        source.replace(&Edits::default());
+    }
+}
+
+/// A tower, a wall one voxel thick, a crater and a painted field are seen at the levels that they are large enough for.
+#[test]
+fn what_is_as_thick_as_a_wall_is_seen_from_afar() {
+    const BRICK: MaterialIndex = 5;
+    let (land, source, scene) = frontier();
+    let (x, z) = (24, 24);
+    let ground = (i64::from(top(&*land, x as i32, z as i32)) + 15) & !15;
+    let solid = |level: u32, bounds: &Bounds| {
+        let edge = cell_edge(level);
+        // The cells that lie in it for a half at least, along every axis.
+        let ranges: [std::ops::Range<i64>; 3] = std::array::from_fn(|i| {
+            (bounds.min[i] + edge / 2).div_euclid(edge)..(bounds.max[i] - 1 - edge / 2).div_euclid(edge) + 1
+        });
+        let [xs, ys, zs] = ranges;
+        let cells = ys.flat_map(|y| {
+            zs.clone().flat_map({
+                let xs = xs.clone();
+                move |z| xs.clone().map(move |x| [x, y, z])
+            })
+        });
+        let at = |cell: [i64; 3]| {
+            let pos = ChunkPos::of_cell(IVec3::from_array(cell.map(|c| c as i32)));
+            let local = cell.map(|c| (c & 63) as u32);
+            ChunkSource::chunk(&*source, level, pos)
+                .to_chunk()
+                .map_or(AIR, |chunk| chunk.voxel(local[0], local[1], local[2]))
+        };
+        cells.map(at).collect::<Vec<_>>()
+    };
+    let mut edits = Edits::default();
+    let tower = Bounds { min: [x - 6, ground + 16, z - 6], max: [x + 6, ground + 144, z + 6] };
+    let wall = Bounds { min: [x + 40, ground + 16, z], max: [x + 41, ground + 48, z + 64] };
+    for bounds in [tower, wall] {
+        let change = edits.apply(&[Operation::Box { bounds, brush: Brush::Add(BRICK) }], &scene, source.unedited());
+        source.change(&change.unwrap());
+    }
+    for level in 1..3 {
+        let edge = cell_edge(level);
+        let cells = solid(level, &tower);
+        assert!(!cells.is_empty() && cells.iter().all(|cell| *cell == BRICK), "level {level}: {cells:?}");
+        // A thin wall lies in one layer of cells.
+        let x = wall.min[0].div_euclid(edge) * edge;
+        let cells =
+            solid(level, &Bounds { min: [x, wall.min[1], wall.min[2]], max: [x + edge, wall.max[1], wall.max[2]] });
+        assert!(cells.len() >= 4 && cells.iter().all(|cell| *cell == BRICK), "level {level}: {cells:?}");
+    }
+    // A crater: what is all gone is gone from afar, with the caves below that coarse land does not have.
+    let hole = Bounds { min: [x - 64, ground - 32, z - 64], max: [x - 32, ground + 64, z - 32] };
+    let dug = edits.apply(&[Operation::Box { bounds: hole, brush: Brush::Subtract }], &scene, source.unedited());
+    source.change(&dug.unwrap());
+    for level in 1..3 {
+        let cells = solid(level, &hole);
+        let left = cells.iter().filter(|cell| **cell != AIR).count();
+        assert!(!cells.is_empty() && left == 0, "level {level}: {left} of {}", cells.len());
+    }
 }
 
 /// The buffer, on the host.
