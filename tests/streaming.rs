@@ -482,6 +482,19 @@ fn a_flight_is_measured() {
     assert!(frames.iter().map(|frame| frame["bytes"].as_u64().unwrap()).sum::<u64>() > 0);
     let resident = result["resident"]["frames"].as_array().unwrap();
     assert!(resident.iter().all(|frame| frame["missing"] == 0), "complete before each frame");
+    // Each frame says where it was, and what its passes took.
+    for way in ["live", "resident"] {
+        let passes = result[way]["passes"].as_array().expect("passes").len();
+        let frames = result[way]["frames"].as_array().unwrap();
+        assert!(passes > 0 && frames[0]["part"] == "straight" && frames[0]["since"] == frames[0]["time"]);
+        for frame in frames {
+            let took = frame["passes"].as_array().expect("passes");
+            let most = took.iter().map(|pass| pass.as_f64().unwrap()).fold(0.0, f64::max);
+            let device = frame["device"].as_f64().expect("the device has a clock");
+            assert!(took.len() <= passes && most > 0.0 && most <= device * 1.001, "{frame}");
+            assert!(frame["milliseconds"].as_f64() >= frame["submitted"].as_f64(), "{frame}");
+        }
+    }
     for kind in ["small", "large"] {
         let edits = result["edits"][kind].as_array().expect("edits");
         assert!(!edits.is_empty() && edits.len() <= 6 && edits.iter().all(|edit| edit["frames"].as_u64() > Some(0)));
@@ -492,6 +505,16 @@ fn a_flight_is_measured() {
     assert!(kept["bytes"].as_u64() <= kept["most"].as_u64() && kept["chunks"].as_u64() > Some(0), "{kept}");
     assert!(kept["found"].as_u64() > Some(0), "the sample around the first camera is not made twice: {kept}");
     assert!(result["pool"][1].as_u64() <= result["pool"][2].as_u64());
+    // The same for people: parts of the path in their order, then frames from the longest on.
+    let run = project.raxel(&[&arguments[..], &short[..6], &["--edits", "0"]].concat()).exits(0);
+    let at = |text: &str| run.stdout.find(text).unwrap_or_else(|| panic!("no `{text}` in\n{}", run.stdout));
+    assert!(
+        at("part, ms") < at("longest frames, loading")
+            && at("longest frames, loading") < at("longest frames, resident")
+    );
+    let listed = run.stdout[at("longest frames, loading")..at("longest frames, resident")].lines().skip(2);
+    let listed: Vec<f64> = listed.map(|line| line.split_whitespace().next().unwrap().parse().unwrap()).collect();
+    assert!(!listed.is_empty() && listed.len() <= 5 && listed.is_sorted_by(|a, b| a >= b), "{listed:?}");
     // A world that is whole has nothing to measure.
     let whole = project.raxel(&["bench", "stream", "graphs/bench/first_hit.toml", "--world", "worlds/menger.toml"]);
     assert!(whole.stderr.contains("is not streamed"), "{}", whole.stderr);

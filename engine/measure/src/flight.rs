@@ -1,10 +1,11 @@
 //! A flight through a streamed world, against the same flight with everything there: what `raxel bench stream` prints.
 
 mod edits;
+mod part;
+mod passes;
 
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::Progress;
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
@@ -12,6 +13,10 @@ use raxel_stream::Stats;
 use serde::Serialize;
 
 pub use edits::{EditLatency, Edits, Rate};
+pub use part::Part;
+pub use passes::Passes;
+
+use part::Path;
 
 /// What is measured.
 #[derive(Clone)]
@@ -62,16 +67,28 @@ pub enum FlightError {
 }
 
 /// What was measured of one frame.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Frame {
     /// Seconds since the flight began.
     pub time: f64,
+    /// The part of the path that the camera is on.
+    pub part: Part,
+    /// Seconds since that part began.
+    pub since: f64,
     /// Milliseconds from the start of the frame to the end of its picture on the device.
     pub milliseconds: f64,
+    /// Those of them until all of it was submitted.
+    pub submitted: f64,
+    /// Milliseconds from the begin of its first pass on the device to the end of its last. Nothing where the device has no clock, or no pass ran.
+    pub device: Option<f64>,
+    /// Milliseconds of each pass on the device, as [`Flown::passes`] names them; a pass that did not run has none, or 0.
+    pub passes: Vec<f64>,
     /// Microseconds that the streamed world took on the thread of the frame.
     pub stream_microseconds: f64,
     /// Bytes written to the pool since the frame before.
     pub bytes: u64,
+    /// Tiles made since the frame before.
+    pub tiles: u64,
     /// Wanted tiles that are not there.
     pub missing: usize,
     /// Those of them that are chunks of single voxels, as of the last publication.
@@ -88,6 +105,8 @@ pub struct Frame {
 /// All frames of a way of flying.
 #[derive(Clone, Debug, Serialize)]
 pub struct Flown {
+    /// Names of the passes that ran; the rounds of a loop count together.
+    pub passes: Vec<String>,
     /// Each frame.
     pub frames: Vec<Frame>,
     /// How the world was doing at the end.
@@ -162,6 +181,26 @@ impl Flown {
         percentile(self.frames.iter().map(of), part)
     }
 
+    /// The frames that take longest, from the longest on.
+    pub fn longest(&self, count: usize) -> Vec<&Frame> {
+        let mut frames: Vec<&Frame> = self.frames.iter().collect();
+        frames.sort_by(|a, b| b.milliseconds.total_cmp(&a.milliseconds));
+        frames.truncate(count);
+        frames
+    }
+
+    /// The parts of the path in the order in which they were flown, with the frames of each.
+    pub fn parts(&self) -> Vec<(Part, Vec<&Frame>)> {
+        let mut parts: Vec<(Part, Vec<&Frame>)> = Vec::new();
+        for frame in &self.frames {
+            match parts.last_mut().filter(|(part, _)| *part == frame.part) {
+                Some((_, frames)) => frames.push(frame),
+                None => parts.push((frame.part, vec![frame])),
+            }
+        }
+        parts
+    }
+
     /// Frames that take longer than so many times the median.
     pub fn over(&self, times: f64) -> usize {
         let limit = times * self.percentile(0.5, |frame| frame.milliseconds);
@@ -169,44 +208,12 @@ impl Flown {
     }
 }
 
-/// Where the camera is after some seconds: straight over fresh land, half a turn, back over land that was seen, down into a valley, and
-/// three jumps to fresh land.
-fn path(first: &Camera, speed: f64, [leg, stay]: [f64; 2], time: f64) -> Camera {
-    let ahead = first.rotation() * DVec3::NEG_Z * DVec3::new(1.0, 0.0, 1.0);
-    let ahead = if ahead.length() > 1e-3 { ahead.normalize() } else { DVec3::NEG_Z };
-    let mut camera = *first;
-    let out = time.min(leg);
-    let turn = (time - leg).clamp(0.0, TURN);
-    let back = (time - leg - TURN).clamp(0.0, leg);
-    camera.translate(ahead * speed * (out - back));
-    camera.yaw += std::f64::consts::PI * turn / TURN;
-    let dive = (time - 2.0 * leg - TURN).clamp(0.0, stay);
-    camera.translate(DVec3::NEG_Y * 60.0 * (dive / stay));
-    let jumps = ((time - 2.0 * leg - TURN - stay) / stay).floor();
-    if jumps >= 0.0 {
-        let jump = jumps.min(2.0) + 1.0;
-        camera.translate(DVec3::new(20_000.0 * jump, 60.0, -15_000.0 * jump));
-    }
-    camera
-}
-
-/// Seconds of half a turn.
-const TURN: f64 = 0.5;
-
-/// Seconds until the first jump.
-fn first_jump([leg, stay]: [f64; 2]) -> f64 {
-    2.0 * leg + TURN + stay
-}
-
 /// What each jump came to, from the frames.
-fn arrivals(frames: &[Frame], [leg, stay]: [f64; 2]) -> Vec<Arrival> {
-    let first = first_jump([leg, stay]);
+fn arrivals(frames: &[Frame]) -> Vec<Arrival> {
     let jump = |n: u32| {
-        let begin = first + f64::from(n) * stay;
-        let end = if n == 2 { f64::INFINITY } else { begin + stay };
         let after = |is: fn(&Frame) -> bool| {
-            let there = |frame: &&Frame| (begin..end).contains(&frame.time) && frame.looked && is(frame);
-            frames.iter().find(there).map(|frame| (frame.time - begin) * 1e3 + frame.milliseconds)
+            let there = |frame: &&Frame| frame.part == Part::Jump(n) && frame.looked && is(frame);
+            frames.iter().find(there).map(|frame| frame.since * 1e3 + frame.milliseconds)
         };
         Arrival {
             whole: after(|frame| frame.holes_in_view == 0),
@@ -215,12 +222,7 @@ fn arrivals(frames: &[Frame], [leg, stay]: [f64; 2]) -> Vec<Arrival> {
             settled: after(|frame| frame.missing == 0),
         }
     };
-    (0..3).map(jump).collect()
-}
-
-/// Seconds of the whole path.
-fn length([leg, stay]: [f64; 2]) -> f64 {
-    2.0 * leg + TURN + 4.0 * stay
+    (1..=part::JUMPS).map(jump).collect()
 }
 
 /// Flies.
@@ -230,14 +232,13 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     settle(&mut session, options.patience)?;
     let first_seconds = began.elapsed().as_secs_f64();
     let first = *session.camera();
-    let parts = [options.seconds, options.stay];
-    let end = length(parts);
+    let path = Path { first, speed: options.speed, leg: options.seconds, stay: options.stay };
 
     let started = Instant::now();
     let mut frames: Vec<Frame> = Vec::new();
-    while started.elapsed().as_secs_f64() < end {
-        let time = started.elapsed().as_secs_f64();
-        frames.push(one(&mut session, time, path(&first, options.speed, parts, time))?);
+    let mut passes = Passes::default();
+    while started.elapsed().as_secs_f64() < path.length() {
+        frames.push(flown(&mut session, &path, started.elapsed().as_secs_f64(), &mut passes)?);
     }
     let stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
     let kept = session.world().kept().unwrap_or_default();
@@ -250,10 +251,11 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     let mut session = Session::open(Options { step, ..options.session.clone() })?;
     session.set_camera(first);
     session.frame()?;
+    session.wait()?;
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
-    let mut resident = Vec::new();
+    let (mut resident, mut resident_passes) = (Vec::new(), Passes::default());
     for time in times.into_iter().filter(|_| options.resident) {
-        resident.push(one(&mut session, time, path(&first, options.speed, parts, time))?);
+        resident.push(flown(&mut session, &path, time, &mut resident_passes)?);
     }
     let resident_stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
     Ok(Flight {
@@ -261,9 +263,9 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
         size,
         first_seconds,
         pool: stats.pool,
-        jumps_at: first_jump(parts),
-        jumps: arrivals(&frames, parts),
-        live: Flown { frames, stats },
+        jumps_at: path.first_jump(),
+        jumps: arrivals(&frames),
+        live: Flown { passes: passes.into_names(), frames, stats },
         edits,
         kept: Kept {
             chunks: kept.tiles,
@@ -272,7 +274,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
             found: kept.found_made[0],
             made: kept.found_made[1],
         },
-        resident: Flown { frames: resident, stats: resident_stats },
+        resident: Flown { passes: resident_passes.into_names(), frames: resident, stats: resident_stats },
     })
 }
 
@@ -286,7 +288,8 @@ fn settle(session: &mut Session, patience: Duration) -> Result<(), FlightError> 
             return Err(FlightError::NotStreamed(whose));
         };
         if stream.is_settled() && !stream.has_news() {
-            return Ok(());
+            // What the device still does of these frames is no part of the next one.
+            return session.wait().map_err(FlightError::Frame);
         }
         if began.elapsed() > patience {
             let missing = stream.stats().missing;
@@ -296,28 +299,40 @@ fn settle(session: &mut Session, patience: Duration) -> Result<(), FlightError> 
     }
 }
 
+/// Runs the frame of a moment of the path to its end, with the times of its passes.
+fn flown(session: &mut Session, path: &Path, time: f64, passes: &mut Passes) -> Result<Frame, FrameError> {
+    let (part, since) = path.part(time);
+    let frame = one(session, path.camera(time))?;
+    let (device, passes) = passes.take(session);
+    Ok(Frame { time, part, since, device, passes, ..frame })
+}
+
 /// Runs a frame to its end.
-fn one(session: &mut Session, time: f64, camera: Camera) -> Result<Frame, FlightError> {
+fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
     session.set_camera(camera);
-    let before = session.stream().map_or(0, |stream| stream.stats().written);
+    let before = session.stream().map(|stream| stream.stats()).unwrap_or_default();
     let began = Instant::now();
     session.frame()?;
+    let submitted = began.elapsed();
     while session.wait_picture(Duration::from_secs(1))? != Progress::Done {}
     let whole = began.elapsed();
     let Some(stream) = session.stream() else { return Ok(Frame::default()) };
     let stats = stream.stats();
     let (spent, waited) = stream.frame_time();
+    // Until everything was there is not what a frame over it takes.
+    let milliseconds = |time: Duration| time.saturating_sub(waited).as_secs_f64() * 1e3;
     Ok(Frame {
-        time,
-        // Until everything was there is not what a frame over it takes.
-        milliseconds: whole.saturating_sub(waited).as_secs_f64() * 1e3,
+        milliseconds: milliseconds(whole),
+        submitted: milliseconds(submitted),
         stream_microseconds: spent.as_secs_f64() * 1e6,
-        bytes: stats.written.saturating_sub(before),
+        bytes: stats.written.saturating_sub(before.written),
+        tiles: stats.made.saturating_sub(before.made),
         missing: stats.missing,
         missing_chunks: if stats.missing == 0 { 0 } else { stats.missing_chunks.min(stats.missing) },
         missing_in_view: if stats.missing == 0 { 0 } else { stats.missing_in_view.min(stats.missing) },
         holes_in_view: if stats.missing == 0 { 0 } else { stats.holes_in_view.min(stats.missing) },
         looked: stream.has_looked(),
+        ..Frame::default()
     })
 }
 
@@ -326,24 +341,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_path_goes_out_and_comes_back_and_jumps() {
-        let first = Camera::at([0.5, 100.5, 0.5]);
-        let at = |time: f64| path(&first, 64.0, [10.0, 2.0], time);
-        assert_eq!(at(0.0), first);
-        assert!((at(10.0).position() - first.position()).length() > 630.0);
-        assert!((at(20.5).position() - first.position()).length() < 1e-3);
-        assert!((at(20.5).yaw - first.yaw - std::f64::consts::PI).abs() < 1e-9);
-        assert!(at(22.49).position().y < 45.0);
-        let jumps = [22.6, 24.6, 26.6, length([10.0, 2.0])].map(|time| at(time).position().x);
-        assert!(jumps[0] > 19_000.0 && jumps[1] > 39_000.0 && jumps[2] > 59_000.0, "{jumps:?}");
-        assert!((jumps[2] - jumps[3]).abs() < 1e-9);
-    }
-
-    #[test]
     fn arrivals_are_counted_from_the_jump_to_the_end_of_the_picture() {
         // Legs of 5 s: the jumps are after 11.5, 12.5 and 13.5 s.
+        let path = Path { first: Camera::at([0.5; 3]), speed: 64.0, leg: 5.0, stay: 1.0 };
         let frame = |time, looked, holes_in_view, missing_in_view| Frame {
-            time,
+            part: path.part(time).0,
+            since: path.part(time).1,
             milliseconds: 10.0,
             looked,
             holes_in_view,
@@ -362,24 +365,37 @@ mod tests {
             frame(13.75, true, 1, 1),
         ];
         let rounded = |time: Option<f64>| time.map(|time| time.round() as i64);
-        let jumps = arrivals(&frames, [5.0, 1.0]);
+        let jumps = arrivals(&frames);
         let found = jumps.iter().map(|jump| (rounded(jump.whole), rounded(jump.complete)));
         assert_eq!(found.collect::<Vec<_>>(), [(Some(260), Some(760)), (Some(260), None), (None, None)]);
         let settled = jumps.iter().map(|jump| rounded(jump.settled));
         assert_eq!(settled.collect::<Vec<_>>(), [Some(760), None, None]);
         // Something coarse is missing behind the camera.
         frames[4].missing = 3;
-        let jumps = arrivals(&frames, [5.0, 1.0]);
+        let jumps = arrivals(&frames);
         let [jump, ..] = &jumps[..] else { unreachable!("there are three") };
         assert_eq!((rounded(jump.complete), rounded(jump.chunks), jump.settled), (Some(760), Some(760), None));
+    }
+
+    #[test]
+    fn frames_are_told_apart_by_the_part_of_the_path() {
+        let path = Path { first: Camera::at([0.5; 3]), speed: 64.0, leg: 2.0, stay: 1.0 };
+        let frame = |time| Frame { time, part: path.part(time).0, ..Frame::default() };
+        let frames = [0.1, 1.9, 2.1, 2.6, 5.0, 5.6, 6.7, 6.8, 9.0].map(frame).to_vec();
+        let flown = Flown { passes: Vec::new(), frames, stats: Stats::default() };
+        let found = flown.parts().into_iter().map(|(part, frames)| (part.to_string(), frames.len()));
+        let parts =
+            [("straight", 2), ("turn", 1), ("back", 1), ("down", 1), ("jump 1", 1), ("jump 2", 2), ("jump 3", 1)];
+        assert_eq!(found.collect::<Vec<_>>(), parts.map(|(name, count)| (name.to_owned(), count)));
     }
 
     #[test]
     fn slow_frames_are_counted_against_the_median() {
         let frame = |milliseconds| Frame { milliseconds, ..Frame::default() };
         let frames = [1.0, 1.0, 1.0, 1.6, 2.1].map(frame).to_vec();
-        let flown = Flown { frames, stats: Stats::default() };
+        let flown = Flown { passes: Vec::new(), frames, stats: Stats::default() };
         assert_eq!((flown.over(1.5), flown.over(2.0)), (2, 1));
+        assert_eq!(flown.longest(2).iter().map(|frame| frame.milliseconds).collect::<Vec<_>>(), [2.1, 1.6]);
         assert!((flown.percentile(0.99, |frame| frame.milliseconds) - 2.1).abs() < 1e-12);
     }
 }

@@ -91,7 +91,7 @@ fn balls(
         let mut frames = 0;
         while frames == 0 || !session.stream().is_some_and(|stream| stream.shows_changes()) {
             std::thread::sleep((began + frames * EDITED_FRAME).saturating_duration_since(Instant::now()));
-            one(session, 0.0, camera)?;
+            one(session, camera)?;
             frames += 1;
             if began.elapsed() > options.patience {
                 return Err(FlightError::Unseen { seconds: options.patience.as_secs() });
@@ -120,12 +120,12 @@ fn many(session: &mut Session, options: &FlightOptions, frames: u32) -> Result<R
         last = Instant::now();
         chunks = chunks.max(session.edit(&sets).unwrap_or(0));
         seen.edited(session, last);
-        one(session, 0.0, camera)?;
+        one(session, camera)?;
         seen.frame(session);
     }
     let seconds = began.elapsed().as_secs_f64();
     while !session.stream().is_some_and(|stream| stream.shows_changes()) {
-        one(session, 0.0, camera)?;
+        one(session, camera)?;
         seen.frame(session);
         if last.elapsed() > options.patience {
             return Err(FlightError::Unseen { seconds: options.patience.as_secs() });

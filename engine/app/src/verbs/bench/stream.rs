@@ -1,5 +1,7 @@
 //! `raxel bench stream`: a flight through a streamed world.
 
+mod longest;
+
 use std::time::Duration;
 
 use raxel_gpu::DeviceOptions;
@@ -112,6 +114,9 @@ fn table(flight: &Flight, speed: f64) -> String {
     if !flight.resident.frames.is_empty() {
         text += &row("resident", &flight.resident);
     }
+    text += &longest::parts(&flight.live, &flight.resident);
+    text += &longest::frames("loading", &flight.live);
+    text += &longest::frames("resident", &flight.resident);
     let spent = |part: f64| flight.live.percentile(part, |frame| frame.stream_microseconds);
     let sum = |of: fn(&Frame) -> u64| flight.live.frames.iter().map(of).sum::<u64>();
     let missing = flight.live.frames.iter().filter(|frame| frame.missing_in_view > 0).count();
