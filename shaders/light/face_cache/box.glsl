@@ -1,9 +1,10 @@
-// Where faces have keys (face_table.glsl): the box of the world, or one around the camera in a world that is larger. Needs <raxel/world.glsl> and scene.glsl.
+// Where faces have keys (face_table.glsl): on each axis where all solid voxels are, if the box has room for them, else around the camera. Needs <raxel/world.glsl> and scene.glsl.
 #ifndef FACE_CACHE_BOX_GLSL
 #define FACE_CACHE_BOX_GLSL
 
 ivec3 face_box() {
-    return world.log2_size <= 14u ? world.origin : frame.camera_cell - ivec3(8192, 2048, 8192);
+    const ivec3 sides = ivec3(16384, 4096, 16384);
+    return mix(frame.camera_cell - sides / 2, world.bounds_min, lessThan(world.bounds_last - world.bounds_min, sides));
 }
 
 #endif

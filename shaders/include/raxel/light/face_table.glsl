@@ -40,7 +40,7 @@ const uint RX_FACE_Z_REST = 14u - RX_FACE_Z_HOME;
 // Keys hold what the sides of the box leave over of the coordinates: a voxel has the same key wherever the box is that it lies in.
 const uvec3 RX_FACE_LEFT = uvec3(16383u, 4095u, 16383u);
 
-// Whether a voxel lies in the box. `origin` is the smallest corner of the box: that of the world, or one that goes along with the camera.
+// Whether a voxel lies in the box. `origin` is the smallest corner of the box: that of all solid voxels, or one that goes along with the camera.
 bool rx_face_fits(ivec3 voxel, ivec3 origin) {
     uvec3 p = uvec3(voxel - origin);
     return ((p.x | p.z) >> 14 | p.y >> 12) == 0u;
