@@ -5,6 +5,7 @@
 
 mod changes;
 mod director;
+mod listed;
 mod put_off;
 mod sides;
 mod worker;

@@ -1,15 +1,16 @@
 //! Knows the tiles: what is there, what is wanted, what goes.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet, VecDeque};
+use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use raxel_world::layout::Tree64Header;
-use raxel_world::lights::{HEADER_WORDS, LightGroup, grouped_header, grouped_words};
+use raxel_world::lights::{HEADER_WORDS, LightGroup};
 use raxel_world::{ChunkPos, Unavailable};
 
 use super::changes::Changes;
+use super::listed::Listed;
 use super::put_off::PutOff;
 use super::worker::{Made, MadeLamps, Unmade};
 use super::{Job, Shared, StreamError};
@@ -55,22 +56,11 @@ pub(super) struct Director {
     shown_changes: u64,
     /// Tiles that the source did not have.
     put_off: PutOff,
-    /// Blocks that no publication from this version on reaches: of tiles and directories, and of lamps and their groups.
+    /// Blocks of tiles and directories that no publication from this version on reaches.
     retired: VecDeque<(u64, Block)>,
-    retired_lamps: VecDeque<(u64, Block)>,
     version: u64,
     directory: Option<Block>,
-    /// The groups of the lamps that are shown, their table and what stands in front of the list.
-    groups: Vec<LightGroup>,
-    group_table: Option<Block>,
-    lights: [u32; HEADER_WORDS],
-    /// Tiles whose lamps there was no room for, with the words that these take, and whether there was none for the table.
-    unlisted: BTreeMap<TileKey, u32>,
-    no_table: bool,
-    /// Those of them that are made anew, since there is room for their lamps now. Nothing waits for them.
-    relisted: BTreeSet<TileKey>,
-    /// Lamps were refused since somebody was told.
-    refused: bool,
+    lamps: Listed,
     /// What is reachable has changed since the last publication.
     changed: bool,
     no_room: bool,
@@ -120,16 +110,9 @@ impl Director {
             shown_changes: 0,
             put_off: PutOff::default(),
             retired: VecDeque::new(),
-            retired_lamps: VecDeque::new(),
             version: 0,
             directory: None,
-            groups: Vec::new(),
-            group_table: None,
-            lights: [0; HEADER_WORDS],
-            unlisted: BTreeMap::new(),
-            no_table: false,
-            relisted: BTreeSet::new(),
-            refused: false,
+            lamps: Listed::default(),
             changed: true,
             no_room: false,
             no_directory: false,
@@ -154,7 +137,7 @@ impl Director {
             if std::mem::take(&mut self.no_room) {
                 self.starve();
             }
-            if std::mem::take(&mut self.refused) {
+            if self.lamps.take_refused() {
                 self.refuse_lamps();
             }
             if std::mem::take(&mut self.ask_again) || moved || !changed.is_empty() {
@@ -175,9 +158,8 @@ impl Director {
             let looks = desk.view_serial != self.view_serial;
             let can_publish =
                 self.changed && self.may_follow(desk.pending.as_deref()) && !self.complete && !self.no_room;
-            let is_free =
-                |retired: Option<&(u64, Block)>| retired.is_some_and(|(version, _)| *version <= desk.released);
-            let can_free = is_free(self.retired.front()) || is_free(self.retired_lamps.front());
+            let is_free = self.retired.front().is_some_and(|(version, _)| *version <= desk.released);
+            let can_free = is_free || self.lamps.can_free(desk.released);
             let due = self.put_off.is_due(Instant::now());
             self.ask_again |= due;
             if looks || !desk.made.is_empty() || can_publish || can_free || due {
@@ -203,13 +185,10 @@ impl Director {
             }
             self.ask_again |= std::mem::take(&mut self.starved);
         }
-        let waiting = self.retired_lamps.len();
-        while self.retired_lamps.front().is_some_and(|(version, _)| *version <= released) {
-            if let Some((_, block)) = self.retired_lamps.pop_front() {
-                self.free_lamps(Some(block));
-            }
-        }
-        if self.retired_lamps.len() < waiting {
+        if self.lamps.can_free(released)
+            && let Some(lamps) = &self.shared.lamps
+        {
+            self.lamps.free(&lamps.pool, released);
             self.list_again();
         }
     }
@@ -221,27 +200,12 @@ impl Director {
         }
     }
 
-    /// The same of lamps or their groups.
-    fn retire_lamps(&mut self, block: Option<Block>) {
-        if let Some(block) = block {
-            self.retired_lamps.push_back((self.version + 1, block));
-        }
-    }
-
-    /// Takes back a block of lamps that no frame reads.
-    fn free_lamps(&mut self, block: Option<Block>) {
-        if let (Some(block), Some(lamps)) = (block, &self.shared.lamps) {
-            lamps.pool.free(block);
-        }
-    }
-
     /// Gives up a tile that publications may reach.
     fn retire_tile(&mut self, key: TileKey, tile: Option<Tile>) {
-        self.unlisted.remove(&key);
-        self.relisted.remove(&key);
+        self.lamps.forget(key);
         if let Some(tile) = tile {
             self.retire(tile.block);
-            self.retire_lamps(tile.lamps.block);
+            self.lamps.retire(self.version + 1, tile.lamps.block);
         }
     }
 
@@ -268,7 +232,7 @@ impl Director {
                 {
                     self.changes.unmade(key, known);
                 }
-                self.relisted.remove(&key);
+                self.lamps.unmade(key);
                 return;
             }
         };
@@ -279,7 +243,9 @@ impl Director {
             if let Some(block) = block {
                 self.shared.pool.free(block);
             }
-            self.free_lamps(lamps.block);
+            if let (Some(block), Some(lamps)) = (lamps.block, &self.shared.lamps) {
+                lamps.pool.free(block);
+            }
             return;
         }
         // It is newer than what was there: where changes never end, what they leave is seen all the same.
@@ -289,8 +255,7 @@ impl Director {
         let before = self.tiles.insert(key, Tile { live, block, lamps });
         self.retire_tile(key, before);
         if left_out > 0 {
-            self.unlisted.insert(key, left_out);
-            self.refused = true;
+            self.lamps.leave_out(key, left_out);
         }
         self.changed = true;
     }
@@ -458,7 +423,7 @@ impl Director {
         jobs.sort_unstable_by(|((a_turn, a), a_key), ((b_turn, b), b_key)| {
             b_turn.cmp(a_turn).then_with(|| b.total_cmp(a)).then_with(|| b_key.cmp(a_key))
         });
-        let relisted = self.relisted.iter().copied().filter(|key| idle(key) && !self.changes.concern(key));
+        let relisted = self.lamps.again().iter().copied().filter(|key| idle(key) && !self.changes.concern(key));
         let missing = relisted.chain(jobs.into_iter().map(|(_, key)| key)).map(|key| Job { key, stale: false });
         desk.jobs = missing.chain(stale.iter().rev().map(|key| Job { key: *key, stale: true })).collect();
         stale.into_iter().for_each(|key| self.changes.asked(key));
@@ -471,8 +436,8 @@ impl Director {
 
     /// Makes a publication, if something has changed and somebody wants one.
     fn publish(&mut self) {
-        let listed = !self.complete || (self.unlisted.is_empty() && !self.no_table);
-        let settled = self.missing.is_empty() && self.changes.are_made() && self.relisted.is_empty() && listed;
+        let listed = !self.complete || self.lamps.is_whole();
+        let settled = self.missing.is_empty() && self.changes.are_made() && self.lamps.again().is_empty() && listed;
         let (may_follow, view_is_known) = {
             let desk = self.shared.desk();
             (self.may_follow(desk.pending.as_deref()), desk.view_serial == self.view_serial)
@@ -484,12 +449,12 @@ impl Director {
             self.make_publication();
         }
         // The table of lamps may have found no room just now.
-        let settled = settled && !(self.complete && self.no_table);
+        let settled = settled && !(self.complete && self.lamps.lacks_table());
         self.stats.wanted = self.wanted;
         self.stats.missing = self.missing.len();
         self.stats.near = self.reach.near();
         self.stats.unavailable = self.put_off.len();
-        self.stats.unlisted = self.unlisted.len();
+        self.stats.unlisted = self.lamps.left_out();
         let mut desk = self.shared.desk();
         desk.stats = self.stats;
         desk.looked = self.view_serial;
@@ -549,30 +514,16 @@ impl Director {
         self.shared.published.notify_all();
     }
 
-    /// Writes the table of the groups that are shown, if they are not those of the last publication, and gives what stands in front of the
-    /// list then.
+    /// Lists the lamps of these groups, and gives what stands in front of the list then.
     fn publish_lamps(&mut self, groups: &[LightGroup]) -> Option<[u32; HEADER_WORDS]> {
-        let shared = self.shared.clone();
-        let pool = &shared.lamps.as_ref()?.pool;
-        if self.groups != groups {
-            self.groups = groups.to_vec();
-            let words = grouped_words(groups);
-            let table = if groups.is_empty() { None } else { pool.allocate(words.len() as u32) };
-            self.lights = [0; HEADER_WORDS];
-            if let Some(table) = &table {
-                pool.write(table, &words);
-                shared.desk().allowance.spend(4 * words.len() as u64);
-                self.stats.written += 4 * words.len() as u64;
-                self.lights = grouped_header(groups, pool.address(table) / 4);
-            }
-            self.no_table = table.is_none() && !groups.is_empty();
-            self.refused |= self.no_table;
-            let before = std::mem::replace(&mut self.group_table, table);
-            self.retire_lamps(before);
-        }
+        let pool = &self.shared.lamps.as_ref()?.pool;
+        let bytes = 4 * self.lamps.publish(pool, groups, self.version + 1);
         pool.flush();
-        self.stats.lights = u64::from(self.lights[0]);
-        Some(self.lights)
+        self.shared.desk().allowance.spend(bytes);
+        self.stats.written += bytes;
+        let header = self.lamps.header();
+        self.stats.lights = u64::from(header[0]);
+        Some(header)
     }
 
     /// There was no room for some lamps: a window goes on without them, but whoever waits for a complete world hears of it.
@@ -580,7 +531,7 @@ impl Director {
         let shared = self.shared.clone();
         if let Some(lamps) = shared.lamps.as_ref().filter(|_| self.complete) {
             // Those of what was given up are free as soon as a publication without them is taken.
-            if self.changed && self.retired_lamps.iter().any(|(version, _)| *version > self.version) {
+            if self.changed && self.lamps.waits_for_more_than(self.version) {
                 self.make_publication();
             }
             let error = StreamError::TooManyLamps { bytes: lamps.pool.capacity() };
@@ -593,16 +544,8 @@ impl Director {
     fn list_again(&mut self) {
         let Some(lamps) = &self.shared.lamps else { return };
         // Whoever waits for a complete world hears of it if there is still no room. A window asks only for what fits.
-        let mut room = if self.complete { u64::MAX } else { lamps.pool.spare_words() };
-        for (key, words) in &self.unlisted {
-            if let Some(left) = room.checked_sub(u64::from(*words)) {
-                room = left;
-                self.ask_again |= self.relisted.insert(*key);
-            }
-        }
-        if std::mem::take(&mut self.no_table) {
-            self.groups.clear();
-            self.changed = true;
-        }
+        let room = if self.complete { u64::MAX } else { lamps.pool.spare_words() };
+        self.ask_again |= self.lamps.list_again(room);
+        self.changed |= self.lamps.try_table_again();
     }
 }
