@@ -1,7 +1,7 @@
 //! A long flight over real land: memory stays within its bounds, and stays the same.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::IVec3;
@@ -49,7 +49,11 @@ fn resident() -> u64 {
 
 /// Flies straight on, with a turn every 2,000 voxels, as fast as tiles come: one second of the flight after the other, each when everything
 /// that it wants is there. The pool is smaller than what that takes. After so many tiles it ends.
+///
+/// Flights take turns, since what is measured is the memory of the whole process.
 fn fly(source: Arc<dyn ChunkSource>, reach: Reach, pool: usize, height: i32, seconds: u32, most: u64) {
+    static ALONE: Mutex<()> = Mutex::new(());
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let memory = Arc::new(Words(Mutex::new(vec![0; pool / 4])));
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
     let options = StreamOptions { workers, complete: false, upload: None, poison: false };
