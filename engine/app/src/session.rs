@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use raxel_diagnostics::table;
+use raxel_diagnostics::names;
 use raxel_gpu::{Device, DeviceOptions, Severity};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -99,10 +99,10 @@ pub(crate) fn named_camera(world: &SessionWorld, name: &str) -> Result<Camera> {
     world.camera(name).ok_or_else(|| {
         let whose = world.path.as_deref().unwrap_or("the empty world");
         let failure = Failure::usage(format!("`{whose}` has no camera `{name}`"));
-        match table::closest(name, world.camera_names()) {
+        match names::closest(name, world.camera_names()) {
             Some(close) => failure.help(format!("did you mean `{close}`?")),
             None if world.camera_names().next().is_none() => failure.help("[cameras.NAME] in its file makes one"),
-            None => failure.help(format!("it has {}", table::list(world.camera_names()))),
+            None => failure.help(format!("it has {}", names::list(world.camera_names()))),
         }
     })
 }

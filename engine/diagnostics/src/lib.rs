@@ -6,6 +6,7 @@ pub mod codes;
 mod diagnostic;
 pub mod disk;
 pub mod files;
+pub mod names;
 pub mod render;
 pub mod schema;
 pub mod table;

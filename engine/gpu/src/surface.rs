@@ -1,4 +1,6 @@
-//! A window that pictures are presented in: its surface, its swapchain, and the image that the next picture goes to.
+//! A window that pictures are presented in: its surface and its swapchain.
+
+mod acquired;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -6,12 +8,12 @@ use std::time::Duration;
 use ash::vk;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 
-use crate::command::{Recording, transition};
 use crate::device::Device;
-use crate::image::{Image, ImageInfo};
-use crate::memory::Backing;
-use crate::queue::{TimelineValue, WindowSemaphores};
+use crate::image::Image;
+use crate::queue::TimelineValue;
 use crate::result::{Error, Named, Result};
+
+pub use acquired::AcquiredImage;
 
 /// Formats a picture can be shown in, best first. With an sRGB format the picture, which is encoded already, is copied to an image of
 /// that encoding first.
@@ -46,23 +48,6 @@ pub enum Acquire<'s> {
     NoArea,
     /// No image was free in time.
     NotReady,
-}
-
-/// An image of the window, until it is presented. Dropped before, it goes back to its surface, which gives it out again.
-pub struct AcquiredImage<'s> {
-    surface: &'s mut Surface,
-    picture: Picture,
-}
-
-/// How far the image has come.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Picture {
-    /// Its contents are undefined.
-    None,
-    /// A transfer has written it; it is in `TRANSFER_DST_OPTIMAL`.
-    Copied,
-    /// It is in `COLOR_ATTACHMENT_OPTIMAL`, with the picture in it.
-    Attached,
 }
 
 /// A window, as the surface needs it.
@@ -174,7 +159,7 @@ impl Surface {
     pub fn acquire(&mut self, timeout: Duration) -> Result<Acquire<'_>> {
         for _ in 0..4 {
             match self.try_acquire(timeout) {
-                Ok(Some(true)) => return Ok(Acquire::Image(AcquiredImage { surface: self, picture: Picture::None })),
+                Ok(Some(true)) => return Ok(Acquire::Image(AcquiredImage::of(self))),
                 Ok(Some(false)) => return Ok(if self.chain.is_none() { Acquire::NoArea } else { Acquire::NotReady }),
                 Ok(None) => {}
                 Err(Error::SurfaceLost) => self.reconnect()?,
@@ -382,162 +367,6 @@ impl Surface {
             unsafe { self.device.raw.destroy_semaphore(old, None) };
         }
         Ok(())
-    }
-}
-
-impl AcquiredImage<'_> {
-    /// Pixels.
-    pub fn extent(&self) -> [u32; 2] {
-        self.surface.extent().unwrap_or([1; 2])
-    }
-
-    /// Whether triangles can be drawn over the picture.
-    pub fn can_draw(&self) -> bool {
-        self.chain_image().is_some_and(|image| image.view != vk::ImageView::null())
-    }
-
-    /// Records the copy of a picture (RGBA, 8 bits, sRGB-encoded bytes, in `GENERAL`, last touched by a transfer or made visible to
-    /// one), scaled to the window: the nearest texel.
-    pub fn copy_picture(&mut self, recording: &mut Recording<'_>, picture: &Arc<Image>) -> Result<()> {
-        let source = if self.surface.encode { self.surface.encode(recording, picture)? } else { picture.clone() };
-        let (Some(image), extent) = (self.chain_image().map(|image| image.raw), self.extent()) else { return Ok(()) };
-        let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
-        recording.image_barrier(
-            transition(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
-                .src_stage_mask(transfer)
-                .dst_stage_mask(transfer)
-                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
-        );
-        recording.blit(&source, image, vk::ImageLayout::TRANSFER_DST_OPTIMAL, extent);
-        self.picture = Picture::Copied;
-        Ok(())
-    }
-
-    /// Records a clear in the place of a picture: opaque, sRGB-encoded, each component from 0 to 1.
-    pub fn clear(&mut self, recording: &mut Recording<'_>, color: [f32; 3]) {
-        let Some(raw) = self.chain_image().map(|image| image.raw) else { return };
-        let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
-        recording.image_barrier(
-            transition(raw, vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
-                .src_stage_mask(transfer)
-                .dst_stage_mask(transfer)
-                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
-        );
-        let [r, g, b] = color;
-        recording.clear_raw(raw, vk::ImageLayout::TRANSFER_DST_OPTIMAL, [r, g, b, 1.0]);
-        self.picture = Picture::Copied;
-    }
-
-    /// Makes the image, with the picture in it, ready to be drawn to; gives its view. `None` where nothing can be drawn.
-    pub(crate) fn attach(&mut self, recording: &mut Recording<'_>) -> Option<vk::ImageView> {
-        let (raw, view) = self.chain_image().map(|image| (image.raw, image.view))?;
-        if view == vk::ImageView::null() || self.picture == Picture::None {
-            return None;
-        }
-        if self.picture == Picture::Copied {
-            recording.image_barrier(
-                transition(raw, vk::ImageLayout::TRANSFER_DST_OPTIMAL, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
-                    .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
-                    .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-                    .dst_stage_mask(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT)
-                    .dst_access_mask(
-                        vk::AccessFlags2::COLOR_ATTACHMENT_READ | vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
-                    ),
-            );
-            self.picture = Picture::Attached;
-        }
-        Some(view)
-    }
-
-    /// Submits the commands that drew to the image, and presents it. When the submission fails the image goes back to the surface.
-    pub fn present(self, mut recording: Recording<'_>) -> Result<(TimelineValue, Presented)> {
-        let surface = self.surface;
-        let (Some((index, turn)), Some(chain)) = (surface.held, &mut surface.chain) else {
-            return Ok((recording.submit()?, Presented::OutOfDate));
-        };
-        let image = &chain.images[index as usize];
-        let (layout, stage, access) = match self.picture {
-            Picture::None => {
-                (vk::ImageLayout::UNDEFINED, vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::NONE)
-            }
-            Picture::Copied => (
-                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-                vk::PipelineStageFlags2::ALL_TRANSFER,
-                vk::AccessFlags2::TRANSFER_WRITE,
-            ),
-            Picture::Attached => (
-                vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-                vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
-                vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
-            ),
-        };
-        recording.image_barrier(
-            transition(image.raw, layout, vk::ImageLayout::PRESENT_SRC_KHR)
-                .src_stage_mask(stage)
-                .src_access_mask(access),
-        );
-        let semaphores = WindowSemaphores { acquired: surface.acquires[turn].raw, rendered: image.rendered };
-        let value = recording.submit_with(Some(&semaphores))?;
-        surface.acquires[turn].waited = value;
-        surface.held = None;
-        let Some(functions) = &surface.device.swapchain else { return Ok((value, Presented::OutOfDate)) };
-        let (waits, chains, indices) = ([image.rendered], [chain.raw], [index]);
-        let info = vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&indices);
-        let queue = surface.device.queue.lock();
-        // SAFETY: the image was acquired and its commands are submitted; the queue is locked.
-        match unsafe { functions.queue_present(*queue, &info) } {
-            Ok(suboptimal) => {
-                chain.stale |= suboptimal;
-                Ok((value, Presented::Shown))
-            }
-            // A lost surface is made anew by the next acquire.
-            Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => {
-                chain.stale = true;
-                Ok((value, Presented::OutOfDate))
-            }
-            Err(result) => {
-                // Nobody knows whether the image went back: the chain is made anew.
-                chain.stale = true;
-                surface.device.watch(Err(result).named("vkQueuePresentKHR"))
-            }
-        }
-    }
-
-    fn chain_image(&self) -> Option<&ChainImage> {
-        let (index, _) = self.surface.held?;
-        self.surface.chain.as_ref()?.images.get(index as usize)
-    }
-}
-
-impl Surface {
-    /// A copy of the picture whose format says that its bytes are sRGB-encoded.
-    fn encode(&mut self, recording: &mut Recording<'_>, picture: &Arc<Image>) -> Result<Arc<Image>> {
-        let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
-        let wanted = ImageInfo {
-            format: vk::Format::R8G8B8A8_SRGB,
-            usage: vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST,
-            ..*picture.info()
-        };
-        let image = match &self.encoded {
-            Some(image) if *image.info() == wanted => image.clone(),
-            _ => Arc::new(Image::new(&self.device, "picture, sRGB", &wanted, Backing::Own)?),
-        };
-        self.encoded = Some(image.clone());
-        recording.image_barrier(
-            transition(image.raw, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL)
-                .src_stage_mask(transfer)
-                .dst_stage_mask(transfer)
-                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
-        );
-        recording.copy_image(picture, &image);
-        recording.image_barrier(
-            transition(image.raw, vk::ImageLayout::GENERAL, vk::ImageLayout::GENERAL)
-                .src_stage_mask(transfer)
-                .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-                .dst_stage_mask(transfer)
-                .dst_access_mask(vk::AccessFlags2::TRANSFER_READ),
-        );
-        Ok(image)
     }
 }
 

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use raxel_diagnostics::files::{join, read_text};
-use raxel_diagnostics::table::closest;
+use raxel_diagnostics::names::closest;
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, Spanned, codes};
 
 use crate::model::{Bind, Buffer, Clock, File, Fills, Loop, Member, Param, Pass, SharedBlock, Target};

@@ -1,6 +1,6 @@
 //! Limits: what only an output size and a device can show to be wrong.
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Code, Diagnostic, codes};
 
 use crate::checked::{

@@ -14,7 +14,7 @@ pub use supplied::supplied_image;
 use std::cell::RefCell;
 use std::collections::HashMap;
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Code, Diagnostic, Span, Spanned, codes};
 use raxel_shader::Request;
 

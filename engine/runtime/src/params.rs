@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_graph::checked::{Graph, Param, ParamId, Value};
 
 /// Why a value could not be set.

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use raxel_diagnostics::{Diagnostic, DiskFiles, SourceMap, codes, table};
+use raxel_diagnostics::{Diagnostic, DiskFiles, SourceMap, codes, names};
 
 use crate::manifest::{self, Manifest};
 
@@ -180,7 +180,7 @@ fn choose(what: &str, preferred: &str, mut found: Vec<String>) -> Result<String,
     Err(Box::new(if found.is_empty() {
         diagnostic.help(format!("make `{preferred}`"))
     } else {
-        diagnostic.help(format!("name one of {}", table::list(found.iter().map(String::as_str))))
+        diagnostic.help(format!("name one of {}", names::list(found.iter().map(String::as_str))))
     }))
 }
 

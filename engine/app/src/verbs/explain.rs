@@ -1,7 +1,7 @@
 //! `raxel explain CODE`: the page of a diagnostic, compiled in from `docs/errors/`.
 
 use raxel_diagnostics::codes;
-use raxel_diagnostics::table::closest;
+use raxel_diagnostics::names::closest;
 use serde_json::json;
 
 use crate::args::Messages;

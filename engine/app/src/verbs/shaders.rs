@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use raxel_diagnostics::table;
+use raxel_diagnostics::names;
 use raxel_shader::{bytes_of, library};
 use serde_json::json;
 
@@ -95,7 +95,7 @@ fn print_library(files: &[String]) -> Result {
         let Some(text) = library::text(name) else {
             let failure = Failure::usage(format!("the library has no `{name}`"));
             let names = library::FILES.iter().map(|(name, _)| *name);
-            return Err(match table::closest(name, names) {
+            return Err(match names::closest(name, names) {
                 Some(close) => failure.help(format!("did you mean `{close}`?")),
                 None => failure.help("`raxel shaders --library` lists its files"),
             });

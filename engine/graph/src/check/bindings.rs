@@ -1,6 +1,6 @@
 //! Every GLSL name is bound to a resource of the right kind, and every entry of `bind` is a GLSL name that the shader uses.
 
-use raxel_diagnostics::table::closest;
+use raxel_diagnostics::names::closest;
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_shader::interface::{Access, Binding, BindingKind, Block, Member, Type};
 

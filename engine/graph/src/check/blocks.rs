@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use raxel_diagnostics::table::closest;
+use raxel_diagnostics::names::closest;
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::interface::{BindingKind, Block, Member as ShaderMember, Type};
 

@@ -1,6 +1,6 @@
 //! Specialization constants: each that the graph sets is one of the shader's, with a value of its type.
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::interface::{Interface, SpecConstant, Type};
 

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-use raxel_diagnostics::table::closest;
+use raxel_diagnostics::names::closest;
 use raxel_diagnostics::{Diagnostic, Spanned, codes};
 use raxel_shader::interface::{BindingKind, Block};
 

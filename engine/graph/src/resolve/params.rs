@@ -1,6 +1,6 @@
 //! Resolves `[params.*]`: type, default, range.
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::interface::Scalar;
 

@@ -1,7 +1,7 @@
 //! Resolves `[[passes]]`: the shader to compile, resources, params, builtins, conditions.
 
 use raxel_diagnostics::files::join;
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::Request;
 

@@ -1,6 +1,6 @@
 //! Resolves `[targets.*]` and `[buffers.*]`: formats, extents, sources, fill values, display.
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;

@@ -1,7 +1,7 @@
 //! Resolves what comes from outside: sources, copies of them, and files.
 
 use raxel_diagnostics::files::join;
-use raxel_diagnostics::table::list;
+use raxel_diagnostics::names::list;
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_shader::format::Format;
 

@@ -1,6 +1,6 @@
 //! What a graph wants of a world's file that is not there, as far as no device is needed to say it.
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Graph, Resource};
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Graph, Resource, Value};
 use raxel_world::instances::{Frame, InstanceBuffer, Instances, Pose};

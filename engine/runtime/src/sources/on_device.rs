@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Fact, Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};

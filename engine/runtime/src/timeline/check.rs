@@ -92,7 +92,7 @@ impl Advice for Diagnostic {
         match error {
             SetError::Unknown { closest: Some(name), .. } => self.help(format!("did you mean `{name}`?")),
             SetError::Unknown { known, .. } if !known.is_empty() => {
-                let known = raxel_diagnostics::table::list(known.iter().map(String::as_str));
+                let known = raxel_diagnostics::names::list(known.iter().map(String::as_str));
                 self.help(format!("it has {known}"))
             }
             _ => self,

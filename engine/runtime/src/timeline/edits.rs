@@ -1,6 +1,7 @@
 //! `[[edits]]`: edits of the world at times of a demo.
 
-use raxel_diagnostics::table::{Reporter, Table, closest, list};
+use raxel_diagnostics::names::{closest, list};
+use raxel_diagnostics::table::{Reporter, Table};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_edit::{Brush, Operation, Scene, UNIT, fixed};
 use raxel_world::{Bounds, Mode, Orientation};

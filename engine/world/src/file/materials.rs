@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use raxel_diagnostics::table::{Node, Table, closest, list};
+use raxel_diagnostics::names::{closest, list};
+use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, codes};
 
 use crate::material::{MAX_MATERIALS, Material, MaterialIndex, linear_from_srgb};

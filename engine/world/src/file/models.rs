@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use raxel_diagnostics::table::{Node, Table, closest, list};
+use raxel_diagnostics::names::{closest, list};
+use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, Files, codes, files};
 
 use crate::material::{AIR, MaterialIndex};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use raxel_diagnostics::{Diagnostic, table};
+use raxel_diagnostics::{Diagnostic, names};
 use raxel_gpu::{DeviceKind, DeviceOptions};
 use raxel_measure::bench::{BenchError, Effort, Matrix, Refusal, Row, Runner, cameras};
 use raxel_runtime::world::SessionWorld;
@@ -131,7 +131,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         return Err(Failure::new(Exit::Project, "nothing could be measured; see the reasons above"));
     }
     if !broken.graphs.is_empty() {
-        let graphs = table::list(broken.graphs.iter().map(String::as_str));
+        let graphs = names::list(broken.graphs.iter().map(String::as_str));
         return Err(Failure::new(Exit::Project, format!("graphs that do not compile: {graphs}; see above")));
     }
     if !complaints.is_empty() {
@@ -292,9 +292,9 @@ fn find_file(what: &str, named: &str, folder: &str, known: &[String], front: &Fr
     let names: Vec<String> = known.iter().map(|path| stem(path)).collect();
     // As for a file that another verb is given.
     let failure = Failure::new(Exit::Project, format!("there is no {what} `{named}`"));
-    Err(match table::closest(&stem(named), names.iter().map(String::as_str)) {
+    Err(match names::closest(&stem(named), names.iter().map(String::as_str)) {
         Some(close) => failure.help(format!("did you mean `{close}`?")),
-        None => failure.help(format!("{folder}/ has {}", table::list(names.iter().map(String::as_str)))),
+        None => failure.help(format!("{folder}/ has {}", names::list(names.iter().map(String::as_str)))),
     })
 }
 
@@ -312,9 +312,9 @@ fn find_layouts(wanted: &[String]) -> Result<Vec<Layout>> {
     let find = |name: &String| {
         Layout::from_name(name).ok_or_else(|| {
             let failure = Failure::usage(format!("there is no layout `{name}`"));
-            match table::closest(name, names()) {
+            match names::closest(name, names()) {
                 Some(close) => failure.help(format!("did you mean `{close}`?")),
-                None => failure.help(format!("layouts: {}", table::list(names()))),
+                None => failure.help(format!("layouts: {}", names::list(names()))),
             }
         })
     };
@@ -327,9 +327,9 @@ fn check_cameras(wanted: &[String], worlds: &[Arc<SessionWorld>]) -> Result {
     for name in wanted {
         if !known.contains(&name.as_str()) {
             let failure = Failure::usage(format!("no world that is measured has a camera `{name}`"));
-            return Err(match table::closest(name, known.iter().copied()) {
+            return Err(match names::closest(name, known.iter().copied()) {
                 Some(close) => failure.help(format!("did you mean `{close}`?")),
-                None => failure.help(format!("there are {}", table::list(known.iter().copied()))),
+                None => failure.help(format!("there are {}", names::list(known.iter().copied()))),
             });
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use raxel_diagnostics::table;
+use raxel_diagnostics::names;
 use raxel_measure::rays::Method;
 use raxel_measure::stress::{Row, Site, Sites};
 use raxel_oracle::scenes::{self, Scene};
@@ -39,9 +39,9 @@ pub(super) fn front() -> Option<Front> {
 
 fn unknown<'n>(what: &str, name: &str, names: impl Iterator<Item = &'n str> + Clone) -> Failure {
     let failure = Failure::usage(format!("there is no {what} `{name}`"));
-    match table::closest(name, names.clone()) {
+    match names::closest(name, names.clone()) {
         Some(close) => failure.help(format!("did you mean `{close}`?")),
-        None => failure.help(format!("{what}s: {}", table::list(names))),
+        None => failure.help(format!("{what}s: {}", names::list(names))),
     }
 }
 

@@ -7,7 +7,7 @@ mod table;
 
 use std::path::{Path, PathBuf};
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_gpu::{Device, DeviceKind, DeviceOptions};
 use raxel_measure::light::error::FORMULA;
 use raxel_measure::light::{Bench, Effort, LightError, Outcome, REFERENCE, References, Scene};

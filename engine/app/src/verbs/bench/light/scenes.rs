@@ -1,6 +1,6 @@
 //! The scenes that lighting is judged in.
 
-use raxel_diagnostics::table::{closest, list};
+use raxel_diagnostics::names::{closest, list};
 use raxel_measure::light::Scene;
 use raxel_runtime::camera::Camera;
 

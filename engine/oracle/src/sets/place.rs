@@ -1,0 +1,28 @@
+//! Boxes and places, as cells and fractions.
+
+use super::{Box3, Random};
+
+/// A cell in the range of coordinates.
+pub(super) fn clamped(cell: [i64; 3]) -> [i32; 3] {
+    cell.map(|c| c.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
+}
+
+/// The box with a margin of half its size and a few voxels.
+pub(super) fn around(b: &Box3) -> Box3 {
+    let margin: [i64; 3] = std::array::from_fn(|i| (b[1][i] - b[0][i]) / 2 + 3);
+    [std::array::from_fn(|i| b[0][i] - margin[i]), std::array::from_fn(|i| b[1][i] + margin[i])]
+}
+
+pub(super) fn fraction(random: &mut Random) -> [f32; 3] {
+    std::array::from_fn(|_| random.unit())
+}
+
+/// From an origin to a point, both as cell and fraction: the difference in `f32`.
+pub(super) fn towards(from: ([i64; 3], [f32; 3]), to: ([i64; 3], [f32; 3])) -> [f32; 3] {
+    std::array::from_fn(|i| ((to.0[i] - from.0[i]) as f64 + f64::from(to.1[i]) - f64::from(from.1[i])) as f32)
+}
+
+/// The middle of the box.
+pub(super) fn middle(b: &Box3) -> [i64; 3] {
+    std::array::from_fn(|i| i64::midpoint(b[0][i], b[1][i]))
+}

@@ -1,0 +1,207 @@
+//! Sets that are made ray by ray.
+
+use raxel_ray::Ray;
+
+use super::place::{around, clamped, fraction, middle, towards};
+use super::{Random, RayTargets};
+
+pub(super) fn pinhole(targets: &RayTargets, random: &mut Random) -> Ray {
+    // One of 16 cameras.
+    let mut camera = Random::new(random.below(16));
+    let (cell, frac) = (camera.cell(around(&targets.bounds)), fraction(&mut camera));
+    let aim = towards((cell, frac), (middle(&targets.bounds), [0.5; 3]));
+    let length = aim.iter().map(|v| v * v).sum::<f32>().sqrt().max(1.0);
+    let forward = aim.map(|v| v / length);
+    let pixel: [f32; 3] = std::array::from_fn(|_| (random.below(1024) as f32 + 0.5) / 512.0 - 1.0);
+    Ray::new(clamped(cell), frac, std::array::from_fn(|i| forward[i] + 0.7 * pixel[i]))
+}
+
+pub(super) fn incoherent(targets: &RayTargets, random: &mut Random) -> Ray {
+    Ray::new(clamped(random.cell(around(&targets.bounds))), fraction(random), random.direction())
+}
+
+/// As `rx_ray_from_face` begins a ray: in the neighbour's cube, exactly on the shared plane.
+pub(super) fn bounce(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut cell = targets.solid(random);
+    let (axis, side) = (random.below(3) as usize, random.below(2) == 0);
+    cell[axis] += if side { 1 } else { -1 };
+    let mut frac = fraction(random);
+    frac[axis] = if side { 0.0 } else { 1.0 };
+    let mut dir = random.direction();
+    dir[axis] = if side { dir[axis].abs() } else { -dir[axis].abs() };
+    Ray::new(clamped(cell), frac, dir)
+}
+
+/// From anywhere around the scene to a point of a cell of which `exact` coordinates are integers.
+fn aim(targets: &RayTargets, random: &mut Random, target: [i64; 3], exact: usize) -> Ray {
+    let from = (random.cell(around(&targets.bounds)), fraction(random));
+    let mut at = [0.0; 3];
+    for _ in exact..3 {
+        at[random.below(3) as usize] = random.unit();
+    }
+    Ray::new(clamped(from.0), from.1, towards(from, (target, at)))
+}
+
+pub(super) fn aimed(targets: &RayTargets, random: &mut Random, exact: usize) -> Ray {
+    let target = random.cell(targets.bounds);
+    aim(targets, random, target, exact)
+}
+
+pub(super) fn silhouettes(targets: &RayTargets, random: &mut Random) -> Ray {
+    let corner = [0, 1, 2].map(|_| random.below(2) as i64);
+    let solid = targets.solid(random);
+    let exact = 2 + random.below(2) as usize;
+    aim(targets, random, [0, 1, 2].map(|i| solid[i] + corner[i]), exact)
+}
+
+pub(super) fn lattice(targets: &RayTargets, random: &mut Random) -> Ray {
+    let frac = std::array::from_fn(|_| [0.0, 0.5, 0.25, 1.0][random.below(4) as usize]);
+    let dir = std::array::from_fn(|_| random.below(9) as f32 - 4.0);
+    Ray::new(clamped(random.cell(around(&targets.bounds))), frac, dir)
+}
+
+pub(super) fn near_ties(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = lattice(targets, random);
+    for _ in 0..2 {
+        let d = &mut ray.dir[random.below(3) as usize];
+        *d = f32::from_bits(d.to_bits().wrapping_add(random.below(7) as u32).wrapping_sub(3));
+        // A zero has no neighbours but denormals and NaN.
+        if !d.is_normal() {
+            *d = 1.0;
+        }
+    }
+    ray
+}
+
+pub(super) fn grazing(targets: &RayTargets, random: &mut Random) -> Ray {
+    let flat = random.below(3) as usize;
+    let mut ray = incoherent(targets, random);
+    ray.frac[flat] = [1.0 / 1024.0, 1.0 - 1.0 / 1024.0][random.below(2) as usize];
+    ray.dir[flat] = [1e-4, -1e-4, 1e-5, -1e-6, 1e-7, -1e-7][random.below(6) as usize];
+    // Half of them beside a face of a solid voxel.
+    if random.below(2) == 0 {
+        let plane = targets.solid(random)[flat] + [-1, 0, 1][random.below(3) as usize];
+        ray.cell[flat] = clamped([plane; 3])[0];
+    }
+    ray
+}
+
+pub(super) fn zeros(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
+    for _ in 0..2 {
+        ray.dir[random.below(3) as usize] = [0.0, -0.0][random.below(2) as usize];
+    }
+    if random.below(4) == 0 {
+        ray.frac[random.below(3) as usize] = [0.0, 1.0][random.below(2) as usize];
+    }
+    ray
+}
+
+pub(super) fn tiny(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
+    for _ in 0..2 {
+        let size = [1e-45, 1e-40, 1e-38, 1e-30, 1e-20, 1e-12, 1e-9, 1e-7, 1e-6][random.below(9) as usize];
+        ray.dir[random.below(3) as usize] = if random.below(2) == 0 { size } else { -size };
+    }
+    ray
+}
+
+pub(super) fn faces(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
+    for _ in 0..=random.below(3) {
+        ray.frac[random.below(3) as usize] = [0.0, 1.0][random.below(2) as usize];
+    }
+    ray
+}
+
+pub(super) fn inside(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = faces(targets, random);
+    ray.cell = clamped(targets.solid(random));
+    // One voxel beside it: its face is the plane that the ray starts on.
+    if random.below(2) == 0 {
+        let axis = random.below(3) as usize;
+        let side = random.below(2) == 0;
+        ray.cell[axis] = ray.cell[axis].saturating_add(if side { 1 } else { -1 });
+        ray.frac[axis] = if side { 0.0 } else { 1.0 };
+    }
+    ray
+}
+
+pub(super) fn border(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = faces(targets, random);
+    let axis = random.below(3) as usize;
+    let [low, high] = targets.bounds.map(|corner| corner[axis]);
+    ray.cell[axis] = clamped([[low - 1, low, high - 1, high][random.below(4) as usize]; 3])[0];
+    ray
+}
+
+pub(super) fn outside(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
+    let axis = random.below(3) as usize;
+    let up = random.below(2) == 0;
+    let reach = 1 << random.below(24);
+    let away = 1 + random.below(reach) as i64;
+    let cell = if up { targets.bounds[1][axis] - 1 + away } else { targets.bounds[0][axis] - away };
+    ray.cell[axis] = clamped([cell; 3])[0];
+    // One in four points away, the others may hit.
+    let d = ray.dir[axis].abs();
+    let inwards = random.below(4) != 0;
+    ray.dir[axis] = if up == inwards { -d } else { d };
+    ray
+}
+
+/// An origin at one of several distances from a target, as far as coordinates reach.
+fn away(random: &mut Random, target: [i64; 3]) -> ([i64; 3], [f32; 3]) {
+    let distance = [1e4, 1e6, 16_777_216.0, 1_073_741_824.0, 4_294_967_296.0][random.below(5) as usize];
+    let direction = random.direction();
+    let cell = std::array::from_fn(|i| target[i] + (f64::from(direction[i]) * distance) as i64);
+    (clamped(cell).map(i64::from), fraction(random))
+}
+
+pub(super) fn far(targets: &RayTargets, random: &mut Random) -> Ray {
+    let target = if random.below(2) == 0 { targets.solid(random) } else { random.cell(targets.bounds) };
+    let from = away(random, target);
+    Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
+}
+
+pub(super) fn far_pinhole(targets: &RayTargets, random: &mut Random) -> Ray {
+    // One of 16 cameras.
+    let from = away(&mut Random::new(random.below(16)), middle(&targets.bounds));
+    let target = random.cell(around(&targets.bounds));
+    Ray::new(clamped(from.0), from.1, towards(from, (target, [0.5; 3])))
+}
+
+pub(super) fn lengths(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
+    let length = (random.below(121) as f32 - 60.0).exp2();
+    ray.dir = ray.dir.map(|d| d * length);
+    ray
+}
+
+/// Aimed at the middle of a solid voxel, which is one length of the direction away. Something may stand before it.
+pub(super) fn ends(targets: &RayTargets, random: &mut Random) -> Ray {
+    let target = targets.solid(random);
+    let from = (random.cell(around(&targets.bounds)), fraction(random));
+    let ray = Ray::new(clamped(from.0), from.1, towards(from, (target, [0.5; 3])));
+    // Half a voxel before the middle the ray is on the face, or nearly.
+    let face = 1.0 - 0.5 / ray.dir.iter().fold(1.0f32, |most, d| most.max(d.abs()));
+    let near = [1.0 - 1e-3, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.0 + 1e-3][random.below(5) as usize];
+    let t_max = match random.below(4) {
+        0 => 2.0 * random.unit(),
+        1 => near,
+        _ => face * near,
+    };
+    Ray { t_max, ..ray }
+}
+
+pub(super) fn invalid(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
+    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][random.below(3) as usize];
+    match random.below(4) {
+        0 => ray.dir = [0.0, -0.0, 0.0],
+        1 => ray.dir = ray.dir.map(|_| 1e-40),
+        2 => ray.frac[random.below(3) as usize] = bad,
+        _ => ray.dir[random.below(3) as usize] = bad,
+    }
+    ray
+}

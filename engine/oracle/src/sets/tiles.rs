@@ -1,0 +1,164 @@
+//! Sets whose rays come 8 × 8 at a time: pixels of a view, which share a beam, and rays of one direction.
+
+use glam::{Mat4, Vec2, Vec3};
+use raxel_ray::Ray;
+use raxel_ray::camera::{Pinhole, Tile};
+
+use super::place::{around, clamped, fraction, towards};
+use super::{Random, RayTargets};
+
+/// From within, from a solid voxel, or from some way off; towards a solid voxel or past it; rolled by any angle. No angle is asked for, as
+/// sines differ between systems.
+pub(super) fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let target = targets.solid(random);
+    let cell = match random.below(8) {
+        0 => targets.solid(random),
+        1 | 2 => {
+            let (direction, distance) = (random.direction(), [500.0, 5000.0, 15_000.0][random.below(3) as usize]);
+            std::array::from_fn(|i| target[i] + (direction[i] * distance) as i64)
+        }
+        _ => random.cell(around(&targets.bounds)),
+    };
+    let (cell, frac) = (clamped(cell), if random.below(4) == 0 { [0.0; 3] } else { fraction(random) });
+    let aim = Vec3::from_array(towards((cell.map(i64::from), frac), (target, [0.5; 3])));
+    let aim = match random.below(8) {
+        0 | 1 => Vec3::from_array(random.direction()),
+        // Along an axis or a diagonal: the tile may lie on the border of octants.
+        2 => Vec3::from_array(std::array::from_fn(|_| random.below(3) as f32 - 1.0)),
+        _ => aim,
+    };
+    let forward = aim.try_normalize().unwrap_or(Vec3::X);
+    // Any direction that is not nearly the same.
+    let up = Vec3::from_array(random.direction());
+    let up = if up.cross(forward).length_squared() > 0.01 { up } else { forward.any_orthogonal_vector() };
+    let right = forward.cross(up).normalize();
+    let up = right.cross(forward);
+    let size = [[16, 16], [64, 64], [320, 184], [1280, 720], [3840, 2160]][random.below(5) as usize];
+    let half_height = [0.006, 0.18, 0.58, 1.2, 12.0][random.below(5) as usize];
+    let first = size.map(|side| random.below(u64::from(side / Tile::SIDE)) as u32 * Tile::SIDE);
+    tile_of((cell.map(i64::from), frac), [right, up, forward], size, half_height, first)
+}
+
+/// The tile at `first` of a view.
+fn tile_of(
+    origin: ([i64; 3], [f32; 3]),
+    [right, up, forward]: [Vec3; 3],
+    size: [u32; 2],
+    half_height: f32,
+    first: [u32; 2],
+) -> Tile {
+    let view_to_world = Mat4::from_cols(right.extend(0.0), up.extend(0.0), (-forward).extend(0.0), glam::Vec4::W);
+    let tan_half_fov = Vec2::new(half_height * size[0] as f32 / size[1] as f32, half_height);
+    let camera = Pinhole { cell: clamped(origin.0).into(), frac: origin.1.into(), view_to_world, tan_half_fov };
+    Tile { camera, size, first }
+}
+
+/// A tile that holds, or lies beside, the place `at` (0 to 1) of a picture.
+fn tile_at(random: &mut Random, size: [u32; 2], at: [f32; 2]) -> [u32; 2] {
+    std::array::from_fn(|i| {
+        let tiles = size[i] / Tile::SIDE;
+        let middle = (at[i] * size[i] as f32) as u32 / Tile::SIDE;
+        (middle + random.below(3) as u32).saturating_sub(1).min(tiles - 1) * Tile::SIDE
+    })
+}
+
+/// Right, up and forward along axes, either way.
+fn along_axes(random: &mut Random) -> [Vec3; 3] {
+    let forward = random.below(3) as usize;
+    let right = (forward + 1 + random.below(2) as usize) % 3;
+    let mut signed = |axis: usize| if random.below(2) == 0 { Vec3::AXES[axis] } else { -Vec3::AXES[axis] };
+    let (forward, right) = (signed(forward), signed(right));
+    [right, right.cross(forward), forward]
+}
+
+/// Odd sizes have pixels exactly in the middle, whose directions have components of zero.
+const TILE_SIZES: [[u32; 2]; 6] = [[16, 16], [17, 17], [65, 33], [321, 183], [1280, 720], [3840, 2160]];
+
+pub(super) fn octant_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let [right, up, forward] = along_axes(random);
+    // Along an axis, or halfway to another one, where one axis is the border.
+    let view = match random.below(3) {
+        0 => [right, (up - forward).normalize(), (up + forward).normalize()],
+        1 => [(right - forward).normalize(), up, (right + forward).normalize()],
+        _ => [right, up, forward],
+    };
+    let size = TILE_SIZES[random.below(6) as usize];
+    let half_height = [0.006, 0.18, 0.58, 1.2][random.below(4) as usize];
+    let frac = if random.below(4) == 0 { [0.0; 3] } else { fraction(random) };
+    let first = tile_at(random, size, [0.5; 2]);
+    tile_of((random.cell(around(&targets.bounds)), frac), view, size, half_height, first)
+}
+
+pub(super) fn grazing_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let view = along_axes(random);
+    let [right, up, forward] = view;
+    // Beside the upper or lower side of a solid voxel, some way off.
+    let (solid, distance) = (targets.solid(random), [3.0_f32, 40.0, 600.0][random.below(3) as usize]);
+    let side = if random.below(2) == 0 { up } else { -up };
+    let cell = std::array::from_fn(|i| solid[i] + (side[i] - distance * forward[i]) as i64);
+    let beside = [0.0, 1.0 / 1024.0, 0.5, 1023.0 / 1024.0][random.below(4) as usize];
+    let frac = std::array::from_fn(|i| if up[i].abs() < 0.5 { random.unit() } else { beside });
+    // Tilted by next to nothing, or by nothing.
+    let tilt: f32 = [0.0, 1e-6, 1e-4, 1e-2][random.below(4) as usize] * if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let ahead = (forward + tilt * up).normalize();
+    let size = TILE_SIZES[random.below(6) as usize];
+    let half_height = [0.006, 0.18, 0.58][random.below(3) as usize];
+    let across = random.unit();
+    let first = tile_at(random, size, [across, 0.5]);
+    tile_of((cell, frac), [right, right.cross(ahead), ahead], size, half_height, first)
+}
+
+pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let size = [[16, 16], [17, 17], [33, 65], [64, 64], [1024, 512]][random.below(5) as usize];
+    let half_height = [0.25, 0.5, 1.0, 2.0][random.below(4) as usize];
+    let frac = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.below(3) as usize]);
+    let (cell, at) = (random.cell(around(&targets.bounds)), [random.unit(), random.unit()]);
+    let view = along_axes(random);
+    let first = tile_at(random, size, at);
+    tile_of((cell, frac), view, size, half_height, first)
+}
+
+/// Rays of direction `dir` from 8 × 8 places: the first, relative to a cell, and what the next one of a row, and of a column, is away.
+fn grid(cell: [i64; 3], first: [f64; 3], along: [[f64; 3]; 2], dir: [f32; 3]) -> [Ray; Tile::RAYS] {
+    std::array::from_fn(|i| {
+        let (x, y) = ((i as u32 % Tile::SIDE) as f64, (i as u32 / Tile::SIDE) as f64);
+        let place: [f64; 3] = std::array::from_fn(|a| first[a] + x * along[0][a] + y * along[1][a]);
+        let at = std::array::from_fn(|a| cell[a] + place[a].floor() as i64);
+        Ray::new(clamped(at), place.map(|p| (p - p.floor()) as f32), dir)
+    })
+}
+
+pub(super) fn parallel(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
+    let target = targets.solid(random);
+    let mut dir = random.direction();
+    // Flat along an axis, or two.
+    for _ in 0..random.below(3) {
+        dir[random.below(3) as usize] *= [1e-2, 1e-4, 1e-8][random.below(3) as usize];
+    }
+    let apart = [1.0 / 64.0, 0.25, 0.9, 2.7][random.below(4) as usize];
+    let (mut first, along) = if random.below(2) == 0 {
+        // In the plane of a face.
+        let (axis, middle) = (random.below(3) as usize, fraction(random).map(f64::from));
+        let along = [1, 2].map(|turn| std::array::from_fn(|a| if a == (axis + turn) % 3 { apart } else { 0.0 }));
+        let outside = if dir[axis] < 0.0 { 0.0 } else { 1.0 };
+        (std::array::from_fn(|a| if a == axis { outside } else { middle[a] }), along)
+    } else {
+        let distance = [3.0, 60.0, 900.0][random.below(3) as usize];
+        let along = [0, 1].map(|_| random.direction().map(|v| apart * f64::from(v)));
+        (std::array::from_fn(|a| 0.5 - distance * f64::from(dir[a])), along)
+    };
+    // The grid's middle, about, is where it was put.
+    first = std::array::from_fn(|a| first[a] - 3.5 * (along[0][a] + along[1][a]));
+    grid(target, first, along, dir)
+}
+
+pub(super) fn parallel_ties(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
+    let dir: [f32; 3] = std::array::from_fn(|_| random.below(3) as f32 - 1.0);
+    let axis = random.below(3) as usize;
+    let dir =
+        if dir.iter().all(|&v| v == 0.0) { std::array::from_fn(|a| if a == axis { 1.0 } else { 0.0 }) } else { dir };
+    let apart = [0.25, 0.5, 1.0][random.below(3) as usize];
+    let along = [1, 2].map(|turn| std::array::from_fn(|a| if a == (axis + turn) % 3 { apart } else { 0.0 }));
+    let first = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.below(3) as usize]);
+    grid(random.cell(around(&targets.bounds)), first, along, dir)
+}
