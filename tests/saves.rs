@@ -76,6 +76,15 @@ fn a_save_is_verified_compacted_packed_and_exported() {
     let picture =
         project.raxel(&["render", "--world", "worlds/quarry.toml", "--size", "32x18", "-o", "p.png"]).exits(0);
     assert!(picture.stderr.contains("RX0355"), "{}", picture.stderr);
+
+    // What cannot be written is named.
+    for arguments in
+        [&["world", "pack", "worlds/quarry.toml", "-o", "rest.save"][..], &["world", "compact", "worlds/quarry.toml"]]
+    {
+        let done = project.raxel(arguments).exits(0);
+        assert!(done.stderr.contains("left out: chunks.log: bytes"), "{}", done.stderr);
+    }
+    project.raxel(&["world", "verify", "worlds/quarry.toml"]).exits(0);
 }
 
 #[test]

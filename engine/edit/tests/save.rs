@@ -294,6 +294,95 @@ fn a_checkpoint_cut_off_at_any_byte_costs_nothing() {
 }
 
 #[test]
+fn a_finished_checkpoint_whose_end_is_cut_off_keeps_its_chunks_and_names_the_rest() {
+    let folder = tempfile::tempdir().unwrap();
+    twelve_edits(folder.path());
+    let whole = Game::open(copy(folder.path()).path(), quiet()).0.voxels();
+    let chunks = std::fs::read(folder.path().join("chunks.log")).unwrap();
+    // Two commits of 40 bytes are at the end; without one of them, nothing is missed.
+    for end in (0..chunks.len() - 40).filter(|end| end % 31 == 0 || chunks.len() - end <= 82) {
+        let cut = copy(folder.path());
+        std::fs::write(cut.path().join("chunks.log"), &chunks[..end]).unwrap();
+        let report = verify(cut.path()).unwrap();
+        assert!(report.damages.iter().any(|damage| !damage.unfinished), "cut at {end}: {:?}", report.damages);
+        assert_eq!(report.newest, 12);
+        for _ in 0..2 {
+            let (game, _) = Game::open(cut.path(), quiet());
+            if chunks.len() - end <= 80 {
+                assert!(game.voxels() == whole, "cut at {end}");
+            }
+        }
+    }
+    let gone = copy(folder.path());
+    std::fs::remove_file(gone.path().join("chunks.log")).unwrap();
+    let (_, damages) = Game::open(gone.path(), SaveOptions { read_only: true, ..quiet() });
+    assert_eq!(damages, ["chunks.log: missing: edits 1…6 false"]);
+}
+
+#[test]
+fn lost_edits_are_named_until_the_save_is_written_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    twelve_edits(folder.path());
+    let journal = only_journal(folder.path());
+    let mut bytes = std::fs::read(&journal).unwrap();
+    let records: Vec<usize> = (0..bytes.len() - 4).filter(|&at| bytes[at..].starts_with(b"RXV1")).collect();
+    // Behind two descriptions: edits 9 and 10 are gone without a trace.
+    bytes.drain(records[4]..records[6]);
+    std::fs::write(&journal, bytes).unwrap();
+    let named = |folder: &Path| -> Vec<_> { verify(folder).unwrap().damages.iter().map(ToString::to_string).collect() };
+    assert_eq!(named(folder.path()), ["chunks.log: missing: edits 9…10"]);
+    compact(folder.path()).unwrap();
+    assert_eq!(named(folder.path()), [""; 0]);
+    let (game, _) = Game::open(folder.path(), quiet());
+    assert_eq!(game.save.seq(), 12);
+    assert!(game.voxels() == left_by((1..=12).filter(|n| ![9, 10].contains(n))));
+}
+
+#[test]
+fn who_reads_while_another_makes_checkpoints_misses_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut game, _) = Game::open(folder.path(), quiet());
+    let acknowledged = std::sync::atomic::AtomicU64::new(0);
+    let over = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let reader = scope.spawn(|| {
+            while !over.load(std::sync::atomic::Ordering::Acquire) {
+                let least = acknowledged.load(std::sync::atomic::Ordering::Acquire);
+                let report = verify(folder.path()).unwrap();
+                assert!(report.newest >= least, "{} of {least}", report.newest);
+                assert!(report.damages.iter().all(|damage| damage.unfinished), "{:?}", report.damages);
+            }
+        });
+        for n in 1..=400 {
+            game.play(n);
+            acknowledged.store(n, std::sync::atomic::Ordering::Release);
+            game.save.checkpoint(&game.edits);
+            if reader.is_finished() {
+                break;
+            }
+        }
+        over.store(true, std::sync::atomic::Ordering::Release);
+    });
+}
+
+#[test]
+fn a_stop_before_old_journals_are_removed_leaves_materials_right() {
+    let folder = tempfile::tempdir().unwrap();
+    twelve_edits(folder.path());
+    let before = copy(folder.path());
+    let mut turned = meta();
+    turned.materials[1..].reverse();
+    // The program is killed when the chunks are written anew, with the materials in their new order, and the journal is still there.
+    let opened = Save::open(folder.path(), &turned, quiet()).unwrap();
+    let expected = (opened.chunks, opened.steps);
+    drop(opened.save);
+    let journal = only_journal(before.path());
+    std::fs::copy(&journal, folder.path().join(journal.file_name().unwrap())).unwrap();
+    let opened = Save::open(folder.path(), &turned, quiet()).unwrap();
+    assert!((opened.chunks, opened.steps) == expected);
+}
+
+#[test]
 fn a_flipped_byte_costs_its_record_and_names_it() {
     let folder = tempfile::tempdir().unwrap();
     twelve_edits(folder.path());

@@ -1,6 +1,6 @@
 //! What the files of a save say, and what is wrong with them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -14,6 +14,9 @@ use crate::packed::PackedChunk;
 
 /// The format that this program writes.
 pub(super) const FORMAT: u32 = 1;
+
+/// How often a save is read again that another process writes meanwhile.
+const READS: usize = 100;
 
 /// Name of the file with the chunks.
 pub(super) const CHUNKS: &str = "chunks.log";
@@ -36,7 +39,7 @@ pub struct Meta {
 pub struct Damage {
     /// Name of the file.
     pub file: String,
-    /// The bytes that are lost.
+    /// The bytes that are lost; none when the file ends before them, or is gone.
     pub bytes: std::ops::Range<u64>,
     /// What they were.
     pub what: String,
@@ -48,6 +51,9 @@ pub struct Damage {
 impl fmt::Display for Damage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { file, bytes, what, .. } = self;
+        if bytes.is_empty() {
+            return write!(f, "{file}: missing: {what}");
+        }
         write!(f, "{file}: bytes {}…{} are lost: {what}", bytes.start, bytes.end)
     }
 }
@@ -68,6 +74,14 @@ pub(super) struct Content {
     pub(super) chunks_end: u64,
     /// Records of chunks that a newer one has replaced.
     pub(super) replaced: u64,
+    /// Chunks at the end of their file, without the commit that belongs behind them.
+    open: Vec<(ChunkPos, Option<PackedChunk>)>,
+    /// The edit that the open chunks are of.
+    open_seq: u64,
+    /// The open chunks count, as nothing else holds their edits: the file with the chunks has to be written anew.
+    pub(super) mended: bool,
+    /// Edits whose records are damaged.
+    damaged: BTreeSet<u64>,
 }
 
 /// A file of a save.
@@ -84,16 +98,77 @@ pub struct FileInfo {
 impl Content {
     /// Reads a folder.
     pub(super) fn read(folder: &Path) -> Result<Self, SaveError> {
+        for _ in 0..READS {
+            if let Some(content) = Self::read_once(folder)? {
+                return Ok(content);
+            }
+        }
+        let error = std::io::Error::other("another process writes it all the time");
+        Err(SaveError::Io { path: folder.to_owned(), error })
+    }
+
+    /// `None` when a journal went while the others were read: a checkpoint of another process has its edits by now, and the chunks that
+    /// were read before may not.
+    fn read_once(folder: &Path) -> Result<Option<Self>, SaveError> {
         let mut content = Self::default();
-        for path in std::iter::once(folder.join(CHUNKS)).chain(journals(folder)?) {
+        let journals = journals(folder)?;
+        for path in std::iter::once(folder.join(CHUNKS)).chain(journals) {
+            let name = file_name(&path);
             match std::fs::read(&path) {
-                Ok(bytes) => content.add(&file_name(&path), &bytes)?,
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+                Ok(bytes) => content.add(&name, &bytes)?,
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                    if name != CHUNKS {
+                        return Ok(None);
+                    }
+                }
                 Err(error) => return Err(SaveError::Io { path, error }),
             }
         }
+        content.close();
         content.steps = content.steps.split_off(&(content.applied + 1));
-        Ok(content)
+        content.name_missing();
+        Ok(Some(content))
+    }
+
+    /// Decides about chunks without a commit behind them. While a checkpoint is written, the journals have its edits, and the chunks do not
+    /// count. When they have none of them, the checkpoint was finished and its end is damaged.
+    fn close(&mut self) {
+        let open = std::mem::take(&mut self.open);
+        let seq = self.open_seq;
+        if open.is_empty() || seq <= self.applied || self.steps.range(self.applied + 1..=seq).next().is_some() {
+            return;
+        }
+        for (pos, chunk) in open {
+            self.replaced += u64::from(self.chunks.insert(pos, chunk).is_some());
+        }
+        self.applied = seq;
+        self.mended = true;
+        let mut named = false;
+        for damage in self.damages.iter_mut().filter(|damage| damage.file == CHUNKS) {
+            named |= std::mem::take(&mut damage.unfinished);
+        }
+        if !named {
+            self.damages.push(missing(format!("the end of the checkpoint of edit {seq}")));
+        }
+    }
+
+    /// Names edits that neither the chunks nor a journal has. An empty step stands for those before it that were named once.
+    fn name_missing(&mut self) {
+        let mut next = self.applied + 1;
+        for (&seq, operations) in &self.steps {
+            let last = seq - 1;
+            let gone = seq - next;
+            next = seq + 1;
+            if gone == 0 || operations.is_empty() {
+                continue;
+            }
+            let first = seq - gone;
+            if self.damaged.range(first..=last).count() as u64 == gone {
+                continue;
+            }
+            let what = if gone == 1 { format!("edit {last}") } else { format!("edits {first}…{last}") };
+            self.damages.push(missing(what));
+        }
     }
 
     /// The number of the newest edit.
@@ -109,6 +184,9 @@ impl Content {
             let found = match found {
                 Ok(found) => found,
                 Err(broken) => {
+                    if let Some((Kind::Operations, seq, _)) = broken.record {
+                        self.damaged.insert(seq);
+                    }
                     self.damages.push(damage(name, &broken, last));
                     at = broken.bytes.end;
                     continue;
@@ -127,7 +205,9 @@ impl Content {
                 }
                 Kind::Operations => {
                     if let Ok(operations) = postcard::from_bytes(found.payload) {
-                        self.steps.insert(found.seq, operations);
+                        // Where the chunks were written anew the same edit may be in a journal that was not removed, with other
+                        // indices of materials.
+                        self.steps.entry(found.seq).or_insert(operations);
                     }
                 }
                 Kind::Chunk => waiting.push((found.pos, Some(PackedChunk::from_bytes(found.payload)))),
@@ -139,10 +219,16 @@ impl Content {
                     }
                 }
             }
-            // Chunks without a commit behind them do not count.
+            if matches!(found.kind, Kind::Chunk | Kind::Base) {
+                self.open_seq = found.seq;
+            }
+            // Where chunks without a commit begin, the next checkpoint does.
             if name == CHUNKS && !matches!(found.kind, Kind::Chunk | Kind::Base) {
                 self.chunks_end = at;
             }
+        }
+        if name == CHUNKS {
+            self.open = waiting;
         }
         self.files.push(FileInfo { name: name.to_owned(), bytes: bytes.len() as u64, records });
         Ok(())
@@ -163,6 +249,11 @@ fn damage(file: &str, broken: &Broken, last: Option<u64>) -> Damage {
         },
     };
     Damage { file: file.to_owned(), bytes: broken.bytes.clone(), what, unfinished: broken.at_end }
+}
+
+/// What no file of the save has.
+fn missing(what: String) -> Damage {
+    Damage { file: CHUNKS.to_owned(), bytes: 0..0, what, unfinished: false }
 }
 
 /// The journals of a folder, oldest first.

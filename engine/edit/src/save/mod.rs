@@ -177,7 +177,7 @@ impl Save {
         let meta = Meta { format: FORMAT, ..meta.clone() };
         let lock = if options.read_only { Err("it is only read".to_owned()) } else { lock(folder) };
         let mut content = Content::read(folder)?;
-        let mut rewrite = content.meta.is_none();
+        let mut rewrite = content.meta.is_none() || content.mended;
         if let Some(saved) = &content.meta {
             if saved.generator != meta.generator {
                 if !options.keep_on_generator_change {
@@ -213,7 +213,7 @@ impl Save {
             last_checkpoint: Some(Instant::now()),
         };
         let chunks = content.chunks.into_iter().filter_map(|(pos, chunk)| Some((pos, chunk?))).collect();
-        let steps = content.steps.into_iter().collect();
+        let steps = content.steps.into_iter().filter(|(_, operations)| !operations.is_empty()).collect();
         Ok(Opened { save, chunks, steps, damages: content.damages, read_only })
     }
 

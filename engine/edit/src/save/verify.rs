@@ -11,6 +11,7 @@ use super::log::sync_folder;
 use super::record::{self, Kind};
 use super::worker::write_commit;
 use super::{SaveError, described, lock};
+use crate::operation::Operation;
 
 /// What is in a save.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,6 +85,7 @@ pub(super) fn write_chunks(folder: &Path, meta: &Meta, content: &Content) -> io:
     file.write_all(&bytes)?;
     file.sync_data()?;
     std::fs::rename(path, folder.join(CHUNKS))?;
+    sync_folder(folder)?;
     // The edits are in the new file; journals that are left over by a stop before this are read once more, and give the same.
     for journal in content::journals(folder).unwrap_or_default() {
         std::fs::remove_file(journal)?;
@@ -102,8 +104,17 @@ fn add_chunks(bytes: &mut Vec<u8>, content: &Content) {
 }
 
 fn add_steps(bytes: &mut Vec<u8>, content: &Content) {
-    for (seq, operations) in &content.steps {
+    let mut add = |seq: u64, operations: &[Operation]| {
         let payload = postcard::to_stdvec(operations).unwrap_or_default();
-        record::write(bytes, Kind::Operations, *seq, ChunkPos::new(0, 0, 0), &payload);
+        record::write(bytes, Kind::Operations, seq, ChunkPos::new(0, 0, 0), &payload);
+    };
+    let mut next = content.applied + 1;
+    for (&seq, operations) in &content.steps {
+        if seq > next {
+            // Lost edits were named when the save was read; an empty step says so, and that they are not to be missed again.
+            add(seq - 1, &[]);
+        }
+        add(seq, operations);
+        next = seq + 1;
     }
 }

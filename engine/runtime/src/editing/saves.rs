@@ -55,7 +55,7 @@ impl Editing {
         };
         let mut found: Vec<Diagnostic> = (opened.damages.iter().filter(|damage| !damage.unfinished))
             .map(|damage| {
-                Diagnostic::warning(codes::world::SAVE_DAMAGED, format!("`{}/{damage}`", settings.path))
+                Diagnostic::warning(codes::world::SAVE_DAMAGED, format!("`{}`: {damage}", settings.path))
                     .help(format!("`raxel world verify {}` lists what is broken", base.path.as_deref().unwrap_or("")))
             })
             .collect();

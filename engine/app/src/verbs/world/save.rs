@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use raxel_diagnostics::{Diagnostic, codes};
+use raxel_diagnostics::{Diagnostic, SourceMap, codes};
 use raxel_edit::save::{self, Report, SaveError};
 use raxel_runtime::Saves;
 use raxel_runtime::project::Project;
@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::info::{bytes, grouped};
 use crate::args::Messages;
-use crate::console::{self, Console, Format};
+use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
 use crate::output::{Pending, shown};
@@ -106,7 +106,9 @@ impl Compact {
 
     pub fn run(&self, console: &Console) -> Result {
         let (_, path, folder) = self.of.open(console)?;
+        let report = read(&folder, console)?;
         let (before, after) = save::compact(&folder).map_err(|error| stop(&error, console))?;
+        leaves_out(&report, console);
         match console.format() {
             Format::Json => {
                 console::json(&json!({ "reason": "compacted", "world": path, "before": before, "after": after }));
@@ -125,9 +127,10 @@ impl Pack {
     pub fn run(&self, console: &Console) -> Result {
         let pending = Pending::new(&self.output)?;
         let (_, path, folder) = self.of.open(console)?;
-        read(&folder, console)?;
+        let report = read(&folder, console)?;
         let packed = save::pack(&folder).map_err(|error| stop(&error, console))?;
         pending.finish(&packed)?;
+        leaves_out(&report, console);
         match console.format() {
             Format::Json => {
                 let size = packed.len();
@@ -161,6 +164,14 @@ fn read(folder: &std::path::Path, console: &Console) -> Result<Report> {
         return Err(Failure::usage(format!("nothing was saved yet in `{}`", folder.display())));
     }
     Ok(report)
+}
+
+/// Says what was broken, where a save is written without it.
+fn leaves_out(report: &Report, console: &Console) {
+    let broken: Vec<Diagnostic> = (report.damages.iter().filter(|damage| !damage.unfinished))
+        .map(|damage| Diagnostic::warning(codes::world::SAVE_DAMAGED, format!("left out: {damage}")))
+        .collect();
+    console.diagnostics(&broken, &SourceMap::default(), To::Stderr);
 }
 
 fn stop(error: &SaveError, console: &Console) -> Failure {
