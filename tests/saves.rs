@@ -6,9 +6,8 @@ use common::Project;
 use raxel::edit::{Brush, Operation};
 use raxel::{Options, Saves, Session};
 
-/// A project whose quarry was dug in: one checkpoint, and edits after it.
-fn dug() -> Project {
-    let project = Project::shipped();
+/// A session over the quarry of a project, with its save open.
+fn open(project: &Project) -> Session {
     let options = Options {
         project: Some(project.root().to_owned()),
         world: Some("worlds/quarry.toml".into()),
@@ -16,7 +15,13 @@ fn dug() -> Project {
         saves: Saves::Write,
         ..Options::default()
     };
-    let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
+    Session::open(options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A project whose quarry was dug in: one checkpoint, and edits after it.
+fn dug() -> Project {
+    let project = Project::shipped();
+    let mut session = open(&project);
     let slate = session.scene().material("slate").unwrap();
     for n in 0..6 {
         let center = [f64::from(n) * 30.0 - 60.0, 10.0, 0.0];
@@ -63,6 +68,15 @@ fn a_save_is_verified_compacted_packed_and_exported() {
     project.raxel(&["world", "verify", "worlds/quarry.toml"]).exits(2);
     project.write("saves/quarry/chunks.log", std::fs::read(project.path("quarry.save")).unwrap());
     assert_eq!(json(&["world", "verify", "worlds/quarry.toml"])["newest"], 12);
+
+    // While another has the save open, it can be read and not be written.
+    let session = open(&project);
+    for verb in ["save", "compact"] {
+        let refused = project.raxel(&["world", verb, "worlds/quarry.toml"]).exits(3);
+        assert!(refused.stderr.contains("RX0352") && refused.stderr.contains("another process"), "{}", refused.stderr);
+    }
+    project.raxel(&["world", "verify", "worlds/quarry.toml"]).exits(0);
+    drop(session);
 
     // A flipped byte in the middle of a chunk.
     let path = project.path("saves/quarry/chunks.log");

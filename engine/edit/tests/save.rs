@@ -556,7 +556,7 @@ fn compacting_and_packing_keep_everything() {
         }
     }
     let voxels = game.voxels();
-    assert!(matches!(compact(folder.path()), Err(SaveError::Io { .. })), "it is open");
+    assert!(matches!(compact(folder.path()), Err(SaveError::ReadOnly { .. })), "it is open");
     drop(game);
     let before = verify(folder.path()).unwrap();
     assert!(

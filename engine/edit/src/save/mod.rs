@@ -91,6 +91,12 @@ pub enum SaveError {
         /// Their names.
         names: Vec<String>,
     },
+    /// It cannot be written: its folder cannot, or another process has it open.
+    #[error("{why}")]
+    ReadOnly {
+        /// Which of the two.
+        why: String,
+    },
     /// A file cannot be read.
     #[error("`{}`: {error}", path.display())]
     Io {

@@ -57,7 +57,7 @@ pub fn verify(folder: &Path) -> Result<Report, SaveError> {
 /// Writes the chunks of a save anew without what newer ones have replaced. Gives the bytes before and after.
 pub fn compact(folder: &Path) -> Result<(u64, u64), SaveError> {
     let failed = |error| SaveError::Io { path: folder.to_owned(), error };
-    let _lock = lock(folder).map_err(|why| failed(io::Error::other(why)))?;
+    let _lock = lock(folder).map_err(|why| SaveError::ReadOnly { why })?;
     let content = Content::read(folder)?;
     let Some(meta) = &content.meta else { return Ok((0, 0)) };
     let size = || std::fs::metadata(folder.join(CHUNKS)).map_or(0, |file| file.len());

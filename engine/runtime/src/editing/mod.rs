@@ -4,7 +4,7 @@ mod saves;
 
 use std::sync::Arc;
 
-use raxel_diagnostics::{Diagnostic, codes};
+use raxel_diagnostics::{Diagnostic, Severity, codes};
 use raxel_edit::save::Save;
 use raxel_edit::{Change, EditError, Edits, Operation, Scene};
 use raxel_world::{Chunk, ChunkPos};
@@ -236,7 +236,11 @@ impl SavedWorld {
         saves: Saves,
     ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
         let mut editing = Editing::new(world.clone());
-        let found = editing.open_save(root, files, saves);
+        let mut found = editing.open_save(root, files, saves);
+        // A window goes on when its edits cannot be saved. Here nothing else is wanted.
+        for diagnostic in found.iter_mut().filter(|diagnostic| diagnostic.code == codes::world::SAVE_READ_ONLY) {
+            diagnostic.severity = Severity::Error;
+        }
         if found.iter().any(Diagnostic::is_error) { Err(found) } else { Ok((Self(editing), found)) }
     }
 

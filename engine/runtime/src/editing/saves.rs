@@ -62,7 +62,7 @@ impl Editing {
         if let Some(why) = &opened.read_only
             && saves == Saves::Write
         {
-            let message = format!("edits of this window are not saved: {why}");
+            let message = format!("edits are not saved: {why}");
             found.push(Diagnostic::warning(codes::world::SAVE_READ_ONLY, message));
         }
         let mut save = opened.save;
@@ -103,6 +103,9 @@ fn refused(error: &SaveError, settings: &SaveSettings) -> Diagnostic {
         ),
         SaveError::Materials { .. } => {
             (codes::world::SAVE_MATERIALS, "bring the materials back, or use another `path`")
+        }
+        SaveError::ReadOnly { .. } => {
+            (codes::world::SAVE_READ_ONLY, "close the other window, or make the folder writable")
         }
         SaveError::Io { .. } => (codes::world::SAVE_UNREADABLE, "look at the permissions of the folder"),
     };

@@ -179,6 +179,7 @@ fn stop(error: &SaveError, console: &Console) -> Failure {
         SaveError::Newer { .. } => codes::world::SAVE_NEWER,
         SaveError::Generator { .. } => codes::world::SAVE_GENERATOR,
         SaveError::Materials { .. } => codes::world::SAVE_MATERIALS,
+        SaveError::ReadOnly { .. } => codes::world::SAVE_READ_ONLY,
         SaveError::Io { .. } => codes::world::SAVE_UNREADABLE,
     };
     console.stop(&[Diagnostic::error(code, error.to_string())])
