@@ -1,76 +1,17 @@
-//! The upper nodes of the tree: everything above the tiles, made anew for each publication.
+//! The upper nodes of the tree: everything above the tiles. What a publication writes is what has changed since the last one.
+//!
+//! The nodes below one node lie behind each other, in a block of their own. Where a tile comes, goes or is another one, the blocks on the
+//! way up to the root are written anew, to other places; all others stay where they are, and frames in flight go on to read the old ones.
 
-use std::collections::HashSet;
 use std::sync::Arc;
 
-use glam::IVec3;
 use raxel_world::layout::TileNode;
 use raxel_world::lights::LightGroup;
-use raxel_world::{cell_edge, child_index};
+use raxel_world::{Bits, cell_edge, child_cell};
 
-use crate::reach::{Reach, TileKey};
-
-/// The cube that the tree is put in: multiples of the coarsest tiles, so that every tile is a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cube {
-    /// Its smallest corner.
-    pub origin: [i32; 3],
-    /// It has 2^`log2_size` voxels a side, an even power.
-    pub log2_size: u32,
-}
-
-/// Largest cube.
-const MOST_LOG2_SIZE: u32 = 30;
-
-/// The cube reaches so many of the coarsest tiles further around the camera than what is wanted, so that it stays while the camera passes
-/// one of them, and what is kept for longer lies in it.
-const ROOM: i64 = 4;
-
-impl Cube {
-    /// A cube around a camera, and all of what the camera wants. It is the smallest with [`ROOM`]: rays walk through one four times as large
-    /// more slowly, where the same land is in it.
-    pub fn around(camera: IVec3, reach: &Reach) -> Self {
-        let tile = TileKey::edge(reach.top());
-        let log2_size = (6 + 2 * reach.top()..MOST_LOG2_SIZE)
-            .step_by(2)
-            .find(|log2| 1i64 << log2 >= 2 * (reach.outer() + ROOM * tile))
-            .unwrap_or(MOST_LOG2_SIZE);
-        let edge = 1i64 << log2_size;
-        let origin = camera.to_array().map(|c| {
-            let corner = (i64::from(c) - edge / 2).div_euclid(tile) * tile;
-            corner.clamp(i64::from(i32::MIN), i64::from(i32::MAX) + 1 - edge) as i32
-        });
-        Self { origin, log2_size }
-    }
-
-    /// Whether all that a camera wants is still inside.
-    pub fn suits(&self, camera: IVec3, reach: &Reach) -> bool {
-        let (edge, outer) = (1i64 << self.log2_size, reach.outer());
-        (0..3).all(|i| {
-            let low = i64::from(self.origin[i]);
-            let camera = i64::from(camera[i]);
-            let low_is_end = low == i64::from(i32::MIN);
-            let high_is_end = low + edge == i64::from(i32::MAX) + 1;
-            (camera - outer >= low || low_is_end) && (camera + outer <= low + edge || high_is_end)
-        })
-    }
-
-    /// Child numbers from the root down to a tile, 6 bits each; `None` outside the cube.
-    fn path(&self, tile: TileKey) -> Option<u128> {
-        let shift = 6 + 2 * tile.level;
-        let levels = (self.log2_size - shift) / 2;
-        let pos = [tile.pos.x, tile.pos.y, tile.pos.z];
-        let mut local = [0u32; 3];
-        for i in 0..3 {
-            let at = i64::from(pos[i]) - (i64::from(self.origin[i]) >> shift);
-            local[i] = u32::try_from(at).ok().filter(|at| u64::from(*at) < 1 << (2 * levels))?;
-        }
-        Some((0..levels).rev().fold(0, |path, level| {
-            let [x, y, z] = local.map(|c| c >> (2 * level) & 3);
-            path << 6 | u128::from(child_index(x, y, z))
-        }))
-    }
-}
+use crate::cube::Cube;
+use crate::pool::{Block, Pool};
+use crate::reach::TileKey;
 
 /// A tile that is in the pool.
 #[derive(Clone, Debug)]
@@ -99,192 +40,348 @@ impl LiveTile {
     }
 }
 
-/// The upper nodes, with addresses relative to their own first one.
-#[derive(Debug)]
+/// The tiles of a cube, and the nodes above them in a pool. A tile hides that part of the coarser one around it; where the tile just above
+/// is missing and a still coarser one is there, that one is shown.
 pub struct Directory {
-    nodes: Vec<TileNode>,
-    /// Whether the address of the children of each is relative.
-    relative: Vec<bool>,
-    root: u32,
-    /// Smallest and largest voxel of tiles with solids; in an empty world the largest is smaller.
-    pub bounds: [[i32; 3]; 2],
-    /// Tiles with solids that it reaches.
-    pub live: usize,
-    /// The lamps of what it shows.
-    pub lights: Vec<LightGroup>,
-    /// What lies over the lamps of coarse tiles: their level, and the path of the child in whose place something finer is shown.
-    overlaid: HashSet<(u32, u128)>,
+    cube: Cube,
+    root: Branch,
+    /// The node of the root.
+    block: Option<Written>,
+    /// Blocks that it has no more use for.
+    given_up: Vec<Written>,
+    /// Words written since the last whole state.
+    words: u64,
+    /// The lamps of what is shown, by levels, and whether they are no longer these.
+    lights: Vec<LightGroup>,
+    relist: bool,
 }
 
-/// A node on the way up: its path from the root.
-#[derive(Clone, Copy)]
-struct Item {
-    path: u128,
+/// A block, and the version of the publication that it was written for.
+pub struct Written {
+    /// Where it is.
+    pub block: Block,
+    /// The first publication that may reach it.
+    pub version: u64,
+}
+
+/// A state of the directory that is whole in the pool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placed {
+    /// The number of its root, in nodes behind the header.
+    pub root: u32,
+    /// Nodes above the tiles that are reached.
+    pub nodes: usize,
+    /// Smallest and largest voxel of tiles with solids; in an empty world the largest is smaller.
+    pub bounds: [[i32; 3]; 2],
+    /// Tiles with solids.
+    pub live: usize,
+    /// Words written since the last whole state.
+    pub words: u64,
+}
+
+/// A place in the tree: a tile, finer ones within it, or both.
+#[derive(Default)]
+struct Branch {
+    tile: Option<Arc<LiveTile>>,
+    below: Option<Box<Group>>,
+}
+
+/// The up to 64 branches below one.
+#[derive(Default)]
+struct Group {
+    mask: u64,
+    /// In the order of the mask.
+    branches: Vec<Branch>,
+    /// Something in it has changed since its block was written.
+    stale: bool,
+    /// The node above it; `None` when nothing in it is solid.
     node: Option<TileNode>,
-    relative: bool,
+    block: Option<Written>,
+    total: Total,
+}
+
+/// What all tiles of a part of the tree come to.
+#[derive(Clone, Copy)]
+struct Total {
+    bounds: [[i64; 3]; 2],
+    live: usize,
+    nodes: usize,
+    /// Some have lamps.
+    lit: bool,
+}
+
+/// A change of a tile.
+struct Change<'t> {
+    tile: Option<&'t Arc<LiveTile>>,
+    /// Blocks that it leaves without use.
+    given_up: &'t mut Vec<Written>,
+    relist: &'t mut bool,
+}
+
+/// Where blocks are written.
+struct Writer<'d> {
+    pool: &'d Pool,
+    version: u64,
+    given_up: &'d mut Vec<Written>,
+    words: &'d mut u64,
 }
 
 impl Directory {
-    /// The directory of tiles up to a level. A tile hides that part of the coarser one around it; where the tile just above is missing and
-    /// a still coarser one is there, that one is shown.
-    pub fn of<'t>(cube: &Cube, top: u32, tiles: impl Iterator<Item = (TileKey, &'t LiveTile)>) -> Self {
-        let mut levels: Vec<Vec<(u128, &LiveTile)>> = vec![Vec::new(); top as usize + 1];
-        let mut bounds = [[i64::MAX; 3], [i64::MIN; 3]];
-        let mut live = 0;
-        for (key, tile) in tiles {
-            let Some(path) = cube.path(key) else { continue };
-            levels[key.level as usize].push((path, tile));
-            if tile.node.is_some() {
-                live += 1;
-                // Where the tile ends, a ray would go on for long that leaves coarse land upwards.
-                let (origin, cell) = (key.origin(), cell_edge(key.level));
-                let [low, high] = tile.cells.map(|at| at.map(i64::from));
-                for i in 0..3 {
-                    bounds[0][i] = bounds[0][i].min(origin[i] + low[i] * cell);
-                    bounds[1][i] = bounds[1][i].max(origin[i] + (high[i] + 1) * cell - 1);
-                }
-            }
-        }
-        levels.iter_mut().for_each(|level| level.sort_unstable_by_key(|(path, _)| *path));
+    /// One without a tile.
+    pub fn new(cube: Cube) -> Self {
+        let (root, given_up, lights) = (Branch::default(), Vec::new(), Vec::new());
+        Self { cube, root, block: None, given_up, words: 0, lights, relist: false }
+    }
 
-        let mut directory = Self {
-            nodes: Vec::new(),
-            relative: Vec::new(),
-            root: 0,
-            bounds: [[0; 3], [-1; 3]],
-            live,
-            lights: Vec::new(),
-            overlaid: HashSet::new(),
+    /// Its cube.
+    pub fn cube(&self) -> &Cube {
+        &self.cube
+    }
+
+    /// Goes over to another cube, without a tile.
+    pub fn clear(&mut self, cube: Cube) {
+        let Self { root, block, given_up, words, .. } = std::mem::replace(self, Self::new(cube));
+        (self.given_up, self.words, self.relist) = (given_up, words, true);
+        self.given_up.extend(block);
+        root.give_up(&mut self.given_up);
+    }
+
+    /// Puts a tile in its place, or takes away what is there. What is outside the cube is left out.
+    pub fn set(&mut self, key: TileKey, tile: Option<&Arc<LiveTile>>) {
+        let Some(path) = self.cube.path(key) else { return };
+        let change = Change { tile, given_up: &mut self.given_up, relist: &mut self.relist };
+        self.root.set(path, self.cube.height() - key.level, change);
+    }
+
+    /// Writes what has changed since the last time, for a publication of this version. Without enough room, what was not written is written
+    /// the next time.
+    pub fn write(&mut self, pool: &Pool, version: u64) -> Option<Placed> {
+        let height = self.cube.height();
+        let writer = &mut Writer { pool, version, given_up: &mut self.given_up, words: &mut self.words };
+        self.root.write(height, self.cube.origin.map(i64::from), writer)?;
+        let Total { bounds, live, nodes, .. } = self.root.total(height, self.cube.origin.map(i64::from));
+        let root = self.root.node().unwrap_or_default();
+        let root = writer.replace(&mut self.block, &[root])?;
+        if std::mem::take(&mut self.relist) {
+            let mut levels = vec![Vec::new(); height as usize + 1];
+            self.root.list(&mut levels);
+            self.lights = levels.concat();
+        }
+        let bounds = if live > 0 {
+            bounds.map(|corner| corner.map(|c| c.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32))
+        } else {
+            [[0; 3], [-1; 3]]
         };
-        // Tiles of which nothing is shown, by the level and the path of the one that is missing around them.
-        let mut hidden: HashSet<(u32, u128)> = HashSet::new();
-        let item = |&(path, tile): &(u128, &LiveTile)| Item { path, node: tile.node, relative: false };
-        let mut below: Vec<Item> = levels[0].iter().map(item).collect();
-        let height = (cube.log2_size - 6) / 2;
-        for level in 1..=height {
-            let own = levels.get(level as usize).map_or(&[][..], Vec::as_slice);
-            let hidden_by_coarser = |path: u128| {
-                (level as usize + 1..levels.len()).any(|coarser| {
-                    let above = path >> (6 * (coarser - level as usize));
-                    levels[coarser].binary_search_by_key(&above, |(path, _)| *path).is_ok()
-                })
-            };
-            let mut items = Vec::with_capacity(own.len());
-            let mut own = own.iter().peekable();
-            for group in below.chunk_by(|a, b| a.path >> 6 == b.path >> 6) {
-                let path = group[0].path >> 6;
-                while let Some(before) = own.next_if(|(of, _)| *of < path) {
-                    items.push(item(before));
-                }
-                let base = own.next_if(|(of, _)| *of == path).map(|(_, tile)| *tile);
-                if base.is_none() && hidden_by_coarser(path) {
-                    hidden.insert((level, path));
-                    continue;
-                }
-                items.push(Item { path, ..directory.parent(level, group, base) });
-            }
-            items.extend(own.map(item));
-            below = items;
-        }
-        let root = below.first().and_then(|item| Some((item.node?, item.relative)));
-        let (node, relative) = root.unwrap_or((TileNode::default(), false));
-        directory.root = directory.nodes.len() as u32;
-        directory.nodes.push(node);
-        directory.relative.push(relative);
-        if live > 0 {
-            directory.bounds =
-                bounds.map(|corner| corner.map(|c| c.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32));
-        }
-        for (level, tiles) in (0..).zip(&levels) {
-            for (path, tile) in tiles.iter().filter(|(_, tile)| !tile.lights.is_empty()) {
-                if (level + 1..=top).any(|above| hidden.contains(&(above, path >> (6 * (above - level))))) {
-                    continue;
-                }
-                let shown = |child: u32| !directory.overlaid.contains(&(level, path << 6 | u128::from(child)));
-                let lights = tile.lights.iter().filter(|(child, _)| level == 0 || shown(*child));
-                directory.lights.extend(lights.map(|(_, group)| *group));
-            }
-        }
-        directory
+        Some(Placed { root, nodes: nodes + 1, bounds, live, words: std::mem::take(&mut self.words) })
     }
 
-    /// A node of these children, which lie over those of the coarser tile in its place. Empty when all of them are.
-    fn parent(&mut self, level: u32, group: &[Item], base: Option<&LiveTile>) -> Item {
-        let first = self.nodes.len() as u32;
-        let mut mask = 0u64;
-        if base.is_some_and(|tile| !tile.lights.is_empty()) {
-            self.overlaid.extend(group.iter().map(|item| (level, item.path)));
+    /// The lamps of what was written last.
+    pub fn lights(&self) -> &[LightGroup] {
+        &self.lights
+    }
+
+    /// Blocks that what is written next does not reach.
+    pub fn given_up(&mut self) -> Vec<Written> {
+        std::mem::take(&mut self.given_up)
+    }
+}
+
+impl Branch {
+    /// Puts a tile so many levels below. `path` has the child numbers down to it. Says whether anything is another now.
+    fn set(&mut self, path: u128, depth: u32, change: Change) -> bool {
+        let Some(above) = depth.checked_sub(1) else { return self.set_own(change) };
+        if change.tile.is_none() && self.below.is_none() {
+            return false;
         }
-        let mut own = group.iter().peekable();
-        for number in 0..64 {
-            let (node, relative) = match own.next_if(|item| item.path & 63 == u128::from(number)) {
-                Some(item) => (item.node, item.relative),
-                None => (base.and_then(|tile| tile.child(number)), false),
-            };
-            if let Some(node) = node {
-                mask |= 1 << number;
-                self.nodes.push(node);
-                self.relative.push(relative);
+        let group = self.below.get_or_insert_default();
+        let number = (path >> (6 * above)) as u32 & 63;
+        let at = (group.mask & ((1 << number) - 1)).count_ones() as usize;
+        if group.mask >> number & 1 == 0 {
+            if change.tile.is_none() {
+                return false;
+            }
+            group.mask |= 1 << number;
+            group.branches.insert(at, Self::default());
+        }
+        let given_up = &mut *change.given_up;
+        let branch = &mut group.branches[at];
+        if !branch.set(path, above, Change { given_up: &mut *given_up, ..change }) {
+            return false;
+        }
+        group.stale = true;
+        if branch.tile.is_none() && branch.below.is_none() {
+            group.branches.remove(at);
+            group.mask &= !(1 << number);
+        }
+        if group.mask == 0 {
+            given_up.extend(group.block.take());
+            self.below = None;
+        }
+        true
+    }
+
+    fn set_own(&mut self, Change { tile, relist, .. }: Change) -> bool {
+        let same = match (&self.tile, tile) {
+            (Some(before), Some(now)) => Arc::ptr_eq(before, now),
+            (before, now) => before.is_none() && now.is_none(),
+        };
+        if !same {
+            let lit = |tile: Option<&Arc<LiveTile>>| tile.is_some_and(|tile| !tile.lights.is_empty());
+            // A tile that comes or goes hides or bares lamps of others.
+            let (before, now) = (self.tile.as_ref(), tile);
+            *relist |= lit(before) || lit(now) || before.is_some() != now.is_some();
+            self.tile = tile.cloned();
+            if let Some(below) = &mut self.below {
+                below.stale = true;
             }
         }
-        let node = (mask != 0).then(|| TileNode::of_children(mask, first));
-        Item { path: 0, node, relative: true }
+        !same
     }
 
-    /// Words that it takes.
-    pub fn words(&self) -> u32 {
-        4 * self.nodes.len() as u32
+    /// Whether it is shown below a place that has a tile or has none.
+    fn is_shown(&self, base: Option<&LiveTile>) -> bool {
+        self.tile.is_some() || base.is_none()
     }
 
-    /// Nodes.
-    pub fn len(&self) -> usize {
-        self.nodes.len()
-    }
-
-    /// Whether it reaches no tile.
-    pub fn is_empty(&self) -> bool {
-        self.live == 0
-    }
-
-    /// Its words for a place in the buffer, a multiple of 4 words behind the header, and the number of its root there.
-    pub fn place(&self, at: u32) -> (Vec<u32>, u32) {
-        let base = at / 4;
-        let mut words = Vec::with_capacity(4 * self.nodes.len());
-        for (node, relative) in self.nodes.iter().zip(&self.relative) {
-            let [low, high, first, material] = node.0;
-            words.extend_from_slice(&[low, high, if *relative { first + base } else { first }, material]);
+    /// Its node, when all below is written.
+    fn node(&self) -> Option<TileNode> {
+        match &self.below {
+            Some(below) => below.node,
+            None => self.tile.as_ref()?.node,
         }
-        (words, base + self.root)
+    }
+
+    fn write(&mut self, level: u32, origin: [i64; 3], writer: &mut Writer) -> Option<()> {
+        match &mut self.below {
+            Some(below) if below.stale => below.write(self.tile.as_deref(), level, origin, writer),
+            _ => Some(()),
+        }
+    }
+
+    /// What all of it comes to, when all below is written.
+    fn total(&self, level: u32, origin: [i64; 3]) -> Total {
+        let mut total = self.below.as_ref().map_or_else(Total::default, |below| below.total);
+        if let Some(tile) = &self.tile {
+            total.add(tile, level, origin);
+        }
+        total
+    }
+
+    /// Lists the lamps that are shown, each for its level: a level has as many below it as there are lists before its own.
+    fn list(&self, levels: &mut [Vec<LightGroup>]) {
+        let Some((own, finer)) = levels.split_last_mut() else { return };
+        if let Some(tile) = &self.tile {
+            let over = self.below.as_ref().map_or(0, |below| below.tiles());
+            own.extend(tile.lights.iter().filter(|(child, _)| over >> child & 1 == 0).map(|(_, group)| *group));
+        }
+        for below in self.below.iter().filter(|below| below.total.lit) {
+            let shown = below.branches.iter().filter(|branch| branch.is_shown(self.tile.as_deref()));
+            shown.for_each(|branch| branch.list(finer));
+        }
+    }
+
+    fn give_up(self, given_up: &mut Vec<Written>) {
+        if let Some(below) = self.below {
+            given_up.extend(below.block);
+            below.branches.into_iter().for_each(|branch| branch.give_up(given_up));
+        }
+    }
+}
+
+impl Group {
+    /// Which branches have a tile.
+    fn tiles(&self) -> u64 {
+        let of = |(number, branch): (u32, &Branch)| u64::from(branch.tile.is_some()) << number;
+        Bits(self.mask).zip(&self.branches).map(of).sum()
+    }
+
+    /// Writes the nodes below a place, where they lie over those of the coarser tile that it has.
+    fn write(&mut self, base: Option<&LiveTile>, level: u32, origin: [i64; 3], writer: &mut Writer) -> Option<()> {
+        let mut total = Total::default();
+        for (number, branch) in Bits(self.mask).zip(&mut self.branches) {
+            let (cell, edge) = (child_cell(number), TileKey::edge(level - 1));
+            let origin = [0, 1, 2].map(|i| origin[i] + i64::from(cell[i]) * edge);
+            branch.write(level - 1, origin, writer)?;
+            let of = branch.total(level - 1, origin);
+            total = total.and(Total { nodes: if branch.is_shown(base) { of.nodes } else { 0 }, ..of });
+        }
+        let mut mask = 0;
+        let mut nodes = Vec::with_capacity(64);
+        let over = base.map_or(self.mask, |_| self.tiles());
+        if over != 0 {
+            let mut branches = Bits(self.mask).zip(&self.branches).peekable();
+            for number in 0..64 {
+                let own = branches.next_if(|(of, _)| *of == number).filter(|_| over >> number & 1 == 1);
+                let node = match own {
+                    Some((_, branch)) => branch.node(),
+                    None => base.and_then(|tile| tile.child(number)),
+                };
+                if let Some(node) = node {
+                    mask |= 1 << number;
+                    nodes.push(node);
+                }
+            }
+            let first = writer.replace(&mut self.block, &nodes)?;
+            self.node = (mask != 0).then(|| TileNode::of_children(mask, first));
+        } else {
+            // All of it waits for tiles between it and the one that is shown.
+            writer.given_up.extend(self.block.take());
+            (self.node, total.nodes) = (base.and_then(|tile| tile.node), 0);
+        }
+        total.nodes += nodes.len();
+        self.total = total;
+        self.stale = false;
+        Some(())
+    }
+}
+
+impl Writer<'_> {
+    /// Writes nodes to a block in place of another one, and gives the number of the first.
+    fn replace(&mut self, block: &mut Option<Written>, nodes: &[TileNode]) -> Option<u32> {
+        let mut first = 0;
+        let mut written = None;
+        if !nodes.is_empty() {
+            let words = bytemuck::cast_slice(nodes);
+            let block = self.pool.allocate(words.len() as u32)?;
+            self.pool.write(&block, words);
+            *self.words += words.len() as u64;
+            first = self.pool.address(&block) / 4;
+            written = Some(Written { block, version: self.version });
+        }
+        self.given_up.extend(std::mem::replace(block, written));
+        Some(first)
+    }
+}
+
+impl Default for Total {
+    fn default() -> Self {
+        Self { bounds: [[i64::MAX; 3], [i64::MIN; 3]], live: 0, nodes: 0, lit: false }
+    }
+}
+
+impl Total {
+    fn and(self, other: Self) -> Self {
+        let [low, high] = [0, 1].map(|end| [0, 1, 2].map(|i| (self.bounds[end][i], other.bounds[end][i])));
+        Self {
+            bounds: [low.map(|(a, b)| a.min(b)), high.map(|(a, b)| a.max(b))],
+            live: self.live + other.live,
+            nodes: self.nodes + other.nodes,
+            lit: self.lit || other.lit,
+        }
+    }
+
+    fn add(&mut self, tile: &LiveTile, level: u32, origin: [i64; 3]) {
+        self.lit |= !tile.lights.is_empty();
+        if tile.node.is_some() {
+            // Where the tile ends, a ray would go on for long that leaves coarse land upwards.
+            let [low, high] = tile.cells.map(|at| at.map(i64::from));
+            let cell = cell_edge(level);
+            let bounds =
+                [[0, 1, 2].map(|i| origin[i] + low[i] * cell), [0, 1, 2].map(|i| origin[i] + (high[i] + 1) * cell - 1)];
+            *self = self.and(Self { bounds, live: 1, ..Self::default() });
+        }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use raxel_world::StreamSettings;
-
-    use super::*;
-
-    #[test]
-    fn the_cube_is_no_larger_than_it_has_to_be_and_stays_while_a_tile_is_passed() {
-        let mut random = raxel_world::random::SplitMix64::new(4);
-        for (near, far, log2_size) in [(1024, 1024, 12), (1024, 4096, 14), (1024, 65_536, 18)] {
-            let settings = StreamSettings { near, far, ..StreamSettings::default() };
-            let shown = Reach::of(&settings, [-64, 400]);
-            let tile = TileKey::edge(shown.top()) as i32;
-            for complete in [true, false] {
-                let reach = shown.loaded(complete);
-                for _ in 0..50 {
-                    let camera = IVec3::from_array([0; 3].map(|_| random.below(2_000_000) as i32 - 1_000_000));
-                    let cube = Cube::around(camera, &reach);
-                    assert_eq!(cube.log2_size, log2_size, "{near} {far} {complete}");
-                    for axis in [IVec3::X, IVec3::Y, IVec3::Z] {
-                        assert!(cube.suits(camera + axis * tile, &reach) && cube.suits(camera - axis * tile, &reach));
-                    }
-                }
-                let camera = IVec3::new(random.below(9000) as i32, 170, -(random.below(9000) as i32));
-                let cube = Cube::around(camera, &reach);
-                assert!(reach.tiles(camera).into_iter().all(|tile| cube.path(tile).is_some()));
-            }
-        }
-    }
-}
+mod tests;

@@ -6,6 +6,7 @@
 //! directories that are no longer reached become free when the frames that could reach them have finished.
 
 mod allowance;
+mod cube;
 mod directory;
 mod pool;
 mod publication;
@@ -15,7 +16,8 @@ mod streamer;
 mod union;
 mod view;
 
-pub use directory::{Cube, Directory, LiveTile};
+pub use cube::Cube;
+pub use directory::{Directory, LiveTile, Placed, Written};
 pub use pool::{Block, Pool, PoolMemory};
 pub use publication::{Publication, Stats};
 pub use reach::{Reach, TileKey};

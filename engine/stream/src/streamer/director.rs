@@ -6,7 +6,7 @@ use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use raxel_world::layout::Tree64Header;
-use raxel_world::lights::{HEADER_WORDS, LightGroup};
+use raxel_world::lights::HEADER_WORDS;
 use raxel_world::{ChunkPos, Unavailable};
 
 use super::changes::Changes;
@@ -14,7 +14,8 @@ use super::listed::Listed;
 use super::put_off::PutOff;
 use super::worker::{Made, MadeLamps, Unmade};
 use super::{Job, Shared, StreamError};
-use crate::directory::{Cube, Directory, LiveTile};
+use crate::cube::Cube;
+use crate::directory::{Directory, LiveTile, Placed, Written};
 use crate::pool::Block;
 use crate::publication::{Publication, Stats};
 use crate::reach::{Reach, TileKey};
@@ -44,7 +45,6 @@ pub(super) struct Director {
     view: View,
     view_serial: u64,
     moves: u64,
-    cube: Cube,
     /// The coarsest tile that the camera is in: it decides where the world ends.
     horizon: TileKey,
     tiles: BTreeMap<TileKey, Tile>,
@@ -59,7 +59,7 @@ pub(super) struct Director {
     /// Blocks of tiles and directories that no publication from this version on reaches.
     retired: VecDeque<(u64, Block)>,
     version: u64,
-    directory: Option<Block>,
+    directory: Directory,
     lamps: Listed,
     /// What is reachable has changed since the last publication.
     changed: bool,
@@ -82,7 +82,7 @@ struct News {
 }
 
 struct Tile {
-    live: LiveTile,
+    live: Arc<LiveTile>,
     block: Option<Block>,
     lamps: MadeLamps,
 }
@@ -101,7 +101,6 @@ impl Director {
             view,
             view_serial: 0,
             moves: 0,
-            cube,
             horizon: TileKey::of_cell(0, view.cell),
             tiles: BTreeMap::new(),
             wanted: 0,
@@ -111,7 +110,7 @@ impl Director {
             put_off: PutOff::default(),
             retired: VecDeque::new(),
             version: 0,
-            directory: None,
+            directory: Directory::new(cube),
             lamps: Listed::default(),
             changed: true,
             no_room: false,
@@ -252,7 +251,8 @@ impl Director {
         self.ask_again |= self.changes.made(key, known);
         self.missing.remove(&key);
         let left_out = lamps.left_out;
-        let before = self.tiles.insert(key, Tile { live, block, lamps });
+        let before = self.tiles.insert(key, Tile { live: Arc::new(live), block, lamps });
+        self.place(key);
         self.retire_tile(key, before);
         if left_out > 0 {
             self.lamps.leave_out(key, left_out);
@@ -314,8 +314,9 @@ impl Director {
 
     /// The camera is elsewhere: what is wanted, and what goes.
     fn rethink(&mut self) {
-        if !self.cube.suits(self.view.cell, &self.whole) {
-            self.cube = Cube::around(self.view.cell, &self.whole);
+        if !self.directory.cube().suits(self.view.cell, &self.whole) {
+            self.directory.clear(Cube::around(self.view.cell, &self.whole));
+            self.tiles.keys().copied().collect::<Vec<_>>().into_iter().for_each(|key| self.place(key));
             self.changed = true;
         }
         let horizon = TileKey::of_cell(self.whole.top(), self.view.cell);
@@ -351,6 +352,7 @@ impl Director {
         let gone: Vec<TileKey> = self.tiles.keys().copied().filter(|key| !reach.wants(cell, *key, slack)).collect();
         for key in gone {
             let tile = self.tiles.remove(&key);
+            self.place(key);
             self.changes.forget(key);
             self.shared.source.given_up(key.level, key.pos);
             self.retire_tile(key, tile);
@@ -471,39 +473,50 @@ impl Director {
         key.level == 0 || key.level < self.whole.top() || self.shown.wants(self.view.cell, key, 0)
     }
 
+    /// Has the directory show what is there of a tile.
+    fn place(&mut self, key: TileKey) {
+        let tile = self.tiles.get(&key).filter(|_| self.is_shown(key));
+        self.directory.set(key, tile.map(|tile| &tile.live));
+    }
+
     /// Makes a publication, if the pool has room for its directory.
     fn make_publication(&mut self) {
-        let top = self.whole.top();
-        let shown = self.tiles.iter().filter(|(key, _)| self.is_shown(**key));
-        let tiles = shown.map(|(key, tile)| (*key, &tile.live));
-        let directory = Directory::of(&self.cube, top, tiles);
-        let Some(block) = self.shared.pool.allocate(directory.words()) else {
+        // Which of the coarsest tiles are shown follows from the camera.
+        let coarsest = TileKey { level: self.whole.top().max(1), pos: ChunkPos::new(i32::MIN, i32::MIN, i32::MIN) };
+        let coarsest: Vec<TileKey> = self.tiles.range(coarsest..).map(|(key, _)| *key).collect();
+        coarsest.into_iter().for_each(|key| self.place(key));
+        let placed = self.directory.write(&self.shared.pool, self.version + 1);
+        for Written { block, version } in self.directory.given_up() {
+            // What was written for a publication that never was is reached by nothing.
+            if version > self.version {
+                self.shared.pool.free(block);
+            } else {
+                self.retire(Some(block));
+            }
+        }
+        let Some(Placed { root, nodes, bounds, live, words }) = placed else {
             (self.no_room, self.no_directory) = (true, true);
             return;
         };
         self.no_directory = false;
-        let (words, root) = directory.place(self.shared.pool.address(&block));
-        self.shared.desk().allowance.spend(4 * words.len() as u64);
-        self.shared.pool.write(&block, &words);
-        let lights = self.publish_lamps(&directory.lights);
+        self.shared.desk().allowance.spend(4 * words);
+        let lights = self.publish_lamps();
         self.shared.pool.flush();
-        let before = self.directory.replace(block);
-        self.retire(before);
         self.version += 1;
         self.changed = false;
         self.stats.publications += 1;
-        self.stats.written += 4 * words.len() as u64;
-        self.stats.live = directory.live;
-        let Cube { origin, log2_size } = self.cube;
+        self.stats.written += 4 * words;
+        self.stats.live = live;
+        let Cube { origin, log2_size } = *self.directory.cube();
         let header = Tree64Header {
             origin,
             log2_size,
-            bounds_min: directory.bounds[0],
+            bounds_min: bounds[0],
             material_count: self.shared.source.materials().len() as u32,
-            bounds_last: directory.bounds[1],
+            bounds_last: bounds[1],
             materials_at: 0,
             root,
-            node_count: directory.len() as u32,
+            node_count: nodes as u32,
             leaf_count: 0,
             unused: 0,
         };
@@ -514,10 +527,10 @@ impl Director {
         self.shared.published.notify_all();
     }
 
-    /// Lists the lamps of these groups, and gives what stands in front of the list then.
-    fn publish_lamps(&mut self, groups: &[LightGroup]) -> Option<[u32; HEADER_WORDS]> {
+    /// Lists the lamps of what is shown, and gives what stands in front of the list then.
+    fn publish_lamps(&mut self) -> Option<[u32; HEADER_WORDS]> {
         let pool = &self.shared.lamps.as_ref()?.pool;
-        let bytes = 4 * self.lamps.publish(pool, groups, self.version + 1);
+        let bytes = 4 * self.lamps.publish(pool, self.directory.lights(), self.version + 1);
         pool.flush();
         self.shared.desk().allowance.spend(bytes);
         self.stats.written += bytes;
