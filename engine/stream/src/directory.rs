@@ -92,6 +92,8 @@ struct Group {
     mask: u64,
     /// In the order of the mask.
     branches: Vec<Branch>,
+    /// Which branches have lamps.
+    lit: u64,
     /// Something in it has changed since its block was written.
     stale: bool,
     /// The node above it; `None` when nothing in it is solid.
@@ -106,8 +108,6 @@ struct Total {
     bounds: [[i64; 3]; 2],
     live: usize,
     nodes: usize,
-    /// Some have lamps.
-    lit: bool,
 }
 
 /// A change of a tile.
@@ -195,7 +195,7 @@ impl Branch {
         }
         let group = self.below.get_or_insert_default();
         let number = (path >> (6 * above)) as u32 & 63;
-        let at = (group.mask & ((1 << number) - 1)).count_ones() as usize;
+        let at = group.at(number);
         if group.mask >> number & 1 == 0 {
             if change.tile.is_none() {
                 return false;
@@ -258,6 +258,12 @@ impl Branch {
         }
     }
 
+    /// Whether there are lamps in it, when all below is written.
+    fn is_lit(&self) -> bool {
+        self.tile.as_ref().is_some_and(|tile| !tile.lights.is_empty())
+            || self.below.as_ref().is_some_and(|below| below.lit != 0)
+    }
+
     /// What all of it comes to, when all below is written.
     fn total(&self, level: u32, origin: [i64; 3]) -> Total {
         let mut total = self.below.as_ref().map_or_else(Total::default, |below| below.total);
@@ -274,9 +280,13 @@ impl Branch {
             let over = self.below.as_ref().map_or(0, |below| below.tiles());
             own.extend(tile.lights.iter().filter(|(child, _)| over >> child & 1 == 0).map(|(_, group)| *group));
         }
-        for below in self.below.iter().filter(|below| below.total.lit) {
-            let shown = below.branches.iter().filter(|branch| branch.is_shown(self.tile.as_deref()));
-            shown.for_each(|branch| branch.list(finer));
+        if let Some(below) = &self.below {
+            for number in Bits(below.lit) {
+                let branch = &below.branches[below.at(number)];
+                if branch.is_shown(self.tile.as_deref()) {
+                    branch.list(finer);
+                }
+            }
         }
     }
 
@@ -289,6 +299,11 @@ impl Branch {
 }
 
 impl Group {
+    /// Where the branch of a number is, or would be.
+    fn at(&self, number: u32) -> usize {
+        (self.mask & ((1 << number) - 1)).count_ones() as usize
+    }
+
     /// Which branches have a tile.
     fn tiles(&self) -> u64 {
         let of = |(number, branch): (u32, &Branch)| u64::from(branch.tile.is_some()) << number;
@@ -298,10 +313,12 @@ impl Group {
     /// Writes the nodes below a place, where they lie over those of the coarser tile that it has.
     fn write(&mut self, base: Option<&LiveTile>, level: u32, origin: [i64; 3], writer: &mut Writer) -> Option<()> {
         let mut total = Total::default();
+        self.lit = 0;
         for (number, branch) in Bits(self.mask).zip(&mut self.branches) {
             let (cell, edge) = (child_cell(number), TileKey::edge(level - 1));
             let origin = [0, 1, 2].map(|i| origin[i] + i64::from(cell[i]) * edge);
             branch.write(level - 1, origin, writer)?;
+            self.lit |= u64::from(branch.is_lit()) << number;
             let of = branch.total(level - 1, origin);
             total = total.and(Total { nodes: if branch.is_shown(base) { of.nodes } else { 0 }, ..of });
         }
@@ -355,7 +372,7 @@ impl Writer<'_> {
 
 impl Default for Total {
     fn default() -> Self {
-        Self { bounds: [[i64::MAX; 3], [i64::MIN; 3]], live: 0, nodes: 0, lit: false }
+        Self { bounds: [[i64::MAX; 3], [i64::MIN; 3]], live: 0, nodes: 0 }
     }
 }
 
@@ -366,12 +383,10 @@ impl Total {
             bounds: [low.map(|(a, b)| a.min(b)), high.map(|(a, b)| a.max(b))],
             live: self.live + other.live,
             nodes: self.nodes + other.nodes,
-            lit: self.lit || other.lit,
         }
     }
 
     fn add(&mut self, tile: &LiveTile, level: u32, origin: [i64; 3]) {
-        self.lit |= !tile.lights.is_empty();
         if tile.node.is_some() {
             // Where the tile ends, a ray would go on for long that leaves coarse land upwards.
             let [low, high] = tile.cells.map(|at| at.map(i64::from));

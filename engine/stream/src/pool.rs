@@ -19,8 +19,8 @@ pub trait PoolMemory: Send + Sync {
 /// Words of a node, the unit of allocation for tiles.
 const NODE: u32 = 4;
 
-/// The part of the pool that is for tiles, in percent. The rest is for directories, which are large blocks: between tiles that come and go
-/// there is soon no place for one, however much is free.
+/// The part of the pool that is for tiles, in percent. The rest is for directories, without which nothing that is given up is ever free:
+/// between tiles that come and go there is soon no place for one.
 const TILES: u64 = 95;
 
 /// The part of a pool of lamps that is for lights, in percent: a table of groups has half of the words of the lights at most, and two of them
@@ -152,7 +152,7 @@ impl Pool {
         account.count(block)
     }
 
-    /// A block of at least so many words for a directory; `None` when there is no room for it.
+    /// A block of at least so many words for a part of a directory, or a table; `None` when there is no room for it.
     pub fn allocate(&self, words: u32) -> Option<Block> {
         let (mut account, units) = (self.account(), words.div_ceil(self.form.unit));
         let block = account.directories.take(units).or_else(|| account.tiles.take(units));

@@ -210,7 +210,7 @@ struct InFlight {
 
 #[test]
 fn what_follows_changes_is_what_all_tiles_at_once_make() {
-    for seed in 0..40 {
+    for seed in 0..16 {
         let mut random = SplitMix64::new(seed);
         let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
         let pool = Pool::new(memory.clone(), WORDS, &[Material::air()], true);
@@ -238,6 +238,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
             if step == 100 {
                 tiles.keys().for_each(|key| directory.set(*key, None));
                 tiles.clear();
+                assert!(directory.root.below.is_none(), "nothing is kept of what is gone");
             }
             // Sometimes there is room for a part of it at first, or for nothing.
             let taken: Vec<Block> = match random.below(3) {
@@ -267,16 +268,15 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
             version += 1;
             let reference = Reference::of(&cube, TOP, tiles.iter().map(|(key, tile)| (*key, &**tile)));
             assert_eq!((placed.bounds, placed.live), (reference.bounds, reference.live));
-            assert_eq!(directory.lights(), reference.lights);
+            assert!(directory.lights() == reference.lights, "step {step}: other lamps");
             let words = memory.0.lock().expect("no writer panics").clone();
-            let reached = compare(&reference, reference.root, &words, placed.root);
+            let nodes = compare(&reference, reference.root, &words, placed.root);
+            assert_eq!(placed.nodes, nodes, "step {step}");
             in_flight.push_back(InFlight { version, root: placed.root, reference });
             // Those before are what they were.
             for InFlight { root, reference, .. } in &in_flight {
                 compare(reference, reference.root, &words, *root);
             }
-            let tile_nodes = reached - placed.nodes.min(reached);
-            assert_eq!(tile_nodes, 0, "step {step}: {reached} nodes are reached");
             while in_flight.len() > random.below(4) as usize + 1 {
                 in_flight.pop_front();
             }

@@ -483,8 +483,10 @@ impl Director {
     fn make_publication(&mut self) {
         // Which of the coarsest tiles are shown follows from the camera.
         let coarsest = TileKey { level: self.whole.top().max(1), pos: ChunkPos::new(i32::MIN, i32::MIN, i32::MIN) };
-        let coarsest: Vec<TileKey> = self.tiles.range(coarsest..).map(|(key, _)| *key).collect();
-        coarsest.into_iter().for_each(|key| self.place(key));
+        for (key, tile) in self.tiles.range(coarsest..) {
+            let shown = self.shown.wants(self.view.cell, *key, 0);
+            self.directory.set(*key, shown.then_some(&tile.live));
+        }
         let placed = self.directory.write(&self.shared.pool, self.version + 1);
         for Written { block, version } in self.directory.given_up() {
             // What was written for a publication that never was is reached by nothing.
