@@ -93,6 +93,28 @@ fn coarse_tiles_come_first_and_what_is_seen_before_what_is_not() {
 }
 
 #[test]
+fn the_world_ends_where_the_file_says_whatever_is_loaded_beyond() {
+    let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
+    let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let streamer = Streamer::new(Posts::new(), memory, WORDS, reach(), view(IVec3::ZERO), options);
+    let edge = TileKey::edge(reach().top()) as i32;
+    for step in [0, 1, 2, 1, 0] {
+        let at = IVec3::new(step * edge + 40, 20, 0);
+        streamer.follow(view(at));
+        let (until, mut shown) = (Instant::now() + PATIENCE, None);
+        while !streamer.is_settled() || streamer.has_pending() {
+            assert!(Instant::now() < until, "{:?}", streamer.stats());
+            if let Some(taken) = streamer.take() {
+                streamer.released(taken.version);
+                shown = Some(taken);
+            }
+        }
+        let ends = reach().tiles(at).into_iter().map(|tile| tile.origin()[0]).min();
+        assert_eq!(shown.map(|shown| i64::from(shown.header.bounds_min[0])), ends, "step {step}");
+    }
+}
+
+#[test]
 fn a_place_without_holes_has_something_wherever_a_voxel_is() {
     let source = Posts::new();
     let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
