@@ -378,6 +378,23 @@ fn the_verb_writes_tables_and_charts_and_says_what_is_not_there() {
     assert!(refused.stderr.contains("it has no target `radiance` of floats"), "{}", refused.stderr);
 }
 
+#[test]
+fn the_verb_says_what_passes_count() {
+    let project = Project::shipped();
+    let run = || {
+        let quick = ["--scenes", "room", "--size", "16x9", "--frames", "2", "--paths", "16", "--format", "short"];
+        project.raxel(&[&["bench", "light", "face_cache"], &quick[..]].concat()).exits(0).stderr
+    };
+    assert!(!run().contains("RX0411"));
+    project.edit(
+        "shaders/include/raxel/light/face_table.glsl",
+        "RX_FACE_LOG2_SLOTS = 20u;",
+        "RX_FACE_LOG2_SLOTS = 3u;",
+    );
+    let said = run();
+    assert!(said.contains("RX0411") && said.contains("their faces found no slot in the table: "), "{said}");
+}
+
 /// Points of 2^8 in four pairs, for two seeds; the light that a number draws.
 const SAMPLER: &str = "#version 460
 #include <raxel/light/sobol.glsl>

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_gpu::DeviceKind;
 use raxel_graph::checked::{ResourceKind, Value};
 use raxel_graph::plan::{Lifetime, Plan, ResourceDesc};
@@ -29,12 +30,13 @@ pub struct Bench {
     effort: Effort,
     names: Option<[String; 2]>,
     complaints: Vec<String>,
+    messages: (Vec<Diagnostic>, SourceMap),
 }
 
 impl Bench {
     /// With nothing run yet.
     pub fn new(effort: Effort) -> Self {
-        Self { effort, names: None, complaints: Vec::new() }
+        Self { effort, names: None, complaints: Vec::new(), messages: <(Vec<Diagnostic>, SourceMap)>::default() }
     }
 
     /// Name and driver of the device; known once something has run.
@@ -47,7 +49,13 @@ impl Bench {
         &self.complaints
     }
 
-    fn listen(&mut self, session: &Session) {
+    /// What the last session had to say, such as what its passes have counted, and the texts that it points into.
+    pub fn take_messages(&mut self) -> (Vec<Diagnostic>, SourceMap) {
+        std::mem::take(&mut self.messages)
+    }
+
+    fn listen(&mut self, session: &mut Session) {
+        self.messages = (session.take_messages(), session.texts().clone());
         let said = session.device().log().take();
         self.complaints.extend(said.iter().map(|message| format!("[{}]: {}", message.id, message.text)));
     }
@@ -66,7 +74,7 @@ impl Bench {
         }
         let gpu = session.device().capabilities().kind != DeviceKind::Cpu;
         let made = References::make(&mut session, scene, (self.effort.goal, self.effort.most_paths), gpu);
-        self.listen(&session);
+        self.listen(&mut session);
         if let (Some(place), Ok(made)) = (&place, &made) {
             place.write(made);
         }
@@ -93,7 +101,7 @@ impl Bench {
         let pan = (self.effort.pan > 0).then(|| pan(&mut session, self.effort.pan, both)).transpose()?;
         let dark = references.about.dark.filter(|_| self.effort.lag > 0 && session.param("lamp_strength").is_ok());
         let lag = dark.map(|dark| lag(&mut session, &self.effort, dark)).transpose()?;
-        self.listen(&session);
+        self.listen(&mut session);
         Ok(Outcome {
             flip: last.and_then(|last| hdr_flip(both[0], last)),
             mean: last.map_or(0.0, Picture::mean),

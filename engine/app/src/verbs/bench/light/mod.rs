@@ -15,7 +15,7 @@ use raxel_runtime::project::Project;
 
 use super::labels::stem;
 use crate::args::{Messages, Size, each_once, size};
-use crate::console::{self, Console, Format};
+use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
 use crate::output::{Folders, Pending};
@@ -122,6 +122,8 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         for system in if args.references { &[][..] } else { &systems[..] } {
             let outcome =
                 bench.system(system, &judgement.scene, &judgement.references).map_err(|error| error.to_string());
+            let (messages, texts) = bench.take_messages();
+            console.diagnostics(&messages, &texts, To::Stderr);
             let name = stem(system).to_owned();
             if let Err(reason) = &outcome {
                 failed.push(format!("{name} in {}: {reason}", judgement.scene.name));
