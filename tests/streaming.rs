@@ -372,7 +372,7 @@ fn what_a_streamed_world_cannot_do_is_said() {
     }
     project.edit("worlds/frontier.toml", "gpu_memory =", "cpu_memory = \"64 KiB\"\ngpu_memory =");
     let message = refused(options(&project, "bench/first_hit"));
-    assert!(message.contains("RX0470") && message.contains("`cpu_memory` is 0.1 MiB"), "{message}");
+    assert!(message.contains("RX0470") && message.contains("`cpu_memory` is 64.0 KiB"), "{message}");
     project.edit("worlds/frontier.toml", "\"64 KiB\"", "0");
     project.edit("worlds/frontier.toml", "\"100 MiB\"", "\"1 MiB\"");
     let needed = |step: Option<f64>| -> f64 {

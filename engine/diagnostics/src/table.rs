@@ -359,6 +359,8 @@ impl<'a, 't> Node<'a, 't> {
         } else if !value.is_finite() {
             self.bad_value(format!("`{}` must be a finite number", self.name))
         } else {
+            // In full, 1e300 has 301 digits.
+            let value = if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") };
             self.bad_value(format!("`{}` is {value}; it must be in {}…{}", self.name, range.start(), range.end()))
         }
     }

@@ -388,7 +388,12 @@ impl PoolMemory for Staged {
 }
 
 fn mebibytes(bytes: u64) -> String {
-    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+    // Tenths would make two small amounts that disagree look equal.
+    if bytes < 1 << 20 {
+        format!("{:.1} KiB", bytes as f64 / 1024.0)
+    } else {
+        format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+    }
 }
 
 fn too_small(streamed: &Streamed, needed: u64, bytes: u64) -> Diagnostic {

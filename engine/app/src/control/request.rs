@@ -138,6 +138,16 @@ fn told(value: &Value, error: &serde_json::Error) -> String {
     };
     let mut fields = value.as_object().into_iter().flat_map(serde_json::Map::keys).filter(|field| *field != "do");
     let field = fields.find(is_wrong).map_or("do", String::as_str);
+    let mut text = text;
+    // What serde calls them.
+    for (theirs, ours) in [
+        ("variant identifier", "the name of a request"),
+        ("expected f64", "expected a number"),
+        ("expected u32", "expected a whole number from 0"),
+        ("expected u64", "expected a whole number from 0"),
+    ] {
+        text = text.replace(theirs, ours);
+    }
     format!("`{field}`: {text}")
 }
 
@@ -190,8 +200,12 @@ mod tests {
             (r#"{"do": "step", "frames": 0}"#, "`frames` must be in"),
             (r#"{"do": "pixel", "target": "depth", "x": -1, "y": 0}"#, "`x`: invalid value"),
             (r#"{"do": "pixel", "target": "depth", "x": 0, "y": 0.5}"#, "`y`: invalid type: floating point `0.5`"),
-            (r#"{"do": "seek", "seconds": "now"}"#, "`seconds`: invalid type: string"),
-            (r#"{"do": 5}"#, "`do`: invalid type"),
+            (r#"{"do": "seek", "seconds": "now"}"#, "`seconds`: invalid type: string \"now\", expected a number"),
+            (
+                r#"{"do": "step", "frames": -1}"#,
+                "`frames`: invalid value: integer `-1`, expected a whole number from 0",
+            ),
+            (r#"{"do": 5}"#, "`do`: invalid type: integer `5`, expected the name of a request"),
             (r#"{"do": "camera", "look_at": [0, 0, 0], "yaw": 1}"#, "exclude each other"),
             (r#"{"do": "camera", "position": [0, 1e300, 0]}"#, "a position is in"),
         ] {

@@ -169,22 +169,33 @@ fn bytes(node: &Node<'_, '_>, least: u64, most: u64) -> Option<u64> {
     if (least..=most).contains(&found) {
         return Some(found);
     }
-    node.bad_value(format!("`{}` is {found} bytes; it must be {least} to {most}", node.name))
+    node.bad_value(format!("`{}` is {}; it must be {} to {}", node.name, amount(found), amount(least), amount(most)))
+}
+
+const UNITS: [(&str, u64); 4] = [("KiB", 1 << 10), ("MiB", 1 << 20), ("GiB", 1 << 30), ("TiB", 1 << 40)];
+
+/// Exactly, in the largest unit that goes into it.
+fn amount(bytes: u64) -> String {
+    let whole = UNITS.iter().rev().find(|(_, unit)| bytes >= *unit && bytes.is_multiple_of(*unit));
+    whole.map_or_else(|| format!("{bytes} bytes"), |(name, unit)| format!("{} {name}", bytes / unit))
 }
 
 fn parse(text: &str) -> Option<u64> {
-    const UNITS: [(&str, u64); 4] = [("KiB", 1 << 10), ("MiB", 1 << 20), ("GiB", 1 << 30), ("TiB", 1 << 40)];
     let (number, unit) = UNITS.iter().find_map(|(name, unit)| Some((text.strip_suffix(name)?.trim_end(), *unit)))?;
     number.parse::<u64>().ok()?.checked_mul(unit)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::parse;
+    use super::{amount, parse};
 
     #[test]
     fn amounts_of_memory() {
         assert_eq!(parse("512 MiB"), Some(512 << 20));
+        for text in ["1 KiB", "512 MiB", "2 GiB", "999 TiB"] {
+            assert_eq!(parse(text).map(amount).as_deref(), Some(text));
+        }
+        assert_eq!([0, 1025].map(amount), ["0 bytes", "1025 bytes"]);
         assert_eq!(parse("1GiB"), Some(1 << 30));
         for wrong in ["", "512", "512 MB", "-1 MiB", "1.5 GiB", "99999999999999999999 KiB", "9999999999999999 TiB"] {
             assert_eq!(parse(wrong), None, "{wrong}");
