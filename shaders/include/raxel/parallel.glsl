@@ -48,6 +48,9 @@ shared ivec3 rx_parallel_anchor;
 // What a voxel along the direction adds to a place's pixel.
 shared vec4 rx_parallel_along;
 shared int rx_parallel_values[12];
+// Nodes on the way down, by the height of their children less 2: the node, and the place of its corner less RX_TILE_SLACK, relative to the origin.
+shared uvec4 rx_tile_nodes[4];
+shared vec4 rx_tile_places[4];
 #endif
 
 #ifdef RX_LAYOUT_TREE64
@@ -295,16 +298,16 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
                             // Which of this invocation's pixels have candidates.
                             uint some_have = 0u;
                             for (uint i = 0u; i < 4u; ++i) {
-                                uint row = rx_tile_words[48u + (lane >> 3) + 4u * i];
-                                if ((rx_tile_words[32u + (lane & 7u)] & row) != 0u) some_have |= 1u << (2u * i);
-                                if ((rx_tile_words[40u + (lane & 7u)] & row) != 0u) some_have |= 2u << (2u * i);
+                                uint row = rx_tile_lists[(16u | (lane >> 3) | (i << 2)) & 31u];
+                                if ((rx_tile_lists[lane & 7u] & row) != 0u) some_have |= 1u << (2u * i);
+                                if ((rx_tile_lists[8u | (lane & 7u)] & row) != 0u) some_have |= 2u << (2u * i);
                             }
                             some_have &= alive;
                             uint s = 0u, mine = 0u;  // the pixel of the moment, and which candidates it has left
                             while (RX_TILE_ANY((some_have | mine) != 0u)) {
                                 bool fresh = mine == 0u, has = (some_have | mine) != 0u;
                                 s = fresh ? uint(findLSB(some_have)) & 7u : s;
-                                uint set = rx_tile_words[32u + 8u * (s & 1u) + (lane & 7u)] & rx_tile_words[48u + 4u * (s >> 1) + (lane >> 3)];
+                                uint set = rx_tile_lists[8u * (s & 1u) + (lane & 7u)] & rx_tile_lists[16u + 4u * (s >> 1) + (lane >> 3)];
                                 mine = fresh && has ? set : mine;
                                 some_have &= ~(1u << s);
                                 uint c = uint(findMSB(mine)) & 31u;

@@ -65,13 +65,12 @@ const uint RX_TILE_FULL = 0x80000000u;
 
 // Voxels that the frustum touches, x | y << 8 | z << 16 from the corner of their node of 16^3, in mirrored axes: a ring, the first at `taken`.
 shared uint rx_tile_candidates[128];
-// Two buffers of a word for each invocation. The second one then holds which candidates each column and each row of pixels has.
-shared uint rx_tile_words[64];
+// A word of each invocation, on the way from candidates to their sets.
+shared uint rx_tile_words[32];
+// The same, and then which candidates each column (from 0 on) and each row (from 16 on) of pixels has.
+shared uint rx_tile_lists[32];
 // Places of up to 32 candidates, by their bit in a set.
 shared vec4 rx_tile_corners[32];
-// Nodes on the way down, by the height of their children less 2: the node, and the place of its corner less RX_TILE_SLACK, relative to the origin.
-shared uvec4 rx_tile_nodes[4];
-shared vec4 rx_tile_places[4];
 // From places to pixels, in sixteenths.
 shared vec4 rx_tile_project[4];
 
@@ -93,8 +92,8 @@ uvec2 rx_tile_bare(uvec2 mask, bool down_x, bool down_y, bool down_z) {
     return mask & ~uvec2(a & s & second, b & ((t & second) | (s & ~second)));
 }
 
-// Of candidate l, invocation l has `set`: bit i for column i of pixels, bit 16 + i for row i. Makes of it rx_tile_words[32 + i], the candidates of column i, and
-// rx_tile_words[48 + i], those of row i: bit 31 - l for candidate l, so that the first is the highest bit. A barrier has to follow.
+// Of candidate l, invocation l has `set`: bit i for column i of pixels, bit 16 + i for row i. Makes of it rx_tile_lists[i], the candidates of column i, and
+// rx_tile_lists[16 + i], those of row i: bit 31 - l for candidate l, so that the first is the highest bit. A barrier has to follow.
 void rx_tile_sets(uint lane, uint set) {
     // Bit p + l of each word is first made its bit p; then bit p moves on by p invocations, first by the eights in p, then by the twos, then by one;
     // then words turn.
@@ -103,15 +102,15 @@ void rx_tile_sets(uint lane, uint set) {
     barrier();
     set = (set & 0x000000ffu) | (rx_tile_words[(lane - 8u) & 31u] & 0x0000ff00u) |
           (rx_tile_words[(lane ^ 16u) & 31u] & 0x00ff0000u) | (rx_tile_words[(lane + 8u) & 31u] & 0xff000000u);
-    rx_tile_words[(32u | lane) & 63u] = set;
+    rx_tile_lists[lane & 31u] = set;
     barrier();
-    set = (set & 0x03030303u) | (rx_tile_words[(32u | ((lane - 2u) & 31u)) & 63u] & 0x0c0c0c0cu) |
-          (rx_tile_words[(32u | ((lane - 4u) & 31u)) & 63u] & 0x30303030u) | (rx_tile_words[(32u | ((lane - 6u) & 31u)) & 63u] & 0xc0c0c0c0u);
+    set = (set & 0x03030303u) | (rx_tile_lists[(lane - 2u) & 31u] & 0x0c0c0c0cu) |
+          (rx_tile_lists[(lane - 4u) & 31u] & 0x30303030u) | (rx_tile_lists[(lane - 6u) & 31u] & 0xc0c0c0c0u);
     rx_tile_words[lane & 31u] = set;
     barrier();
     set = (set & 0x55555555u) | (rx_tile_words[(lane - 1u) & 31u] & 0xaaaaaaaau);
     uint by = (lane + 1u) & 31u;
-    rx_tile_words[(32u | lane) & 63u] = (set >> by) | (set << ((32u - by) & 31u));
+    rx_tile_lists[lane & 31u] = (set >> by) | (set << ((32u - by) & 31u));
 }
 
 // A direction on the lattice, without its signs.
