@@ -93,13 +93,17 @@ pub struct Frame {
     pub missing: usize,
     /// Those of them that are chunks of single voxels, as of the last publication.
     pub missing_chunks: usize,
-    /// Those of them that may be in the picture, as of the last publication. Where a coarser one is there, that is seen.
+    /// Tiles that are to be shown where the camera is, may be in the picture, and are not in the publication that the frame saw. Where a
+    /// coarser one is there, that is seen.
     pub missing_in_view: usize,
     /// Those of them in whose place nothing is seen.
     pub holes_in_view: usize,
-    /// Whether that is known of the place where the camera is, and not of the one before.
+    /// Whether all of that is known of the place where the camera is, and not of the one before.
     #[serde(skip)]
     looked: bool,
+    /// Whether what is missing in view is known.
+    #[serde(skip)]
+    known: bool,
 }
 
 /// All frames of a way of flying.
@@ -225,6 +229,18 @@ fn arrivals(frames: &[Frame]) -> Vec<Arrival> {
     (1..=part::JUMPS).map(jump).collect()
 }
 
+/// A frame that the streamer had not looked at the place of misses what the first one after it does of which that is known.
+fn count_unknown(frames: &mut [Frame]) {
+    let mut next = [0, 0];
+    for frame in frames.iter_mut().rev() {
+        if frame.known {
+            next = [frame.missing_in_view, frame.holes_in_view];
+        } else {
+            [frame.missing_in_view, frame.holes_in_view] = next;
+        }
+    }
+}
+
 /// Flies.
 pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     let mut session = Session::open(Options { step: None, ..options.session.clone() })?;
@@ -240,6 +256,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     while started.elapsed().as_secs_f64() < path.length() {
         frames.push(flown(&mut session, &path, started.elapsed().as_secs_f64(), &mut passes)?);
     }
+    count_unknown(&mut frames);
     let stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
     let kept = session.world().kept().unwrap_or_default();
     let edits = edits::measure(&mut session, options)?;
@@ -257,6 +274,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     for time in times.into_iter().filter(|_| options.resident) {
         resident.push(flown(&mut session, &path, time, &mut resident_passes)?);
     }
+    count_unknown(&mut resident);
     let resident_stats = session.stream().map(|stream| stream.stats()).unwrap_or_default();
     Ok(Flight {
         device,
@@ -317,7 +335,9 @@ fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
     while session.wait_picture(Duration::from_secs(1))? != Progress::Done {}
     let whole = began.elapsed();
     let Some(stream) = session.stream() else { return Ok(Frame::default()) };
-    let stats = stream.stats();
+    // What was counted for this place is asked for after that it was.
+    let looked = stream.has_looked();
+    let (stats, missing) = (stream.stats(), stream.missing_in_view());
     let (spent, waited) = stream.frame_time();
     // Until everything was there is not what a frame over it takes.
     let milliseconds = |time: Duration| time.saturating_sub(waited).as_secs_f64() * 1e3;
@@ -329,9 +349,10 @@ fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
         tiles: stats.made.saturating_sub(before.made),
         missing: stats.missing,
         missing_chunks: if stats.missing == 0 { 0 } else { stats.missing_chunks.min(stats.missing) },
-        missing_in_view: if stats.missing == 0 { 0 } else { stats.missing_in_view.min(stats.missing) },
-        holes_in_view: if stats.missing == 0 { 0 } else { stats.holes_in_view.min(stats.missing) },
-        looked: stream.has_looked(),
+        missing_in_view: missing.unwrap_or_default()[0],
+        holes_in_view: missing.unwrap_or_default()[1],
+        looked: looked && missing.is_some(),
+        known: missing.is_some(),
         ..Frame::default()
     })
 }
@@ -375,6 +396,15 @@ mod tests {
         let jumps = arrivals(&frames);
         let [jump, ..] = &jumps[..] else { unreachable!("there are three") };
         assert_eq!((rounded(jump.complete), rounded(jump.chunks), jump.settled), (Some(760), Some(760), None));
+    }
+
+    #[test]
+    fn a_frame_whose_place_is_unknown_misses_what_the_next_one_does() {
+        let frame = |known, missing_in_view| Frame { missing_in_view, known, ..Frame::default() };
+        let mut frames = [(true, 0), (false, 0), (false, 0), (true, 5), (true, 1), (true, 0), (false, 0)]
+            .map(|(known, missing)| frame(known, missing));
+        count_unknown(&mut frames);
+        assert_eq!(frames.map(|frame| frame.missing_in_view), [0, 5, 5, 5, 1, 0, 0]);
     }
 
     #[test]

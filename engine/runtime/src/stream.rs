@@ -56,6 +56,8 @@ struct Frames {
     /// The version that the last frame saw, and the number of the last change of chunks that is in it.
     version: u64,
     changes: u64,
+    /// That publication, and the view of the last frame.
+    seen: Option<(Arc<Publication>, View)>,
     /// The number of the last change of chunks.
     changed: u64,
     /// The next frame waits for it, for a short while.
@@ -199,6 +201,13 @@ impl WorldStream {
         self.streamer.has_looked()
     }
 
+    /// Tiles that the last frame should have seen, as far as they may be in its picture, and did not: all of them, and those in whose place
+    /// it saw nothing. `None` where its place was not looked at yet.
+    pub fn missing_in_view(&self) -> Option<[usize; 2]> {
+        let frames = self.frames();
+        frames.seen.as_ref().and_then(|(publication, view)| publication.missing_in_view(view))
+    }
+
     /// The publication that the last frame saw.
     pub fn version(&self) -> u64 {
         self.frames().version
@@ -214,7 +223,8 @@ impl WorldStream {
             Some(last) if seconds > 0.0 && !self.complete => (position - last) / seconds,
             _ => DVec3::ZERO,
         };
-        self.streamer.follow(view_of(camera, velocity, aspect));
+        let view = view_of(camera, velocity, aspect);
+        self.streamer.follow(view);
         self.release(&mut frames);
         drop(frames);
         let waiting = Instant::now();
@@ -242,6 +252,11 @@ impl WorldStream {
             if DeviceSource::write_together(&headers).is_ok() {
                 (frames.version, frames.changes) = (publication.version, publication.changes);
             }
+        }
+        if let Some(taken) = frames.taken.clone().filter(|taken| taken.version == frames.version) {
+            frames.seen = Some((taken, view));
+        } else if let Some((_, of)) = &mut frames.seen {
+            *of = view;
         }
         frames.spent = began.elapsed().saturating_sub(frames.waited);
         Ok(frames.version)

@@ -1,7 +1,13 @@
 //! What a frame takes.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::IVec3;
 use raxel_world::layout::Tree64Header;
 use raxel_world::lights::HEADER_WORDS;
+
+use crate::reach::{Reach, TileKey};
+use crate::view::View;
 
 /// A state of the world that is whole in the pool. Writing its header to the start of the buffer shows it.
 #[derive(Clone, Debug)]
@@ -16,9 +22,40 @@ pub struct Publication {
     pub changes: u64,
     /// What there was when it was made.
     pub stats: Stats,
+    /// What it is without.
+    pub(crate) lacking: Arc<Mutex<Option<Lacking>>>,
+}
+
+/// What a publication is without of what is loaded at a place. The newest one is told of each place that is looked at.
+#[derive(Clone, Debug)]
+pub(crate) struct Lacking {
+    /// The place.
+    pub(crate) cell: IVec3,
+    /// What is shown, which is less than what is loaded.
+    pub(crate) shown: Reach,
+    /// Tiles that are loaded at the place, and not in the publication.
+    pub(crate) tiles: Vec<TileKey>,
+}
+
+impl Lacking {
+    /// Those of the tiles that are shown at the place of a view and may be in its picture, and how many of these no coarser one could stand
+    /// in for. `None` when more may be wanted there than what was known of the place.
+    pub(crate) fn in_view(&self, view: &View) -> Option<[usize; 2]> {
+        let known = self.shown.loaded(false).covers(self.cell, view.cell);
+        let unseen = self.tiles.iter().filter(|key| self.shown.wants(view.cell, **key, 0) && view.sees(**key));
+        known.then(|| {
+            unseen.fold([0, 0], |[all, holes], key| [all + 1, holes + usize::from(key.level == self.shown.top())])
+        })
+    }
 }
 
 impl Publication {
+    /// Of the tiles that are to be shown at the place of a view and may be in its picture, those that a frame misses which sees this: all of
+    /// them, and those that no coarser one could stand in for. `None` while the streamer has not looked at such a place.
+    pub fn missing_in_view(&self, view: &View) -> Option<[usize; 2]> {
+        self.lacking.lock().unwrap_or_else(PoisonError::into_inner).as_ref()?.in_view(view)
+    }
+
     /// The header as words.
     pub fn words(&self) -> &[u32] {
         bytemuck::cast_slice(std::slice::from_ref(&self.header))

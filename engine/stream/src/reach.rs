@@ -42,6 +42,8 @@ impl TileKey {
 pub struct Reach {
     /// In tiles of the level. The tiles of a level lie within those of the next one, which stand in where finer ones are not there yet.
     radii: Vec<i32>,
+    /// What is wanted from a tile of a level is wanted from those around it, too, so many on each axis.
+    around: i32,
     /// Smallest and one past the largest height.
     height: [i64; 2],
 }
@@ -62,7 +64,7 @@ impl Reach {
             Some([low, high]) => [low.max(built[0]), high.min(built[1])],
             None => built,
         };
-        Self { radii, height }
+        Self { radii, around: 0, height }
     }
 
     /// The coarsest level.
@@ -92,31 +94,31 @@ impl Reach {
         reach
     }
 
-    /// What a streamer loads to show this: where the world is not complete before each frame, one tile further at every level, so that what
-    /// comes near is there before it is missed, and the coarsest of several levels two further: a horizon that is there before it is seen,
-    /// even where a camera passes two borders at a corner.
+    /// What a streamer loads to show this: where the world is not complete before each frame, all that is wanted from the tiles of each
+    /// level around the one that the camera is in, at its corners as well. So nothing is wanted that was not loaded since the camera was
+    /// a whole tile further back on some axis: a quarter of a second for chunks at 256 voxels a second, longer for what is coarser. One
+    /// tile more at every level is less than that: who passes a border soon after one of another axis wants what lies across both.
     #[must_use]
     pub fn loaded(&self, complete: bool) -> Self {
-        let mut reach = self.clone();
-        if !complete {
-            reach.radii.iter_mut().for_each(|radius| *radius += 1);
-            if let [_, .., top] = &mut reach.radii[..] {
-                *top += 1;
-            }
-        }
-        reach
+        Self { around: i32::from(!complete), ..self.clone() }
+    }
+
+    /// Whether this, as [`Self::loaded`] gives it, wants from one voxel all that is to be shown from another.
+    pub(crate) fn covers(&self, from: IVec3, camera: IVec3) -> bool {
+        let (a, b) = (TileKey::of_cell(0, from).pos, TileKey::of_cell(0, camera).pos);
+        [a.x - b.x, a.y - b.y, a.z - b.z].iter().all(|tiles| tiles.abs() <= self.around)
     }
 
     /// Voxels that everything lies within, around the camera.
     pub fn outer(&self) -> i64 {
-        (i64::from(self.radii[self.radii.len() - 1]) + 1) * TileKey::edge(self.top())
+        i64::from(self.radii[self.radii.len() - 1] + self.around + 1) * TileKey::edge(self.top())
     }
 
     /// Whether a tile is wanted from a voxel, or was and is kept within `slack` tiles more.
     pub fn wants(&self, camera: IVec3, tile: TileKey, slack: i32) -> bool {
         let Some(radius) = self.radii.get(tile.level as usize) else { return false };
         let here = TileKey::of_cell(tile.level, camera).pos;
-        let gap = |a: i32, b: i32| i64::from((a - b).abs() - 1).max(0);
+        let gap = |a: i32, b: i32| i64::from((a - b).abs() - 1 - self.around).max(0);
         let (x, y, z) = (gap(tile.pos.x, here.x), gap(tile.pos.y, here.y), gap(tile.pos.z, here.z));
         let radius = i64::from(radius + slack);
         // An upright cylinder, not a ball: who rises sees more of the land around, not less.
@@ -128,7 +130,7 @@ impl Reach {
         let mut all = Vec::new();
         for level in 0..=self.top() {
             let here = TileKey::of_cell(level, camera).pos;
-            let radius = self.radii[level as usize];
+            let radius = self.radii[level as usize] + self.around;
             let rows = self.rows(level);
             for y in rows.start.max(here.y - radius)..rows.end.min(here.y + radius + 1) {
                 for z in here.z - radius..=here.z + radius {
@@ -187,8 +189,26 @@ mod tests {
     }
 
     #[test]
+    fn what_is_wanted_from_beside_is_loaded() {
+        let shown = reach(512, 4096);
+        let loaded = shown.loaded(false);
+        assert_eq!(shown.loaded(true), shown);
+        // Borders of all levels are beside it.
+        let at = IVec3::new(0, 40, 4095);
+        assert!(!loaded.covers(at, at + 128));
+        for step in 0..27 {
+            let beside = at + 64 * (IVec3::new(step % 3, step / 3 % 3, step / 9) - 1);
+            let is_loaded = |tile| loaded.wants(at, tile, 0);
+            assert!(loaded.covers(at, beside) && shown.tiles(beside).into_iter().all(is_loaded), "{beside}");
+        }
+        // And little else.
+        let counts = [&shown, &loaded].map(|reach| reach.tiles(at).len());
+        assert!(counts[1] * 10 < counts[0] * 15, "{counts:?}");
+    }
+
+    #[test]
     fn levels_lie_within_each_other() {
-        let reach = reach(128, 128 * 64);
+        let reach = reach(128, 128 * 64).loaded(false);
         assert_eq!(reach.top(), 3);
         let camera = IVec3::new(-70, 40, 12_345);
         let tiles = reach.tiles(camera);

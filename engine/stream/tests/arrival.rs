@@ -1,6 +1,6 @@
 //! What is there first at a new place: something everywhere, then what is in the picture, then the rest.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
 
 use glam::{DVec3, IVec3};
@@ -155,7 +155,7 @@ fn a_place_without_holes_has_something_wherever_a_voxel_is() {
     assert!(finest >= 1, "{coarse} coarse, {finest} complete");
 }
 
-/// Every level is loaded a tile further than it is wanted: a camera that crosses a border, when all was there before, misses nothing.
+/// What is wanted from beside is loaded at every level: a camera that crosses a border, when all was there before, misses nothing.
 #[test]
 fn what_comes_near_is_there_before_it_is_missed() {
     let source = Posts::new();
@@ -187,4 +187,107 @@ fn what_comes_near_is_there_before_it_is_missed() {
         assert_eq!(stats.missing_in_view, 0, "step {step} to {at}, {} made since: {stats:?}", stats.made - made);
     }
     assert!(streamer.stats().dropped > 100, "{:?}", streamer.stats());
+}
+
+/// Makes no more tiles than it is told to.
+struct Paced {
+    posts: Arc<Posts>,
+    left: Mutex<usize>,
+    more: Condvar,
+}
+
+impl Paced {
+    fn allow(&self, tiles: usize) {
+        *self.left.lock().unwrap() = tiles;
+        self.more.notify_all();
+    }
+
+    fn made(&self) -> u64 {
+        self.posts.asked.lock().unwrap().len() as u64
+    }
+}
+
+impl ChunkSource for Paced {
+    fn materials(&self) -> &[Material] {
+        self.posts.materials()
+    }
+
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        let mut left = self.more.wait_while(self.left.lock().unwrap(), |left| *left == 0).unwrap();
+        *left -= 1;
+        self.posts.chunk(level, pos)
+    }
+}
+
+/// Lets workers go that wait for a tile, before the streamer waits for them.
+struct Open(Arc<Paced>);
+
+impl Drop for Open {
+    fn drop(&mut self) {
+        self.0.allow(usize::MAX);
+    }
+}
+
+/// A flight of a frame for each 16 voxels, straight on, half a turn, and back, in many directions: borders of several axes follow each other
+/// closely. Between two frames a number of tiles is made, which is twice what the flight needs in the mean.
+#[test]
+fn a_flight_misses_nothing_in_view() {
+    const STEP: f64 = 16.0;
+    const TILES: usize = 8;
+    /// Frames of each straight part, and of half a turn.
+    const LEG: u32 = 120;
+    const TURN: u32 = 8;
+    let source = Arc::new(Paced { posts: Posts::new(), left: Mutex::new(usize::MAX), more: Condvar::new() });
+    let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let options = StreamOptions { workers: 1, complete: false, upload: None, poison: true };
+    let mut at = DVec3::new(20.0, 20.0, 20.0);
+    let streamer = Streamer::new(source.clone(), memory, WORDS, reach(), view(at.as_ivec3()), options);
+    let _open = Open(source.clone());
+    let mut seen = None;
+    let mut take = || {
+        if let Some(taken) = streamer.take() {
+            streamer.released(taken.version);
+            seen = Some(taken);
+        }
+        seen.clone()
+    };
+    let until = Instant::now() + PATIENCE;
+    let pause = || {
+        assert!(Instant::now() < until, "{:?}", streamer.stats());
+        std::thread::yield_now();
+    };
+    while !streamer.is_settled() || streamer.has_pending() {
+        take();
+        pause();
+    }
+    let legs = (0..5).flat_map(|way| {
+        let yaw = 0.15 + 1.3 * f64::from(way);
+        let turn = (0..TURN).map(move |n| (yaw + std::f64::consts::PI * f64::from(n) / f64::from(TURN), 0.0));
+        let straight = |yaw| (0..LEG).map(move |_| (yaw, STEP));
+        straight(yaw).chain(turn).chain(straight(yaw + std::f64::consts::PI))
+    });
+    for (step, (yaw, by)) in legs.enumerate() {
+        let forward = DVec3::new(yaw.cos(), 0.0, yaw.sin());
+        at += by * forward;
+        let view = View { forward, velocity: 16.0 * by * forward, half_angle: 0.6, ..View::at(at.floor().as_ivec3()) };
+        streamer.follow(view);
+        while !streamer.has_looked() {
+            pause();
+        }
+        let seen = take().expect("the first place is there");
+        assert_eq!(seen.missing_in_view(&view), Some([0, 0]), "step {step} at {at}: {:?}", streamer.stats());
+
+        let before = source.made();
+        source.allow(TILES);
+        let mut is_shown = || {
+            let (made, shown) = (source.made(), take().map_or(0, |seen| seen.stats.made));
+            let all = made == before + TILES as u64 && shown == made;
+            (all || streamer.is_settled()) && !streamer.has_pending()
+        };
+        while !is_shown() {
+            pause();
+        }
+        source.allow(0);
+    }
+    assert!(source.made() > 4000, "{}", source.made());
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use raxel_world::layout::Tree64Header;
@@ -17,7 +17,7 @@ use super::{Job, Shared, StreamError};
 use crate::cube::Cube;
 use crate::directory::{Directory, LiveTile, Placed, Written};
 use crate::pool::Block;
-use crate::publication::{Publication, Stats};
+use crate::publication::{Lacking, Publication, Stats};
 use crate::reach::{Reach, TileKey};
 use crate::view::View;
 
@@ -51,6 +51,10 @@ pub(super) struct Director {
     /// What is wanted, and what of it is not there.
     wanted: usize,
     missing: HashSet<TileKey>,
+    /// Tiles that are there, and in no publication yet.
+    unpublished: HashSet<TileKey>,
+    /// What the newest publication is without.
+    lacking: Arc<Mutex<Option<Lacking>>>,
     changes: Changes,
     /// The last change that publications show with all before it.
     shown_changes: u64,
@@ -105,6 +109,8 @@ impl Director {
             tiles: BTreeMap::new(),
             wanted: 0,
             missing: HashSet::new(),
+            unpublished: HashSet::new(),
+            lacking: Arc::default(),
             changes: Changes::default(),
             shown_changes: 0,
             put_off: PutOff::default(),
@@ -249,7 +255,9 @@ impl Director {
         }
         // It is newer than what was there: where changes never end, what they leave is seen all the same.
         self.ask_again |= self.changes.made(key, known);
-        self.missing.remove(&key);
+        if self.missing.remove(&key) {
+            self.unpublished.insert(key);
+        }
         let left_out = lamps.left_out;
         let before = self.tiles.insert(key, Tile { live: Arc::new(live), block, lamps });
         self.place(key);
@@ -335,16 +343,14 @@ impl Director {
         self.count_unseen();
     }
 
-    /// What is missing in view.
+    /// What the newest publication is without, of what is wanted now.
     fn count_unseen(&mut self) {
-        let top = self.whole.top();
-        // What is only loaded before it is wanted is not missed.
-        let (shown, cell) = (&self.shown, self.view.cell);
-        let unseen = self.missing.iter().filter(|key| shown.wants(cell, **key, 0) && self.view.sees(**key));
-        let levels: Vec<u32> = unseen.map(|key| key.level).collect();
+        let tiles = self.missing.iter().chain(&self.unpublished).copied().collect();
+        let lacking = Lacking { cell: self.view.cell, shown: self.shown.clone(), tiles };
+        let [missing, holes] = lacking.in_view(&self.view).unwrap_or_default();
+        (self.stats.missing_in_view, self.stats.holes_in_view) = (missing, holes);
         self.stats.missing_chunks = self.missing.iter().filter(|key| key.level == 0).count();
-        self.stats.missing_in_view = levels.len();
-        self.stats.holes_in_view = levels.into_iter().filter(|level| *level == top).count();
+        *self.lacking.lock().unwrap_or_else(PoisonError::into_inner) = Some(lacking);
     }
 
     fn drop_unwanted(&mut self, slack: i32) {
@@ -353,6 +359,7 @@ impl Director {
         for key in gone {
             let tile = self.tiles.remove(&key);
             self.place(key);
+            self.unpublished.remove(&key);
             self.changes.forget(key);
             self.shared.source.given_up(key.level, key.pos);
             self.retire_tile(key, tile);
@@ -447,7 +454,6 @@ impl Director {
         let due = self.changed && if self.complete { settled } else { may_follow };
         if due {
             self.changes.show();
-            self.count_unseen();
             self.make_publication();
         }
         // The table of lamps may have found no room just now.
@@ -506,6 +512,9 @@ impl Director {
         self.shared.pool.flush();
         self.version += 1;
         self.changed = false;
+        self.unpublished.clear();
+        self.lacking = Arc::default();
+        self.count_unseen();
         self.stats.publications += 1;
         self.stats.written += 4 * words;
         self.stats.live = live;
@@ -523,8 +532,14 @@ impl Director {
             unused: 0,
         };
         self.shown_changes = self.shown_changes.max(self.changes.whole());
-        let publication =
-            Publication { version: self.version, header, lights, changes: self.shown_changes, stats: self.stats };
+        let publication = Publication {
+            version: self.version,
+            header,
+            lights,
+            changes: self.shown_changes,
+            stats: self.stats,
+            lacking: self.lacking.clone(),
+        };
         self.shared.desk().pending = Some(Arc::new(publication));
         self.shared.published.notify_all();
     }
