@@ -522,3 +522,21 @@ fn a_flight_is_measured() {
     let export = project.raxel(&["world", "export", "worlds/frontier.toml", "-o", "a.vox"]);
     assert!(export.code != 0 && export.stderr.contains("RX0343"), "{}", export.stderr);
 }
+
+#[test]
+fn a_flight_says_once_what_passes_count() {
+    let project = project();
+    let run = || {
+        let arguments = ["bench", "stream", "graphs/light/face_cache.toml", "--world", "worlds/frontier.toml"];
+        let short = ["--seconds", "1", "--speed", "8", "--size", "16x9", "--edits", "0", "--format", "short"];
+        project.raxel(&[&arguments[..], &short].concat()).exits(0).stderr
+    };
+    assert!(!run().contains("RX0411"));
+    project.edit(
+        "shaders/include/raxel/light/face_table.glsl",
+        "RX_FACE_LOG2_SLOTS = 20u;",
+        "RX_FACE_LOG2_SLOTS = 3u;",
+    );
+    let said = run();
+    assert_eq!(said.matches("their faces found no slot in the table: ").count(), 1, "{said}");
+}

@@ -6,6 +6,7 @@ mod passes;
 
 use std::time::{Duration, Instant};
 
+use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::Progress;
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
@@ -141,6 +142,10 @@ pub struct Flight {
     pub resident: Flown,
     /// Bytes of the pool: in use at the end, most at any time, all.
     pub pool: [u64; 3],
+    /// What the session that loaded had to say, such as what its passes have counted, and the texts that it points into. The same path with
+    /// everything there would say it again.
+    #[serde(skip)]
+    pub messages: (Vec<Diagnostic>, SourceMap),
 }
 
 /// Milliseconds from a jump to the end of a picture on the device; none where there was no such picture before the next jump.
@@ -261,6 +266,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
     let kept = session.world().kept().unwrap_or_default();
     let edits = edits::measure(&mut session, options)?;
     let (device, size) = (session.device().capabilities().name.clone(), session.size());
+    let messages = (session.take_messages(), session.texts().clone());
     drop(session);
 
     // The same moments: one frame for each.
@@ -281,6 +287,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
         size,
         first_seconds,
         pool: stats.pool,
+        messages,
         jumps_at: path.first_jump(),
         jumps: arrivals(&frames),
         live: Flown { passes: passes.into_names(), frames, stats },

@@ -11,7 +11,7 @@ use raxel_measure::flight::{
 use serde_json::json;
 
 use crate::args::{Messages, Size, size};
-use crate::console::{self, Console, Format};
+use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::session::{What, frame_failure, open_failure};
 
@@ -69,6 +69,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let options =
         FlightOptions { session, speed: args.speed, seconds, stay, balls, resident: !args.once, patience: PATIENCE };
     let flight = fly(&options).map_err(|error| failure(error, console))?;
+    console.diagnostics(&flight.messages.0, &flight.messages.1, To::Stderr);
     if console.format() == Format::Json {
         console::json(&json!({
             "reason": "bench-stream",
