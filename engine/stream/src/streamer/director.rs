@@ -1,12 +1,12 @@
 //! Knows the tiles: what is there, what is wanted, what goes.
 
+mod publish;
+
 use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use raxel_world::layout::Tree64Header;
-use raxel_world::lights::HEADER_WORDS;
 use raxel_world::{ChunkPos, Unavailable};
 
 use super::changes::Changes;
@@ -15,9 +15,9 @@ use super::put_off::PutOff;
 use super::worker::{Made, MadeLamps, Unmade};
 use super::{Job, Shared, StreamError};
 use crate::cube::Cube;
-use crate::directory::{Directory, LiveTile, Placed, Written};
+use crate::directory::{Directory, LiveTile};
 use crate::pool::Block;
-use crate::publication::{Lacking, Publication, Stats};
+use crate::publication::{Lacking, Stats};
 use crate::reach::{Reach, TileKey};
 use crate::view::View;
 
@@ -314,12 +314,6 @@ impl Director {
         self.whole != wanted
     }
 
-    /// Whether a publication may be made that frames take after this one, which none has taken yet, or in its place: only an edit that it
-    /// does not show overtakes it.
-    fn may_follow(&self, pending: Option<&Publication>) -> bool {
-        !self.changes.are_held() && pending.is_none_or(|pending| pending.changes < self.changes.whole())
-    }
-
     /// The camera is elsewhere: what is wanted, and what goes.
     fn rethink(&mut self) {
         if !self.directory.cube().suits(self.view.cell, &self.whole) {
@@ -341,16 +335,6 @@ impl Director {
         self.missing = tiles.into_iter().filter(|tile| !self.tiles.contains_key(tile)).collect();
         self.put_off.retain(|key| self.missing.contains(key) || self.changes.concern(key));
         self.count_unseen();
-    }
-
-    /// What the newest publication is without, of what is wanted now.
-    fn count_unseen(&mut self) {
-        let tiles = self.missing.iter().chain(&self.unpublished).copied().collect();
-        let lacking = Lacking { cell: self.view.cell, shown: self.shown.clone(), tiles };
-        let [missing, holes] = lacking.in_view(&self.view).unwrap_or_default();
-        (self.stats.missing_in_view, self.stats.holes_in_view) = (missing, holes);
-        self.stats.missing_chunks = self.missing.iter().filter(|key| key.level == 0).count();
-        *self.lacking.lock().unwrap_or_else(PoisonError::into_inner) = Some(lacking);
     }
 
     fn drop_unwanted(&mut self, slack: i32) {
@@ -441,141 +425,5 @@ impl Director {
         if work {
             self.shared.work.notify_all();
         }
-    }
-
-    /// Makes a publication, if something has changed and somebody wants one.
-    fn publish(&mut self) {
-        let listed = !self.complete || self.lamps.is_whole();
-        let settled = self.missing.is_empty() && self.changes.are_made() && self.lamps.again().is_empty() && listed;
-        let (may_follow, view_is_known) = {
-            let desk = self.shared.desk();
-            (self.may_follow(desk.pending.as_deref()), desk.view_serial == self.view_serial)
-        };
-        let due = self.changed && if self.complete { settled } else { may_follow };
-        if due {
-            self.changes.show();
-            self.make_publication();
-        }
-        // The table of lamps may have found no room just now.
-        let settled = settled && !(self.complete && self.lamps.lacks_table());
-        self.stats.wanted = self.wanted;
-        self.stats.missing = self.missing.len();
-        self.stats.near = self.reach.near();
-        self.stats.unavailable = self.put_off.len();
-        self.stats.unlisted = self.lamps.left_out();
-        let mut desk = self.shared.desk();
-        desk.stats = self.stats;
-        desk.looked = self.view_serial;
-        desk.unavailable = self.put_off.reason().cloned();
-        // Whoever waits for this sees the figures of it, too.
-        if settled && !self.changed && view_is_known && desk.view_serial == self.view_serial {
-            desk.settled = self.view_serial;
-            self.shared.settled.notify_all();
-        }
-    }
-
-    /// Whether a tile is part of the world that is shown: the world ends where the file says, whatever is there beyond.
-    fn is_shown(&self, key: TileKey) -> bool {
-        key.level == 0 || key.level < self.whole.top() || self.shown.wants(self.view.cell, key, 0)
-    }
-
-    /// Has the directory show what is there of a tile.
-    fn place(&mut self, key: TileKey) {
-        let tile = self.tiles.get(&key).filter(|_| self.is_shown(key));
-        self.directory.set(key, tile.map(|tile| &tile.live));
-    }
-
-    /// Makes a publication, if the pool has room for its directory.
-    fn make_publication(&mut self) {
-        // Which of the coarsest tiles are shown follows from the camera.
-        let coarsest = TileKey { level: self.whole.top().max(1), pos: ChunkPos::new(i32::MIN, i32::MIN, i32::MIN) };
-        for (key, tile) in self.tiles.range(coarsest..) {
-            let shown = self.shown.wants(self.view.cell, *key, 0);
-            self.directory.set(*key, shown.then_some(&tile.live));
-        }
-        let placed = self.directory.write(&self.shared.pool, self.version + 1);
-        for Written { block, version } in self.directory.given_up() {
-            // What was written for a publication that never was is reached by nothing.
-            if version > self.version {
-                self.shared.pool.free(block);
-            } else {
-                self.retire(Some(block));
-            }
-        }
-        let Some(Placed { root, nodes, bounds, live, words }) = placed else {
-            (self.no_room, self.no_directory) = (true, true);
-            return;
-        };
-        self.no_directory = false;
-        self.shared.desk().allowance.spend(4 * words);
-        let lights = self.publish_lamps();
-        self.shared.pool.flush();
-        self.version += 1;
-        self.changed = false;
-        self.unpublished.clear();
-        self.lacking = Arc::default();
-        self.count_unseen();
-        self.stats.publications += 1;
-        self.stats.written += 4 * words;
-        self.stats.live = live;
-        let Cube { origin, log2_size } = *self.directory.cube();
-        let header = Tree64Header {
-            origin,
-            log2_size,
-            bounds_min: bounds[0],
-            material_count: self.shared.source.materials().len() as u32,
-            bounds_last: bounds[1],
-            materials_at: 0,
-            root,
-            node_count: nodes as u32,
-            leaf_count: 0,
-            unused: 0,
-        };
-        self.shown_changes = self.shown_changes.max(self.changes.whole());
-        let publication = Publication {
-            version: self.version,
-            header,
-            lights,
-            changes: self.shown_changes,
-            stats: self.stats,
-            lacking: self.lacking.clone(),
-        };
-        self.shared.desk().pending = Some(Arc::new(publication));
-        self.shared.published.notify_all();
-    }
-
-    /// Lists the lamps of what is shown, and gives what stands in front of the list then.
-    fn publish_lamps(&mut self) -> Option<[u32; HEADER_WORDS]> {
-        let pool = &self.shared.lamps.as_ref()?.pool;
-        let bytes = 4 * self.lamps.publish(pool, self.directory.lights(), self.version + 1);
-        pool.flush();
-        self.shared.desk().allowance.spend(bytes);
-        self.stats.written += bytes;
-        let header = self.lamps.header();
-        self.stats.lights = u64::from(header[0]);
-        Some(header)
-    }
-
-    /// There was no room for some lamps: a window goes on without them, but whoever waits for a complete world hears of it.
-    fn refuse_lamps(&mut self) {
-        let shared = self.shared.clone();
-        if let Some(lamps) = shared.lamps.as_ref().filter(|_| self.complete) {
-            // Those of what was given up are free as soon as a publication without them is taken.
-            if self.changed && self.lamps.waits_for_more_than(self.version) {
-                self.make_publication();
-            }
-            let error = StreamError::TooManyLamps { bytes: lamps.pool.capacity() };
-            shared.desk().error = Some((self.view_serial, error));
-            shared.settled.notify_all();
-        }
-    }
-
-    /// Lamps that there was no room for are listed as soon as there is: their tiles are made anew, after what is missing.
-    fn list_again(&mut self) {
-        let Some(lamps) = &self.shared.lamps else { return };
-        // Whoever waits for a complete world hears of it if there is still no room. A window asks only for what fits.
-        let room = if self.complete { u64::MAX } else { lamps.pool.spare_words() };
-        self.ask_again |= self.lamps.list_again(room);
-        self.changed |= self.lamps.try_table_again();
     }
 }
