@@ -38,6 +38,17 @@ impl Talk {
     /// Sends a line as it is, and gives the answer.
     fn say(&mut self, line: &str) -> Value {
         writeln!(self.requests, "{line}").unwrap();
+        self.answer()
+    }
+
+    /// What the next edit brings, which is made once the request for it is sent.
+    fn reloaded(&mut self, edit: impl FnOnce()) -> Value {
+        writeln!(self.requests, "{}", json!({ "do": "wait_reload", "seconds": 60 })).unwrap();
+        edit();
+        self.answer()
+    }
+
+    fn answer(&self) -> Value {
         loop {
             let answer = self.line();
             if answer.get("event").is_none() {
@@ -135,10 +146,29 @@ fn a_window_is_driven_too() {
         answer["ok"] == json!(true)
             && talk.ask(json!({ "do": "pixel", "target": "depth", "x": 0, "y": 0 }))["values"] == json!([321.0])
     });
-    project.edit("graphs/inspect.toml", "present", "presnet");
-    let told = talk.ask(json!({ "do": "wait_reload", "seconds": 60 }));
+    let told = talk.reloaded(|| _ = project.edit("graphs/inspect.toml", "present", "presnet"));
     assert_eq!(told["reloaded"], json!(false), "{told}");
     assert!(told["diagnostics"].to_string().contains("graphs/inspect.toml"), "{told}");
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+}
+
+#[test]
+fn a_window_over_mistakes_answers_too() {
+    let display = Display::start();
+    let project = Project::shipped();
+    project.edit("graphs/inspect.toml", "present", "presnet");
+    let mut window = command(project.root(), &[&["run", "--control"][..], &SCENE].concat());
+    let mut talk = Talk::start(window.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY"));
+    let refused = talk.say("{\"do\": \"info\"}");
+    assert!(refused["error"].as_str().unwrap().contains("nothing runs"), "{refused}");
+    let found = talk.ask(json!({ "do": "diagnostics" }));
+    assert!(found["showing"].is_null() && found["diagnostics"].to_string().contains("presnet"), "{found}");
+    let told = talk.reloaded(|| _ = project.edit("graphs/inspect.toml", "presnet", "presentt"));
+    assert!(told["reloaded"] == json!(false) && told["diagnostics"].to_string().contains("presentt"), "{told}");
+    let told = talk.reloaded(|| _ = project.edit("graphs/inspect.toml", "presentt", "present"));
+    assert_eq!((&told["reloaded"], &told["diagnostics"]), (&json!(true), &json!([])), "{told}");
+    assert!(talk.ask(json!({ "do": "info" }))["graph"].to_string().contains("inspect"));
     talk.ask(json!({ "do": "quit" }));
     assert!(talk.child.finish().success());
 }

@@ -27,6 +27,12 @@ impl Refusal {
     pub fn new(error: impl Into<String>) -> Self {
         Self { error: error.into(), help: Vec::new() }
     }
+
+    /// There is no session to ask.
+    pub fn nothing_runs() -> Self {
+        let help = "`diagnostics` lists them, and `wait_reload` waits until they are mended".to_owned();
+        Self { error: "nothing runs, as the files have mistakes".to_owned(), help: vec![help] }
+    }
 }
 
 impl From<Failure> for Refusal {

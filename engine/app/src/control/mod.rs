@@ -74,8 +74,8 @@ impl Control {
         Self { lines, drive, waiting: None, diagnostics: Vec::new(), generation: 0, shown: 0 }
     }
 
-    /// Answers what has come, without waiting: for a window.
-    pub fn poll(&mut self, session: &mut Session) -> Next {
+    /// Answers what has come, without waiting: for a window. There is no session while its files have mistakes.
+    pub fn poll(&mut self, mut session: Option<&mut Session>) -> Next {
         self.tire();
         loop {
             // Requests are answered in their order.
@@ -84,7 +84,7 @@ impl Control {
             }
             match self.lines.try_recv() {
                 Ok(line) => {
-                    if self.line(&line, session) == Next::Quit {
+                    if self.line(&line, session.as_deref_mut()) == Next::Quit {
                         return Next::Quit;
                     }
                 }
@@ -107,7 +107,7 @@ impl Control {
             };
             let events = session.poll_reload();
             events.iter().for_each(|event| self.note(event));
-            let next = line.as_ref().map(|line| self.line(line, session));
+            let next = line.as_ref().map(|line| self.line(line, Some(session)));
             let said = session.take_messages();
             Self::say(&said, session.texts());
             if matches!(next, Ok(Next::Quit) | Err(RecvTimeoutError::Disconnected)) {
@@ -148,14 +148,29 @@ impl Control {
         };
         console::json(&said);
         let of_an_edit = matches!(event, ReloadEvent::Reloaded(_) | ReloadEvent::Failed(_));
-        if let (Some(waiting), true) = (&self.waiting, of_an_edit) {
-            let ok = matches!(event, ReloadEvent::Reloaded(_));
+        if of_an_edit {
+            self.tell(matches!(event, ReloadEvent::Reloaded(_)));
+        }
+    }
+
+    /// There is no session, for these mistakes.
+    pub fn broken(&mut self, diagnostics: &[Diagnostic], texts: &SourceMap) {
+        self.diagnostics = parsed(&render::json(diagnostics, texts));
+        self.tell(false);
+    }
+
+    /// The mistakes are mended, and there is a session.
+    pub fn opened(&mut self) {
+        self.diagnostics.clear();
+        self.tell(true);
+    }
+
+    /// Answers who waits for an edit.
+    fn tell(&mut self, reloaded: bool) {
+        if let Some(waiting) = self.waiting.take() {
             let (generation, diagnostics) = (self.generation, &self.diagnostics);
-            answer::give(
-                &waiting.id,
-                Ok(json!({ "reloaded": ok, "generation": generation, "diagnostics": diagnostics })),
-            );
-            self.waiting = None;
+            let told = json!({ "reloaded": reloaded, "generation": generation, "diagnostics": diagnostics });
+            answer::give(&waiting.id, Ok(told));
         }
     }
 
@@ -173,7 +188,7 @@ impl Control {
         }
     }
 
-    fn line(&mut self, line: &str, session: &mut Session) -> Next {
+    fn line(&mut self, line: &str, session: Option<&mut Session>) -> Next {
         if line.trim().is_empty() {
             return Next::More;
         }
@@ -189,14 +204,20 @@ impl Control {
                 self.waiting = Some(Waiting { id, until });
             }
             Ok(Request::Diagnostics {}) => {
-                let (generation, shown) = (self.generation, self.shown);
+                let (generation, shown) = (self.generation, session.is_some().then_some(self.shown));
                 // With what passes count at the moment.
-                let counted = parsed(&render::json(&session.counted(), session.texts()));
-                let all: Vec<&Value> = self.diagnostics.iter().chain(&counted).collect();
+                let counted = session.map(|session| parsed(&render::json(&session.counted(), session.texts())));
+                let all: Vec<&Value> = self.diagnostics.iter().chain(counted.iter().flatten()).collect();
                 let found = json!({ "generation": generation, "showing": shown, "diagnostics": all });
                 answer::give(&id, Ok(found));
             }
-            Ok(request) => answer::give(&id, answer::answer(request, session, self.drive)),
+            Ok(request) => answer::give(
+                &id,
+                match session {
+                    Some(session) => answer::answer(request, session, self.drive),
+                    None => Err(Refusal::nothing_runs()),
+                },
+            ),
         }
         Next::More
     }

@@ -17,7 +17,7 @@ use super::waiting::Waiting;
 use super::{Args, Viewer, Wake, new_window};
 use crate::args::Size;
 use crate::console::{Console, To};
-use crate::control::{Control, Drive};
+use crate::control::{Control, Drive, Next};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
 use crate::session::{open_failure, print_log, validated};
@@ -61,6 +61,9 @@ impl<'a> App<'a> {
                 // Without a project there is nothing that could be mended.
                 let Ok(front) = Front::around(at) else { return Err(Failure::printed(Exit::Project)) };
                 console.message("the window waits for the files to be mended");
+                if let Some(control) = &mut control {
+                    control.broken(&diagnostics, &texts);
+                }
                 let root = front.project.root().to_owned();
                 Stage::Waiting(Box::new(Waiting::new(root, device, &diagnostics, &texts)?))
             }
@@ -80,6 +83,9 @@ impl<'a> App<'a> {
 
     /// Draws what is wrong, and goes on when it is not wrong any more.
     fn wait(&mut self, event_loop: &ActiveEventLoop) {
+        if self.control.as_mut().is_some_and(|control| control.poll(None) == Next::Quit) {
+            return event_loop.exit();
+        }
         if let Err(failure) = self.try_wait() {
             self.stage = Stage::Ended(Some(failure));
             event_loop.exit();
@@ -100,6 +106,9 @@ impl<'a> App<'a> {
             Err(OpenError::Project { diagnostics, texts }) => {
                 if waiting.found(&diagnostics, &texts) {
                     self.console.diagnostics(&diagnostics, &texts, To::Stderr);
+                    if let Some(control) = &mut self.control {
+                        control.broken(&diagnostics, &texts);
+                    }
                 }
                 return Ok(());
             }
@@ -112,6 +121,9 @@ impl<'a> App<'a> {
         let Stage::Waiting(waiting) = std::mem::replace(&mut self.stage, Stage::Ended(None)) else { return Ok(()) };
         // The surface of the old device goes before the new one makes its own for the same window.
         let window = waiting.into_window();
+        if let Some(control) = &mut self.control {
+            control.opened();
+        }
         let mut viewer = Viewer::new(args, self.console, session, self.control.take())?;
         if let Some(window) = window {
             viewer.show_in(&window)?;

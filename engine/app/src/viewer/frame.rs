@@ -42,7 +42,7 @@ impl Viewer<'_> {
             self.note(&event);
         }
         if let Some(control) = &mut self.control
-            && control.poll(&mut self.session) == Next::Quit
+            && control.poll(Some(&mut self.session)) == Next::Quit
         {
             event_loop.exit();
             return Ok(());
