@@ -24,7 +24,7 @@ use crate::view::View;
 /// Tiles that stay beyond where they are wanted, so that a camera on a border loads nothing twice.
 const SLACK: i32 = 2;
 /// Level 0 reaches at least so many tiles, whatever the memory.
-const LEAST_NEAR: i32 = 2;
+const LEAST_NEAR: i32 = 1;
 /// Most of the pool that is used before level 0 reaches less far, in percent.
 const FULL: u64 = 85;
 /// Least of the pool that is free for level 0 to reach further again, in percent.
@@ -72,6 +72,8 @@ pub(super) struct Director {
     no_directory: bool,
     /// There was none, and nothing was freed since.
     starved: bool,
+    /// Blocks were freed since tiles were asked for.
+    freed: bool,
     /// What the workers were asked for is no longer what is missing.
     ask_again: bool,
     stats: Stats,
@@ -122,6 +124,7 @@ impl Director {
             no_room: false,
             no_directory: false,
             starved: false,
+            freed: false,
             ask_again: false,
             stats: Stats::default(),
         }
@@ -188,6 +191,7 @@ impl Director {
             if let Some((_, block)) = self.retired.pop_front() {
                 self.shared.pool.free(block);
             }
+            self.freed = true;
             self.ask_again |= std::mem::take(&mut self.starved);
         }
         if self.lamps.can_free(released)
@@ -357,8 +361,12 @@ impl Director {
         [used, peak, self.shared.pool.capacity()]
     }
 
-    /// There was no room for a tile. Nothing more is asked for until something is freed.
+    /// There was no room for a tile. Nothing more is asked for until something is freed, unless something was while that tile was made.
     fn starve(&mut self) {
+        if std::mem::take(&mut self.freed) && !self.no_directory {
+            self.ask_again = true;
+            return;
+        }
         self.starved = true;
         self.ask_again = false;
         self.shared.desk().jobs.clear();
@@ -399,6 +407,7 @@ impl Director {
         if !self.complete && !roomy && self.reach.near() > LEAST_NEAR && self.retired.is_empty() {
             self.shrink();
         }
+        self.freed = false;
         let put_off = self.put_off.at(Instant::now());
         let mut desk = self.shared.desk();
         let idle = |key: &TileKey| {
