@@ -92,7 +92,7 @@ pub struct Frame {
     pub tiles: u64,
     /// Wanted tiles that are not there.
     pub missing: usize,
-    /// Those of them that are chunks of single voxels, as of the last publication.
+    /// Those of them that are chunks of single voxels and to be shown, as of the last publication.
     pub missing_chunks: usize,
     /// Tiles that are to be shown where the camera is, may be in the picture, and are not in the publication that the frame saw. Where a
     /// coarser one is there, that is seen.

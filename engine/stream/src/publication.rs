@@ -69,7 +69,7 @@ pub struct Stats {
     pub wanted: usize,
     /// Those of them that are not there yet.
     pub missing: usize,
-    /// Those of them that are chunks: level 0.
+    /// Those of them that are chunks, of level 0, and to be shown from where the camera is.
     pub missing_chunks: usize,
     /// Those of them that may be in the picture. Where a coarser one is there, that is seen meanwhile.
     pub missing_in_view: usize,

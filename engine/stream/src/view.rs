@@ -31,15 +31,17 @@ impl View {
     }
 
     /// How soon a tile is loaded: the smallest first. The coarsest come before all others, since they stand in for these, and what is in
-    /// the picture before what is not, of which chunks come first. Distance counts from where the camera will be in half a second, and a
-    /// quarter as much for each level.
-    pub(crate) fn urgency(&self, tile: TileKey, top: u32) -> (u8, f64) {
+    /// the picture before what is not, of which chunks come first; what is not shown from here but may be soon comes after what is.
+    /// Distance counts from where the camera will be in half a second, and a quarter as much for each level.
+    pub(crate) fn urgency(&self, tile: TileKey, top: u32, shown: bool) -> (u8, f64) {
         let (to, radius) = self.to_tile(tile);
         let ahead = (to - self.velocity * 0.5).length();
-        let turn = match (tile.level == top, self.sees_sphere(to, radius)) {
-            (true, seen) => u8::from(!seen),
-            (false, true) => 2,
-            (false, false) => 3 + u8::from(tile.level > 0),
+        let turn = match (shown, self.sees_sphere(to, radius)) {
+            (true, seen) if tile.level == top => u8::from(!seen),
+            (true, true) => 2,
+            (false, true) => 3,
+            (true, false) => 4 + u8::from(tile.level > 0),
+            (false, false) => 6,
         };
         (turn, (ahead - radius).max(0.0) / raxel_world::cell_edge(tile.level) as f64 + radius * 1e-3)
     }
@@ -66,5 +68,29 @@ impl View {
         let camera = self.cell.to_array();
         let to = DVec3::from_array(std::array::from_fn(|i| (origin[i] - i64::from(camera[i])) as f64 + half));
         (to, half * 3f64.sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_and_seen_is_loaded_first() {
+        let view = View::at(IVec3::ZERO);
+        let tile = |level: u32, z: i32| TileKey { level, pos: raxel_world::ChunkPos::new(0, 0, z) };
+        // The camera looks along −Z.
+        let order = [
+            (tile(2, -9), true),
+            (tile(2, 9), true),
+            (tile(0, -3), true),
+            (tile(1, -9), true),
+            (tile(2, -10), false),
+            (tile(0, 3), true),
+            (tile(1, 5), true),
+            (tile(0, 4), false),
+        ];
+        let urgency = order.map(|(tile, shown)| view.urgency(tile, 2, shown));
+        assert!(urgency.is_sorted_by(|a, b| a < b), "{urgency:?}");
     }
 }

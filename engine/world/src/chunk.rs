@@ -347,25 +347,27 @@ impl Packed {
 
     /// Of a working copy with so many solids. Most blocks are of one material, and full.
     fn of_blocks(dense: &DenseChunk, solids: usize) -> Self {
-        let mut seen = vec![false; 1 << MaterialIndex::BITS];
+        let mut seen = vec![0u64; (1 << MaterialIndex::BITS) / 64];
+        let mut see = |material: MaterialIndex| seen[usize::from(material / 64)] |= 1 << (material % 64);
         let mut uniform = [None; BLOCKS];
         let blocks = || dense.masks().iter().enumerate().filter(|(_, mask)| **mask != 0);
         for (block, mask) in blocks() {
             let voxels = dense.block(block);
             let first = voxels[mask.trailing_zeros() as usize];
-            seen[usize::from(first)] = true;
-            let same = match *mask {
-                u64::MAX => voxels.iter().fold(0, |different, material| different | (material ^ first)) == 0,
-                mask => Bits(mask).all(|bit| voxels[bit as usize] == first),
-            };
+            see(first);
+            // Mostly those that are empty were given the same material as well, and all can be compared at once.
+            let same = voxels.iter().fold(0, |different, material| different | (material ^ first)) == 0
+                || *mask != u64::MAX && Bits(*mask).all(|bit| voxels[bit as usize] == first);
             if same {
                 uniform[block] = Some(first);
             } else {
-                Bits(*mask).for_each(|bit| seen[usize::from(voxels[bit as usize])] = true);
+                Bits(*mask).for_each(|bit| see(voxels[bit as usize]));
             }
         }
-        let palette: Box<[MaterialIndex]> =
-            (0..=MaterialIndex::MAX).filter(|index| seen[usize::from(*index)]).collect();
+        let words = seen.iter().enumerate().filter(|(_, word)| **word != 0);
+        let palette: Box<[MaterialIndex]> = words
+            .flat_map(|(at, word)| Bits(*word).map(move |bit| (64 * at) as MaterialIndex + bit as MaterialIndex))
+            .collect();
         if let [material] = palette[..] {
             return Self::Uniform(material);
         }

@@ -77,7 +77,8 @@ impl DenseChunk {
             Mode::Paint => mask & self.masks[block],
         };
         let voxels = &mut self.voxels[block * 64..][..64];
-        if covered == u64::MAX {
+        if self.masks[block] & !covered == 0 {
+            // No other voxel of the block is solid; those that are empty have no material.
             voxels.fill(material);
         } else {
             Bits(covered).for_each(|bit| voxels[bit as usize] = material);

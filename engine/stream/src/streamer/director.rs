@@ -420,7 +420,7 @@ impl Director {
             .missing
             .iter()
             .filter(|key| idle(key) && !self.changes.concern(key))
-            .map(|key| (self.view.urgency(*key, top), *key))
+            .map(|key| (self.view.urgency(*key, top, self.shown.wants(self.view.cell, *key, 0)), *key))
             .collect();
         jobs.sort_unstable_by(|((a_turn, a), a_key), ((b_turn, b), b_key)| {
             b_turn.cmp(a_turn).then_with(|| b.total_cmp(a)).then_with(|| b_key.cmp(a_key))

@@ -4,6 +4,10 @@
 //! interpolated at its centre, are smaller than the width. So a chunk takes 17³ samples of each, and 4³ voxels between samples that all
 //! are on one side of the width need no closer look.
 
+#![allow(clippy::inline_always, reason = "what is not inlined is not compiled for the processor at hand")]
+
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::build::noise::{Noise, Sampler};
 use crate::chunk::child_index;
 
@@ -27,9 +31,12 @@ const STEP: i64 = 4;
 /// Samples along an edge of a chunk.
 const SAMPLES: usize = 17;
 /// Samples that are made at once, one above the other: below the land, all of them are needed.
-const GROUP: usize = 4;
+const GROUP: usize = 8;
 /// Room for the samples of a column of them.
 const COLUMN: usize = SAMPLES.next_multiple_of(GROUP);
+
+/// A noise at the corners of a 4³ block: of its four vertical edges, those along x first, the lower end and the upper one.
+type Corners = [[f64; 2]; 4];
 
 impl Caves {
     /// Voxels of land that stay between caves and water.
@@ -83,57 +90,69 @@ impl<'c> CaveField<'c> {
             return false;
         }
         let corner = cell.map(|c| c & !(STEP - 1));
-        // Corners of a block: x fastest, then y, then z.
-        let at = [0, 1, 2]
-            .map(|axis| std::array::from_fn::<f64, 8, _>(|n| (corner[axis] + (n as i64 >> axis & 1) * STEP) as f64));
+        let at = [(0, 1), (1, 0), (2, 2)].map(|(axis, bit)| {
+            std::array::from_fn::<f64, 8, _>(|n| (corner[axis] + (n as i64 >> bit & 1) * STEP) as f64)
+        });
         let local = [0, 1, 2].map(|i| (cell[i] - corner[i]) as u32);
         let bit = child_index(local[0], local[1], local[2]);
-        self.samplers.iter().all(|sampler| near_zero(&sampler.in_space(at), self.caves.width) >> bit & 1 == 1)
+        let is_near = |sampler: &Sampler| {
+            let values = sampler.in_space(at);
+            let corners: Corners = std::array::from_fn(|column| [values[2 * column], values[2 * column + 1]]);
+            near_zero(&corners, self.caves.width) >> bit & 1 == 1
+        };
+        self.samplers.iter().all(is_near)
     }
 }
 
 impl CaveChunk<'_> {
-    /// One noise at the corners of a 4³ block: x fastest, then y, then z.
-    fn corners(&mut self, noise: usize, cell: [u32; 3]) -> [f64; 8] {
+    /// One noise at the corners of a 4³ block.
+    fn corners(&mut self, noise: usize, cell: [u32; 3]) -> Corners {
         let [x, y, z] = cell.map(|c| c as usize);
-        let mut corners = [0.0; 8];
-        for column in 0..4 {
-            let [low, high] = self.pair(noise, [x + (column & 1), y, z + (column >> 1)]);
-            let corner = column & 1 | (column >> 1) << 2;
-            (corners[corner], corners[corner | 2]) = (low, high);
-        }
-        corners
+        std::array::from_fn(|column| self.pair(noise, [x + (column & 1), y, z + (column >> 1)]))
     }
 
     /// A sample, and the one above it.
+    #[inline(always)]
     fn pair(&mut self, noise: usize, [x, y, z]: [usize; 3]) -> [f64; 2] {
+        let at = z * SAMPLES + x;
+        let needed = 1 << (y / GROUP) | 1 << ((y + 1) / GROUP);
+        let lacking = needed & !self.samples[noise].made[at];
+        if lacking != 0 {
+            self.make(noise, [x, z], lacking);
+        }
+        let samples = &self.samples[noise].of[at];
+        [samples[y], samples[y + 1]]
+    }
+
+    /// Makes groups of a column of samples, a bit each.
+    #[cold]
+    fn make(&mut self, noise: usize, [x, z]: [usize; 2], groups: u8) {
         let Samples { of, made } = &mut self.samples[noise];
         let at = z * SAMPLES + x;
-        let (samples, made) = (&mut of[at], &mut made[at]);
-        for group in [y / GROUP, (y + 1) / GROUP] {
-            if *made >> group & 1 == 1 {
-                continue;
-            }
-            *made |= 1 << group;
-            let place = |local: usize, axis: usize| (self.origin[axis] + local as i64 * STEP) as f64;
-            let [x, z] = [place(x, 0), place(z, 2)];
-            let sampler = &self.field.samplers[noise];
-            if group * GROUP + 1 == SAMPLES {
-                [samples[SAMPLES - 1]] = sampler.in_space([[x], [place(SAMPLES - 1, 1)], [z]]);
+        made[at] |= groups;
+        let place = |local: usize, axis: usize| (self.origin[axis] + local as i64 * STEP) as f64;
+        let [x, z] = [place(x, 0), place(z, 2)];
+        let sampler = &self.field.samplers[noise];
+        for group in (0..SAMPLES.div_ceil(GROUP)).filter(|group| groups >> group & 1 == 1) {
+            let first = group * GROUP;
+            if first + 1 == SAMPLES {
+                [of[at][first]] = sampler.in_space([[x], [place(first, 1)], [z]]);
             } else {
-                let heights = std::array::from_fn(|n| place(group * GROUP + n, 1));
+                let heights = std::array::from_fn(|n| place(first + n, 1));
                 let values: [f64; GROUP] = sampler.in_space([[x; GROUP], heights, [z; GROUP]]);
-                samples[group * GROUP..][..GROUP].copy_from_slice(&values);
+                of[at][first..first + GROUP].copy_from_slice(&values);
             }
         }
-        [samples[y], samples[y + 1]]
     }
 
     /// Which voxels of a 4³ block are hollow, their cover not looked at; `cell` is the block's place in the chunk, each in 0…15.
     pub(crate) fn mask(&mut self, cell: [u32; 3]) -> u64 {
         let width = self.field.caves.width;
         // Trilinear values lie between those of the corners.
-        let is_solid = |corners: &[f64; 8]| corners.iter().all(|c| *c >= width) || corners.iter().all(|c| *c <= -width);
+        let is_solid = |corners: &Corners| {
+            let all = |beyond: fn(f64, f64) -> bool| corners.as_flattened().iter().all(|c| beyond(*c, width));
+            all(|c, width| c >= width) || all(|c, width| c <= -width)
+        };
         let first = self.corners(0, cell);
         if is_solid(&first) {
             return 0;
@@ -153,18 +172,42 @@ impl CaveChunk<'_> {
     }
 }
 
-/// The voxels of a block at whose centres one noise, trilinear between the corners, is near zero. The weights are multiples of an eighth.
-fn near_zero(corners: &[f64; 8], width: f64) -> u64 {
-    let between = |a: f64, b: f64, at: usize| a + (b - a) * ((at as f64 + 0.5) / STEP as f64);
-    let mut mask = 0;
-    for x in 0..4 {
-        let along_x: [f64; 4] = std::array::from_fn(|edge| between(corners[edge << 1], corners[edge << 1 | 1], x));
+/// The voxels of a block at whose centres one noise, trilinear between the corners, is near zero.
+fn near_zero(corners: &Corners, width: f64) -> u64 {
+    Arch::new().dispatch(NearZero { corners, width })
+}
+
+/// [`near_zero`], for any processor.
+struct NearZero<'c> {
+    corners: &'c Corners,
+    width: f64,
+}
+
+impl WithSimd for NearZero<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> u64 {
+        let Self { corners, width } = self;
+        // The weights are multiples of an eighth.
+        let between = |a: f64, b: f64, at: usize| a + (b - a) * ((at as f64 + 0.5) / STEP as f64);
+        // Four voxels along x at once.
+        let along_x: [[f64; 4]; 4] = std::array::from_fn(|edge| {
+            let (y, z) = (edge & 1, edge & 2);
+            std::array::from_fn(|x| between(corners[z][y], corners[z + 1][y], x))
+        });
+        let rows = |low: [f64; 4], high: [f64; 4], at: usize| -> [f64; 4] {
+            std::array::from_fn(|x| between(low[x], high[x], at))
+        };
+        let mut mask = 0;
         for y in 0..4 {
-            let [front, back] = [0, 2].map(|z| between(along_x[z], along_x[z + 1], y));
+            let [front, back] = [0, 2].map(|z| rows(along_x[z], along_x[z + 1], y));
             for z in 0..4 {
-                mask |= u64::from(between(front, back, z).abs() < width) << (x | z << 2 | y << 4);
+                let values = rows(front, back, z);
+                let near: u64 = (0..4).map(|x| u64::from(values[x].abs() < width) << x).sum();
+                mask |= near << (z << 2 | y << 4);
             }
         }
+        mask
     }
-    mask
 }

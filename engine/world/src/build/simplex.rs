@@ -78,6 +78,12 @@ fn only(mask: u32, value: f32) -> f32 {
     f32::from_bits(value.to_bits() & mask)
 }
 
+/// One where something holds, else nothing.
+#[inline(always)]
+fn one_where(holds: bool) -> f64 {
+    f64::from_bits(u64::from(holds).wrapping_neg() & 1.0f64.to_bits())
+}
+
 /// Whether [`ROUND`] serves for the lattice around all places.
 #[inline(always)]
 fn are_near<const N: usize, const AXES: usize>(places: &[[f64; N]; AXES]) -> bool {
@@ -93,9 +99,9 @@ fn truncated<const N: usize>(values: [f64; N], near: bool) -> ([f64; N], [i32; N
     }
     let nearest: [f64; N] = std::array::from_fn(|n| (values[n] + ROUND) - ROUND);
     let whole: [f64; N] = std::array::from_fn(|n| {
-        let beyond = if values[n] >= 0.0 { nearest[n] > values[n] } else { false };
-        let before = if values[n] < 0.0 { nearest[n] < values[n] } else { false };
-        nearest[n] - if beyond { 1.0 } else { 0.0 } + if before { 1.0 } else { 0.0 }
+        let beyond = one_where((values[n] >= 0.0) & (nearest[n] > values[n]));
+        let before = one_where((values[n] < 0.0) & (nearest[n] < values[n]));
+        nearest[n] - beyond + before
     });
     (whole, whole.map(|whole| (whole + ROUND).to_bits() as i32))
 }
@@ -114,8 +120,8 @@ fn floors<const N: usize>(values: [f64; N], near: bool) -> ([f64; N], [i32; N]) 
     }
     let nearest: [f64; N] = std::array::from_fn(|n| (values[n] + ROUND) - ROUND);
     let whole: [f64; N] = std::array::from_fn(|n| {
-        let beyond = if values[n] >= 0.0 { nearest[n] > values[n] } else { nearest[n] >= values[n] };
-        nearest[n] - if beyond { 1.0 } else { 0.0 }
+        let is_beyond = (nearest[n] > values[n]) | ((values[n] < 0.0) & (nearest[n] >= values[n]));
+        nearest[n] - one_where(is_beyond)
     });
     (whole, whole.map(|whole| (whole + ROUND).to_bits() as i32))
 }

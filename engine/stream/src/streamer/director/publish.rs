@@ -25,7 +25,8 @@ impl Director {
         let lacking = Lacking { cell: self.view.cell, shown: self.shown.clone(), tiles };
         let [missing, holes] = lacking.in_view(&self.view).unwrap_or_default();
         (self.stats.missing_in_view, self.stats.holes_in_view) = (missing, holes);
-        self.stats.missing_chunks = self.missing.iter().filter(|key| key.level == 0).count();
+        let shown = |key: &&TileKey| key.level == 0 && self.shown.wants(self.view.cell, **key, 0);
+        self.stats.missing_chunks = self.missing.iter().filter(shown).count();
         *self.lacking.lock().unwrap_or_else(PoisonError::into_inner) = Some(lacking);
     }
 
