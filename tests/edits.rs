@@ -155,6 +155,8 @@ fn what_cannot_be_edited_is_refused_and_the_picture_stays() {
         Operation::Box { bounds: all, brush: Brush::Add(1) },
         Operation::set([0; 3], 60_000),
         Operation::Restore { bounds: all },
+        Operation::sphere([f64::NAN, 0.0, 0.0], 4.0, Brush::Subtract),
+        Operation::sphere([0.0; 3], f64::NAN, Brush::Subtract),
     ] {
         let error = session.edit(&[operation]).unwrap_err();
         assert!(matches!(error, EditFailure::Refused(_)), "{error}");
@@ -162,6 +164,59 @@ fn what_cannot_be_edited_is_refused_and_the_picture_stays() {
     }
     assert_eq!(frame(&mut session).dispatched, 0);
     assert!(session.read_presented().unwrap() == before);
+}
+
+/// What a device has no room for is taken out again, and nothing else: an undo that fails takes back no step but its own.
+#[test]
+fn an_edit_an_undo_and_a_redo_that_find_no_room_leave_the_steps_as_they_were() {
+    let folder = project();
+    let graph = |layout: &str| {
+        let text = fs::read_to_string(root().join("graphs/inspect.toml")).unwrap();
+        fs::write(folder.path().join("graphs/inspect.toml"), text.replace("world.tree64", layout)).unwrap();
+    };
+    graph("world.tree64");
+    let options = field(folder.path(), Saves::Ignore);
+    let mut session = open(Options { graph: Some("graphs/inspect.toml".into()), watch: true, poll: true, ..options });
+    let far = [1_000_000, 0, 0];
+    let near = |n: i32| Operation::set([n, 20, 0], 1);
+    let swap = |session: &mut Session, layout: &str| {
+        graph(layout);
+        let events = (0..40).map(|_| session.wait_reload(Duration::from_millis(500))).find(|events| !events.is_empty());
+        assert!(events.is_some(), "{layout}");
+        frame(session);
+    };
+    let seen = |session: &Session| {
+        let bounds = raxel_world::Bounds { min: [0, 20, 0], max: [4, 21, 1] };
+        session.region(&bounds).unwrap().get(&1).copied().unwrap_or_default()
+    };
+    session.edit(&[near(0)]).unwrap();
+    session.edit(&[near(1), Operation::set(far, 1)]).unwrap();
+    session.edit(&[near(2), Operation::set(far, raxel_world::AIR)]).unwrap();
+    frame(&mut session);
+
+    // An image is as large as the world: it has room for the third step, and not for the second.
+    swap(&mut session, "world.texture3d");
+    let error = session.undo().unwrap_err();
+    assert!(error.to_string().contains("texture3d"), "{error}");
+    assert_eq!((session.edit_steps(), seen(&session)), ([3, 0], 3));
+    let error = session.edit(&[near(3), Operation::set(far, 1)]).unwrap_err();
+    assert!(matches!(error, EditFailure::TooLarge { .. }), "{error}");
+    assert_eq!((session.edit_steps(), seen(&session)), ([3, 0], 3));
+    assert!(!session.redo().unwrap());
+    session.edit(&[near(3)]).unwrap();
+    frame(&mut session);
+
+    // Where there is room again, all steps are there.
+    swap(&mut session, "world.tree64");
+    for left in [3, 2, 1] {
+        assert!(session.undo().unwrap());
+        assert_eq!(seen(&session), left);
+    }
+    assert!(session.undo().unwrap() && session.redo().unwrap());
+    swap(&mut session, "world.texture3d");
+    let error = session.redo().unwrap_err();
+    assert!(error.to_string().contains("texture3d"), "{error}");
+    assert_eq!((session.edit_steps(), seen(&session)), ([1, 3], 1));
 }
 
 /// A project in a folder of its own with the shipped graph, over a small world that is saved.

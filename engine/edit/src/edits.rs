@@ -107,6 +107,13 @@ impl Edits {
         Some(self.bring(step, Moment::After, base))
     }
 
+    /// Takes the newest step back as if it had never been made: it cannot be redone. `None` when there is none.
+    pub fn take_back(&mut self, base: &dyn Base) -> Option<Change> {
+        let change = self.undo(base)?;
+        self.history.drop_undone();
+        Some(change)
+    }
+
     /// Brings back what the base has, everywhere, and forgets what could be undone.
     pub fn clear(&mut self, base: &dyn Base) -> Change {
         self.history.clear();

@@ -224,6 +224,11 @@ impl History {
         self.done.back().map(|step| &step.chunks[..])
     }
 
+    /// Forgets the step that was undone last.
+    pub(crate) fn drop_undone(&mut self) {
+        self.bytes -= self.undone.pop().map_or(0, |step| step.bytes);
+    }
+
     /// Steps that can be undone and redone.
     pub(crate) fn steps(&self) -> [usize; 2] {
         [self.done.len(), self.undone.len()]

@@ -19,7 +19,7 @@ pub const MOST_CHUNKS: u64 = 1 << 15;
 
 const CELLS: std::ops::RangeInclusive<i64> = -(1 << 31)..=1 << 31;
 
-/// A position in voxels as steps of 1/256 voxel, rounded to the nearest; saturates.
+/// A position in voxels as steps of 1/256 voxel, rounded to the nearest; saturates, and NaN becomes 0.
 pub fn fixed(voxels: f64) -> i64 {
     (voxels * UNIT as f64).round() as i64
 }
@@ -188,9 +188,10 @@ impl Operation {
         Self::Set { cell, material }
     }
 
-    /// A ball, by its centre and radius in voxels.
+    /// A ball, by its centre and radius in voxels. One whose centre or radius is NaN, or whose radius is negative, is refused when it is made.
     pub fn sphere(center: [f64; 3], radius: f64, brush: Brush) -> Self {
-        Self::Sphere { center: center.map(fixed), radius: (radius * UNIT as f64).round() as u32, brush }
+        let steps = |voxels: f64| if voxels.is_nan() { i64::MIN } else { fixed(voxels) };
+        Self::Sphere { center: center.map(steps), radius: (radius * UNIT as f64).round() as u32, brush }
     }
 
     /// A box around the voxels that it may change; `None` for [`Operation::Put`], which names its chunks.

@@ -52,6 +52,9 @@ pub enum WrongRecord {
         /// The word.
         material: u32,
     },
+    /// It is a ball, and its radius is below 0. GLSL leaves open what a float that is not finite becomes; most devices make that negative, too.
+    #[error("a ball has a radius that is negative or no finite number")]
+    Radius,
     /// It is an edit that cannot be made.
     #[error(transparent)]
     Edit(#[from] EditError),
@@ -96,6 +99,7 @@ fn operation(record: &[u32; RECORD_WORDS]) -> Result<Operation, WrongRecord> {
     match (word & 0xff, brush) {
         (RESTORE, Brush::Subtract) => Ok(Operation::Restore { bounds }),
         (BOX, brush) => Ok(Operation::Box { bounds, brush }),
+        (SPHERE, _) if rest[3].cast_signed() < 0 => Err(WrongRecord::Radius),
         (SPHERE, brush) => Ok(Operation::Sphere { center, radius: rest[3], brush }),
         (SET, Brush::Subtract) => Ok(Operation::Set { cell: [ax, ay, az].map(|c| c as i32), material: AIR }),
         (SET, Brush::Add(material)) => Ok(Operation::Set { cell: [ax, ay, az].map(|c| c as i32), material }),
@@ -153,6 +157,7 @@ mod tests {
             ([SET | 1 << 8, 70_000, 0, 0, 0, 0, 0, 0], "material 70000"),
             ([SET | 1 << 8, 9, 0, 0, 0, 0, 0, 0], "uses material 9; the world has 4"),
             ([SPHERE, 0, 0, 0, 0, 0, 0, 0], "its radius is 0"),
+            ([SPHERE, 0, 0, 0, 0, (-3_i32 * 256).cast_unsigned(), 0, 0], "negative or no finite number"),
             ([BOX, 0, 5, 5, 5, 4, 9, 9], "covers nothing"),
             ([BOX, 0, 0, 0, 0, 1 << 30, 1 << 30, 1 << 30], "reaches over"),
         ] {

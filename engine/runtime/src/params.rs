@@ -31,6 +31,12 @@ pub enum SetError {
         /// Type of the value.
         found: &'static str,
     },
+    /// The value is NaN or infinite, in one of its components.
+    #[error("`{name}` must be finite")]
+    NotFinite {
+        /// Name.
+        name: String,
+    },
     /// The value has another number of components.
     #[error("`{name}` has {expected} components, which {found} has not")]
     WrongShape {
@@ -166,6 +172,9 @@ fn find<'g>(graph: &'g Graph, name: &str) -> Result<(usize, &'g Param), SetError
 
 /// The value as the param's type, if it is one and in its range.
 pub fn checked(param: &Param, value: Value) -> Result<Value, SetError> {
+    if components(&value).iter().any(|number| !number.is_finite()) {
+        return Err(SetError::NotFinite { name: param.name.clone() });
+    }
     let value = converted(value, &param.default).ok_or_else(|| SetError::WrongType {
         name: param.name.clone(),
         expected: type_name(&param.default),
@@ -348,6 +357,18 @@ mod tests {
             materials: Vec::new(),
             files: Vec::new(),
         }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_refused_by_that_name() {
+        let graph = graph(&[("exposure", Value::F32(1.0), Some([0.0, 8.0])), ("sun", Value::Vec3([0.0; 3]), None)]);
+        let mut params = Params::default();
+        params.adopt(&graph);
+        for (name, value) in [("exposure", Value::F32(f32::NAN)), ("sun", Value::Vec3([0.0, f32::INFINITY, 0.0]))] {
+            let error = params.set(&graph, name, value).unwrap_err();
+            assert_eq!(error.to_string(), format!("`{name}` must be finite"));
+        }
+        assert_eq!(params.values(), [Value::F32(1.0), Value::Vec3([0.0; 3])]);
     }
 
     #[test]

@@ -37,7 +37,7 @@ impl CastHit {
 }
 
 /// The first solid voxel along a ray, not farther than `reach` voxels. `None` as well for a ray that hits nothing by rule: one that is not
-/// finite, or without direction.
+/// finite, or without direction. It looks at 2²⁰ cubes at most: through chunks of air it comes 67 million voxels far along an axis.
 pub fn cast(base: &dyn Base, ray: &Ray, reach: f64) -> Option<CastHit> {
     let lattice = Lattice::of(ray)?;
     let mut walk = Walk::new(lattice);

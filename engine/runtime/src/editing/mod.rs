@@ -89,6 +89,13 @@ impl Editing {
         Some(change)
     }
 
+    /// Takes the newest step back as if it had never been made.
+    pub(crate) fn take_back(&mut self) -> Option<Change> {
+        let change = self.edits.take_back(self.base.base())?;
+        self.note(&change);
+        Some(change)
+    }
+
     pub(crate) fn redo(&mut self) -> Option<Change> {
         let change = self.edits.redo(self.base.base())?;
         self.note(&change);

@@ -11,10 +11,11 @@ use raxel_world::ChunkPos;
 
 use super::{FrameError, Session};
 use crate::build_error::BuildError;
-use crate::editing::Changes;
+use crate::editing::{Changes, Editing};
 use crate::execute::Builtins;
 
-/// Why an edit was not made. Nothing has changed then.
+/// Why an edit was not made, undone or redone. The world and the steps that can be undone are then as they were; an edit that was too
+/// large has taken the place of what could be redone.
 #[derive(Debug, thiserror::Error)]
 pub enum EditFailure {
     /// It is wrong, or too large.
@@ -46,19 +47,19 @@ impl Session {
     /// and [`super::Options::saves`] says so. Gives the number of chunks that changed.
     pub fn edit(&mut self, operations: &[Operation]) -> Result<usize, EditFailure> {
         let change = self.editing.apply(operations)?;
-        self.show_edit(operations, &change)
+        self.show_edit(operations, &change, Editing::take_back)
     }
 
     /// Takes the newest step back. False when there is none.
     pub fn undo(&mut self) -> Result<bool, EditFailure> {
         let Some(change) = self.editing.undo() else { return Ok(false) };
-        self.show_edit(&[change.as_put()], &change).map(|_| true)
+        self.show_edit(&[change.as_put()], &change, Editing::redo).map(|_| true)
     }
 
     /// Makes the step again that was undone last. False when there is none, or an edit came in between.
     pub fn redo(&mut self) -> Result<bool, EditFailure> {
         let Some(change) = self.editing.redo() else { return Ok(false) };
-        self.show_edit(&[change.as_put()], &change).map(|_| true)
+        self.show_edit(&[change.as_put()], &change, Editing::undo).map(|_| true)
     }
 
     /// Steps that can be undone, and redone.
@@ -109,7 +110,13 @@ impl Session {
         self.editing.checkpoint();
     }
 
-    fn show_edit(&mut self, operations: &[Operation], change: &Change) -> Result<usize, EditFailure> {
+    /// Shows and saves a change. Where there is no room for it, `reverse` takes it out of the edits again.
+    fn show_edit(
+        &mut self,
+        operations: &[Operation],
+        change: &Change,
+        reverse: fn(&mut Editing) -> Option<Change>,
+    ) -> Result<usize, EditFailure> {
         match self.show(&change.after().collect()) {
             Ok(()) => {
                 if !change.chunks.is_empty() {
@@ -118,7 +125,7 @@ impl Session {
                 Ok(change.chunks.len())
             }
             Err(error) => {
-                self.editing.undo();
+                reverse(&mut self.editing);
                 Err(EditFailure::TooLarge { diagnostics: error.into_diagnostics() })
             }
         }
