@@ -358,13 +358,17 @@ fn worlds_go_out_and_come_in() {
     let said = project.raxel(&["world", "info", "worlds/menger.toml", "--format", "json"]).exits(0).json();
     let solids = said[0]["info"]["solids"].as_u64().unwrap();
     assert!(solids > 1000);
-    project.raxel(&["world", "export", "worlds/menger.toml", "-o", "cube.vox"]).exits(0);
+    let said = project.raxel(&["world", "export", "worlds/menger.toml", "-o", "cube.vox"]).exits(0).stderr;
+    assert!(!said.contains("instance"), "{said}");
     project.raxel(&["world", "import", "cube.vox"]).exits(0);
     let imported = project.raxel(&["world", "info", "worlds/cube.toml", "--format", "json"]).exits(0).json();
     assert_eq!(imported[0]["info"]["solids"].as_u64().unwrap(), solids);
     project.raxel(&["check", "worlds/cube.toml"]).exits(0);
     project.raxel(&["world", "import", "cube.vox"]).exits(2);
     project.raxel(&["world", "import", "cube.vox", "--force"]).exits(0);
+
+    let said = project.raxel(&["world", "export", "worlds/flock.toml", "-o", "flock.vox"]).exits(0).stderr;
+    assert!(said.contains("without its 512 instances"), "{said}");
 
     let before = project.files();
     project.write("broken.vox", b"VOX nonsense");

@@ -521,6 +521,7 @@ fn a_flight_is_measured() {
     // What needs every voxel says why it cannot have them.
     let export = project.raxel(&["world", "export", "worlds/frontier.toml", "-o", "a.vox"]);
     assert!(export.code != 0 && export.stderr.contains("RX0343"), "{}", export.stderr);
+    assert!(export.stderr.contains("[stream]\n"), "the line is shown: {}", export.stderr);
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use raxel_diagnostics::files::read_text;
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
 use raxel_graph::checked::{Fact, Graph, ResourceId, Value};
 use raxel_graph::memory::EstimatedMemory;
@@ -226,11 +227,11 @@ impl Front {
     /// Builds a world for something that has to look at all of its voxels.
     pub fn whole_world(&self, path: &str, console: &Console) -> Result<Arc<SessionWorld>> {
         let world = self.world(path, console)?;
-        Self::whole(&world, path, None, console).map(|()| world)
+        self.whole(&world, path, None, console).map(|()| world)
     }
 
     /// Stops at a world that never has all of its voxels. `instead` says what can be done with it as it is.
-    pub fn whole(world: &SessionWorld, path: &str, instead: Option<&str>, console: &Console) -> Result<()> {
+    pub fn whole(&self, world: &SessionWorld, path: &str, instead: Option<&str>, console: &Console) -> Result<()> {
         let Some(streamed) = world.streamed() else { return Ok(()) };
         let mut diagnostic = Diagnostic::error(
             codes::world::STREAM_ENDLESS,
@@ -241,15 +242,23 @@ impl Front {
         if let Some(instead) = instead {
             diagnostic = diagnostic.note(instead);
         }
-        Err(console.stop(&[diagnostic]))
+        Err(console.stop_in(&[diagnostic], &self.text(path)))
+    }
+
+    /// The text of a file that was loaded, for what points into it.
+    fn text(&self, path: &str) -> SourceMap {
+        let mut texts = SourceMap::default();
+        // What cannot be read any more is named all the same.
+        let _ = read_text(&**self.loader.files(), path, None, &mut texts);
+        texts
     }
 
     /// Loads a world with what is in its save.
     pub fn saved_world(&self, path: &str, saves: Saves, console: &Console) -> Result<SavedWorld> {
         let world = self.world(path, console)?;
         let (saved, found) = SavedWorld::open(&world, self.project.root(), &**self.loader.files(), saves)
-            .map_err(|found| console.stop(&found))?;
-        console.diagnostics(&found, &SourceMap::default(), To::Stderr);
+            .map_err(|found| console.stop_in(&found, &self.text(path)))?;
+        console.diagnostics(&found, &self.text(path), To::Stderr);
         Ok(saved)
     }
 

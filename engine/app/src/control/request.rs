@@ -1,5 +1,6 @@
 //! What a program may ask for, and how it is read.
 
+use raxel_world::file::CAMERA_FOV;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -162,7 +163,7 @@ fn within(request: Request) -> Result<Request, Refusal> {
         Request::Seek { seconds } | Request::WaitReload { seconds } if !(0.0..=86_400.0).contains(seconds) => {
             refuse("`seconds` must be in 0…86400")
         }
-        Request::Camera { fov: Some(fov), .. } if !(1.0..=170.0).contains(fov) => refuse("`fov` must be in 1…170"),
+        Request::Camera { fov: Some(fov), .. } if !CAMERA_FOV.contains(fov) => refuse("`fov` must be in 1…179"),
         Request::Camera { pitch: Some(pitch), .. } if !(-90.0..=90.0).contains(pitch) => {
             refuse("`pitch` must be in -90…90")
         }
@@ -208,10 +209,13 @@ mod tests {
             (r#"{"do": 5}"#, "`do`: invalid type: integer `5`, expected the name of a request"),
             (r#"{"do": "camera", "look_at": [0, 0, 0], "yaw": 1}"#, "exclude each other"),
             (r#"{"do": "camera", "position": [0, 1e300, 0]}"#, "a position is in"),
+            (r#"{"do": "camera", "fov": 179.5}"#, "`fov` must be in 1…179"),
         ] {
             let refusal = parse(line).1.unwrap_err();
             assert!(refusal.error.contains(said), "{line}: {}", refusal.error);
         }
         assert_eq!(parse(r#"{"id": 7, "do": "fly"}"#).0, Value::from(7));
+        // As wide as the files of worlds and demos let a camera be.
+        assert!(parse(r#"{"do": "camera", "fov": 179}"#).1.is_ok());
     }
 }

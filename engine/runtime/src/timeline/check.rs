@@ -156,7 +156,7 @@ time = 4
 position = [40.0, 10.0, 0.0]
 yaw = 350
 pitch = -10.0
-fov = 90.0
+fov = 179.0
 
 [tracks.exposure]
 keys = [[0.0, 1.0], [5.0, 2.0]]
@@ -244,7 +244,7 @@ keys = [[1.0, true], [2.0, false]]
         assert!(camera.yaw.to_degrees() < 0.0 && camera.yaw.to_degrees() > -10.0, "{}", camera.yaw.to_degrees());
         let last = demo.camera(7.0).unwrap();
         assert_eq!((last.cell.x, last.frac.x), (40, 0.0));
-        assert!((last.fov.to_degrees() - 90.0).abs() < 1e-9);
+        assert!((last.fov.to_degrees() - 179.0).abs() < 1e-9);
     }
 
     #[test]

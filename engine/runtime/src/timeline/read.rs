@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::table::{Node, Reporter, Table, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Spanned, codes, files};
-use raxel_world::file::CAMERA_COORDINATES;
+use raxel_world::file::{CAMERA_COORDINATES, CAMERA_FOV};
 
 use super::curve::Interpolation;
 use super::demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, GraphKey, Track};
@@ -139,8 +139,7 @@ fn camera_key(table: &Table<'_, '_>, end: f64) -> Keyed<CameraKey> {
         }),
         None => yaw.zip(pitch).map(|(yaw, pitch)| Direction::Angles([yaw, pitch])),
     };
-    let fov =
-        table.get("fov").map_or(Some(Camera::default().fov), |node| node.number(1.0..=170.0).map(f64::to_radians));
+    let fov = table.get("fov").map_or(Some(Camera::default().fov), |node| node.number(CAMERA_FOV).map(f64::to_radians));
     let interpolation = interpolation(table, Interpolation::Smooth);
     let cut = table.get("cut").map_or(Some(false), |node| node.boolean());
     table.finish();

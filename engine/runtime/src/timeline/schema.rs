@@ -1,6 +1,7 @@
 //! The JSON schema of demo files, for completion in editors.
 
 use raxel_diagnostics::schema::with_defaults;
+use raxel_world::file::CAMERA_FOV;
 use serde_json::{Value, json};
 
 /// JSON schema of `worlds/*.demo.toml`.
@@ -43,7 +44,7 @@ pub fn schema() -> Value {
                         "look_at": vector("The point it looks at, in voxels; instead of yaw and pitch."),
                         "yaw": { "description": "Degrees to the left of -Z; with pitch, instead of `look_at`.", "type": "number" },
                         "pitch": { "description": "Degrees upwards; with yaw, instead of `look_at`.", "type": "number", "minimum": -90, "maximum": 90 },
-                        "fov": { "description": "Vertical field of view in degrees.", "type": "number", "minimum": 1, "maximum": 170, "default": 60 },
+                        "fov": { "description": "Vertical field of view in degrees, 1 to 179.", "type": "number", "minimum": CAMERA_FOV.start(), "maximum": CAMERA_FOV.end(), "default": 60 },
                         "interpolation": interpolation("smooth"),
                         "cut": { "description": "The camera jumps here: curves end, and what passes keep from frame to frame starts over.", "type": "boolean", "default": false },
                     },

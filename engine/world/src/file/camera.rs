@@ -35,6 +35,9 @@ pub enum Aim {
 /// Coordinates that a camera may have, and what it looks at, in voxels.
 pub const CAMERA_COORDINATES: RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_648.0;
 
+/// Vertical fields of view that a camera may have, in degrees.
+pub const CAMERA_FOV: RangeInclusive<f64> = 1.0..=179.0;
+
 /// A name that `--camera` can tell from a position.
 pub(super) fn name(name: String, node: &Node<'_, '_>) -> Option<String> {
     let inner = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
@@ -51,7 +54,7 @@ pub(super) fn name(name: String, node: &Node<'_, '_>) -> Option<String> {
 
 pub(super) fn read(table: &Table<'_, '_>) -> Option<CameraHint> {
     let position = table.need("position").and_then(|node| node.numbers::<3>(CAMERA_COORDINATES));
-    let fov = table.get("fov").and_then(|node| node.number(1.0..=179.0));
+    let fov = table.get("fov").and_then(|node| node.number(CAMERA_FOV));
     let look_at = table.get("look_at").map(|node| {
         let place = node.numbers::<3>(CAMERA_COORDINATES)?;
         if position == Some(place) {

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use raxel_diagnostics::table::{Table, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes, files};
 
-pub use camera::{Aim, CAMERA_COORDINATES, CameraHint};
+pub use camera::{Aim, CAMERA_COORDINATES, CAMERA_FOV, CameraHint};
 pub use save::{OnGeneratorChange, SaveSettings};
 pub use schema::schema;
 pub use stream::StreamSettings;

@@ -3,6 +3,7 @@
 use raxel_diagnostics::schema::with_defaults;
 use serde_json::{Value, json};
 
+use super::camera::CAMERA_FOV;
 use super::stream::StreamSettings;
 use crate::build::{Menger, Scatter};
 use crate::instances::MAX_INSTANCES;
@@ -135,8 +136,8 @@ fn camera() -> Value {
             ),
             (
                 "fov",
-                "Vertical field of view in degrees.",
-                json!({ "type": "number", "minimum": 1, "maximum": 179, "default": 60 }),
+                "Vertical field of view in degrees, 1 to 179.",
+                json!({ "type": "number", "minimum": CAMERA_FOV.start(), "maximum": CAMERA_FOV.end(), "default": 60 }),
             ),
         ],
     )

@@ -220,7 +220,7 @@ fn find(args: &Args, front: &Front, console: &Console) -> Result<Found> {
         // Every pixel is judged by the voxel that it should show, which no moment of such a world has for all of them.
         let instead =
             format!("`raxel bench stream GRAPH --world {path}` measures frames and loading on a flight through it");
-        Front::whole(&world, path, Some(&instead), console).map(|()| world)
+        front.whole(&world, path, Some(&instead), console).map(|()| world)
     };
     let loaded: Vec<Arc<SessionWorld>> = worlds.iter().map(load).collect::<Result<_>>()?;
     check_cameras(&args.cameras, &loaded)?;

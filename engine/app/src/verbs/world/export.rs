@@ -12,7 +12,7 @@ use crate::failure::{Failure, Result};
 use crate::front::Front;
 use crate::output::{Pending, shown};
 
-/// Writes a world, with the edits in its save, as a `MagicaVoxel` scene.
+/// Writes the voxels of a world, with the edits in its save, as a `MagicaVoxel` scene. Its instances are no voxels, and are no part of it.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel world export worlds/menger.toml -o menger.vox")]
 pub(crate) struct Args {
@@ -34,15 +34,24 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
     let pending = Pending::new(&args.output)?;
     let (front, path) = Front::of(args.world.as_deref(), Project::default_world, console)?;
     let world = front.saved_world(&path, Saves::Read, console)?.world();
-    Front::whole(&world, &path, None, console)?;
+    front.whole(&world, &path, None, console)?;
     let bytes = raxel_world::vox::export(world.voxels()).map_err(|error| console.stop(&[error.diagnostic(&path)]))?;
     let size = bytes.len();
     pending.finish(&bytes)?;
+    let instances = world.instances().list.len();
+    let left_out = match instances {
+        0 => String::new(),
+        1 => " without its instance, which is no voxel of it".to_owned(),
+        _ => format!(" without its {instances} instances, which are no voxels of it"),
+    };
     match console.format() {
         Format::Json => {
-            console::json(&json!({ "reason": "exported", "world": path, "file": args.output, "bytes": size }));
+            let said = json!({
+                "reason": "exported", "world": path, "file": args.output, "bytes": size, "instances_left_out": instances,
+            });
+            console::json(&said);
         }
-        _ => console.message(&format!("wrote {} ({size} bytes)", shown(&args.output))),
+        _ => console.message(&format!("wrote {}{left_out} ({size} bytes)", shown(&args.output))),
     }
     Ok(())
 }
