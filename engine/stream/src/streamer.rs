@@ -67,9 +67,9 @@ pub enum StreamError {
         seconds: u64,
     },
     /// The source does not have a tile, however often it is asked.
-    #[error("{missing} chunks are missing: {reason}")]
+    #[error("{} missing: {reason}", if *.missing == 1 { "a chunk is".to_owned() } else { format!("{missing} chunks are") })]
     Unavailable {
-        /// Tiles that are missing.
+        /// Tiles that it did not have when it was asked; others may not have been asked for yet.
         missing: usize,
         /// What the source says.
         reason: Unavailable,

@@ -25,14 +25,20 @@ impl PoolMemory for Words {
 struct Failing {
     world: World,
     left: Mutex<BTreeMap<ChunkPos, u32>>,
+    /// How long each of the others takes.
+    pause: Duration,
+}
+
+fn failing(chunks: &[(ChunkPos, u32)]) -> Arc<Failing> {
+    slowly_failing(chunks, Duration::ZERO)
 }
 
 /// A voxel in each of 27 chunks.
-fn failing(chunks: &[(ChunkPos, u32)]) -> Arc<Failing> {
+fn slowly_failing(chunks: &[(ChunkPos, u32)], pause: Duration) -> Arc<Failing> {
     let at = |i: i32| 64 * (i - 1) + 9;
     let voxels = (0..27).map(|i| (IVec3::new(at(i % 3), at(i / 3 % 3), at(i / 9)), 1));
     let world = World::from_voxels(vec![Material::air(), Material::matt("stone", [0.5; 3])], voxels);
-    Arc::new(Failing { world, left: Mutex::new(chunks.iter().copied().collect()) })
+    Arc::new(Failing { world, left: Mutex::new(chunks.iter().copied().collect()), pause })
 }
 
 impl ChunkSource for Failing {
@@ -49,6 +55,7 @@ impl ChunkSource for Failing {
             *left -= 1;
             return Err(Unavailable::new("the store is busy"));
         }
+        std::thread::sleep(self.pause);
         Ok(ChunkSource::chunk(&self.world, level, pos))
     }
 }
@@ -87,11 +94,20 @@ fn what_fails_for_good_is_an_error_of_whoever_needs_all() {
     let (streamer, _) = stream(&source, true);
     let error = streamer.wait(PATIENCE).unwrap_err();
     assert!(matches!(&error, StreamError::Unavailable { missing: 1.., .. }), "{error}");
-    assert!(error.to_string().ends_with("chunks are missing: the store is busy"), "{error}");
+    assert_eq!(error.to_string(), "a chunk is missing: the store is busy");
     // It is asked for again when the camera has moved.
     source.left.lock().unwrap().clear();
     streamer.follow(View::at(IVec3::splat(95)));
     streamer.wait(PATIENCE).unwrap();
+}
+
+#[test]
+fn what_was_not_asked_for_yet_is_not_called_missing() {
+    // It is asked for four times in 3.5 seconds, and the others take longer.
+    let source = slowly_failing(&[(ChunkPos::new(0, 0, 0), u32::MAX)], Duration::from_millis(400));
+    let (streamer, _) = stream(&source, true);
+    let error = streamer.wait(PATIENCE).unwrap_err();
+    assert!(matches!(&error, StreamError::Unavailable { missing: 1, .. }), "{error}");
 }
 
 #[test]

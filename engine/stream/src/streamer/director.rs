@@ -277,7 +277,7 @@ impl Director {
     fn put_off(&mut self, key: TileKey, reason: Unavailable) {
         let often = self.put_off.add(key, reason.clone(), Instant::now());
         if self.complete && often {
-            let error = StreamError::Unavailable { missing: self.missing.len(), reason };
+            let error = StreamError::Unavailable { missing: self.put_off.len(), reason };
             self.shared.desk().error = Some((self.view_serial, error));
             self.shared.settled.notify_all();
         }
