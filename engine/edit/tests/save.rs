@@ -320,6 +320,34 @@ fn a_finished_checkpoint_whose_end_is_cut_off_keeps_its_chunks_and_names_the_res
 }
 
 #[test]
+fn a_file_with_the_chunks_that_is_gone_is_missed_where_all_journals_are_empty() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut game, _) = Game::open(folder.path(), quiet());
+    for n in 1..=6 {
+        game.play(n);
+    }
+    game.save.checkpoint(&game.edits);
+    drop(game);
+    std::fs::remove_file(folder.path().join("chunks.log")).unwrap();
+    let named = |folder: &Path| -> Vec<_> { verify(folder).unwrap().damages.iter().map(ToString::to_string).collect() };
+    for _ in 0..2 {
+        assert_eq!(named(folder.path()), ["chunks.log: missing: edits 1…6"]);
+        let (game, damages) = Game::open(folder.path(), quiet());
+        assert_eq!((game.save.seq(), damages.len()), (6, 1));
+    }
+    let (mut game, _) = Game::open(folder.path(), quiet());
+    game.play(7);
+    drop(game);
+    assert_eq!(named(folder.path()), ["chunks.log: missing: edits 1…6"]);
+    for _ in 0..2 {
+        compact(folder.path()).unwrap();
+        assert_eq!(named(folder.path()), [""; 0]);
+        let (game, _) = Game::open(folder.path(), quiet());
+        assert!(game.save.seq() == 7 && game.voxels() == left_by(7..=7));
+    }
+}
+
+#[test]
 fn lost_edits_are_named_until_the_save_is_written_anew() {
     let folder = tempfile::tempdir().unwrap();
     twelve_edits(folder.path());

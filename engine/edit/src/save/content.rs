@@ -68,6 +68,8 @@ pub(super) struct Content {
     pub(super) applied: u64,
     /// Edits after them, in order.
     pub(super) steps: BTreeMap<u64, Vec<Operation>>,
+    /// The newest edit that was saved when a journal was begun.
+    pub(super) begun: u64,
     pub(super) damages: Vec<Damage>,
     pub(super) files: Vec<FileInfo>,
     /// Where the whole part of the file with the chunks ends.
@@ -155,11 +157,12 @@ impl Content {
     /// Names edits that neither the chunks nor a journal has. An empty step stands for those before it that were named once.
     fn name_missing(&mut self) {
         let mut next = self.applied + 1;
-        for (&seq, operations) in &self.steps {
+        let steps = self.steps.iter().map(|(&seq, operations)| (seq, operations.is_empty()));
+        for (seq, was_named) in steps.chain([(self.begun + 1, false)]) {
             let last = seq - 1;
-            let gone = seq - next;
-            next = seq + 1;
-            if gone == 0 || operations.is_empty() {
+            let gone = seq.saturating_sub(next);
+            next = next.max(seq + 1);
+            if gone == 0 || was_named {
                 continue;
             }
             let first = seq - gone;
@@ -173,7 +176,7 @@ impl Content {
 
     /// The number of the newest edit.
     pub(super) fn newest(&self) -> u64 {
-        self.steps.keys().next_back().copied().unwrap_or(self.applied)
+        self.steps.keys().next_back().copied().unwrap_or(self.applied).max(self.begun)
     }
 
     fn add(&mut self, name: &str, bytes: &[u8]) -> Result<(), SaveError> {
@@ -202,6 +205,9 @@ impl Content {
                         return Err(SaveError::Newer { found: format, known: FORMAT });
                     }
                     self.meta = self.meta.take().or(postcard::from_bytes(found.payload).ok());
+                    if name != CHUNKS {
+                        self.begun = self.begun.max(found.seq);
+                    }
                 }
                 Kind::Operations => {
                     if let Ok(operations) = postcard::from_bytes(found.payload) {

@@ -302,7 +302,7 @@ impl Save {
         let Some(writer) = &mut self.writer else { return };
         self.last_checkpoint = Some(Instant::now());
         let removes = writer.number;
-        if writer.next_journal(&self.folder, &self.meta).is_err() {
+        if writer.next_journal(&self.folder, &self.meta, self.seq).is_err() {
             // The journal goes on; another try comes with the next poll.
             return;
         }
@@ -364,7 +364,7 @@ impl Writer {
         // A journal is never appended to by another run: what its end looks like is not known.
         let newest = content::journals(folder).unwrap_or_default();
         let number = newest.last().and_then(|path| content::journal_number(path)).unwrap_or(0) + 1;
-        let journal = new_journal(folder, meta, number)?;
+        let journal = new_journal(folder, meta, number, content.newest())?;
         sync_folder(folder)?;
         let worker = Worker::start(folder.to_owned(), chunks, journal.storage().clone(), sync)?;
         Ok(Self { journal, number, worker, waiting: Vec::new(), overflown: false, failing: None, _lock: lock })
@@ -392,8 +392,8 @@ impl Writer {
         }
     }
 
-    fn next_journal(&mut self, folder: &Path, meta: &Meta) -> io::Result<()> {
-        let journal = new_journal(folder, meta, self.number + 1)?;
+    fn next_journal(&mut self, folder: &Path, meta: &Meta, seq: u64) -> io::Result<()> {
+        let journal = new_journal(folder, meta, self.number + 1, seq)?;
         self.worker.journal(journal.storage().clone());
         self.journal = journal;
         self.number += 1;
@@ -401,18 +401,19 @@ impl Writer {
     }
 }
 
-fn new_journal(folder: &Path, meta: &Meta, number: u64) -> io::Result<Log> {
+/// Begins a journal of the edits after `seq`.
+fn new_journal(folder: &Path, meta: &Meta, number: u64, seq: u64) -> io::Result<Log> {
     let mut journal = Log::open(&content::journal_path(folder, number))?;
-    journal.append(&described(meta))?;
+    journal.append(&described(meta, seq))?;
     Ok(journal)
 }
 
-/// The description of a save as records: twice, so that no single byte takes it away.
-fn described(meta: &Meta) -> Vec<u8> {
+/// The description of a save as records: twice, so that no single byte takes it away. Their number is the newest edit that was saved before.
+fn described(meta: &Meta, seq: u64) -> Vec<u8> {
     let payload = postcard::to_stdvec(meta).unwrap_or_default();
     let mut bytes = Vec::new();
     for _ in 0..2 {
-        record::write(&mut bytes, Kind::Meta, 0, ChunkPos::new(0, 0, 0), &payload);
+        record::write(&mut bytes, Kind::Meta, seq, ChunkPos::new(0, 0, 0), &payload);
     }
     bytes
 }

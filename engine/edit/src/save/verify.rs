@@ -69,7 +69,7 @@ pub fn compact(folder: &Path) -> Result<(u64, u64), SaveError> {
 /// The whole save as the bytes of one file, which is a save when it stands as `chunks.log` in a folder of its own.
 pub fn pack(folder: &Path) -> Result<Vec<u8>, SaveError> {
     let content = Content::read(folder)?;
-    let mut bytes = content.meta.as_ref().map(described).unwrap_or_default();
+    let mut bytes = content.meta.as_ref().map(|meta| described(meta, 0)).unwrap_or_default();
     add_chunks(&mut bytes, &content);
     add_steps(&mut bytes, &content);
     Ok(bytes)
@@ -77,7 +77,7 @@ pub fn pack(folder: &Path) -> Result<Vec<u8>, SaveError> {
 
 /// Puts a file with the chunks in place of the one that is there, and the edits after them into a journal when they were in none.
 pub(super) fn write_chunks(folder: &Path, meta: &Meta, content: &Content) -> io::Result<()> {
-    let mut bytes = described(meta);
+    let mut bytes = described(meta, 0);
     add_chunks(&mut bytes, content);
     add_steps(&mut bytes, content);
     let path = folder.join("chunks.new");
@@ -116,5 +116,8 @@ fn add_steps(bytes: &mut Vec<u8>, content: &Content) {
         }
         add(seq, operations);
         next = seq + 1;
+    }
+    if content.begun >= next {
+        add(content.begun, &[]);
     }
 }
