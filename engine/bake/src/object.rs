@@ -13,7 +13,7 @@ use crate::store::{Store, StoreError, Wanted};
 
 /// How long a request may take in all, with the times it is tried again. What is above this layer tries again later.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// How long one answer may take to begin.
+/// How long one answer may take, from the request to its last byte.
 const ANSWER: Duration = Duration::from_secs(20);
 
 /// Objects below a prefix of a bucket or a web server.
