@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use raxel_diagnostics::Severity;
+use raxel_diagnostics::{Diagnostic, Severity};
 use raxel_edit::{Brush, Operation};
 use raxel_runtime::execute::FrameReport;
 use raxel_runtime::session::Validation;
@@ -308,13 +308,18 @@ fn edits_are_saved_and_come_back() {
         Ok(_) => "opened".to_owned(),
         Err(OpenError::Project { diagnostics, .. }) => {
             let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error);
-            errors.map(|error| error.code.to_string()).collect()
+            let found = |error: &Diagnostic| {
+                let place = &error.labels.first().expect("what the world's file says is at fault").span;
+                let file = std::fs::read_to_string(folder.path().join(&*place.file)).unwrap();
+                format!("{} at {}", error.code, &file[place.range.clone()])
+            };
+            errors.map(found).collect()
         }
         Err(error) => error.to_string(),
     };
     assert_eq!(code(), "opened");
     write_world(folder.path(), "[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [4, 4, 4]\nmaterial = \"soil\"\n");
-    assert_eq!(code(), "RX0353");
+    assert_eq!(code(), "RX0353 at \"saves/field\"");
 }
 
 #[test]

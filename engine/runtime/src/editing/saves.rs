@@ -109,7 +109,7 @@ fn refused(error: &SaveError, settings: &SaveSettings) -> Diagnostic {
         }
         SaveError::Io { .. } => (codes::world::SAVE_UNREADABLE, "look at the permissions of the folder"),
     };
-    Diagnostic::error(code, format!("`{}`: {error}", settings.path)).help(help)
+    Diagnostic::error(code, format!("`{}`: {error}", settings.path)).label(settings.place.clone(), "").help(help)
 }
 
 pub(super) fn failing(why: &str, world: &Loaded) -> Diagnostic {

@@ -3,13 +3,15 @@
 use std::time::Duration;
 
 use raxel_diagnostics::table::Table;
-use raxel_diagnostics::{codes, files};
+use raxel_diagnostics::{Span, codes, files};
 
 /// Where and how edits are saved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SaveSettings {
     /// Project path of the folder.
     pub path: String,
+    /// Where that is written.
+    pub place: Span,
     /// Time after which an edit is on the disk, even if the power fails.
     pub sync: Duration,
     /// What happens when the world is built otherwise than when the save was made.
@@ -26,17 +28,18 @@ pub enum OnGeneratorChange {
 }
 
 pub(super) fn read(table: &Table<'_, '_>) -> Option<SaveSettings> {
-    let path = table.need("path").and_then(|node| {
+    let folder = table.need("path").and_then(|node| {
         let text = node.string()?;
         let path = files::join("", &text).filter(|path| !path.is_empty());
         if path.is_none() {
             node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` is no folder inside the project"), "");
         }
-        path
+        Some((path?, node.span.clone()))
     });
     let sync = table.get("sync").map_or(Some(1.0), |node| node.number(0.001..=3600.0));
     let words = [("refuse", OnGeneratorChange::Refuse), ("keep", OnGeneratorChange::Keep)];
     let change = table.get("on_generator_change").map_or(Some(OnGeneratorChange::Refuse), |node| node.word(&words));
     table.finish();
-    Some(SaveSettings { path: path?, sync: Duration::from_secs_f64(sync?), on_generator_change: change? })
+    let (path, place) = folder?;
+    Some(SaveSettings { path, place, sync: Duration::from_secs_f64(sync?), on_generator_change: change? })
 }
