@@ -241,7 +241,7 @@ fn models_and_moved_instances_are_looked_for_in_the_world() {
     project.write("worlds/fair.toml", fair.replace(", default = 0.0", ""));
     project.raxel(&["check", "graphs/examples/instances.toml", "--world", "worlds/fair.toml"]).exits(0);
     let run = project.raxel(&["check", "graphs/examples/flock.toml", "--world", "worlds/fair.toml"]).exits(3);
-    assert!(run.stdout.contains("are moved by `carousel`, which is no param of the graph"), "{}", run.stdout);
+    assert!(run.stdout.contains("are moved by `carousel`, which is not a param of the graph"), "{}", run.stdout);
 }
 
 #[test]

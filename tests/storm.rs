@@ -153,7 +153,7 @@ fn broken(good: &[u8], random: &mut Random) -> (&'static str, Option<Vec<u8>>) {
         14 => {
             let at = random.below(good.len());
             bytes.splice(at..at, [0xff, 0xfe, 0]);
-            ("bytes that are no text", Some(bytes))
+            ("bytes that are not text", Some(bytes))
         }
         // Most of these are right.
         15..=20 => {

@@ -92,7 +92,7 @@ fn a_broken_tracer_is_caught_and_its_rays_can_be_traced_alone() {
     assert!(alone.stdout.contains("exact ") && alone.stdout.contains("WRONG: "), "{offered}\n{}", alone.stdout);
     assert!(!raxel(&arguments).exits(0).stdout.contains("WRONG"), "the tracer as it is gets it right");
 
-    project.write("shaders/include/raxel/walk.glsl", "this is no shader");
+    project.write("shaders/include/raxel/walk.glsl", "this is not a shader");
     let run = project.raxel(&scope).exits(3);
     assert!(run.stderr.contains("shaders/include/raxel/walk.glsl"), "{}", run.stderr);
 }

@@ -44,7 +44,7 @@ pub(crate) struct Level {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unreadable {
     /// It is no JSON, or lacks something.
-    #[error("it is no world that raxel has baked: {0}")]
+    #[error("it is not a world that raxel has baked: {0}")]
     Wrong(String),
     /// A later raxel wrote it.
     #[error("it has format {found}, and this raxel reads formats up to {FORMAT}")]

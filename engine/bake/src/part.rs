@@ -30,7 +30,7 @@ impl FromStr for Part {
 
     fn from_str(text: &str) -> Result<Self, String> {
         const FORMS: &str = "parts are given as I/N, with I from 1 to N, or X,Y,Z/N, with each from 0 to N - 1";
-        let wrong = || format!("`{text}` is no part: {FORMS}");
+        let wrong = || format!("`{text}` is not a part: {FORMS}");
         let (part, of) = text.split_once('/').ok_or_else(wrong)?;
         let number = |text: &str| text.trim().parse::<u64>().ok();
         let of = number(of).filter(|of| *of > 0).ok_or_else(wrong)?;

@@ -45,7 +45,7 @@ pub enum OpenError {
     #[error("`{0}` is reached over the network, and this raxel was built without that")]
     NeedsCloud(String),
     /// The address is of no known kind.
-    #[error("`{0}` is no address of a store: a folder, `file:///…`, `s3://BUCKET/…`, `http://…` or `https://…`")]
+    #[error("`{0}` is not an address of a store: a folder, `file:///…`, `s3://BUCKET/…`, `http://…` or `https://…`")]
     Unknown(String),
     /// What it takes to reach it is missing or wrong.
     #[error("the store `{0}` cannot be opened: {1}")]

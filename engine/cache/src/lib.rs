@@ -184,7 +184,7 @@ impl Cache {
     fn path(&self, name: &str) -> Option<PathBuf> {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         let sound = !name.is_empty() && !name.starts_with('.') && name.len() < 200 && name.chars().all(plain);
-        debug_assert!(sound, "{name:?} is no name of an entry");
+        debug_assert!(sound, "{name:?} is not a name of an entry");
         sound.then(|| self.folder.join(format!("{name}.{}", entry::ENDING)))
     }
 }

@@ -40,7 +40,7 @@ pub struct Records {
 pub enum WrongRecord {
     /// It is no edit.
     #[error(
-        "a record with the first word {word:#010x} is no edit: the functions of <raxel/edits.glsl> write none like it"
+        "a record with the first word {word:#010x} is not an edit: the functions of <raxel/edits.glsl> write none like it"
     )]
     Unknown {
         /// The first word.
@@ -152,8 +152,8 @@ mod tests {
     fn what_is_wrong_or_too_much_is_counted() {
         let good = [SET | 1 << 8, 1, 0, 0, 0, 0, 0, 0];
         for (bad, why) in [
-            ([77, 0, 0, 0, 0, 0, 0, 0], "0x0000004d is no edit"),
-            ([SET | 2 << 8, 1, 0, 0, 0, 0, 0, 0], "is no edit"),
+            ([77, 0, 0, 0, 0, 0, 0, 0], "0x0000004d is not an edit"),
+            ([SET | 2 << 8, 1, 0, 0, 0, 0, 0, 0], "is not an edit"),
             ([SET | 1 << 8, 70_000, 0, 0, 0, 0, 0, 0], "material 70000"),
             ([SET | 1 << 8, 9, 0, 0, 0, 0, 0, 0], "uses material 9; the world has 4"),
             ([SPHERE, 0, 0, 0, 0, 0, 0, 0], "its radius is 0"),

@@ -102,7 +102,7 @@ impl Buffer {
         let aligned = offset.is_multiple_of(multiple) && size.is_multiple_of(multiple);
         assert!(
             inside && aligned,
-            "{size} bytes from {offset} on are no part of `{}`, which has {}",
+            "{size} bytes from {offset} on are not part of `{}`, which has {}",
             self.name,
             self.size
         );

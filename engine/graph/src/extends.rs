@@ -55,7 +55,7 @@ pub fn load(path: &str, files: &dyn Files, texts: &mut SourceMap, found: &mut Ve
             found.push(
                 Diagnostic::error(
                     codes::files::OUTSIDE_ROOT,
-                    format!("`{}` is no path inside the project", base.value),
+                    format!("`{}` is not a path inside the project", base.value),
                 )
                 .label(base.span, "extended here")
                 .help(format!("write it relative to `{folder}/`")),

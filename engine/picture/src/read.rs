@@ -42,7 +42,7 @@ pub fn decode(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> {
     }
     let broken = |error: image::ImageError| ReadError::Format(error.to_string());
     let format = image::guess_format(bytes)
-        .map_err(|_| ReadError::Format("it is no picture: neither PNG, JPEG, HDR nor EXR".to_owned()))?;
+        .map_err(|_| ReadError::Format("it is not a PNG, JPEG, HDR or EXR picture".to_owned()))?;
     let image = image::load_from_memory_with_format(bytes, format).map_err(broken)?;
     let (width, height) = (image.width(), image.height());
     Ok(if format == ImageFormat::Hdr {

@@ -30,7 +30,7 @@ pub struct DebugTarget {
 pub enum DebugTargetError {
     /// It does not read as one.
     #[error(
-        "`{text}` is no debug target: {why}; write NAME, NAME@AGE, and after it any of `,mip=N` `,layer=N` `,after=PASS`"
+        "`{text}` is not a debug target: {why}; write NAME, NAME@AGE, and after it any of `,mip=N` `,layer=N` `,after=PASS`"
     )]
     Syntax {
         /// What was written.
@@ -70,7 +70,7 @@ impl DebugTarget {
         let head = parts.next().unwrap_or_default();
         let (name, age) = match head.split_once('@') {
             None => (head, 0),
-            Some((name, age)) => (name, age.parse().map_err(|_| wrong(format!("`{age}` is no number of frames")))?),
+            Some((name, age)) => (name, age.parse().map_err(|_| wrong(format!("`{age}` is not a number of frames")))?),
         };
         if name.is_empty() {
             return Err(wrong("it names no resource".to_owned()));
@@ -79,7 +79,7 @@ impl DebugTarget {
         for part in parts {
             let (key, value) = part.split_once('=').ok_or_else(|| wrong(format!("`{part}` has no `=`")))?;
             let (key, value) = (key.trim(), value.trim());
-            let number = || value.parse().map_err(|_| wrong(format!("`{value}` is no number")));
+            let number = || value.parse().map_err(|_| wrong(format!("`{value}` is not a number")));
             match key {
                 "mip" => target.mip = number()?,
                 "layer" => target.layer = number()?,

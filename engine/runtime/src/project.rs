@@ -19,11 +19,11 @@ impl Project {
             Ok(root) if root.is_dir() => Ok(Self { root }),
             Ok(_) => Err(Box::new(Diagnostic::error(
                 codes::session::NO_PROJECT,
-                format!("`{}` is no folder, so it is no project", root.display()),
+                format!("`{}` is not a folder, so it is not a project", root.display()),
             ))),
             Err(error) => Err(Box::new(Diagnostic::error(
                 codes::session::NO_PROJECT,
-                format!("`{}` is no project: {error}", root.display()),
+                format!("`{}` is not a project: {error}", root.display()),
             ))),
         }
     }

@@ -109,7 +109,7 @@ fn a_copy_is_of_the_point_of_the_frame_that_is_shown() {
     session.set_param("value", Value::F32(3e38)).unwrap();
     session.set_debug_target_text("color").unwrap();
     let (floats, bits) = texels(&mut session).texel([0, 0]).unwrap();
-    assert_eq!((floats[0], bits[0]), (f32::INFINITY, 0x7f80_0000), "its double is no finite number");
+    assert_eq!((floats[0], bits[0]), (f32::INFINITY, 0x7f80_0000), "its double is not a finite number");
     assert_eq!(texels(&mut session).texel([99, 0]), None);
     assert_silent(&session);
 }

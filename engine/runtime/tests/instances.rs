@@ -508,7 +508,10 @@ fn a_param_that_the_graph_lacks_is_named() {
     let Err(OpenError::Project { diagnostics, .. }) = Session::open(options(&project)) else { panic!("it opens") };
     let found =
         diagnostics.iter().find(|found| found.code.as_str() == "RX0447").unwrap_or_else(|| panic!("{diagnostics:#?}"));
-    assert_eq!(found.message, "instances of `worlds/test.toml` are moved by `tides`, which is no param of the graph");
+    assert_eq!(
+        found.message,
+        "instances of `worlds/test.toml` are moved by `tides`, which is not a param of the graph"
+    );
     assert_eq!(found.help, ["did you mean `tide`?"]);
 }
 

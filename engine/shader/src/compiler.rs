@@ -271,7 +271,7 @@ impl Cache {
 fn module_diagnostic(error: &ModuleError, path: &str) -> Diagnostic {
     match error {
         ModuleError::Broken(reason) => {
-            Diagnostic::error(codes::shader::BAD_SPIRV, format!("`{path}` is no sound SPIR-V module: {reason}"))
+            Diagnostic::error(codes::shader::BAD_SPIRV, format!("`{path}` is not a sound SPIR-V module: {reason}"))
         }
         ModuleError::Unsupported(reason) => {
             Diagnostic::error(codes::shader::UNSUPPORTED_SPIRV, format!("`{path}` is not supported: {reason}"))

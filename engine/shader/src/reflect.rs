@@ -56,7 +56,7 @@ fn read(declarations: &SpirvBinary, module: &Module<'_>) -> Result<Interface, St
         let name = variable.name.as_deref().filter(|name| !name.is_empty());
         match class {
             StorageClass::PushConstant => {
-                let SpirvType::Struct(ty) = ty else { return Err("the push constants are no block".to_owned()) };
+                let SpirvType::Struct(ty) = ty else { return Err("the push constants are not a block".to_owned()) };
                 let block = block(ty)?;
                 interface.push_reads = reads(&block, chains.get(id));
                 name.unwrap_or_default().clone_into(&mut interface.push_name);
@@ -95,7 +95,7 @@ fn local_size(spirq: &ReflectIntermediate<'_>, module: &Module<'_>) -> Result<[L
         WorkgroupSize::Ids(ids) => {
             let mut sizes = [LocalSize::default(); 3];
             for (size, id) in sizes.iter_mut().zip(ids) {
-                let constant = spirq.interp.get(id).map_err(|_| "the workgroup size is no constant".to_owned())?;
+                let constant = spirq.interp.get(id).map_err(|_| "the workgroup size is not a constant".to_owned())?;
                 *size = LocalSize { value: bits(&constant.value) as u32, spec_id: constant.spec_id };
             }
             Ok(sizes)
@@ -272,7 +272,7 @@ fn scalar(ty: &ScalarType) -> Result<Scalar, String> {
         ScalarType::Float { bits: 16 } => Scalar::F16,
         ScalarType::Float { bits: 32 } => Scalar::F32,
         ScalarType::Float { bits: 64 } => Scalar::F64,
-        other => return Err(format!("`{other}` is no scalar type that raxel knows")),
+        other => return Err(format!("`{other}` is not a scalar type that raxel knows")),
     })
 }
 

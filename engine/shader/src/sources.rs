@@ -270,7 +270,7 @@ impl<'f> Sources<'f> {
             }
         }
         let mut diagnostic =
-            Diagnostic::error(codes::shader::INCLUDE_NOT_FOUND, format!("include `{requested}` is nowhere"))
+            Diagnostic::error(codes::shader::INCLUDE_NOT_FOUND, format!("include `{requested}` was not found"))
                 .label(place, "included here")
                 .note(format!("looked for {}", tried.join(", ")));
         let close = library::FILES.iter().map(|(name, _)| *name).filter_map(|name| {

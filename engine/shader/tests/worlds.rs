@@ -66,7 +66,7 @@ fn each_binding_has_the_layout_of_its_own_define() {
     assert_eq!(warnings, "");
     for (name, member) in [("world", "log2_slots"), ("pine", "leaf_count"), ("oak", "block_count")] {
         let binding = shader.interface.bindings.iter().find(|binding| binding.name == name).unwrap();
-        let BindingKind::StorageBuffer(block) = &binding.kind else { panic!("`{name}` is no buffer") };
+        let BindingKind::StorageBuffer(block) = &binding.kind else { panic!("`{name}` is not a buffer") };
         assert!(block.members.iter().any(|m| m.name == member), "`{name}` has no `{member}`");
     }
 }

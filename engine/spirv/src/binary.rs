@@ -24,7 +24,7 @@ pub fn words_of(bytes: &[u8]) -> Result<Vec<u32>, ModuleError> {
         )));
     }
     if !bytes.len().is_multiple_of(4) {
-        return broken(format!("the file has {} bytes, which is no multiple of 4", bytes.len()));
+        return broken(format!("the file has {} bytes, which is not a multiple of 4", bytes.len()));
     }
     Ok(bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect())
 }

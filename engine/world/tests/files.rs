@@ -249,7 +249,7 @@ fn instances_stand_where_the_file_says() {
          turn = {{ param = \"spin\", about = [0.5, 0.0, 0.5] }}\nslide = {{ param = \"lift\", along = [0, 2, 0] }}\n"
     );
     let (loaded, found) = Project::with_world(&text).load().expect("it is right");
-    assert_eq!(found[0].code.as_str(), "RX0311", "instances are no voxels of the world");
+    assert_eq!(found[0].code.as_str(), "RX0311", "instances are not voxels of the world");
     let instances = &loaded.instances;
     assert_eq!((instances.models.len(), instances.list.len()), (1, 2));
     // Their materials are behind the world's own, by the name of the model.

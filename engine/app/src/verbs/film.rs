@@ -42,7 +42,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     };
     let output = Output::parse(&args.output, None)?;
     if !matches!(output, Output::Film(_)) {
-        return Err(Failure::usage(format!("`{}` is no film", args.output)).help("-o film.mp4"));
+        return Err(Failure::usage(format!("`{}` is not a film", args.output)).help("-o film.mp4"));
     }
     let count = (0..u64::MAX).take_while(|frame| pattern.file(*frame).is_file()).count() as u64;
     if count == 0 {

@@ -191,7 +191,7 @@ impl Test<'_> {
         let found = match raxel_picture::compare(&expected, &shown) {
             Ok(found) => found,
             Err(error) => {
-                self.found.push(missing(format!("`{}` is no reference of this demo: {error}", reference.value)));
+                self.found.push(missing(format!("`{}` is not a reference of this demo: {error}", reference.value)));
                 return Ok(());
             }
         };

@@ -71,7 +71,7 @@ pub(crate) fn with_camera_key(text: &str, time: f64, camera: &Camera) -> Result<
     let keys = document.entry("camera").or_insert_with(|| Item::ArrayOfTables(ArrayOfTables::new()));
     let times: Vec<f64> = (0..).map_while(|key| seconds_of(table_at(keys, key)?, "time")).collect();
     if let Some(same) = times.iter().position(|at| (at - time).abs() < SAME) {
-        let table = table_at(keys, same).ok_or("the key is no table")?;
+        let table = table_at(keys, same).ok_or("the key is not a table")?;
         table.remove("look_at");
         for (key, new) in camera_values(camera) {
             match (table.get_mut(key).and_then(Item::as_value_mut), new.into_value()) {
@@ -101,7 +101,7 @@ pub(crate) fn with_camera_key(text: &str, time: f64, camera: &Camera) -> Result<
             let table: InlineTable = members.filter_map(|(key, item)| Some((key, item.into_value().ok()?))).collect();
             keys.insert(after, table);
         }
-        _ => return Err("`camera` of the file is no list of tables".to_owned()),
+        _ => return Err("`camera` of the file is not a list of tables".to_owned()),
     }
     Ok(document.to_string())
 }

@@ -37,7 +37,7 @@ pub(crate) fn with_camera(text: &str, name: &str, camera: &Camera) -> Result<Str
         table.set_implicit(true);
         Item::Table(table)
     });
-    let cameras = cameras.as_table_like_mut().ok_or("`cameras` of the file is no table")?;
+    let cameras = cameras.as_table_like_mut().ok_or("`cameras` of the file is not a table")?;
     let mut table = Table::new();
     for (key, written) in camera_values(camera) {
         table.insert(key, written);

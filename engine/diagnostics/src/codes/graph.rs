@@ -39,7 +39,7 @@ declare! {
     LITERAL = "RX0117";
     /// Values for a block that the shader does not have.
     NO_BLOCK = "RX0118";
-    /// A word that is no type.
+    /// A word that is not a type.
     UNKNOWN_TYPE = "RX0119";
     /// A binding of the shader without a resource.
     UNBOUND = "RX0120";
@@ -87,7 +87,7 @@ declare! {
     CONSTANT_TYPE = "RX0145";
     /// A define that the preprocessor cannot take.
     DEFINE = "RX0146";
-    /// A condition on a param that is no bool.
+    /// A condition on a param that is not a bool.
     CONDITION_TYPE = "RX0147";
     /// A `clear` or `init` that the resource cannot hold.
     FILL_VALUE = "RX0150";

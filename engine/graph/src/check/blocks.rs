@@ -95,7 +95,7 @@ pub fn uniforms(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<Unifo
         .label(given.name.span.clone(), format!("filled for pass `{}`", context.pass.name.value));
         if let Some(index) = index {
             let place = bindings[index].place.as_ref();
-            found.push(context.in_shader(diagnostic, place, "this is no uniform block"));
+            found.push(context.in_shader(diagnostic, place, "this is not a uniform block"));
             continue;
         }
         let blocks = || {

@@ -124,7 +124,7 @@ fn counts(
     let ResourceKind::Buffer(kind) = &declared.item.kind else { return None };
     let name = &declared.item.name;
     if !offset.is_multiple_of(4) {
-        let message = format!("{what} in `{name}`: offset {offset} is no multiple of 4");
+        let message = format!("{what} in `{name}`: offset {offset} is not a multiple of 4");
         found.push(error(codes::graph::INDIRECT, message).help(format!("use {}", offset / 4 * 4)));
         return None;
     }

@@ -95,9 +95,12 @@ fn request(
     };
     let Some(path) = join("shaders", &shader.value) else {
         found.push(
-            Diagnostic::error(codes::files::OUTSIDE_ROOT, format!("`{}` is no path inside the project", shader.value))
-                .label(shader.span.clone(), "")
-                .help("write it relative to `shaders/`"),
+            Diagnostic::error(
+                codes::files::OUTSIDE_ROOT,
+                format!("`{}` is not a path inside the project", shader.value),
+            )
+            .label(shader.span.clone(), "")
+            .help("write it relative to `shaders/`"),
         );
         return None;
     };

@@ -235,7 +235,7 @@ fn project_path(source: &Spanned<String>, found: &mut Vec<Diagnostic>) -> Option
     let path = join("", text);
     if path.is_none() {
         found.push(
-            Diagnostic::error(codes::files::OUTSIDE_ROOT, format!("`{text}` is no path inside the project"))
+            Diagnostic::error(codes::files::OUTSIDE_ROOT, format!("`{text}` is not a path inside the project"))
                 .label(source.span.clone(), "relative to the project's folder, with `/` between names"),
         );
     }

@@ -113,8 +113,8 @@ pub fn check(graph: &Graph, world: &SessionWorld, resource: &Resource) -> Vec<Di
     let whose = world.path.as_deref().unwrap_or("the world");
     let diagnostic = |name: &str| {
         let message = match graph.find_param(name) {
-            None => format!("instances of `{whose}` are moved by `{name}`, which is no param of the graph"),
-            Some(_) => format!("instances of `{whose}` are moved by the param `{name}`, which is no single number"),
+            None => format!("instances of `{whose}` are moved by `{name}`, which is not a param of the graph"),
+            Some(_) => format!("instances of `{whose}` are moved by the param `{name}`, which is not a single number"),
         };
         let error = Diagnostic::error(codes::world::INSTANCE_PARAM, message).label(resource.place.clone(), "for this");
         match closest(name, numbers()) {

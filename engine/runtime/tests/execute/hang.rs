@@ -68,8 +68,8 @@ fn a_hang_is_noticed_and_blamed_on_its_pass() {
         lab.executor.frame(&inputs)
     };
     // One round is no hang. The first frame also makes the driver compile.
-    submit(&mut lab, 1).expect("one round is no hang");
-    lab.executor.wait().expect("one round is no hang");
+    submit(&mut lab, 1).expect("one round is not a hang");
+    lab.executor.wait().expect("one round is not a hang");
     let rounds = heavy(&lab);
     submit(&mut lab, rounds).expect("submitting waits for nothing");
     // It works, and says on what: on nothing before the device has begun a pass, and the quick pass need not be done yet.

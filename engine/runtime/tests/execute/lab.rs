@@ -133,7 +133,7 @@ impl Lab {
             .find(|r| r.resource == resource)
             .map(|r| match &r.desc {
                 raxel_graph::plan::ResourceDesc::Buffer(desc) => desc.size,
-                other => panic!("{other:?} is no buffer"),
+                other => panic!("{other:?} is not a buffer"),
             })
             .expect("the buffer is live");
         let bytes = self.executor.read_buffer(resource, 0, 0..size).unwrap_or_else(|error| panic!("{error}"));

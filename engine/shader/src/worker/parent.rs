@@ -87,7 +87,7 @@ impl Worker {
         let worker = Self { child, orders, replies };
         match worker.replies.recv_timeout(MAX_WAIT) {
             Ok(Reply::Hello(version)) if version == front_end::VERSION => Ok(worker),
-            _ => Err(io::Error::other("it is no shader compiler of this version")),
+            _ => Err(io::Error::other("it is not a shader compiler of this version")),
         }
     }
 

@@ -90,7 +90,11 @@ fn color(node: &Node<'_, '_>) -> Option<[f32; 3]> {
     let text = node.string()?;
     let bytes = text.strip_prefix('#').filter(|hex| hex.len() == 6 && hex.bytes().all(|b| b.is_ascii_hexdigit()));
     let Some(value) = bytes.and_then(|hex| u32::from_str_radix(hex, 16).ok()) else {
-        node.report(codes::world::COLOR, format!("`{text}` is no colour"), "`#rrggbb`, or three linear numbers in 0…1");
+        node.report(
+            codes::world::COLOR,
+            format!("`{text}` is not a colour"),
+            "`#rrggbb`, or three linear numbers in 0…1",
+        );
         return None;
     };
     Some([16, 8, 0].map(|shift| linear_from_srgb((value >> shift) as u8)))

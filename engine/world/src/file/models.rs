@@ -105,7 +105,7 @@ fn project_path(node: &Node<'_, '_>, world: &str) -> Option<String> {
         if world.starts_with("worlds/") { "worlds" } else { world.rsplit_once('/').map_or("", |(folder, _)| folder) };
     let path = files::join(folder, &text);
     if path.is_none() {
-        node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` is no path inside the project"), "");
+        node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` is not a path inside the project"), "");
     }
     path
 }

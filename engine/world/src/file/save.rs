@@ -32,7 +32,7 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<SaveSettings> {
         let text = node.string()?;
         let path = files::join("", &text).filter(|path| !path.is_empty());
         if path.is_none() {
-            node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` is no folder inside the project"), "");
+            node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` is not a folder inside the project"), "");
         }
         Some((path?, node.span.clone()))
     });

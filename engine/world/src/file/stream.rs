@@ -85,7 +85,8 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<Stream> {
         None => Some(None),
         Some(node) => node.string().and_then(|text| match text.strip_prefix(ZARR) {
             Some(address) if !address.is_empty() => Some(Some((address.to_owned(), node.span.clone()))),
-            _ => node.bad_value(format!("`{text}` is no source: write \"zarr:FOLDER\" or \"zarr:s3://BUCKET/FOLDER\"")),
+            _ => node
+                .bad_value(format!("`{text}` is not a source: write \"zarr:FOLDER\" or \"zarr:s3://BUCKET/FOLDER\"")),
         }),
     };
     let default = StreamSettings::default();
@@ -161,7 +162,9 @@ fn bytes(node: &Node<'_, '_>, least: u64, most: u64) -> Option<u64> {
         let text = node.string()?;
         match parse(&text) {
             Some(bytes) => bytes,
-            None => return node.bad_value(format!("`{text}` is no amount of memory: write \"512 MiB\" or \"1 GiB\"")),
+            None => {
+                return node.bad_value(format!("`{text}` is not an amount of memory: write \"512 MiB\" or \"1 GiB\""));
+            }
         }
     } else {
         node.integer(0..=i64::MAX)? as u64

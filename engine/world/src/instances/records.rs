@@ -36,7 +36,7 @@ pub struct PoseRecords {
 pub enum WrongPose {
     /// It is no pose.
     #[error(
-        "a record with the first word {word:#010x} is no pose: the functions of <raxel/poses.glsl> write none like it"
+        "a record with the first word {word:#010x} is not a pose: the functions of <raxel/poses.glsl> write none like it"
     )]
     Unknown {
         /// The first word.
@@ -57,7 +57,7 @@ pub enum WrongPose {
         index: u32,
     },
     /// Its quaternion has no length.
-    #[error("the pose of instance {index} has a quaternion of zeros, which is no turn")]
+    #[error("the pose of instance {index} has a quaternion of zeros, which is not a rotation")]
     NoTurn {
         /// Index of the instance.
         index: u32,
@@ -186,7 +186,7 @@ mod tests {
     fn what_is_wrong_or_too_much_is_counted() {
         let good = record(ANGLES, 2, [1, 2, 3], [0.0; 3], [0.0; 4]);
         for (bad, why) in [
-            (record(3, 0, [0; 3], [0.0; 3], [0.0; 4]), "0x00000003 is no pose"),
+            (record(3, 0, [0; 3], [0.0; 3], [0.0; 4]), "0x00000003 is not a pose"),
             (record(ANGLES, 5, [0; 3], [0.0; 3], [0.0; 4]), "instance 5; the world has 5"),
             (record(ANGLES, u32::MAX, [0; 3], [0.0; 3], [0.0; 4]), "instance 4294967295; the world has 5"),
             (record(ANGLES, 1, [0; 3], [f32::NAN, 0.0, 0.0], [0.0; 4]), "instance 1 has a number that is not finite"),

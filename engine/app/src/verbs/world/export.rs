@@ -41,8 +41,8 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
     let instances = world.instances().list.len();
     let left_out = match instances {
         0 => String::new(),
-        1 => " without its instance, which is no voxel of it".to_owned(),
-        _ => format!(" without its {instances} instances, which are no voxels of it"),
+        1 => " without its instance, which is not a voxel of it".to_owned(),
+        _ => format!(" without its {instances} instances, which are not voxels of it"),
     };
     match console.format() {
         Format::Json => {

@@ -89,7 +89,7 @@ fn image(path: &str, bytes: &[u8], request: &ImageRequest) -> Result<FileImage, 
         Some("png") => png::decode,
         Some("exr") => exr::decode,
         _ => {
-            let message = format!("`{path}` is no picture that raxel reads");
+            let message = format!("`{path}` is not a picture that raxel reads");
             let help = "a target takes .png and .exr; a buffer takes any file as bytes".to_owned();
             return Err(Refusal { help: Some(help), ..refused("source", message) });
         }

@@ -84,7 +84,7 @@ fn line(judgement: &Judgement, row: &Row) -> String {
     let after = at(&outcome.still, 1.0).map_or_else(|| "-".to_owned(), |error| format!("{error:.2e}"));
     let not_finite = match last.judged.not_finite {
         0 => String::new(),
-        count => format!("  {count} texels are no numbers"),
+        count => format!("  {count} texels are not numbers"),
     };
     format!(
         "{:<18} {:>8} {:>8} {:>9.2e} {:>9} {:>9.2e} {:>9.2e} ± {:>7.1e} {:>9.2e} {:>7} {:>9.2e} {:>9.2e} {:>7} {:>17} {:>9} {:>12}{}\n",
