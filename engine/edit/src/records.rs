@@ -53,7 +53,7 @@ pub enum WrongRecord {
         material: u32,
     },
     /// It is a ball, and its radius is below 0. GLSL leaves open what a float that is not finite becomes; most devices make that negative, too.
-    #[error("a ball has a radius that is negative or no finite number")]
+    #[error("a ball has a radius that is negative or not finite")]
     Radius,
     /// It is an edit that cannot be made.
     #[error(transparent)]
@@ -157,7 +157,7 @@ mod tests {
             ([SET | 1 << 8, 70_000, 0, 0, 0, 0, 0, 0], "material 70000"),
             ([SET | 1 << 8, 9, 0, 0, 0, 0, 0, 0], "uses material 9; the world has 4"),
             ([SPHERE, 0, 0, 0, 0, 0, 0, 0], "its radius is 0"),
-            ([SPHERE, 0, 0, 0, 0, (-3_i32 * 256).cast_unsigned(), 0, 0], "negative or no finite number"),
+            ([SPHERE, 0, 0, 0, 0, (-3_i32 * 256).cast_unsigned(), 0, 0], "negative or not finite"),
             ([BOX, 0, 5, 5, 5, 4, 9, 9], "covers nothing"),
             ([BOX, 0, 0, 0, 0, 1 << 30, 1 << 30, 1 << 30], "reaches over"),
         ] {
