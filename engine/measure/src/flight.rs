@@ -84,6 +84,8 @@ pub struct Frame {
     pub device: Option<f64>,
     /// Milliseconds of each pass on the device, as [`Flown::passes`] names them; a pass that did not run has none, or 0.
     pub passes: Vec<f64>,
+    /// Passes that ran: none where the picture is that of the frame before.
+    pub dispatched: u32,
     /// Microseconds that the streamed world took on the thread of the frame.
     pub stream_microseconds: f64,
     /// Bytes written to the pool since the frame before.
@@ -184,10 +186,23 @@ pub fn percentile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
 }
 
+impl Frame {
+    /// Whether anything was drawn anew.
+    pub fn is_drawn(&self) -> bool {
+        self.dispatched > 0
+    }
+}
+
 impl Flown {
-    /// What `part` (0 to 1) of the frames do not exceed: the nearest rank.
+    /// The frames in which something was drawn anew. The others, while the camera stands still, take next to nothing, and there are as many
+    /// as a processor can make: they say nothing of a flight.
+    pub fn drawn(&self) -> impl Iterator<Item = &Frame> {
+        self.frames.iter().filter(|frame| frame.is_drawn())
+    }
+
+    /// What `part` (0 to 1) of the drawn frames do not exceed: the nearest rank.
     pub fn percentile(&self, part: f64, of: impl Fn(&Frame) -> f64) -> f64 {
-        percentile(self.frames.iter().map(of), part)
+        percentile(self.drawn().map(of), part)
     }
 
     /// The frames that take longest, from the longest on.
@@ -210,10 +225,10 @@ impl Flown {
         parts
     }
 
-    /// Frames that take longer than so many times the median.
+    /// Drawn frames that take longer than so many times their median.
     pub fn over(&self, times: f64) -> usize {
         let limit = times * self.percentile(0.5, |frame| frame.milliseconds);
-        self.frames.iter().filter(|frame| frame.milliseconds > limit).count()
+        self.drawn().filter(|frame| frame.milliseconds > limit).count()
     }
 }
 
@@ -337,7 +352,7 @@ fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
     session.set_camera(camera);
     let before = session.stream().map(|stream| stream.stats()).unwrap_or_default();
     let began = Instant::now();
-    session.frame()?;
+    let dispatched = session.frame()?.dispatched;
     let submitted = began.elapsed();
     while session.wait_picture(Duration::from_secs(1))? != Progress::Done {}
     let whole = began.elapsed();
@@ -351,6 +366,7 @@ fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
     Ok(Frame {
         milliseconds: milliseconds(whole),
         submitted: milliseconds(submitted),
+        dispatched,
         stream_microseconds: spent.as_secs_f64() * 1e6,
         bytes: stats.written.saturating_sub(before.written),
         tiles: stats.made.saturating_sub(before.made),
@@ -428,8 +444,10 @@ mod tests {
 
     #[test]
     fn slow_frames_are_counted_against_the_median() {
-        let frame = |milliseconds| Frame { milliseconds, ..Frame::default() };
-        let frames = [1.0, 1.0, 1.0, 1.6, 2.1].map(frame).to_vec();
+        let frame = |milliseconds| Frame { milliseconds, dispatched: 1, ..Frame::default() };
+        let mut frames = [1.0, 1.0, 1.0, 1.6, 2.1].map(frame).to_vec();
+        // Frames in which nothing was drawn are no part of it, however many there are.
+        frames.extend(vec![Frame { milliseconds: 0.01, ..Frame::default() }; 100]);
         let flown = Flown { passes: Vec::new(), frames, stats: Stats::default() };
         assert_eq!((flown.over(1.5), flown.over(2.0)), (2, 1));
         assert_eq!(flown.longest(2).iter().map(|frame| frame.milliseconds).collect::<Vec<_>>(), [2.1, 1.6]);

@@ -96,8 +96,9 @@ fn table(flight: &Flight, speed: f64) -> String {
     let [width, height] = flight.size;
     let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let mut text = format!(
-        "{speed} voxels a second, {} frames, {width}×{height}, {}\nfirst place there after {:.2} s\n",
+        "{speed} voxels a second, {} frames, {} of them drawn anew, {width}×{height}, {}\nfirst place there after {:.2} s\n",
         flight.live.frames.len(),
+        flight.live.drawn().count(),
         flight.device,
         flight.first_seconds
     );
@@ -118,7 +119,7 @@ fn table(flight: &Flight, speed: f64) -> String {
     text += &longest::parts(&flight.live, &flight.resident);
     text += &longest::frames("loading", &flight.live);
     text += &longest::frames("resident", &flight.resident);
-    let spent = |part: f64| flight.live.percentile(part, |frame| frame.stream_microseconds);
+    let spent = |part: f64| percentile(flight.live.frames.iter().map(|frame| frame.stream_microseconds), part);
     let sum = |of: fn(&Frame) -> u64| flight.live.frames.iter().map(of).sum::<u64>();
     let missing = flight.live.frames.iter().filter(|frame| frame.missing_in_view > 0).count();
     let straight =

@@ -17,15 +17,19 @@ pub(super) fn parts(live: &Flown, resident: &Flown) -> String {
         let _ = write!(text, "  resident {head}");
     }
     text += "\n";
-    // Of all frames of the flight.
+    // Of all frames of the flight that were drawn.
     let limits = [live, resident].map(|flown| 2.0 * flown.percentile(0.5, |frame| frame.milliseconds));
     let row = |frames: &[&Frame], limit: f64| {
         let of = |part| percentile(frames.iter().map(|frame| frame.milliseconds), part);
         let slow = frames.iter().filter(|frame| frame.milliseconds > limit).count();
         format!("{:>8.2} {:>8.2} {:>8.2} {slow:>7}", of(0.5), of(0.99), of(1.0))
     };
-    let others = resident.parts();
-    for (index, (part, frames)) in live.parts().iter().enumerate() {
+    let [parts, others] = [live, resident].map(|flown| {
+        let mut parts = flown.parts();
+        parts.iter_mut().for_each(|(_, frames)| frames.retain(|frame| frame.is_drawn()));
+        parts
+    });
+    for (index, (part, frames)) in parts.iter().enumerate() {
         let _ = write!(text, "{part:<10} {:>8} {}", frames.len(), row(frames, limits[0]));
         if let Some((_, frames)) = others.get(index) {
             let _ = write!(text, "  {:>8} {}", "", row(frames, limits[1]));
