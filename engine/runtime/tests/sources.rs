@@ -196,9 +196,9 @@ fn files_that_cannot_be_had_are_diagnosed() {
     let missing = with("a.png", "b.png");
     assert!(missing.contains("`textures/b.png` does not exist"), "{missing}");
     let outside = with("file.textures/a.png", "file.../a.png");
-    assert!(outside.contains("no path inside the project"), "{outside}");
+    assert!(outside.contains("is not a path inside the project"), "{outside}");
     let kind = with("file.textures/a.png", "file.data/table.bin");
-    assert!(kind.contains("no picture"), "{kind}");
+    assert!(kind.contains("is not a picture"), "{kind}");
     let format = with("mips = \"full\"", "format = \"rg8\"");
     assert!(format.contains("1 channel of 8 bits, which `rg8` does not fit"), "{format}");
     let size = with("mips = \"full\"", "size = [2, 2]");

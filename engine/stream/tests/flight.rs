@@ -54,7 +54,8 @@ fn fly(source: Arc<dyn ChunkSource>, reach: Reach, pool: usize, height: i32, sec
     static ALONE: Mutex<()> = Mutex::new(());
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let memory = Arc::new(Words(Mutex::new(vec![0; pool / 4])));
-    let workers = std::thread::available_parallelism().map_or(1, usize::from);
+    // As many as the bound on memory is held to. Each keeps what the largest tile took of it, and meets that the later the more there are.
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(8);
     let options = StreamOptions { workers, complete: false, upload: None, poison: false };
     let streamer = Streamer::new(source, memory, (pool / 4) as u32, reach, View::at(IVec3::ZERO), options);
     let (mut at, mut samples) = ([0.5f64, 0.5], Vec::new());
