@@ -67,13 +67,13 @@ fn everything_is_tested_and_all_that_failed_is_listed_at_the_end() {
          fmt) exit 1 ;;\n\
          clippy) exit 101 ;;\n\
          esac\n\
-         echo '     Running unittests src/lib.rs (target/release/deps/raxel_graph-0123456789abcdef)' >&2\n\
+         echo '     Running unittests src/lib.rs (target/checked/deps/raxel_graph-0123456789abcdef)' >&2\n\
          echo 'test plan::tests::orders ... FAILED'\n\
          echo 'test plan::tests::aliases ... ok'\n\
          echo 'error: test failed, to rerun pass `-p raxel-graph --lib`' >&2\n\
-         echo '     Running tests/cli.rs (target/release/deps/cli-0123456789abcdef)' >&2\n\
+         echo '     Running tests/cli.rs (target/checked/deps/cli-0123456789abcdef)' >&2\n\
          echo 'test help ... ok'\n\
-         echo '     Running tests/hang.rs (target/release/deps/hang-0123456789abcdef)' >&2\n\
+         echo '     Running tests/hang.rs (target/checked/deps/hang-0123456789abcdef)' >&2\n\
          echo 'error: test failed, to rerun pass `-p raxel-runtime --test hang`' >&2\n\
          echo '   Doc-tests raxel' >&2\n\
          echo 'test engine/lib.rs - (line 3) ... FAILED'\n\
@@ -97,7 +97,7 @@ fn what_failed_is_run_again_and_nothing_else() {
         "cargo",
         "echo \"cargo $*\" >>calls\n\
          [ \"$1\" = test ] || exit 0\n\
-         echo '     Running tests/cli.rs (target/release/deps/cli-0123456789abcdef)' >&2\n\
+         echo '     Running tests/cli.rs (target/checked/deps/cli-0123456789abcdef)' >&2\n\
          echo 'test help ... FAILED'\n\
          echo 'error: test failed, to rerun pass `-p raxel --test cli`' >&2\n\
          exit 101",
@@ -108,7 +108,7 @@ fn what_failed_is_run_again_and_nothing_else() {
         (output.status.code(), texts(&output).1, fs::read_to_string(launcher.path("calls")).unwrap_or_default())
     };
     assert_eq!(run(&["test"]).0, Some(1));
-    let once_more = "cargo test --release --no-fail-fast -p raxel --test cli\n";
+    let once_more = "cargo test --profile checked --no-fail-fast -p raxel --test cli\n";
     let (code, said, calls) = run(&["test", "--again"]);
     assert_eq!((code, calls.as_str()), (Some(1), once_more), "{said}");
     assert!(said.contains("    tests/cli.rs: help\n"), "{said}");
@@ -134,7 +134,7 @@ fn nothing_failed_and_some_crates_only() {
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(said.ends_with("raxel: formatting, lints, tests: all passed\n"), "{said}");
     for called in
-        ["fmt --all --check", "clippy --release -p raxel-shader", "test --release --no-fail-fast -p raxel-shader"]
+        ["fmt --all --check", "clippy --profile checked -p raxel-shader", "test --profile checked --no-fail-fast -p raxel-shader"]
     {
         assert!(done.contains(&format!("cargo {called}")), "{done}");
     }
