@@ -133,9 +133,11 @@ fn nothing_failed_and_some_crates_only() {
     let (done, said) = texts(&output);
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(said.ends_with("raxel: formatting, lints, tests: all passed\n"), "{said}");
-    for called in
-        ["fmt --all --check", "clippy --profile checked -p raxel-shader", "test --profile checked --no-fail-fast -p raxel-shader"]
-    {
+    for called in [
+        "fmt --all --check",
+        "clippy --profile checked -p raxel-shader",
+        "test --profile checked --no-fail-fast -p raxel-shader",
+    ] {
         assert!(done.contains(&format!("cargo {called}")), "{done}");
     }
 }

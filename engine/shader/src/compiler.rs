@@ -13,6 +13,7 @@ use crate::compile;
 use crate::front_end::{self, Job};
 use crate::interface::Interface;
 use crate::kept;
+use crate::messages;
 use crate::places;
 use crate::reflect;
 use crate::request::{Request, Shader, ShaderSource};
@@ -56,7 +57,12 @@ impl Compiler {
         let ready = request.path.to_ascii_lowercase().ends_with(".spv");
         let words = if ready { self.ready(request, &mut sources) } else { self.of_text(request, &mut sources) };
         let result = words.and_then(|words| {
-            finish(&words, request, ready, &sources).map_err(|diagnostic| sources.diagnostics.push(*diagnostic)).ok()
+            let finished = finish(&words, request, ready, &sources);
+            finished.map_err(|diagnostic| sources.diagnostics.push(*diagnostic)).ok()
+        });
+        let result = result.map(|Finished { spirv, interface, warnings }| {
+            sources.diagnostics.extend(warnings);
+            (spirv, interface)
         });
         texts.extend(&sources.texts);
         match result {
@@ -152,13 +158,15 @@ impl std::fmt::Debug for Compiler {
     }
 }
 
+/// A module as the driver is given it.
+struct Finished {
+    spirv: Vec<u32>,
+    interface: Interface,
+    warnings: Vec<Diagnostic>,
+}
+
 /// Checks a module, reads its interface, and makes of it what the driver is given.
-fn finish(
-    words: &[u32],
-    request: &Request,
-    ready: bool,
-    sources: &Sources<'_>,
-) -> Result<(Vec<u32>, Interface), Box<Diagnostic>> {
+fn finish(words: &[u32], request: &Request, ready: bool, sources: &Sources<'_>) -> Result<Finished, Box<Diagnostic>> {
     let open = |words| Module::new(words, &request.entry);
     let refused = |error: ModuleError| Box::new(module_diagnostic(&error, &request.path));
     let module = open(words).map_err(refused)?;
@@ -171,9 +179,10 @@ fn finish(
     let mut interface = reflect::reflect(&module, &request.entry)
         .map_err(|reason| Box::new(reflection_diagnostic(&reason, &request.path)))?;
     places::fill(&mut interface, sources);
+    let warnings = messages::undefined(&module.undefined(), sources);
     let bounded = module.with_shared_bounds();
     let module = bounded.as_deref().map_or(Ok(module), open).map_err(refused)?;
-    Ok((module.without_debug_text(), interface))
+    Ok(Finished { spirv: module.without_debug_text(), interface, warnings })
 }
 
 /// A compiled shader, and what it depends on.

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use raxel_diagnostics::{Code, Diagnostic, Severity, Span, codes};
+use raxel_spirv::Undefined;
 
 use crate::functions;
 use crate::lexer;
@@ -52,6 +53,29 @@ pub(crate) fn diagnostics(output: &str, sources: &Sources<'_>) -> Vec<Diagnostic
     let mut found = some(&messages, Severity::Error, MAX_ERRORS, sources);
     found.extend(some(&messages, Severity::Warning, MAX_WARNINGS, sources));
     found
+}
+
+/// Warnings about calls whose result is undefined: drivers differ there.
+pub(crate) fn undefined(calls: &[Undefined], sources: &Sources<'_>) -> Vec<Diagnostic> {
+    let mut seen = HashSet::new();
+    let fresh = calls.iter().filter(|call| seen.insert((&call.line, &call.reason)));
+    let found = fresh.take(MAX_WARNINGS).map(|call| {
+        let message = format!("`{}` is undefined here: {}", call.operation, call.reason);
+        let diagnostic = Diagnostic::warning(codes::shader::UNDEFINED, message);
+        let Some((file, line)) = &call.line else { return diagnostic };
+        let Some(text) = sources.text(file) else { return diagnostic.note(format!("at {file}:{line}")) };
+        let range = place(text, *line as usize, Some(call.operation));
+        let diagnostic = diagnostic.label(Span::new(file.as_str(), range), "drivers differ in what this gives");
+        let diagnostic = match call.operation {
+            "smoothstep" => {
+                diagnostic.help("swap the edges, and take the result from 1: `1.0 - smoothstep(low, high, x)`")
+            }
+            "clamp" => diagnostic.help("swap the bounds"),
+            _ => diagnostic,
+        };
+        sources.with_chain(diagnostic, file)
+    });
+    found.collect()
 }
 
 /// Leaves one error of each mistake. Behind a wrong part of a statement the compiler reads on with a value of some other type in its place, and

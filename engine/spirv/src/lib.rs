@@ -13,6 +13,7 @@ mod memory;
 mod module;
 mod opaque;
 mod reads;
+mod undefined;
 mod validate;
 
 pub use binary::{bytes_of, words_of};
@@ -20,4 +21,5 @@ pub use error::ModuleError;
 pub use memory::Memory;
 pub use module::{Module, WorkgroupSize};
 pub use reads::Chains;
+pub use undefined::Undefined;
 pub use validate::validate;

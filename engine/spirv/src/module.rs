@@ -9,6 +9,7 @@ use crate::error::{ModuleError, broken};
 use crate::instruction::Instruction;
 use crate::memory::{Memory, memory};
 use crate::reads::Chains;
+use crate::undefined::{self, Undefined};
 use crate::{bindings, bounds, check, opaque, reads};
 
 /// Most bytes of variables that each thread may have: more than any device keeps at hand, and software drivers take minutes and
@@ -149,9 +150,17 @@ impl<'w> Module<'w> {
 
     /// How each of these variables, all of them blocks, is accessed.
     pub fn chains(&self, variables: &HashSet<u32>) -> HashMap<u32, Chains> {
+        reads::chains(self.before_functions(), self.reachable().into_iter().flatten(), variables)
+    }
+
+    /// Calls whose result is undefined whatever their other arguments are, in the functions that the entry point reaches.
+    pub fn undefined(&self) -> Vec<Undefined> {
+        undefined::undefined(self.before_functions(), self.reachable().into_iter())
+    }
+
+    fn before_functions(&self) -> &[Instruction<'w>] {
         let functions = self.instructions.iter().position(|instruction| instruction.is(Op::Function));
-        let declarations = &self.instructions[..functions.unwrap_or(self.instructions.len())];
-        reads::chains(declarations, self.reachable().into_iter().flatten(), variables)
+        &self.instructions[..functions.unwrap_or(self.instructions.len())]
     }
 
     /// The instructions of the entry point and of every function that it calls, directly or through others.

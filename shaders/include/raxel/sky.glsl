@@ -20,13 +20,13 @@ vec3 rx_sky(vec3 dir, vec3 sun) {
     float day = smoothstep(-0.12, 0.25, sun.y);
     vec3 zenith = mix(vec3(0.010, 0.014, 0.035), vec3(0.085, 0.235, 0.60), day);
     vec3 horizon = mix(vec3(0.035, 0.035, 0.060), vec3(0.56, 0.71, 0.90), day);
-    float low = smoothstep(0.55, 0.0, abs(sun.y)) * day;
+    float low = (1.0 - smoothstep(0.0, 0.55, abs(sun.y))) * day;
     float towards = 0.5 + 0.5 * dot(dir, sun);
     horizon = mix(horizon, vec3(0.98, 0.56, 0.27), low * towards * towards * 0.8);
     float up = max(dir.y, 0.0);
     vec3 sky = mix(horizon, zenith, 1.0 - exp(-3.2 * up));
     // Below the horizon: haze over unseen ground.
-    sky = mix(sky, horizon * 0.72, smoothstep(0.0, -0.35, dir.y));
+    sky = mix(sky, horizon * 0.72, 1.0 - smoothstep(-0.35, 0.0, dir.y));
     float glow = max(dot(dir, sun), 0.0);
     return sky + rx_sun_color(sun) * (0.10 * pow(glow, 12.0) + 0.22 * pow(glow, 90.0));
 }

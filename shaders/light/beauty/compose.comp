@@ -22,7 +22,7 @@ void main() {
         vec3 sun = frame_sun(), dir = pixel_direction(pixel, size);
         float cover = 0.0;
         // Below the horizon lies no ground of this world, only haze.
-        if (dir.y < 0.0) color = mix(sky_radiance(normalize(vec3(dir.x, 0.003, dir.z)), sun), color, smoothstep(0.0, -0.6, dir.y));
+        if (dir.y < 0.0) color = mix(sky_radiance(normalize(vec3(dir.x, 0.003, dir.z)), sun), color, 1.0 - smoothstep(-0.6, 0.0, dir.y));
         if (push.clouds > 0.0 && dir.y > 0.0) color = with_clouds(color, dir, sun, push.clouds, cover);
         // The disc, darker at its limb; a thousandth of its radiance is as much as a screen can show.
         float disc = smoothstep(1.0 - 1.6 * RX_SUN_CAP, 1.0 - 0.4 * RX_SUN_CAP, dot(dir, sun));

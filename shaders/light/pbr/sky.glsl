@@ -21,7 +21,7 @@ vec3 sky_seen(vec3 dir, vec3 sun, uint sky, bool judged) {
     vec3 light = sky_from(dir, sun);
     if (judged) return light;
     // Below the horizon lies no ground of this world, only haze.
-    if (dir.y < 0.0) light = mix(sky_from(normalize(vec3(dir.x, 0.003, dir.z)), sun), light, smoothstep(0.0, -0.6, dir.y));
+    if (dir.y < 0.0) light = mix(sky_from(normalize(vec3(dir.x, 0.003, dir.z)), sun), light, 1.0 - smoothstep(-0.6, 0.0, dir.y));
     float disc = smoothstep(1.0 - 1.6 * RX_SUN_CAP, 1.0 - 0.4 * RX_SUN_CAP, dot(dir, sun));
     float night = sky == 1u || sky == 2u ? 0.3 * (1.0 - smoothstep(-0.3, 0.0, sun.y)) : 0.0;
     return light + disc * 15.0 * sun_light.rgb + night * stars(dir);

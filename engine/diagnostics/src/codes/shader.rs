@@ -23,6 +23,8 @@ declare! {
     BAD_DEFINE = "RX0215";
     /// A text that the shader compiler cannot read.
     BAD_TEXT = "RX0216";
+    /// A call whose result GLSL and SPIR-V leave undefined.
+    UNDEFINED = "RX0217";
     /// A SPIR-V module is malformed.
     BAD_SPIRV = "RX0220";
     /// A SPIR-V module is of a version or kind that raxel does not run.
