@@ -42,7 +42,7 @@ fn assert_exact(session: &mut Session) -> usize {
     let mut solid = 0;
     for (index, texel) in hits.integers().unwrap().iter().enumerate() {
         let pixel = [index as i32 % SIZE[0] as i32, index as i32 / SIZE[0] as i32];
-        let exact = session.pick(pixel, 1e6).map(|hit| hit.exact.voxel);
+        let exact = session.pick(pixel, 1e6).unwrap().map(|hit| hit.exact.voxel);
         let shown = (texel[3] != u32::MAX).then(|| [texel[0], texel[1], texel[2]].map(|c| c as i32));
         assert_eq!(shown, exact, "pixel {pixel:?}");
         solid += usize::from(exact.is_some());
@@ -54,7 +54,7 @@ fn assert_exact(session: &mut Session) -> usize {
 
 /// What is at the middle of the picture.
 fn middle(session: &Session) -> [f64; 3] {
-    let hit = session.pick([48, 27], 1e6).expect("something is in the middle");
+    let hit = session.pick([48, 27], 1e6).unwrap().expect("something is in the middle");
     hit.exact.voxel.map(|c| f64::from(c) + 0.5)
 }
 

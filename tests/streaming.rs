@@ -64,7 +64,7 @@ fn exact(session: &Session, camera: &Camera) -> Vec<[i32; 4]> {
 
 /// What a camera sees of some tiles.
 fn exact_of(session: &Session, camera: &Camera, shown: &[TileKey]) -> Vec<[i32; 4]> {
-    let world = union(&**session.world().tiles().expect("it is streamed"), shown);
+    let world = union(&**session.world().tiles().expect("it is streamed"), shown).unwrap();
     let pinhole = Pinhole {
         cell: camera.cell,
         frac: camera.frac,
@@ -166,7 +166,7 @@ fn assert_exact(session: &mut Session) -> usize {
 
 /// A crater where the camera looks, a tower that is higher than all land, and a tree.
 fn dig_and_build(session: &Session) -> [Vec<Operation>; 2] {
-    let [x, y, z] = session.pick([47, 40], 4096.0).expect("land").exact.voxel;
+    let [x, y, z] = session.pick([47, 40], 4096.0).unwrap().expect("land").exact.voxel;
     let stone = session.scene().material("stone").expect("it is in the file");
     let tower = Operation::Cylinder {
         axis: 1,

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use raxel_world::{ChunkPos, ChunkSource, Content, Material, Unavailable};
+use raxel_world::{Cause, ChunkPos, ChunkSource, Content, Material, Unavailable};
 
 use crate::metadata::{self, Baked, Unreadable};
 use crate::plan::{BakedLevel, CHUNK, Region, ShardKey};
@@ -132,13 +132,18 @@ impl ZarrSource {
         self.indices.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn unavailable(&self, key: ShardKey, failure: &Failure) -> Unavailable {
+    fn explain(&self, key: ShardKey, failure: &Failure) -> (Cause, String) {
         let (address, object) = (&self.address, key.object());
-        Unavailable::new(match failure {
-            Failure::Store(error) => format!("the store `{address}` has failed at {error}"),
-            Failure::Missing => format!("the store `{address}` has no `{object}`: that shard was not baked yet"),
-            Failure::Damaged(damage) => format!("`{object}` in the store `{address}` is damaged: {damage}"),
-        })
+        match failure {
+            Failure::Store(error) => (Cause::Failing, format!("the store `{address}` has failed at {error}")),
+            Failure::Missing => {
+                let reason = "that shard was not baked yet, or was removed";
+                (Cause::Missing, format!("the store `{address}` has no `{object}`: {reason}"))
+            }
+            Failure::Damaged(damage) => {
+                (Cause::Damaged, format!("`{object}` in the store `{address}` is damaged: {damage}"))
+            }
+        }
     }
 }
 
@@ -164,17 +169,11 @@ impl ChunkSource for ZarrSource {
         &self.baked.materials
     }
 
-    /// What cannot be had is empty; whoever has to tell the two apart asks [`ChunkSource::try_chunk`].
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-        self.try_chunk(level, pos).unwrap_or(Content::Empty)
-    }
-
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
         let Some(of) = self.levels.get(level as usize) else {
             let (address, levels) = (&self.address, self.levels.len());
-            return Err(Unavailable::new(format!(
-                "the store `{address}` has {levels} levels of detail, and no level {level}"
-            )));
+            let reason = format!("the store `{address}` has {levels} levels of detail, and no level {level}");
+            return Err(Unavailable::new(level, pos, Cause::Missing, reason));
         };
         let edge = i64::from(self.baked.edge / CHUNK);
         let at: [i64; 3] =
@@ -196,7 +195,8 @@ impl ChunkSource for ZarrSource {
         };
         retried(&PAUSES, again, || self.read(key, chunk)).map_err(|failure| {
             self.indices().kept.remove(&key);
-            self.unavailable(key, &failure)
+            let (cause, reason) = self.explain(key, &failure);
+            Unavailable::new(level, pos, cause, reason)
         })
     }
 

@@ -52,7 +52,7 @@ fn many(c: &mut Criterion) {
     group.bench_function("encode chunks", |b| {
         b.iter(|| {
             for pos in &chunks {
-                let content = source.chunk(0, *pos);
+                let content = source.try_chunk(0, *pos).unwrap();
                 if let Ok(block) = TileBlock::of(&content, 0) {
                     black_box(block.encode(0, 0));
                 }
@@ -62,8 +62,8 @@ fn many(c: &mut Criterion) {
     group.bench_function("lamps of chunks", |b| {
         b.iter(|| {
             for pos in &chunks {
-                let beside = |face| Arc::new(Side::of(&source.chunk(0, pos.beside(face)), face ^ 1));
-                black_box(TileLights::of(&source.chunk(0, *pos), (0, *pos), &powers, beside));
+                let beside = |face| Arc::new(Side::of(&source.try_chunk(0, pos.beside(face)).unwrap(), face ^ 1));
+                black_box(TileLights::of(&source.try_chunk(0, *pos).unwrap(), (0, *pos), &powers, beside));
             }
         });
     });
@@ -79,7 +79,7 @@ fn many(c: &mut Criterion) {
                 // A chunk that was edited again is reduced again.
                 step();
                 for pos in &tiles {
-                    let content = source.chunk(level as u32, *pos);
+                    let content = source.try_chunk(level as u32, *pos).unwrap();
                     if let Ok(block) = TileBlock::of(&content, level as u32) {
                         black_box(block.encode(0, 0));
                     }

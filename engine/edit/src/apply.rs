@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use raxel_world::build::{Box3, Placed, Shape, Solid};
 use raxel_world::{
-    AIR, Bits, BlockVoxels, Bounds, Chunk, ChunkPos, DenseChunk, MaterialIndex, Mode, Placement, block_cell,
-    voxel_index,
+    AIR, Bits, BlockVoxels, Bounds, Chunk, ChunkPos, DenseChunk, MaterialIndex, Mode, Placement, Unavailable,
+    block_cell, voxel_index,
 };
 
 use crate::history::{Moment, VoxelChange};
@@ -155,7 +155,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    fn apply(&self, pos: ChunkPos, dense: &mut DenseChunk, base: &dyn Base) {
+    fn apply(&self, pos: ChunkPos, dense: &mut DenseChunk, base: &dyn Base) -> Result<(), Unavailable> {
         match &self.kind {
             Kind::Set(cell, material) => {
                 let [x, y, z] = cell.map(|c| (c & 63) as u32);
@@ -165,12 +165,13 @@ impl<'a> Prepared<'a> {
             Kind::Model(model, placement, mode) => place(model, placement, *mode, pos, dense),
             Kind::Restore => {
                 if let Some(bounds) = &self.bounds {
-                    restore(bounds, pos, dense, base.chunk(pos).as_deref());
+                    restore(bounds, pos, dense, base.try_chunk(pos)?.as_deref());
                 }
             }
             // It is always whole.
             Kind::Put(_) => {}
         }
+        Ok(())
     }
 }
 
@@ -277,9 +278,9 @@ impl Scratch {
         (before, mut edited): (Option<Arc<Chunk>>, bool),
         operations: &[&Prepared<'_>],
         base: &dyn Base,
-    ) -> Applied {
+    ) -> Result<Applied, Unavailable> {
         if operations.len() <= MOST_SETS && operations.iter().all(|operation| operation.set().is_some()) {
-            return set_voxels((before, edited), operations.iter().filter_map(|operation| operation.set()));
+            return Ok(set_voxels((before, edited), operations.iter().filter_map(|operation| operation.set())));
         }
         let mut voxels = before.clone();
         let mut unpacked = false;
@@ -287,7 +288,7 @@ impl Scratch {
         let first = operations.iter().rposition(|operation| operation.whole(pos).is_some()).unwrap_or(0);
         for operation in &operations[first..] {
             match operation.whole(pos) {
-                Some(Whole::Base) => (voxels, edited) = (base.chunk(pos), false),
+                Some(Whole::Base) => (voxels, edited) = (base.try_chunk(pos)?, false),
                 Some(Whole::Voxels(whole)) => {
                     edited |= whole != voxels;
                     voxels = whole;
@@ -303,7 +304,7 @@ impl Scratch {
                         }
                         unpacked = true;
                     }
-                    operation.apply(pos, &mut self.dense, base);
+                    operation.apply(pos, &mut self.dense, base)?;
                 }
             }
         }
@@ -317,6 +318,6 @@ impl Scratch {
         if voxels == before {
             voxels = before;
         }
-        Applied { after: voxels, edited, voxels: None }
+        Ok(Applied { after: voxels, edited, voxels: None })
     }
 }

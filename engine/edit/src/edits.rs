@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use raxel_world::{Chunk, ChunkPos};
+use raxel_world::{Chunk, ChunkPos, Unavailable};
 use rayon::prelude::*;
 
 use crate::apply::{Applied, Prepared, Scratch, with_voxels};
@@ -96,29 +96,54 @@ impl Edits {
     }
 
     /// Takes the newest step back. `None` when there is none.
-    pub fn undo(&mut self, base: &dyn Base) -> Option<Change> {
-        let step = self.history.undo()?.to_vec();
-        Some(self.bring(step, Moment::Before, base))
+    ///
+    /// # Errors
+    /// When the base does not have a chunk of the step. Nothing has changed then, and the step can still be undone.
+    pub fn undo(&mut self, base: &dyn Base) -> Result<Option<Change>, Unavailable> {
+        let Some(step) = self.history.undo() else { return Ok(None) };
+        let step = step.to_vec();
+        let change = self.bring(step, Moment::Before, base);
+        if change.is_err() {
+            self.history.redo();
+        }
+        change.map(Some)
     }
 
     /// Takes the step that was undone last once more. `None` when there is none, or an edit came in between.
-    pub fn redo(&mut self, base: &dyn Base) -> Option<Change> {
-        let step = self.history.redo()?.to_vec();
-        Some(self.bring(step, Moment::After, base))
+    ///
+    /// # Errors
+    /// When the base does not have a chunk of the step. Nothing has changed then, and the step can still be redone.
+    pub fn redo(&mut self, base: &dyn Base) -> Result<Option<Change>, Unavailable> {
+        let Some(step) = self.history.redo() else { return Ok(None) };
+        let step = step.to_vec();
+        let change = self.bring(step, Moment::After, base);
+        if change.is_err() {
+            self.history.undo();
+        }
+        change.map(Some)
     }
 
     /// Takes the newest step back as if it had never been made: it cannot be redone. `None` when there is none.
-    pub fn take_back(&mut self, base: &dyn Base) -> Option<Change> {
+    ///
+    /// # Errors
+    /// As [`Edits::undo`].
+    pub fn take_back(&mut self, base: &dyn Base) -> Result<Option<Change>, Unavailable> {
         let change = self.undo(base)?;
-        self.history.drop_undone();
-        Some(change)
+        if change.is_some() {
+            self.history.drop_undone();
+        }
+        Ok(change)
     }
 
     /// Brings back what the base has, everywhere, and forgets what could be undone.
-    pub fn clear(&mut self, base: &dyn Base) -> Change {
-        self.history.clear();
+    ///
+    /// # Errors
+    /// When the base does not have a chunk that was edited. Nothing has changed then.
+    pub fn clear(&mut self, base: &dyn Base) -> Result<Change, Unavailable> {
         let wanted: Vec<_> = self.overlay.keys().map(|pos| (*pos, None)).collect();
-        self.place(wanted, base)
+        let change = self.place(wanted, base)?;
+        self.history.clear();
+        Ok(change)
     }
 
     /// Steps that can be undone, and redone.
@@ -132,8 +157,11 @@ impl Edits {
     }
 
     /// What edits made of a chunk.
-    pub fn overlay(&self, pos: ChunkPos) -> Overlay {
-        self.overlay.get(&pos).map_or(Overlay::Base, |stored| Overlay::Edited(stored.chunk()))
+    ///
+    /// # Errors
+    /// When the chunk came from a save and cannot be unpacked.
+    pub fn overlay(&self, pos: ChunkPos) -> Result<Overlay, Unavailable> {
+        self.overlay.get(&pos).map_or(Ok(Overlay::Base), |stored| stored.chunk(pos).map(Overlay::Edited))
     }
 
     /// The same, packed; `None` when no edit has changed it.
@@ -145,11 +173,14 @@ impl Edits {
         self.overlay.get(&pos).cloned()
     }
 
-    /// The chunk at a position: the edits' own, or that of the base.
-    pub fn chunk(&self, pos: ChunkPos, base: &dyn Base) -> Option<Arc<Chunk>> {
+    /// The chunk at a position: the edits' own, or that of the base. `None` has no solid voxel.
+    ///
+    /// # Errors
+    /// When the base does not have it, or it came from a save and cannot be unpacked.
+    pub fn chunk(&self, pos: ChunkPos, base: &dyn Base) -> Result<Option<Arc<Chunk>>, Unavailable> {
         match self.overlay.get(&pos) {
-            Some(stored) => stored.chunk(),
-            None => base.chunk(pos),
+            Some(stored) => stored.chunk(pos),
+            None => base.try_chunk(pos),
         }
     }
 
@@ -199,11 +230,11 @@ impl Edits {
         let changed = of_chunk.into_par_iter().map_init(Scratch::default, |scratch, (pos, operations)| {
             let stored = self.overlay.get(&pos);
             let before = match stored {
-                Some(stored) => stored.chunk(),
+                Some(stored) => stored.chunk(pos)?,
                 None => base.try_chunk(pos)?,
             };
             let Applied { after, edited, voxels } =
-                scratch.run(pos, (before.clone(), stored.is_some()), &operations, base);
+                scratch.run(pos, (before.clone(), stored.is_some()), &operations, base)?;
             if after == before && edited == stored.is_some() {
                 return Ok(None);
             }
@@ -214,32 +245,32 @@ impl Edits {
     }
 
     /// Brings the chunks of a step to what they were before it or after it.
-    fn bring(&mut self, step: Vec<StepChunk>, moment: Moment, base: &dyn Base) -> Change {
+    fn bring(&mut self, step: Vec<StepChunk>, moment: Moment, base: &dyn Base) -> Result<Change, Unavailable> {
         let wanted = step.into_par_iter().map(|StepChunk { pos, change }| {
             let stored = match (change, moment) {
                 (StepChange::Whole { before, .. }, Moment::Before) => before,
                 (StepChange::Whole { after, .. }, Moment::After) => after,
                 (StepChange::Voxels { first: true, .. }, Moment::Before) => None,
                 (StepChange::Voxels { voxels, .. }, _) => {
-                    let chunk = with_voxels(self.chunk(pos, base).as_deref(), &voxels, moment);
+                    let chunk = with_voxels(self.chunk(pos, base)?.as_deref(), &voxels, moment);
                     Some(Stored::Ready(chunk.map(Arc::new)))
                 }
             };
-            (pos, stored)
+            Ok::<_, Unavailable>((pos, stored))
         });
-        let wanted = wanted.collect();
+        let wanted = wanted.collect::<Result<_, _>>()?;
         self.place(wanted, base)
     }
 
     /// Puts chunks in place; `None` is the base's.
-    fn place(&mut self, wanted: Vec<(ChunkPos, Option<Stored>)>, base: &dyn Base) -> Change {
+    fn place(&mut self, wanted: Vec<(ChunkPos, Option<Stored>)>, base: &dyn Base) -> Result<Change, Unavailable> {
         let change = |(pos, stored): (ChunkPos, Option<Stored>)| {
-            let after = stored.as_ref().map_or_else(|| base.chunk(pos), Stored::chunk);
-            let chunk = ChunkChange { pos, before: self.chunk(pos, base), after, edited: stored.is_some() };
-            Changed { chunk, stored, voxels: None }
+            let after = stored.as_ref().map_or_else(|| base.try_chunk(pos), |stored| stored.chunk(pos))?;
+            let chunk = ChunkChange { pos, before: self.chunk(pos, base)?, after, edited: stored.is_some() };
+            Ok::<_, Unavailable>(Changed { chunk, stored, voxels: None })
         };
-        let changed = wanted.into_par_iter().map(change).collect();
-        self.commit(changed)
+        let changed = wanted.into_par_iter().map(change).collect::<Result<_, _>>()?;
+        Ok(self.commit(changed))
     }
 
     fn commit(&mut self, changed: Vec<Changed>) -> Change {

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
-use raxel_world::{Chunk, ChunkPos, MaterialIndex};
+use raxel_world::{Cause, Chunk, ChunkPos, MaterialIndex, Unavailable};
 use rayon::prelude::*;
 
 use crate::packed::PackedChunk;
@@ -27,12 +27,18 @@ pub(crate) enum Stored {
 }
 
 impl Stored {
-    /// The chunk. Packed bytes were made by this process, or read from a save whose checksums were right; what is no chunk all the same
-    /// has no solids.
-    pub(crate) fn chunk(&self) -> Option<Arc<Chunk>> {
+    /// The chunk; `None` has no solids. `pos` says in the error where it lies.
+    ///
+    /// # Errors
+    /// When packed bytes are no chunk. This process made them, or read them from a save whose checksums were right, so that only a save of
+    /// another program or a fault of the memory can be the reason.
+    pub(crate) fn chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable> {
         match self {
-            Self::Ready(chunk) => chunk.clone(),
-            Self::Packed(packed, materials) => packed.unpack(*materials).flatten().map(Arc::new),
+            Self::Ready(chunk) => Ok(chunk.clone()),
+            Self::Packed(packed, materials) => match packed.unpack(*materials) {
+                Some(chunk) => Ok(chunk.map(Arc::new)),
+                None => Err(Unavailable::new(0, pos, Cause::Damaged, "its edited voxels cannot be unpacked")),
+            },
         }
     }
 

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
 use raxel_world::{ChunkPos, ChunkSource, Content, Material, MaterialIndex, Unavailable};
 
@@ -10,9 +9,6 @@ use crate::packed::PackedChunk;
 
 /// Bytes of a tile beside those of its packed cells: its places in both maps, about.
 const ENTRY: u64 = 160;
-
-/// How long a source that has failed is not waited for by whoever takes no failure.
-const FAILING: Duration = Duration::from_secs(2);
 
 /// A source with a memory: tiles that were asked for are kept packed, as many as a number of bytes has room for. What was given up last is
 /// kept longest. Since a source always gives the same answers, nothing in it ever becomes wrong.
@@ -43,8 +39,6 @@ struct Kept {
     order: BTreeMap<u64, Key>,
     now: u64,
     found_made: [u64; 2],
-    /// Until when the source is taken to be failing.
-    failing: Option<Instant>,
 }
 
 struct Entry {
@@ -89,10 +83,7 @@ impl KeptSource {
         let keeps = self.kept().most > 0;
         let packed = made.as_ref().ok().filter(|_| keeps).map(Packed::of);
         let mut kept = self.kept();
-        match made {
-            Ok(_) => kept.found_made[1] += 1,
-            Err(_) => kept.failing = Some(Instant::now() + FAILING),
-        }
+        kept.found_made[1] += u64::from(made.is_ok());
         if let Some(packed) = packed {
             kept.insert(key, packed);
         }
@@ -109,17 +100,7 @@ impl ChunkSource for KeptSource {
         self.source.materials()
     }
 
-    /// What cannot be had is empty here, and is not kept; whoever asks for it again soon does not wait for a source that has just failed.
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-        if let Some(content) = self.find((level, pos)) {
-            return content;
-        }
-        if self.kept().failing.is_some_and(|until| Instant::now() < until) {
-            return Content::Empty;
-        }
-        self.make((level, pos)).unwrap_or(Content::Empty)
-    }
-
+    /// Failures are not kept: the next call asks the source again.
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
         match self.find((level, pos)) {
             Some(content) => Ok(content),
@@ -212,8 +193,8 @@ impl Packed {
 mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
-    use raxel_world::DenseChunk;
     use raxel_world::random::mix;
+    use raxel_world::{Cause, DenseChunk};
 
     use super::*;
 
@@ -225,20 +206,20 @@ mod tests {
             &self.0
         }
 
-        fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
             self.1.fetch_add(1, Ordering::Relaxed);
             let seed = mix(u64::from(level) << 40 | u64::from(pos.x.cast_unsigned()));
             let mut dense = DenseChunk::default();
             match seed % 5 {
-                0 => return Content::Empty,
-                1 => return Content::Full(2),
+                0 => return Ok(Content::Empty),
+                1 => return Ok(Content::Full(2)),
                 _ => (0..400).for_each(|n| {
                     let at = mix(seed + n);
                     let [x, y, z] = [at & 63, at >> 6 & 63, at >> 12 & 63].map(|c| c as u32);
                     dense.set(x, y, z, 1 + (at >> 20 & 3) as u16);
                 }),
             }
-            Content::pack(&dense)
+            Ok(Content::pack(&dense))
         }
     }
 
@@ -257,7 +238,7 @@ mod tests {
         let mut most = 0;
         for round in 0..2000 {
             let (level, pos) = tile((mix(round) % 120) as i32);
-            assert_eq!(kept.chunk(level, pos), noise.chunk(level, pos), "{round}");
+            assert_eq!(kept.try_chunk(level, pos), noise.try_chunk(level, pos), "{round}");
             if mix(round) & 64 == 0 {
                 kept.given_up(level, pos);
             }
@@ -278,7 +259,7 @@ mod tests {
     fn a_camera_that_goes_back_makes_nothing_again_and_what_was_given_up_last_is_kept_longest() {
         let noise = noise();
         let made = || noise.1.load(Ordering::Relaxed);
-        let ask = |kept: &KeptSource, n| drop(kept.chunk(tile(n).0, tile(n).1));
+        let ask = |kept: &KeptSource, n| drop(kept.try_chunk(tile(n).0, tile(n).1));
         let kept = KeptSource::new(noise.clone(), 1 << 30);
         (0..100).chain((0..100).rev()).for_each(|n| ask(&kept, n));
         assert_eq!(made(), 100);
@@ -301,7 +282,7 @@ mod tests {
     fn without_bytes_nothing_is_kept() {
         let noise = noise();
         let kept = KeptSource::new(noise.clone(), 0);
-        (0..10).chain(0..10).for_each(|n| drop(kept.chunk(tile(n).0, tile(n).1)));
+        (0..10).chain(0..10).for_each(|n| drop(kept.try_chunk(tile(n).0, tile(n).1)));
         assert_eq!(noise.1.load(Ordering::Relaxed), 20);
         assert_eq!(kept.stats(), KeptStats { found_made: [0, 20], ..KeptStats::default() });
     }
@@ -314,12 +295,9 @@ mod tests {
             &self.0
         }
 
-        fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-            self.try_chunk(level, pos).unwrap_or(Content::Empty)
-        }
-
-        fn try_chunk(&self, _level: u32, _pos: ChunkPos) -> Result<Content, Unavailable> {
-            if *self.1.lock().unwrap() { Err(Unavailable::new("busy")) } else { Ok(Content::Full(1)) }
+        fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+            let failing = *self.1.lock().unwrap();
+            if failing { Err(Unavailable::new(level, pos, Cause::Failing, "busy")) } else { Ok(Content::Full(1)) }
         }
     }
 
@@ -328,11 +306,13 @@ mod tests {
         let failing = Arc::new(Failing(vec![Material::air(); 2], Mutex::new(true)));
         let kept = KeptSource::new(failing.clone(), 1 << 20);
         let (level, pos) = tile(0);
-        assert_eq!((kept.chunk(level, pos), kept.stats().tiles), (Content::Empty, 0));
         assert!(kept.try_chunk(level, pos).is_err() && kept.stats().tiles == 0);
         *failing.1.lock().unwrap() = false;
         assert_eq!(kept.try_chunk(level, pos), Ok(Content::Full(1)));
         *failing.1.lock().unwrap() = true;
-        assert_eq!((kept.chunk(level, pos), kept.try_chunk(level, pos)), (Content::Full(1), Ok(Content::Full(1))));
+        assert_eq!(kept.try_chunk(level, pos), Ok(Content::Full(1)));
+        // A failure of one tile says nothing about the others.
+        assert!(kept.try_chunk(level, ChunkPos::new(9, 9, 9)).is_err());
+        assert_eq!(kept.try_chunk(level, pos), Ok(Content::Full(1)));
     }
 }

@@ -6,18 +6,16 @@ use raxel_world::{AIR, Chunk, ChunkPos, MAX_MATERIALS, Material, MaterialIndex, 
 
 /// The voxels below the edits: a pure function of the position.
 pub trait Base: Send + Sync {
-    /// The chunk at a position, if it has solids.
-    fn chunk(&self, pos: ChunkPos) -> Option<Arc<Chunk>>;
-
-    /// The same, of a base that may fail to have a chunk for the time being: no edit is made to what is not there.
-    fn try_chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable> {
-        Ok(self.chunk(pos))
-    }
+    /// The chunk at a position; `None` when it has no solid voxel.
+    ///
+    /// # Errors
+    /// When the base cannot know the voxels, as [`raxel_world::ChunkSource::try_chunk`]. Such a chunk is never `None`.
+    fn try_chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable>;
 }
 
 impl Base for World {
-    fn chunk(&self, pos: ChunkPos) -> Option<Arc<Chunk>> {
-        World::chunk(self, pos).cloned()
+    fn try_chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable> {
+        Ok(self.chunk(pos).cloned())
     }
 }
 

@@ -124,18 +124,9 @@ impl ChunkSource for EditedSource {
         &self.materials
     }
 
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-        if let (0, Some(edited)) = (level, self.edited_chunk(pos)) {
-            return edited.content();
-        }
-        let content = self.unedited.0.chunk(level, pos);
-        // Who cannot wait for what is below sees the land without edits.
-        self.with_edits(level, pos, content.clone()).unwrap_or(content)
-    }
-
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
         match (level, self.edited_chunk(pos)) {
-            (0, Some(edited)) => Ok(edited.content()),
+            (0, Some(edited)) => edited.voxels.chunk(pos).map(content_of),
             _ => self.with_edits(level, pos, self.unedited.0.try_chunk(level, pos)?),
         }
     }
@@ -146,16 +137,12 @@ impl ChunkSource for EditedSource {
 }
 
 impl Base for EditedSource {
-    fn chunk(&self, pos: ChunkPos) -> Option<Arc<Chunk>> {
-        ChunkSource::chunk(self, 0, pos).to_chunk()
+    fn try_chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable> {
+        ChunkSource::try_chunk(self, 0, pos).map(|content| content.to_chunk())
     }
 }
 
 impl Base for Unedited {
-    fn chunk(&self, pos: ChunkPos) -> Option<Arc<Chunk>> {
-        self.0.chunk(0, pos).to_chunk()
-    }
-
     fn try_chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable> {
         self.0.try_chunk(0, pos).map(|content| content.to_chunk())
     }
@@ -195,17 +182,13 @@ impl Edited {
 }
 
 impl EditedChunk {
-    fn content(&self) -> Content {
-        content_of(self.voxels.chunk())
-    }
-
     /// Finds the cells with changes.
     fn find_cells(&self, source: &Unedited, pos: ChunkPos) -> Result<(), Unavailable> {
         let below = match self.below.get() {
             Some(below) => below.clone(),
             None => source.0.try_chunk(0, pos)?,
         };
-        let (after, before) = (self.voxels.chunk(), below.to_chunk());
+        let (after, before) = (self.voxels.chunk(pos)?, below.to_chunk());
         self.cells.get_or_init(|| ChangedCells::between(before.as_deref(), after.as_deref()));
         if matches!(self.voxels, Stored::Ready(_)) {
             // Its voxels are held unpacked as well, and it may soon be edited again.

@@ -49,7 +49,7 @@ fn a_buffer_that_follows_edits_is_traced_as_the_world_itself() {
     let (mut hits, mut written) = (0, 0);
     for round in 0..120 {
         let change = match random.next(5) {
-            0 => edits.undo(&base).unwrap_or_default(),
+            0 => edits.undo(&base).unwrap().unwrap_or_default(),
             _ => edits.apply(&[random.operation()], &scene, &base).unwrap(),
         };
         current = current.with_chunks(&scene.materials, change.after());

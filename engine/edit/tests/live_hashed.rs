@@ -78,7 +78,7 @@ fn after_thousands_of_edits_every_node_is_what_a_fresh_encoding_has() {
         let (mut written, mut anew) = (0, 0);
         for round in 1..=2000 {
             let change = match random.next(5) {
-                0 => edits.undo(&base).unwrap_or_default(),
+                0 => edits.undo(&base).unwrap().unwrap_or_default(),
                 _ => edits.apply(&[random.operation()], &scene, &base).unwrap(),
             };
             current = current.with_chunks(&scene.materials, change.after());

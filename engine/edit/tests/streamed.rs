@@ -15,7 +15,7 @@ use raxel_oracle::{Oracle, sets};
 use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, TileKey, View, union};
 use raxel_world::{
     AIR, BLOCKS, Bounds, ChunkPos, ChunkSource, Content, DenseChunk, MAX_LEVEL, Material, MaterialIndex, Mode,
-    StreamSettings, cell_edge,
+    StreamSettings, Unavailable, cell_edge,
 };
 use scenes::{Random, scene, world};
 
@@ -33,17 +33,13 @@ impl Ground {
     }
 }
 
-impl ChunkSource for Ground {
-    fn materials(&self) -> &[Material] {
-        self.world.materials()
-    }
-
+impl Ground {
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
         let key = TileKey { level, pos };
         if let Some(known) = self.tiles.lock().unwrap().get(&key) {
             return known.clone();
         }
-        let mut content = ChunkSource::chunk(&self.world, level, pos);
+        let mut content = self.world.tile(level, pos);
         if level > 0 {
             let mut cells = DenseChunk::default();
             content.unpack(&mut cells);
@@ -52,6 +48,16 @@ impl ChunkSource for Ground {
         }
         self.tiles.lock().unwrap().insert(key, content.clone());
         content
+    }
+}
+
+impl ChunkSource for Ground {
+    fn materials(&self) -> &[Material] {
+        self.world.materials()
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 
@@ -81,7 +87,7 @@ impl Living {
     }
 
     fn undo(&mut self) -> Vec<ChunkPos> {
-        let change = self.edits.undo(self.source.unedited());
+        let change = self.edits.undo(self.source.unedited()).unwrap();
         change.map_or(Vec::new(), |change| self.took(&change))
     }
 }
@@ -91,7 +97,7 @@ fn cell_of(edits: &Edits, base: &dyn Base, level: u32, cell: [i32; 3], below: Ma
     let edge = cell_edge(level) as i32;
     let first = cell.map(|c| c * edge);
     let pos = ChunkPos::of_cell(IVec3::from_array(first));
-    let [old, new] = [base.chunk(pos), edits.chunk(pos, base)];
+    let [old, new] = [base.try_chunk(pos), edits.chunk(pos, base)].map(Result::unwrap);
     let (mut was, mut is, mut changed) = (0, 0, false);
     let mut written: BTreeMap<MaterialIndex, i32> = BTreeMap::new();
     for n in 0..edge.pow(3) {
@@ -134,7 +140,8 @@ fn every_cell_is_that_of_the_source_until_enough_of_it_is_edited() {
             .map(|pos| ChunkPos::new(pos.x >> (2 * level), pos.y >> (2 * level), pos.z >> (2 * level)))
             .collect();
         for pos in tiles {
-            let (found, below) = (ChunkSource::chunk(&*living.source, level, pos), living.ground.chunk(level, pos));
+            let (found, below) =
+                (ChunkSource::try_chunk(&*living.source, level, pos).unwrap(), living.ground.chunk(level, pos));
             let [found, below] = [found, below].map(|content| content.to_chunk());
             let origin = pos.origin().to_array();
             // All of a few cells: walking through all voxels of each would take minutes.
@@ -153,7 +160,7 @@ fn every_cell_is_that_of_the_source_until_enough_of_it_is_edited() {
                 let expected = match (own, level) {
                     (false, _) => at(&below),
                     (true, 0) => {
-                        let edited = living.edits.chunk(chunk, living.source.unedited());
+                        let edited = living.edits.chunk(chunk, living.source.unedited()).unwrap();
                         edited.map_or(AIR, |chunk| chunk.voxel(local[0], local[1], local[2]))
                     }
                     (true, _) => cell_of(&living.edits, living.source.unedited(), level, cell, at(&below)),
@@ -180,7 +187,7 @@ fn frontier() -> (Arc<dyn ChunkSource>, Arc<EditedSource>, Scene) {
 fn differences(sources: [&dyn ChunkSource; 2], level: u32, pos: ChunkPos) -> Vec<([u32; 3], [MaterialIndex; 2])> {
     let [a, b] = sources.map(|source| {
         let mut cells = DenseChunk::default();
-        source.chunk(level, pos).unpack(&mut cells);
+        source.try_chunk(level, pos).unwrap().unpack(&mut cells);
         cells
     });
     let of = |cells: &DenseChunk, block: usize, bit: usize| {
@@ -201,7 +208,7 @@ fn differences(sources: [&dyn ChunkSource; 2], level: u32, pos: ChunkPos) -> Vec
 fn top(land: &dyn ChunkSource, x: i32, z: i32) -> i32 {
     let of_chunk = |y: i32| {
         let pos = ChunkPos::of_cell(IVec3::new(x, 64 * y, z));
-        let chunk = land.chunk(0, pos).to_chunk()?;
+        let chunk = land.try_chunk(0, pos).unwrap().to_chunk()?;
         let local = (0..64).rev().find(|local| chunk.voxel((x & 63) as u32, *local, (z & 63) as u32) != AIR)?;
         Some(64 * y + local as i32)
     };
@@ -255,7 +262,8 @@ fn what_is_as_thick_as_a_wall_is_seen_from_afar() {
         let at = |cell: [i64; 3]| {
             let pos = ChunkPos::of_cell(IVec3::from_array(cell.map(|c| c as i32)));
             let local = cell.map(|c| (c & 63) as u32);
-            ChunkSource::chunk(&*source, level, pos)
+            ChunkSource::try_chunk(&*source, level, pos)
+                .unwrap()
                 .to_chunk()
                 .map_or(AIR, |chunk| chunk.voxel(local[0], local[1], local[2]))
         };
@@ -344,7 +352,7 @@ fn every_publication_shows_the_edited_world_at_every_level() {
         streamer.released(taken.version);
         published += 1;
         living.source.edited_heights().into_iter().for_each(|heights| reach.include(heights));
-        let shown = union(&*living.source, &reach.tiles(camera));
+        let shown = union(&*living.source, &reach.tiles(camera)).unwrap();
         let words = memory.frame(&taken);
         let (tree, oracle, targets) = (Tree64::new(&words), Oracle::new(&shown), RayTargets::of(&shown));
         let mut errors = Errors::default();
@@ -374,7 +382,8 @@ fn adopted_chunks_are_tiles_like_any_other() {
     for pos in living.edits.positions() {
         for level in 0..=MAX_LEVEL {
             let tile = ChunkPos::new(pos.x >> (2 * level), pos.y >> (2 * level), pos.z >> (2 * level));
-            let [found, expected] = [&adopted, &*living.source].map(|source| ChunkSource::chunk(source, level, tile));
+            let [found, expected] =
+                [&adopted, &*living.source].map(|source| ChunkSource::try_chunk(source, level, tile).unwrap());
             assert_eq!(found, expected, "level {level} {tile:?}");
             edited += usize::from(found != living.ground.chunk(level, tile));
         }
@@ -384,7 +393,7 @@ fn adopted_chunks_are_tiles_like_any_other() {
     let mut short = Edits::default();
     short.adopt(living.edits.positions().map(|pos| (pos, living.edits.packed(pos).unwrap())).collect::<Vec<_>>(), 1);
     adopted.replace(&short);
-    assert!(living.edits.positions().all(|pos| ChunkSource::chunk(&adopted, 0, pos) == Content::Empty));
+    assert!(living.edits.positions().all(|pos| ChunkSource::try_chunk(&adopted, 0, pos).unwrap() == Content::Empty));
 }
 
 #[test]
@@ -392,7 +401,7 @@ fn questions_are_answered_by_the_newest_voxels() {
     let mut living = Living::new();
     let top = (0..64).rev().find(|y| living.ground.world.voxel(IVec3::new(10, *y, 10)) != AIR).unwrap();
     let ray = raxel_oracle::Ray { cell: [10, 300, 10], frac: [0.5; 3], dir: [0.0, -1.0, 0.0], t_max: f32::INFINITY };
-    let voxel = |living: &Living| raxel_edit::query::cast(&*living.source, &ray, 1e4).unwrap().exact.voxel;
+    let voxel = |living: &Living| raxel_edit::query::cast(&*living.source, &ray, 1e4).unwrap().unwrap().exact.voxel;
     assert_eq!(voxel(&living), [10, top, 10]);
     living.apply(Operation::set([10, 200, 10], 3));
     assert_eq!(voxel(&living), [10, 200, 10]);
@@ -404,6 +413,6 @@ fn questions_are_answered_by_the_newest_voxels() {
     living.apply(Operation::Box { bounds, brush: Brush::Add(4) });
     assert_eq!(count(&living), [(4, 512)].into());
     let corners = [[256, 90 * 256, 256], [512, 91 * 256, 512]];
-    let up = raxel_edit::query::collide(&*living.source, corners, [0, 30 * 256, 0]);
+    let up = raxel_edit::query::collide(&*living.source, corners, [0, 30 * 256, 0]).unwrap();
     assert_eq!((up.moved[1], up.stopped[1]), (9 * 256, true));
 }

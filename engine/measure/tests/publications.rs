@@ -24,7 +24,9 @@ use raxel_stream::{PoolMemory, Publication, Reach, Reached, StreamOptions, Strea
 use raxel_world::layout::{Layout, MATERIAL_WORDS, TileBlock, TileNode};
 use raxel_world::lights::{HEADER_WORDS, LIGHT_WORDS, LightPowers, TileLights, grouped_header};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Side, StreamSettings, World};
+use raxel_world::{
+    ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Side, StreamSettings, Unavailable, World,
+};
 use rayon::prelude::*;
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -99,11 +101,7 @@ fn materials() -> Vec<Material> {
 /// some full.
 struct Endless(Vec<Material>);
 
-impl ChunkSource for Endless {
-    fn materials(&self) -> &[Material] {
-        &self.0
-    }
-
+impl Endless {
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
         let mut dense = DenseChunk::default();
         if level > 0 {
@@ -136,6 +134,16 @@ impl ChunkSource for Endless {
             dense.set(if n < 2 { 63 } else { x }, y, z, LAMP);
         }
         Content::pack(&dense)
+    }
+}
+
+impl ChunkSource for Endless {
+    fn materials(&self) -> &[Material] {
+        &self.0
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 
@@ -227,7 +235,7 @@ fn trace(publications: u64, rays: u64) {
                 let brush = if random.below(2) == 0 { Brush::Subtract } else { Brush::Add(1 + random.below(5) as u16) };
                 let operation = Operation::sphere(at, 1.0 + random.below(30) as f64, brush);
                 let change = match random.below(4) {
-                    0 => edits.undo(source.unedited()),
+                    0 => edits.undo(source.unedited()).unwrap(),
                     _ => edits.apply(&[operation], &scene, source.unedited()).ok(),
                 };
                 if let Some(change) = change {
@@ -263,7 +271,7 @@ fn trace(publications: u64, rays: u64) {
                 let reached = Reached::of(&publication.header, &memory.host.lock().unwrap()[HEADER..]);
                 reached.chunks.into_iter().map(|(pos, _)| TileKey { level: 0, pos }).collect()
             };
-            let shown = union(&*source, &tiles);
+            let shown = union(&*source, &tiles).unwrap();
             errors = errors.and(judge(&mut stream, &mut tracer, &on_device, &shown, rays, random.bits()));
             of_this += 1;
         }
@@ -462,8 +470,8 @@ fn reached(
     for (pos, node) in reached.chunks {
         let first = if node.filled_material().is_some() { 0 } else { 4 * node.0[2] };
         let expected = known.entry((pos, first)).or_insert_with(|| {
-            let content = source.chunk(0, pos);
-            let beside = |face| Arc::new(Side::of(&source.chunk(0, pos.beside(face)), face ^ 1));
+            let content = source.try_chunk(0, pos).unwrap();
+            let beside = |face| Arc::new(Side::of(&source.try_chunk(0, pos.beside(face)).unwrap(), face ^ 1));
             let lights = TileLights::of(&content, (0, pos), &powers, beside);
             match TileBlock::of(&content, 0) {
                 Ok(block) => {

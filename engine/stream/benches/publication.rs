@@ -8,7 +8,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use glam::IVec3;
 use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, View};
 use raxel_world::random::{SplitMix64, mix};
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Unavailable};
 
 const PATIENCE: Duration = Duration::from_secs(300);
 const WORDS: u32 = 64 << 20;
@@ -29,11 +29,7 @@ fn memory(words: u32) -> (Arc<dyn PoolMemory>, u32) {
 /// A few blocks in every tile; in one of four, one of them gives off light.
 struct Quick(Vec<Material>);
 
-impl ChunkSource for Quick {
-    fn materials(&self) -> &[Material] {
-        &self.0
-    }
-
+impl Quick {
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
         let seed = [level.cast_signed(), pos.x, pos.y, pos.z]
             .iter()
@@ -47,6 +43,16 @@ impl ChunkSource for Quick {
             dense.apply(random.below(4096) as usize, 1, Mode::Add, 2);
         }
         Content::pack(&dense)
+    }
+}
+
+impl ChunkSource for Quick {
+    fn materials(&self) -> &[Material] {
+        &self.0
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 

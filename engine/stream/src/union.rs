@@ -2,18 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use raxel_world::{AIR, BLOCKS, ChunkPos, ChunkSource, Content, DenseChunk, Mode, World, block_cell};
+use raxel_world::{AIR, BLOCKS, ChunkPos, ChunkSource, Content, DenseChunk, Mode, Unavailable, World, block_cell};
 
 use crate::reach::TileKey;
 
 /// The voxels that rays meet where these tiles are there: in every chunk, the cells of the finest tile as solid cubes. It says nothing of
 /// how they are stored.
-pub fn union(source: &dyn ChunkSource, tiles: &[TileKey]) -> World {
+///
+/// # Errors
+/// When the source does not have one of the tiles.
+pub fn union(source: &dyn ChunkSource, tiles: &[TileKey]) -> Result<World, Unavailable> {
     let mut tiles = tiles.to_vec();
     tiles.sort_unstable_by_key(|tile| std::cmp::Reverse(tile.level));
     let mut chunks: BTreeMap<ChunkPos, Content> = BTreeMap::new();
     for key in tiles {
-        let content = source.chunk(key.level, key.pos);
+        let content = source.try_chunk(key.level, key.pos)?;
         if content == Content::Empty && chunks.is_empty() {
             continue;
         }
@@ -31,7 +34,7 @@ pub fn union(source: &dyn ChunkSource, tiles: &[TileKey]) -> World {
         }
     }
     let packed = chunks.into_iter().filter_map(|(pos, content)| Some((pos, content.to_chunk()?)));
-    World::new(source.materials().to_vec(), packed)
+    Ok(World::new(source.materials().to_vec(), packed))
 }
 
 /// The part of a tile that a chunk is.

@@ -7,7 +7,7 @@ use glam::{DVec3, IVec3};
 use raxel_oracle::port::Tree64;
 use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, TileKey, View};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Unavailable};
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 21;
@@ -38,11 +38,7 @@ impl Posts {
     }
 }
 
-impl ChunkSource for Posts {
-    fn materials(&self) -> &[Material] {
-        &self.materials
-    }
-
+impl Posts {
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
         self.asked.lock().unwrap().push(TileKey { level, pos });
         let shift = 2 * level;
@@ -60,6 +56,16 @@ impl ChunkSource for Posts {
             }
         }
         Content::pack(&dense)
+    }
+}
+
+impl ChunkSource for Posts {
+    fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 
@@ -207,15 +213,21 @@ impl Paced {
     }
 }
 
+impl Paced {
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        let mut left = self.more.wait_while(self.left.lock().unwrap(), |left| *left == 0).unwrap();
+        *left -= 1;
+        self.posts.chunk(level, pos)
+    }
+}
+
 impl ChunkSource for Paced {
     fn materials(&self) -> &[Material] {
         self.posts.materials()
     }
 
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-        let mut left = self.more.wait_while(self.left.lock().unwrap(), |left| *left == 0).unwrap();
-        *left -= 1;
-        self.posts.chunk(level, pos)
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 

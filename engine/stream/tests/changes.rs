@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, View};
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, StreamSettings, child_cell};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, StreamSettings, Unavailable, child_cell};
 
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -24,11 +24,7 @@ impl PoolMemory for Words {
 /// Chunks that say how often they have changed: a voxel in the 16³ node n for bit n of the number, and always one in the last node.
 struct Counted(Vec<Material>, AtomicU64);
 
-impl ChunkSource for Counted {
-    fn materials(&self) -> &[Material] {
-        &self.0
-    }
-
+impl Counted {
     fn chunk(&self, _level: u32, pos: ChunkPos) -> Content {
         if !(0..CHUNKS).contains(&pos.x) || pos.y != 0 || pos.z != 0 {
             return Content::Empty;
@@ -40,6 +36,16 @@ impl ChunkSource for Counted {
             dense.set(x, y, z, 1);
         }
         Content::pack(&dense)
+    }
+}
+
+impl ChunkSource for Counted {
+    fn materials(&self) -> &[Material] {
+        &self.0
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 

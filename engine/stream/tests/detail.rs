@@ -61,7 +61,7 @@ impl<'s> Seen<'s> {
             // A part of a coarse tile may be shown as finer tiles.
             let chunk_end = self.leaves((place / 64.0).floor() * 64.0, 64.0, direction);
             let source = self.source;
-            let solid = self.tiles.entry(key).or_insert_with(|| match source.chunk(key.level, key.pos) {
+            let solid = self.tiles.entry(key).or_insert_with(|| match source.try_chunk(key.level, key.pos).unwrap() {
                 Content::Empty => Solid::None,
                 Content::Full(_) => Solid::All,
                 Content::Chunk(chunk) => Solid::Some(Box::new(*chunk.masks())),
@@ -184,7 +184,7 @@ fn frontier() -> std::sync::Arc<dyn ChunkSource> {
 fn top(source: &dyn ChunkSource, [x, z]: [i32; 2]) -> f64 {
     let of_chunk = |y: i32| {
         let key = TileKey::of_cell(0, IVec3::new(x, 64 * y, z));
-        let chunk = source.chunk(0, ChunkPos::new(key.pos.x, y, key.pos.z)).to_chunk()?;
+        let chunk = source.try_chunk(0, ChunkPos::new(key.pos.x, y, key.pos.z)).unwrap().to_chunk()?;
         let solid = |local: &u32| chunk.voxel((x & 63) as u32, *local, (z & 63) as u32) != 0;
         (0..64).rev().find(solid).map(|local| 64 * y + local as i32)
     };

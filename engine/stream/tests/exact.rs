@@ -14,7 +14,9 @@ use raxel_stream::{
 };
 use raxel_world::layout::{TileBlock, Tree64Header};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, World, voxel_index};
+use raxel_world::{
+    ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Unavailable, World, voxel_index,
+};
 
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -122,18 +124,14 @@ impl Remembered {
     }
 }
 
-impl ChunkSource for Remembered {
-    fn materials(&self) -> &[Material] {
-        self.world.materials()
-    }
-
+impl Remembered {
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
         let key = TileKey { level, pos };
         if let Some(known) = self.tiles.lock().unwrap().get(&key) {
             return known.clone();
         }
         let content = if level == 0 {
-            ChunkSource::chunk(&self.world, 0, pos)
+            self.world.tile(0, pos)
         } else {
             let mut dense = DenseChunk::default();
             for child in 0..64 {
@@ -146,6 +144,16 @@ impl ChunkSource for Remembered {
         };
         self.tiles.lock().unwrap().insert(key, content.clone());
         content
+    }
+}
+
+impl ChunkSource for Remembered {
+    fn materials(&self) -> &[Material] {
+        self.world.materials()
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 
     fn given_up(&self, level: u32, pos: ChunkPos) {
@@ -186,7 +194,7 @@ fn complete_worlds_are_exact_at_every_level() {
                 streamer.released(taken.version);
                 now = Some(taken);
             }
-            let world = union(&*source, &reach.tiles(camera));
+            let world = union(&*source, &reach.tiles(camera)).unwrap();
             let publication = now.as_ref().unwrap();
             hits += judge(&memory.frame(publication), &world, 64, step as u64);
             // Rays end where the cells do, not the tiles.
@@ -241,7 +249,7 @@ fn every_publication_of_a_flight_is_exact() {
         if step % 4 == 0 && !in_flight.is_empty() {
             // The oldest one is the one that would be overwritten first.
             let words = memory.frame(&in_flight[0]);
-            let world = union(&*source, &resident(&words));
+            let world = union(&*source, &resident(&words)).unwrap();
             hits += judge(&words, &world, 24, step as u64);
         }
     }
@@ -257,7 +265,7 @@ fn a_frame_brings_no_more_than_its_bytes_and_all_of_it_arrives() {
     let source = Arc::new(scattered_world(8));
     let (reach, view) = (Reach::of(&settings(256, 256), [-300, 300]), View::at(IVec3::ZERO));
     let bytes = |tile: &TileKey| {
-        let content = ChunkSource::chunk(&*source, tile.level, tile.pos);
+        let content = ChunkSource::try_chunk(&*source, tile.level, tile.pos).unwrap();
         TileBlock::of(&content, tile.level).map_or(0, |block| 4 * u64::from(block.words()))
     };
     let largest = reach.tiles(IVec3::ZERO).iter().map(bytes).max().unwrap();
@@ -350,7 +358,7 @@ fn a_pool_that_is_too_small_shrinks_what_is_near_or_says_so() {
             streamer.released(taken.version);
             if hits == 0 || step % 8 == 0 {
                 let seen = memory.frame(&taken);
-                hits += judge(&seen, &union(&*source, &resident(&seen)), 16, step as u64);
+                hits += judge(&seen, &union(&*source, &resident(&seen)).unwrap(), 16, step as u64);
             }
         }
     }
@@ -370,18 +378,24 @@ struct Edited {
     chunks: RwLock<BTreeMap<ChunkPos, Content>>,
 }
 
-impl ChunkSource for Edited {
-    fn materials(&self) -> &[Material] {
-        self.world.materials()
-    }
-
+impl Edited {
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
         if level == 0
             && let Some(content) = self.chunks.read().unwrap().get(&pos)
         {
             return content.clone();
         }
-        ChunkSource::chunk(&self.world, level, pos)
+        self.world.tile(level, pos)
+    }
+}
+
+impl ChunkSource for Edited {
+    fn materials(&self) -> &[Material] {
+        self.world.materials()
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 
@@ -417,7 +431,7 @@ fn changed_chunks_are_made_anew_and_no_others() {
         streamer.released(taken.version);
         assert_eq!(streamer.stats().made - made, touched.len() as u64);
         assert_eq!(taken.changes, step + 1, "the publication has all of it");
-        let world = union(&*source, &reach.tiles(IVec3::ZERO));
+        let world = union(&*source, &reach.tiles(IVec3::ZERO)).unwrap();
         judge(&memory.frame(&taken), &world, 32, step);
     }
 }

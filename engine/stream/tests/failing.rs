@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use glam::IVec3;
 use raxel_oracle::port::Tree64;
 use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, View};
-use raxel_world::{ChunkPos, ChunkSource, Content, Material, StreamSettings, Unavailable, World};
+use raxel_world::{Cause, ChunkPos, ChunkSource, Content, Material, StreamSettings, Unavailable, World};
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 18;
@@ -46,17 +46,13 @@ impl ChunkSource for Failing {
         self.world.materials()
     }
 
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-        self.try_chunk(level, pos).unwrap_or(Content::Empty)
-    }
-
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
         if let Some(left) = self.left.lock().unwrap().get_mut(&pos).filter(|left| **left > 0) {
             *left -= 1;
-            return Err(Unavailable::new("the store is busy"));
+            return Err(Unavailable::new(level, pos, Cause::Failing, "the store is busy"));
         }
         std::thread::sleep(self.pause);
-        Ok(ChunkSource::chunk(&self.world, level, pos))
+        Ok(self.world.tile(level, pos))
     }
 }
 
@@ -130,7 +126,7 @@ fn frames_go_on_without_what_fails() {
     };
     let without = follow(26);
     assert!(!without.contains(&broken));
-    assert_eq!(streamer.unavailable(), Some(Unavailable::new("the store is busy")));
+    assert_eq!(&*streamer.unavailable().expect("a chunk is missing").reason, "the store is busy");
     assert!(!streamer.is_settled() && streamer.stats().unavailable == 1);
     source.left.lock().unwrap().clear();
     follow(27);

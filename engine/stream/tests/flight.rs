@@ -8,7 +8,7 @@ use glam::IVec3;
 use raxel_diagnostics::{DiskFiles, SourceMap};
 use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, View};
 use raxel_world::random::{SplitMix64, mix};
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Streamed};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Streamed, Unavailable};
 
 /// Bytes of the pools: less than what is near takes, so that they are full on the way.
 const LAND: usize = 12 << 20;
@@ -124,11 +124,7 @@ fn an_hour_of_flight_takes_no_more_memory_than_its_first_minutes() {
 /// Things that are quick to make: small ones in five materials, different in every tile; some tiles are empty, and some full.
 struct Quick(Vec<Material>);
 
-impl ChunkSource for Quick {
-    fn materials(&self) -> &[Material] {
-        &self.0
-    }
-
+impl Quick {
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
         let seed = [level.cast_signed(), pos.x, pos.y, pos.z]
             .iter()
@@ -145,6 +141,16 @@ impl ChunkSource for Quick {
             dense.apply(random.below(4096) as usize, random.bits(), Mode::Add, 1 + random.below(5) as u16);
         }
         Content::pack(&dense)
+    }
+}
+
+impl ChunkSource for Quick {
+    fn materials(&self) -> &[Material] {
+        &self.0
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 

@@ -9,7 +9,7 @@ use glam::IVec3;
 use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, TileKey, View, union};
 use raxel_world::lights::{HEADER_WORDS, LIGHT_WORDS, lights};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, StreamSettings, World};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, StreamSettings, Unavailable, World};
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 21;
@@ -182,7 +182,7 @@ fn what_is_listed_is_what_is_shown_at_every_level() {
         last = streamer.take().or(last);
         let taken = last.clone().expect("a publication of the first place");
         streamer.released(taken.version);
-        let shown = union(&*source, &reach.tiles(camera));
+        let shown = union(&*source, &reach.tiles(camera)).unwrap();
         let listed = listed(&lamps, &taken);
         levels.extend(listed.keys().map(|(_, edge, _, _)| *edge));
         for (voxel, edge, _, material) in listed.keys() {
@@ -218,9 +218,15 @@ impl Edited {
         let chunks = self.chunks.read().unwrap();
         let positions: BTreeSet<ChunkPos> =
             self.world.chunks().map(|(pos, _)| pos).chain(chunks.keys().copied()).collect();
-        let content =
-            |pos: ChunkPos| chunks.get(&pos).cloned().unwrap_or_else(|| ChunkSource::chunk(&self.world, 0, pos));
+        let content = |pos: ChunkPos| chunks.get(&pos).cloned().unwrap_or_else(|| self.world.tile(0, pos));
         World::new(materials(), positions.into_iter().filter_map(|pos| Some((pos, content(pos).to_chunk()?))))
+    }
+}
+
+impl Edited {
+    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        let edited = self.chunks.read().unwrap().get(&pos).filter(|_| level == 0).cloned();
+        edited.unwrap_or_else(|| self.world.tile(level, pos))
     }
 }
 
@@ -229,9 +235,8 @@ impl ChunkSource for Edited {
         self.world.materials()
     }
 
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-        let edited = self.chunks.read().unwrap().get(&pos).filter(|_| level == 0).cloned();
-        edited.unwrap_or_else(|| ChunkSource::chunk(&self.world, level, pos))
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 
@@ -436,11 +441,7 @@ struct Held {
     held: Mutex<Option<Hold>>,
 }
 
-impl ChunkSource for Held {
-    fn materials(&self) -> &[Material] {
-        self.edited.materials()
-    }
-
+impl Held {
     fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
         let content = self.edited.chunk(level, pos);
         let held = self.held.lock().unwrap().take_if(|(of, ..)| level == 0 && *of == pos);
@@ -449,6 +450,16 @@ impl ChunkSource for Held {
             go_on.recv_timeout(PATIENCE).unwrap();
         }
         content
+    }
+}
+
+impl ChunkSource for Held {
+    fn materials(&self) -> &[Material] {
+        self.edited.materials()
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 

@@ -10,7 +10,7 @@ use glam::IVec3;
 use raxel_stream::{PoolMemory, Publication, Reach, Reached, StreamOptions, Streamer, View};
 use raxel_world::layout::{FULL_RUN_WORDS, MATERIAL_WORDS, TileBlock, TileNode};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Unavailable};
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const HEADER: usize = 16;
@@ -29,11 +29,7 @@ impl PoolMemory for Words {
 /// A world without end of small things in five materials, different in every chunk; some chunks are empty, and some full.
 struct Endless(Vec<Material>);
 
-impl ChunkSource for Endless {
-    fn materials(&self) -> &[Material] {
-        &self.0
-    }
-
+impl Endless {
     fn chunk(&self, _: u32, pos: ChunkPos) -> Content {
         let seed = [pos.x, pos.y, pos.z].iter().fold(7u64, |seed, c| {
             (seed ^ u64::from(c.cast_unsigned())).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
@@ -52,6 +48,16 @@ impl ChunkSource for Endless {
             dense.apply(random.below(4096) as usize, random.bits(), Mode::Add, 1 + random.below(5) as u16);
         }
         Content::pack(&dense)
+    }
+}
+
+impl ChunkSource for Endless {
+    fn materials(&self) -> &[Material] {
+        &self.0
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 }
 

@@ -72,23 +72,23 @@ fn tiles(c: &mut Criterion) {
     let mut group = c.benchmark_group("tile");
     let [_, top] = generator.height_range().expect("land");
     group.bench_function("empty", |b| {
-        b.iter(|| generator.chunk(0, black_box(ChunkPos::new(3, (top >> 6) as i32 + 1, 3))));
+        b.iter(|| generator.try_chunk(0, black_box(ChunkPos::new(3, (top >> 6) as i32 + 1, 3))));
     });
     let surface = |x: i32, level: u32| {
-        let tile = |y: i32| generator.chunk(level, ChunkPos::new(x, y, 5));
-        (0..6).rev().find(|y| matches!(tile(*y), Content::Chunk(_))).expect("land")
+        let tile = |y: i32| generator.try_chunk(level, ChunkPos::new(x, y, 5));
+        (0..6).rev().find(|y| matches!(tile(*y), Ok(Content::Chunk(_)))).expect("land")
     };
     group.bench_function("surface and caves", |b| {
         let y = surface(3, 0);
-        b.iter(|| generator.chunk(0, black_box(ChunkPos::new(3, y, 5))));
+        b.iter(|| generator.try_chunk(0, black_box(ChunkPos::new(3, y, 5))));
     });
     // From the deepest chunk to the first above the land, as a camera that jumps wants them.
     let mut x = 100_000;
     group.bench_function("a column of chunks", |b| {
         b.iter(|| {
             x += 1;
-            let tile = |y: &i32| generator.chunk(0, black_box(ChunkPos::new(x, *y, 5)));
-            (-1..=top.div_euclid(64) as i32).filter(|y| matches!(tile(y), Content::Chunk(_))).count()
+            let tile = |y: &i32| generator.try_chunk(0, black_box(ChunkPos::new(x, *y, 5)));
+            (-1..=top.div_euclid(64) as i32).filter(|y| matches!(tile(y), Ok(Content::Chunk(_)))).count()
         });
     });
     for level in 0..=3 {
@@ -96,7 +96,7 @@ fn tiles(c: &mut Criterion) {
         group.bench_function(format!("a fresh column, level {level}"), |b| {
             b.iter(|| {
                 x += 1;
-                generator.chunk(level, black_box(ChunkPos::new(x, 0, 5)))
+                generator.try_chunk(level, black_box(ChunkPos::new(x, 0, 5)))
             });
         });
     }

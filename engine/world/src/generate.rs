@@ -17,7 +17,7 @@ use crate::chunk::{Bits, block_index, child_cell, voxel_index};
 use crate::dense::{DenseChunk, Mode};
 use crate::material::{Material, MaterialIndex};
 use crate::orientation::Placement;
-use crate::tile::{ChunkSource, Content, MAX_LEVEL, cell_edge};
+use crate::tile::{ChunkSource, Content, MAX_LEVEL, Unavailable, cell_edge};
 use crate::world::{Bounds, ChunkPos};
 use recent::Recent;
 
@@ -94,6 +94,12 @@ impl Generator {
         })
     }
 
+    /// The cells of a tile, of a level of at most [`MAX_LEVEL`]; `pos` counts tiles of that level. Builds them on this thread.
+    pub fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+        debug_assert!(level <= MAX_LEVEL);
+        WORKING.with_borrow_mut(|dense| self.make(level, pos, dense))
+    }
+
     fn make(&self, level: u32, pos: ChunkPos, dense: &mut DenseChunk) -> Content {
         let mut tile = Tile { level, pos, state: State::Uniform(0), dense };
         for (index, (operation, stamp)) in self.operations.iter().zip(&self.stamps).enumerate() {
@@ -153,9 +159,8 @@ impl ChunkSource for Generator {
         &self.materials
     }
 
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
-        debug_assert!(level <= MAX_LEVEL);
-        WORKING.with_borrow_mut(|dense| self.make(level, pos, dense))
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.chunk(level, pos))
     }
 
     fn height_range(&self) -> Option<[i64; 2]> {

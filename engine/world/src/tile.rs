@@ -32,16 +32,14 @@ pub trait ChunkSource: Send + Sync {
     fn materials(&self) -> &[Material];
 
     /// The cells of a tile, of a level of at most [`MAX_LEVEL`]; `pos` counts tiles of that level.
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content;
+    ///
+    /// # Errors
+    /// When the source cannot know the cells: a store does not answer, or its bytes are missing or damaged. The source never answers
+    /// [`Content::Empty`] for such a tile.
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable>;
 
     /// Whoever held a tile has given it up just now: sources that remember tiles remember this one longest.
     fn given_up(&self, _level: u32, _pos: ChunkPos) {}
-
-    /// As [`ChunkSource::chunk`], of a source that may fail to have a tile for the time being: a store that does not answer, or has only
-    /// half of it.
-    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
-        Ok(self.chunk(level, pos))
-    }
 
     /// Smallest and one past the largest height that a voxel can have; `None` when that is not known, or there are none.
     fn height_range(&self) -> Option<[i64; 2]> {
@@ -59,15 +57,42 @@ pub trait ChunkSource: Send + Sync {
     }
 }
 
-/// Why a tile cannot be had for the time being.
+/// A tile that a source cannot give: which one, and why. Nobody knows whether it is solid or air.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct Unavailable(Arc<str>);
+#[error("{} is unavailable: {reason}", name_of(*.level, *.pos))]
+pub struct Unavailable {
+    /// The level of the tile; 0 for a chunk.
+    pub level: u32,
+    /// Where it lies, in tiles of that level.
+    pub pos: ChunkPos,
+    /// What kind of failure it is.
+    pub cause: Cause,
+    /// Why, in words: where the bytes should be, and what is wrong with them.
+    pub reason: Arc<str>,
+}
+
+/// Why a source cannot give a tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Cause {
+    /// There are no bytes of it: they were never written, or somebody removed them.
+    Missing,
+    /// Its bytes are not those that were written for it.
+    Damaged,
+    /// The store does not answer, or refuses to.
+    Failing,
+}
 
 impl Unavailable {
-    /// In words.
-    pub fn new(reason: impl Into<Arc<str>>) -> Self {
-        Self(reason.into())
+    /// A tile of a level, with the reason in words.
+    pub fn new(level: u32, pos: ChunkPos, cause: Cause, reason: impl Into<Arc<str>>) -> Self {
+        Self { level, pos, cause, reason: reason.into() }
+    }
+}
+
+fn name_of(level: u32, ChunkPos { x, y, z }: ChunkPos) -> String {
+    match level {
+        0 => format!("the chunk at {x}, {y}, {z}"),
+        _ => format!("the tile at {x}, {y}, {z} of level {level}"),
     }
 }
 
@@ -110,16 +135,23 @@ impl ChunkSource for World {
         Self::materials(self)
     }
 
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        Ok(self.tile(level, pos))
+    }
+}
+
+impl World {
+    /// The cells of a tile, of a level of at most [`MAX_LEVEL`]; `pos` counts tiles of that level.
+    pub fn tile(&self, level: u32, pos: ChunkPos) -> Content {
         if level == 0 {
-            return Self::chunk(self, pos).map_or(Content::Empty, |chunk| Content::of(chunk.clone()));
+            return self.chunk(pos).map_or(Content::Empty, |chunk| Content::of(chunk.clone()));
         }
         let mut dense = DenseChunk::default();
         let below = ChunkPos::new(pos.x << 2, pos.y << 2, pos.z << 2);
         for child in 0..64 {
             let [x, y, z] = crate::chunk::child_cell(child).map(|c| c as i32);
             let pos = ChunkPos::new(below.x + x, below.y + y, below.z + z);
-            reduce(&ChunkSource::chunk(self, level - 1, pos), [x, y, z].map(|c| c as u32), &mut dense);
+            reduce(&self.tile(level - 1, pos), [x, y, z].map(|c| c as u32), &mut dense);
         }
         Content::pack(&dense)
     }
@@ -187,7 +219,7 @@ mod tests {
                 for y in -1..=1 {
                     for x in -1..=4 {
                         let pos = ChunkPos::new(x, y, z);
-                        let Content::Chunk(chunk) = ChunkSource::chunk(&world, level, pos) else { continue };
+                        let Content::Chunk(chunk) = world.tile(level, pos) else { continue };
                         let origin = pos.origin().to_array();
                         let cells = chunk.iter().map(|(local, material)| {
                             let cell: [i64; 3] = std::array::from_fn(|i| i64::from(origin[i]) + i64::from(local[i]));

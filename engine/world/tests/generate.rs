@@ -66,7 +66,7 @@ fn cut(source: &dyn ChunkSource, min: ChunkPos, max: ChunkPos) -> World {
         for z in min.z..max.z {
             for x in min.x..max.x {
                 let pos = ChunkPos::new(x, y, z);
-                chunks.extend(source.chunk(0, pos).to_chunk().map(|chunk| (pos, chunk)));
+                chunks.extend(source.try_chunk(0, pos).unwrap().to_chunk().map(|chunk| (pos, chunk)));
             }
         }
     }
@@ -94,7 +94,7 @@ fn a_bounded_world_is_a_part_of_the_endless_one() {
     let generator = endless();
     let mut mixed = 0;
     for pos in positions() {
-        let content = generator.chunk(0, pos);
+        let content = generator.try_chunk(0, pos).unwrap();
         assert!(is(&bounded.world, pos, &content), "{pos:?}: {content:?} and {:?}", bounded.world.chunk(pos));
         mixed += usize::from(matches!(content, Content::Chunk(_)));
     }
@@ -105,7 +105,7 @@ fn a_bounded_world_is_a_part_of_the_endless_one() {
 
 #[test]
 fn threads_and_order_make_no_difference() {
-    let expected: Vec<Content> = positions().into_iter().map(|pos| endless().chunk(0, pos)).collect();
+    let expected: Vec<Content> = positions().into_iter().map(|pos| endless().try_chunk(0, pos).unwrap()).collect();
     let generator = endless();
     std::thread::scope(|scope| {
         for turn in 0..4 {
@@ -117,7 +117,7 @@ fn threads_and_order_make_no_difference() {
                     order.reverse();
                 }
                 for i in order {
-                    assert_eq!(generator.chunk(0, positions()[i]), expected[i]);
+                    assert_eq!(generator.try_chunk(0, positions()[i]).unwrap(), expected[i]);
                 }
             });
         }
@@ -135,7 +135,7 @@ fn caves_take_land_alone_and_leave_their_cover() {
         (load(""), load("caves = { width = 0.25, frequency = 0.04, cover = 3, above = -10, below = 40 }"));
     let mut taken = 0;
     for pos in positions() {
-        let [a, b] = [&whole, &hollow].map(|generator| generator.chunk(0, pos));
+        let [a, b] = [&whole, &hollow].map(|generator| generator.try_chunk(0, pos).unwrap());
         let mut dense = [DenseChunk::default(), DenseChunk::default()];
         a.unpack(&mut dense[0]);
         b.unpack(&mut dense[1]);
@@ -174,10 +174,10 @@ fn coarse_land_has_no_holes() {
         for child in 0..64 {
             let [x, cy, z] = raxel_world::child_cell(child);
             let fine = ChunkPos::new(x as i32, 4 * y + cy as i32, z as i32 - 4);
-            reduce(&generator.chunk(0, fine), [x, cy, z], &mut exact);
+            reduce(&generator.try_chunk(0, fine).unwrap(), [x, cy, z], &mut exact);
         }
         let mut coarse = DenseChunk::default();
-        generator.chunk(1, pos).unpack(&mut coarse);
+        generator.try_chunk(1, pos).unwrap().unpack(&mut coarse);
         for n in 0..64 * 64 * 64 {
             let at = [n & 63, n >> 6 & 63, n >> 12];
             let (exact_is, coarse_is) = (is_solid(&exact, at), is_solid(&coarse, at));
@@ -206,7 +206,7 @@ fn far_land_has_the_colour_of_models_that_are_many_and_seen() {
     let (land, many) = (load(""), load(&models("", "")));
     let (few, buried) = (load(&models("cell = 11", "cell = 40")), load(&models("sink = 1", "sink = 40")));
     let differ = |level: u32, other: &std::sync::Arc<dyn ChunkSource>| {
-        let other = |pos: &&ChunkPos| other.chunk(level, **pos) != land.chunk(level, **pos);
+        let other = |pos: &&ChunkPos| other.try_chunk(level, **pos).unwrap() != land.try_chunk(level, **pos).unwrap();
         positions().iter().filter(other).count()
     };
     assert!(differ(1, &many) > 10, "{}", differ(1, &many));
@@ -230,7 +230,7 @@ fn far_models_are_there_where_they_stop_most_rays() {
     let fine = cut(&*generator, ChunkPos::new(-4, 0, -4), ChunkPos::new(4, 1, 4));
     let mut counts = [0; 2];
     for (x, z) in [(-1, -1), (-1, 0), (0, -1), (0, 0)] {
-        let coarse = generator.chunk(1, ChunkPos::new(x, 0, z)).to_chunk().expect("there is land");
+        let coarse = generator.try_chunk(1, ChunkPos::new(x, 0, z)).unwrap().to_chunk().expect("there is land");
         for n in 0..64 * 64 * 8 {
             let [cx, cy, cz] = [n & 63, 8 + n / 4096, n >> 6 & 63];
             let voxel =
@@ -249,15 +249,15 @@ fn far_models_are_there_where_they_stop_most_rays() {
 #[test]
 fn empty_and_solid_tiles_are_known_without_their_voxels() {
     let generator = endless();
-    assert_eq!(generator.chunk(0, ChunkPos::new(50, 40, 50)), Content::Empty);
-    assert_eq!(generator.chunk(0, ChunkPos::new(50, -40, 50)), Content::Empty, "below the floor");
+    assert_eq!(generator.try_chunk(0, ChunkPos::new(50, 40, 50)).unwrap(), Content::Empty);
+    assert_eq!(generator.try_chunk(0, ChunkPos::new(50, -40, 50)).unwrap(), Content::Empty, "below the floor");
     // Above the floor there is rock with caves in it.
-    let solids = generator.chunk(0, ChunkPos::new(9, -1, 9)).to_chunk().unwrap().solids();
+    let solids = generator.try_chunk(0, ChunkPos::new(9, -1, 9)).unwrap().to_chunk().unwrap().solids();
     assert!((64 * 64 * 30..=64 * 64 * 60).contains(&solids), "{solids}");
     let deep = LAND.replace("floor = -60", "floor = -6000");
     assert_ne!(deep, LAND);
     let deep = Project::with_world(&format!("{MATERIALS}\n[stream]\n[[build]]\n{deep}")).load().unwrap().0;
-    assert_eq!(deep.stream.unwrap().generator.chunk(0, ChunkPos::new(9, -20, 9)), Content::Full(2));
+    assert_eq!(deep.stream.unwrap().generator.try_chunk(0, ChunkPos::new(9, -20, 9)).unwrap(), Content::Full(2));
 }
 
 proptest! {
@@ -265,6 +265,6 @@ proptest! {
     #[test]
     fn far_tiles_are_the_same_from_a_new_generator(x in -(1 << 24)..(1 << 24), z in -(1 << 24)..(1 << 24), y in -1..3, level in 0..4u32) {
         let pos = ChunkPos::new(x >> (2 * level), y, z >> (2 * level));
-        prop_assert_eq!(endless().chunk(level, pos), endless().chunk(level, pos));
+        prop_assert_eq!(endless().try_chunk(level, pos).unwrap(), endless().try_chunk(level, pos).unwrap());
     }
 }

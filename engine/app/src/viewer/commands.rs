@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::SourceMap;
+use raxel_edit::EditError;
 use raxel_graph::checked::{BufferSize, ResourceKind};
 use raxel_panels::Action;
 use raxel_panels::view::{Brush, Effect};
@@ -144,7 +145,15 @@ impl Viewer<'_> {
     /// Does with the voxel under the cursor what the brush does. Painting goes on while the button is held, from voxel to voxel.
     pub(super) fn stroke(&mut self) {
         let effect = brush::effect(&self.brush, self.modifiers);
-        let Some(hit) = self.controls.cursor().and_then(|pixel| self.session.pick(pixel, brush::REACH)) else { return };
+        let Some(pixel) = self.controls.cursor() else { return };
+        let hit = match self.session.pick(pixel, brush::REACH) {
+            Ok(Some(hit)) => hit,
+            Ok(None) => return,
+            // Nobody knows what is under the cursor: nothing is edited behind it.
+            Err(unavailable) => {
+                return self.edited(|_| Err(EditError::from(unavailable).into()));
+            }
+        };
         if self.painting == Some(hit.exact.voxel) {
             return;
         }

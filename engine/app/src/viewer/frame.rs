@@ -197,7 +197,11 @@ impl Viewer<'_> {
         // Which voxel that is takes a walk through the world: only where it is said.
         let says = self.panels.layout.is_open(Panel::World) && !overlay.has_pointer();
         let pixel = self.controls.cursor().filter(|_| says);
-        let hit = pixel.and_then(|pixel| self.session.pick(pixel, brush::REACH));
+        let (hit, unavailable) = match pixel.map(|pixel| self.session.pick(pixel, brush::REACH)) {
+            Some(Ok(hit)) => (hit, None),
+            Some(Err(unavailable)) => (None, Some(unavailable.to_string())),
+            None => (None, None),
+        };
         let effect = brush::effect(&self.brush, self.modifiers);
         let outline = match hit.as_ref().map(|hit| brush::stroke(&self.brush, effect, hit)) {
             Some(Stroke::Edit(edit)) => {
@@ -211,7 +215,7 @@ impl Viewer<'_> {
             materials: self.data.swatches(),
             steps: self.session.edit_steps(),
             refused: self.refused.clone(),
-            under: hit.as_ref().map(|hit| panel_data::under(&self.session, hit)),
+            under: hit.as_ref().map(|hit| panel_data::under(&self.session, hit)).or(unavailable),
             outline,
         };
         let resources = self.data.resources();

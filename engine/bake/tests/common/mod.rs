@@ -63,7 +63,9 @@ pub fn cells(land: &dyn ChunkSource, plan: &Plan, level: u32) -> (Vec<u16>, [usi
                 let at = [cx, cy, cz];
                 let first = of.first.map(|c| c * EDGE as i32 / 64);
                 let [px, py, pz] = std::array::from_fn(|axis| first[axis] + at[axis] as i32);
-                let Some(chunk) = land.chunk(level, ChunkPos::new(px, py, pz)).to_chunk() else { continue };
+                let Some(chunk) = land.try_chunk(level, ChunkPos::new(px, py, pz)).unwrap().to_chunk() else {
+                    continue;
+                };
                 for (local, material) in chunk.iter() {
                     let [lx, ly, lz]: [usize; 3] = std::array::from_fn(|axis| at[axis] * 64 + local[axis] as usize);
                     cells[(lz * y + ly) * x + lx] = material;
@@ -99,11 +101,12 @@ pub fn is_inside(plan: &Plan, (level, pos): (u32, ChunkPos)) -> bool {
 
 /// A tile of the region that has solid cells.
 pub fn solid_tile(land: &dyn ChunkSource, plan: &Plan) -> (u32, ChunkPos) {
-    let solid = |tile: &(u32, ChunkPos)| is_inside(plan, *tile) && land.chunk(tile.0, tile.1).to_chunk().is_some();
+    let solid =
+        |tile: &(u32, ChunkPos)| is_inside(plan, *tile) && land.try_chunk(tile.0, tile.1).unwrap().to_chunk().is_some();
     tiles(plan).into_iter().find(solid).expect("there is land")
 }
 
 /// What a source has to say about a tile of the plan.
 pub fn expected(land: &dyn ChunkSource, plan: &Plan, tile: (u32, ChunkPos)) -> Content {
-    if is_inside(plan, tile) { land.chunk(tile.0, tile.1) } else { Content::Empty }
+    if is_inside(plan, tile) { land.try_chunk(tile.0, tile.1).unwrap() } else { Content::Empty }
 }

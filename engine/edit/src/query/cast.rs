@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use raxel_ray::exact::{ExactHit, Time, face_of};
 use raxel_ray::{Lattice, Ray};
-use raxel_world::{Chunk, ChunkPos, block_index, child_index};
+use raxel_world::{Chunk, ChunkPos, Unavailable, block_index, child_index};
 
 use crate::scene::Base;
 
@@ -38,31 +38,34 @@ impl CastHit {
 
 /// The first solid voxel along a ray, not farther than `reach` voxels. `None` as well for a ray that hits nothing by rule: one that is not
 /// finite, or without direction. It looks at 2²⁰ cubes at most: through chunks of air it comes 67 million voxels far along an axis.
-pub fn cast(base: &dyn Base, ray: &Ray, reach: f64) -> Option<CastHit> {
-    let lattice = Lattice::of(ray)?;
+///
+/// # Errors
+/// When the ray comes to a chunk that is unavailable before it meets anything. A hit in front of that chunk is exact.
+pub fn cast(base: &dyn Base, ray: &Ray, reach: f64) -> Result<Option<CastHit>, Unavailable> {
+    let Some(lattice) = Lattice::of(ray) else { return Ok(None) };
     let mut walk = Walk::new(lattice);
     let mut chunk: Option<(ChunkPos, Option<Arc<Chunk>>)> = None;
     for _ in 0..MOST_STEPS {
-        let cell = walk.in_range()?;
+        let Some(cell) = walk.in_range() else { return Ok(None) };
         let pos = ChunkPos::new(cell[0] >> 6, cell[1] >> 6, cell[2] >> 6);
-        if chunk.as_ref().is_none_or(|(known, _)| *known != pos) {
-            chunk = Some((pos, base.chunk(pos)));
-        }
-        let (_, voxels) = chunk.as_ref()?;
+        let voxels = match &chunk {
+            Some((known, voxels)) if *known == pos => voxels,
+            _ => &chunk.insert((pos, base.try_chunk(pos)?)).1,
+        };
         let local = cell.map(|c| (c & 63) as u32);
         match voxels.as_deref().map_or(Err(6), |chunk| look(chunk, local)) {
             Ok(material) => {
                 let hit = walk.hit(cell, material);
                 let distance = hit.time.numerator as f64 / hit.time.denominator as f64 / ONE as f64 * lattice.length();
-                return (distance <= reach).then_some(CastHit { exact: hit, distance });
+                return Ok((distance <= reach).then_some(CastHit { exact: hit, distance }));
             }
             Err(log2) => walk.leave(log2),
         }
         if walk.distance() > reach {
-            return None;
+            return Ok(None);
         }
     }
-    None
+    Ok(None)
 }
 
 /// The material at chunk-local coordinates, or else the size of the largest empty cube around them.

@@ -1,8 +1,9 @@
 //! How far a box can move before it meets something solid. In 1/256 voxel, so that nothing is rounded.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use raxel_world::{AIR, Chunk, ChunkPos};
+use raxel_world::{AIR, Chunk, ChunkPos, Unavailable};
 
 use crate::operation::UNIT;
 use crate::scene::Base;
@@ -21,21 +22,27 @@ pub struct Collision {
 
 /// Moves a box (its smallest and its largest corner, in 1/256 voxel) along y, then x, then z, as far as no solid voxel is in the way: it
 /// slides along what it meets. A box that stands in something solid already is stopped by the next solid voxels only.
-pub fn collide(base: &dyn Base, mut corners: [[i64; 3]; 2], motion: [i64; 3]) -> Collision {
+///
+/// # Errors
+/// When the box comes to a chunk that is unavailable before something stops it.
+pub fn collide(base: &dyn Base, mut corners: [[i64; 3]; 2], motion: [i64; 3]) -> Result<Collision, Unavailable> {
     let mut collision = Collision { moved: [0; 3], stopped: [false; 3] };
     let mut solids = Solids::new(base);
     for axis in [1, 0, 2] {
         let wanted = motion[axis].clamp(-MOST_MOTION * UNIT, MOST_MOTION * UNIT);
-        let moved = solids.sweep(corners, axis, wanted);
+        let moved = solids.sweep(corners, axis, wanted)?;
         corners.iter_mut().for_each(|corner| corner[axis] += moved);
         collision.moved[axis] = moved;
         collision.stopped[axis] = moved != wanted;
     }
-    collision
+    Ok(collision)
 }
 
 /// Whether a box (its smallest and its largest corner, in 1/256 voxel) has a solid voxel in it. One that is only touched is not in it.
-pub fn overlaps(base: &dyn Base, corners: [[i64; 3]; 2]) -> bool {
+///
+/// # Errors
+/// When no solid voxel is known in the box, and one of its chunks is unavailable.
+pub fn overlaps(base: &dyn Base, corners: [[i64; 3]; 2]) -> Result<bool, Unavailable> {
     let [min, max] = cells(corners);
     Solids::new(base).any(min, max)
 }
@@ -49,29 +56,58 @@ fn cells([min, max]: [[i64; 3]; 2]) -> [[i64; 3]; 2] {
 struct Solids<'a> {
     base: &'a dyn Base,
     last: Option<(ChunkPos, Option<Arc<Chunk>>)>,
+    /// Chunks that the base could not give: it is not asked for them twice, as each time may take long.
+    unavailable: BTreeMap<ChunkPos, Unavailable>,
 }
 
 impl<'a> Solids<'a> {
     fn new(base: &'a dyn Base) -> Self {
-        Self { base, last: None }
+        Self { base, last: None, unavailable: BTreeMap::new() }
     }
 
-    fn solid(&mut self, cell: [i64; 3]) -> bool {
-        let [Ok(x), Ok(y), Ok(z)] = cell.map(i32::try_from) else { return false };
+    /// Whether a cell is solid; as an error the position of its chunk, which is unavailable.
+    fn solid(&mut self, cell: [i64; 3]) -> Result<bool, ChunkPos> {
+        let [Ok(x), Ok(y), Ok(z)] = cell.map(i32::try_from) else { return Ok(false) };
         let pos = ChunkPos::new(x >> 6, y >> 6, z >> 6);
-        if self.last.as_ref().is_none_or(|(known, _)| *known != pos) {
-            self.last = Some((pos, self.base.chunk(pos)));
-        }
-        let chunk = self.last.as_ref().and_then(|(_, chunk)| chunk.as_ref());
-        chunk.is_some_and(|chunk| chunk.voxel((x & 63) as u32, (y & 63) as u32, (z & 63) as u32) != AIR)
+        let chunk = match &self.last {
+            Some((known, chunk)) if *known == pos => chunk,
+            _ if self.unavailable.contains_key(&pos) => return Err(pos),
+            _ => match self.base.try_chunk(pos) {
+                Ok(chunk) => &self.last.insert((pos, chunk)).1,
+                Err(error) => {
+                    self.unavailable.insert(pos, error);
+                    return Err(pos);
+                }
+            },
+        };
+        let voxel = |chunk: &Chunk| chunk.voxel((x & 63) as u32, (y & 63) as u32, (z & 63) as u32);
+        Ok(chunk.as_deref().is_some_and(|chunk| voxel(chunk) != AIR))
     }
 
-    fn any(&mut self, min: [i64; 3], max: [i64; 3]) -> bool {
-        (min[1]..max[1]).any(|y| (min[2]..max[2]).any(|z| (min[0]..max[0]).any(|x| self.solid([x, y, z]))))
+    /// Whether a box of cells has a solid one. A solid voxel decides, wherever it is; a chunk that is unavailable matters only without one.
+    fn any(&mut self, min: [i64; 3], max: [i64; 3]) -> Result<bool, Unavailable> {
+        let mut unknown = None;
+        for y in min[1]..max[1] {
+            for z in min[2]..max[2] {
+                let mut x = min[0];
+                while x < max[0] {
+                    match self.solid([x, y, z]) {
+                        Ok(true) => return Ok(true),
+                        Ok(false) => x += 1,
+                        Err(pos) => {
+                            unknown = Some(pos);
+                            // The rest of the row in that chunk is not known either.
+                            x = (x | 63) + 1;
+                        }
+                    }
+                }
+            }
+        }
+        unknown.and_then(|pos| self.unavailable.get(&pos)).map_or(Ok(false), |error| Err(error.clone()))
     }
 
     /// How far a box comes along one axis.
-    fn sweep(&mut self, corners: [[i64; 3]; 2], axis: usize, wanted: i64) -> i64 {
+    fn sweep(&mut self, corners: [[i64; 3]; 2], axis: usize, wanted: i64) -> Result<i64, Unavailable> {
         let [mut min, mut max] = cells(corners);
         let lead = if wanted > 0 { corners[1][axis] } else { corners[0][axis] };
         let goal = lead + wanted;
@@ -83,11 +119,11 @@ impl<'a> Solids<'a> {
         };
         for layer in layers {
             (min[axis], max[axis]) = (layer, layer + 1);
-            if self.any(min, max) {
+            if self.any(min, max)? {
                 let face = if wanted > 0 { layer } else { layer + 1 };
-                return face * UNIT - lead;
+                return Ok(face * UNIT - lead);
             }
         }
-        wanted
+        Ok(wanted)
     }
 }

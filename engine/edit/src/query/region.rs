@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use raxel_world::build::{Box3, Shape};
-use raxel_world::{AIR, Bits, Bounds, ChunkPos, MaterialIndex, block_cell};
+use raxel_world::{AIR, Bits, Bounds, ChunkPos, MaterialIndex, Unavailable, block_cell};
 use rayon::prelude::*;
 
 use crate::operation::{EditError, MOST_CHUNKS};
@@ -15,7 +15,7 @@ pub type Histogram = BTreeMap<MaterialIndex, u64>;
 /// Counts the voxels of a box by material.
 ///
 /// # Errors
-/// When it is empty, leaves the range of coordinates, or reaches over more chunks than an edit may.
+/// When it is empty, leaves the range of coordinates, reaches over more chunks than an edit may, or touches a chunk that is unavailable.
 pub fn histogram(base: &dyn Base, bounds: &Bounds) -> Result<Histogram, EditError> {
     if (0..3).any(|i| bounds.min[i] >= bounds.max[i]) {
         let what = format!("its box goes from {:?} to {:?}", bounds.min, bounds.max);
@@ -33,14 +33,15 @@ pub fn histogram(base: &dyn Base, bounds: &Bounds) -> Result<Histogram, EditErro
     let of_column = |(y, z): (i64, i64)| {
         let mut counts = Histogram::new();
         for x in xs.clone() {
-            count(base, bounds, ChunkPos::new(x as i32, y as i32, z as i32), &mut counts);
+            count(base, bounds, ChunkPos::new(x as i32, y as i32, z as i32), &mut counts)?;
         }
-        counts
+        Ok::<_, Unavailable>(counts)
     };
-    let mut counts = columns.into_par_iter().map(of_column).reduce(Histogram::new, |mut all, counts| {
+    let sum = |mut all: Histogram, counts: Histogram| {
         counts.into_iter().for_each(|(material, count)| *all.entry(material).or_default() += count);
-        all
-    });
+        Ok(all)
+    };
+    let mut counts = columns.into_par_iter().map(of_column).try_reduce(Histogram::new, sum)?;
     let volume: u64 = bounds.size().iter().product();
     let solid: u64 = counts.values().sum();
     if volume > solid {
@@ -50,12 +51,12 @@ pub fn histogram(base: &dyn Base, bounds: &Bounds) -> Result<Histogram, EditErro
 }
 
 /// Adds the solid voxels of the part of a box inside a chunk.
-fn count(base: &dyn Base, bounds: &Bounds, pos: ChunkPos, counts: &mut Histogram) {
-    let Some(chunk) = base.chunk(pos) else { return };
+fn count(base: &dyn Base, bounds: &Bounds, pos: ChunkPos, counts: &mut Histogram) -> Result<(), Unavailable> {
+    let Some(chunk) = base.try_chunk(pos)? else { return Ok(()) };
     let whole = bounds.contains_chunk(pos);
     if let (true, Some(material)) = (whole, chunk.uniform()) {
         *counts.entry(material).or_default() += u64::from(chunk.solids());
-        return;
+        return Ok(());
     }
     let shape = Box3 { bounds: *bounds, shell: None };
     let origin = pos.origin().to_array().map(i64::from);
@@ -68,4 +69,5 @@ fn count(base: &dyn Base, bounds: &Bounds, pos: ChunkPos, counts: &mut Histogram
             }
         }
     }
+    Ok(())
 }

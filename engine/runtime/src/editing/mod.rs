@@ -7,7 +7,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Severity, codes};
 use raxel_edit::save::Save;
 use raxel_edit::{Change, EditError, Edits, Operation, Scene};
-use raxel_world::{Chunk, ChunkPos};
+use raxel_world::{Chunk, ChunkPos, Unavailable};
 
 pub use saves::Saves;
 
@@ -26,12 +26,23 @@ pub(crate) struct Editing {
     script: Vec<(f64, Operation)>,
     /// So many of them are made.
     scripted: usize,
+    /// The next of them waits for a chunk that is unavailable.
+    waiting: bool,
     /// What is to be said about the save, and about edits that passes write.
     messages: Vec<Diagnostic>,
 }
 
 /// What an edit changed, as positions and contents.
 pub(crate) type Changes = Vec<(ChunkPos, Option<Arc<Chunk>>)>;
+
+/// How far the demo's edits came.
+#[derive(Default)]
+pub(crate) struct Followed {
+    /// What they changed, in order.
+    pub(crate) steps: Vec<Changes>,
+    /// The chunk that the next edit would change, where the world does not have that.
+    pub(crate) unavailable: Option<Unavailable>,
+}
 
 impl Editing {
     pub(crate) fn new(base: Arc<SessionWorld>) -> Self {
@@ -44,6 +55,7 @@ impl Editing {
             save: None,
             script: Vec::new(),
             scripted: 0,
+            waiting: false,
             messages: Vec::new(),
         }
     }
@@ -72,7 +84,9 @@ impl Editing {
             return None;
         }
         let base = self.base.base();
-        let chunks = self.edits.positions().map(|pos| (pos, self.edits.chunk(pos, base)));
+        let chunk =
+            |pos| self.edits.chunk(pos, base).expect("a whole world has every chunk, and its edits are unpacked");
+        let chunks = self.edits.positions().map(|pos| (pos, chunk(pos)));
         Some(self.world_after(&self.base, &chunks.collect()))
     }
 
@@ -83,23 +97,23 @@ impl Editing {
         Ok(change)
     }
 
-    pub(crate) fn undo(&mut self) -> Option<Change> {
+    pub(crate) fn undo(&mut self) -> Result<Option<Change>, Unavailable> {
         let change = self.edits.undo(self.base.base())?;
-        self.note(&change);
-        Some(change)
+        change.iter().for_each(|change| self.note(change));
+        Ok(change)
     }
 
     /// Takes the newest step back as if it had never been made.
-    pub(crate) fn take_back(&mut self) -> Option<Change> {
+    pub(crate) fn take_back(&mut self) -> Result<Option<Change>, Unavailable> {
         let change = self.edits.take_back(self.base.base())?;
-        self.note(&change);
-        Some(change)
+        change.iter().for_each(|change| self.note(change));
+        Ok(change)
     }
 
-    pub(crate) fn redo(&mut self) -> Option<Change> {
+    pub(crate) fn redo(&mut self) -> Result<Option<Change>, Unavailable> {
         let change = self.edits.redo(self.base.base())?;
-        self.note(&change);
-        Some(change)
+        change.iter().for_each(|change| self.note(change));
+        Ok(change)
     }
 
     /// The tiles of a streamed world follow an edit.
@@ -134,6 +148,15 @@ impl Editing {
         }
     }
 
+    /// Has it said once that edits of the demo wait for a chunk, until they wait no more.
+    pub(crate) fn say_waiting(&mut self, unavailable: Option<&Unavailable>) {
+        if let Some(unavailable) = unavailable.filter(|_| !self.waiting) {
+            let message = format!("edits of the demo wait for the world: {unavailable}");
+            self.messages.push(Diagnostic::warning(codes::world::STORE_FAILING, message));
+        }
+        self.waiting = unavailable.is_some();
+    }
+
     /// Has something said.
     pub(crate) fn say(&mut self, message: Diagnostic) {
         self.messages.push(message);
@@ -164,14 +187,20 @@ impl Editing {
         }
     }
 
-    /// Brings the demo's edits to a time: what they change, in one or two steps. The edits at a time are all with that time or an earlier
-    /// one, in order, whatever was shown before.
-    pub(crate) fn follow_script(&mut self, time: f64) -> Vec<Changes> {
+    /// Brings the demo's edits to a time. The edits at a time are all with that time or an earlier one, in order, whatever was shown before.
+    /// Those of chunks that are unavailable stay due: the next call tries them again.
+    pub(crate) fn follow_script(&mut self, time: f64) -> Followed {
         let due = self.script.partition_point(|(at, _)| *at <= time);
-        let mut steps = Vec::new();
-        if due == self.scripted {
-            return steps;
+        let mut followed = Followed::default();
+        if due != self.scripted {
+            followed.unavailable = self.bring_script(due, &mut followed.steps).err();
+            followed.steps.retain(|changes| !changes.is_empty());
         }
+        followed
+    }
+
+    /// Makes the first `due` edits of the demo, and adds to `steps` the chunks that changed.
+    fn bring_script(&mut self, due: usize, steps: &mut Vec<Changes>) -> Result<(), Unavailable> {
         let base = self.base.clone();
         let base = base.base();
         let mut step = |editing: &Self, change: Change| {
@@ -179,25 +208,28 @@ impl Editing {
             steps.push(change.after().collect());
         };
         if due < self.scripted {
-            let change = self.edits.clear(base);
+            let change = self.edits.clear(base)?;
             step(self, change);
             self.scripted = 0;
         }
         let operations: Vec<Operation> = self.script[self.scripted..due].iter().map(|(_, edit)| edit.clone()).collect();
-        self.scripted = due;
         // They were checked when the demo was read, each for itself: those that are too many for one step are made one by one.
         match self.edits.replay(&operations, &self.scene, base) {
             Ok(change) => step(self, change),
+            Err(EditError::Unavailable(unavailable)) => return Err(unavailable),
             Err(_) => {
                 for operation in operations {
-                    if let Ok(change) = self.edits.replay(&[operation], &self.scene, base) {
-                        step(self, change);
+                    match self.edits.replay(&[operation], &self.scene, base) {
+                        Ok(change) => step(self, change),
+                        Err(EditError::Unavailable(unavailable)) => return Err(unavailable),
+                        Err(_) => {}
                     }
+                    self.scripted += 1;
                 }
             }
         }
-        steps.retain(|changes: &Changes| !changes.is_empty());
-        steps
+        self.scripted = due;
+        Ok(())
     }
 
     /// The file of the world was loaded again: the world to show, if it is not the file's own, and what is to be said.
@@ -224,6 +256,7 @@ impl Editing {
             );
         }
         (self.base, self.scene, self.identity) = (base.clone(), scene, Arc::default());
+        found.extend(self.unpack());
         (self.world(), found)
     }
 }

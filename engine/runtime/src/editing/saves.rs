@@ -6,7 +6,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Files, codes};
 use raxel_edit::EditError;
 use raxel_edit::save::{Meta, Save, SaveError, SaveEvent, SaveOptions};
-use raxel_world::{Loaded, OnGeneratorChange, SaveSettings};
+use raxel_world::{ChunkPos, Loaded, OnGeneratorChange, SaveSettings};
 
 use super::{Editing, scene_of};
 use crate::world::SessionWorld;
@@ -67,13 +67,7 @@ impl Editing {
         }
         let mut save = opened.save;
         self.edits.adopt(opened.chunks, self.scene.materials.len());
-        // A world that is whole is built of all chunks. Of one that is streamed, those are unpacked that come near.
-        let broken = if base.tiles().is_none() { self.edits.unpack() } else { Vec::new() };
-        for pos in broken {
-            let message =
-                format!("`{}`: the chunk at {}, {}, {} cannot be unpacked", settings.path, pos.x, pos.y, pos.z);
-            found.push(Diagnostic::warning(codes::world::SAVE_DAMAGED, message));
-        }
+        found.extend(self.unpack());
         for (seq, operations) in opened.steps {
             match self.edits.replay(&operations, &self.scene, base.base()) {
                 Ok(change) => save.replayed(&change),
@@ -91,6 +85,17 @@ impl Editing {
         }
         self.save = Some(save);
         found
+    }
+}
+
+impl Editing {
+    /// Unpacks the chunks of a save where the world is whole, as that is built of all of them; of a streamed one, those are unpacked that
+    /// come near. Gives what is to be said about chunks that are broken, which are as the world's file builds them from now on.
+    pub(super) fn unpack(&mut self) -> Vec<Diagnostic> {
+        let broken = if self.base.tiles().is_none() { self.edits.unpack() } else { Vec::new() };
+        let path = self.base.loaded().save.as_ref().map_or("", |settings| &settings.path);
+        let message = |ChunkPos { x, y, z }| format!("`{path}`: the chunk at {x}, {y}, {z} cannot be unpacked");
+        broken.into_iter().map(|pos| Diagnostic::warning(codes::world::SAVE_DAMAGED, message(pos))).collect()
     }
 }
 

@@ -7,7 +7,7 @@ use raxel_edit::query::{CastHit, cast};
 use raxel_edit::{Change, EditError, Operation, Scene};
 use raxel_ray::Ray;
 use raxel_ray::camera::Pinhole;
-use raxel_world::ChunkPos;
+use raxel_world::{ChunkPos, Unavailable};
 
 use super::{FrameError, Session};
 use crate::build_error::BuildError;
@@ -52,13 +52,13 @@ impl Session {
 
     /// Takes the newest step back. False when there is none.
     pub fn undo(&mut self) -> Result<bool, EditFailure> {
-        let Some(change) = self.editing.undo() else { return Ok(false) };
+        let Some(change) = self.editing.undo().map_err(EditError::from)? else { return Ok(false) };
         self.show_edit(&[change.as_put()], &change, Editing::redo).map(|_| true)
     }
 
     /// Makes the step again that was undone last. False when there is none, or an edit came in between.
     pub fn redo(&mut self) -> Result<bool, EditFailure> {
-        let Some(change) = self.editing.redo() else { return Ok(false) };
+        let Some(change) = self.editing.redo().map_err(EditError::from)? else { return Ok(false) };
         self.show_edit(&[change.as_put()], &change, Editing::undo).map(|_| true)
     }
 
@@ -73,12 +73,18 @@ impl Session {
     }
 
     /// The first solid voxel along a ray, exactly, in the newest voxels; not farther than `reach` voxels.
-    pub fn cast(&self, ray: &Ray, reach: f64) -> Option<CastHit> {
+    ///
+    /// # Errors
+    /// When the ray comes to a chunk that is unavailable before it meets anything.
+    pub fn cast(&self, ray: &Ray, reach: f64) -> Result<Option<CastHit>, Unavailable> {
         cast(self.world.newest(), ray, reach)
     }
 
     /// The same along the ray of a pixel of the window, from the top left, seen from the camera.
-    pub fn pick(&self, pixel: [i32; 2], reach: f64) -> Option<CastHit> {
+    ///
+    /// # Errors
+    /// As [`Session::cast`].
+    pub fn pick(&self, pixel: [i32; 2], reach: f64) -> Result<Option<CastHit>, Unavailable> {
         let output = self.viewport.output();
         let pixel = self.viewport.to_output(pixel);
         let inside: [u32; 2] = std::array::from_fn(|i| pixel[i].clamp(0, output[i] as i32 - 1) as u32);
@@ -93,6 +99,9 @@ impl Session {
     }
 
     /// Voxels of a box by material, in the newest voxels.
+    ///
+    /// # Errors
+    /// As [`raxel_edit::query::histogram`]: when a chunk of the box is unavailable, too.
     pub fn region(&self, bounds: &raxel_world::Bounds) -> Result<BTreeMap<u16, u64>, EditError> {
         raxel_edit::query::histogram(self.world.newest(), bounds)
     }
@@ -115,7 +124,7 @@ impl Session {
         &mut self,
         operations: &[Operation],
         change: &Change,
-        reverse: fn(&mut Editing) -> Option<Change>,
+        reverse: fn(&mut Editing) -> Result<Option<Change>, Unavailable>,
     ) -> Result<usize, EditFailure> {
         match self.show(&change.after().collect()) {
             Ok(()) => {
@@ -125,7 +134,8 @@ impl Session {
                 Ok(change.chunks.len())
             }
             Err(error) => {
-                reverse(&mut self.editing);
+                // The chunks were there for the change; where they are not now, the step stays, and can be undone.
+                let _ = reverse(&mut self.editing);
                 Err(EditFailure::TooLarge { diagnostics: error.into_diagnostics() })
             }
         }
@@ -133,13 +143,21 @@ impl Session {
 
     /// Brings the demo's edits to a time.
     pub(super) fn follow_edits(&mut self, time: f64) -> Result<(), FrameError> {
-        for changes in self.editing.follow_script(time) {
-            self.show(&changes).map_err(|error| FrameError::Plan {
-                diagnostics: error.into_diagnostics(),
-                texts: Box::new(SourceMap::default()),
-            })?;
+        let refused = |diagnostics| FrameError::Plan { diagnostics, texts: Box::new(SourceMap::default()) };
+        let followed = self.editing.follow_script(time);
+        for changes in followed.steps {
+            self.show(&changes).map_err(|error| refused(error.into_diagnostics()))?;
         }
-        Ok(())
+        match followed.unavailable {
+            // A film without an edit of its demo would be wrong without a word.
+            Some(unavailable) if self.options.step.is_some() => {
+                Err(refused(EditFailure::from(EditError::from(unavailable)).into_diagnostics()))
+            }
+            unavailable => {
+                self.editing.say_waiting(unavailable.as_ref());
+                Ok(())
+            }
+        }
     }
 
     /// Makes the world after a change the one that is shown. With an error, the one before is shown on.

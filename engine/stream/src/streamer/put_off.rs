@@ -75,14 +75,14 @@ impl PutOff {
 
 #[cfg(test)]
 mod tests {
-    use raxel_world::ChunkPos;
+    use raxel_world::{Cause, ChunkPos};
 
     use super::*;
 
     #[test]
     fn tiles_wait_longer_each_time() {
         let key = |x| TileKey { level: 0, pos: ChunkPos::new(x, 0, 0) };
-        let (start, why) = (Instant::now(), Unavailable::new("busy"));
+        let (start, why) = (Instant::now(), Unavailable::new(0, ChunkPos::new(1, 0, 0), Cause::Failing, "busy"));
         let mut put_off = PutOff::default();
         assert!(!put_off.is_due(start) && put_off.reason().is_none());
         put_off.add(key(1), why.clone(), start);

@@ -205,7 +205,6 @@ mod tests {
     use super::*;
     use crate::lights::lights;
     use crate::random::SplitMix64;
-    use crate::tile::ChunkSource;
     use crate::world::World;
 
     fn materials() -> Vec<Material> {
@@ -227,7 +226,7 @@ mod tests {
         let mut found = Vec::new();
         for (pos, chunk) in world.chunks() {
             let content = Content::of(chunk.clone());
-            let beside = |face| Arc::new(Side::of(&ChunkSource::chunk(&world, 0, pos.beside(face)), face ^ 1));
+            let beside = |face| Arc::new(Side::of(&world.tile(0, pos.beside(face)), face ^ 1));
             let tile = TileLights::of(&content, (0, pos), &powers, beside);
             assert_eq!(tile.parts.len(), usize::from(!tile.is_empty()));
             found.extend(tile.lights);
@@ -241,7 +240,7 @@ mod tests {
         let powers = LightPowers::of(&materials()).unwrap();
         let lights = |voxels: &[[i32; 3]]| {
             let world = World::from_voxels(materials(), voxels.iter().map(|at| (IVec3::from_array(*at), 2)));
-            let content = ChunkSource::chunk(&world, 0, ChunkPos::new(0, 0, 0));
+            let content = world.tile(0, ChunkPos::new(0, 0, 0));
             let mut asked = Vec::new();
             let tile = TileLights::of(&content, (0, ChunkPos::new(0, 0, 0)), &powers, |face| {
                 asked.push(face);
@@ -259,7 +258,7 @@ mod tests {
         let powers = LightPowers::of(&materials()).unwrap();
         // Two cells on both sides of a border between two parts.
         let world = World::from_voxels(materials(), [(IVec3::new(15, 0, 0), 2), (IVec3::new(16, 0, 0), 3)]);
-        let content = ChunkSource::chunk(&world, 0, ChunkPos::new(0, 0, 0));
+        let content = world.tile(0, ChunkPos::new(0, 0, 0));
         let tile = TileLights::of(&content, (1, ChunkPos::new(-1, 0, 2)), &powers, |_| unreachable!());
         let (words, groups) = tile.encode(10);
         assert_eq!(words.len(), 12 * LIGHT_WORDS);
