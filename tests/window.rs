@@ -476,6 +476,56 @@ fn a_window_goes_on_after_the_loss_of_a_device() {
     assert!(log(&log_path).contains("the device was lost and is open again"), "{}", log(&log_path));
 }
 
+/// How a window loses its server.
+#[cfg(target_os = "linux")]
+enum Loss {
+    /// The server ends under a picture that does not change.
+    Still,
+    /// The server closes the connection.
+    Closed,
+    /// The server ends while the window draws.
+    Moving,
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_x_server_that_goes_away_is_one_error_and_loses_no_edit() {
+    for loss in [Loss::Still, Loss::Closed, Loss::Moving] {
+        let mut display = Display::start();
+        let project = Project::shipped();
+        let world = fs::read_to_string(project.path("worlds/menger.toml")).unwrap();
+        project.write("worlds/menger.toml", format!("{world}\n[save]\npath = \"saves/edits\"\n"));
+        let log_path = project.path("log");
+        let shown = ["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180", "--no-panels"];
+        let mut child = Running::start(
+            command(project.root(), &shown)
+                .env("DISPLAY", &display.name)
+                .env_remove("WAYLAND_DISPLAY")
+                .stderr(fs::File::create(&log_path).unwrap()),
+        );
+        let first = rendered(&project, "normal");
+        eventually("the first picture", || display.pixels(320, 180) == first || child.ended());
+        let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+        display.xdotool(&["windowfocus", "--sync", &window]);
+        press_button(&display, "3", "a ball is dug out", || display.pixels(320, 180) != first);
+        match loss {
+            Loss::Still => display.end(),
+            Loss::Closed => drop(display.xdotool(&["windowkill", &window])),
+            Loss::Moving => {
+                display.xdotool(&["keydown", "w"]);
+                display.end();
+            }
+        }
+        let code = child.finish().code();
+        let said = log(&log_path);
+        assert_eq!(code, Some(5), "{said}");
+        assert!(said.contains("error: the window system went away: "), "{said}");
+        assert!(!said.contains("bug in raxel") && said.matches("error").count() == 1, "{said}");
+        // The edit is there when the world is opened again.
+        assert_ne!(rendered(&project, "normal"), first);
+    }
+}
+
 #[test]
 fn a_scale_computes_fewer_pixels_for_the_same_window() {
     let display = Display::start();

@@ -8,7 +8,7 @@ use super::child::{LIMIT, Running, Said, line, output};
 
 /// A display with no window manager: the window is at the top left.
 pub struct Display {
-    _xvfb: Running,
+    xvfb: Running,
     /// What `DISPLAY` is set to.
     pub name: String,
     frame_buffer: tempfile::TempDir,
@@ -29,7 +29,13 @@ impl Display {
         );
         // It writes its number when it is ready.
         let number = Said::by(xvfb.0.stdout.take().unwrap(), line).next();
-        Self { _xvfb: xvfb, name: format!(":{}", number.trim()), frame_buffer }
+        Self { xvfb, name: format!(":{}", number.trim()), frame_buffer }
+    }
+
+    /// Ends the server under its clients.
+    pub fn end(&mut self) {
+        self.xvfb.0.kill().expect("it runs");
+        self.xvfb.finish();
     }
 
     /// The top left of the screen: red, green, blue of each pixel. The file has the format of xwd.

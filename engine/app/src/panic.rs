@@ -2,6 +2,8 @@
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 
+use crate::viewer::lost_display;
+
 /// Replaces the default hook. The exit code of a panic stays 101.
 pub(crate) fn install() {
     std::panic::set_hook(Box::new(|info| {
@@ -12,6 +14,9 @@ pub(crate) fn install() {
             .map(|text| (*text).to_owned())
             .or_else(|| payload.downcast_ref::<String>().cloned())
             .unwrap_or_default();
+        if info.location().is_some_and(|location| lost_display::is_of_windows(location.file())) {
+            lost_display::end(&message);
+        }
         eprintln!(
             "raxel {}: internal error at {place}: {}; this is a bug in raxel: please report this line with the command and the \
              files (RUST_BACKTRACE=1 adds where it came from)",

@@ -32,6 +32,8 @@ mod ring;
 mod subgroups;
 mod surface;
 mod transfer;
+#[cfg(target_os = "linux")]
+mod xlib;
 
 pub use ash::vk;
 
@@ -57,3 +59,5 @@ pub use ring::UploadRing;
 pub use subgroups::Packets;
 pub use surface::{Acquire, AcquiredImage, Presented, Surface};
 pub use transfer::{download_buffer, download_image, upload, upload_image};
+#[cfg(target_os = "linux")]
+pub use xlib::on_lost_x_server;

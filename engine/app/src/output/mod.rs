@@ -12,6 +12,7 @@ mod pending;
 mod pipeline;
 mod place;
 mod png;
+mod replace;
 mod shoot;
 mod supersample;
 
@@ -28,6 +29,7 @@ pub(crate) use self::leftovers::{Listed, on_stop, watch_signals};
 pub(crate) use self::pending::Pending;
 pub(crate) use self::place::Place;
 pub(crate) use self::png::Compression;
+pub(crate) use self::replace::replace;
 pub(crate) use self::shoot::{Layer, Layers, MOST_LAYERS, Mode, Shoot, Stages};
 use crate::failure::{Failure, Result};
 

@@ -6,17 +6,21 @@ use std::path::{Path, PathBuf};
 
 use raxel_panels::Layout;
 
+use crate::output::replace;
+
 /// Where a project's layout is.
 pub(crate) struct LayoutFile {
     path: PathBuf,
-    /// As it was read or written last.
+    /// As it was read, or was to be written last.
     known: Option<Layout>,
+    /// At the last look.
+    seen: Option<Layout>,
 }
 
 impl LayoutFile {
     /// Of the project at a folder.
     pub fn of(project: &Path) -> Self {
-        Self { path: project.join(".raxel/window.toml"), known: None }
+        Self { path: project.join(".raxel/window.toml"), known: None, seen: None }
     }
 
     /// The layout; the default where there is none, or, with a message, where it cannot be read.
@@ -36,17 +40,22 @@ impl LayoutFile {
         (layout, said)
     }
 
-    /// Keeps the layout, if it is another one than is there.
+    /// Keeps the layout, if it has not changed since the last look: one that is being dragged is not written at every step.
+    pub fn look(&mut self, layout: &Layout) -> std::io::Result<()> {
+        let settled = self.seen.replace(layout.clone()).as_ref() == Some(layout);
+        if settled { self.write(layout) } else { Ok(()) }
+    }
+
+    /// Keeps the layout, if it is another one than is there. One that cannot be written is not tried again until it changes.
     pub fn write(&mut self, layout: &Layout) -> std::io::Result<()> {
         if self.known.as_ref() == Some(layout) {
             return Ok(());
         }
+        self.known = Some(layout.clone());
         if let Some(folder) = self.path.parent() {
             fs::create_dir_all(folder)?;
         }
-        fs::write(&self.path, layout.write())?;
-        self.known = Some(layout.clone());
-        Ok(())
+        replace(&self.path, layout.write().as_bytes())
     }
 }
 
@@ -66,6 +75,12 @@ mod tests {
         assert!(!file.path.exists(), "what is as at first needs no file");
         layout.open(Panel::World);
         file.write(&layout).unwrap();
+        assert_eq!(LayoutFile::of(project.path()).read(), (layout, None));
+        fs::remove_file(&file.path).unwrap();
+        layout.toggle(Panel::World);
+        file.look(&layout).unwrap();
+        assert!(!file.path.exists(), "it may change again");
+        file.look(&layout).unwrap();
         assert_eq!(LayoutFile::of(project.path()).read(), (layout, None));
         fs::write(&file.path, "left = 7").unwrap();
         let (layout, said) = file.read();

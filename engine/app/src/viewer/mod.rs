@@ -11,6 +11,7 @@ mod elements;
 mod frame;
 mod inspector;
 mod layout_file;
+pub(crate) mod lost_display;
 mod outline;
 mod overlay;
 mod panel_data;
@@ -25,8 +26,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use raxel_gpu::DeviceOptions;
-use raxel_panels::Panels;
 use raxel_panels::view::{Brush, Problem};
+use raxel_panels::{Layout, Panels};
 use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -93,8 +94,9 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         // Without a window there is nobody to wake.
         let _ = proxy.send_event(Wake);
     });
+    lost_display::watch(console);
     let mut app = App::open(args, console, device, waker)?;
-    event_loop.run_app(&mut app).map_err(|error| no_window(&error))?;
+    event_loop.run_app(&mut app).map_err(|error| lost_display::failure(&error.to_string()))?;
     app.finish()
 }
 
@@ -341,14 +343,10 @@ impl<'a> Viewer<'a> {
         })
     }
 
-    /// Keeps the layout, and says how it went.
+    /// Says how it went.
     fn finish(mut self) -> Result {
         self.look_at_log();
-        // That they were hidden from the beginning is not the user's choice of a layout.
-        self.panels.layout.visible |= self.args.no_panels;
-        if let Err(error) = self.layout_file.write(&self.panels.layout) {
-            self.console.detail(&format!("the layout of the panels is not kept: {error}"));
-        }
+        self.keep_layout(LayoutFile::write);
         // A dispatch that does not end must not keep the program.
         if !matches!(self.session.wait_picture(SLICE), Ok(Progress::Done)) {
             self.session.abandon_device();
@@ -356,6 +354,16 @@ impl<'a> Viewer<'a> {
         match self.failure.take() {
             Some(failure) => Err(failure),
             None => validated(self.complained),
+        }
+    }
+
+    /// Keeps the layout of the panels.
+    fn keep_layout(&mut self, keep: fn(&mut LayoutFile, &Layout) -> std::io::Result<()>) {
+        let mut layout = self.panels.layout.clone();
+        // That they were hidden from the beginning is not the user's choice of a layout.
+        layout.visible |= self.args.no_panels;
+        if let Err(error) = keep(&mut self.layout_file, &layout) {
+            self.console.detail(&format!("the layout of the panels is not kept: {error}"));
         }
     }
 
@@ -436,6 +444,8 @@ impl<'a> Viewer<'a> {
             return;
         }
         self.titled = Some(Instant::now());
+        // Now and not only at the end: a window may be killed.
+        self.keep_layout(LayoutFile::look);
         if let Some(open) = &self.window {
             open.window.set_title(&self.title().text());
         }

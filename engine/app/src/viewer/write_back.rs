@@ -8,12 +8,14 @@ use raxel_runtime::camera::Camera;
 use raxel_runtime::params::{components, is_integer};
 use toml_edit::{Array, DocumentMut, Formatted, Item, Table, value};
 
+use crate::output::replace;
+
 /// Changes the text of a file. Errors are one line each.
 pub(crate) fn edit(path: &Path, change: impl FnOnce(&str) -> Result<String, String>) -> Result<(), String> {
     let said = |error: std::io::Error| format!("{}: {error}", path.display());
     let before = fs::read_to_string(path).map_err(said)?;
     let after = change(&before)?;
-    if after == before { Ok(()) } else { fs::write(path, after).map_err(said) }
+    if after == before { Ok(()) } else { replace(path, after.as_bytes()).map_err(said) }
 }
 
 /// The text of a graph with another default of a param.
