@@ -4,6 +4,7 @@
 
 mod child;
 mod display;
+mod faults;
 mod vulkan;
 
 use std::path::{Path, PathBuf};
@@ -11,6 +12,7 @@ use std::process::{Command, Output, Stdio};
 
 pub use child::{LIMIT, Running, Said, line, output};
 pub use display::{Display, eventually};
+pub use faults::{CALLS, Fault, Faults};
 pub use vulkan::before_vulkan;
 
 /// The root of the repository.

@@ -75,7 +75,7 @@ mod tests {
         assert!(!file.path.exists(), "what is as at first needs no file");
         layout.open(Panel::World);
         file.write(&layout).unwrap();
-        assert_eq!(LayoutFile::of(project.path()).read(), (layout, None));
+        assert_eq!(LayoutFile::of(project.path()).read(), (layout.clone(), None));
         fs::remove_file(&file.path).unwrap();
         layout.toggle(Panel::World);
         file.look(&layout).unwrap();

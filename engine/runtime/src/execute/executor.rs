@@ -231,13 +231,19 @@ impl Executor {
 
     /// Runs one frame, up to its picture. Waits for the device only when it still works on the frame before the last.
     pub fn frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
+        let number = self.frame;
         let result = self.run_frame(inputs);
         result.map_err(|error| {
-            // Nobody knows which of the frame's results came to be.
+            // Nothing was submitted: the next frame is this one.
             self.needs_full_barrier = true;
-            if let Some(running) = &mut self.running {
-                running.replay.memo.forget();
+            if let Some(running) = self.running.as_mut().filter(|_| self.frame != number) {
+                running.replay.undo();
+                // A lost device says by its marks which pass it worked on.
+                if !matches!(error, ExecuteError::DeviceLost { .. }) {
+                    self.slots[(number % FRAMES as u64) as usize].undo();
+                }
             }
+            self.frame = number;
             self.supply_sources();
             self.attribute_loss(error)
         })
@@ -316,6 +322,7 @@ impl Executor {
         count(&mut report, counts);
         running.counted.record(&mut recording, running, (number, slot_index), (&slot.ran, &mut slot.copied));
         slot.counted = Some(running.counted.clone());
+        // Nothing may fail from here on: the frame is a fact.
         let submitted = recording.submit()?;
         slot.submitted = Instant::now();
         if let Some(capture) = capture.filter(|_| counts.displayed) {

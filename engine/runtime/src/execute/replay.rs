@@ -56,6 +56,8 @@ struct Pass {
     every: Option<Every>,
     /// For `every = { hz }`: the tick of the last run.
     tick: Option<i64>,
+    /// `tick` as the frame before left it.
+    before: Option<i64>,
     due: bool,
     /// Digest of everything but the values: pipeline, workgroups, bindings.
     base: Digest,
@@ -85,7 +87,7 @@ impl Replay {
             let pass = plan.graph.pass(planned.pass);
             let rest = (planned.groups, &pass.dispatch, &pass.accesses, &planned.specialization);
             let base = digest::of(0, &[digest::of_bytes(0, &pass.shader.module), digest::of_debug(0, &rest)]);
-            Pass { every: pass.every, tick: None, due: true, base }
+            Pass { every: pass.every, tick: None, before: None, due: true, base }
         };
         let ticking = |step: usize| Some((step, plan.clock_of(step)?, plan.tick_of(step)?));
         Replay {
@@ -183,6 +185,15 @@ impl Replay {
         self.any
     }
 
+    /// The frame that was decided has not been: it was never submitted.
+    pub(super) fn undo(&mut self) {
+        self.ticks.undo();
+        self.memo.forget();
+        for pass in &mut self.passes {
+            pass.tick = pass.before;
+        }
+    }
+
     /// Records the steps that were decided to run. Barriers are recorded as planned, whichever passes run between them.
     pub fn walk<R: Recorder>(&self, recorder: &mut R) -> Counts {
         let mut counts = Counts::default();
@@ -255,6 +266,7 @@ impl Replay {
     /// Which passes are due in this frame.
     fn schedule(&mut self, inputs: &FrameInputs<'_>) {
         for (index, (pass, planned)) in self.passes.iter_mut().zip(&self.plan.passes).enumerate() {
+            pass.before = pass.tick;
             let disabled = inputs.disabled.contains(&self.blocks.declared(index));
             pass.due = !disabled
                 && match pass.every {

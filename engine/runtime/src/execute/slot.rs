@@ -49,6 +49,13 @@ impl FrameSlot {
         self.times_read = false;
     }
 
+    /// The frame was never submitted: there is nothing to be read of it.
+    pub(super) fn undo(&mut self) {
+        self.ran.clear();
+        self.copied.clear();
+        self.times_read = true;
+    }
+
     /// The pass of its frame that the device works on.
     pub(super) fn suspect(&self) -> Option<Suspect> {
         self.instrumentation.as_ref()?.suspect(self.index, self.frame, &self.ran)

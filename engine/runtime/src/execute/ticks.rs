@@ -34,6 +34,8 @@ struct ClockState {
     /// Ticks that this frame runs.
     due: u32,
     phase: f32,
+    /// `reached`, `finished` and `due` as the frame before left them.
+    before: (Option<u64>, u64, u32),
 }
 
 impl Ticks {
@@ -47,6 +49,7 @@ impl Ticks {
             finished: 0,
             due: 0,
             phase: 0.0,
+            before: (None, 0, 0),
         };
         Ticks { clocks: graph.clocks.iter().map(clock).collect() }
     }
@@ -56,6 +59,7 @@ impl Ticks {
         let flicks = (seconds.max(0.0) * FLICKS as f64).round() as u128;
         for clock in &mut self.clocks {
             let thousandths = flicks * clock.rate;
+            clock.before = (clock.reached, clock.finished, clock.due);
             let number = u64::try_from(thousandths / (FLICKS * 1000)).unwrap_or(u64::MAX - 1);
             let reached = number + 1;
             let passed = clock.reached.map_or(1, |before| reached.saturating_sub(before));
@@ -63,6 +67,13 @@ impl Ticks {
             clock.due = u32::try_from(passed).unwrap_or(u32::MAX).min(clock.most);
             clock.reached = Some(reached);
             clock.phase = ((thousandths % (FLICKS * 1000)) as f64 / (FLICKS * 1000) as f64) as f32;
+        }
+    }
+
+    /// The frame that was begun has not been.
+    pub fn undo(&mut self) {
+        for clock in &mut self.clocks {
+            (clock.reached, clock.finished, clock.due) = clock.before;
         }
     }
 
@@ -124,6 +135,7 @@ mod tests {
             finished: 0,
             due: 0,
             phase: 0.0,
+            before: (None, 0, 0),
         };
         Ticks { clocks: vec![state] }
     }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Value};
 
+use super::retry::Retry;
 use super::still::Changes;
 use super::{FrameError, ReadError, Session};
 use crate::build::{self, Assembly, Selection};
@@ -30,11 +31,25 @@ impl Session {
     /// before.
     pub fn frame(&mut self) -> Result<FrameReport, FrameError> {
         let _span = tracing::trace_span!("frame").entered();
+        let before = self.clock.clone();
+        // A frame that was refused has not been: the next one has its time.
+        let result = self.begin_and_run();
+        if result.is_err() {
+            self.clock = before;
+        }
+        result
+    }
+
+    fn begin_and_run(&mut self) -> Result<FrameReport, FrameError> {
         let (time, changes) = self.begin()?;
         loop {
             match self.run(&time, changes) {
                 Err(error @ ExecuteError::DeviceLost { .. }) => self.recover(error)?,
-                result => return result.map_err(FrameError::Device),
+                Err(error) => {
+                    self.still.refused();
+                    return Err(FrameError::Device(error));
+                }
+                Ok(report) => return Ok(report),
             }
         }
     }
@@ -141,7 +156,7 @@ impl Session {
             }
         }
         let decided = |(id, value): &(ParamId, Value)| self.values[id.0 as usize] == *value;
-        if self.needs_replan || !self.condition_params.iter().all(decided) {
+        if self.needs_replan || self.retry.due() || !self.condition_params.iter().all(decided) {
             self.replan()?;
         }
         self.history.begin(self.executor.histories());
@@ -235,22 +250,31 @@ impl Session {
         self.needs_replan = false;
         self.note_conditions();
         if selection == self.selection {
-            self.refused = None;
+            (self.refused, self.retry) = (None, Retry::default());
             return Ok(());
         }
-        if self.refused.as_ref() == Some(&selection) {
+        let again = self.refused.as_ref() == Some(&selection);
+        if again && !self.retry.due() {
             return Ok(());
+        }
+        if !again {
+            self.retry = Retry::default();
         }
         match self.plan_for(&self.graph.clone(), &selection) {
             Ok(()) => {
-                self.refused = None;
+                (self.refused, self.retry) = (None, Retry::default());
                 Ok(())
             }
             Err(BuildError::Device(error @ ExecuteError::DeviceLost { .. })) => {
                 self.needs_replan = true;
                 self.recover(error)
             }
+            // Memory may be free later.
+            Err(BuildError::Device(_)) if again && !self.retry.refused() => Ok(()),
             Err(error) => {
+                if matches!(error, BuildError::Device(_)) {
+                    self.retry.refused();
+                }
                 self.refused = Some(selection);
                 let texts = Box::new(self.state.diagnostics().1);
                 Err(FrameError::Plan { diagnostics: error.into_diagnostics(), texts })

@@ -12,6 +12,7 @@ mod history;
 mod open;
 mod recover;
 mod reload;
+mod retry;
 mod still;
 mod warned;
 
@@ -142,8 +143,10 @@ pub struct Session {
 
     /// What the running plan was made for.
     selection: Selection,
-    /// What no plan could be made for; said once, and not tried again.
+    /// What no plan could be made for; said once, and not tried again unless the device refused it.
     refused: Option<Selection>,
+    /// When what the device refused is tried again.
+    retry: retry::Retry,
     /// The graph of the demo that no plan could be made for; said once, and not tried again until an edit.
     refused_graph: Option<String>,
     /// Something was changed that a plan depends on.

@@ -106,6 +106,7 @@ impl Session {
             plans: vec![(selection.clone(), assembly.plan.clone())],
             selection,
             refused: None,
+            retry: super::retry::Retry::default(),
             refused_graph: None,
             needs_replan: false,
             condition_params: Vec::new(),

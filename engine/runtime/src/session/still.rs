@@ -13,6 +13,8 @@ use crate::world::SessionWorld;
 pub(super) struct Still {
     now: Changes,
     last: Option<Last>,
+    /// The frame that was noted last has not been.
+    refused: bool,
 }
 
 /// What a frame is told of what has changed.
@@ -88,6 +90,9 @@ impl Still {
             && last.values == values
             && last.overrides == overrides
             && last.disabled == disabled;
+        if std::mem::take(&mut self.refused) && same {
+            return self.now;
+        }
         if same {
             self.now.still = (self.now.still + 1).min(MOST_STILL);
         } else {
@@ -102,6 +107,11 @@ impl Still {
             last.disabled.extend_from_slice(disabled);
         }
         self.now
+    }
+
+    /// The frame that was noted has not been: the next one is noted in its place.
+    pub(super) fn refused(&mut self) {
+        self.refused = true;
     }
 
     /// The next frame is the first that is still.

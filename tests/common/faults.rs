@@ -1,0 +1,255 @@
+//! Calls of Vulkan that fail when a test says so. A library stands between the program and the loader; two files beside it say which call is to
+//! fail, and which calls there were.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::{Project, before_vulkan};
+
+/// What a call may answer instead of doing its work (`VkResult`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// `VK_ERROR_OUT_OF_HOST_MEMORY`.
+    HostMemory = -1,
+    /// `VK_ERROR_OUT_OF_DEVICE_MEMORY`.
+    DeviceMemory = -2,
+    /// `VK_ERROR_INITIALIZATION_FAILED`.
+    Initialization = -3,
+    /// `VK_ERROR_DEVICE_LOST`: from then on, the device and its queue answer nothing else.
+    DeviceLost = -4,
+    /// `VK_ERROR_MEMORY_MAP_FAILED`.
+    MemoryMap = -5,
+    /// `VK_ERROR_TOO_MANY_OBJECTS`.
+    TooManyObjects = -10,
+    /// `VK_ERROR_FRAGMENTED_POOL`.
+    FragmentedPool = -12,
+    /// `VK_ERROR_SURFACE_LOST_KHR`.
+    SurfaceLost = -1_000_000_000,
+    /// `VK_ERROR_OUT_OF_DATE_KHR`.
+    OutOfDate = -1_000_001_004,
+    /// `VK_ERROR_OUT_OF_POOL_MEMORY`.
+    PoolMemory = -1_000_069_000,
+}
+
+use Fault::{
+    DeviceLost, DeviceMemory, FragmentedPool, HostMemory, Initialization, MemoryMap, OutOfDate, PoolMemory,
+    SurfaceLost, TooManyObjects,
+};
+
+/// Every call that raxel makes and that may fail, with what it may answer (the reference pages of Vulkan 1.3, "Return Codes").
+pub const CALLS: &[(&str, &[Fault])] = &[
+    ("vkCreateInstance", &[HostMemory, DeviceMemory, Initialization]),
+    ("vkCreateDebugUtilsMessengerEXT", &[HostMemory]),
+    ("vkEnumeratePhysicalDevices", &[HostMemory, DeviceMemory, Initialization]),
+    ("vkEnumerateDeviceExtensionProperties", &[HostMemory, DeviceMemory]),
+    ("vkCreateDevice", &[HostMemory, DeviceMemory, Initialization, TooManyObjects, DeviceLost]),
+    ("vkCreateSemaphore", &[HostMemory, DeviceMemory]),
+    ("vkCreateFence", &[HostMemory, DeviceMemory]),
+    ("vkCreateCommandPool", &[HostMemory, DeviceMemory]),
+    ("vkAllocateCommandBuffers", &[HostMemory, DeviceMemory]),
+    ("vkResetCommandPool", &[DeviceMemory]),
+    ("vkBeginCommandBuffer", &[HostMemory, DeviceMemory]),
+    ("vkEndCommandBuffer", &[HostMemory, DeviceMemory]),
+    ("vkCreateBuffer", &[HostMemory, DeviceMemory]),
+    ("vkCreateImage", &[HostMemory, DeviceMemory]),
+    ("vkCreateImageView", &[HostMemory, DeviceMemory]),
+    ("vkCreateSampler", &[HostMemory, DeviceMemory, TooManyObjects]),
+    ("vkAllocateMemory", &[HostMemory, DeviceMemory, TooManyObjects]),
+    ("vkMapMemory", &[HostMemory, DeviceMemory, MemoryMap]),
+    ("vkBindBufferMemory", &[HostMemory, DeviceMemory]),
+    ("vkBindImageMemory", &[HostMemory, DeviceMemory]),
+    ("vkCreateShaderModule", &[HostMemory, DeviceMemory]),
+    ("vkCreateDescriptorSetLayout", &[HostMemory, DeviceMemory]),
+    ("vkCreatePipelineLayout", &[HostMemory, DeviceMemory]),
+    ("vkCreatePipelineCache", &[HostMemory, DeviceMemory]),
+    ("vkCreateComputePipelines", &[HostMemory, DeviceMemory]),
+    ("vkCreateGraphicsPipelines", &[HostMemory, DeviceMemory]),
+    ("vkGetPipelineCacheData", &[HostMemory, DeviceMemory]),
+    ("vkCreateDescriptorPool", &[HostMemory, DeviceMemory]),
+    ("vkAllocateDescriptorSets", &[HostMemory, DeviceMemory, FragmentedPool, PoolMemory]),
+    ("vkCreateQueryPool", &[HostMemory, DeviceMemory]),
+    ("vkGetQueryPoolResults", &[HostMemory, DeviceMemory, DeviceLost]),
+    ("vkQueueSubmit2", &[HostMemory, DeviceMemory, DeviceLost]),
+    ("vkWaitSemaphores", &[HostMemory, DeviceMemory, DeviceLost]),
+    ("vkGetSemaphoreCounterValue", &[HostMemory, DeviceMemory, DeviceLost]),
+    ("vkWaitForFences", &[HostMemory, DeviceMemory, DeviceLost]),
+    ("vkDeviceWaitIdle", &[HostMemory, DeviceMemory, DeviceLost]),
+    ("vkCreateXlibSurfaceKHR", &[HostMemory, DeviceMemory]),
+    ("vkCreateXcbSurfaceKHR", &[HostMemory, DeviceMemory]),
+    ("vkGetPhysicalDeviceSurfaceSupportKHR", &[HostMemory, DeviceMemory, SurfaceLost]),
+    ("vkGetPhysicalDeviceSurfaceFormatsKHR", &[HostMemory, DeviceMemory, SurfaceLost]),
+    ("vkGetPhysicalDeviceSurfacePresentModesKHR", &[HostMemory, DeviceMemory, SurfaceLost]),
+    ("vkGetPhysicalDeviceSurfaceCapabilitiesKHR", &[HostMemory, DeviceMemory, SurfaceLost]),
+    ("vkCreateSwapchainKHR", &[HostMemory, DeviceMemory, DeviceLost, SurfaceLost, Initialization]),
+    ("vkGetSwapchainImagesKHR", &[HostMemory, DeviceMemory]),
+    ("vkAcquireNextImageKHR", &[HostMemory, DeviceMemory, DeviceLost, OutOfDate, SurfaceLost]),
+    ("vkQueuePresentKHR", &[HostMemory, DeviceMemory, DeviceLost, OutOfDate, SurfaceLost]),
+];
+
+/// The library. Every call of the table goes through `call`, which looks at the file `order`: a number, the name of a call, how many of them
+/// are let through, what the next one answers. All words of a call have the size of a pointer in the calling conventions that this runs on.
+const LIBRARY: &str = r#"
+#include <fcntl.h>
+#include <pthread.h>
+#include <unistd.h>
+typedef unsigned long long Word;
+typedef int (*Call)(Word, Word, Word, Word, Word, Word, Word, Word);
+enum { LOST = -4, CALLS = sizeof names / sizeof *names };
+static Call found_calls[CALLS];
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static int order = -1, seen = -1, number, left, answer, armed;
+static char wanted[64];
+static Word lost, queues[64], devices[64];
+static unsigned made;
+static int (*queue_idle)(Word);
+static void (*get_queue)(Word, unsigned, unsigned, Word *);
+static void (*destroy)(Word, const void *);
+
+static int is_lost(Word handle) {
+    if (!lost) return 0;
+    for (unsigned i = 0; i < made && i < 64; i++) if (queues[i] == handle && devices[i] == lost) return 1;
+    return handle == lost;
+}
+static Word device_of(Word handle) {
+    for (unsigned i = made < 64 ? made : 64; i--;) if (queues[i] == handle) return devices[i];
+    return handle;
+}
+static int call(int n, Word a, Word b, Word c, Word d, Word e, Word f, Word g, Word h) {
+    const char *name = names[n];
+    char text[128] = {0};
+    int fail = 0, waits, is_queue = !strncmp(name, "vkQueue", 7);
+    pthread_mutex_lock(&lock);
+    if (order < 0) order = open(getenv("FAULTS_ORDER"), O_RDONLY | O_CLOEXEC);
+    if (seen < 0) seen = open(getenv("FAULTS_SEEN"), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    if (pread(order, text, sizeof text - 1, 0) > 0) {
+        int other = 0, skip = 0, code = 0;
+        char which[64] = {0};
+        if (sscanf(text, "%d %63s %d %d", &other, which, &skip, &code) == 4 && other != number) {
+            number = other; left = skip; answer = code; armed = code != 0;
+            strcpy(wanted, which);
+        }
+    }
+    if (armed && !strcmp(name, wanted) && left-- == 0) {
+        fail = answer;
+        armed = 0;
+        if (fail == LOST && strcmp(name, "vkCreateDevice")) lost = device_of(a);
+    }
+    if (!fail && can_lose[n] && is_lost(a)) fail = LOST;
+    int line = snprintf(text, sizeof text, "%d %s %d\n", number, name, fail);
+    if (write(seen, text, line) != line) abort();
+    pthread_mutex_unlock(&lock);
+    if (fail) {
+        waits = !strncmp(name, "vkWait", 6) || !strcmp(name, "vkDeviceWaitIdle");
+        /* What was submitted is finished, so that it can be destroyed as with a device that is really lost. */
+        if (fail == LOST && waits) found_calls[n](a, b, c, d, e, f, g, h);
+        if (fail == LOST && is_queue && queue_idle) queue_idle(a);
+        if (strstr(name, "Pipelines")) memset((void *)f, 0, 8 * (unsigned)c);
+        return fail;
+    }
+    return found_calls[n](a, b, c, d, e, f, g, h);
+}
+static void note_queue(Word device, unsigned family, unsigned index, Word *queue) {
+    get_queue(device, family, index, queue);
+    pthread_mutex_lock(&lock);
+    queues[made % 64] = *queue;
+    devices[made % 64] = device;
+    made++;
+    pthread_mutex_unlock(&lock);
+}
+static void note_end(Word device, const void *allocator) {
+    pthread_mutex_lock(&lock);
+    if (lost == device) lost = 0;
+    for (unsigned i = 0; i < 64; i++) if (devices[i] == device) queues[i] = devices[i] = 0;
+    pthread_mutex_unlock(&lock);
+    destroy(device, allocator);
+}
+"#;
+
+/// How a program is run with the library before Vulkan.
+pub struct Faults {
+    library: PathBuf,
+    order: PathBuf,
+    seen: PathBuf,
+    number: std::cell::Cell<u32>,
+}
+
+impl Faults {
+    /// Makes the library in a folder of the project.
+    pub fn new(project: &Project) -> Self {
+        let names: Vec<String> = CALLS.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+        let lossy = |faults: &[Fault]| u8::from(faults.contains(&DeviceLost));
+        let can_lose: Vec<String> = CALLS.iter().map(|(_, faults)| lossy(faults).to_string()).collect();
+        let tables = format!(
+            "static const char *names[] = {{{}}};\nstatic const char can_lose[] = {{{}}};\n",
+            names.join(", "),
+            can_lose.join(", ")
+        );
+        let words = "Word a, Word b, Word c, Word d, Word e, Word f, Word g, Word h";
+        let slot = |n: usize| format!("static int call_{n}({words}) {{ return call({n}, a, b, c, d, e, f, g, h); }}\n");
+        let slots: String = (0..CALLS.len()).map(slot).collect();
+        let all: Vec<String> = (0..CALLS.len()).map(|n| format!("call_{n}")).collect();
+        let ours = format!(
+            r#"static const Call our_calls[] = {{{}}};
+static Function ours(const char *name, Function found) {{
+    if (!strcmp(name, "vkQueueWaitIdle")) queue_idle = (void *)found;
+    if (!strcmp(name, "vkGetDeviceQueue")) {{ get_queue = (void *)found; return (Function)note_queue; }}
+    if (!strcmp(name, "vkDestroyDevice")) {{ destroy = (void *)found; return (Function)note_end; }}
+    for (int n = 0; n < CALLS; n++)
+        if (!strcmp(name, names[n])) {{ found_calls[n] = (Call)found; return (Function)our_calls[n]; }}
+    return found;
+}}
+"#,
+            all.join(", ")
+        );
+        let library = before_vulkan(project, &[&tables, LIBRARY, &slots, &ours].concat());
+        let faults = Self {
+            library,
+            order: project.path("faults.order"),
+            seen: project.path("faults.seen"),
+            number: std::cell::Cell::new(0),
+        };
+        faults.write("none 0 0");
+        fs::write(&faults.seen, "").unwrap();
+        faults
+    }
+
+    /// What runs the other end in a child process, which knows the project's folder.
+    pub fn in_folder(folder: &Path) -> Self {
+        let [order, seen] = ["faults.order", "faults.seen"].map(|name| folder.join(name));
+        // No number of the parent process comes again.
+        Self { library: PathBuf::new(), order, seen, number: std::cell::Cell::new(1000) }
+    }
+
+    /// Variables of a program's environment.
+    pub fn variables(&self) -> [(&'static str, &Path); 3] {
+        [("LD_PRELOAD", &self.library), ("FAULTS_ORDER", &self.order), ("FAULTS_SEEN", &self.seen)]
+    }
+
+    /// The next call of this name after `skip` of them fails, once.
+    pub fn arm(&self, call: &str, skip: usize, fault: Fault) {
+        // What was seen before is of no use any more.
+        fs::write(&self.seen, "").unwrap();
+        self.write(&format!("{call} {skip} {}", fault as i32));
+    }
+
+    /// From here on nothing fails. What was called since the last order: names, and what they answered where they were made to fail.
+    pub fn disarm(&self) -> Vec<(String, i32)> {
+        self.write("none 0 0");
+        let seen = fs::read_to_string(&self.seen).unwrap();
+        let before = (self.number.get() - 1).to_string();
+        let line = |line: &str| {
+            let mut words = line.split(' ');
+            let number = words.next()?;
+            (number == before).then(|| Some((words.next()?.to_owned(), words.next()?.parse().ok()?)))?
+        };
+        seen.lines().filter_map(line).collect()
+    }
+
+    fn write(&self, order: &str) {
+        self.number.set(self.number.get() + 1);
+        // In one write, and long enough for any: the library reads it at every call.
+        let line = format!("{} {order}", self.number.get());
+        let mut file = fs::OpenOptions::new().write(true).create(true).truncate(false).open(&self.order).unwrap();
+        std::io::Write::write_all(&mut file, format!("{line:<100}\n").as_bytes()).unwrap();
+    }
+}

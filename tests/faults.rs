@@ -1,0 +1,360 @@
+//! Vulkan fails under a session: every call that may fail does, one after the other, as SQLite is tested with every allocation.
+//!
+//! A program with a library before Vulkan runs the same short session again and again. Each time another call answers with an error. What was
+//! refused is done once more, and then everything must be as if nothing had failed: the same texels, no panic, no message of the validation
+//! layer, no object of Vulkan that is left. `RAXEL_FAULTS=all` tries every call with every error; else a few calls of each kind are tried.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::Duration;
+
+use common::{CALLS, Fault, Faults, Project, Run, output};
+use raxel::edit::{Brush, Operation};
+use raxel::{Options, ReloadEvent, Session, Validation, Value};
+
+const GRAPH: &str = r#"
+name = "faults"
+present = "color"
+[params.gain]
+type = "f32"
+default = 1.0
+range = [0.0, 8.0]
+[targets.color]
+format = "rgba32f"
+[targets.sum]
+format = "rgba32f"
+history = 1
+[targets.part]
+format = "r32f"
+size = 0.5
+[buffers.world]
+source = "world.tree64"
+[buffers.rare]
+size = 64
+keep = true
+[[passes]]
+name = "part"
+shader = "part.comp"
+dispatch = { threads = "part" }
+bind = { dst = "part", world = "world" }
+[passes.push]
+gain = { type = "f32", from = "param.gain" }
+[[passes]]
+name = "rare"
+shader = "rare.comp"
+every = { hz = 20 }
+dispatch = [1, 1, 1]
+bind = { rare = "rare" }
+[[passes]]
+name = "sum"
+shader = "sum.comp"
+dispatch = { threads = "sum" }
+bind = { part = "part", before = "sum@1", after = "sum", color = "color", rare = "rare" }
+[passes.push]
+frame = { type = "u32", from = "frame.index" }
+still = { type = "u32", from = "frame.still" }
+valid = { type = "u32", from = "history.valid" }
+"#;
+
+const PART: &str = r"#version 460
+#include <raxel/world.glsl>
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(r32f) uniform writeonly image2D dst;
+layout(push_constant) uniform PC { float gain; } pc;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, imageSize(dst)))) return;
+    imageStore(dst, p, vec4(pc.gain * float(rx_material(ivec3(p, 0)))));
+}
+";
+
+const RARE: &str = r"#version 460
+layout(local_size_x = 1) in;
+layout(std430) buffer Rare { uint ticks[16]; } rare;
+void main() { rare.ticks[0] += 1u; }
+";
+
+const SUM: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(r32f) uniform readonly image2D part;
+layout(rgba32f) uniform readonly image2D before;
+layout(rgba32f) uniform writeonly image2D after;
+layout(rgba32f) uniform writeonly image2D color;
+layout(std430) readonly buffer Rare { uint ticks[16]; } rare;
+layout(push_constant) uniform PC { uint frame; uint still; uint valid; } pc;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, imageSize(after)))) return;
+    float here = imageLoad(part, p / 2).r;
+    imageStore(after, p, imageLoad(before, p) + vec4(here, 1.0, pc.still, pc.valid));
+    imageStore(color, p, vec4(here, SCALE * float(p.x), float(pc.frame), float(rare.ticks[0])));
+}
+";
+
+const WORLD: &str = r##"name = "box"
+[materials]
+red = { albedo = "#ff0000" }
+blue = { albedo = "#0000ff" }
+[[build]]
+op = "box"
+min = [0, 0, 0]
+max = [4, 4, 4]
+material = "red"
+"##;
+
+/// What a session has in the end.
+#[derive(Debug, PartialEq)]
+struct Outcome {
+    /// What does not depend on frames before, bit by bit.
+    part: Vec<u32>,
+    /// What does.
+    sum: Vec<u32>,
+    presented: Vec<u8>,
+    rare: Vec<u8>,
+    /// What was refused, and done once more.
+    refused: Vec<String>,
+}
+
+/// A step of the session; one that is refused is done once more.
+fn again<T, E: std::fmt::Display>(
+    refused: &mut Vec<String>,
+    what: &str,
+    mut step: impl FnMut() -> Result<T, E>,
+) -> Result<T, String> {
+    step().or_else(|error| {
+        refused.push(format!("{what}: {error}"));
+        step().map_err(|error| format!("{what}, once more: {error}"))
+    })
+}
+
+fn frames(session: &mut Session, refused: &mut Vec<String>, count: usize) -> Result<(), String> {
+    (0..count).try_for_each(|_| again(refused, "frame", || session.frame()).map(drop))
+}
+
+/// Writes a file, and waits until it runs. An edit that Vulkan has refused is written once more.
+fn edited(session: &mut Session, refused: &mut Vec<String>, path: &Path, text: &str) -> Result<(), String> {
+    std::fs::write(path, text).unwrap();
+    for _ in 0..2 {
+        'wait: loop {
+            let events = session.wait_reload(Duration::from_millis(500));
+            if session.device().is_lost() {
+                // The builder waits for another device, which a frame opens.
+                again(refused, "frame", || session.frame())?;
+            }
+            for event in events {
+                match event {
+                    ReloadEvent::Reloaded(_) => return Ok(()),
+                    ReloadEvent::Failed(failed) => {
+                        refused.push(format!("edit: {:?}", failed.diagnostics));
+                        break 'wait;
+                    }
+                    ReloadEvent::HistoryCleared { .. } | ReloadEvent::DeviceRebuilt { .. } => {}
+                }
+            }
+        }
+        std::fs::write(path, format!("{text}\n")).unwrap();
+    }
+    Err(format!("{} was refused twice", path.display()))
+}
+
+/// A read that is refused is done once more. A device that is lost has nothing to give: the next frame opens another one.
+fn read<T>(
+    session: &mut Session,
+    refused: &mut Vec<String>,
+    mut read: impl FnMut(&mut Session) -> Result<T, raxel::ReadError>,
+) -> Result<T, String> {
+    read(session).or_else(|error| {
+        refused.push(format!("read: {error}"));
+        if session.device().is_lost() {
+            frames(session, refused, 1)?;
+        }
+        read(session).map_err(|error| format!("read, once more: {error}"))
+    })
+}
+
+fn bits(session: &mut Session, refused: &mut Vec<String>, name: &str) -> Result<Vec<u32>, String> {
+    let texels = read(session, refused, |session| session.read_target(name))?;
+    Ok(texels.floats().iter().flatten().map(|value| value.to_bits()).collect())
+}
+
+/// The session: open, frames, reads, edits of a shader, the graph and the world, another size, another target, a jump in time.
+fn scenario(root: &Path) -> Result<Outcome, String> {
+    let shader = |scale: &str| SUM.replace("SCALE", scale);
+    let write = |path: &str, text: &str| std::fs::write(root.join(path), text).unwrap();
+    write("graphs/faults.toml", GRAPH);
+    write("shaders/part.comp", PART);
+    write("shaders/rare.comp", RARE);
+    write("shaders/sum.comp", &shader("1.0"));
+    write("worlds/box.toml", WORLD);
+    let options = || Options {
+        project: Some(root.to_owned()),
+        graph: Some("graphs/faults.toml".into()),
+        world: Some("worlds/box.toml".into()),
+        size: [16, 16],
+        validation: Validation::Required,
+        pinned: vec!["sum".to_owned(), "part".to_owned(), "rare".to_owned()],
+        watch: true,
+        ..Options::default()
+    };
+    let mut refused = Vec::new();
+    let mut session = again(&mut refused, "open", || Session::open(options()))?;
+    let refused = &mut refused;
+    frames(&mut session, refused, 3)?;
+    read(&mut session, refused, Session::read_presented)?;
+    session.set_param("gain", Value::F32(2.0)).unwrap();
+    frames(&mut session, refused, 1)?;
+    edited(&mut session, refused, &root.join("shaders/sum.comp"), &shader("2.0"))?;
+    frames(&mut session, refused, 1)?;
+    edited(&mut session, refused, &root.join("graphs/faults.toml"), &GRAPH.replace("size = 64", "size = 128"))?;
+    frames(&mut session, refused, 1)?;
+    let blue = session.scene().material("blue").unwrap();
+    again(refused, "edit", || session.edit(&[Operation::sphere([6.0, 6.0, 0.0], 3.0, Brush::Add(blue))]))?;
+    frames(&mut session, refused, 2)?;
+    session.resize(24, 16);
+    frames(&mut session, refused, 2)?;
+    session.set_debug_target_text("sum").unwrap();
+    frames(&mut session, refused, 1)?;
+    session.seek(2.0);
+    frames(&mut session, refused, 1)?;
+    let ticket = read(&mut session, refused, |session| session.request_texels("part", 0, 0, 0))?;
+    frames(&mut session, refused, 1)?;
+    // A device that is lost takes what was asked of it along.
+    if let Err(error) = session.redeem(&ticket) {
+        refused.push(format!("ticket: {error}"));
+    }
+    frames(&mut session, refused, 2)?;
+    let part = bits(&mut session, refused, "part")?;
+    let sum = bits(&mut session, refused, "sum")?;
+    let rare = read(&mut session, refused, |session| session.read_buffer("rare", 0..64))?;
+    let presented = read(&mut session, refused, Session::read_presented)?.rgba;
+    again(refused, "wait", || session.wait())?;
+    Ok(Outcome { part, sum, presented, rare, refused: std::mem::take(refused) })
+}
+
+/// Ends the process when a run takes too long: something waits for ever.
+struct Limit(#[expect(dead_code, reason = "its drop ends the thread")] Sender<()>);
+
+impl Limit {
+    fn new(what: String) -> Self {
+        let (sender, receiver) = channel();
+        std::thread::spawn(move || {
+            if receiver.recv_timeout(Duration::from_secs(120)) == Err(RecvTimeoutError::Timeout) {
+                println!("WRONG {what}: it does not end");
+                std::process::abort();
+            }
+        });
+        Self(sender)
+    }
+}
+
+static PANICKED: AtomicBool = AtomicBool::new(false);
+
+/// Which calls of each kind are tried: of so many, these.
+fn chosen(count: usize, all: bool) -> BTreeSet<usize> {
+    let most = if all { usize::MAX } else { 3 };
+    if count <= most { (0..count).collect() } else { (0..most).map(|i| i * (count - 1) / (most - 1)).collect() }
+}
+
+/// What the child process does; it says what is wrong line by line.
+fn try_all(root: &Path) {
+    std::panic::set_hook(Box::new(|info| {
+        PANICKED.store(true, Ordering::Relaxed);
+        println!("PANIC {info}");
+    }));
+    let said = root.join("validation.txt");
+    let validation = || std::fs::read_to_string(&said).unwrap_or_default();
+    let faults = Faults::in_folder(root);
+    let all = std::env::var("RAXEL_FAULTS").is_ok_and(|which| which == "all");
+    let only = std::env::var("RAXEL_FAULTS").ok().filter(|which| which.starts_with("vk"));
+    // The first instance of a process is never destroyed, so that the counted run is the second.
+    faults.disarm();
+    scenario(root).expect("nothing fails");
+    faults.disarm();
+    let whole = scenario(root).expect("nothing fails");
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for (name, _) in faults.disarm() {
+        *counts.entry(name).or_default() += 1;
+    }
+    let (mut tried, mut reached, mut known) = (0, 0, validation().len());
+    println!("CALLS {counts:?}");
+    for (call, answers) in CALLS {
+        if only.as_ref().is_some_and(|only| only != call) {
+            continue;
+        }
+        for (turn, skip) in chosen(counts.get(*call).copied().unwrap_or(0), all).into_iter().enumerate() {
+            let turns = if all { (0..answers.len()).collect() } else { vec![turn % answers.len()] };
+            for fault in turns.into_iter().map(|turn| answers[turn]) {
+                let what = format!("{call} {skip} {fault:?}");
+                let limit = Limit::new(what.clone());
+                faults.arm(call, skip, fault);
+                let result = std::panic::catch_unwind(|| scenario(root));
+                let failed = faults.disarm().into_iter().any(|(_, answer)| answer == fault as i32);
+                drop(limit);
+                (tried, reached) = (tried + 1, reached + usize::from(failed));
+                match result {
+                    Err(_) => println!("WRONG {what}: a panic"),
+                    Ok(Err(error)) => println!("WRONG {what}: {error}"),
+                    Ok(Ok(outcome)) => {
+                        let lost = fault == Fault::DeviceLost;
+                        let same = outcome.part == whole.part
+                            && (lost
+                                || (outcome.sum == whole.sum
+                                    && outcome.presented == whole.presented
+                                    && outcome.rare == whole.rare));
+                        if !same {
+                            println!("WRONG {what}: other texels; refused {:?}", outcome.refused);
+                        }
+                    }
+                }
+                if PANICKED.swap(false, Ordering::Relaxed) {
+                    println!("WRONG {what}: a panic on some thread");
+                }
+                let messages = validation();
+                if messages.len() > known {
+                    println!("WRONG {what}: the validation layer says {}", &messages[known..]);
+                    known = messages.len();
+                }
+            }
+        }
+    }
+    println!("TRIED {tried} REACHED {reached}");
+}
+
+#[test]
+#[ignore = "the child process of the test below"]
+fn child() {
+    let Some(root) = std::env::var_os("FAULTS_ROOT") else { return };
+    try_all(&PathBuf::from(root));
+}
+
+#[test]
+fn a_session_goes_on_after_any_call_of_vulkan_has_failed() {
+    let project = Project::empty();
+    let faults = Faults::new(&project);
+    let settings = project.path("vk_layer_settings.txt");
+    let log = project.path("validation.txt");
+    std::fs::write(
+        &settings,
+        format!(
+            "khronos_validation.debug_action = VK_DBG_LAYER_ACTION_LOG_MSG\nkhronos_validation.report_flags = error,warn\n\
+             khronos_validation.log_filename = {}\n",
+            log.display()
+        ),
+    )
+    .unwrap();
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", "child", "--ignored", "--nocapture"]);
+    command.envs(faults.variables()).env("FAULTS_ROOT", project.root()).env("VK_LAYER_SETTINGS_PATH", &settings);
+    command.env("RAXEL_CACHE", project.path("cache"));
+    let run = Run::from(output(&mut command));
+    let wrong: Vec<&str> = run.stdout.lines().filter(|line| line.starts_with("WRONG")).collect();
+    assert!(wrong.is_empty() && run.code == 0, "{}\n{}\n{}", wrong.len(), run.stdout, run.stderr);
+    let done = run.stdout.lines().find(|line| line.starts_with("TRIED")).expect("it comes to its end");
+    println!("{done}");
+}
