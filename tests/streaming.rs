@@ -6,7 +6,7 @@ mod lamps;
 
 use std::path::PathBuf;
 
-use common::Project;
+use common::{Display, Project, Run, command, output};
 use glam::IVec3;
 use raxel::oracle::Oracle;
 use raxel::oracle::camera::Pinhole;
@@ -540,4 +540,44 @@ fn a_flight_says_once_what_passes_count() {
     );
     let said = run();
     assert_eq!(said.matches("their faces found no slot in the table: ").count(), 1, "{said}");
+}
+
+/// A thread that cannot start, that panics, and a source that panics, planted by a variable that builds with debug assertions look at.
+#[cfg(debug_assertions)]
+#[test]
+fn a_streaming_thread_that_fails_is_an_error_at_once() {
+    const SCENE: [&str; 5] = ["graphs/bench/first_hit.toml", "--world", "worlds/frontier.toml", "--size", "32x18"];
+    let project = project();
+    let run = |fault: &str, arguments: &[&str], stdin: &str| -> Run {
+        project.write("requests", stdin);
+        let requests = std::fs::File::open(project.path("requests")).unwrap();
+        let arguments = [arguments, &SCENE[..]].concat();
+        output(command(project.root(), &arguments).env("RAXEL_FAULT_STREAM", fault).stdin(requests)).into()
+    };
+    let faults = [
+        ("spawn", "RX0344", "the thread `stream director` cannot start: a planted fault"),
+        ("director", "RX0344", "the thread `stream director` has ended: it panicked: a planted fault"),
+        ("worker", "RX0344", "has ended: it panicked: a planted fault"),
+        ("source", "RX0451", "is unavailable: it panicked: a planted fault"),
+    ];
+    for (fault, code, text) in faults {
+        let film = run(fault, &["render", "--frames", "2", "-o", "a-{frame}.png"], "").exits(3);
+        assert!(film.stderr.contains(code) && film.stderr.contains(text), "{fault}: {}", film.stderr);
+        assert!(!project.path("a-0.png").exists(), "{fault}: a picture was written");
+    }
+    // By program: every step is refused with the reason, and the session goes on.
+    let steps = "{\"do\":\"step\"}\n{\"do\":\"step\"}\n{\"do\":\"info\"}\n{\"do\":\"quit\"}\n";
+    let control = run("director", &["control"], steps).exits(0);
+    let refused =
+        |line: &&str| line.contains("\"ok\":false") && line.contains("the thread `stream director` has ended");
+    assert_eq!(control.stdout.lines().filter(refused).count(), 2, "{}", control.stdout);
+    assert!(control.stdout.lines().filter(|line| line.contains("\"ok\":true")).count() >= 2, "{}", control.stdout);
+    // While frames run: a flight stops, a window says it once and goes on with its picture.
+    let flight = run("director", &["bench", "stream"], "").exits(3);
+    assert!(flight.stderr.contains("RX0344"), "{}", flight.stderr);
+    let display = Display::start();
+    let mut window = command(project.root(), &[&["run"][..], &SCENE, &["--frames", "30"]].concat());
+    let window: Run = output(window.env("RAXEL_FAULT_STREAM", "worker").env("DISPLAY", &display.name)).into();
+    let window = window.exits(0);
+    assert_eq!(window.stderr.matches("RX0344").count(), 1, "{}", window.stderr);
 }

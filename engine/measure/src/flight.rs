@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_runtime::camera::Camera;
-use raxel_runtime::execute::Progress;
+use raxel_runtime::execute::{FrameReport, Progress};
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
 use raxel_stream::Stats;
 use serde::Serialize;
@@ -322,7 +322,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
 fn settle(session: &mut Session, patience: Duration) -> Result<(), FlightError> {
     let began = Instant::now();
     loop {
-        session.frame()?;
+        loaded_frame(session)?;
         let Some(stream) = session.stream() else {
             let whose = session.world().path.clone().unwrap_or_default();
             return Err(FlightError::NotStreamed(whose));
@@ -347,12 +347,21 @@ fn flown(session: &mut Session, path: &Path, time: f64, passes: &mut Passes) -> 
     Ok(Frame { time, part, since, device, passes, ..frame })
 }
 
+/// A frame of a world that is still loaded: nothing more can be measured, or waited for, once it is not.
+fn loaded_frame(session: &mut Session) -> Result<FrameReport, FrameError> {
+    let report = session.frame()?;
+    match session.stream().and_then(|stream| stream.stopped()) {
+        Some(stopped) => Err(FrameError::Plan { diagnostics: vec![stopped], texts: Box::new(session.texts().clone()) }),
+        None => Ok(report),
+    }
+}
+
 /// Runs a frame to its end.
 fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
     session.set_camera(camera);
     let before = session.stream().map(|stream| stream.stats()).unwrap_or_default();
     let began = Instant::now();
-    let dispatched = session.frame()?.dispatched;
+    let dispatched = loaded_frame(session)?.dispatched;
     let submitted = began.elapsed();
     while session.wait_picture(Duration::from_secs(1))? != Progress::Done {}
     let whole = began.elapsed();

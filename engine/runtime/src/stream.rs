@@ -64,9 +64,10 @@ struct Frames {
     awaited: bool,
     /// Where the camera was in the last frame.
     last: Option<DVec3>,
-    /// Whether somebody was told that chunks are missing, and that lamps are.
+    /// Whether somebody was told that chunks are missing, that lamps are, and that nothing is loaded any more.
     failing: bool,
     dark: bool,
+    stopped: bool,
     /// What the last frame spent here, and how much of it waiting for a complete world.
     spent: Duration,
     waited: Duration,
@@ -130,6 +131,10 @@ impl WorldStream {
         let view = view_of(camera, DVec3::ZERO, 1.0);
         let lights = lights.map(|buffer| builder.source("world.lights", Some(buffer), None));
         let streamer = Streamer::with_lamps(tiles.clone(), (memory, words), lamps, reach, view, options);
+        if let Some(ended) = streamer.ended() {
+            let diagnostic = stopped(ended).label(streamed.place.clone(), "for this world");
+            return Err(Refused::World(Box::new(diagnostic)));
+        }
         Ok(Self { streamer, source, lights, device: device.clone(), complete, frames: Mutex::default() })
     }
 
@@ -168,11 +173,23 @@ impl WorldStream {
         self.streamer.stats()
     }
 
-    /// What is to be said about where its chunks come from: once that it does not have some, and once that it has them again. And once that
-    /// there are more lamps than the list has room for.
+    /// Why nothing is loaded any more: one of the threads that load it cannot start or has ended. The last frames' publication stays.
+    pub fn stopped(&self) -> Option<Diagnostic> {
+        self.streamer.ended().map(stopped)
+    }
+
+    /// What is to be said about where its chunks come from: once that it does not have some, and once that it has them again. Once that there
+    /// are more lamps than the list has room for, and once that nothing is loaded any more.
     pub fn take_message(&self) -> Option<Diagnostic> {
         let (reason, dark) = (self.streamer.unavailable(), self.stats().unlisted > 0);
         let mut frames = self.frames();
+        // A complete world says so by the error of its frames.
+        if !self.complete
+            && let Some(stopped) = self.stopped()
+        {
+            let said = std::mem::replace(&mut frames.stopped, true);
+            return (!said).then_some(stopped);
+        }
         if dark && !frames.dark && !self.complete {
             frames.dark = true;
             let message = "there are more lamps around the camera than `lamp_memory` has room for";
@@ -434,7 +451,21 @@ fn too_small_on_host(streamed: &Streamed, needed: u64) -> Diagnostic {
         .help("raise `cpu_memory`, lower `near` or `far`, or keep nothing by `cpu_memory = 0`")
 }
 
+/// A thread that loads the world cannot start, or has ended.
+fn stopped(error: &StreamError) -> Diagnostic {
+    let diagnostic = Diagnostic::error(codes::world::STREAM_THREAD, format!("the world is no longer loaded: {error}"));
+    if let StreamError::NotStarted { .. } = error {
+        return diagnostic.help("set `threads` in `[stream]` lower, or allow the process more threads");
+    }
+    diagnostic
+        .note("the last picture stays; no edit and no move of the camera loads anything")
+        .help("this is a bug in raxel: please report it; save the world's file to load the world anew")
+}
+
 fn incomplete(error: &StreamError) -> Diagnostic {
+    if let StreamError::NotStarted { .. } | StreamError::Ended { .. } = error {
+        return stopped(error);
+    }
     if let StreamError::Unavailable { .. } = error {
         let message = format!("the streamed world is not complete: {error}");
         return Diagnostic::error(codes::world::STORE_FAILING, message)

@@ -8,11 +8,12 @@ mod director;
 mod listed;
 mod put_off;
 mod sides;
+mod threads;
 mod worker;
 
 use std::collections::{BTreeMap, HashSet};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -27,6 +28,7 @@ use crate::reach::{Reach, TileKey};
 use crate::view::View;
 use director::Director;
 use sides::Sides;
+use threads::Spawn;
 use worker::Made;
 
 /// How a streamer works.
@@ -74,6 +76,22 @@ pub enum StreamError {
         /// What the source says.
         reason: Unavailable,
     },
+    /// The system has no thread for it. Nothing is loaded.
+    #[error("the thread `{thread}` cannot start: {reason}")]
+    NotStarted {
+        /// The thread.
+        thread: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// One of its threads is no more. Nothing is loaded from then on; what was published stays.
+    #[error("the thread `{thread}` has ended: {reason}")]
+    Ended {
+        /// The thread.
+        thread: String,
+        /// The words of its panic.
+        reason: String,
+    },
 }
 
 /// Keeps the tiles around a camera in a pool.
@@ -99,7 +117,10 @@ struct Shared {
     published: Condvar,
     /// Everything that is wanted is there, or cannot be.
     settled: Condvar,
+    /// The threads are to return.
     stop: AtomicBool,
+    /// Why there are no threads any more. Set once; whoever waits for a thread looks here first.
+    ended: OnceLock<StreamError>,
 }
 
 /// The pool of lamps, and which materials are some.
@@ -150,8 +171,25 @@ struct Job {
 }
 
 impl Shared {
+    /// A thread that panics with the desk in hand ends the streamer, and no thread works on from the half-changed desk. Frames take from it
+    /// only what is whole by itself: a publication, figures.
     fn desk(&self) -> MutexGuard<'_, Desk> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Stops every thread, and wakes whoever waits for one. The first reason stays.
+    fn end(&self, reason: StreamError) {
+        let _ = self.ended.set(reason);
+        self.stop();
+    }
+
+    fn stop(&self) {
+        self.stop.store(true, Ordering::Release);
+        // With the desk in hand, nobody is between looking at `stop` and going to sleep.
+        drop(self.desk());
+        for sleepers in [&self.work, &self.news, &self.allowed, &self.published, &self.settled] {
+            sleepers.notify_all();
+        }
     }
 }
 
@@ -171,6 +209,18 @@ impl Streamer {
 
     /// The same with a buffer for the list of lamps, of so many words. It is left empty where no material gives off light.
     pub fn with_lamps(
+        source: Arc<dyn ChunkSource>,
+        (memory, words): (Arc<dyn PoolMemory>, u32),
+        lamps: Option<(Arc<dyn PoolMemory>, u32)>,
+        reach: Reach,
+        view: View,
+        options: StreamOptions,
+    ) -> Self {
+        Self::spawned_by(&threads::spawn, source, (memory, words), lamps, reach, view, options)
+    }
+
+    fn spawned_by(
+        spawn: Spawn<'_>,
         source: Arc<dyn ChunkSource>,
         (memory, words): (Arc<dyn PoolMemory>, u32),
         lamps: Option<(Arc<dyn PoolMemory>, u32)>,
@@ -214,14 +264,20 @@ impl Streamer {
             published: Condvar::new(),
             settled: Condvar::new(),
             stop: AtomicBool::new(false),
+            ended: OnceLock::new(),
         });
         let director = Director::new(shared.clone(), reach, options.complete);
-        let mut threads = vec![spawn("stream", move || director.run())];
-        for _ in 0..options.workers.max(1) {
-            let shared = shared.clone();
-            threads.push(spawn("stream worker", move || worker::run(&shared)));
+        let mut threads = vec![threads::start(&shared, "stream director".to_owned(), spawn, move |_| director.run())];
+        for number in 1..=options.workers.max(1) {
+            let name = format!("stream worker {number}");
+            threads.push(threads::start(&shared, name, spawn, |shared| worker::run(shared)));
         }
         Self { shared, threads: threads.into_iter().flatten().collect() }
+    }
+
+    /// Why no thread of it runs any more: nothing new is loaded or published from then on. It does not begin again.
+    pub fn ended(&self) -> Option<&StreamError> {
+        self.shared.ended.get()
     }
 
     /// Bytes that the pool takes for what a camera wants, about, and those that `packed` gives for the same tiles: a sample of the columns
@@ -240,6 +296,7 @@ impl Streamer {
             columns.entry((tile.level, tile.pos.x, tile.pos.z)).or_default().push(tile);
         }
         let mut bytes = [0.0; 2];
+        let ask = |tile: &TileKey| threads::caught(|| source.try_chunk(tile.level, tile.pos)).ok()?.ok();
         'levels: for level in 0..=reach.top() {
             let of_level: Vec<&Vec<TileKey>> =
                 columns.range((level, i32::MIN, i32::MIN)..=(level, i32::MAX, i32::MAX)).map(|(_, c)| c).collect();
@@ -247,7 +304,7 @@ impl Streamer {
             let mut found = [0u64; 2];
             for _ in 0..looked_at {
                 for tile in of_level[random.below(of_level.len() as u64) as usize] {
-                    let Ok(content) = source.try_chunk(tile.level, tile.pos) else { break 'levels };
+                    let Some(content) = ask(tile) else { break 'levels };
                     let words = TileBlock::of(&content, tile.level).map_or(0, |block| u64::from(block.words()));
                     // Its node, in two directories at a time.
                     found[0] += 4 * (words + 8);
@@ -303,13 +360,13 @@ impl Streamer {
     }
 
     /// The same, after a wait for one that shows the change of a number, which [`Streamer::changed`] has given. It gives what there is when
-    /// that takes longer than `patience`.
+    /// that takes longer than `patience`, or [`Streamer::ended`].
     pub fn take_with(&self, number: u64, patience: Duration) -> Option<Arc<Publication>> {
         let until = Instant::now() + patience;
         let mut desk = self.shared.desk();
         while desk.pending.as_ref().is_none_or(|publication| publication.changes < number) {
             let left = until.saturating_duration_since(Instant::now());
-            if left.is_zero() {
+            if left.is_zero() || self.ended().is_some() {
                 break;
             }
             desk = self.shared.published.wait_timeout(desk, left).unwrap_or_else(PoisonError::into_inner).0;
@@ -337,6 +394,9 @@ impl Streamer {
         let until = Instant::now() + timeout;
         let mut desk = self.shared.desk();
         loop {
+            if let Some(ended) = self.ended() {
+                return Err(ended.clone());
+            }
             let serial = desk.view_serial;
             if desk.settled == serial {
                 return Ok(());
@@ -397,20 +457,10 @@ impl Streamer {
 
 impl Drop for Streamer {
     fn drop(&mut self) {
-        self.shared.stop.store(true, Ordering::Release);
-        // With the desk in hand, nobody is between looking at `stop` and going to sleep.
-        drop(self.shared.desk());
-        self.shared.work.notify_all();
-        self.shared.news.notify_all();
-        self.shared.allowed.notify_all();
+        self.shared.stop();
         for thread in self.threads.drain(..) {
-            // A thread that panicked has said so.
+            // Its panics are caught: what it had to say stands in `ended`.
             let _ = thread.join();
         }
     }
-}
-
-/// A thread; none where the system has no more. The director runs on one, so that a streamer without it never publishes.
-fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Option<JoinHandle<()>> {
-    std::thread::Builder::new().name(name.to_owned()).spawn(run).ok()
 }

@@ -80,6 +80,8 @@ pub enum Cause {
     Damaged,
     /// The store does not answer, or refuses to.
     Failing,
+    /// The code that makes it panicked: whoever asks again gets the same answer.
+    Panicked,
 }
 
 impl Unavailable {

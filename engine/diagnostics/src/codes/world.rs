@@ -45,6 +45,8 @@ declare! {
     STREAM_LAYOUT = "RX0342";
     /// A streamed world where all voxels are needed.
     STREAM_ENDLESS = "RX0343";
+    /// A thread that loads a streamed world and cannot start, or has ended.
+    STREAM_THREAD = "RX0344";
     /// More lamps around the camera than the list of a streamed world has room for.
     STREAM_LAMPS = "RX0490";
     /// An edit that cannot be made.

@@ -7,11 +7,12 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use raxel_world::{ChunkPos, Unavailable};
+use raxel_world::{Cause, ChunkPos, Unavailable};
 
 use super::changes::Changes;
 use super::listed::Listed;
 use super::put_off::PutOff;
+use super::threads::planted;
 use super::worker::{Made, MadeLamps, Unmade};
 use super::{Job, Shared, StreamError};
 use crate::cube::Cube;
@@ -133,6 +134,7 @@ impl Director {
     pub(super) fn run(mut self) {
         loop {
             let Some(News { made, changed, released, moved }) = self.wait() else { return };
+            assert!(!planted("director"), "a planted fault");
             self.free(released);
             made.into_iter().for_each(|made| self.take(made));
             let higher = self.note_changes(&changed);
@@ -273,10 +275,10 @@ impl Director {
     }
 
     /// A tile that the source does not have is asked for again after a while. Whoever waits for a complete world hears of one that was
-    /// asked for often.
+    /// asked for often, and at once of one that will not be there: who panicked once, panics again.
     fn put_off(&mut self, key: TileKey, reason: Unavailable) {
         let often = self.put_off.add(key, reason.clone(), Instant::now());
-        if self.complete && often {
+        if self.complete && (often || reason.cause == Cause::Panicked) {
             let error = StreamError::Unavailable { missing: self.put_off.len(), reason };
             self.shared.desk().error = Some((self.view_serial, error));
             self.shared.settled.notify_all();

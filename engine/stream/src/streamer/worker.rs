@@ -6,8 +6,9 @@ use std::time::Instant;
 
 use raxel_world::layout::{TileBlock, TileNode};
 use raxel_world::lights::{LIGHT_WORDS, LightGroup, TileLights};
-use raxel_world::{Content, Side, Unavailable};
+use raxel_world::{Cause, Content, Side, Unavailable};
 
+use super::threads::{caught, planted};
 use super::{Job, Shared};
 use crate::directory::LiveTile;
 use crate::pool::Block;
@@ -54,6 +55,7 @@ pub(super) fn run(shared: &Shared) {
         };
         desk.in_work.insert(job.key);
         drop(desk);
+        assert!(!planted("worker"), "a planted fault");
 
         let made = make(shared, job);
 
@@ -69,11 +71,20 @@ pub(super) fn run(shared: &Shared) {
 
 fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
     let unmade = |why| Made { key, tile: Err(why), lamps: MadeLamps::default(), bytes: 0 };
-    let content = match shared.source.try_chunk(key.level, key.pos) {
-        Ok(content) => content,
-        Err(reason) => return unmade(Unmade::Unavailable(reason)),
+    // The source is the code of others, and may be wrong for one tile alone. Nothing is taken from the pool yet.
+    let asked = caught(|| {
+        assert!(!planted("source"), "a planted fault");
+        let content = shared.source.try_chunk(key.level, key.pos)?;
+        let lights = lights(shared, key, &content);
+        Ok((content, lights))
+    });
+    let (content, lights) = match asked {
+        Ok(Ok(asked)) => asked,
+        Ok(Err(reason)) => return unmade(Unmade::Unavailable(reason)),
+        Err(panic) => {
+            return unmade(Unmade::Unavailable(Unavailable::new(key.level, key.pos, Cause::Panicked, panic)));
+        }
     };
-    let lights = lights(shared, key, &content);
     let (node, children, place, bytes) = match TileBlock::of(&content, key.level) {
         Err(node) => (node, [].into(), None, 0),
         Ok(block) => {
