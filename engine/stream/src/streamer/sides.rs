@@ -13,44 +13,66 @@ const MOST: usize = 1 << 14;
 #[derive(Default)]
 pub(super) struct Sides(Mutex<Known>);
 
+/// Whole at each unlock: no code of others runs while it is locked.
 #[derive(Default)]
 struct Known {
     sides: HashMap<(ChunkPos, u32), Arc<Side>>,
-    /// When chunks last changed, in changes.
-    changed: HashMap<ChunkPos, u64>,
-    now: u64,
+    /// Sides that are being made, by a number: at most one for each thread.
+    making: HashMap<u64, Making>,
+    /// How many were ever begun.
+    begun: u64,
+}
+
+/// A side that is being made.
+struct Making {
+    pos: ChunkPos,
+    /// The chunk has changed since it was begun: the side may be of what the chunk was before.
+    stale: bool,
+}
+
+/// Takes the note of a side that is being made back, however the making ends.
+struct Begun<'s> {
+    sides: &'s Sides,
+    number: u64,
+}
+
+impl Drop for Begun<'_> {
+    fn drop(&mut self) {
+        self.sides.known().making.remove(&self.number);
+    }
 }
 
 impl Sides {
     /// The side of a chunk, or what `make` says that it is; what that does not have is not kept.
     pub(super) fn get(&self, pos: ChunkPos, face: u32, make: impl FnOnce() -> (Side, bool)) -> Arc<Side> {
-        let before = {
-            let known = self.known();
+        let begun = {
+            let mut known = self.known();
             if let Some(side) = known.sides.get(&(pos, face)) {
                 return side.clone();
             }
-            known.now
+            known.begun += 1;
+            let number = known.begun;
+            known.making.insert(number, Making { pos, stale: false });
+            Begun { sides: self, number }
         };
         let (side, keep) = make();
         let side = Arc::new(side);
         let mut known = self.known();
-        // It may have been made of what the chunk was before.
-        if keep && known.changed.get(&pos).is_none_or(|changed| *changed <= before) {
+        if keep && known.making.get(&begun.number).is_some_and(|making| !making.stale) {
             if known.sides.len() >= MOST {
                 known.sides.clear();
             }
             known.sides.insert((pos, face), side.clone());
         }
+        drop(known);
         side
     }
 
     /// Chunks are no longer what they were.
     pub(super) fn changed(&self, chunks: &[ChunkPos]) {
         let mut known = self.known();
-        known.now += 1;
-        let now = known.now;
         for pos in chunks {
-            known.changed.insert(*pos, now);
+            known.making.values_mut().filter(|making| making.pos == *pos).for_each(|making| making.stale = true);
             for face in 0..6 {
                 known.sides.remove(&(*pos, face));
             }
@@ -90,5 +112,27 @@ mod tests {
         sides.changed(&[there]);
         assert!(!is_rock(sides.get(there, 2, || (Side::of(&air, 2), false))));
         assert!(is_rock(sides.get(there, 2, || side(&rock))));
+    }
+
+    #[test]
+    fn what_is_kept_stays_bounded_over_a_long_flight_with_edits() {
+        let sides = Sides::default();
+        let side = || (Side::of(&Content::Full(1), 2), true);
+        for step in 0..50_000 {
+            let here = ChunkPos::new(step, 0, 0);
+            sides.get(here, 2, side);
+            sides.changed(&[here, ChunkPos::new(step, 1, 0)]);
+            sides.get(here, 2, side);
+            if step % 1000 == 0 {
+                // A source may panic, and the note of it goes as well.
+                let panics =
+                    std::panic::AssertUnwindSafe(|| sides.get(ChunkPos::new(step, 2, 0), 2, || panic!("none")));
+                assert!(std::panic::catch_unwind(panics).is_err());
+            }
+        }
+        let known = sides.known();
+        assert!(known.sides.len() <= MOST && known.making.is_empty() && known.begun > 50_000);
+        // All that can grow is named here.
+        let Known { sides: _, making: _, begun: _ } = &*known;
     }
 }
