@@ -1,0 +1,137 @@
+//! A disk that is full, a folder that takes no files, and clocks that were set back. A program that may write no byte to a file stands for the
+//! disk: the limit on the size of files holds for root as well.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::time::{Duration, SystemTime};
+
+use common::{Project, Run, command, output};
+
+/// What the verbs that write are asked for, and the path that the message names.
+const WRITERS: &[(&[&str], &str)] = &[
+    (&["render", "-o", "a.png"], "a.png"),
+    (&["render", "-o", "a.jpg"], "a.jpg"),
+    (&["render", "-o", "a.exr"], "a.exr"),
+    (&["render", "-o", "frames/%02d.png", "--frames", "2"], "frames/00.png"),
+    (&["world", "export", "worlds/box.toml", "-o", "a.vox"], "a.vox"),
+    (&["shaders", "-o", "spv"], "spv"),
+    (&["schema"], ".raxel"),
+    (&["new", "made"], "made"),
+    (&["stress", "--world", "worlds/box.toml", "--rays", "200", "--layouts", "tree64", "-o", "a.csv"], "a.csv"),
+    (&["stress", "--world", "worlds/box.toml", "--rays", "200", "--layouts", "tree64", "-o", "a.json"], "a.json"),
+];
+
+fn project() -> Project {
+    let project = Project::empty();
+    project.write(
+        "graphs/fill.toml",
+        "name = \"fill\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\n[[passes]]\nname = \"fill\"\n\
+         shader = \"fill.comp\"\ndispatch = { threads = \"color\" }\nbind = { dst = \"color\" }\n",
+    );
+    project.write(
+        "shaders/fill.comp",
+        "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(rgba32f) uniform writeonly image2D dst;\n\
+         void main() { imageStore(dst, ivec2(gl_GlobalInvocationID.xy), vec4(0.25)); }\n",
+    );
+    project.write(
+        "worlds/box.toml",
+        "name = \"box\"\n[materials]\nred = { albedo = \"#ff0000\" }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\n\
+         max = [4, 4, 4]\nmaterial = \"red\"\n",
+    );
+    project.write("raxel.toml", "graph = \"fill.toml\"\nworld = \"box.toml\"\nsize = [32, 32]\n");
+    project
+}
+
+/// Runs the binary where no file may have a byte.
+fn on_a_full_disk(project: &Project, arguments: &[&str]) -> Run {
+    output(limited(project, "ulimit -f 0;", arguments).env("RAXEL_CACHE", "off")).into()
+}
+
+/// The binary behind a limit of the shell.
+fn limited(project: &Project, limit: &str, arguments: &[&str]) -> Command {
+    let mut shell = Command::new("sh");
+    let script = format!("trap '' XFSZ; {limit} exec \"$@\"");
+    shell.args(["-c", &script, "sh", env!("CARGO_BIN_EXE_raxel")]).args(arguments).current_dir(project.root());
+    shell.stdin(Stdio::null()).env("NO_COLOR", "1").env_remove("RUST_BACKTRACE");
+    shell
+}
+
+#[test]
+fn a_full_disk_is_said_with_the_path_and_leaves_nothing_half_written() {
+    for (arguments, path) in WRITERS {
+        let project = project();
+        let before = project.files();
+        let run = on_a_full_disk(&project, arguments);
+        assert_eq!(run.code, 2, "{arguments:?}\n{}", run.stderr);
+        assert!(run.stderr.contains(path) && run.stderr.contains("cannot be written"), "{arguments:?}\n{}", run.stderr);
+        assert!(run.stderr.contains("File too large"), "{arguments:?}: the reason\n{}", run.stderr);
+        assert_eq!(project.files(), before, "{arguments:?}");
+        // With room it works.
+        project.raxel(arguments).exits(0);
+    }
+}
+
+#[test]
+fn a_full_disk_leaves_what_was_there() {
+    for (arguments, path) in WRITERS.iter().filter(|(_, path)| path.starts_with("a.")) {
+        let project = project();
+        project.write(path, "old");
+        let run = on_a_full_disk(&project, arguments).exits(2);
+        assert!(run.stderr.contains("cannot be written"), "{}", run.stderr);
+        assert_eq!(fs::read(project.path(path)).unwrap(), b"old", "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_cache_on_a_full_disk_is_no_reason_to_stop() {
+    let project = project();
+    let cache = project.path("cache");
+    let picture = |limit: &str| {
+        // The picture goes to a pipe, so that only the cache meets the limit.
+        let run = output(limited(&project, limit, &["render", "-o", "-"]).env("RAXEL_CACHE", &cache));
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        run.stdout
+    };
+    let without_room = picture("ulimit -f 0;");
+    assert!(!without_room.is_empty());
+    // Twice: what the limit has left behind is not taken for a shader.
+    assert!(picture("") == without_room && picture("") == without_room);
+}
+
+#[test]
+fn a_folder_that_takes_no_files_is_named() {
+    let project = project();
+    project.write("file", "");
+    for place in ["/proc/a.png", "file/a.png"] {
+        let run = project.raxel(&["render", "-o", place]).exits(2);
+        assert!(run.stderr.contains(place) && run.stderr.contains("cannot be written"), "{}", run.stderr);
+    }
+}
+
+#[test]
+fn a_clock_that_was_set_back_changes_no_picture() {
+    let project = project();
+    let cache = project.path("cache");
+    let picture = |file: &str| {
+        let mut command = command(project.root(), &["render", "-o", file]);
+        Run::from(output(command.env("RAXEL_CACHE", &cache))).exits(0);
+        fs::read(project.path(file)).unwrap()
+    };
+    let first = picture("a.png");
+    let years = Duration::from_secs(40 * 365 * 86_400);
+    for times in [SystemTime::now() + years, SystemTime::now() - years] {
+        for entry in fs::read_dir(&cache).unwrap().flatten().filter(|entry| entry.path().is_file()) {
+            fs::File::options().write(true).open(entry.path()).unwrap().set_modified(times).unwrap();
+        }
+        assert_eq!(picture("b.png"), first);
+        // A file that is newer than its date says.
+        let text = fs::read_to_string(project.path("shaders/fill.comp")).unwrap();
+        project.write("shaders/fill.comp", text.replace("0.25", "0.75"));
+        fs::File::options().write(true).open(project.path("shaders/fill.comp")).unwrap().set_modified(times).unwrap();
+        assert_ne!(picture("c.png"), first);
+        project.write("shaders/fill.comp", text);
+    }
+}
