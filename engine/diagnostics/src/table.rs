@@ -350,8 +350,17 @@ impl<'a, 't> Node<'a, 't> {
     /// As a finite number (integers are taken too) in a range.
     pub fn number(&self, range: RangeInclusive<f64>) -> Option<f64> {
         let value: f64 = match self.value {
-            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok()? as f64,
-            DeValue::Float(float) => float.as_str().parse().ok()?,
+            DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
+                Ok(value) => value as f64,
+                Err(_) => {
+                    let message = format!("`{}` is {integer}, which does not fit a 64-bit integer", self.name);
+                    return self.bad_value(message);
+                }
+            },
+            DeValue::Float(float) => match float.as_str().parse() {
+                Ok(value) => value,
+                Err(_) => return self.wrong_type("a number"),
+            },
             _ => return self.wrong_type("a number"),
         };
         if value.is_finite() && range.contains(&value) {
@@ -514,6 +523,16 @@ mod tests {
         let found = read_document("g.toml", "a = \"x\nb = 1", &mut SourceMap::default(), |_| Some(())).unwrap_err();
         assert_eq!(found[0].code.as_str(), "RX0010");
         assert_eq!(found[0].labels[0].span.file.as_ref(), "g.toml");
+    }
+
+    /// A reader that gives nothing and says nothing would leave the key at its default.
+    #[test]
+    fn no_number_is_passed_over() {
+        for value in ["9223372036854775808", "-9223372036854775809", "0xffff_ffff_ffff_ffff", "inf", "nan", "1e999"] {
+            let read = |root: &Table<'_, '_>| root.get("a")?.number(f64::MIN..=f64::MAX);
+            let found = read_document("g.toml", &format!("a = {value}"), &mut SourceMap::default(), read).unwrap_err();
+            assert!(found.iter().any(Diagnostic::is_error), "{value}: {found:?}");
+        }
     }
 
     fn found_in(text: &str) -> Vec<Diagnostic> {

@@ -275,7 +275,10 @@ impl Tile<'_> {
                     };
                     if covered {
                         let count = solid.materials.len().max(1);
-                        let middle = min.map(|c| c + edge / 2);
+                        // The middle of a coarse cell may lie beside a shape that reaches into the cell.
+                        let bounds = solid.shape.bounds();
+                        let middle: [i64; 3] =
+                            std::array::from_fn(|i| (min[i] + edge / 2).clamp(bounds.min[i], bounds.max[i] - 1));
                         let material = solid.materials.get(solid.shape.material(middle) % count).copied();
                         draft.chunk.apply(block, 1 << bit, solid.mode, material.unwrap_or_default());
                     }

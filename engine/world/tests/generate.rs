@@ -124,6 +124,22 @@ fn threads_and_order_make_no_difference() {
     });
 }
 
+/// The middle of a coarse cell may lie outside of a shape that has a material for each place.
+#[test]
+fn coarse_cells_at_the_edge_of_a_shape_have_a_material() {
+    for level in 1..=4 {
+        let sponge = "op = \"menger\"\nmaterial = [\"stone\", \"grass\"]";
+        let text = format!("{MATERIALS}\n[stream]\n[[build]]\n{sponge}\nlevel = {level}\norigin = [8, 8, 0]\n");
+        let generator = Project::with_world(&text).load().expect("it is right").0.stream.unwrap().generator;
+        for of_detail in 0..=raxel_world::MAX_LEVEL {
+            assert!(
+                generator.try_chunk(of_detail, ChunkPos::new(0, 0, 0)).unwrap().to_chunk().is_some(),
+                "level {of_detail}"
+            );
+        }
+    }
+}
+
 #[test]
 fn caves_take_land_alone_and_leave_their_cover() {
     let text = |caves: &str| {

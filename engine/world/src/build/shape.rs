@@ -28,7 +28,7 @@ pub trait Shape: Send + Sync {
     /// Whether a voxel is in it.
     fn contains(&self, cell: [i64; 3]) -> bool;
 
-    /// Which of the operation's materials a voxel gets (taken modulo their number).
+    /// Which of the operation's materials a voxel inside the bounds gets (taken modulo their number).
     fn material(&self, _cell: [i64; 3]) -> usize {
         0
     }

@@ -1,0 +1,47 @@
+//! What one input may use: memory and processor time, both counted, so that a busy machine changes nothing.
+
+use std::time::Duration;
+
+use rustix::time::{ClockId, clock_gettime};
+
+/// What an input of n bytes may use.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds {
+    /// Bytes that may be allocated at a time, whatever the input is.
+    pub bytes: u64,
+    /// Bytes that may be allocated besides for each byte of the input.
+    pub bytes_per_byte: u64,
+    /// Processor time.
+    pub time: Duration,
+}
+
+impl Bounds {
+    /// Of parsers: 32 MiB, 4 KiB a byte and 4 seconds. The time is a hundred times what any input should take.
+    pub const PARSER: Bounds = Bounds { bytes: 32 << 20, bytes_per_byte: 4 << 10, time: Duration::from_secs(4) };
+}
+
+/// Runs something on this thread. Panics when it uses more than is allowed.
+pub(crate) fn within(bounds: &Bounds, length: usize, run: impl FnOnce()) {
+    let start = processor_time();
+    let used = allocation_counter::measure(run).bytes_max;
+    let time = processor_time().saturating_sub(start);
+    let allowed = bounds.bytes + bounds.bytes_per_byte * length as u64;
+    assert!(used <= allowed, "{used} bytes were allocated at a time for {length}; {allowed} are allowed");
+    assert!(time <= bounds.time, "{length} bytes took {time:?} of processor time; {:?} are allowed", bounds.time);
+}
+
+/// Makes this thread do all work itself that it would share with others, so that the work is counted and happens in the same order each time.
+/// To be called once on a thread that runs targets.
+///
+/// # Panics
+/// When the thread was made so before.
+pub fn alone() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+    // The thread belongs to the pool for as long as it lives.
+    std::mem::forget(pool.expect("a thread is made to work alone once"));
+}
+
+fn processor_time() -> Duration {
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(now.tv_sec.unsigned_abs(), now.tv_nsec.unsigned_abs() as u32)
+}

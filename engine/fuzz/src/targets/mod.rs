@@ -1,0 +1,8 @@
+//! The targets, one a file.
+
+pub(crate) mod demo;
+pub(crate) mod graph;
+pub(crate) mod project;
+pub(crate) mod vox;
+pub(crate) mod world;
+pub(crate) mod world_whole;
