@@ -49,6 +49,24 @@ fn shipped_graphs_pass_the_check_and_say_so_in_json() {
 }
 
 #[test]
+fn a_large_world_is_checked_without_being_built() {
+    let project = Project::shipped();
+    let terrain = std::fs::read_to_string(project.path("worlds/terrain.toml")).unwrap();
+    project.write("worlds/wide.toml", terrain.replace("[1024, 1024]", "[65536, 1024]").replace("[-1024,", "[0,"));
+    let run = project.raxel(&["check", "worlds/wide.toml"]).exits(0);
+    assert!(run.stderr.contains("chunks were not built"), "{}", run.stderr);
+    // Graphs are planned over the box that it reaches over.
+    let run = project.raxel(&["check", "graphs/primary.toml", "--world", "worlds/wide.toml"]).exits(0);
+    assert!(run.stderr.contains("graphs/primary.toml: ok"), "{}", run.stderr);
+    // What the file alone decides is still found.
+    project.edit("worlds/wide.toml", "octaves   = 7", "octaves   = 7000");
+    project.raxel(&["check", "worlds/wide.toml"]).exits(3);
+    // A world of the usual size is built.
+    let run = project.raxel(&["check", "worlds/menger.toml", "--format", "json"]).exits(0).json();
+    assert!(run.last().unwrap()["unbuilt_chunks"].is_null());
+}
+
+#[test]
 fn a_mistake_that_files_share_is_told_once() {
     let project = Project::shipped();
     project.edit("graphs/primary.toml", "present ", "presnt ");

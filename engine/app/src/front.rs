@@ -17,6 +17,8 @@ use raxel_runtime::project::Project;
 use raxel_runtime::sources;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{SavedWorld, Saves};
+use raxel_world::build::Reach;
+use raxel_world::file::Effort;
 
 use crate::console::{Console, To};
 use crate::failure::Result;
@@ -34,6 +36,9 @@ pub(crate) const LARGEST: Limits = Limits {
     workgroup_invocations: 2048,
     shared_memory: 1 << 18,
 };
+
+/// Most chunks of a world that is built only to be checked: some seconds of work.
+const CHECKED_CHUNKS: u64 = 1 << 14;
 
 /// Kinds of files that raxel reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,6 +151,8 @@ pub(crate) struct Checked {
     pub texts: SourceMap,
     /// For a graph that could be read: the world that it was planned over.
     pub over: Option<PlannedOver>,
+    /// What the operations of a world reach over that was read and not built.
+    pub unbuilt: Option<Reach>,
 }
 
 impl Checked {
@@ -153,6 +160,11 @@ impl Checked {
     pub fn counts(&self) -> (usize, usize) {
         let errors = self.found.iter().filter(|d| d.severity == Severity::Error).count();
         (errors, self.found.len() - errors)
+    }
+
+    fn add_world(&mut self, world: &Part<SessionWorld>) {
+        self.add(world);
+        self.unbuilt = world.result.as_ref().ok().and_then(|world| world.loaded().unbuilt);
     }
 
     fn add<T>(&mut self, part: &Part<T>) {
@@ -175,6 +187,13 @@ impl Front {
     /// A project whose files are loaded by `loader`.
     pub fn new(project: Project, loader: Loader) -> Self {
         Self { project, loader, worlds: RefCell::default() }
+    }
+
+    /// The same, but worlds of more than [`CHECKED_CHUNKS`] are read and not built: for what checks files.
+    #[must_use]
+    pub fn for_checks(self) -> Self {
+        let loader = self.loader.with_effort(Effort::UpTo(CHECKED_CHUNKS));
+        Self { loader, ..self }
     }
 
     /// The project around a file, and the file's project path. Without a file, `default` of the project around the current folder.
@@ -304,7 +323,7 @@ impl Front {
             FileKind::Graph => {
                 self.check_graph(path, world, &mut checked);
             }
-            FileKind::World => checked.add(&self.built(path)),
+            FileKind::World => checked.add_world(&self.built(path)),
             FileKind::Demo => self.check_demo(path, &mut checked),
             FileKind::Project => {
                 let read = manifest::read(&**self.loader.files(), &mut checked.texts);
@@ -348,7 +367,7 @@ impl Front {
         }
         checked.found.extend(demo.check(&|path| graphs.get(path).map(|graph| &**graph)));
         let before = checked.found.len();
-        checked.add(&world);
+        checked.add_world(&world);
         demo.world.point_at_missing(&mut checked.found[before..]);
         if let Ok(world) = &world.result {
             checked.found.extend(demo.check_edits_in(world));

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, DiskFiles, Files, SourceMap};
 use raxel_graph::checked::Graph;
 use raxel_shader::Compiler;
+use raxel_world::file::Effort;
 use raxel_world::layout::Layout;
 
 use crate::project::Project;
@@ -22,6 +23,8 @@ pub struct Loader {
     sources: SourceCatalog,
     /// Takes the place of the layout of every world buffer.
     layout: Option<Layout>,
+    /// How much work building a world may be.
+    effort: Effort,
 }
 
 /// Something loaded from files, right or wrong.
@@ -91,13 +94,19 @@ impl Loader {
         let compiler = Compiler::new(shader_files.clone());
         // Files of sources are recorded with the shaders': a graph depends on both.
         let sources = SourceCatalog::new(shader_files.clone());
-        Self { files, shader_files, compiler, sources, layout: None }
+        Self { files, shader_files, compiler, sources, layout: None, effort: Effort::Whole }
     }
 
     /// Loads graphs as if every buffer with a world in it had this layout. `None` leaves them as they are.
     #[must_use]
     pub fn with_layout(self, layout: Option<Layout>) -> Self {
         Self { layout, ..self }
+    }
+
+    /// Builds no world whose operations reach over more chunks than the effort allows.
+    #[must_use]
+    pub fn with_effort(self, effort: Effort) -> Self {
+        Self { effort, ..self }
     }
 
     /// The files of the project.
@@ -125,7 +134,7 @@ impl Loader {
     /// Builds a world.
     pub fn world(&self, path: &str) -> Part<SessionWorld> {
         let _span = tracing::debug_span!("load world", path).entered();
-        self.recorded(|files, texts| SessionWorld::load(path, files, texts))
+        self.recorded(|files, texts| SessionWorld::load(path, files, texts, self.effort))
     }
 
     /// Reads a demo.

@@ -11,7 +11,7 @@ use raxel_diagnostics::{Diagnostic, Files, SourceMap};
 use raxel_edit::{Base, EditedSource, KeptSource, KeptStats, Scene};
 use raxel_graph::checked::Fact;
 use raxel_graph::plan::WorldInput;
-use raxel_world::file::{Aim, CameraHint, Loaded};
+use raxel_world::file::{Aim, CameraHint, Effort, Loaded};
 use raxel_world::instances::Instances;
 use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits};
 use raxel_world::{Chunk, ChunkPos, ChunkSource as _, Material, Streamed};
@@ -66,6 +66,7 @@ impl SessionWorld {
             name: "empty".to_owned(),
             about: None,
             world: raxel_world::World::empty(),
+            unbuilt: None,
             stream: None,
             camera: None,
             cameras: Vec::new(),
@@ -82,9 +83,10 @@ impl SessionWorld {
         path: &str,
         files: &dyn Files,
         texts: &mut SourceMap,
+        effort: Effort,
     ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
         let open = |address: &str| baked::open(address, files);
-        let (loaded, warnings) = raxel_world::file::load_with(path, files, texts, &open)?;
+        let (loaded, warnings) = raxel_world::file::load_with(path, files, texts, effort, &open)?;
         Ok((Self::new(Some(path.to_owned()), loaded), warnings))
     }
 
@@ -177,9 +179,10 @@ impl SessionWorld {
 
     /// Whether a fact about worlds holds. Facts about devices and params are not the world's.
     pub fn holds(&self, fact: &Fact) -> bool {
-        if let Some(tiles) = &self.tiles {
+        let unbuilt = self.loaded.unbuilt.map(|_| self.loaded.world.materials());
+        if let Some(declared) = self.tiles.as_ref().map(|tiles| tiles.materials()).or(unbuilt) {
             // Whatever is declared may come into view.
-            let any = |of: fn(&Material) -> f32| tiles.materials().iter().skip(1).any(|material| of(material) > 0.0);
+            let any = |of: fn(&Material) -> f32| declared.iter().skip(1).any(|material| of(material) > 0.0);
             return match fact {
                 Fact::WorldHasEmission => any(|material| material.emission),
                 Fact::WorldHasTransparency => any(|material| material.transparency),
@@ -195,9 +198,13 @@ impl SessionWorld {
         }
     }
 
-    /// Smallest voxel and one past the largest, in what `i32` can hold; zero for an empty world.
+    /// Smallest voxel and one past the largest, in what `i32` can hold; zero for an empty world. Of a world that was not built, the box
+    /// that its operations reach over.
     pub fn bounds(&self) -> [[i32; 3]; 2] {
-        let bounds = self.loaded.world.bounds();
+        let bounds = match self.loaded.unbuilt {
+            Some(reach) => reach.bounds,
+            None => self.loaded.world.bounds(),
+        };
         bounds.map_or([[0; 3]; 2], |bounds| [bounds.min, bounds.max].map(|corner| corner.map(saturated)))
     }
 

@@ -36,7 +36,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let total;
     let mut told = Told::default();
     if args.files.is_empty() {
-        let front = Front::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+        let front = Front::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?.for_checks();
         let project = &front.project;
         let manifest = project.on_disk(manifest::PATH).exists().then(|| manifest::PATH.to_owned());
         let all: Vec<String> =
@@ -75,7 +75,7 @@ fn check_named(
 ) -> Result<bool> {
     let opened = match front.take() {
         Some(front) if front.project.path_of(named).is_ok() => Ok(front),
-        _ => Front::around(named),
+        _ => Front::around(named).map(Front::for_checks),
     };
     match opened.and_then(|opened| Ok((opened.project.path_of(named)?, opened))) {
         Ok((path, opened)) => check(front.insert(opened), &path, world, (told, console)),
@@ -116,6 +116,7 @@ impl Told {
 fn summary(path: &str, kind: Option<FileKind>, (checked, repeated): (&Checked, bool), console: &Console) {
     let (errors, warnings) = checked.counts();
     let over = checked.over.as_ref();
+    let unbuilt = checked.unbuilt.map(|reach| reach.chunks);
     if console.format() == Format::Json {
         console::json(&json!({
             "reason": "checked",
@@ -124,6 +125,7 @@ fn summary(path: &str, kind: Option<FileKind>, (checked, repeated): (&Checked, b
             "world": over.and_then(PlannedOver::path),
             "errors": errors,
             "warnings": warnings,
+            "unbuilt_chunks": unbuilt,
         }));
         return;
     }
@@ -136,5 +138,10 @@ fn summary(path: &str, kind: Option<FileKind>, (checked, repeated): (&Checked, b
     };
     let assumed = over.and_then(PlannedOver::assumed).map_or(String::new(), |assumed| format!(" ({assumed})"));
     let told = if repeated { ", told above" } else { "" };
-    console.message(&format!("{path}: {result}{told}{assumed}"));
+    let unbuilt = unbuilt.map_or(String::new(), |chunks| {
+        format!(
+            "; its {chunks} chunks were not built: `raxel world info` builds them, and says how much memory they take"
+        )
+    });
+    console.message(&format!("{path}: {result}{told}{assumed}{unbuilt}"));
 }

@@ -75,14 +75,7 @@ pub fn build_within(
     operations: &[Operation],
     limits: &Limits,
 ) -> Result<(World, Vec<Shortfall>), BuildError> {
-    // Sizes are known before anything is made, but for scatters.
-    let mut reach: u128 = 0;
-    for (index, operation) in operations.iter().enumerate() {
-        reach += chunks_reached(operation);
-        if reach > u128::from(limits.chunks) {
-            return Err(BuildError::TooManyChunks { operation: index, chunks: reach, limit: limits.chunks });
-        }
-    }
+    reach(operations, limits)?;
     let mut chunks = BTreeMap::new();
     let mut shortfalls = Vec::new();
     let mut stage = Vec::new();
@@ -113,18 +106,46 @@ pub fn build_within(
     Ok((World::from_shared(materials, chunks), shortfalls))
 }
 
+/// What operations reach over, known before anything is made. Models count nothing: their places are not chosen yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reach {
+    /// Chunks of 64³ voxels, counted once for each operation that may make them.
+    pub chunks: u64,
+    /// A box around all voxels that operations add; `None` where they add none.
+    pub bounds: Option<Bounds>,
+}
+
+/// What operations reach over. An error where it is more than the limits allow.
+pub fn reach(operations: &[Operation], limits: &Limits) -> Result<Reach, BuildError> {
+    let mut chunks: u128 = 0;
+    let mut bounds: Option<Bounds> = None;
+    for (index, operation) in operations.iter().enumerate() {
+        chunks += chunks_reached(operation);
+        if chunks > u128::from(limits.chunks) {
+            return Err(BuildError::TooManyChunks { operation: index, chunks, limit: limits.chunks });
+        }
+        if let Some(added) = added(operation) {
+            bounds = Some(bounds.map_or(added, |bounds| bounds.union(added)));
+        }
+    }
+    let chunks = u64::try_from(chunks).expect("at most `limits.chunks`, which is a u64");
+    Ok(Reach { chunks, bounds })
+}
+
+/// The box that an operation adds voxels in, where that is known before models are placed.
+fn added(operation: &Operation) -> Option<Bounds> {
+    match operation {
+        Operation::Solid(solid) => (solid.mode == Mode::Add).then(|| solid.shape.bounds()),
+        Operation::Terrain(terrain) => (terrain.mode == Mode::Add).then(|| terrain.bounds()),
+        Operation::Place(_) | Operation::Scatter(_) | Operation::Jittered(_) => None,
+    }
+}
+
 /// Chunks that an operation may make; none when it only changes what is there.
 fn chunks_reached(operation: &Operation) -> u128 {
-    let of_box = |bounds: &Bounds, mode: Mode| match mode {
-        Mode::Add => chunk_ranges(bounds).iter().map(|r| (r.end - r.start).max(0) as u128).product(),
-        Mode::Subtract | Mode::Paint => 0,
-    };
-    match operation {
-        Operation::Solid(solid) => of_box(&solid.shape.bounds(), solid.mode),
-        Operation::Terrain(terrain) => of_box(&terrain.bounds(), terrain.mode),
-        // Counted when it is known what it touches.
-        Operation::Place(_) | Operation::Scatter(_) | Operation::Jittered(_) => 0,
-    }
+    let in_box = |bounds: Bounds| chunk_ranges(&bounds).iter().map(|r| (r.end - r.start).max(0) as u128).product();
+    // Of models, chunks are counted when it is known what they touch.
+    added(operation).map_or(0, in_box)
 }
 
 /// An operation ready to run.

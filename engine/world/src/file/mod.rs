@@ -22,7 +22,7 @@ pub use save::{OnGeneratorChange, SaveSettings};
 pub use schema::schema;
 pub use stream::StreamSettings;
 
-use crate::build::{BuildError, Operation, build};
+use crate::build::{BuildError, Limits, Operation, Reach, Shortfall, build, reach};
 use crate::generate::{Generator, NeedsWhole};
 use crate::instances::Instances;
 use crate::material::{MAX_MATERIALS, Material};
@@ -40,8 +40,10 @@ pub struct Loaded {
     pub name: String,
     /// A sentence about it.
     pub about: Option<String>,
-    /// The voxels; of a streamed world, none but the materials.
+    /// The voxels; of a streamed world, and of one that was not built, none but the materials.
     pub world: World,
+    /// What the operations reach over, if they were not run ([`Effort::UpTo`]).
+    pub unbuilt: Option<Reach>,
     /// How it comes into being around the camera, if the file has `[stream]`.
     pub stream: Option<Streamed>,
     /// From where to look at it, if the file says so.
@@ -80,6 +82,15 @@ impl std::fmt::Debug for Streamed {
     }
 }
 
+/// How much work loading a world may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// Every voxel is built.
+    Whole,
+    /// Voxels are built only where the operations reach over at most so many chunks. Of larger worlds all else is read and checked.
+    UpTo(u64),
+}
+
 /// Opens what `source` of `[stream]` names.
 pub type OpenSource<'a> = dyn Fn(&str) -> Result<Arc<dyn ChunkSource>, Box<Diagnostic>> + 'a;
 
@@ -91,6 +102,7 @@ impl Loaded {
             name: self.name.clone(),
             about: self.about.clone(),
             world: World::empty(),
+            unbuilt: self.unbuilt,
             stream: self.stream.clone(),
             camera: self.camera,
             cameras: self.cameras.clone(),
@@ -124,17 +136,18 @@ pub fn load(
     files: &dyn Files,
     texts: &mut SourceMap,
 ) -> Result<(Loaded, Vec<Diagnostic>), Vec<Diagnostic>> {
-    load_with(path, files, texts, &|source| {
+    load_with(path, files, texts, Effort::Whole, &|source| {
         let message = format!("nothing opens the source `{source}` here");
         Err(Box::new(Diagnostic::error(codes::world::STORE_ADDRESS, message)))
     })
 }
 
-/// As [`load`], with what opens the sources of streamed worlds.
+/// As [`load`], with a bound on the work, and with what opens the sources of streamed worlds.
 pub fn load_with(
     path: &str,
     files: &dyn Files,
     texts: &mut SourceMap,
+    effort: Effort,
     open: &OpenSource<'_>,
 ) -> Result<(Loaded, Vec<Diagnostic>), Vec<Diagnostic>> {
     if is_vox(path) {
@@ -163,6 +176,7 @@ pub fn load_with(
             name: description.name.unwrap_or_else(|| stem(path)),
             about: description.about,
             world,
+            unbuilt: None,
             stream: Some(Streamed { settings, generator, source: source.map(|(source, _)| source), place }),
             camera: description.camera,
             cameras: description.cameras,
@@ -173,11 +187,13 @@ pub fn load_with(
         };
         return Ok((loaded, found));
     }
-    let (world, shortfalls) = build(description.palette.into_materials(), &operations).map_err(|error| {
+    let materials = description.palette.into_materials();
+    let built = build_up_to(effort, materials, &operations).map_err(|error| {
         let mut all = std::mem::take(&mut found);
         all.push(build_diagnostic(&error, path, &places));
         all
     })?;
+    let Built { world, shortfalls, unbuilt } = built;
     for shortfall in shortfalls {
         found.push(
             Diagnostic::warning(
@@ -188,11 +204,13 @@ pub fn load_with(
             .help("ask for fewer, for a smaller `min_spacing`, or for a larger area that has the materials of `on`"),
         );
     }
-    found.extend(empty(&world, path).map(|warning| warning.label(Span::new(path, 0..0), "")));
+    let is_empty = if unbuilt.is_none() { empty(&world, path) } else { None };
+    found.extend(is_empty.map(|warning| warning.label(Span::new(path, 0..0), "")));
     let loaded = Loaded {
         name: description.name.unwrap_or_else(|| stem(path)),
         about: description.about,
         world,
+        unbuilt,
         stream: None,
         camera: description.camera,
         cameras: description.cameras,
@@ -202,6 +220,26 @@ pub fn load_with(
         files: description.files,
     };
     Ok((loaded, found))
+}
+
+/// What became of a world's operations.
+struct Built {
+    world: World,
+    shortfalls: Vec<Shortfall>,
+    unbuilt: Option<Reach>,
+}
+
+fn build_up_to(effort: Effort, materials: Vec<Material>, operations: &[Operation]) -> Result<Built, BuildError> {
+    let reach = reach(operations, &Limits::default())?;
+    match effort {
+        Effort::UpTo(most) if reach.chunks > most => {
+            Ok(Built { world: World::new(materials, []), shortfalls: Vec::new(), unbuilt: Some(reach) })
+        }
+        _ => {
+            let (world, shortfalls) = build(materials, operations)?;
+            Ok(Built { world, shortfalls, unbuilt: None })
+        }
+    }
 }
 
 /// Whether a path names a .vox file.
@@ -224,6 +262,7 @@ fn load_vox(path: &str, files: &dyn Files) -> Result<(Loaded, Vec<Diagnostic>), 
             name: stem(path),
             about: None,
             world,
+            unbuilt: None,
             stream: None,
             camera: None,
             cameras: Vec::new(),

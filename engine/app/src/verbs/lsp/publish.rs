@@ -47,7 +47,7 @@ impl Publisher {
 
 fn check_project(project: &Project, documents: &[&Document], found: &mut BTreeMap<Url, Vec<Diagnostic>>) {
     let Ok(overlay) = Overlay::new(project, documents) else { return };
-    let front = Front::new(project.clone(), Loader::with_files(Arc::new(overlay)));
+    let front = Front::new(project.clone(), Loader::with_files(Arc::new(overlay))).for_checks();
     let mut paths: BTreeSet<String> = BTreeSet::new();
     for document in documents {
         if is_toml(&document.path) {
