@@ -350,13 +350,13 @@ impl<'a, 't> Node<'a, 't> {
     /// As a finite number (integers are taken too) in a range.
     pub fn number(&self, range: RangeInclusive<f64>) -> Option<f64> {
         let value: f64 = match self.value {
-            DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
-                Ok(value) => value as f64,
-                Err(_) => {
+            DeValue::Integer(integer) => {
+                let Ok(value) = i64::from_str_radix(integer.as_str(), integer.radix()) else {
                     let message = format!("`{}` is {integer}, which does not fit a 64-bit integer", self.name);
                     return self.bad_value(message);
-                }
-            },
+                };
+                value as f64
+            }
             DeValue::Float(float) => match float.as_str().parse() {
                 Ok(value) => value,
                 Err(_) => return self.wrong_type("a number"),

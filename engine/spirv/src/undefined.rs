@@ -111,7 +111,7 @@ impl Constants {
                 };
                 let read = |value: &f64| if number == GLOp::SClamp { signed(*value) } else { *value };
                 let mut pairs = lanes(low)?.iter().map(read).zip(lanes(high)?.iter().map(read));
-                let (low, high) = pairs.find(|(low, high)| low > high || strict && low == high)?;
+                let (low, high) = pairs.find(|(low, high)| if strict { low >= high } else { low > high })?;
                 let (low, high) = (shown(low), shown(high));
                 let reason = if strict {
                     format!("its first edge is {low} and its second one {high}; the first must be smaller")
@@ -153,7 +153,7 @@ impl Constants {
 /// A number as the shader has it: a fraction that came from 32 bits has no more digits than those bits hold.
 fn shown(number: f64) -> String {
     let narrow = number as f32;
-    if number.fract() != 0.0 && f64::from(narrow) == number { narrow.to_string() } else { number.to_string() }
+    if number.fract() != 0.0 && f64::from(narrow).to_bits() == number.to_bits() { narrow.to_string() } else { number.to_string() }
 }
 
 /// A literal string: bytes in words, the first byte lowest, ended by a zero (section 2.2.1).

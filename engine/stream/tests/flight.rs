@@ -125,7 +125,7 @@ fn an_hour_of_flight_takes_no_more_memory_than_its_first_minutes() {
 struct Quick(Vec<Material>);
 
 impl Quick {
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+    fn chunk(level: u32, pos: ChunkPos) -> Content {
         let seed = [level.cast_signed(), pos.x, pos.y, pos.z]
             .iter()
             .fold(3, |seed, c| mix(seed ^ u64::from(c.cast_unsigned())));
@@ -150,7 +150,7 @@ impl ChunkSource for Quick {
     }
 
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
-        Ok(self.chunk(level, pos))
+        Ok(Self::chunk(level, pos))
     }
 }
 
