@@ -102,13 +102,13 @@ fn materials() -> Vec<Material> {
 struct Endless(Vec<Material>);
 
 impl Endless {
-    fn chunk(&self, level: u32, pos: ChunkPos) -> Content {
+    fn chunk(level: u32, pos: ChunkPos) -> Content {
         let mut dense = DenseChunk::default();
         if level > 0 {
             for child in 0..64 {
                 let cell = raxel_world::child_cell(child);
                 let [x, y, z] = cell.map(|c| c as i32);
-                let below = self.chunk(level - 1, ChunkPos::new(4 * pos.x + x, 4 * pos.y + y, 4 * pos.z + z));
+                let below = Self::chunk(level - 1, ChunkPos::new(4 * pos.x + x, 4 * pos.y + y, 4 * pos.z + z));
                 raxel_world::reduce(&below, cell, &mut dense);
             }
             return Content::pack(&dense);
@@ -143,7 +143,7 @@ impl ChunkSource for Endless {
     }
 
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
-        Ok(self.chunk(level, pos))
+        Ok(Self::chunk(level, pos))
     }
 }
 

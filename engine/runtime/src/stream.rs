@@ -64,13 +64,21 @@ struct Frames {
     awaited: bool,
     /// Where the camera was in the last frame.
     last: Option<DVec3>,
-    /// Whether somebody was told that chunks are missing, that lamps are, and that nothing is loaded any more.
-    failing: bool,
-    dark: bool,
-    stopped: bool,
+    told: Told,
     /// What the last frame spent here, and how much of it waiting for a complete world.
     spent: Duration,
     waited: Duration,
+}
+
+/// What [`WorldStream::take_message`] has said.
+#[derive(Default)]
+struct Told {
+    /// That chunks are missing, and not yet that they are there again.
+    failing: bool,
+    /// That lamps are missing.
+    dark: bool,
+    /// That nothing is loaded any more.
+    stopped: bool,
 }
 
 /// Why a streamed world is not there.
@@ -187,19 +195,19 @@ impl WorldStream {
         if !self.complete
             && let Some(stopped) = self.stopped()
         {
-            let said = std::mem::replace(&mut frames.stopped, true);
+            let said = std::mem::replace(&mut frames.told.stopped, true);
             return (!said).then_some(stopped);
         }
-        if dark && !frames.dark && !self.complete {
-            frames.dark = true;
+        if dark && !frames.told.dark && !self.complete {
+            frames.told.dark = true;
             let message = "there are more lamps around the camera than `lamp_memory` has room for";
             return Some(
                 Diagnostic::warning(codes::world::STREAM_LAMPS, message)
                     .help("raise `lamp_memory`; the others stay visible, but light only what rays hit them from"),
             );
         }
-        let changed = reason.is_some() != frames.failing;
-        frames.failing = reason.is_some();
+        let changed = reason.is_some() != frames.told.failing;
+        frames.told.failing = reason.is_some();
         let message = |text: String| Diagnostic::warning(codes::world::STORE_FAILING, text);
         changed.then(|| match reason {
             Some(reason) => message(format!("chunks of the world are missing: {reason}"))

@@ -153,7 +153,11 @@ impl Constants {
 /// A number as the shader has it: a fraction that came from 32 bits has no more digits than those bits hold.
 fn shown(number: f64) -> String {
     let narrow = number as f32;
-    if number.fract() != 0.0 && f64::from(narrow).to_bits() == number.to_bits() { narrow.to_string() } else { number.to_string() }
+    if number.fract() != 0.0 && f64::from(narrow).to_bits() == number.to_bits() {
+        narrow.to_string()
+    } else {
+        number.to_string()
+    }
 }
 
 /// A literal string: bytes in words, the first byte lowest, ended by a zero (section 2.2.1).

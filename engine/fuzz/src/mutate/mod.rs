@@ -17,10 +17,10 @@ pub enum Mutation {
 
 impl Mutation {
     /// A changed input, with parts of another.
-    pub(crate) fn apply(&self, input: &[u8], other: &[u8], random: &mut SplitMix64) -> Vec<u8> {
+    pub(crate) fn apply(self, input: &[u8], other: &[u8], random: &mut SplitMix64) -> Vec<u8> {
         match self {
             Mutation::Toml(schema) => {
-                let words = text::words_of(*schema);
+                let words = text::words_of(schema);
                 let lossy = |bytes| String::from_utf8_lossy(bytes).into_owned();
                 text::mutated(&lossy(input), &lossy(other), &words, random).into_bytes()
             }

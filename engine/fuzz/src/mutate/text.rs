@@ -115,7 +115,7 @@ enum Kind {
 /// Changes a text one to four times.
 pub(super) fn mutated(text: &str, other: &str, words: &[String], random: &mut SplitMix64) -> String {
     let mut text = text.to_owned();
-    for _ in 0..1 + random.below(4) {
+    for _ in 0..=random.below(4) {
         text = changed(&text, other, words, random);
     }
     text

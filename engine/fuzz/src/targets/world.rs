@@ -66,7 +66,9 @@ fn run(input: &[u8]) {
         let inside = match &tile {
             Content::Empty => true,
             Content::Full(material) => usize::from(*material) < count,
-            _ => tile.to_chunk().is_some_and(|chunk| chunk.iter().all(|(_, material)| usize::from(material) < count)),
+            Content::Chunk(_) => {
+                tile.to_chunk().is_some_and(|chunk| chunk.iter().all(|(_, material)| usize::from(material) < count))
+            }
         };
         assert!(inside, "a material that is none of {count} at level {level}, {pos:?}");
     }

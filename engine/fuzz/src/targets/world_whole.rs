@@ -50,7 +50,7 @@ fn run(input: &[u8]) {
     let Some(streamed) = check::outcome(file::load(PATH, &files, &mut texts), &texts) else { return };
     let stream = streamed.stream.expect("a world with `[stream]` is streamed");
     let around = |(pos, _): (ChunkPos, _)| [pos, pos.beside(3), pos.beside(2)];
-    let places = world.chunks().map(|(pos, chunk)| (pos, chunk)).flat_map(around).take(24);
+    let places = world.chunks().flat_map(around).take(24);
     for pos in places {
         let made = stream.generator.try_chunk(0, pos).expect("what is built is there").to_chunk();
         let there = world.chunk(pos);
