@@ -1,5 +1,8 @@
-//! What one input may use: memory and processor time, both counted, so that a busy machine changes nothing.
+//! What one input may use: memory and processor time, both counted, so that a busy machine changes nothing. And no panic, caught or not.
 
+use std::cell::Cell;
+use std::panic::{set_hook, take_hook};
+use std::sync::Once;
 use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
@@ -28,6 +31,25 @@ pub(crate) fn within(bounds: &Bounds, length: usize, run: impl FnOnce()) {
     let allowed = bounds.bytes + bounds.bytes_per_byte * length as u64;
     assert!(used <= allowed, "{used} bytes were allocated at a time for {length}; {allowed} are allowed");
     assert!(time <= bounds.time, "{length} bytes took {time:?} of processor time; {:?} are allowed", bounds.time);
+}
+
+thread_local! {
+    static PANICS: Cell<u32> = const { Cell::new(0) };
+}
+
+/// Runs something on this thread. Panics when something in it has panicked with a message, even if that was caught: a user would read of it.
+pub(crate) fn without_panics(run: impl FnOnce()) {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let previous = take_hook();
+        set_hook(Box::new(move |info| {
+            PANICS.set(PANICS.get() + 1);
+            previous(info);
+        }));
+    });
+    PANICS.set(0);
+    run();
+    assert!(PANICS.get() == 0, "a panic was caught, and its message was printed");
 }
 
 /// Makes this thread do all work itself that it would share with others, so that the work is counted and happens in the same order each time.

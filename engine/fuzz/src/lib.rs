@@ -18,6 +18,7 @@ pub const TARGETS: &[Target] = &[
     targets::demo::TARGET,
     targets::graph::TARGET,
     targets::project::TARGET,
+    targets::spirv::TARGET,
     targets::vox::TARGET,
     targets::world::TARGET,
     targets::world_whole::TARGET,

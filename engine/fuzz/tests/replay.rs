@@ -1,6 +1,7 @@
-//! The corpus, and mutations of it with fixed seeds. `RAXEL_FUZZ_INPUTS` is how many mutations each target gets instead of its own number, and
-//! `RAXEL_FUZZ_SEED` where their seeds begin.
+//! The corpus, and mutations of it with fixed seeds. `RAXEL_FUZZ_INPUTS` is how many mutations each target gets instead of its own number,
+//! `RAXEL_FUZZ_TIMES` by how much its own number is multiplied, and `RAXEL_FUZZ_SEED` where their seeds begin.
 
+use std::io::{Seek, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 
@@ -30,12 +31,43 @@ fn replay(name: &str) {
         tried(target, &path.display().to_string(), input);
     }
     let begin = number("RAXEL_FUZZ_SEED").unwrap_or(0);
-    for seed in begin..begin + number("RAXEL_FUZZ_INPUTS").unwrap_or(target.quick.into()) {
+    let own = u64::from(target.quick) * number("RAXEL_FUZZ_TIMES").unwrap_or(1);
+    let count = number("RAXEL_FUZZ_INPUTS").unwrap_or(own);
+    let mut running = Running::new(name);
+    println!("{name}: {} inputs of the corpus, then seeds {begin} to {}", inputs.len(), begin + count);
+    for seed in begin..begin + count {
+        running.note(seed);
         let mut random = SplitMix64::new(seed);
         let mut pick = || &inputs[random.below(inputs.len() as u64) as usize].1;
         let (input, other) = (pick(), pick());
         let mutated = target.mutated(input, other, &mut random);
         tried(target, &format!("seed {seed}"), &mutated);
+    }
+}
+
+/// A file with the seed that is being tried: an input that ends the process leaves it behind.
+struct Running {
+    file: std::fs::File,
+    path: PathBuf,
+}
+
+impl Running {
+    fn new(target: &str) -> Self {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{target}-seed"));
+        let file = std::fs::File::create(&path).expect("the folder of the tests can be written");
+        Self { file, path }
+    }
+
+    fn note(&mut self, seed: u64) {
+        let written = self.file.rewind().and_then(|()| writeln!(self.file, "{seed:020}"));
+        written.expect("the folder of the tests can be written");
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // A file that stays only names a seed that did no harm.
+        let _ = std::fs::remove_file(&self.path);
     }
 }
 
@@ -54,7 +86,7 @@ macro_rules! replays {
     };
 }
 
-replays!(demo, graph, project, vox, world, world_whole);
+replays!(demo, graph, project, spirv, vox, world, world_whole);
 
 /// A folder that belongs to no target is a corpus that nobody runs.
 #[test]

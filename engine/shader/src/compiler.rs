@@ -180,7 +180,7 @@ fn finish(words: &[u32], request: &Request, ready: bool, sources: &Sources<'_>) 
         .map_err(|reason| Box::new(reflection_diagnostic(&reason, &request.path)))?;
     places::fill(&mut interface, sources);
     let warnings = messages::undefined(&module.undefined(), sources);
-    let bounded = module.with_shared_bounds();
+    let bounded = module.with_shared_bounds().map_err(refused)?;
     let module = bounded.as_deref().map_or(Ok(module), open).map_err(refused)?;
     Ok(Finished { spirv: module.without_debug_text(), interface, warnings })
 }

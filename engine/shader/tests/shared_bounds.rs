@@ -114,3 +114,50 @@ fn ready_modules_are_bounded() {
     assert_eq!(raxel_spirv::validate(&words), Ok(()));
     assert_eq!(bounds(&compile("shaders/b.spv", &bytes_of(&words))), (1, 0));
 }
+
+/// `shared int s[LENGTH]`, indexed with a component of the invocation's id, where the length is a constant of 64 bits.
+fn long_length(constant: u32) -> Vec<u32> {
+    let mut words = vec![0x0723_0203, 0x0001_0500, 0, 20, 0];
+    let mut write = |opcode: u32, operands: &[u32]| {
+        words.push(((operands.len() as u32 + 1) << 16) | opcode);
+        words.extend_from_slice(operands);
+    };
+    write(17, &[1]);
+    write(17, &[11]);
+    write(14, &[0, 1]);
+    write(15, &[5, 1, u32::from_le_bytes(*b"main"), 0, 9, 12]);
+    write(16, &[1, 17, 8, 1, 1]);
+    write(71, &[12, 11, 29]);
+    if constant == 50 {
+        write(71, &[5, 1, 0]);
+    }
+    write(19, &[2]);
+    write(33, &[3, 2]);
+    write(21, &[4, 32, 0]);
+    write(21, &[16, 64, 0]);
+    write(constant, &[16, 5, 4, 0]);
+    write(28, &[6, 4, 5]);
+    write(32, &[7, 4, 6]);
+    write(32, &[8, 4, 4]);
+    write(59, &[7, 9, 4]);
+    write(32, &[10, 1, 4]);
+    write(59, &[10, 12, 1]);
+    write(54, &[2, 1, 0, 3]);
+    write(248, &[13]);
+    write(61, &[4, 14, 12]);
+    write(65, &[8, 15, 9, 14]);
+    write(62, &[15, 14]);
+    write(253, &[]);
+    write(56, &[]);
+    words
+}
+
+#[test]
+fn lengths_of_64_bits_are_refused() {
+    for constant in [43, 50] {
+        let words = long_length(constant);
+        assert_eq!(raxel_spirv::validate(&words), Ok(()));
+        let refused = raxel_spirv::Module::new(&words, "main").unwrap().with_shared_bounds().unwrap_err();
+        assert!(refused.to_string().contains("a constant that has not 32 bits"), "{refused}");
+    }
+}

@@ -8,26 +8,41 @@ use std::collections::HashMap;
 use spirv::{GLOp, Op, StorageClass};
 
 use crate::binary::HEADER_WORDS;
+use crate::check::MAX_BOUND;
+use crate::error::ModuleError;
 use crate::instruction::Instruction;
 
 /// The module with its shared accesses bounded; `None` when there is nothing to bound.
-pub(crate) fn bounded(words: &[u32], instructions: &[Instruction<'_>]) -> Option<Vec<u32>> {
+///
+/// # Errors
+/// When a bound cannot be written: the length has not 32 bits, or no ids are left.
+pub(crate) fn bounded(words: &[u32], instructions: &[Instruction<'_>]) -> Result<Option<Vec<u32>>, ModuleError> {
     let mut additions = Additions { declared: Declared::of(instructions), next_id: words[3], ..Additions::default() };
     let mut functions = Vec::new();
-    let split = instructions.iter().position(|instruction| instruction.is(Op::Function))?;
+    let split = instructions.iter().position(|instruction| instruction.is(Op::Function)).unwrap_or(instructions.len());
     let mut clamps = 0usize;
     for instruction in &instructions[split..] {
         let chain = instruction.is(Op::AccessChain) || instruction.is(Op::InBoundsAccessChain);
         let bounds = if chain { additions.declared.bounds(instruction.operands) } else { Vec::new() };
         let mut operands = instruction.operands.to_vec();
         for (position, length) in bounds {
+            if let Length::Specialized(id) = length
+                && additions.declared.width(id) != Some(32)
+            {
+                let message = "the length of an array in shared memory is a constant that has not 32 bits";
+                return Err(ModuleError::Unsupported(message.to_owned()));
+            }
             operands[position] = additions.clamp(operands[position], length, &mut functions);
             clamps += 1;
         }
         Instruction { opcode: instruction.opcode, operands: &operands }.write(&mut functions);
     }
     if clamps == 0 {
-        return None;
+        return Ok(None);
+    }
+    if additions.next_id > MAX_BOUND {
+        let message = "the module leaves no ids for the bounds of its shared memory";
+        return Err(ModuleError::Unsupported(message.to_owned()));
     }
     let mut bounded = words[..HEADER_WORDS].to_vec();
     bounded[3] = additions.next_id;
@@ -39,7 +54,7 @@ pub(crate) fn bounded(words: &[u32], instructions: &[Instruction<'_>]) -> Option
     }
     bounded.extend_from_slice(&additions.constants);
     bounded.extend_from_slice(&functions);
-    Some(bounded)
+    Ok(Some(bounded))
 }
 
 /// What an access can step into.
@@ -60,7 +75,7 @@ enum Type<'w> {
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Length {
     Literal(u32),
-    /// The id of a specialization constant, or of one computed from them.
+    /// The id of a specialization constant, of one computed from them, or of a constant of another width.
     Specialized(u32),
 }
 
@@ -163,6 +178,14 @@ impl<'w> Declared<'w> {
         }
     }
 
+    /// Bits of an integer.
+    fn width(&self, id: u32) -> Option<u32> {
+        match self.values.get(&id).and_then(|ty| self.types.get(ty)) {
+            Some(Type::Integer(width)) => Some(*width),
+            _ => None,
+        }
+    }
+
     /// Whether an index is inside by what is known of it.
     fn inside(&self, index: u32, length: Length) -> bool {
         let largest = self.largest.get(&index).copied().unwrap_or(index);
@@ -228,10 +251,8 @@ impl Additions<'_> {
         let uint = self.uint();
         let last = self.last(length);
         let glsl = self.glsl();
-        let ty = self.declared.values.get(&index).copied();
-        let wide = ty.and_then(|ty| self.declared.types.get(&ty)).is_some_and(|ty| matches!(ty, Type::Integer(32)));
-        let (ty, index) = match ty {
-            Some(ty) if wide => (ty, index),
+        let (ty, index) = match self.declared.values.get(&index).copied() {
+            Some(ty) if self.declared.width(index) == Some(32) => (ty, index),
             // Of 64 bits the lower half, of 16 or 8 zero-extended: an index inside the bounds stays what it is.
             _ => {
                 let converted = self.id();

@@ -9,7 +9,7 @@ use crate::error::{ModuleError, broken};
 use crate::instruction::Instruction;
 
 /// Largest id bound (the limit of the specification, section 2.17).
-const MAX_BOUND: u32 = 4_194_303;
+pub(crate) const MAX_BOUND: u32 = 4_194_303;
 /// Deepest nesting of types (the specification allows structs of 255; no layout in a block comes near).
 const MAX_TYPE_DEPTH: u32 = 64;
 /// Most nodes that all types have together when every use of a type is written out. The reflector writes them out.

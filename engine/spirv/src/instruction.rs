@@ -2,6 +2,9 @@
 
 use spirv::Op;
 
+/// Most operands of an instruction: its words are counted in 16 bits.
+pub(crate) const MAX_OPERANDS: usize = 0xffff - 1;
+
 /// One instruction: its opcode, and its operands without the first word.
 #[derive(Clone, Copy)]
 pub(crate) struct Instruction<'w> {

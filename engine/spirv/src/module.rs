@@ -212,11 +212,15 @@ impl<'w> Module<'w> {
     }
 
     /// The module with every access to shared memory inside its array, vector or matrix; `None` when it is so already.
-    pub fn with_shared_bounds(&self) -> Option<Vec<u32>> {
+    ///
+    /// # Errors
+    /// When a bound cannot be written into the module.
+    pub fn with_shared_bounds(&self) -> Result<Option<Vec<u32>>, ModuleError> {
         bounds::bounded(self.words, &self.instructions)
     }
 
-    /// The module with values of uniform blocks and push constants that no driver can fold into it; `None` when it has none of them.
+    /// The module with values of uniform blocks and push constants that no driver can fold into it; `None` when it has none of them, or no room
+    /// for the instructions.
     pub fn with_opaque_uniforms(&self) -> Option<Vec<u32>> {
         opaque::opaque(self.words, &self.instructions)
     }

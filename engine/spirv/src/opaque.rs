@@ -8,7 +8,8 @@ use std::collections::{HashMap, HashSet};
 use spirv::{BuiltIn, Decoration, Op, StorageClass};
 
 use crate::binary::HEADER_WORDS;
-use crate::instruction::Instruction;
+use crate::check::MAX_BOUND;
+use crate::instruction::{Instruction, MAX_OPERANDS};
 
 /// The module with such values; `None` where nothing is loaded from a uniform block or push constants.
 pub(crate) fn opaque(words: &[u32], instructions: &[Instruction<'_>]) -> Option<Vec<u32>> {
@@ -28,7 +29,7 @@ pub(crate) fn opaque(words: &[u32], instructions: &[Instruction<'_>]) -> Option<
             None => instruction.write(&mut rewritten),
         }
     }
-    if loads == 0 {
+    if loads == 0 || declared.next_id > MAX_BOUND {
         return None;
     }
     let workgroups = declared.workgroups?;
@@ -41,6 +42,9 @@ pub(crate) fn opaque(words: &[u32], instructions: &[Instruction<'_>]) -> Option<
         }
         if instruction.is(Op::EntryPoint) && !interface(instruction.operands).contains(&workgroups.variable) {
             let operands = [instruction.operands, &[workgroups.variable]].concat();
+            if operands.len() > MAX_OPERANDS {
+                return None;
+            }
             Instruction { opcode: instruction.opcode, operands: &operands }.write(&mut opaque);
         } else {
             instruction.write(&mut opaque);
@@ -122,7 +126,7 @@ impl Declared {
                 (Some(Op::TypeFloat), [id, 32, ..]) => {
                     declared.shapes.insert(*id, Shape { float: true, count: 1 });
                 }
-                (Some(Op::TypeVector), [id, part, count]) => {
+                (Some(Op::TypeVector), [id, part, count @ 2..=4]) => {
                     if let Some(shape) = declared.shapes.get(part).copied() {
                         declared.shapes.insert(*id, Shape { count: *count, ..shape });
                         if declared.unsigned.get(&1) == Some(part) {
@@ -240,4 +244,46 @@ impl Declared {
 
 fn write(op: Op, operands: &[u32], words: &mut Vec<u32>) {
     Instruction { opcode: op as u32, operands }.write(words);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Declarations, and a function with one load from a uniform block.
+    fn module(bound: u32, components: u32, interface: usize) -> Vec<u32> {
+        let mut words = vec![0x0723_0203, 0x0001_0500, 0, bound, 0];
+        let name = u32::from_le_bytes(*b"main");
+        super::write(Op::EntryPoint, &[&[5, 1, name, 0], vec![1; interface].as_slice()].concat(), &mut words);
+        for (op, operands) in [
+            (Op::TypeVoid, [2].as_slice()),
+            (Op::TypeFunction, &[3, 2]),
+            (Op::TypeInt, &[4, 32, 0]),
+            (Op::TypeVector, &[5, 4, components]),
+            (Op::TypePointer, &[6, StorageClass::PushConstant as u32, 5]),
+            (Op::Variable, &[6, 7, StorageClass::PushConstant as u32]),
+            (Op::Function, &[2, 1, 0, 3]),
+            (Op::Label, &[8]),
+            (Op::Load, &[5, 9, 7]),
+            (Op::Return, &[]),
+            (Op::FunctionEnd, &[]),
+        ] {
+            super::write(op, operands, &mut words);
+        }
+        words
+    }
+
+    #[test]
+    fn what_leaves_no_room_is_left_alone() {
+        let is_changed = |bound, components, interface| {
+            let words = module(bound, components, interface);
+            crate::Module::new(&words, "main").unwrap().with_opaque_uniforms().is_some()
+        };
+        assert!(is_changed(10, 4, 0));
+        // No vector that is valid has so many components.
+        assert!(!is_changed(10, u32::MAX, 0));
+        // The ids of the added instructions would lie beyond the largest, and an entry point has no room for one more variable.
+        assert!(!is_changed(MAX_BOUND, 4, 0));
+        assert!(is_changed(10, 4, MAX_OPERANDS - 5) && !is_changed(10, 4, MAX_OPERANDS - 4));
+    }
 }

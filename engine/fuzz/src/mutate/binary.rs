@@ -7,7 +7,7 @@ use raxel_world::random::SplitMix64;
 use super::pick;
 
 /// Numbers of 32 bits that are on the edge of something.
-const NUMBERS: [u32; 18] = [
+pub(super) const NUMBERS: [u32; 18] = [
     0,
     1,
     2,

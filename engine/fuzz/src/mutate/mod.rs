@@ -1,6 +1,7 @@
 //! New inputs from old ones.
 
 mod binary;
+mod spirv;
 mod text;
 
 use raxel_world::random::SplitMix64;
@@ -13,6 +14,8 @@ pub enum Mutation {
     Toml(fn() -> serde_json::Value),
     /// Byte by byte.
     Binary,
+    /// Instruction by instruction, as a SPIR-V module.
+    Spirv,
 }
 
 impl Mutation {
@@ -25,6 +28,7 @@ impl Mutation {
                 text::mutated(&lossy(input), &lossy(other), &words, random).into_bytes()
             }
             Mutation::Binary => binary::mutated(input, other, random),
+            Mutation::Spirv => spirv::mutated(input, other, random),
         }
     }
 }

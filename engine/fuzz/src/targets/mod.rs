@@ -3,6 +3,7 @@
 pub(crate) mod demo;
 pub(crate) mod graph;
 pub(crate) mod project;
+pub(crate) mod spirv;
 pub(crate) mod vox;
 pub(crate) mod world;
 pub(crate) mod world_whole;
