@@ -16,6 +16,7 @@ use raxel_graph::plan::{Plan, PlanInput, Present, WorldInput};
 use raxel_runtime::execute::{
     Builtins, DeviceMemory, Executor, ExecutorOptions, FrameInputs, Recorder, Replay, Sources, limits,
 };
+use raxel_runtime::moment::Moment;
 use raxel_shader::Compiler;
 use vk_graph::driver::ash::vk;
 use vk_graph::driver::compute::{ComputePipeline, ComputePipelineInfo};
@@ -146,7 +147,7 @@ impl Recorder for Null {
 }
 
 fn inputs(builtins: &Builtins) -> FrameInputs<'_> {
-    FrameInputs { builtins, params: &[], overrides: &[], clock: 0.0, disabled: &[] }
+    FrameInputs { builtins, params: &[], overrides: &[], clock: Moment::START, disabled: &[] }
 }
 
 fn own_time(c: &mut Criterion, device: &Arc<Device>) {

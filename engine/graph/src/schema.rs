@@ -158,7 +158,7 @@ fn clock() -> Value {
     table(
         "A rhythm apart from the frames.",
         &json!({
-            "hz": { "description": "Ticks a second of the session's time; thousandths count. Needed.", "type": "number", "minimum": 0.001, "maximum": 10_000 },
+            "hz": { "description": "Ticks a second of the session's time. Needed.", "type": "number", "minimum": 0.001, "maximum": 10_000 },
             "most": with(json!(4), integer("Ticks that one frame catches up at most; time beyond them is dropped.", 1, 16)),
             "remove": reference("remove"),
         }),

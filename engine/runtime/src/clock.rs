@@ -1,14 +1,17 @@
 //! The clock of a session: frames, seconds, pause, single steps.
 //!
-//! Headless, time is frame index × fixed step, so that the same inputs give the same bytes. Live, time follows the wall clock.
+//! Headless, time is frame index × fixed step, so that the same inputs give the same bytes. Live, time follows the wall clock, in
+//! nanoseconds. Either is exact: a float comes only of what is shown and handed to shaders.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+use crate::moment::{Fraction, Moment};
 
 /// How time passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pace {
     /// Each frame takes exactly so many seconds.
-    Fixed(f64),
+    Fixed(Fraction),
     /// Each frame takes as long as it took.
     Live,
 }
@@ -18,8 +21,8 @@ pub enum Pace {
 pub struct FrameTime {
     /// Frames since the last reset; the first is 0.
     pub index: u64,
-    /// Seconds since the last reset.
-    pub time: f64,
+    /// The time since the last reset.
+    pub time: Moment,
     /// Seconds since the frame before; 0 on frame 0 and while paused.
     pub delta: f64,
     /// Whether this is a new frame: false when the clock is paused and the same time is drawn again.
@@ -36,36 +39,30 @@ pub struct Clock {
     /// The next frame has the time of the last one.
     again: bool,
     woken: Option<Instant>,
-    /// Added to every time, by [`Clock::seek`].
-    origin: f64,
+    /// A frame and its time, from which others are reckoned: frame 0 at the start, until a seek.
+    origin: (u64, Moment),
     /// Index of the first frame.
     first: u64,
 }
 
-/// A live frame that took longer (a moved window, a breakpoint) counts as this many seconds.
-const LONGEST_FRAME: f64 = 0.25;
+/// A live frame that took longer (a moved window, a breakpoint) counts as this long.
+const LONGEST_FRAME: Duration = Duration::from_millis(250);
 
-/// Seconds of a single step while paused, when the pace is live.
-const LIVE_STEP: f64 = 1.0 / 60.0;
+/// A single step while paused, when the pace is live.
+const LIVE_STEP: Duration = Duration::from_nanos(16_666_667);
 
 impl Clock {
     /// A clock at its start.
     pub fn new(pace: Pace) -> Self {
-        Self { pace, now: None, paused: false, steps: 0, again: false, woken: None, origin: 0.0, first: 0 }
-    }
-
-    /// How time passes.
-    pub fn pace(&self) -> Pace {
-        self.pace
-    }
-
-    /// Changes how time passes from the next frame on.
-    pub fn set_pace(&mut self, pace: Pace) {
-        self.pace = pace;
-        self.woken = None;
-        // A fixed pace reckons from the index; keep the time where it is.
-        if let (Pace::Fixed(step), Some(now)) = (pace, self.now) {
-            self.origin = now.time - now.index as f64 * step;
+        Self {
+            pace,
+            now: None,
+            paused: false,
+            steps: 0,
+            again: false,
+            woken: None,
+            origin: (0, Moment::START),
+            first: 0,
         }
     }
 
@@ -80,13 +77,9 @@ impl Clock {
         self.first = index;
     }
 
-    /// Puts the next frame at `time` seconds.
-    pub fn seek(&mut self, time: f64) {
-        let index = self.now.map_or(self.first, |now| now.index + 1);
-        self.origin = match self.pace {
-            Pace::Fixed(step) => time - index as f64 * step,
-            Pace::Live => time,
-        };
+    /// Puts the next frame at a time.
+    pub fn seek(&mut self, time: Moment) {
+        self.origin = (self.now.map_or(self.first, |now| now.index + 1), time);
         self.woken = None;
         if let Some(now) = &mut self.now {
             now.time = time;
@@ -129,34 +122,36 @@ impl Clock {
     pub fn tick(&mut self, wall: Instant) -> FrameTime {
         let stepped = self.steps > 0;
         let again = std::mem::take(&mut self.again);
+        let (known, origin) = self.origin;
         let time = match self.now {
             None => {
-                let at = |index: u64| match self.pace {
-                    Pace::Fixed(step) => self.origin + index as f64 * step,
-                    Pace::Live => self.origin,
+                let index = self.first;
+                let (time, delta) = match self.pace {
+                    Pace::Fixed(step) => {
+                        let delta = if index == 0 { 0.0 } else { Moment::from(step).seconds() };
+                        (origin.after(index - known, step), delta)
+                    }
+                    Pace::Live => (origin, 0.0),
                 };
-                let delta = if self.first == 0 { 0.0 } else { (at(self.first) - at(self.first - 1)).max(0.0) };
-                FrameTime { index: self.first, time: at(self.first), delta, advanced: true }
+                FrameTime { index, time, delta, advanced: true }
             }
             Some(now) if again => {
                 // At a fixed pace, the frame after it follows a step later.
-                if let Pace::Fixed(step) = self.pace {
-                    self.origin -= step;
-                }
+                self.origin = (now.index + 1, now.time);
                 FrameTime { index: now.index + 1, delta: 0.0, advanced: true, ..now }
             }
             Some(now) if self.paused && !stepped => FrameTime { delta: 0.0, advanced: false, ..now },
             Some(now) => {
                 let index = now.index + 1;
                 let time = match self.pace {
-                    Pace::Fixed(step) => self.origin + index as f64 * step,
+                    Pace::Fixed(step) => origin.after(index - known, step),
                     Pace::Live if stepped => now.time + LIVE_STEP,
                     Pace::Live => {
-                        let took = self.woken.map_or(0.0, |woken| wall.saturating_duration_since(woken).as_secs_f64());
+                        let took = self.woken.map_or(Duration::ZERO, |woken| wall.saturating_duration_since(woken));
                         now.time + took.min(LONGEST_FRAME)
                     }
                 };
-                FrameTime { index, time, delta: (time - now.time).max(0.0), advanced: true }
+                FrameTime { index, time, delta: time.since(now.time), advanced: true }
             }
         };
         self.steps = self.steps.saturating_sub(1);
@@ -173,16 +168,21 @@ mod tests {
 
     use super::*;
 
+    fn fixed(step: f64) -> Clock {
+        Clock::new(Pace::Fixed(Fraction::of(step)))
+    }
+
     #[test]
     fn fixed_time_is_index_times_step() {
-        let mut clock = Clock::new(Pace::Fixed(1.0 / 60.0));
+        let mut clock = fixed(1.0 / 60.0);
         let wall = Instant::now();
         for index in 0..1000_u64 {
             let time = clock.tick(wall);
-            assert_eq!((time.index, time.time), (index, index as f64 * (1.0 / 60.0)));
+            assert_eq!((time.index, time.time), (index, Moment::from(index as f64 * (1.0 / 60.0))));
+            assert_eq!(time.time.seconds(), index as f64 / 60.0);
         }
         clock.reset();
-        assert_eq!(clock.tick(wall), FrameTime { index: 0, time: 0.0, delta: 0.0, advanced: true });
+        assert_eq!(clock.tick(wall), FrameTime { index: 0, time: Moment::START, delta: 0.0, advanced: true });
     }
 
     #[test]
@@ -192,7 +192,7 @@ mod tests {
         let at = |ms| wall + Duration::from_millis(ms);
         clock.tick(at(0));
         let running = clock.tick(at(20));
-        assert!((running.time - 0.02).abs() < 1e-9);
+        assert_eq!(running.time, Moment::from(0.02));
         clock.set_paused(true);
         let held = clock.tick(at(40));
         assert_eq!((held.index, held.time, held.advanced), (1, running.time, false));
@@ -202,15 +202,15 @@ mod tests {
         assert!(!clock.tick(at(80)).advanced);
         clock.set_paused(false);
         // The pause itself is no time.
-        assert!((clock.tick(at(9000)).time - stepped.time).abs() < 1e-9);
+        assert_eq!(clock.tick(at(9000)).time, stepped.time);
         // Nor is a frame that hung counted in full.
-        assert!((clock.tick(at(19_000)).delta - LONGEST_FRAME).abs() < 1e-9);
+        assert_eq!(clock.tick(at(19_000)).delta, LONGEST_FRAME.as_secs_f64());
     }
 
     #[test]
     fn a_moment_again_is_a_new_frame_at_the_same_time() {
         let step = 1.0 / 60.0;
-        let mut clock = Clock::new(Pace::Fixed(step));
+        let mut clock = fixed(step);
         let wall = Instant::now();
         for _ in 0..4 {
             clock.tick(wall);
@@ -222,12 +222,12 @@ mod tests {
             assert_eq!(time, FrameTime { index: 3 + count, delta: 0.0, ..moment });
         }
         let next = clock.tick(wall);
-        assert!((next.time - 4.0 * step).abs() < 1e-9 && (next.delta - step).abs() < 1e-9, "{next:?}");
+        assert_eq!((next.time, next.delta), (Moment::from(4.0 / 60.0), step), "{next:?}");
     }
 
     #[test]
     fn a_later_start_gives_the_frames_of_the_whole_run() {
-        let (mut whole, mut part) = (Clock::new(Pace::Fixed(1.0 / 24.0)), Clock::new(Pace::Fixed(1.0 / 24.0)));
+        let (mut whole, mut part) = (fixed(1.0 / 24.0), fixed(1.0 / 24.0));
         let wall = Instant::now();
         part.start_at(100);
         let frames: Vec<FrameTime> = (0..110).map(|_| whole.tick(wall)).collect();
@@ -238,12 +238,30 @@ mod tests {
 
     #[test]
     fn seeking_keeps_the_pace() {
-        let mut clock = Clock::new(Pace::Fixed(0.5));
-        clock.seek(3.0);
-        assert_eq!(clock.tick(Instant::now()).time, 3.0);
-        assert_eq!(clock.tick(Instant::now()).time, 3.5);
-        clock.seek(1.0);
-        assert_eq!(clock.tick(Instant::now()).time, 1.0);
-        assert_eq!(clock.tick(Instant::now()).time, 1.5);
+        let mut clock = fixed(0.5);
+        for (seconds, next) in [(3.0, 3.5), (1.0, 1.5)] {
+            clock.seek(Moment::from(seconds));
+            assert_eq!(clock.tick(Instant::now()).time.seconds(), seconds);
+            assert_eq!(clock.tick(Instant::now()).time.seconds(), next);
+        }
+    }
+
+    #[test]
+    fn frames_after_a_seek_have_the_times_of_the_whole_run() {
+        let wall = Instant::now();
+        for fps in [24.0, 29.97, 30000.0 / 1001.0, 60.0, 144.0] {
+            let step = 1.0 / fps;
+            let mut whole = fixed(step);
+            let times: Vec<Moment> = (0..1000).map(|_| whole.tick(wall).time).collect();
+            for start in (1..990_u32).step_by(7) {
+                for seconds in [f64::from(start) / fps, f64::from(start) * step] {
+                    let mut part = fixed(step);
+                    part.tick(wall);
+                    part.seek(Moment::from(seconds));
+                    let first = start as usize;
+                    assert!((first..first + 10).all(|frame| part.tick(wall).time == times[frame]), "{start} at {fps}");
+                }
+            }
+        }
     }
 }

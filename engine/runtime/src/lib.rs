@@ -27,6 +27,7 @@ mod editing;
 pub mod execute;
 pub mod load;
 pub mod manifest;
+pub mod moment;
 pub mod params;
 pub mod present;
 pub mod project;

@@ -289,7 +289,7 @@ fn camera(camera: &Camera) -> Value {
 
 fn now(session: &Session) -> Value {
     match session.clock().now() {
-        Some(now) => json!({ "frame": now.index, "seconds": now.time }),
+        Some(now) => json!({ "frame": now.index, "seconds": now.time.seconds() }),
         None => json!({ "frame": null, "seconds": 0.0 }),
     }
 }

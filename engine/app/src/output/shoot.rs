@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use raxel_runtime::execute::{Picture, ReadTicket, Texels};
+use raxel_runtime::moment::{Fraction, Moment};
 use raxel_runtime::timeline::Demo;
 use raxel_runtime::{ReadError, Session};
 
@@ -56,7 +57,7 @@ pub(crate) struct Shoot {
     pub layers: Layers,
     pub coding: Coding,
     /// A demo whose captions are written into the pictures, with the seconds of a frame.
-    pub captions: Option<(Arc<Demo>, f64)>,
+    pub captions: Option<(Arc<Demo>, Fraction)>,
     /// Pictures that are averaged for each frame.
     pub samples: u32,
     /// Frames of the same moment that are run before each that is wanted, for graphs that average over time.
@@ -184,7 +185,7 @@ impl Shoot {
         stages.frames += 1;
         stages.size = Some(shot.size());
         let waiting = Instant::now();
-        let caption = self.captions.as_ref().and_then(|(demo, step)| demo.caption(frame as f64 * step));
+        let caption = self.captions.as_ref().and_then(|(demo, step)| demo.caption(Moment::of_frame(frame, *step)));
         pipeline.push(frame, shot, caption.cloned())?;
         if self.mode == Mode::OneByOne {
             pipeline.settle();

@@ -10,6 +10,7 @@ use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_runtime::BuildError;
 use raxel_runtime::execute::{Builtins, ExecutorOptions, FrameInputs, Picture};
 use raxel_runtime::load::Loader;
+use raxel_runtime::moment::Moment;
 use raxel_runtime::params::Params;
 use raxel_runtime::project::Project;
 use raxel_runtime::runner::{GraphRunner, Setup};
@@ -192,7 +193,7 @@ fn render(device: &Arc<Device>) -> Result<f64> {
     })?;
     let executor = runner.executor();
     let builtins = Builtins::default();
-    let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: 0.0, disabled: &[] };
+    let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: Moment::START, disabled: &[] };
     executor.frame(&inputs)?;
     let picture = executor.read_presented()?;
     if picture != expected(SIZE) {

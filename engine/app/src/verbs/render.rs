@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_gpu::DeviceOptions;
+use raxel_runtime::moment::{Fraction, Moment};
 use raxel_runtime::session::Session;
 use raxel_runtime::timeline::Demo;
 use serde_json::json;
@@ -97,11 +98,13 @@ fn seconds(text: &str) -> std::result::Result<f64, String> {
         .ok_or_else(|| "seconds from 0 to 86400, e.g. 2.5s".to_owned())
 }
 
+/// `60`, `29.97`, `30000/1001`.
 pub(super) fn rate(text: &str) -> std::result::Result<f64, String> {
-    text.parse()
-        .ok()
+    let (above, below) = text.split_once('/').unwrap_or((text, "1"));
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    (number(above).zip(number(below)).map(|(above, below)| above / below))
         .filter(|rate| (0.001..=1000.0).contains(rate))
-        .ok_or_else(|| "a number from 0.001 to 1000".to_owned())
+        .ok_or_else(|| "a number from 0.001 to 1000, e.g. 60, 29.97 or 30000/1001".to_owned())
 }
 
 /// One part of the frames.
@@ -154,10 +157,11 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     options.step = Some(1.0 / fps);
     options.pinned.clone_from(&args.layers);
     let mut session = what.open(options.clone(), console)?;
+    let step = Fraction::of(1.0 / fps);
     let make = |session: &mut Session, output: &Output, place: Place| {
         let shoot = Shoot {
-            run: start(session, &wanted, 1.0 / fps)..wanted.end,
-            captions: demo.clone().map(|demo| (demo, 1.0 / fps)),
+            run: start(session, &wanted, step)..wanted.end,
+            captions: demo.clone().map(|demo| (demo, step)),
             layers: args.layers(session, output.kind()),
             wanted: wanted.clone(),
             coding: Coding { kind: output.kind(), compression: args.compression, quality: args.quality },
@@ -189,10 +193,10 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
 
 /// The first frame that must be run for those that are wanted, where the session then stands. The camera of the frame before is known to
 /// every frame, so one more is run. A graph that looks back is run from the last cut of its demo.
-fn start(session: &mut Session, wanted: &Range<u64>, step: f64) -> u64 {
-    let graph = session.graph_at(wanted.start as f64 * step);
+fn start(session: &mut Session, wanted: &Range<u64>, step: Fraction) -> u64 {
+    let at = |frame: u64| Moment::of_frame(frame, step);
+    let graph = session.graph_at(at(wanted.start));
     let first = if Front::looks_back(graph, session.size()) {
-        let at = |frame: u64| frame as f64 * step;
         let cut = |frame: &u64| session.demo().is_some_and(|demo| demo.cuts_between(at(frame - 1), at(*frame)));
         (1..=wanted.start).rev().find(cut).unwrap_or(0)
     } else {
@@ -251,13 +255,14 @@ impl Args {
 
     /// The frames to write.
     fn wanted(&self, output: &Output, demo: Option<&Demo>, fps: f64) -> Range<u64> {
+        let frame_at = |seconds: f64| Moment::from(seconds).nearest(Fraction::of(fps));
         if let Some(at) = self.at {
-            let frame = (at * fps).round() as u64;
+            let frame = frame_at(at);
             return frame..frame + 1;
         }
         let frames = self.frames.unwrap_or(match (output, demo) {
             (Output::Single(..), _) | (_, None) => 1,
-            (_, Some(demo)) => (demo.duration * fps).round().max(1.0) as u64,
+            (_, Some(demo)) => frame_at(demo.duration).max(1),
         });
         match (output, self.shard) {
             (Output::Single(..), _) => frames - 1..frames,
@@ -372,6 +377,16 @@ fn report(output: &Output, session: &Session, shoot: &Shoot, stages: &Stages, ti
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rates_are_numbers_or_fractions() {
+        let parts = |text: &str| rate(text).map(|rate| Fraction::of(rate).parts());
+        assert_eq!(parts("30000/1001"), Ok((30000, 1001)));
+        assert_eq!((parts("29.97"), parts("0.001")), (Ok((2997, 100)), Ok((1, 1000))));
+        for text in ["", "0", "-1", "1001", "nan", "inf", "1/0", "0/0", "60/", "/2", "1/2/3", "60fps"] {
+            assert!(rate(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn shards_are_all_frames_once() {

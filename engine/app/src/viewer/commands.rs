@@ -10,6 +10,7 @@ use raxel_panels::Action;
 use raxel_panels::view::{Brush, Effect};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::moment::Moment;
 use raxel_runtime::params::from_components;
 use raxel_runtime::{EditFailure, Session};
 use winit::event_loop::ActiveEventLoop;
@@ -250,7 +251,7 @@ impl Viewer<'_> {
             return self.warn("no demo runs: `raxel run worlds/NAME.demo.toml` opens one to record into".to_owned());
         };
         let (file, camera) = (demo.file.clone(), *self.session.camera());
-        let time = demo.local_time(self.session.clock().now().map_or(0.0, |now| now.time));
+        let time = demo.local_time(self.session.clock().now().map_or(Moment::START, |now| now.time));
         let on_disk = self.session.project().on_disk(&file);
         match write_back::edit(&on_disk, |text| change(text, time, &camera)) {
             Ok(()) => self.notice(format!("{done}, in {file}")),

@@ -6,6 +6,7 @@ use raxel_panels::view::{Editing, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::camera::FlyInput;
 use raxel_runtime::execute::{ExecuteError, FrameReport, PassOutcome, Progress};
+use raxel_runtime::moment::Moment;
 use raxel_runtime::present::{PresentError, Presented};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::session::CaptureError;
@@ -135,7 +136,7 @@ impl Viewer<'_> {
         let (Some(looped), Some(duration)) = (self.looped, self.session.demo().map(|demo| demo.duration)) else {
             return;
         };
-        let ended = self.session.clock().now().is_some_and(|now| now.time >= duration);
+        let ended = self.session.clock().now().is_some_and(|now| now.time >= Moment::from(duration));
         if ended && looped {
             self.session.seek(0.0);
         } else if ended && !self.session.clock().paused() {

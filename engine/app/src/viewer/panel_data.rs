@@ -18,6 +18,7 @@ use raxel_panels::{Samples, view};
 use raxel_runtime::Session;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::{FrameReport, PassOutcome};
+use raxel_runtime::moment::Moment;
 use raxel_runtime::params::components;
 use raxel_runtime::present::Viewport;
 use raxel_world::{Material, srgb_from_linear};
@@ -427,7 +428,7 @@ pub(crate) fn under(session: &Session, hit: &CastHit) -> String {
 /// The demo. `looped` is what the user has chosen.
 pub(crate) fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
     let demo = session.demo()?;
-    let now = session.clock().now().map_or(0.0, |now| now.time);
+    let now = session.clock().now().map_or(Moment::START, |now| now.time);
     let params = demo.tracks.iter().map(|driven| {
         let name = &driven.param.value;
         Track::new(Lane::Param(name.clone()), name, driven.keys.iter().map(|key| key.value.0).collect())

@@ -13,6 +13,7 @@ use super::{Effort, PassSpread, Refusal, Spread};
 use raxel_runtime::BuildError;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::execute::{Builtins, ExecuteError, Executor, FrameInputs};
+use raxel_runtime::moment::Moment;
 use raxel_runtime::params::Params;
 use raxel_runtime::runner::{GraphRunner, Setup};
 use raxel_runtime::world::SessionWorld;
@@ -213,7 +214,7 @@ impl Frames<'_> {
             builtins: &builtins,
             params: self.params.values(),
             overrides: &[],
-            clock: f64::from(self.index) / 60.0,
+            clock: Moment::from(f64::from(self.index) / 60.0),
             disabled: &self.disabled,
         };
         self.index += 1;

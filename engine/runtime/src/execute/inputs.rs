@@ -3,6 +3,7 @@
 use raxel_graph::checked::{Builtin, PassId, Value};
 
 use crate::camera::Camera;
+use crate::moment::Moment;
 use crate::world::SessionWorld;
 
 /// Everything that may change from frame to frame without a new plan.
@@ -14,8 +15,8 @@ pub struct FrameInputs<'a> {
     pub params: &'a [Value],
     /// Members whose values are replaced, whatever the file says.
     pub overrides: &'a [Override],
-    /// Seconds of the session's clock: decides which passes with `every = { hz }` are due, and how many ticks of each clock.
-    pub clock: f64,
+    /// Time on the session's clock: decides which passes with `every = { hz }` are due, and how many ticks of each clock.
+    pub clock: Moment,
     /// Passes of the file that are switched off, in every round. They leave their outputs as they are.
     pub disabled: &'a [PassId],
 }

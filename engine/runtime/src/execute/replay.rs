@@ -12,6 +12,7 @@ use super::inputs::FrameInputs;
 use super::memo::Memo;
 use super::report::PassOutcome;
 use super::ticks::Ticks;
+use crate::moment::Fraction;
 
 /// What a frame is recorded into: the device's command buffer, or nothing at all to measure the walk itself.
 pub trait Recorder {
@@ -54,10 +55,12 @@ pub struct Counts {
 
 struct Pass {
     every: Option<Every>,
+    /// Of `every = { hz }`.
+    rate: Fraction,
     /// For `every = { hz }`: the tick of the last run.
-    tick: Option<i64>,
+    tick: Option<u64>,
     /// `tick` as the frame before left it.
-    before: Option<i64>,
+    before: Option<u64>,
     due: bool,
     /// Digest of everything but the values: pipeline, workgroups, bindings.
     base: Digest,
@@ -87,7 +90,8 @@ impl Replay {
             let pass = plan.graph.pass(planned.pass);
             let rest = (planned.groups, &pass.dispatch, &pass.accesses, &planned.specialization);
             let base = digest::of(0, &[digest::of_bytes(0, &pass.shader.module), digest::of_debug(0, &rest)]);
-            Pass { every: pass.every, tick: None, before: None, due: true, base }
+            let rate = if let Some(Every::Hz(hz)) = pass.every { Fraction::of(hz) } else { Fraction::ZERO };
+            Pass { every: pass.every, rate, tick: None, before: None, due: true, base }
         };
         let ticking = |step: usize| Some((step, plan.clock_of(step)?, plan.tick_of(step)?));
         Replay {
@@ -278,8 +282,8 @@ impl Replay {
                     }
                     Some(Every::Still(frames)) => inputs.builtins.frame_still < frames,
                     Some(Every::Clock(clock)) => self.ticks.is_due(clock, planned.tick.unwrap_or(0)),
-                    Some(Every::Hz(hz)) => {
-                        let tick = (inputs.clock * hz).floor() as i64;
+                    Some(Every::Hz(_)) => {
+                        let (tick, _) = inputs.clock.tick(pass.rate);
                         let due = pass.tick.is_none_or(|last| tick != last);
                         pass.tick = Some(tick);
                         due

@@ -1,15 +1,13 @@
 //! Ticks of the clocks of a graph: how many are due in a frame, and what they rotate.
 //!
 //! Tick k of a clock is due when k / hz seconds have passed, tick 0 at the start. A frame runs those that have become due since the last
-//! one, `most` of them at most; time beyond that is dropped. Times are counted in whole units of 1 / 705,600,000 s (the flick: frames of
-//! 24, 25, 30, 48, 50, 60, 90, 100, 120 and 144 a second take a whole number of them), rates in thousandths of a hertz. The rest is
-//! integer arithmetic, so that rounding drops no tick and runs none twice.
+//! one, `most` of them at most; time beyond that is dropped. Times and rates are fractions of whole numbers ([`crate::moment`]), so
+//! that rounding drops no tick and runs none twice.
 
 use raxel_graph::checked::{ClockId, ClockValue, Graph, Value};
 use raxel_graph::plan::Turn;
 
-/// Units of time in a second.
-const FLICKS: u128 = 705_600_000;
+use crate::moment::{Fraction, Moment};
 
 /// Added to every number of ticks that rotates something, so that the tick before the first one has a number too. A multiple of every
 /// number of copies, 1 to 17.
@@ -24,8 +22,8 @@ pub struct Ticks {
 #[derive(Clone, Debug)]
 struct ClockState {
     name: String,
-    /// Thousandths of a hertz.
-    rate: u128,
+    /// Ticks a second.
+    rate: Fraction,
     most: u32,
     /// Ticks that were due by the last frame; `None` before the first.
     reached: Option<u64>,
@@ -38,35 +36,39 @@ struct ClockState {
     before: (Option<u64>, u64, u32),
 }
 
-impl Ticks {
-    /// Nothing has run yet.
-    pub fn new(graph: &Graph) -> Ticks {
-        let clock = |clock: &raxel_graph::checked::Clock| ClockState {
-            name: clock.name.clone(),
-            rate: (clock.hz * 1000.0).round() as u128,
-            most: clock.most,
+impl ClockState {
+    fn new(name: &str, hz: f64, most: u32) -> ClockState {
+        ClockState {
+            name: name.to_owned(),
+            rate: Fraction::of(hz),
+            most,
             reached: None,
             finished: 0,
             due: 0,
             phase: 0.0,
             before: (None, 0, 0),
-        };
-        Ticks { clocks: graph.clocks.iter().map(clock).collect() }
+        }
+    }
+}
+
+impl Ticks {
+    /// Nothing has run yet.
+    pub fn new(graph: &Graph) -> Ticks {
+        Ticks { clocks: graph.clocks.iter().map(|clock| ClockState::new(&clock.name, clock.hz, clock.most)).collect() }
     }
 
-    /// Begins the frame at so many seconds. Time that runs backwards makes nothing due.
-    pub fn advance(&mut self, seconds: f64) {
-        let flicks = (seconds.max(0.0) * FLICKS as f64).round() as u128;
+    /// Begins the frame at a time. Time that runs backwards makes nothing due.
+    pub fn advance(&mut self, time: Moment) {
         for clock in &mut self.clocks {
-            let thousandths = flicks * clock.rate;
             clock.before = (clock.reached, clock.finished, clock.due);
-            let number = u64::try_from(thousandths / (FLICKS * 1000)).unwrap_or(u64::MAX - 1);
-            let reached = number + 1;
+            let (number, phase) = time.tick(clock.rate);
+            let reached = number.saturating_add(1);
             let passed = clock.reached.map_or(1, |before| reached.saturating_sub(before));
             clock.finished += u64::from(clock.due);
             clock.due = u32::try_from(passed).unwrap_or(u32::MAX).min(clock.most);
             clock.reached = Some(reached);
-            clock.phase = ((thousandths % (FLICKS * 1000)) as f64 / (FLICKS * 1000) as f64) as f32;
+            // Below 1, also where the nearest float is 1.
+            clock.phase = (phase as f32).min(1.0 - f32::EPSILON / 2.0);
         }
     }
 
@@ -116,7 +118,10 @@ impl Ticks {
         let state = &self.clocks[clock.0 as usize];
         match value {
             ClockValue::Tick => Value::U32(self.rotation(0, turn).saturating_sub(ORIGIN) as u32),
-            ClockValue::Delta => Value::F32((1000.0 / state.rate as f64) as f32),
+            ClockValue::Delta => {
+                let (ticks, seconds) = state.rate.parts();
+                Value::F32((seconds as f64 / ticks as f64) as f32)
+            }
             ClockValue::Phase => Value::F32(state.phase),
         }
     }
@@ -124,27 +129,19 @@ impl Ticks {
 
 #[cfg(test)]
 mod tests {
+    use raxel_world::random::SplitMix64;
+
     use super::*;
 
     fn ticks(hz: f64, most: u32) -> Ticks {
-        let state = ClockState {
-            name: "sim".to_owned(),
-            rate: (hz * 1000.0) as u128,
-            most,
-            reached: None,
-            finished: 0,
-            due: 0,
-            phase: 0.0,
-            before: (None, 0, 0),
-        };
-        Ticks { clocks: vec![state] }
+        Ticks { clocks: vec![ClockState::new("sim", hz, most)] }
     }
 
     /// Numbers of the ticks that the first `frames` frames run.
     fn run(ticks: &mut Ticks, step: f64, frames: u64) -> Vec<u64> {
         let mut ran = Vec::new();
         for frame in 0..frames {
-            ticks.advance(frame as f64 * step);
+            ticks.advance(Moment::from(frame as f64 * step));
             let tick = |tick| ticks.rotation(0, Turn::Tick(ClockId(0), tick)) - ORIGIN;
             ran.extend((0..ticks.clocks[0].due).map(tick));
         }
@@ -168,8 +165,8 @@ mod tests {
         for fps in [30_u32, 60, 144] {
             let mut ticks = ticks(60.0, 4);
             for second in 1..2000 {
-                ticks.advance(f64::from(second - 1) + 0.5);
-                ticks.advance(f64::from(second * fps) * (1.0 / f64::from(fps)));
+                ticks.advance(Moment::from(f64::from(second - 1) + 0.5));
+                ticks.advance(Moment::from(f64::from(second * fps) * (1.0 / f64::from(fps))));
                 assert_eq!(ticks.clocks[0].reached, Some(u64::from(second) * 60 + 1), "{fps}");
                 assert!(ticks.clocks[0].phase.abs() < 1e-6);
             }
@@ -181,23 +178,88 @@ mod tests {
         let mut ticks = ticks(60.0, 4);
         let clock = ClockId(0);
         let due = |ticks: &Ticks| (0..9).filter(|tick| ticks.is_due(clock, *tick)).count();
-        ticks.advance(5.0);
+        ticks.advance(Moment::from(5.0));
         assert_eq!(due(&ticks), 1, "the first frame runs one tick, whenever it is");
-        ticks.advance(6.0);
+        ticks.advance(Moment::from(6.0));
         assert_eq!(due(&ticks), 4);
-        ticks.advance(6.0);
+        ticks.advance(Moment::from(6.0));
         assert_eq!(due(&ticks), 0);
         assert_eq!(ticks.rotation(9, Turn::After(clock)), ORIGIN + 4);
         assert_eq!(ticks.rotation(9, Turn::Frame), 9);
-        ticks.advance(1.0);
+        ticks.advance(Moment::from(1.0));
         assert_eq!(due(&ticks), 0, "backwards");
-        ticks.advance(1.0 + 2.0 / 60.0);
+        ticks.advance(Moment::from(1.0 + 2.0 / 60.0));
         assert_eq!(due(&ticks), 2);
         assert_eq!(ticks.value(Turn::Before(clock), ClockValue::Tick), Value::U32(4));
         assert_eq!(ticks.value(Turn::Tick(clock, 1), ClockValue::Tick), Value::U32(6));
         let mut next = self::ticks(60.0, 4);
         next.carry(&ticks);
-        next.advance(1.0 + 3.0 / 60.0);
+        next.advance(Moment::from(1.0 + 3.0 / 60.0));
         assert_eq!((due(&next), next.rotation(0, Turn::After(clock))), (1, ORIGIN + 7));
+    }
+
+    /// Rates as users write them, with the fraction that they are.
+    fn rates(random: &mut SplitMix64, count: usize) -> Vec<(f64, [u128; 2])> {
+        let chosen = [
+            "1", "7", "20", "23.976", "24", "25", "29.97", "30", "50", "59.94", "60", "90", "144", "240", "999.999",
+            "1000",
+        ];
+        let random = (0..count).map(|_| {
+            let digits = random.bits() % 5;
+            let below = 10_u64.pow(digits as u32);
+            let above = below + random.bits() % (999 * below);
+            format!("{}.{:0width$}", above / below, above % below, width = digits as usize)
+        });
+        let fraction = |text: String| {
+            let (whole, part) = text.split_once('.').unwrap_or((&text, ""));
+            let above = format!("{whole}{part}").parse().expect("digits");
+            (text.parse().expect("a number"), [above, 10_u128.pow(part.len() as u32)])
+        };
+        chosen.map(str::to_owned).into_iter().chain(random).map(fraction).collect()
+    }
+
+    /// Every frame of `frames` runs the ticks that have become due by integer arithmetic, whether all frames were played or a seek went
+    /// over some.
+    fn ticks_are_exact(frames: u64, hz: &[(f64, [u128; 2])], random: &mut SplitMix64) {
+        let paces = [(24.0, [24, 1]), (25.0, [25, 1]), (30000.0 / 1001.0, [30000, 1001]), (29.97, [2997, 100])];
+        for (fps, [per, seconds]) in paces.into_iter().chain([(30.0, [30, 1]), (60.0, [60, 1]), (144.0, [144, 1])]) {
+            let step = Fraction::of(1.0 / fps);
+            for &(hz, [times, of]) in hz {
+                let (mut played, mut sought) = (self::ticks(hz, u32::MAX), self::ticks(hz, u32::MAX));
+                let rate = played.clocks[0].rate;
+                let mut before = 0;
+                for frame in 0..frames {
+                    let number = u128::from(frame) * seconds * times / (per * of);
+                    let time = Moment::of_frame(frame, step);
+                    played.advance(time);
+                    assert_eq!(u128::from(time.tick(rate).0), number, "{hz} Hz, frame {frame} at {fps}");
+                    let due = if frame == 0 { 1 } else { number - before };
+                    assert_eq!(u128::from(played.clocks[0].due), due, "{hz} Hz, frame {frame} at {fps}");
+                    before = number;
+                    if random.bits().is_multiple_of(8) {
+                        sought.advance(Moment::from(frame as f64 / fps));
+                        assert_eq!(sought.clocks[0].reached, played.clocks[0].reached);
+                        assert_eq!(sought.clocks[0].phase.to_bits(), played.clocks[0].phase.to_bits());
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn ticks_are_what_integers_say() {
+        let mut random = SplitMix64::new(30);
+        let rates = rates(&mut random, 40);
+        ticks_are_exact(2000, &rates, &mut random);
+        ticks_are_exact(100_000, &rates[5..8], &mut random);
+    }
+
+    #[test]
+    #[ignore = "takes minutes"]
+    fn ticks_of_all_rates_are_what_integers_say() {
+        let mut random = SplitMix64::new(31);
+        let mut rates = rates(&mut random, 200);
+        rates.extend((1..=1000_u32).map(|hz| (f64::from(hz), [u128::from(hz), 1])));
+        ticks_are_exact(100_000, &rates, &mut random);
     }
 }

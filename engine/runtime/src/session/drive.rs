@@ -10,6 +10,7 @@ use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::{DebugTarget, DebugTargetError};
 use crate::execute::{DeviceSource, Override, WriteError};
+use crate::moment::Moment;
 use crate::params::{self, Params, SetError};
 use crate::present::Viewport;
 use crate::reload::project_state::BuildSettings;
@@ -215,9 +216,10 @@ impl Session {
         self.clock.again();
     }
 
-    /// Puts the next frame at so many seconds.
-    pub fn seek(&mut self, seconds: f64) {
-        self.clock.seek(seconds);
+    /// Puts the next frame at so many seconds. A float is taken for the fraction that it was rounded from, so that `62.0 / 60.0` is the
+    /// time of frame 62.
+    pub fn seek(&mut self, seconds: impl Into<Moment>) {
+        self.clock.seek(seconds.into());
     }
 
     /// Starts over at a later frame: the next one is frame `index`, at its time. With a fixed step, the frame after it is the one that a run

@@ -221,7 +221,7 @@ impl Session {
         let [world_changed_min, world_changed_max] = self.changed.bounds();
         let mut builtins = Builtins {
             frame_index: time.index as u32,
-            frame_time: time.time as f32,
+            frame_time: time.time.seconds() as f32,
             frame_delta: time.delta as f32,
             frame_still: changes.still,
             history_valid: u32::from(self.history.is_valid()),

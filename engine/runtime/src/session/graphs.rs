@@ -4,12 +4,13 @@ use super::{FrameError, Session};
 use crate::build_error::BuildError;
 use crate::debug_target::DebugTarget;
 use crate::execute::ExecuteError;
+use crate::moment::Moment;
 use crate::reload::project_state::BuildSettings;
 use crate::sources::POSES;
 
 impl Session {
-    /// Lets the graph run that the demo wants at `time` seconds on the clock. True when it is another one.
-    pub(super) fn follow_graphs(&mut self, time: f64) -> Result<bool, FrameError> {
+    /// Lets the graph run that the demo wants at a time on the clock. True when it is another one.
+    pub(super) fn follow_graphs(&mut self, time: Moment) -> Result<bool, FrameError> {
         let Some(demo) = self.demo.as_ref().filter(|_| !self.taken_over && !self.state.named.graph) else {
             return Ok(false);
         };

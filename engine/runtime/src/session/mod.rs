@@ -38,6 +38,7 @@ use crate::debug_target::DebugTarget;
 use crate::editing::{Editing, Saves};
 use crate::execute::{Executor, ExecutorOptions, Override};
 use crate::load::Loader;
+use crate::moment::Moment;
 use crate::params::Params;
 use crate::present::Viewport;
 use crate::project::Project;
@@ -63,7 +64,7 @@ pub struct Options {
     pub size: [u32; 2],
     /// Pixels of the output for each pixel of the window, along each axis.
     pub scale: f64,
-    /// Seconds of a frame; `None` follows the wall clock.
+    /// Seconds of a frame; `None` follows the wall clock. `1.0 / 60.0` is a sixtieth exactly ([`crate::moment::Fraction::of`]).
     pub step: Option<f64>,
     /// The debug target: the graph's own when empty.
     pub debug_target: DebugTarget,
@@ -198,7 +199,7 @@ impl Session {
     }
 
     /// The graph at so many seconds on the clock, as the demo has it.
-    pub fn graph_at(&self, seconds: f64) -> &Arc<Graph> {
+    pub fn graph_at(&self, seconds: impl Into<Moment>) -> &Arc<Graph> {
         let demo = self.demo.as_ref().filter(|_| !self.taken_over && !self.state.named.graph);
         let part = demo.and_then(|demo| self.state.graph_at(&demo.graph_at(seconds).value));
         part.and_then(|part| part.result.as_ref().ok()).unwrap_or(&self.graph)

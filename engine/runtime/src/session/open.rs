@@ -15,6 +15,7 @@ use crate::clock::{Clock, Pace};
 use crate::editing::Editing;
 use crate::execute::{self, Executor, ExecutorOptions};
 use crate::load::{Loader, Part};
+use crate::moment::Fraction;
 use crate::params::Params;
 use crate::present::Viewport;
 use crate::project::Project;
@@ -82,7 +83,7 @@ impl Session {
 
         let camera = world.first_camera();
         let mut session = Self {
-            clock: Clock::new(options.step.map_or(Pace::Live, Pace::Fixed)),
+            clock: Clock::new(options.step.map_or(Pace::Live, |step| Pace::Fixed(Fraction::of(step)))),
             camera,
             previous_camera: camera,
             still: super::still::Still::default(),

@@ -138,6 +138,7 @@ mod tests {
 
     use super::super::{Direction, read};
     use super::*;
+    use crate::moment::{Fraction, Moment};
 
     const GOOD: &str = r#"
 name = "flight"
@@ -348,6 +349,19 @@ target = "a@b"
         assert_eq!(demo.check(&|path| (path == "graphs/primary.toml").then_some(&primary)).len(), 1);
         let late = read_text(&format!("{GOOD}[[graphs]]\ntime = 9.0\ngraph = \"../../a.toml\"\n")).unwrap_err();
         assert_eq!(codes(&late), ["RX0406", "RX0005"]);
+    }
+
+    #[test]
+    fn keys_take_effect_in_their_frames_in_every_round() {
+        let text = "world = \"a.toml\"\ngraph = \"b.toml\"\nduration = 1.4\nloop = true\n\
+                    [[caption]]\ntime = 0.7\nuntil = 0.9\ntext = \"here\"\n";
+        let demo = read_text(text).unwrap();
+        let step = Fraction::of(1.0 / demo.fps);
+        assert_eq!((demo.frames(), demo.frame_at(0.7)), (42, 21));
+        for frame in 0..42 * 50 {
+            let said = demo.caption(Moment::of_frame(frame, step)).is_some();
+            assert_eq!(said, (21..27).contains(&(frame % 42)), "frame {frame}");
+        }
     }
 
     #[test]

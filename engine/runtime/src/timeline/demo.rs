@@ -8,6 +8,7 @@ use super::curve::{Interpolation, sample, segment};
 use super::edits::EditKey;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
+use crate::moment::{Fraction, Moment};
 use crate::params;
 
 /// A demo file.
@@ -157,7 +158,7 @@ pub enum Claim {
 impl Demo {
     /// The frame at so many seconds, headless.
     pub fn frame_at(&self, seconds: f64) -> u64 {
-        (seconds * self.fps).round() as u64
+        Moment::from(seconds).nearest(Fraction::of(self.fps))
     }
 
     /// The seconds at which checks look at pictures, in order.
@@ -172,7 +173,7 @@ impl Demo {
     }
 
     /// The caption at `time` seconds on the clock: of several the last that has appeared.
-    pub fn caption(&self, time: f64) -> Option<&CaptionText> {
+    pub fn caption(&self, time: impl Into<Moment>) -> Option<&CaptionText> {
         let time = self.local_time(time);
         let shown = |caption: &&Caption| (caption.during[0]..caption.during[1]).contains(&time);
         self.captions.iter().rev().find(shown).map(|caption| &caption.line)
@@ -180,7 +181,7 @@ impl Demo {
 
     /// Whether there is a cut on the way from one moment to a later one, both in seconds on the clock: of the camera, or since another
     /// graph runs.
-    pub fn cuts_between(&self, before: f64, after: f64) -> bool {
+    pub fn cuts_between(&self, before: impl Into<Moment>, after: impl Into<Moment>) -> bool {
         let (before, after) = (self.local_time(before), self.local_time(after));
         let between = |time: f64| before < time && time <= after;
         self.camera.iter().any(|key| key.cut && between(key.time))
@@ -188,7 +189,7 @@ impl Demo {
     }
 
     /// The graph at `time` seconds on the clock.
-    pub fn graph_at(&self, time: f64) -> &Spanned<String> {
+    pub fn graph_at(&self, time: impl Into<Moment>) -> &Spanned<String> {
         self.graph_in(self.local_time(time))
     }
 
@@ -210,17 +211,23 @@ impl Demo {
 
     /// Frames of a headless run from start to end.
     pub fn frames(&self) -> u64 {
-        (self.duration * self.fps).round().max(1.0) as u64
+        self.frame_at(self.duration).max(1)
     }
 
-    /// Seconds into the timeline at `time` seconds on the clock.
-    pub fn local_time(&self, time: f64) -> f64 {
-        if self.looped { time.rem_euclid(self.duration) } else { time.clamp(0.0, self.duration) }
+    /// Seconds into the timeline at `time` seconds on the clock. The float nearest to the exact time: it equals that of a key at this time.
+    pub fn local_time(&self, time: impl Into<Moment>) -> f64 {
+        let (time, end) = (time.into(), Moment::from(self.duration));
+        let local = if self.looped { time.within(end) } else { time.min(end) };
+        local.seconds().min(self.duration)
     }
 
     /// The values of params at `time` seconds on the clock. A track whose param the graph lacks is left out. Allocates nothing, like all
     /// that is asked once a frame.
-    pub fn params<'d>(&'d self, time: f64, graph: &'d Graph) -> impl Iterator<Item = (ParamId, Value)> + 'd {
+    pub fn params<'d>(
+        &'d self,
+        time: impl Into<Moment>,
+        graph: &'d Graph,
+    ) -> impl Iterator<Item = (ParamId, Value)> + 'd {
         let time = self.local_time(time);
         self.tracks.iter().filter_map(move |track| {
             let id = graph.find_param(&track.param.value)?;
@@ -230,7 +237,7 @@ impl Demo {
 
     /// The debug target at `time` seconds on the clock: `None`, the graph's own, until the first change, and again when another graph
     /// begins.
-    pub fn debug_target(&self, time: f64) -> Option<&DebugTarget> {
+    pub fn debug_target(&self, time: impl Into<Moment>) -> Option<&DebugTarget> {
         let time = self.local_time(time);
         let since = self.graphs.iter().rev().find(|key| key.time <= time).map_or(0.0, |key| key.time);
         let shown = self.shows.iter().rev().find(|key| key.time <= time)?;
@@ -238,7 +245,7 @@ impl Demo {
     }
 
     /// The camera at `time` seconds on the clock; `None` when it is not the demo's.
-    pub fn camera(&self, time: f64) -> Option<Camera> {
+    pub fn camera(&self, time: impl Into<Moment>) -> Option<Camera> {
         let time = self.local_time(time);
         let keys = &self.camera;
         if keys.is_empty() {

@@ -9,6 +9,7 @@ use super::demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey,
 use super::edits;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
+use crate::moment::{Fraction, Moment};
 
 /// Longest demo: a day.
 const LONGEST: f64 = 86_400.0;
@@ -205,10 +206,11 @@ fn check(table: &Table<'_, '_>, end: f64, fps: f64) -> Option<Check> {
     let reference = project_path(table, "reference", "worlds");
     let flip = table.need("flip").and_then(|node| node.number(0.0..=1.0));
     let target = table.get("target").map(|node| debug_target(&node));
-    let last = ((end * fps).round() as i64 - 1).max(0);
+    let frame_at = |seconds: f64| Moment::from(seconds).nearest(Fraction::of(fps)) as i64;
+    let last = (frame_at(end) - 1).max(0);
     let frame = match (table.get("frame"), table.get("time")) {
         (Some(frame), None) => frame.integer(0..=last).map(|frame| frame as u64),
-        (None, Some(node)) => time(&node, end).map(|time| ((time.value * fps).round() as i64).min(last) as u64),
+        (None, Some(node)) => time(&node, end).map(|time| frame_at(time.value).min(last) as u64),
         (Some(_), Some(_)) => {
             table.conflict("frame", "time", "both say when");
             None

@@ -2,6 +2,7 @@
 
 use raxel_graph::checked::Value;
 use raxel_runtime::execute::{Builtins, FrameInputs, Recorder, Replay};
+use raxel_runtime::moment::Moment;
 
 use crate::frames::chain;
 use crate::lab::{Lab, Planned};
@@ -48,7 +49,8 @@ fn thirty_passes_allocate_nothing() {
     // The first frames may reserve what later ones use.
     for frame in 0..12 {
         builtins.frame_time = if frame < 8 { frame as f32 } else { 8.0 };
-        let inputs = FrameInputs { builtins: &builtins, params: &params, overrides: &[], clock: 0.0, disabled: &[] };
+        let inputs =
+            FrameInputs { builtins: &builtins, params: &params, overrides: &[], clock: Moment::START, disabled: &[] };
         let mut calls = Calls::default();
         let walk = allocation_counter::measure(|| {
             replay.decide(frame, &inputs);

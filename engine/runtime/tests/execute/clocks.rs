@@ -1,6 +1,7 @@
 //! Clocks: passes that catch up ticks, what turns with them, and frames without a tick.
 
 use raxel_runtime::execute::{Builtins, FrameInputs, FrameReport};
+use raxel_runtime::moment::Moment;
 
 use crate::lab::{Lab, Planned};
 
@@ -100,7 +101,8 @@ const FILES: [(&str, &str); 4] = [
 
 fn at(lab: &mut Lab, seconds: f64) -> FrameReport {
     let builtins = Builtins { frame_time: seconds as f32, ..Builtins::default() };
-    let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: seconds, disabled: &[] };
+    let inputs =
+        FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: Moment::from(seconds), disabled: &[] };
     lab.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"))
 }
 

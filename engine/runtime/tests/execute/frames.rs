@@ -5,6 +5,7 @@ use std::sync::Arc;
 use raxel_graph::checked::{PassId, Value};
 use raxel_graph::plan::{Lifetime, Plan, Step};
 use raxel_runtime::execute::{Builtins, ExecuteError, FrameInputs, Override};
+use raxel_runtime::moment::{Fraction, Moment};
 
 use crate::lab::{Lab, Planned, at, graph};
 
@@ -222,7 +223,8 @@ fn disabled_passes_and_overrides() {
     let last = plan.graph.find_pass("p2").expect("it is there");
     let builtins = Builtins::default();
     let over = [Override { pass: PassId(0), uniform: None, fill: 0, value: Value::F32(64.0) }];
-    let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &over, clock: 0.0, disabled: &[last] };
+    let inputs =
+        FrameInputs { builtins: &builtins, params: &[], overrides: &over, clock: Moment::START, disabled: &[last] };
     let report = lab.executor.frame(&inputs).expect("it runs");
     assert_eq!((report.dispatched, report.idle), (2, 1));
     // t0 = 64, t1 = 32 + 1, color stays at init.
@@ -253,11 +255,22 @@ push.color = { type = "vec4", value = [0.5, 0.25, 0.0, 1.0] }
     let ran: Vec<u32> = [0.0, 0.05, 0.1, 0.15, 0.19, 0.31, 0.32]
         .into_iter()
         .map(|clock| {
-            let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock, disabled: &[] };
+            let inputs =
+                FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: clock.into(), disabled: &[] };
             lab.executor.frame(&inputs).expect("it runs").dispatched
         })
         .collect();
     assert_eq!(ran, [1, 0, 1, 0, 0, 1, 0]);
+    // At 60 frames a second every second one, with none late: in floats, 62 × (1 / 60) × 30 is below 31.
+    lab.load(&[("graphs/test.toml", &toml.replace("hz = 10", "hz = 30")), FILL], &Planned::default());
+    lab.executor.reset_history();
+    let step = Fraction::of(1.0 / 60.0);
+    for frame in 0..260 {
+        let clock = Moment::of_frame(frame, step);
+        let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock, disabled: &[] };
+        let ran = lab.executor.frame(&inputs).expect("it runs").dispatched;
+        assert_eq!(ran, u32::from(frame.is_multiple_of(2)), "frame {frame}");
+    }
 }
 
 #[test]
@@ -287,7 +300,7 @@ fn what_cannot_be_had_is_an_error() {
     let mut lab = Lab::new();
     assert!(matches!(lab.executor.read_presented(), Err(ExecuteError::NoPlan)));
     let builtins = Builtins::default();
-    let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: 0.0, disabled: &[] };
+    let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: Moment::START, disabled: &[] };
     assert!(matches!(lab.executor.frame(&inputs), Err(ExecuteError::NoPlan)));
     lab.load(&[("graphs/test.toml", ACCUMULATE), ADD], &Planned::default());
     lab.frame();

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use raxel_graph::checked::Value;
 use raxel_runtime::execute::{Builtins, ExecuteError, ExecutorOptions, FrameInputs, Progress};
+use raxel_runtime::moment::Moment;
 
 use crate::lab::{Lab, Planned};
 
@@ -64,7 +65,8 @@ fn a_hang_is_noticed_and_blamed_on_its_pass() {
     let builtins = Builtins::default();
     let submit = |lab: &mut Lab, rounds: i32| {
         let params = [Value::I32(rounds)];
-        let inputs = FrameInputs { builtins: &builtins, params: &params, overrides: &[], clock: 0.0, disabled: &[] };
+        let inputs =
+            FrameInputs { builtins: &builtins, params: &params, overrides: &[], clock: Moment::START, disabled: &[] };
         lab.executor.frame(&inputs)
     };
     // One round is no hang. The first frame also makes the driver compile.

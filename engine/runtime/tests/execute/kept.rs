@@ -1,6 +1,7 @@
 //! What stays from frame to frame: kept resources, tables made of what stands still, partial stores.
 
 use raxel_runtime::execute::{Builtins, FrameInputs, FrameReport};
+use raxel_runtime::moment::Moment;
 
 use crate::lab::{Lab, Planned};
 
@@ -160,7 +161,8 @@ fn what_is_kept_stays_and_a_clear_of_it_is_no_work_for_a_still_frame() {
     assert!(plan.resources.iter().all(|r| r.lifetime == raxel_graph::plan::Lifetime::Persistent));
     let frame = |lab: &mut Lab, time: f32, delta: f32| -> FrameReport {
         let builtins = Builtins { frame_time: time, frame_delta: delta, ..Builtins::default() };
-        let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: 0.0, disabled: &[] };
+        let inputs =
+            FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: Moment::START, disabled: &[] };
         lab.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"))
     };
     for time in [1.0, 2.0] {

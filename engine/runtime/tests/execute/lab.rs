@@ -11,6 +11,7 @@ use raxel_runtime::execute::{
     Builtins, DeviceMemory, DeviceSource, ExecuteError, Executor, ExecutorOptions, FrameInputs, FrameReport, Prepared,
     Sources, limits,
 };
+use raxel_runtime::moment::Moment;
 use raxel_shader::Compiler;
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
@@ -109,7 +110,7 @@ impl Lab {
     }
 
     pub fn frame_with(&mut self, builtins: &Builtins, params: &[raxel_graph::checked::Value]) -> FrameReport {
-        let inputs = FrameInputs { builtins, params, overrides: &[], clock: 0.0, disabled: &[] };
+        let inputs = FrameInputs { builtins, params, overrides: &[], clock: Moment::START, disabled: &[] };
         self.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"))
     }
 

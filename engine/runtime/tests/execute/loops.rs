@@ -2,6 +2,7 @@
 
 use raxel_graph::checked::{ParamId, Value};
 use raxel_runtime::execute::{Builtins, FrameInputs, Override};
+use raxel_runtime::moment::Moment;
 
 use crate::lab::{Lab, Planned, graph};
 
@@ -96,8 +97,13 @@ fn what_is_said_to_a_pass_is_said_to_all_of_its_rounds() {
     lab.load(&files, &Planned { pinned: &["color"], ..Planned::default() });
     let over = [Override { pass: append, uniform: None, fill: base, value: Value::F32(2.0) }];
     let builtins = Builtins::default();
-    let inputs =
-        |overrides, disabled| FrameInputs { builtins: &builtins, params: &[], overrides, clock: 0.0, disabled };
+    let inputs = |overrides, disabled| FrameInputs {
+        builtins: &builtins,
+        params: &[],
+        overrides,
+        clock: Moment::START,
+        disabled,
+    };
     lab.executor.frame(&inputs(&over, &[])).expect("it runs");
     // ((9 · 2 + 0) · 2 + 1) · 2 + 2
     assert_eq!(lab.floats("color", 0, 0, 0)[0][0], 76.0);
@@ -226,7 +232,13 @@ fn a_loop_of_a_clock_runs_all_rounds_in_each_tick() {
     lab.load(&files, &Planned::default());
     let builtins = Builtins::default();
     let at = |lab: &mut Lab, seconds: f64| {
-        let inputs = FrameInputs { builtins: &builtins, params: &[], overrides: &[], clock: seconds, disabled: &[] };
+        let inputs = FrameInputs {
+            builtins: &builtins,
+            params: &[],
+            overrides: &[],
+            clock: Moment::from(seconds),
+            disabled: &[],
+        };
         let report = lab.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"));
         (report.dispatched, report.idle, lab.floats("color", 0, 0, 0)[0][0])
     };

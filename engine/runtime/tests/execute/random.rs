@@ -9,6 +9,7 @@ use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_graph::checked::Graph;
 use raxel_graph::{SourceLayout, compile};
 use raxel_runtime::execute::{Builtins, DeviceSource, FrameInputs};
+use raxel_runtime::moment::Moment;
 use raxel_shader::Compiler;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 use raxel_world::random::SplitMix64;
@@ -270,7 +271,7 @@ fn run(lab: &mut Lab, graph: &Arc<Graph>, alias: bool, memo: bool, poison: bool)
             builtins: &builtins,
             params: &params,
             overrides: &[],
-            clock: TIMES[moment as usize],
+            clock: Moment::from(TIMES[moment as usize]),
             disabled: &[],
         };
         // The copies are filled again, and what passes made of the open source is written over in part.
