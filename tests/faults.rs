@@ -2,7 +2,8 @@
 //!
 //! A program with a library before Vulkan runs the same short session again and again. Each time another call answers with an error. What was
 //! refused is done once more, and then everything must be as if nothing had failed: the same texels, no panic, no message of the validation
-//! layer, no object of Vulkan that is left. `RAXEL_FAULTS=all` tries every call with every error; else a few calls of each kind are tried.
+//! layer, no object of Vulkan that is left. `RAXEL_FAULTS=all` tries every call with every error,
+//! and `RAXEL_FAULTS=DeviceLost` every call with that error; else a few calls of each kind are tried.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -270,8 +271,14 @@ fn try_all(root: &Path) {
     let said = root.join("validation.txt");
     let validation = || std::fs::read_to_string(&said).unwrap_or_default();
     let faults = Faults::in_folder(root);
-    let all = std::env::var("RAXEL_FAULTS").is_ok_and(|which| which == "all");
-    let only = std::env::var("RAXEL_FAULTS").ok().filter(|which| which.starts_with("vk"));
+    let which = std::env::var("RAXEL_FAULTS").unwrap_or_default();
+    let is_fault = |fault: &Fault| format!("{fault:?}") == which;
+    let all = which == "all" || CALLS.iter().any(|(_, faults)| faults.iter().any(is_fault));
+    let is_wanted = |call: &str, fault: Fault| match which.as_str() {
+        "" | "all" => true,
+        which if which.starts_with("vk") => which == call,
+        _ => is_fault(&fault),
+    };
     // The first instance of a process is never destroyed, so that the counted run is the second.
     faults.disarm();
     scenario(root).expect("nothing fails");
@@ -284,12 +291,9 @@ fn try_all(root: &Path) {
     let (mut tried, mut reached, mut known) = (0, 0, validation().len());
     println!("CALLS {counts:?}");
     for (call, answers) in CALLS {
-        if only.as_ref().is_some_and(|only| only != call) {
-            continue;
-        }
         for (turn, skip) in chosen(counts.get(*call).copied().unwrap_or(0), all).into_iter().enumerate() {
             let turns = if all { (0..answers.len()).collect() } else { vec![turn % answers.len()] };
-            for fault in turns.into_iter().map(|turn| answers[turn]) {
+            for fault in turns.into_iter().map(|turn| answers[turn]).filter(|fault| is_wanted(call, *fault)) {
                 let what = format!("{call} {skip} {fault:?}");
                 let limit = Limit::new(what.clone());
                 faults.arm(call, skip, fault);

@@ -5,10 +5,11 @@ use std::time::Duration;
 use raxel_world::{ChunkPos, ChunkSource};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
-use crate::metadata::{self, Baked};
+use crate::metadata::{self, Baked, Unreadable};
 use crate::part::Part;
 use crate::plan::{CHUNK, Plan, ShardKey};
 use crate::retry::retried;
+use crate::seal::Seals;
 use crate::shard::{self, ShardWriter};
 use crate::store::{Store, StoreError, Wanted};
 
@@ -61,6 +62,9 @@ pub enum BakeError {
         /// The document that differs.
         key: String,
     },
+    /// A store that another version of raxel has baked.
+    #[error("the store cannot be baked to: {0}")]
+    OtherFormat(Unreadable),
     /// The tiles of the world cannot be had.
     #[error("the world is not there: {0}")]
     Source(#[from] raxel_world::Unavailable),
@@ -79,18 +83,20 @@ pub fn bake(
 ) -> Result<Report, BakeError> {
     describe(plan, store)?;
     let mut report = Report::default();
+    let seals = Seals::of(&Baked::of(plan));
     let chunks = (plan.edge / CHUNK).pow(3) as usize;
     for key in part.shards(plan) {
         let object = key.object();
         report.shards += 1;
-        match get(store, &object)?.map(|bytes| (shard::check(&bytes, chunks), bytes.len())) {
+        match get(store, &object)?.map(|bytes| (shard::check(&bytes, chunks, seals.of_shard(key)), bytes.len())) {
             Some((Ok(solid), bytes)) => {
                 report.skipped += 1;
                 report.chunks += solid;
                 report.bytes += bytes as u64;
             }
             there => {
-                let (bytes, solid) = make(source, plan, key)?;
+                let (writer, solid) = make(source, plan, key)?;
+                let bytes = writer.finish(seals.of_shard(key));
                 report.redone += u64::from(there.is_some());
                 report.written += 1;
                 report.chunks += solid;
@@ -116,7 +122,16 @@ fn describe(plan: &Plan, store: &dyn Store) -> Result<(), BakeError> {
             && serde_json::from_slice::<serde_json::Value>(&there).is_ok()
         {
             let group = if key == metadata::GROUP { Some(there) } else { get(store, metadata::GROUP)? };
-            return Err(match group.as_deref().map(Baked::read) {
+            let group = group.as_deref().map(Baked::read);
+            // The group comes last: the arrays are those of this plan.
+            if key == metadata::GROUP && matches!(group, Some(Err(Unreadable::Damaged { .. }))) {
+                put(store, &key, &document)?;
+                continue;
+            }
+            return Err(match group {
+                Some(Err(other @ (Unreadable::Older { .. } | Unreadable::Newer { .. }))) => {
+                    BakeError::OtherFormat(other)
+                }
                 Some(Ok(baked)) if baked.fingerprint != plan.fingerprint => BakeError::OtherWorld {
                     there: baked.world,
                     found: baked.fingerprint,
@@ -131,8 +146,8 @@ fn describe(plan: &Plan, store: &dyn Store) -> Result<(), BakeError> {
     Ok(())
 }
 
-/// The bytes of a shard, and how many of its chunks have solid cells.
-fn make(source: &dyn ChunkSource, plan: &Plan, key: ShardKey) -> Result<(Vec<u8>, u64), BakeError> {
+/// The chunks of a shard, and how many of them have solid cells.
+fn make(source: &dyn ChunkSource, plan: &Plan, key: ShardKey) -> Result<(ShardWriter, u64), BakeError> {
     let level = plan.levels()[key.level as usize];
     let edge = (plan.edge / CHUNK) as i32;
     let corner: [i32; 3] = std::array::from_fn(|axis| (level.first[axis] + key.at[axis] as i32) * edge);
@@ -152,7 +167,7 @@ fn make(source: &dyn ChunkSource, plan: &Plan, key: ShardKey) -> Result<(Vec<u8>
             writer.push(chunk.as_deref());
         }
     }
-    Ok((writer.finish(), solid))
+    Ok((writer, solid))
 }
 
 fn get(store: &dyn Store, key: &str) -> Result<Option<Vec<u8>>, StoreError> {

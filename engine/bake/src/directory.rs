@@ -3,8 +3,9 @@
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write as _};
 use std::path::PathBuf;
+use std::time::Duration;
 
-use crate::store::{Store, StoreError, Wanted};
+use crate::store::{DOCUMENT, Store, StoreError, Wanted};
 
 /// Objects as files of a folder, which is made when the first one is written.
 #[derive(Clone, Debug)]
@@ -31,6 +32,11 @@ impl Store for Directory {
     /// Under another name in the same folder first, from where it is moved: whoever is killed leaves a file `.KEY.….part` at most.
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError> {
         self.write(key, bytes).map_err(|error| failed(key, &error))
+    }
+
+    /// A file is there or not, and waiting mends nothing. It may have been replaced between two reads.
+    fn pauses(&self) -> &[Duration] {
+        &[Duration::ZERO]
     }
 }
 
@@ -64,7 +70,8 @@ fn read(mut file: File, wanted: &Wanted) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let size = file.metadata()?.len();
     let (from, most) = match wanted {
-        Wanted::Whole => (0, size),
+        Wanted::Document if size > DOCUMENT => return Err(io::Error::other(format!("it has {size} bytes"))),
+        Wanted::Whole | Wanted::Document => (0, size),
         Wanted::Bytes(range) => (range.start, range.end.saturating_sub(range.start)),
         Wanted::Last(count) => (size.saturating_sub(*count), *count),
     };

@@ -13,6 +13,7 @@ mod object;
 mod part;
 mod plan;
 mod retry;
+mod seal;
 mod shard;
 mod source;
 mod store;
@@ -20,7 +21,7 @@ mod store;
 pub use bake::{BakeError, Report, bake};
 pub use directory::Directory;
 #[cfg(feature = "cloud")]
-pub use object::ObjectStore;
+pub use object::{ObjectStore, Patience};
 pub use part::Part;
 pub use plan::{BakedLevel, DEFAULT_EDGE, Plan, PlanError, Region, ShardKey};
 pub use shard::Damage;

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::plan::{BakedLevel, CHUNK, Plan};
 use crate::shard::ZSTD_LEVEL;
 
-/// The version of what stands under `raxel` in the attributes.
-const FORMAT: u32 = 1;
+/// The version of what stands under `raxel` in the attributes, and of what is in a shard. Format 1 had no checksum here, and no seals.
+const FORMAT: u32 = 2;
 /// The object of the group.
 pub(crate) const GROUP: &str = "zarr.json";
 
@@ -52,6 +52,20 @@ pub enum Unreadable {
         /// Its format.
         found: u32,
     },
+    /// An earlier raxel wrote it.
+    #[error("it has format {found}, in which damage could pass unnoticed: bake the world again to another place")]
+    Older {
+        /// Its format.
+        found: u32,
+    },
+    /// It has another checksum than is written in it.
+    #[error("it is damaged: it has the checksum {found}, and {written} is written in it")]
+    Damaged {
+        /// Of what there is.
+        found: String,
+        /// What is written.
+        written: String,
+    },
 }
 
 impl Baked {
@@ -82,7 +96,16 @@ impl Baked {
         if format > u64::from(FORMAT) {
             return Err(Unreadable::Newer { found: u32::try_from(format).unwrap_or(u32::MAX) });
         }
+        if format < u64::from(FORMAT) {
+            return Err(Unreadable::Older { found: format as u32 });
+        }
         let baked = Self::deserialize(attributes).map_err(|error| Unreadable::Wrong(error.to_string()))?;
+        let written = attributes.get("checksum").and_then(serde_json::Value::as_str);
+        let written = written.ok_or_else(|| wrong("its attribute `raxel` has no `checksum`"))?.to_owned();
+        let found = baked.checksum();
+        if found != written {
+            return Err(Unreadable::Damaged { found, written });
+        }
         if baked.edge == 0 || !baked.edge.is_multiple_of(CHUNK) || baked.edge > crate::plan::MOST_EDGE {
             return Err(Unreadable::Wrong(format!("shards of {} cells", baked.edge)));
         }
@@ -107,6 +130,13 @@ impl Baked {
         Ok(baked)
     }
 
+    /// A CRC-32C of all of it. It is taken of values, not of the document: other programs may write that anew, with other spaces or in
+    /// another order.
+    fn checksum(&self) -> String {
+        let values = serde_json::to_vec(self).expect(PLAIN);
+        format!("{:08x}", crc32c::crc32c(&values))
+    }
+
     /// The levels as they are planned.
     pub(crate) fn baked_levels(&self) -> Vec<BakedLevel> {
         let edge = i64::from(self.edge);
@@ -124,19 +154,21 @@ impl Baked {
 /// Every document of a store with its key, the group first. Keys of JSON objects are in the order of the fields here, so that the bytes
 /// are the same wherever they are made.
 pub(crate) fn documents(plan: &Plan) -> Vec<(String, Vec<u8>)> {
-    let group = Group {
-        zarr_format: 3,
-        node_type: "group",
-        attributes: GroupAttributes { raxel: Baked::of(plan), ome: Ome::of(plan) },
-    };
-    let mut documents = vec![(GROUP.to_owned(), bytes(&group))];
+    let mut documents = vec![(GROUP.to_owned(), group(Baked::of(plan), Ome::of(plan)))];
     documents
         .extend(plan.levels().iter().map(|level| (format!("{}/zarr.json", level.level), bytes(&array(plan, level)))));
     documents
 }
 
+fn group(baked: Baked, ome: Ome) -> Vec<u8> {
+    let raxel = Checked { checksum: baked.checksum(), baked };
+    bytes(&Group { zarr_format: 3, node_type: "group", attributes: GroupAttributes { raxel, ome } })
+}
+
+const PLAIN: &str = "numbers, texts and lists of them are JSON";
+
 fn bytes(document: &impl Serialize) -> Vec<u8> {
-    let mut bytes = serde_json::to_vec_pretty(document).expect("numbers, texts and lists of them are JSON");
+    let mut bytes = serde_json::to_vec_pretty(document).expect(PLAIN);
     bytes.push(b'\n');
     bytes
 }
@@ -150,8 +182,17 @@ struct Group {
 
 #[derive(Serialize)]
 struct GroupAttributes {
-    raxel: Baked,
+    raxel: Checked,
     ome: Ome,
+}
+
+/// With what tells whether it is whole.
+#[derive(Serialize)]
+struct Checked {
+    #[serde(flatten)]
+    baked: Baked,
+    /// [`Baked::checksum`].
+    checksum: String,
 }
 
 /// OME-Zarr 0.5: where the cells of each level are, in voxels of the world.
@@ -305,6 +346,8 @@ fn array(plan: &Plan, level: &BakedLevel) -> Array {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::Not as _;
+
     use super::*;
     use crate::plan::Region;
 
@@ -332,20 +375,49 @@ mod tests {
 
     #[test]
     fn documents_of_others_are_refused() {
-        let good = String::from_utf8(documents(&plan())[0].1.clone()).unwrap();
+        let plan = plan();
+        let good = String::from_utf8(documents(&plan)[0].1.clone()).unwrap();
         let refused = |text: &str| Baked::read(text.as_bytes()).unwrap_err().to_string();
         assert!(refused(&good[..good.len() / 2]).contains("EOF"), "{}", refused(&good[..good.len() / 2]));
         assert!(refused("{}").contains("no attribute `raxel`"));
-        assert!(refused(&good.replace("\"format\": 1", "\"format\": 9")).contains("it has format 9"));
-        for (from, to) in [
-            ("\"edge\": 64", "\"edge\": 63"),
-            ("\"edge\": 64", "\"edge\": 128"),
-            ("\"cell\": 4", "\"cell\": 3"),
-            ("-128", "-9223372036854775808"),
-            ("\"materials\"", "\"stuff\""),
-        ] {
-            assert_ne!(good, good.replacen(from, to, 1), "{from}");
+        assert!(refused(&good.replace("\"format\": 2", "\"format\": 9")).contains("it has format 9"));
+        assert!(refused(&good.replace("\"format\": 2", "\"format\": 1")).contains("bake the world again"));
+        for (from, to) in [("\"checksum\"", "\"chucksum\""), ("\"materials\"", "\"stuff\"")] {
             refused(&good.replacen(from, to, 1));
         }
+        // Those that are whole, and still no plan of a world.
+        let wrong: [fn(&mut Baked); 6] = [
+            |baked| baked.edge = 63,
+            |baked| baked.edge = 128,
+            |baked| baked.levels[1].cell = 3,
+            |baked| baked.levels[0].origin[1] = i64::MIN,
+            |baked| baked.levels.clear(),
+            |baked| baked.materials.clear(),
+        ];
+        for (case, change) in wrong.into_iter().enumerate() {
+            let mut baked = Baked::of(&plan);
+            change(&mut baked);
+            let error = Baked::read(&group(baked, Ome::of(&plan))).unwrap_err();
+            assert!(matches!(error, Unreadable::Wrong(_)), "{case}: {error}");
+        }
+    }
+
+    #[test]
+    fn damage_of_any_byte_is_told_or_changes_nothing() {
+        let plan = plan();
+        let good = documents(&plan)[0].1.clone();
+        let whole = Baked::of(&plan);
+        for at in 0..good.len() {
+            for bit in 0..8 {
+                let mut damaged = good.clone();
+                damaged[at] ^= 1 << bit;
+                assert!(Baked::read(&damaged).is_ok_and(|found| found != whole).not(), "bit {bit} of byte {at}");
+            }
+            // The last byte ends the line.
+            assert_eq!(Baked::read(&good[..at]).is_err(), at < good.len() - 1, "{at} bytes");
+        }
+        // Another program writes it with other spaces.
+        let value: serde_json::Value = serde_json::from_slice(&good).unwrap();
+        assert_eq!(Baked::read(value.to_string().as_bytes()), Ok(whole));
     }
 }

@@ -3,23 +3,40 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use futures_util::TryStreamExt as _;
 use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::http::HttpBuilder;
 use object_store::path::Path;
-use object_store::{ClientOptions, GetOptions, GetRange, RetryConfig};
+use object_store::{BackoffConfig, ClientOptions, GetOptions, GetRange, RetryConfig};
 use tokio::runtime::Runtime;
 
-use crate::store::{Store, StoreError, Wanted};
+use crate::store::{DOCUMENT, PAUSES, Store, StoreError, Wanted};
 
-/// How long a request may take in all, with the times it is tried again. What is above this layer tries again later.
-const PATIENCE: Duration = Duration::from_secs(30);
-/// How long one answer may take, from the request to its last byte.
-const ANSWER: Duration = Duration::from_secs(20);
+/// How long a server is waited for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Patience {
+    /// One answer, from the request to its last byte.
+    pub answer: Duration,
+    /// A request in all, with the times it is tried again.
+    pub request: Duration,
+    /// The first pause before a request is tried again; later ones are longer.
+    pub pause: Duration,
+    /// [`Store::pauses`].
+    pub pauses: Vec<Duration>,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        let [answer, request] = [20, 30].map(Duration::from_secs);
+        Self { answer, request, pause: Duration::from_millis(100), pauses: PAUSES.to_vec() }
+    }
+}
 
 /// Objects below a prefix of a bucket or a web server.
 pub struct ObjectStore {
     store: Arc<dyn object_store::ObjectStore>,
     prefix: Path,
+    patience: Patience,
     /// Its threads wait for the network; whoever asks waits for them.
     runtime: Runtime,
 }
@@ -28,14 +45,20 @@ impl ObjectStore {
     /// Opens `s3://BUCKET/PREFIX`, with credentials, region and endpoint from the environment (`AWS_…`), or a folder of a web server.
     pub fn open(address: &str) -> Result<Self, String> {
         let text = |text: std::ffi::OsString| text.into_string().ok();
-        Self::open_with(address, std::env::vars_os().filter_map(|(name, value)| Some((text(name)?, text(value)?))))
+        let environment = std::env::vars_os().filter_map(|(name, value)| Some((text(name)?, text(value)?)));
+        Self::open_with(address, environment, Patience::default())
     }
 
-    /// The same in another environment.
-    pub fn open_with(address: &str, environment: impl IntoIterator<Item = (String, String)>) -> Result<Self, String> {
+    /// The same in another environment, and with other limits of time.
+    pub fn open_with(
+        address: &str,
+        environment: impl IntoIterator<Item = (String, String)>,
+        patience: Patience,
+    ) -> Result<Self, String> {
         let text = |error: object_store::Error| error.to_string();
-        let retry = RetryConfig { max_retries: 4, retry_timeout: PATIENCE, ..RetryConfig::default() };
-        let options = ClientOptions::new().with_timeout(ANSWER).with_connect_timeout(ANSWER);
+        let backoff = BackoffConfig { init_backoff: patience.pause, ..BackoffConfig::default() };
+        let retry = RetryConfig { backoff, max_retries: 4, retry_timeout: patience.request };
+        let options = ClientOptions::new().with_timeout(patience.answer).with_connect_timeout(patience.answer);
         let (store, prefix): (Arc<dyn object_store::ObjectStore>, &str) =
             if let Some(rest) = address.strip_prefix("s3://") {
                 let (bucket, prefix) = rest.split_once('/').unwrap_or((rest, ""));
@@ -60,7 +83,7 @@ impl ObjectStore {
         let prefix = Path::parse(prefix.trim_matches('/')).map_err(|error| error.to_string())?;
         let mut runtime = tokio::runtime::Builder::new_multi_thread();
         let runtime = runtime.worker_threads(2).enable_all().thread_name("store").build();
-        Ok(Self { store, prefix, runtime: runtime.map_err(|error| error.to_string())? })
+        Ok(Self { store, prefix, patience, runtime: runtime.map_err(|error| error.to_string())? })
     }
 
     fn path(&self, key: &str) -> Path {
@@ -70,18 +93,20 @@ impl ObjectStore {
 
 impl Store for ObjectStore {
     fn get(&self, key: &str, wanted: Wanted) -> Result<Option<Vec<u8>>, StoreError> {
-        let range = match wanted {
-            Wanted::Whole => None,
-            Wanted::Bytes(range) => Some(GetRange::Bounded(range)),
-            Wanted::Last(count) => Some(GetRange::Suffix(count)),
+        let range = match &wanted {
+            Wanted::Whole | Wanted::Document => None,
+            Wanted::Bytes(range) => Some(GetRange::Bounded(range.clone())),
+            Wanted::Last(count) => Some(GetRange::Suffix(*count)),
         };
-        let path = self.path(key);
-        let bytes = self.runtime.block_on(async {
+        let most = if wanted == Wanted::Document { DOCUMENT } else { u64::MAX };
+        let (store, path) = (self.store.clone(), self.path(key));
+        // On a thread of the runtime, so that a panic on headers that nobody foresaw is an error here.
+        let read = self.runtime.spawn(async move {
             let options = GetOptions { range, ..GetOptions::default() };
-            self.store.get_opts(&path, options).await?.bytes().await
+            read(store.get_opts(&path, options).await?, most).await
         });
-        match bytes {
-            Ok(bytes) => Ok(Some(bytes.into())),
+        match self.runtime.block_on(read).unwrap_or_else(|source| Err(object_store::Error::JoinError { source })) {
+            Ok(bytes) => Ok(Some(bytes)),
             Err(object_store::Error::NotFound { .. }) => Ok(None),
             Err(error) => Err(failed(key, &error)),
         }
@@ -92,6 +117,31 @@ impl Store for ObjectStore {
         let put = self.runtime.block_on(async { self.store.put(&path, bytes.into()).await });
         put.map(|_| ()).map_err(|error| failed(key, &error))
     }
+
+    fn pauses(&self) -> &[Duration] {
+        &self.patience.pauses
+    }
+}
+
+/// The bytes that the headers of an answer promise: no fewer, and no more, however many the server sends.
+async fn read(answer: object_store::GetResult, most: u64) -> object_store::Result<Vec<u8>> {
+    let promised = answer.range.end.saturating_sub(answer.range.start);
+    let wrong = |said: String| object_store::Error::Generic { store: "HTTP", source: said.into() };
+    if promised > most {
+        return Err(wrong(format!("it has {promised} bytes, and at most {most} are read")));
+    }
+    let mut bytes = Vec::new();
+    let mut pieces = answer.into_stream();
+    while let Some(piece) = pieces.try_next().await? {
+        bytes.extend_from_slice(&piece);
+        if bytes.len() as u64 > promised {
+            return Err(wrong(format!("more bytes came than the {promised} that the headers promise")));
+        }
+    }
+    if (bytes.len() as u64) < promised {
+        return Err(wrong(format!("{} bytes came of the {promised} that the headers promise", bytes.len())));
+    }
+    Ok(bytes)
 }
 
 fn failed(key: &str, error: &object_store::Error) -> StoreError {

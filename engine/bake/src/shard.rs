@@ -1,8 +1,11 @@
-//! The bytes of a shard: compressed chunks one behind the other, then an index of where each is (the codec `sharding_indexed` of Zarr
-//! v3). A chunk without a solid cell is left out; an array's fill value is air. A chunk is its cells as little-endian 16-bit palette
-//! indices, x fastest, then y, then z, in a zstd frame with a CRC-32C behind it; so is the index, without zstd.
+//! The bytes of a shard: compressed chunks one behind the other, a [`Seal`], then an index of where each chunk is (the codec
+//! `sharding_indexed` of Zarr v3, whose readers skip the seal). A chunk without a solid cell is left out; an array's fill value is air. A
+//! chunk is its cells as little-endian 16-bit palette indices, x fastest, then y, then z, in a zstd frame with a CRC-32C behind it; so is
+//! the index, without zstd.
 
 use raxel_world::{BLOCKS, CHUNK_VOXELS, Chunk, Content, block_cell, child_cell};
+
+use crate::seal::{SEAL, Seal};
 
 /// Bytes of a CRC-32C.
 const CRC: usize = 4;
@@ -22,6 +25,9 @@ pub enum Damage {
         /// Bytes of the index.
         needed: usize,
     },
+    /// The shard of another place, or of another world.
+    #[error("it is the shard of another place or another world")]
+    Other,
     /// The index has another checksum than is written behind it.
     #[error("its index has the checksum {found:08x}, and {written:08x} is written behind it")]
     Index {
@@ -81,7 +87,8 @@ impl ShardWriter {
         self.bytes.extend_from_slice(chunk.unwrap_or_default());
     }
 
-    pub(crate) fn finish(mut self) -> Vec<u8> {
+    pub(crate) fn finish(mut self, seal: Seal) -> Vec<u8> {
+        self.bytes.extend_from_slice(&seal.0);
         let start = self.bytes.len();
         for entry in self.index.0 {
             let (offset, length) = entry.unwrap_or((u64::MAX, u64::MAX));
@@ -95,19 +102,23 @@ impl ShardWriter {
 }
 
 impl Index {
-    /// Bytes of the index of a shard of so many chunks, which are the last of it.
+    /// Bytes of the seal and the index of a shard of so many chunks, which are the last of it.
     pub(crate) fn bytes(chunks: usize) -> usize {
-        ENTRY * chunks + CRC
+        SEAL + ENTRY * chunks + CRC
     }
 
     /// Reads the last bytes of a shard.
-    pub(crate) fn read(tail: &[u8], chunks: usize) -> Result<Self, Damage> {
+    pub(crate) fn read(tail: &[u8], chunks: usize, seal: Seal) -> Result<Self, Damage> {
         let needed = Self::bytes(chunks);
         let start = tail.len().checked_sub(needed).ok_or(Damage::Short { found: tail.len(), needed })?;
-        let (entries, crc) = tail[start..].split_at(ENTRY * chunks);
+        let (sealed, index) = tail[start..].split_at(SEAL);
+        let (entries, crc) = index.split_at(ENTRY * chunks);
         let (found, written) = (crc32c::crc32c(entries), le_u32(crc));
         if found != written {
             return Err(Damage::Index { found, written });
+        }
+        if sealed != seal.0 {
+            return Err(Damage::Other);
         }
         let word = |bytes: &[u8]| u64::from_le_bytes(std::array::from_fn(|i| bytes[i]));
         let entry = |bytes: &[u8]| (word(bytes), word(&bytes[8..]));
@@ -131,8 +142,8 @@ impl Index {
 }
 
 /// Checks every byte of a shard against the checksums in it. Returns how many of its chunks have solid cells.
-pub(crate) fn check(bytes: &[u8], chunks: usize) -> Result<u64, Damage> {
-    let index = Index::read(bytes, chunks)?;
+pub(crate) fn check(bytes: &[u8], chunks: usize, seal: Seal) -> Result<u64, Damage> {
+    let index = Index::read(bytes, chunks, seal)?;
     let end = (bytes.len() - Index::bytes(chunks)) as u64;
     let mut at = 0;
     let mut solid = 0;
@@ -225,17 +236,20 @@ mod tests {
         vec![Content::Empty, Content::Full(3), Content::pack(&dense), Content::Empty]
     }
 
+    const SEALED: Seal = Seal([7; SEAL]);
+
     fn shard() -> Vec<u8> {
         let mut writer = ShardWriter::new();
         contents().iter().for_each(|content| writer.push(encode(content).as_deref()));
-        writer.finish()
+        writer.finish(SEALED)
     }
 
     #[test]
     fn what_is_written_is_read() {
         let bytes = shard();
-        assert_eq!(check(&bytes, 4), Ok(2));
-        let index = Index::read(&bytes, 4).unwrap();
+        assert_eq!(check(&bytes, 4, SEALED), Ok(2));
+        assert_eq!(check(&bytes, 4, Seal([8; SEAL])), Err(Damage::Other));
+        let index = Index::read(&bytes, 4, SEALED).unwrap();
         for (chunk, content) in contents().into_iter().enumerate() {
             let found = match index.place(chunk).unwrap() {
                 None => Content::Empty,
@@ -252,14 +266,14 @@ mod tests {
     fn no_half_and_no_flipped_shard_is_whole() {
         let bytes = shard();
         for length in (0..bytes.len()).step_by(97) {
-            assert!(check(&bytes[..length], 4).is_err(), "{length} bytes of {}", bytes.len());
+            assert!(check(&bytes[..length], 4, SEALED).is_err(), "{length} bytes of {}", bytes.len());
         }
         for at in (0..bytes.len()).step_by(61).chain(bytes.len() - 80..bytes.len()) {
             let mut flipped = bytes.clone();
             flipped[at] ^= 1 << (at % 8);
-            assert!(check(&flipped, 4).is_err(), "byte {at}");
+            assert!(check(&flipped, 4, SEALED).is_err(), "byte {at}");
         }
         // An index that is right in itself, of a shard with more chunks.
-        assert!(check(&bytes, 3).is_err() && check(&bytes, 5).is_err());
+        assert!(check(&bytes, 3, SEALED).is_err() && check(&bytes, 5, SEALED).is_err());
     }
 }

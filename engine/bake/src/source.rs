@@ -3,18 +3,16 @@
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use raxel_world::{Cause, ChunkPos, ChunkSource, Content, Material, Unavailable};
 
 use crate::metadata::{self, Baked, Unreadable};
 use crate::plan::{BakedLevel, CHUNK, Region, ShardKey};
 use crate::retry::retried;
+use crate::seal::Seals;
 use crate::shard::{self, Damage, Index};
 use crate::store::{self, OpenError, Store, StoreError, Wanted};
 
-/// Pauses after which a tile that could not be read is read again, before somebody hears of it.
-const PAUSES: [Duration; 2] = [Duration::from_millis(50), Duration::from_millis(250)];
 /// Entries of indices that are kept, 16 bytes each.
 const KEPT_ENTRIES: usize = 1 << 20;
 
@@ -25,6 +23,7 @@ pub struct ZarrSource {
     address: String,
     baked: Baked,
     levels: Vec<BakedLevel>,
+    seals: Seals,
     indices: Mutex<Indices>,
 }
 
@@ -82,19 +81,21 @@ impl ZarrSource {
     /// A store that is open. The address is what messages call it.
     pub fn of(store: Arc<dyn Store>, address: &str) -> Result<Self, SourceError> {
         let address = address.to_owned();
-        let document =
-            retried(&PAUSES, |error: &StoreError| error.passing, || store.get(metadata::GROUP, Wanted::Whole));
-        match document {
-            Ok(Some(document)) => match Baked::read(&document) {
-                Ok(baked) => {
-                    let levels = baked.baked_levels();
-                    Ok(Self { store, address, baked, levels, indices: Mutex::default() })
-                }
-                Err(error) => Err(SourceError::Unreadable { address, error }),
-            },
-            Ok(None) => Err(SourceError::Nothing { address }),
-            Err(error) => Err(SourceError::Store { address, error }),
-        }
+        let again = |error: &SourceError| match error {
+            SourceError::Store { error, .. } => error.passing,
+            // It may have arrived cut off, or be written anew.
+            SourceError::Unreadable { .. } => true,
+            SourceError::Nothing { .. } | SourceError::Open(_) => false,
+        };
+        let baked = retried(store.pauses(), again, || match store.get(metadata::GROUP, Wanted::Document) {
+            Ok(Some(document)) => {
+                Baked::read(&document).map_err(|error| SourceError::Unreadable { address: address.clone(), error })
+            }
+            Ok(None) => Err(SourceError::Nothing { address: address.clone() }),
+            Err(error) => Err(SourceError::Store { address: address.clone(), error }),
+        })?;
+        let (levels, seals) = (baked.baked_levels(), Seals::of(&baked));
+        Ok(Self { store, address, baked, levels, seals, indices: Mutex::default() })
     }
 
     /// The box of voxels that was baked.
@@ -123,7 +124,7 @@ impl ZarrSource {
         let chunks = (self.baked.edge / CHUNK).pow(3) as usize;
         let last = Wanted::Last(Index::bytes(chunks) as u64);
         let tail = self.store.get(object, last).map_err(Failure::Store)?.ok_or(Failure::Missing)?;
-        let index = Arc::new(Index::read(&tail, chunks).map_err(Failure::Damaged)?);
+        let index = Arc::new(Index::read(&tail, chunks, self.seals.of_shard(key)).map_err(Failure::Damaged)?);
         self.indices().keep(key, index.clone(), KEPT_ENTRIES / chunks);
         Ok(index)
     }
@@ -193,7 +194,7 @@ impl ChunkSource for ZarrSource {
                 true
             }
         };
-        retried(&PAUSES, again, || self.read(key, chunk)).map_err(|failure| {
+        retried(self.store.pauses(), again, || self.read(key, chunk)).map_err(|failure| {
             self.indices().kept.remove(&key);
             let (cause, reason) = self.explain(key, &failure);
             Unavailable::new(level, pos, cause, reason)

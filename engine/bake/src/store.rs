@@ -3,8 +3,15 @@
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::directory::Directory;
+
+/// Most bytes of a JSON document: that of a world with all materials that there may be has a quarter of it.
+pub(crate) const DOCUMENT: u64 = 64 << 20;
+
+/// The pauses of a store that names no others.
+pub(crate) const PAUSES: [Duration; 2] = [Duration::from_millis(50), Duration::from_millis(250)];
 
 /// A place for objects. Keys are paths with `/`, without `.` and `..`.
 pub trait Store: Send + Sync {
@@ -13,6 +20,11 @@ pub trait Store: Send + Sync {
 
     /// Writes an object in place of what is there. Nobody ever sees half of it.
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError>;
+
+    /// Pauses after which something that could not be read is read again, before somebody hears of it.
+    fn pauses(&self) -> &[Duration] {
+        &PAUSES
+    }
 }
 
 /// A part of an object.
@@ -20,6 +32,8 @@ pub trait Store: Send + Sync {
 pub enum Wanted {
     /// All of it.
     Whole,
+    /// All of it, and an error if that is more than [`DOCUMENT`] bytes: no server and no damaged file can fill the memory.
+    Document,
     /// These bytes.
     Bytes(Range<u64>),
     /// So many bytes at its end, or all that it has if these are fewer.

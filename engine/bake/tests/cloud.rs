@@ -1,4 +1,4 @@
-//! Stores behind HTTP: a server that speaks S3, and a web server that fails.
+//! Stores behind HTTP: a server that speaks S3.
 
 #![cfg(feature = "cloud")]
 
@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use common::python::Python;
 use common::{LEVELS, cells, expected, files, land, plan, solid_tile, tiles};
-use raxel_bake::{Directory, ObjectStore, Part, Store as _, Wanted, ZarrSource, bake};
+use raxel_bake::{Directory, ObjectStore, Part, Patience, Store as _, Wanted, ZarrSource, bake};
 use raxel_world::ChunkSource as _;
 
 /// Serves S3 until its input ends, and says where.
@@ -84,7 +84,12 @@ impl Server {
             ("AWS_SECRET_ACCESS_KEY", "test"),
             ("AWS_REGION", "us-east-1"),
         ];
-        ObjectStore::open_with(address, environment.map(|(name, value)| (name.to_owned(), value.to_owned()))).unwrap()
+        ObjectStore::open_with(
+            address,
+            environment.map(|(name, value)| (name.to_owned(), value.to_owned())),
+            Patience::default(),
+        )
+        .unwrap()
     }
 }
 
@@ -133,104 +138,4 @@ fn shards_go_to_s3_and_come_back() {
     // A bucket that is not there is an error, not an empty world.
     let nowhere = ZarrSource::of(Arc::new(server.open("s3://nowhere/land")), "s3://nowhere/land");
     assert!(nowhere.is_err());
-}
-
-/// How a web server answers a request.
-#[derive(Clone, Copy, Debug)]
-enum Answer {
-    Right,
-    /// 500.
-    Error,
-    /// It hangs up in the middle of the bytes.
-    Half,
-}
-
-/// A web server over a folder that answers its requests as it is told; those after that, it answers right.
-struct WebServer {
-    address: String,
-    answers: Arc<Mutex<Vec<Answer>>>,
-    requests: Arc<AtomicUsize>,
-}
-
-impl WebServer {
-    fn start(folder: PathBuf) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let address = format!("http://{}/", listener.local_addr().unwrap());
-        let (answers, requests) = (Arc::new(Mutex::new(Vec::new())), Arc::new(AtomicUsize::new(0)));
-        let server = Self { address, answers: answers.clone(), requests: requests.clone() };
-        // It ends with the test.
-        std::thread::spawn(move || {
-            for stream in listener.incoming().flatten() {
-                let (folder, answers, requests) = (folder.clone(), answers.clone(), requests.clone());
-                std::thread::spawn(move || serve(stream, &folder, &answers, &requests));
-            }
-        });
-        server
-    }
-
-    fn answers(&self, answers: &[Answer]) {
-        *self.answers.lock().unwrap() = answers.iter().rev().copied().collect();
-    }
-}
-
-/// Answers one request, and closes.
-fn serve(mut stream: TcpStream, folder: &Path, answers: &Mutex<Vec<Answer>>, requests: &AtomicUsize) {
-    let mut lines = BufReader::new(stream.try_clone().unwrap()).lines().map_while(Result::ok);
-    let Some(request) = lines.next() else { return };
-    let headers: Vec<String> =
-        lines.take_while(|line| !line.is_empty()).map(|line| line.to_ascii_lowercase()).collect();
-    requests.fetch_add(1, Ordering::Relaxed);
-    let answer = answers.lock().unwrap().pop().unwrap_or(Answer::Right);
-    let path = request.split(' ').nth(1).unwrap_or("/").trim_start_matches('/');
-    let head = |status: &str, more: &str, length: usize| {
-        format!("HTTP/1.1 {status}\r\nContent-Length: {length}\r\nConnection: close\r\n{more}\r\n")
-    };
-    let (head, body) = match (answer, std::fs::read(folder.join(path))) {
-        (Answer::Error, _) => (head("500 Internal Server Error", "", 0), Vec::new()),
-        (_, Err(_)) => (head("404 Not Found", "", 0), Vec::new()),
-        (_, Ok(bytes)) => match headers.iter().find_map(|line| line.strip_prefix("range: bytes=")) {
-            None => (head("200 OK", "", bytes.len()), bytes),
-            Some(range) => {
-                let size = bytes.len();
-                let (from, to) = match range.split_once('-').unwrap() {
-                    ("", last) => (size - last.parse::<usize>().unwrap().min(size), size),
-                    (from, to) => (from.parse().unwrap(), to.parse::<usize>().unwrap() + 1),
-                };
-                let more = format!("Content-Range: bytes {from}-{}/{size}\r\n", to - 1);
-                (head("206 Partial Content", &more, to - from), bytes[from..to].to_vec())
-            }
-        },
-    };
-    let sent = if matches!(answer, Answer::Half) { &body[..body.len() / 2] } else { &body[..] };
-    let _ = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(sent));
-    let _ = stream.shutdown(std::net::Shutdown::Write);
-    let _ = stream.read(&mut [0; 64]);
-}
-
-#[test]
-fn a_web_server_that_fails_is_asked_again() {
-    let (land, folder) = (land(), tempfile::tempdir().unwrap());
-    let plan = plan(&*land);
-    bake(&*land, &plan, Part::Whole, &Directory::new(folder.path().to_owned()), &mut |_, _| {}).unwrap();
-    let server = WebServer::start(folder.path().to_owned());
-    let solid = solid_tile(&*land, &plan);
-    let wanted = expected(&*land, &plan, solid);
-    let open = || ZarrSource::open(&server.address, Path::new("/"));
-    for answers in [
-        &[Answer::Right, Answer::Error, Answer::Right, Answer::Error][..],
-        &[Answer::Right, Answer::Half, Answer::Right, Answer::Half],
-        &[Answer::Error, Answer::Half, Answer::Right],
-    ] {
-        server.answers(answers);
-        assert_eq!(open().unwrap().try_chunk(solid.0, solid.1).as_ref(), Ok(&wanted), "{answers:?}");
-    }
-    // For longer than anybody waits.
-    let source = open().unwrap();
-    let before = server.requests.load(Ordering::Relaxed);
-    server.answers(&[Answer::Half; 200]);
-    let error = source.try_chunk(solid.0, solid.1).unwrap_err().to_string();
-    assert!(error.contains(&server.address) && error.contains("0/c/"), "{error}");
-    assert!(server.requests.load(Ordering::Relaxed) > before + 2);
-    server.answers(&[]);
-    assert_eq!(source.try_chunk(solid.0, solid.1), Ok(wanted));
 }

@@ -57,6 +57,20 @@ fn parts_are_the_whole() {
     assert_eq!((again.shards, again.written, again.redone, again.skipped), (16, 4, 3, 12));
     assert_eq!((again.chunks, again.bytes), (whole.chunks, whole.bytes));
     assert!(files(&inside("whole")) == wanted);
+
+    // A document that is whole JSON, and not what was written.
+    let replace = |from: &str, to: &str| {
+        let text = std::fs::read_to_string(inside("whole/zarr.json")).unwrap();
+        assert!(text.contains(from), "{from}");
+        std::fs::write(inside("whole/zarr.json"), text.replace(from, to)).unwrap();
+    };
+    replace("\"emission\": 4.0", "\"emission\": 5.0");
+    assert!(ZarrSource::open(inside("whole").to_str().unwrap(), Path::new("/")).is_err());
+    bake_to(&inside("whole"), &*land, &plan, "");
+    assert!(files(&inside("whole")) == wanted);
+    replace("\"format\": 2", "\"format\": 1");
+    let error = bake(&*land, &plan, Part::Whole, &Directory::new(inside("whole")), &mut |_, _| {}).unwrap_err();
+    assert!(matches!(error, BakeError::OtherFormat(_)), "{error}");
 }
 
 #[test]
@@ -159,7 +173,11 @@ fn a_store_that_fails_is_never_taken_for_an_empty_one() {
     }
     assert!(open(&[(0, Fault::Busy), (1, Fault::Busy)]).is_ok());
     assert!(open(&[(0, Fault::Missing)]).unwrap_err().to_string().contains("no world was baked to `s3://test`"));
-    assert!(open(&[(0, Fault::Half)]).unwrap_err().to_string().contains("cannot be read"));
+    for fault in [Fault::Half, Fault::Flipped] {
+        assert!(open(&[(0, fault), (1, fault)]).is_ok());
+        let all = [0, 1, 2].map(|call| (call, fault));
+        assert!(open(&all).unwrap_err().to_string().contains("cannot be read"));
+    }
     // A level that was not baked is not an empty one.
     assert!(open(&[]).unwrap().try_chunk(2, ChunkPos::new(0, 0, 0)).is_err());
     assert_eq!(open(&[]).unwrap().try_chunk(0, ChunkPos::new(900, 0, 0)), Ok(Content::Empty));

@@ -4,6 +4,8 @@
 
 mod files;
 pub mod python;
+#[cfg(feature = "cloud")]
+pub mod web;
 
 use std::sync::Arc;
 

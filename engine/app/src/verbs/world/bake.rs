@@ -119,7 +119,7 @@ fn refused(error: &PlanError, console: &Console) -> Failure {
 
 fn stopped(error: &BakeError, out: &str, console: &Console) -> Failure {
     let (code, help) = match error {
-        BakeError::OtherWorld { .. } | BakeError::OtherPlan { .. } => {
+        BakeError::OtherWorld { .. } | BakeError::OtherPlan { .. } | BakeError::OtherFormat(_) => {
             (codes::world::STORE_OTHER, "bake to another address, or remove what is there")
         }
         BakeError::Store(_) | BakeError::Source(_) => {
