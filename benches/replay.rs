@@ -12,7 +12,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_gpu::{Device, DeviceOptions};
 use raxel_graph::checked::Fact;
-use raxel_graph::plan::{Plan, PlanInput, Present, WorldInput};
+use raxel_graph::plan::{Observe, Plan, PlanInput, Present, WorldInput};
 use raxel_runtime::execute::{
     Builtins, DeviceMemory, Executor, ExecutorOptions, FrameInputs, Recorder, Replay, Sources, limits,
 };
@@ -68,6 +68,7 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
         output: [EXTENT, EXTENT],
         present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
         pinned: &[],
+        observe: Observe::Shown,
         facts: &facts,
         counts: &[],
         sources: &BTreeMap::new(),

@@ -9,7 +9,7 @@ pub use raxel_runtime::present::Presenter;
 pub use raxel_runtime::project::Project;
 pub use raxel_runtime::reload::ReloadEvent;
 pub use raxel_runtime::session::Validation;
-pub use raxel_runtime::{EditFailure, FrameError, OpenError, Options, ReadError, Saves, Session};
+pub use raxel_runtime::{EditFailure, FrameError, Observe, OpenError, Options, ReadError, Saves, Session};
 
 /// Compiled shaders and pipelines, kept from one run to the next.
 pub use raxel_cache as cache;

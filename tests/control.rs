@@ -299,3 +299,93 @@ fn the_times_of_passes_are_theirs_beside_panels() {
         seen >= 20 && least[1] > 4.0 * least[0] && least[1] > 4.0 * least[2]
     });
 }
+
+/// Stores a number in a target.
+const SET: &str = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) writeonly uniform image2D to;\n\
+    layout(push_constant) uniform Push { float value; };\nvoid main() { imageStore(to, ivec2(0), vec4(value)); }\n";
+/// Copies a target.
+const COPY: &str = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) readonly uniform image2D from;\n\
+    layout(r32f) writeonly uniform image2D to;\nvoid main() { imageStore(to, ivec2(0), imageLoad(from, ivec2(0))); }\n";
+/// Adds a number to what is there.
+const ADD: &str = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) uniform image2D sum;\n\
+    layout(push_constant) uniform Push { float value; };\n\
+    void main() { imageStore(sum, ivec2(0), imageLoad(sum, ivec2(0)) + value); }\n";
+
+/// A project with targets of 4×4 numbers (name, keys) and passes (name, shader, keys). It shows `fin`.
+fn numbers(targets: &[(&str, &str)], passes: &[(&str, &str, &str)]) -> Project {
+    let project = Project::empty();
+    let mut graph = "name = \"numbers\"\npresent = \"fin\"\n".to_owned();
+    for (name, keys) in targets {
+        graph += &format!("[targets.{name}]\nformat = \"r32f\"\nsize = [4, 4]\n{keys}\n");
+    }
+    for (name, shader, keys) in passes {
+        graph += &format!("[[passes]]\nname = \"{name}\"\nshader = \"{shader}.comp\"\ndispatch = [1, 1, 1]\n{keys}\n");
+    }
+    project.write("graphs/numbers.toml", graph);
+    project.write("shaders/set.comp", SET).write("shaders/copy.comp", COPY).write("shaders/add.comp", ADD);
+    project
+}
+
+fn control_numbers(project: &Project) -> Talk {
+    Talk::start(&mut command(project.root(), &["control", "graphs/numbers.toml", "--size", "4x4"]))
+}
+
+fn texel(talk: &mut Talk, target: &str, mip: u32) -> Value {
+    talk.ask(json!({ "do": "pixel", "target": target, "x": 0, "y": 0, "mip": mip }))["values"][0].clone()
+}
+
+/// Nothing shown depends on the last pass that writes `t`, nor on the only one that writes its mip 1.
+#[test]
+fn a_read_gives_what_the_last_writer_left() {
+    for keys in ["", "keep = true", "history = 1", "init = 9.0"] {
+        let project = numbers(
+            &[("t", &format!("mips = 2\n{keys}")), ("fin", "")],
+            &[
+                ("a", "set", "bind = { to = { target = \"t\", mip = 0 } }\npush = { value = 1.0 }"),
+                ("b", "copy", "bind = { from = { target = \"t\", mip = 0 }, to = \"fin\" }"),
+                ("c", "set", "bind = { to = { target = \"t\", mip = 0 } }\npush = { value = 2.0 }"),
+                ("d", "set", "bind = { to = { target = \"t\", mip = 1 } }\npush = { value = 3.0 }"),
+            ],
+        );
+        let mut talk = control_numbers(&project);
+        let refused = talk.say("{\"do\": \"pixel\", \"target\": \"t\", \"x\": 0, \"y\": 0}");
+        assert!(refused["error"].as_str().unwrap().contains("run a frame first"), "{refused}");
+        for _ in 0..3 {
+            talk.ask(json!({ "do": "step" }));
+            let read = [("t", 0), ("fin", 0), ("t", 1)].map(|(target, mip)| texel(&mut talk, target, mip));
+            assert_eq!(json!(read), json!([2.0, 1.0, 3.0]), "`{keys}`");
+        }
+    }
+}
+
+/// `fin` adds 10 in each frame; the other targets are nobody's for the picture.
+#[test]
+fn a_read_runs_no_frame() {
+    let project = numbers(
+        &[("fin", "keep = true"), ("hidden", ""), ("count", "keep = true"), ("past", "history = 1")],
+        &[
+            ("fin", "add", "bind = { sum = \"fin\" }\npush = { value = 10.0 }"),
+            ("hidden", "set", "bind = { to = \"hidden\" }\npush = { value = 1.0 }"),
+            ("count", "add", "bind = { sum = \"count\" }\npush = { value = 1.0 }"),
+            ("past", "copy", "bind = { from = \"count\", to = \"past\" }"),
+        ],
+    );
+    let mut talk = control_numbers(&project);
+    for frame in 1_u32..=6 {
+        let said = talk.ask(json!({ "do": "step" }));
+        assert_eq!(said["frame"], json!(frame - 1));
+        if frame < 3 {
+            continue;
+        }
+        // Another target is shown from the next frame on; this one has run.
+        let shown = ["hidden", "count", "past", "fin"][frame as usize % 4];
+        talk.ask(json!({ "do": "target", "target": shown }));
+        let frame = f64::from(frame);
+        for (target, value) in [("fin", 10.0 * frame), ("hidden", 1.0), ("count", frame), ("past", frame)] {
+            assert_eq!(texel(&mut talk, target, 0), json!(value), "`{target}` after {frame} frames");
+        }
+        let before = talk.ask(json!({ "do": "pixel", "target": "past", "x": 0, "y": 0, "age": 1 }));
+        assert_eq!(before["values"], json!([frame - 1.0]));
+        assert_eq!(texel(&mut talk, "fin", 0), json!(10.0 * frame), "reading took no step");
+    }
+}

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use raxel::runtime::debug_target::DebugTarget;
-use raxel::{Options, Project, Session, Validation};
+use raxel::{Observe, Options, Project, Session, Validation};
 
 /// A small picture that is no multiple of a workgroup.
 const SIZE: [u32; 2] = [50, 29];
@@ -38,7 +38,9 @@ fn has_models(graph: &str, world: &str) -> bool {
 
 fn options() -> Options {
     let project = Some(env!("CARGO_MANIFEST_DIR").into());
-    Options { project, size: SIZE, validation: Validation::Required, ..Options::default() }
+    // As in a window: with memory that is shared, and filled with poison before its use.
+    let observe = Observe::Shown;
+    Options { project, size: SIZE, validation: Validation::Required, observe, ..Options::default() }
 }
 
 fn open(what: &str, options: Options) -> Session {

@@ -34,9 +34,11 @@ impl From<ExecuteError> for Failure {
             ExecuteError::Format { .. } | ExecuteError::Capability { .. } => {
                 Failure::new(Exit::NoDevice, error.to_string())
             }
-            ExecuteError::NotLive { .. } | ExecuteError::NotKept { .. } | ExecuteError::OutOfRange { .. } => {
-                Failure::usage(error.to_string())
-            }
+            ExecuteError::NoFrame { .. }
+            | ExecuteError::NotLive { .. }
+            | ExecuteError::NotKept { .. }
+            | ExecuteError::CulledWriter { .. }
+            | ExecuteError::OutOfRange { .. } => Failure::usage(error.to_string()),
             ExecuteError::MissingSource { .. } | ExecuteError::NoPlan | ExecuteError::Display(_) => {
                 Failure::new(Exit::Project, error.to_string())
             }

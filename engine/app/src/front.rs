@@ -9,7 +9,7 @@ use raxel_diagnostics::files::read_text;
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
 use raxel_graph::checked::{Fact, Graph, ResourceId, Value};
 use raxel_graph::memory::EstimatedMemory;
-use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize, WorldInput};
+use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, SourceSize, WorldInput};
 use raxel_graph::print::Phase;
 use raxel_runtime::load::{Loader, Part};
 use raxel_runtime::manifest;
@@ -428,6 +428,7 @@ fn on_paper<T>(graph: &Graph, paper: &Paper<'_>, make: impl FnOnce(&PlanInput<'_
         output,
         present,
         pinned: &[],
+        observe: Observe::Shown,
         facts: &|fact| paper.holds(graph, fact),
         counts: &[],
         sources: &sources,

@@ -12,7 +12,7 @@ use raxel_runtime::manifest::Manifest;
 use raxel_runtime::project::Project;
 use raxel_runtime::timeline::Demo;
 use raxel_runtime::world::SessionWorld;
-use raxel_runtime::{FrameError, OpenError, Options, ReadError, Session};
+use raxel_runtime::{FrameError, Observe, OpenError, Options, ReadError, Session};
 use raxel_world::file::CAMERA_COORDINATES;
 
 use crate::console::{Console, Format, To};
@@ -152,6 +152,7 @@ impl What {
             device: device.device.clone(),
             validation: device.validation,
             watchdog: self.watchdog,
+            observe: Observe::Shown,
             ..Options::default()
         })
     }

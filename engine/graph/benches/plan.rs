@@ -8,7 +8,7 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap};
 use raxel_graph::checked::Graph;
-use raxel_graph::plan::{Limits, Plan, PlanInput, Present, WorldInput};
+use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, WorldInput};
 use raxel_graph::{EstimatedMemory, compile};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{
@@ -144,6 +144,7 @@ fn planned(graph: &Arc<Graph>) -> Plan {
         output: [1280, 720],
         present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
         pinned: &[],
+        observe: Observe::Shown,
         counts: &[],
         facts: &|_| true,
         sources: &BTreeMap::new(),

@@ -1,10 +1,14 @@
 //! Cull: leave out passes whose `when` does not hold and passes that nothing presented or pinned depends on, now or in any later
 //! frame.
+//!
+//! A pass that leaves something for later frames is never culled for being unused. So what an accumulator, a history or a kept target
+//! holds does not depend on what was shown or pinned in the frames before, and culling cannot be seen.
 
 use std::ops::Range;
 
 use crate::checked::{BoundAccess, Every, Graph, Pass, PassId, ResourceId};
-use crate::plan::{CullReason, Culled, PlanInput, Present};
+use crate::limits;
+use crate::plan::{CullReason, Culled, Observe, PlanInput, Present};
 use crate::sizes::Size;
 use crate::subresources::{SubresourcePartition, SubresourceRange};
 
@@ -19,6 +23,8 @@ pub(crate) struct Cull {
     pub used: Vec<ResourceId>,
     /// By resource: a pass that would write it is off, so that (a part of) it stays at `init`.
     pub switched_off: Vec<bool>,
+    /// By resource: later frames find in (a part of) it what this one leaves, whether or not a live pass looks.
+    pub carried: Vec<bool>,
 }
 
 /// Which parts of every resource matter at one point of the frame.
@@ -36,9 +42,13 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
 
     // What must be in the resources when a frame ends: what is read from outside, and by later frames. The latter is not known
     // before the passes that read it are, so this grows until it stays the same.
-    let mut at_end: Needs = parts.iter().map(|parts| vec![false; parts.count()]).collect();
+    let carried = carried(graph, &on, &parts, range);
+    let mut at_end: Needs = carried.clone();
     for pinned in input.pinned {
         at_end[pinned.0 as usize].fill(true);
+    }
+    if input.observe == Observe::Everything {
+        at_end.iter_mut().for_each(|parts| parts.fill(true));
     }
     let presented = presented(input.present, sizes);
     let presented: Vec<usize> = parts[input.present.resource.0 as usize].of(presented).collect();
@@ -84,7 +94,7 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
             end = group.start;
         }
         // What is needed when a frame starts must be there when the last one ends, unless the frame makes it anew.
-        let anew = made_anew(graph, &live, input.present, &parts, &presented, range);
+        let anew = made_anew(graph, &live, Some((input.present, &presented)), &parts, range);
         for (index, anew) in anew.iter().enumerate() {
             let needed = (0..anew.len()).filter(|&part| needs[index][part] && !anew[part]);
             mark(&mut at_end[index], needed);
@@ -99,11 +109,18 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
         culled: Vec::new(),
         used: Vec::new(),
         switched_off: vec![false; graph.resources.len()],
+        carried: carried.iter().map(|parts| parts.contains(&true)).collect(),
     };
     let mut used = vec![false; graph.resources.len()];
     used[input.present.resource.0 as usize] = true;
     for pinned in input.pinned {
         used[pinned.0 as usize] = true;
+    }
+    if input.observe == Observe::Everything {
+        // What no pass touches holds `init`. It must not refuse a graph that runs without it: a source need not be there, nor a target fit.
+        for (index, resource) in graph.resources.iter().enumerate() {
+            used[index] |= resource.kind.supplied_by().is_none() && limits::fits(graph, resource, sizes[index], input);
+        }
     }
     for (index, pass) in graph.passes.iter().enumerate() {
         let id = PassId(index as u32);
@@ -139,15 +156,42 @@ fn catches_up(graph: &Graph, pass: &Pass) -> bool {
     matches!(pass.every, Some(Every::Clock(clock)) if graph.clock(clock).most > 1)
 }
 
+/// The parts in which later frames find what this one leaves, as the graph is written: those that are kept, those that the first pass to
+/// touch them loads, and those that a pass stores to only now and then. Neither the present point nor the pins have a say.
+fn carried(
+    graph: &Graph,
+    on: &[bool],
+    parts: &[SubresourcePartition],
+    range: impl Fn(&BoundAccess) -> Vec<usize> + Copy,
+) -> Needs {
+    let anew = made_anew(graph, on, None, parts, range);
+    let mut carried: Needs = parts.iter().map(|parts| vec![false; parts.count()]).collect();
+    for (pass, _) in graph.passes.iter().zip(on).filter(|(_, on)| **on) {
+        for access in pass.accesses.iter().filter(|access| access.age == 0) {
+            let index = access.resource.0 as usize;
+            let resource = graph.resource(access.resource);
+            let kept = resource.keep
+                || resource.history > 0
+                || resource.clock.is_some()
+                || resource.kind.is_initialised()
+                || resource.kind.supplied_by().is_some();
+            let now_and_then = pass.every.is_some() && access.access.writes();
+            for part in range(access) {
+                carried[index][part] |= kept || now_and_then || !anew[index][part];
+            }
+        }
+    }
+    carried
+}
+
 /// The parts that hold nothing of an earlier frame once they are first looked at: those of resources that are cleared, and those
 /// that a `writeonly` binding touches first. This is the assumption of [`crate::lifetimes`]. A later `writeonly` store makes nothing
 /// anew: it may add to what an earlier pass of the frame stored.
 fn made_anew(
     graph: &Graph,
     live: &[bool],
-    present: Present,
+    presented: Option<(Present, &[usize])>,
     parts: &[SubresourcePartition],
-    presented: &[usize],
     range: impl Fn(&BoundAccess) -> Vec<usize>,
 ) -> Needs {
     let mut anew: Needs = parts.iter().map(|parts| vec![false; parts.count()]).collect();
@@ -173,7 +217,10 @@ fn made_anew(
                 }
             }
         }
-        if present.age == 0 && present.after == Some(PassId(index as u32)) {
+        if let Some((present, presented)) = presented
+            && present.age == 0
+            && present.after == Some(PassId(index as u32))
+        {
             mark(&mut touched[present.resource.0 as usize], presented.iter().copied());
         }
     }

@@ -3,7 +3,7 @@
 use crate::checked::Graph;
 use crate::cull::Cull;
 use crate::order::{Action, Order, ResourceAccess};
-use crate::plan::PlanInput;
+use crate::plan::{Observe, PlanInput};
 use crate::subresources::SubresourcePartition;
 
 /// Lifetime of a used resource, in actions.
@@ -19,7 +19,7 @@ pub(crate) enum Life {
 ///
 /// A resource is transient when no frame reads what the frame before it left there: it has no history, `init`, `keep` or clock, nothing
 /// outside the graph reads or supplies it, every pass that accesses it runs in every frame, and the first access of every part of it is a clear or a
-/// store by a pass that cannot load it. The latter rests on one assumption: a pass that binds a resource `writeonly` stores every
+/// store by a pass that cannot load it. Culled passes count: they may be live in the next plan, which finds the contents in place. The latter rests on one assumption: a pass that binds a resource `writeonly` stores every
 /// texel that is loaded later in the frame. A shader that leaves texels as they were says so by `partial = true` in its `bind`, which
 /// makes the access a load too.
 pub(crate) fn lifetimes(graph: &Graph, input: &PlanInput, cull: &Cull, order: &Order) -> Vec<Life> {
@@ -33,14 +33,17 @@ pub(crate) fn lifetimes(graph: &Graph, input: &PlanInput, cull: &Cull, order: &O
         .map(|(&id, accesses)| {
             let resource = graph.resource(id);
             let (Some(first), Some(last)) = (accesses.first(), accesses.last()) else { return Life::Persistent };
-            let outside =
-                id == input.present.resource || input.pinned.contains(&id) || resource.kind.supplied_by().is_some();
+            let outside = input.observe == Observe::Everything
+                || id == input.present.resource
+                || input.pinned.contains(&id)
+                || resource.kind.supplied_by().is_some();
             let survives = outside
                 || resource.kind.is_initialised()
                 || resource.history > 0
                 || resource.keep
                 || resource.clock.is_some()
                 || cull.switched_off[id.0 as usize]
+                || cull.carried[id.0 as usize]
                 || accesses.iter().any(|access| runs_now_and_then(graph, order, access))
                 || read_before_written(accesses);
             if survives { Life::Persistent } else { Life::Transient { first: first.action, last: last.action } }

@@ -48,19 +48,7 @@ pub(crate) fn check(
 ) -> Result<(), Vec<Diagnostic>> {
     let mut found = Vec::new();
     for &id in &cull.used {
-        let resource = graph.resource(id);
-        if !is_made(resource, input) {
-            continue;
-        }
-        match sizes[id.0 as usize] {
-            Size::Image { extent, volume, mips, layers } => {
-                image(graph, resource, (extent, volume, mips, layers), input, &mut found);
-            }
-            Size::Buffer { bytes, elements } => {
-                buffer(graph, resource, (bytes, elements), input, &mut found);
-                found.extend(bytes.and_then(|bytes| warned_beyond(resource, bytes)));
-            }
-        }
+        created(graph, graph.resource(id), sizes[id.0 as usize], input, &mut found);
     }
     for &id in &cull.live {
         let pass = graph.pass(id);
@@ -86,6 +74,28 @@ pub(crate) fn check(
         }
     }
     if found.is_empty() { Ok(()) } else { Err(found) }
+}
+
+/// Whether the device can create a resource.
+pub(crate) fn fits(graph: &Graph, resource: &Resource, size: Size, input: &PlanInput) -> bool {
+    let mut found = Vec::new();
+    created(graph, resource, size, input, &mut found);
+    found.is_empty()
+}
+
+fn created(graph: &Graph, resource: &Resource, size: Size, input: &PlanInput, found: &mut Vec<Diagnostic>) {
+    if !is_made(resource, input) {
+        return;
+    }
+    match size {
+        Size::Image { extent, volume, mips, layers } => {
+            image(graph, resource, (extent, volume, mips, layers), input, found);
+        }
+        Size::Buffer { bytes, elements } => {
+            buffer(graph, resource, (bytes, elements), input, found);
+            found.extend(bytes.and_then(|bytes| warned_beyond(resource, bytes)));
+        }
+    }
 }
 
 /// A pass of a loop is often wrong in every round: of mistakes with the same code at the same places, those of the first round are told.

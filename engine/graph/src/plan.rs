@@ -16,8 +16,9 @@ use bitflags::bitflags;
 use raxel_shader::format::Format;
 use serde::Serialize;
 
-use crate::checked::{Clear, ClockId, Fact, Graph, ParamId, PassId, ResourceId, Source, Value};
+use crate::checked::{BoundAccess, Clear, ClockId, Fact, Graph, ParamId, PassId, ResourceId, Source, Value};
 use crate::sizes::Size;
+use crate::subresources::SubresourceRange;
 
 /// What a plan is made for, besides the graph.
 #[derive(Clone)]
@@ -28,6 +29,8 @@ pub struct PlanInput<'a> {
     pub present: Present,
     /// Resources whose end-of-frame contents must be readable (kept live, never aliased), besides the presented one.
     pub pinned: &'a [ResourceId],
+    /// What else can be read at the end of a frame.
+    pub observe: Observe,
     /// Whether a fact holds.
     pub facts: &'a dyn Fn(&Fact) -> bool,
     /// Rounds of the loops that follow a param; a param that is not here has its default.
@@ -45,6 +48,17 @@ pub struct PlanInput<'a> {
     pub poison: bool,
     /// Limits of the device.
     pub limits: Limits,
+}
+
+/// Which resources can be read at the end of a frame, besides those that are pinned. It never changes what later frames compute: passes that
+/// leave something for later frames run in either case.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Observe {
+    /// What is shown. Passes that nothing shown depends on are culled, and transient resources may share memory.
+    Shown,
+    /// Every target and buffer. Only passes whose `when` does not hold are culled, and nothing shares memory.
+    #[default]
+    Everything,
 }
 
 /// The properties of the world that sizes and values of a plan depend on.
@@ -280,6 +294,20 @@ impl Plan {
         crate::sizes::constant(source, &self.sizes, &self.materials)
     }
 
+    /// A pass that writes this mip and layer (or slice) of a resource and was culled because nothing shown depends on it: the resource does not
+    /// hold what the graph computes.
+    pub fn culled_writer(&self, resource: ResourceId, mip: u32, layer: u32) -> Option<PassId> {
+        let size = &self.sizes[resource.0 as usize];
+        // The slices of a volume are one subresource.
+        let layer = if matches!(size, Size::Image { volume: true, .. }) { 0 } else { layer };
+        let read = SubresourceRange::one(mip, layer);
+        let writes = |access: &BoundAccess| {
+            access.resource == resource && access.access.writes() && SubresourceRange::of(access, size).overlaps(&read)
+        };
+        let unused = self.culled.iter().filter(|culled| culled.reason == CullReason::Unused);
+        unused.map(|culled| culled.pass).find(|&pass| self.graph.pass(pass).accesses.iter().any(writes))
+    }
+
     /// Which counter selects the current copy of a resource at a step.
     pub fn turn(&self, step: usize, resource: ResourceId) -> Turn {
         self.graph.resource(resource).clock.map_or(Turn::Frame, |clock| self.clock_at(step, clock))
@@ -413,7 +441,7 @@ pub struct Culled {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CullReason {
-    /// Nothing presented depends on what it writes.
+    /// Nothing presented depends on what it writes, and it leaves nothing for later frames.
     Unused,
     /// Its `when` does not hold.
     Condition,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Rounds, count_of};
-use raxel_graph::plan::{Limits, Plan, PlanInput, Present, SourceSize};
+use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, SourceSize};
 use raxel_world::layout::Layout;
 
 use crate::build_error::BuildError;
@@ -25,6 +25,8 @@ pub struct Selection {
     pub present: Present,
     /// Resources that stay readable at the end of a frame.
     pub pinned: Vec<ResourceId>,
+    /// What else can be read at the end of a frame.
+    pub observe: Observe,
     /// Whether each fact that a pass asks for holds.
     pub facts: Vec<(Fact, bool)>,
     /// Rounds of the loops that follow a param.
@@ -173,6 +175,7 @@ fn make_plan(
         output: selection.output,
         present: selection.present,
         pinned: &selection.pinned,
+        observe: selection.observe,
         counts: &selection.counts,
         facts: &|fact| selection.facts.iter().any(|(known, holds)| known == fact && *holds),
         sources: &sources,

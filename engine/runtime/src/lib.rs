@@ -7,7 +7,6 @@
 //! let mut session = Session::open(Options { watch: true, ..Options::default() })?;
 //! session.set_param("exposure", Value::F32(2.0))?;
 //! session.set_push("primary", "fog", Value::F32(0.0))?;
-//! session.pin("depth")?;
 //! for _ in 0..60 {
 //!     for event in session.poll_reload() {
 //!         println!("{event:?}");
@@ -42,4 +41,5 @@ pub mod world;
 
 pub use build_error::BuildError;
 pub use editing::{SavedWorld, Saves};
+pub use raxel_graph::plan::Observe;
 pub use session::{EditFailure, FrameError, OpenError, Options, ReadError, Session};

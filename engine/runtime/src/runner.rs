@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use raxel_gpu::Device;
 use raxel_graph::checked::{Graph, ResourceId};
-use raxel_graph::plan::Present;
+use raxel_graph::plan::{Observe, Present};
 
 use crate::build::{self, DeviceContext, Selection};
 use crate::build_error::BuildError;
@@ -50,6 +50,7 @@ impl GraphRunner {
             output: setup.output,
             present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
             pinned: setup.pinned,
+            observe: Observe::Shown,
             facts: build::facts(graph, world, params, self.executor.device()),
             counts: build::counts(graph, params),
             alias: setup.alias,

@@ -6,7 +6,7 @@ mod project;
 
 use project::TestProject;
 use raxel_graph::checked::Value;
-use raxel_runtime::{FrameError, Options};
+use raxel_runtime::{FrameError, Observe, Options};
 
 #[test]
 fn a_condition_switches_a_pass_and_the_plan_follows() {
@@ -85,7 +85,7 @@ fn pinned_resources_can_be_read_whatever_is_shown() {
         .replace("[targets.color]", "[targets.other]\nformat = \"rgba32f\"\n[targets.color]")
         + "[[passes]]\nname = \"second\"\nshader = \"fill.comp\"\ndispatch = { threads = \"other\" }\nbind = { outColor = \"other\" }\n";
     project.write("graphs/fill.toml", &second);
-    let mut session = project.open();
+    let mut session = TestProject::open_with(Options { observe: Observe::Shown, ..project.options() });
     session.frame().unwrap();
     assert!(session.read_target("other").is_err(), "it is culled");
     assert!(session.pin("othr").unwrap_err().to_string().contains("`other`"));

@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use project::{TestProject, assert_silent};
 use raxel_graph::checked::{Display, DisplayMap, Value};
-use raxel_runtime::Session;
 use raxel_runtime::execute::{Captured, PassOutcome, Texels};
+use raxel_runtime::{Observe, Options, Session};
 
 /// Two passes write the same target one after the other; a third writes a buffer; a fourth is not shown.
 const GRAPH: &str = r#"
@@ -76,7 +76,9 @@ fn open() -> (TestProject, Session) {
     project.write("shaders/write.comp", WRITE);
     project.write("shaders/double.comp", DOUBLE);
     project.write("shaders/number.comp", NUMBER);
-    let session = project.open_graph("graphs/steps.toml");
+    let graph = Some("graphs/steps.toml".into());
+    // As in a window: what is not shown is culled.
+    let session = TestProject::open_with(Options { graph, observe: Observe::Shown, ..project.options() });
     (project, session)
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use raxel_graph::checked::{Param, ResourceKind, Value as ParamValue};
 use raxel_runtime::camera::Camera;
-use raxel_runtime::execute::{ExecuteError, Texels};
+use raxel_runtime::execute::Texels;
 use raxel_runtime::params::{components, type_name};
 use raxel_runtime::{ReadError, Session};
 use raxel_shader::interface::ScalarKind;
@@ -149,7 +149,7 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
             }))
         }
         Request::Texels { target, age, mip, layer } => {
-            let texels = texels(session, &target, [age, mip, layer])?;
+            let texels = session.read_texels(&target, age, mip, layer)?;
             let (kind, bytes) = numbers(&texels);
             Ok(json!({
                 "width": texels.width, "height": texels.height, "channels": texels.format.channels(), "type": kind,
@@ -157,7 +157,7 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
             }))
         }
         Request::Pixel { target, x, y, age, mip, layer } => {
-            let texels = texels(session, &target, [age, mip, layer])?;
+            let texels = session.read_texels(&target, age, mip, layer)?;
             if x >= texels.width || y >= texels.height {
                 let (width, height) = (texels.width, texels.height);
                 return Err(Refusal::new(format!("`{target}` has {width}×{height} texels; there is none at {x}, {y}")));
@@ -172,7 +172,7 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
         }
         Request::Buffer { buffer, start, bytes } => {
             let range = start..start.saturating_add(bytes);
-            let found = kept(session, &buffer, |session| session.read_buffer(&buffer, range.clone()))?;
+            let found = session.read_buffer(&buffer, range)?;
             Ok(json!({ "bytes": found.len(), "data": base64::encode(&found) }))
         }
         Request::Timings {} => {
@@ -316,31 +316,6 @@ fn screenshot(session: &mut Session, path: &str) -> Result<Value, Refusal> {
     Ok(
         json!({ "path": Path::new(path), "size": size, "kind": match kind { Kind::Jpg => "jpg", other => other.extension() } }),
     )
-}
-
-fn texels(session: &mut Session, target: &str, [age, mip, layer]: [u32; 3]) -> Result<Texels, Refusal> {
-    kept(session, target, |session| session.read_texels(target, age, mip, layer))
-}
-
-/// Reads something of the last frame. What was not kept, since nobody looked at it, is kept from now on, and the frame is made again,
-/// at the same time.
-fn kept<T>(
-    session: &mut Session,
-    name: &str,
-    read: impl Fn(&mut Session) -> Result<T, ReadError>,
-) -> Result<T, Refusal> {
-    match read(session) {
-        Err(ReadError::Execute(ExecuteError::NotLive { .. } | ExecuteError::NotKept { .. })) => {
-            session.pin(name)?;
-            let paused = session.clock().paused();
-            session.pause(true);
-            let again = session.frame();
-            session.pause(paused);
-            again?;
-            Ok(read(session)?)
-        }
-        result => Ok(result?),
-    }
 }
 
 /// The numbers of all texels as little-endian words, and their type: `f4`, `u4` or `i4`.

@@ -11,7 +11,7 @@ use raxel_picture::Encoding;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::execute::Picture;
 use raxel_runtime::timeline::{Claim, Demo};
-use raxel_runtime::{Options, Session};
+use raxel_runtime::{Observe, Options, Session};
 use serde_json::json;
 
 use crate::args::{Messages, OnDevice, each_once};
@@ -131,6 +131,7 @@ impl Test<'_> {
             step: Some(1.0 / demo.fps),
             device: device.device.clone(),
             validation: device.validation,
+            observe: Observe::Shown,
             ..Options::default()
         };
         let mut session = Session::open(options).map_err(|error| open_failure(error, self.console))?;

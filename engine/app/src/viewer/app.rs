@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use raxel_gpu::DeviceOptions;
 use raxel_runtime::reload::Waker;
-use raxel_runtime::{OpenError, Saves, Session};
+use raxel_runtime::{Observe, OpenError, Saves, Session};
 use winit::application::ApplicationHandler;
 use winit::event::{ElementState, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
@@ -149,6 +149,10 @@ fn open_session(
     options.size = args.first_size();
     options.scale = args.scale.unwrap_or(options.scale);
     options.step = None;
+    if args.control {
+        // A program may read anything.
+        options.observe = Observe::Everything;
+    }
     options.watch = true;
     options.saves = Saves::Write;
     options.poll = args.poll;

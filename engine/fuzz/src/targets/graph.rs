@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap};
-use raxel_graph::plan::{Limits, PlanInput, Present, SourceSize, WorldInput};
+use raxel_graph::plan::{Limits, Observe, PlanInput, Present, SourceSize, WorldInput};
 use raxel_graph::print::{Phase, dot, json, mermaid, text};
 use raxel_graph::{EstimatedMemory, SourceLayout, compile, dump, plan};
 use raxel_shader::format::Format;
@@ -51,6 +51,7 @@ fn run(input: &[u8]) {
             output,
             present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
             pinned: &[],
+            observe: Observe::Shown,
             facts: &|_| holds,
             counts: &[],
             sources: &sources,

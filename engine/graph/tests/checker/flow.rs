@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use raxel_graph::checked::*;
-use raxel_graph::plan::{CullReason, Plan, Step};
+use raxel_graph::plan::{CullReason, Observe, Plan, Step};
 
 use super::graphs::{Case, OUTPUT, Random, SOURCE_IMAGE};
 use super::sizes::of_world;
@@ -74,13 +74,29 @@ struct Flow<'a> {
     live: u64,
     contents: BTreeMap<(u32, u32, u32, u32), u64>,
     looked_at: BTreeSet<(u32, u32, u32)>,
+    /// Parts that hold nothing of the frames before this one.
+    anew: BTreeSet<(u32, u32, u32)>,
     needed: u64,
     frame: u32,
     /// By clock: ticks begun, many from the start.
     ticks: Vec<u32>,
 }
 
-impl Flow<'_> {
+impl<'a> Flow<'a> {
+    fn new(case: &'a Case, live: u64) -> Self {
+        Flow {
+            case,
+            sizes: subresources(&case.graph),
+            live,
+            contents: BTreeMap::new(),
+            looked_at: BTreeSet::new(),
+            anew: BTreeSet::new(),
+            needed: 0,
+            frame: 0,
+            ticks: vec![1000; case.graph.clocks.len()],
+        }
+    }
+
     fn copy(&self, id: ResourceId, age: u32) -> u32 {
         let resource = self.case.graph.resource(id);
         let turns = resource.clock.map_or(self.frame + 1000, |clock| self.ticks[clock.0 as usize]);
@@ -115,6 +131,7 @@ impl Flow<'_> {
                 let first = lives && self.looked_at.insert((access.resource.0, mip, layer));
                 if first && !cleared && pass.every.is_none() {
                     self.contents.remove(&at);
+                    self.anew.insert((access.resource.0, mip, layer));
                 }
                 *self.contents.entry(at).or_default() |= stored;
             }
@@ -135,20 +152,45 @@ impl Flow<'_> {
     }
 }
 
-/// Passes whose stores can reach the present step or a pin in some frame, as a bit set; `live` is what the plan says. Of all
-/// stores, only a clear for the frame and the first access of a frame, if it is write-only and made in each frame, drop what was there.
+/// Parts (resource, mip, layer) that passes touch and in which a frame of the whole graph, with nothing culled, finds what the one before
+/// left, or lets stand what a pass stores only now and then. What is shown or pinned has no say.
+pub fn carried(case: &Case) -> BTreeSet<(u32, u32, u32)> {
+    let graph = &case.graph;
+    let mut flow = Flow::new(case, u64::MAX);
+    let mut touched_by_any = BTreeSet::new();
+    let mut now_and_then = BTreeSet::new();
+    for (index, pass) in graph.passes.iter().enumerate().filter(|(_, pass)| case.runs(pass)) {
+        flow.run(index);
+        for access in pass.accesses.iter().filter(|access| access.age == 0) {
+            for (mip, layer) in touched(access, flow.sizes[access.resource.0 as usize]) {
+                touched_by_any.insert((access.resource.0, mip, layer));
+                if pass.every.is_some() && access.access.writes() {
+                    now_and_then.insert((access.resource.0, mip, layer));
+                }
+            }
+        }
+    }
+    touched_by_any.retain(|part| {
+        let resource = &graph.resources[part.0 as usize];
+        let init = match &resource.kind {
+            ResourceKind::Target(target) => target.init.is_some(),
+            ResourceKind::Buffer(buffer) => buffer.init.is_some(),
+        };
+        let supplied = resource.kind.supplied_by().is_some();
+        let kept = resource.keep || resource.history > 0 || resource.clock.is_some() || init || supplied;
+        let left = !cleared(&resource.kind) && !flow.anew.contains(part);
+        kept || left || now_and_then.contains(part)
+    });
+    touched_by_any
+}
+
+/// Passes whose stores can reach the present step, a pin or something that is carried in some frame, as a bit set; `live` is what the plan
+/// says. Of all stores, only a clear for the frame and the first access of a frame, if it is write-only and made in each frame, drop what was
+/// there.
 fn needed(case: &Case, live: u64) -> u64 {
     let graph = &case.graph;
-    let mut flow = Flow {
-        case,
-        sizes: subresources(graph),
-        live,
-        contents: BTreeMap::new(),
-        looked_at: BTreeSet::new(),
-        needed: 0,
-        frame: 0,
-        ticks: vec![1000; graph.clocks.len()],
-    };
+    let carried = carried(case);
+    let mut flow = Flow::new(case, live);
     let groups = groups(graph);
     let mut random = Random::new(live);
     for frame in 0..(graph.passes.len() as u32 + 2) * 3 {
@@ -177,7 +219,11 @@ fn needed(case: &Case, live: u64) -> u64 {
         if case.present.after.is_none() {
             flow.present();
         }
-        for pin in &case.pinned {
+        for &(resource, mip, layer) in &carried {
+            flow.needed |= flow.read(ResourceId(resource), 0, &[(mip, layer)]);
+        }
+        let all: Vec<ResourceId> = (0..graph.resources.len() as u32).map(ResourceId).collect();
+        for pin in if case.observe == Observe::Everything { &all } else { &case.pinned } {
             let (mips, layers) = flow.sizes[pin.0 as usize];
             for mip in 0..mips {
                 let parts: Vec<_> = (0..layers).map(|layer| (mip, layer)).collect();

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Span};
 use raxel_graph::checked::*;
 use raxel_graph::plan::{
-    BufferDesc, ImageDesc, Limits, MemoryModel, Plan, PlanInput, Present, Requirements, SourceSize, WorldInput,
-    copy_name,
+    BufferDesc, ImageDesc, Limits, MemoryModel, Observe, Plan, PlanInput, Present, Requirements, SourceSize,
+    WorldInput, copy_name,
 };
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Interface, LocalSize};
@@ -47,6 +47,7 @@ pub struct Case {
     pub graph: Arc<Graph>,
     pub present: Present,
     pub pinned: Vec<ResourceId>,
+    pub observe: Observe,
     pub facts: [bool; 3],
     pub sources: BTreeMap<String, SourceSize>,
     pub memory: RandomMemory,
@@ -72,6 +73,7 @@ impl Case {
             output: OUTPUT,
             present: self.present,
             pinned: &self.pinned,
+            observe: self.observe,
             facts: &|fact| self.holds(fact),
             counts: &[],
             sources: &self.sources,
@@ -191,6 +193,7 @@ pub fn case(seed: u64) -> Case {
         memory: RandomMemory { seed: r.next(), granularity: r.pick(&[1, 1, 64, 1024]), kinds_apart: r.percent(30) },
         alias: r.percent(85),
         poison: r.percent(20),
+        observe: if r.percent(20) { Observe::Everything } else { Observe::Shown },
     }
 }
 

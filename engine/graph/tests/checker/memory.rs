@@ -1,9 +1,9 @@
 //! Is it safe to forget what shares memory?
 
 use raxel_graph::checked::*;
-use raxel_graph::plan::{Lifetime, Place, Plan, ResourceDesc, Step};
+use raxel_graph::plan::{Lifetime, Observe, Place, Plan, ResourceDesc, Step};
 
-use super::flow::{subresources, touched};
+use super::flow::{carried, subresources, touched};
 use super::graphs::Case;
 
 /// A resource in a shared block.
@@ -211,8 +211,11 @@ fn outlives_frame(case: &Case, plan: &Plan, index: usize) -> Option<&'static str
     if resource.clock.is_some() {
         return Some("it turns with a clock");
     }
-    if id == case.present.resource || case.pinned.contains(&id) {
+    if id == case.present.resource || case.pinned.contains(&id) || case.observe == Observe::Everything {
         return Some("it is looked at from outside");
+    }
+    if carried(case).iter().any(|part| part.0 == id.0) {
+        return Some("the graph carries it to the next frame, whatever is culled");
     }
     if graph.passes.iter().filter(|pass| !case.runs(pass)).any(|pass| stored_by(&pass)) {
         return Some("a pass that stores to it is off");

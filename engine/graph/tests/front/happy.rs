@@ -118,6 +118,7 @@ fn a_queue_becomes_two_passes() {
         output: [64, 32],
         present,
         pinned: &[],
+        observe: raxel_graph::plan::Observe::Shown,
         counts: &[],
         facts: &|_| true,
         sources: &std::collections::BTreeMap::new(),

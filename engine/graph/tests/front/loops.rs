@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use raxel_graph::EstimatedMemory;
 use raxel_graph::checked::{ClockId, Dispatch, Graph, RoundIndex, Rounds, Source};
-use raxel_graph::plan::{Limits, PlanInput, Present, WorldInput};
+use raxel_graph::plan::{Limits, Observe, PlanInput, Present, WorldInput};
 
 use crate::files::Project;
 
@@ -299,6 +299,7 @@ fn a_mistake_of_every_round_is_told_once() {
         output: [320, 180],
         present,
         pinned: &[],
+        observe: Observe::Shown,
         facts: &|_| true,
         counts: &[],
         sources: &sources,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::SourceMap;
 use raxel_graph::checked::{Extent, Graph, ResourceKind, Usage};
-use raxel_graph::plan::{Lifetime, Limits, PlanInput, Present, ResourceDesc, SourceSize, Step, WorldInput};
+use raxel_graph::plan::{Lifetime, Limits, Observe, PlanInput, Present, ResourceDesc, SourceSize, Step, WorldInput};
 use raxel_graph::{EstimatedMemory, compile_with, plan, print};
 use raxel_shader::Compiler;
 use raxel_shader::format::Format;
@@ -163,6 +163,7 @@ fn plans_take_it_as_it_is() {
             output: [64, 32],
             present,
             pinned: &[],
+            observe: Observe::Shown,
             counts: &[],
             facts: &|_| true,
             sources: &BTreeMap::from([("world.texture3d".to_owned(), SourceSize { bytes: 96, image })]),

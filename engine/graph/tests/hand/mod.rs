@@ -7,7 +7,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Span};
 use raxel_graph::EstimatedMemory;
 use raxel_graph::checked::*;
-use raxel_graph::plan::{Limits, Plan, PlanInput, Present, WorldInput};
+use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, WorldInput};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Interface, LocalSize, Scalar};
 use raxel_shader::{Request, Shader};
@@ -24,6 +24,7 @@ pub struct Hand {
     pub materials: Option<Vec<String>>,
     pub limits: Limits,
     pub pinned: Vec<&'static str>,
+    pub observe: Observe,
     pub counts: Vec<(ParamId, u32)>,
 }
 
@@ -55,6 +56,7 @@ impl Hand {
             materials: None,
             limits: Limits::PORTABLE,
             pinned: Vec::new(),
+            observe: Observe::Shown,
             counts: Vec::new(),
         }
     }
@@ -180,6 +182,7 @@ impl Hand {
             output: self.output,
             present,
             pinned: &pinned,
+            observe: self.observe,
             facts: &|_| self.facts,
             counts: &self.counts,
             sources: &sources,

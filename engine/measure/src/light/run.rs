@@ -6,7 +6,7 @@ use glam::DVec3;
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_gpu::DeviceKind;
 use raxel_graph::checked::{ResourceKind, Value};
-use raxel_graph::plan::{Lifetime, Plan, ResourceDesc};
+use raxel_graph::plan::{Lifetime, Observe, Plan, ResourceDesc};
 use raxel_oracle::{Lattice, Oracle, Ray};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -125,6 +125,7 @@ impl Bench {
             device: self.effort.device.clone(),
             validation: self.effort.validation,
             watchdog: std::time::Duration::from_secs(30),
+            observe: Observe::Shown,
             ..Options::default()
         })?;
         let floats = session.graph().find_resource(RADIANCE).is_some_and(|id| {

@@ -54,14 +54,33 @@ pub enum ExecuteError {
     /// Nothing was swapped in yet.
     #[error("nothing runs yet: the first frame makes a plan")]
     NoPlan,
+    /// No frame has left anything in the resource yet.
+    #[error("`{resource}` holds nothing yet; run a frame first")]
+    NoFrame {
+        /// Name of the resource.
+        resource: String,
+    },
     /// The resource does not exist in the running plan: nothing presented depends on it.
-    #[error("`{resource}` is not part of the running plan; present or pin it to read it")]
+    #[error("`{resource}` is not part of the running plan; present or pin it to read it from the next frame on")]
     NotLive {
         /// Name of the resource.
         resource: String,
     },
+    /// A pass that writes the resource was culled, so it does not hold what the graph computes.
+    #[error(
+        "pass `{pass}`, which writes `{resource}`, was culled, since nothing shown depends on it; present or pin `{resource}` to \
+         read it from the next frame on"
+    )]
+    CulledWriter {
+        /// Name of the resource.
+        resource: String,
+        /// Name of the pass.
+        pass: String,
+    },
     /// The resource shares memory and was overwritten within the frame.
-    #[error("`{resource}` shares memory with others and does not survive the frame; present or pin it to read it")]
+    #[error(
+        "`{resource}` shares memory with others and does not survive the frame; present or pin it to read it from the next frame on"
+    )]
     NotKept {
         /// Name of the resource.
         resource: String,

@@ -48,6 +48,8 @@ impl Default for ExecutorOptions {
 pub struct Executor {
     pub(super) shared: Arc<Shared>,
     pub(super) running: Option<Prepared>,
+    /// The plan of the last frame: what can be read is what it left.
+    pub(super) ran: Option<Arc<Plan>>,
     slots: [FrameSlot; FRAMES],
     /// Frames begun; rotates histories.
     pub(super) frame: u64,
@@ -122,6 +124,7 @@ impl Executor {
             progress: Observed { reached: TimelineValue::default(), since: Instant::now() },
             shared,
             running: None,
+            ran: None,
             frame: 0,
             needs_full_barrier: true,
             full: Barrier::full(),
@@ -220,10 +223,11 @@ impl Executor {
         }
     }
 
-    /// How many frames back the histories of what runs go, and whether one of them is to be filled with its `init` first.
+    /// How many frames back the histories go that passes write, and whether one of them is to be filled with its `init` first.
     pub fn histories(&self) -> (u32, bool) {
         let resources = self.running.iter().flat_map(|running| &running.resources);
-        let with_history = resources.filter(|physical| physical.source().is_none() && physical.count() > 1);
+        let with_history =
+            resources.filter(|physical| physical.source().is_none() && physical.count() > 1 && physical.is_written());
         with_history.fold((0, false), |(depth, cleared), physical| {
             (depth.max(physical.count() - 1), cleared || physical.needs_init())
         })
@@ -233,6 +237,9 @@ impl Executor {
     pub fn frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
         let number = self.frame;
         let result = self.run_frame(inputs);
+        if result.is_ok() {
+            self.ran = self.plan().cloned();
+        }
         result.map_err(|error| {
             // Nothing was submitted: the next frame is this one.
             self.needs_full_barrier = true;

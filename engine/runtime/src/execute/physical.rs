@@ -143,7 +143,7 @@ impl Physical {
     }
 
     /// Whether it is what a plan wants; the contents stay. Not if no pass of that plan writes what passes wrote before: a pass that
-    /// is off leaves its outputs at `init`.
+    /// is off leaves its outputs at `init`. A history that passes begin to write begins anew, as if it had not been there before.
     fn suits(
         &self,
         plan: &Plan,
@@ -158,7 +158,7 @@ impl Physical {
             && self.values == values_of(plan, planned)
             && self.count() == planned.copies
             && self.place.as_ref() == place
-            && (written || !self.written.load(Ordering::Relaxed))
+            && (written == self.is_written() || written && planned.copies == 1)
     }
 }
 

@@ -56,6 +56,7 @@ impl Executor {
         layer: u32,
     ) -> Result<ReadTicket<Texels>, ExecuteError> {
         let (planned, physical) = self.live(resource, age)?;
+        self.written_by_all(resource, mip, layer)?;
         let (ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc), Some(image)) =
             (&planned.desc, physical.image(copy_of(self.last_rotation(resource), age, physical.count())))
         else {
@@ -83,6 +84,7 @@ impl Executor {
         bytes: Range<u64>,
     ) -> Result<ReadTicket<Vec<u8>>, ExecuteError> {
         let (planned, physical) = self.live(resource, age)?;
+        self.written_by_all(resource, 0, 0)?;
         let Some(buffer) = physical.buffer(copy_of(self.last_rotation(resource), age, physical.count())) else {
             return Err(out_of_range(physical, "bytes: it is a target".to_owned()));
         };
@@ -160,12 +162,25 @@ impl Executor {
             return Err(ExecuteError::NotKept { resource: name() });
         }
         if physical.needs_init() {
-            return Err(ExecuteError::NoPlan);
+            return Err(ExecuteError::NoFrame { resource: name() });
         }
         if age >= physical.count() {
             return Err(out_of_range(physical, format!("`@{age}`: its history is {}", physical.count() - 1)));
         }
         Ok((&plan.resources[index], physical))
+    }
+
+    /// Refuses a part of a resource that the last frame did not bring to where the graph has it. Another plan may run since.
+    fn written_by_all(&self, resource: ResourceId, mip: u32, layer: u32) -> Result<(), ExecuteError> {
+        let (Some(running), Some(ran)) = (&self.running, &self.ran) else { return Ok(()) };
+        let name = &running.plan().graph.resource(resource).name;
+        let Some(resource) = ran.graph.find_resource(name) else { return Ok(()) };
+        match ran.culled_writer(resource, mip, layer) {
+            Some(pass) => {
+                Err(ExecuteError::CulledWriter { resource: name.clone(), pass: ran.graph.pass(pass).name.clone() })
+            }
+            None => Ok(()),
+        }
     }
 }
 

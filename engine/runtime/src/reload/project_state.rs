@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use raxel_diagnostics::{Diagnostic, SourceMap, Spanned};
 use raxel_graph::checked::Graph;
+use raxel_graph::plan::Observe;
 
 use crate::build::{self, DeviceContext, Selection};
 use crate::debug_target::DebugTarget;
@@ -154,6 +155,8 @@ pub struct BuildSettings {
     pub debug_target: DebugTarget,
     /// Resources that stay readable.
     pub pinned: Vec<String>,
+    /// What else can be read.
+    pub observe: Observe,
     /// Params as the user set them.
     pub params: Params,
     /// Whether transient resources may share memory.
@@ -181,6 +184,7 @@ impl BuildSettings {
                 round: None,
             }),
             pinned: self.pinned.iter().filter_map(|name| graph.find_resource(name)).collect(),
+            observe: self.observe,
             facts: build::facts(graph, world, &params, self.context.builder.device()),
             counts: build::counts(graph, &params),
             alias: self.alias,

@@ -132,7 +132,9 @@ impl Session {
         self.executor.set_display(display);
     }
 
-    /// Keeps a resource readable at the end of each frame, whatever is shown.
+    /// Keeps a resource readable at the end of each frame from the next one on, whatever is shown. Needed with [`Observe::Shown`] only.
+    ///
+    /// [`Observe::Shown`]: raxel_graph::plan::Observe::Shown
     pub fn pin(&mut self, name: &str) -> Result<(), DebugTargetError> {
         DebugTarget::resource(name).resolve(&self.graph)?;
         if !self.pinned.iter().any(|known| known == name) {
@@ -278,6 +280,7 @@ impl Session {
             output: self.viewport.output(),
             debug_target: self.debug_target.clone(),
             pinned: self.pinned.clone(),
+            observe: self.options.observe,
             params: self.frame_params(),
             alias: self.options.alias,
             context: self.context.clone(),

@@ -167,10 +167,8 @@ impl Session {
         let moved = self.collected.poses().serial();
         let given = (&self.values[..], &self.overrides[..], &self.disabled[..]);
         let [_, edited] = self.stream().map_or([0; 2], |stream| stream.changes());
-        let changes = match self.executor.plan() {
-            Some(plan) => self.still.note((&self.world, [version, edited, moved]), plan, &builtins, given),
-            None => Changes::default(),
-        };
+        // The graph and not its plan: another plan, for another debug target, computes the same.
+        let changes = self.still.note((&self.world, [version, edited, moved]), &self.graph, &builtins, given);
         Ok((time, changes))
     }
 

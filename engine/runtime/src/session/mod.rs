@@ -28,7 +28,7 @@ pub use raxel_gpu::Validation;
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_graph::checked::{Display, Graph, ParamId, PassId, Value};
-use raxel_graph::plan::Plan;
+use raxel_graph::plan::{Observe, Plan};
 use raxel_world::layout::Layout;
 
 use crate::build::{DeviceContext, Selection};
@@ -70,6 +70,8 @@ pub struct Options {
     pub debug_target: DebugTarget,
     /// Resources that can be read at the end of a frame, besides the one shown.
     pub pinned: Vec<String>,
+    /// What else can be read: everything, or for speed only what is shown. No later frame depends on it.
+    pub observe: Observe,
     /// Takes the place of the layout of every buffer that the graph fills with a world; `None` keeps the graph's own.
     pub layout: Option<Layout>,
     /// The Vulkan device: a part of its name, or its number.
@@ -105,6 +107,7 @@ impl Default for Options {
             step: Some(1.0 / 60.0),
             debug_target: DebugTarget::default(),
             pinned: Vec::new(),
+            observe: Observe::Everything,
             layout: None,
             device: None,
             validation: Validation::Off,

@@ -67,6 +67,7 @@ impl Session {
             output: viewport.output(),
             debug_target: options.debug_target.clone(),
             pinned: options.pinned.clone(),
+            observe: options.observe,
             params: params.clone(),
             alias: options.alias,
             context: context.clone(),

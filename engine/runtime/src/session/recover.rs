@@ -70,6 +70,7 @@ impl Session {
         (self.executor, self.device, self.context) = (executor, device, context);
         self.plans.clear();
         self.history.reset();
+        self.still.reset();
         self.collected.forget();
         self.changed.everything();
         self.refused = None;

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use raxel_graph::checked::{MOST_STILL, PassId, Value};
-use raxel_graph::plan::Plan;
+use raxel_graph::checked::{Graph, MOST_STILL, PassId, Value};
 
 use crate::execute::{Builtins, Override};
 use crate::world::SessionWorld;
@@ -33,7 +32,7 @@ struct Last {
     world: Arc<SessionWorld>,
     /// The publication of a streamed world, the last edit in it, and how often passes have moved instances.
     versions: [u64; 3],
-    plan: Arc<Plan>,
+    graph: Arc<Graph>,
     builtins: Builtins,
     values: Vec<Value>,
     overrides: Vec<Override>,
@@ -45,7 +44,7 @@ impl Still {
     pub(super) fn note(
         &mut self,
         (world, versions): (&Arc<SessionWorld>, [u64; 3]),
-        plan: &Arc<Plan>,
+        graph: &Arc<Graph>,
         builtins: &Builtins,
         (values, overrides, disabled): (&[Value], &[Override], &[PassId]),
     ) -> Changes {
@@ -67,7 +66,7 @@ impl Still {
             self.last = Some(Last {
                 world: world.clone(),
                 versions,
-                plan: plan.clone(),
+                graph: graph.clone(),
                 builtins: timeless,
                 values: values.to_vec(),
                 overrides: overrides.to_vec(),
@@ -85,7 +84,7 @@ impl Still {
         }
         let same = same_world
             && last.versions == versions
-            && Arc::ptr_eq(&last.plan, plan)
+            && Arc::ptr_eq(&last.graph, graph)
             && last.builtins == timeless
             && last.values == values
             && last.overrides == overrides
@@ -98,7 +97,7 @@ impl Still {
         } else {
             self.now.still = 0;
             // In place: a frame allocates nothing while the numbers of params stay the same.
-            (last.world, last.versions, last.plan, last.builtins) = (world.clone(), versions, plan.clone(), timeless);
+            (last.world, last.versions, last.graph, last.builtins) = (world.clone(), versions, graph.clone(), timeless);
             last.values.clear();
             last.values.extend_from_slice(values);
             last.overrides.clear();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_graph::checked::{Builtin, Fact, Graph, ResourceId};
-use raxel_graph::plan::{Plan, PlanInput, Present, WorldInput};
+use raxel_graph::plan::{Observe, Plan, PlanInput, Present, WorldInput};
 use raxel_graph::{SourceLayout, compile, plan};
 use raxel_runtime::execute::{
     Builtins, DeviceMemory, DeviceSource, ExecuteError, Executor, ExecutorOptions, FrameInputs, FrameReport, Prepared,
@@ -31,6 +31,7 @@ pub struct Planned<'a> {
     pub world: [u32; 3],
     pub present: &'a str,
     pub pinned: &'a [&'a str],
+    pub observe: Observe,
     pub alias: bool,
     pub counts: &'a [(raxel_graph::checked::ParamId, u32)],
     pub poison: bool,
@@ -43,6 +44,7 @@ impl Default for Planned<'_> {
             world: [16; 3],
             present: "color",
             pinned: &[],
+            observe: Observe::Shown,
             alias: true,
             poison: false,
             counts: &[],
@@ -72,6 +74,7 @@ impl Lab {
             output: how.output,
             present: present(graph, how.present),
             pinned: &pinned,
+            observe: how.observe,
             facts: &facts,
             counts: how.counts,
             sources: &sizes,

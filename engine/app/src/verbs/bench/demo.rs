@@ -8,7 +8,7 @@ use raxel_gpu::DeviceOptions;
 use raxel_measure::Times;
 use raxel_measure::demo::FrameTimes;
 use raxel_runtime::timeline::Demo;
-use raxel_runtime::{Options, Session};
+use raxel_runtime::{Observe, Options, Session};
 use serde_json::{Value, json};
 
 use super::files::{command, today};
@@ -44,6 +44,7 @@ pub(super) fn run(file: &Path, args: &matrix::Args, device: &DeviceOptions, cons
         step: Some(1.0 / demo.fps),
         device: device.device.clone(),
         validation: device.validation,
+        observe: Observe::Shown,
         ..Options::default()
     };
     let mut session = Session::open(options).map_err(|error| open_failure(error, console))?;
