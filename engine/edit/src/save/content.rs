@@ -1,19 +1,19 @@
-//! What the files of a save say, and what is wrong with them.
+//! What the files of a save say.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
+use std::io::ErrorKind;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use raxel_world::ChunkPos;
-use serde::{Deserialize, Serialize};
 
 use super::SaveError;
-use super::record::{self, Broken, Kind};
+use super::damage::{Damage, between};
+use super::head::{FORMAT, Head, Meta, Role};
+use super::record::{self, Broken, Kind, Record};
+use super::tail::{self, Mark, TAIL};
 use crate::operation::Operation;
 use crate::packed::PackedChunk;
-
-/// The format that this program writes.
-pub(super) const FORMAT: u32 = 1;
 
 /// How often a save is read again that another process writes meanwhile.
 const READS: usize = 100;
@@ -21,47 +21,12 @@ const READS: usize = 100;
 /// Name of the file with the chunks.
 pub(super) const CHUNKS: &str = "chunks.log";
 
-/// What a save belongs to.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Meta {
-    /// Format of the save.
-    pub format: u32,
-    /// Project path of the world.
-    pub world: String,
-    /// Hash of everything that the voxels below the edits are built from.
-    pub generator: [u8; 32],
-    /// Names of the materials by index.
-    pub materials: Vec<String>,
-}
-
-/// Damage to a file of a save.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Damage {
-    /// Name of the file.
-    pub file: String,
-    /// The bytes that are lost; none when the file ends before them, or is gone.
-    pub bytes: std::ops::Range<u64>,
-    /// What they were.
-    pub what: String,
-    /// The file ends in it: something was being written when the program or the machine stopped. Nothing that was acknowledged is lost,
-    /// but by a power cut.
-    pub unfinished: bool,
-}
-
-impl fmt::Display for Damage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { file, bytes, what, .. } = self;
-        if bytes.is_empty() {
-            return write!(f, "{file}: missing: {what}");
-        }
-        write!(f, "{file}: bytes {}…{} are lost: {what}", bytes.start, bytes.end)
-    }
-}
-
 /// Everything in the files of a save.
 #[derive(Debug, Default)]
 pub(super) struct Content {
     pub(super) meta: Option<Meta>,
+    /// How often the save was written anew.
+    pub(super) generation: u64,
     /// The newest content of every chunk; `None` is the base's.
     pub(super) chunks: BTreeMap<ChunkPos, Option<PackedChunk>>,
     /// Edits up to here are in the chunks.
@@ -69,21 +34,28 @@ pub(super) struct Content {
     /// Edits after them, in order.
     pub(super) steps: BTreeMap<u64, Vec<Operation>>,
     /// The newest edit that was saved when a journal was begun.
-    pub(super) begun: u64,
+    begun: u64,
+    /// The newest edit that was acknowledged.
+    pub(super) tail: Option<Mark>,
     pub(super) damages: Vec<Damage>,
     pub(super) files: Vec<FileInfo>,
-    /// Where the whole part of the file with the chunks ends.
-    pub(super) chunks_end: u64,
+    /// Where the whole part of the file with the chunks ends, and the sum of the record before.
+    pub(super) chunks_end: (u64, u32),
     /// Records of chunks that a newer one has replaced.
     pub(super) replaced: u64,
+    /// The file with the chunks has to be written anew: it is of an older format, or a packed save, or a journal, or its last checkpoint
+    /// counts without its end, as nothing else holds the edits.
+    pub(super) rewrite: bool,
+    /// The sums of edits.
+    sums: BTreeMap<u64, u32>,
     /// Chunks at the end of their file, without the commit that belongs behind them.
     open: Vec<(ChunkPos, Option<PackedChunk>)>,
     /// The edit that the open chunks are of.
     open_seq: u64,
-    /// The open chunks count, as nothing else holds their edits: the file with the chunks has to be written anew.
-    pub(super) mended: bool,
     /// Edits whose records are damaged.
     damaged: BTreeSet<u64>,
+    /// Damages that are edits whose records were being written.
+    torn: Vec<(usize, u64)>,
 }
 
 /// A file of a save.
@@ -95,6 +67,19 @@ pub struct FileInfo {
     pub bytes: u64,
     /// Records in it that are whole.
     pub records: u64,
+}
+
+/// A file that was read.
+struct Part {
+    name: String,
+    bytes: Vec<u8>,
+    head: Option<Head>,
+}
+
+impl Part {
+    fn generation(&self) -> Option<u64> {
+        self.head.as_ref().map(|head| head.generation)
+    }
 }
 
 impl Content {
@@ -113,23 +98,77 @@ impl Content {
     /// were read before may not.
     fn read_once(folder: &Path) -> Result<Option<Self>, SaveError> {
         let mut content = Self::default();
+        // First, as it must not be ahead of journals that are read before another process writes on.
+        let tail = tail::read(folder).map_err(|error| SaveError::Io { path: folder.join(TAIL), error })?;
         let journals = journals(folder)?;
+        let mut parts = Vec::new();
         for path in std::iter::once(folder.join(CHUNKS)).chain(journals) {
             let name = file_name(&path);
             match std::fs::read(&path) {
-                Ok(bytes) => content.add(&name, &bytes)?,
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                    if name != CHUNKS {
-                        return Ok(None);
-                    }
-                }
+                Ok(bytes) => parts.push(Part { head: first_head(&bytes)?, name, bytes }),
+                Err(error) if error.kind() == ErrorKind::NotFound && name == CHUNKS => {}
+                Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
                 Err(error) => return Err(SaveError::Io { path, error }),
             }
         }
+        content.add_all(&parts);
         content.close();
+        content.add_tail(tail, &parts);
         content.steps = content.steps.split_off(&(content.applied + 1));
         content.name_missing();
         Ok(Some(content))
+    }
+
+    fn add_all(&mut self, parts: &[Part]) {
+        // Of the file with the chunks, where several are of the newest generation.
+        let newest = parts.iter().rev().filter_map(|part| part.head.as_ref()).max_by_key(|head| head.generation);
+        self.meta = newest.map(|head| head.meta.clone());
+        self.generation = newest.map_or(0, |head| head.generation);
+        self.rewrite = newest.is_none_or(|head| head.meta.format < FORMAT);
+        for part in parts {
+            let is_chunks = part.name == CHUNKS;
+            let mut used = true;
+            if part.generation().is_some_and(|generation| generation < self.generation) {
+                // The edits of a journal are in the chunks that were written anew after it.
+                let materials = part.head.as_ref().map(|head| &head.meta.materials);
+                used = is_chunks && materials == self.meta.as_ref().map(|meta| &meta.materials);
+                if is_chunks {
+                    self.damages
+                        .push(Damage::missing(CHUNKS, "what was saved last: the file is older than the journals"));
+                    self.rewrite = true;
+                }
+            }
+            if used {
+                self.add(part);
+            } else {
+                let records = record::read(&part.bytes).flatten().count() as u64;
+                self.note_file(&part.name, part.bytes.len(), records);
+            }
+            if let Some(head) = part.head.as_ref().filter(|head| is_chunks && head.meta.format >= FORMAT) {
+                self.rewrite |= head.role != Role::Chunks;
+            }
+        }
+    }
+
+    fn add_tail(&mut self, tail: Option<tail::Found>, parts: &[Part]) {
+        let newest = self.newest();
+        let unknown = || format!("the number of the newest edit: edits after {newest} may be lost");
+        let Some(tail) = tail else {
+            let mut heads = parts.iter().filter_map(|part| part.head.as_ref());
+            if heads.any(|head| head.meta.format >= FORMAT && head.role != Role::Packed) {
+                self.damages.push(Damage::missing(TAIL, unknown()));
+            }
+            return;
+        };
+        self.note_file(TAIL, tail.bytes as usize, tail.whole);
+        for bytes in tail.broken {
+            let what = if tail.mark.is_some() { "a note of the newest edit".to_owned() } else { unknown() };
+            self.damages.push(Damage { file: TAIL.to_owned(), bytes, what, unfinished: false });
+        }
+        self.tail = tail.mark;
+        if let Some(mark) = tail.mark.filter(|mark| mark.generation == self.generation) {
+            self.note_sum(TAIL, mark.seq, mark.sum);
+        }
     }
 
     /// Decides about chunks without a commit behind them. While a checkpoint is written, the journals have its edits, and the chunks do not
@@ -144,129 +183,177 @@ impl Content {
             self.replaced += u64::from(self.chunks.insert(pos, chunk).is_some());
         }
         self.applied = seq;
-        self.mended = true;
+        self.rewrite = true;
         let mut named = false;
         for damage in self.damages.iter_mut().filter(|damage| damage.file == CHUNKS) {
             named |= std::mem::take(&mut damage.unfinished);
         }
         if !named {
-            self.damages.push(missing(format!("the end of the checkpoint of edit {seq}")));
+            self.damages.push(Damage::missing(CHUNKS, format!("the end of the checkpoint of edit {seq}")));
         }
     }
 
-    /// Names edits that neither the chunks nor a journal has. An empty step stands for those before it that were named once.
+    /// Names edits that were saved once, and that neither the chunks nor a journal has.
     fn name_missing(&mut self) {
-        let mut next = self.applied + 1;
-        let steps = self.steps.iter().map(|(&seq, operations)| (seq, operations.is_empty()));
-        for (seq, was_named) in steps.chain([(self.begun + 1, false)]) {
-            let last = seq - 1;
-            let gone = seq.saturating_sub(next);
-            next = next.max(seq + 1);
-            if gone == 0 || was_named {
-                continue;
+        let gaps = self.gaps();
+        for &(index, seq) in &self.torn {
+            if gaps.iter().any(|gap| gap.contains(&seq)) {
+                let damage = &mut self.damages[index];
+                (damage.unfinished, damage.what) = (false, format!("edit {seq}"));
+                self.damaged.insert(seq);
             }
-            let first = seq - gone;
-            if self.damaged.range(first..=last).count() as u64 == gone {
-                continue;
+        }
+        let newest = self.tail.map(|mark| file_name(&journal_path(Path::new(""), mark.journal)));
+        for gap in gaps {
+            let (first, last) = gap.into_inner();
+            let old = first..=last.min(self.begun);
+            let young = first.max(self.begun + 1)..=last;
+            for (gap, file) in [(old, CHUNKS), (young, newest.as_deref().unwrap_or(CHUNKS))] {
+                self.damages.extend(between(&gap, &self.damaged).iter().map(|edits| Damage::edits(file, edits)));
             }
-            let what = if gone == 1 { format!("edit {last}") } else { format!("edits {first}…{last}") };
-            self.damages.push(missing(what));
         }
     }
 
-    /// The number of the newest edit.
-    pub(super) fn newest(&self) -> u64 {
-        self.steps.keys().next_back().copied().unwrap_or(self.applied).max(self.begun)
+    /// Edits that no file has. An empty step stands for those before it that were named once.
+    fn gaps(&self) -> Vec<RangeInclusive<u64>> {
+        let mut next = self.applied + 1;
+        let mut gaps = Vec::new();
+        for (&seq, operations) in &self.steps {
+            gaps.extend((next < seq && !operations.is_empty()).then(|| next..=seq - 1));
+            next = seq + 1;
+        }
+        gaps.extend((next <= self.newest()).then(|| next..=self.newest()));
+        gaps
     }
 
-    fn add(&mut self, name: &str, bytes: &[u8]) -> Result<(), SaveError> {
+    /// The number of the newest edit, whether a file has it or not.
+    pub(super) fn newest(&self) -> u64 {
+        let step = self.steps.keys().next_back().copied().unwrap_or(0);
+        step.max(self.applied).max(self.begun).max(self.tail.map_or(0, |mark| mark.seq))
+    }
+
+    /// The sum of an edit; 0 where it is not known.
+    pub(super) fn sum(&self, seq: u64) -> u32 {
+        self.sums.get(&seq).copied().unwrap_or(0)
+    }
+
+    /// Takes note of the sum that a file gives an edit. Where another file has another one, the two do not belong together.
+    fn note_sum(&mut self, file: &str, seq: u64, sum: u32) {
+        if sum == 0 || seq == 0 {
+            return;
+        }
+        if *self.sums.entry(seq).or_insert(sum) != sum {
+            let what = format!("edit {seq} as this file knows it: another file is of another time or of another save");
+            self.damages.push(Damage::missing(file, what));
+        }
+    }
+
+    fn note_file(&mut self, name: &str, bytes: usize, records: u64) {
+        self.files.push(FileInfo { name: name.to_owned(), bytes: bytes as u64, records });
+    }
+
+    fn note_broken(&mut self, name: &str, broken: &Broken, last: Option<u64>) {
+        let seq = match broken.record {
+            Some((Kind::Operations, seq, _)) => Some(seq),
+            Some(_) => None,
+            None => last.map(|last| last + 1).filter(|_| name != CHUNKS),
+        };
+        if let Some(seq) = seq
+            && broken.short
+        {
+            self.torn.push((self.damages.len(), seq));
+        } else if broken.record.is_some() {
+            self.damaged.extend(seq);
+        }
+        self.damages.push(Damage::broken(name, broken, last));
+    }
+
+    fn add(&mut self, part: &Part) {
+        let Part { name, bytes, head } = part;
+        let is_chunks = name == CHUNKS;
+        // Sums mean something among files of one generation, and not before there were any.
+        let has_sums =
+            head.as_ref().is_some_and(|head| head.meta.format >= FORMAT && head.generation == self.generation);
         // Chunks count from the commit behind them on.
         let mut waiting: Vec<(ChunkPos, Option<PackedChunk>)> = Vec::new();
-        let (mut at, mut records, mut last) = (0, 0, None);
+        let (mut records, mut last, mut cut) = (0, None, None);
         for found in record::read(bytes) {
             let found = match found {
                 Ok(found) => found,
+                Err(broken) if broken.bytes.is_empty() => {
+                    cut = Some(broken);
+                    continue;
+                }
                 Err(broken) => {
-                    if let Some((Kind::Operations, seq, _)) = broken.record {
-                        self.damaged.insert(seq);
-                    }
-                    self.damages.push(damage(name, &broken, last));
-                    at = broken.bytes.end;
+                    self.note_broken(name, &broken, last);
                     continue;
                 }
             };
-            at += (record::HEADER + found.payload.len()) as u64;
+            // Edits that were cut out are named by their numbers.
+            let is_gap = found.kind == Kind::Operations && last.is_some_and(|last| found.seq > last + 1);
+            if let Some(cut) = cut.take().filter(|_| !is_gap) {
+                self.note_broken(name, &cut, last);
+            }
             (records, last) = (records + 1, Some(found.seq));
-            match found.kind {
-                Kind::Meta => {
-                    if let Ok((format, _)) = postcard::take_from_bytes::<u32>(found.payload)
-                        && format > FORMAT
+            let Record { kind, seq, pos, payload, sum, end } = found;
+            match kind {
+                Kind::Head => {
+                    if let Ok(Some(head)) = Head::read(payload, seq)
+                        && (!is_chunks || head.meta.format >= FORMAT)
                     {
-                        return Err(SaveError::Newer { found: format, known: FORMAT });
-                    }
-                    self.meta = self.meta.take().or(postcard::from_bytes(found.payload).ok());
-                    if name != CHUNKS {
-                        self.begun = self.begun.max(found.seq);
+                        self.begun = self.begun.max(head.newest);
+                        if has_sums {
+                            self.note_sum(name, head.newest, head.sum);
+                        }
                     }
                 }
                 Kind::Operations => {
-                    if let Ok(operations) = postcard::from_bytes(found.payload) {
-                        // Where the chunks were written anew the same edit may be in a journal that was not removed, with other
-                        // indices of materials.
-                        self.steps.entry(found.seq).or_insert(operations);
+                    if let Ok(operations) = postcard::from_bytes(payload) {
+                        // Where the chunks of format 1 were written anew, the same edit may be in a journal that was not removed, with
+                        // other indices of materials.
+                        self.steps.entry(seq).or_insert(operations);
+                    }
+                    if has_sums {
+                        self.note_sum(name, seq, sum);
                     }
                 }
-                Kind::Chunk => waiting.push((found.pos, Some(PackedChunk::from_bytes(found.payload)))),
-                Kind::Base => waiting.push((found.pos, None)),
+                Kind::Chunk => waiting.push((pos, Some(PackedChunk::from_bytes(payload)))),
+                Kind::Base => waiting.push((pos, None)),
                 Kind::Commit => {
-                    self.applied = self.applied.max(found.seq);
+                    self.applied = self.applied.max(seq);
                     for (pos, chunk) in waiting.drain(..) {
                         self.replaced += u64::from(self.chunks.insert(pos, chunk).is_some());
                     }
+                    if let (true, Some(sum)) = (has_sums, payload.first_chunk()) {
+                        self.note_sum(name, seq, u32::from_le_bytes(*sum));
+                    }
                 }
             }
-            if matches!(found.kind, Kind::Chunk | Kind::Base) {
-                self.open_seq = found.seq;
-            }
-            // Where chunks without a commit begin, the next checkpoint does.
-            if name == CHUNKS && !matches!(found.kind, Kind::Chunk | Kind::Base) {
-                self.chunks_end = at;
+            if matches!(kind, Kind::Chunk | Kind::Base) {
+                self.open_seq = seq;
+            } else if is_chunks {
+                // Where chunks without a commit begin, the next checkpoint does.
+                self.chunks_end = (end, sum);
             }
         }
-        if name == CHUNKS {
+        if is_chunks {
             self.open = waiting;
         }
-        self.files.push(FileInfo { name: name.to_owned(), bytes: bytes.len() as u64, records });
-        Ok(())
+        self.note_file(name, bytes.len(), records);
     }
 }
 
-fn damage(file: &str, broken: &Broken, last: Option<u64>) -> Damage {
-    let what = match broken.record {
-        Some((Kind::Operations, seq, _)) => format!("edit {seq}"),
-        Some((Kind::Chunk | Kind::Base, seq, pos)) => {
-            format!("the chunk at {}, {}, {} as edit {seq} left it", pos.x, pos.y, pos.z)
-        }
-        Some((Kind::Commit, seq, _)) => format!("the end of the checkpoint of edit {seq}"),
-        Some((Kind::Meta, ..)) => "the description of the save".to_owned(),
-        None => match last {
-            Some(seq) => format!("what followed the record of edit {seq}"),
-            None => "the beginning of the file".to_owned(),
-        },
-    };
-    Damage { file: file.to_owned(), bytes: broken.bytes.clone(), what, unfinished: broken.at_end }
-}
-
-/// What no file of the save has.
-fn missing(what: String) -> Damage {
-    Damage { file: CHUNKS.to_owned(), bytes: 0..0, what, unfinished: false }
+/// The first head of a file that is whole.
+fn first_head(bytes: &[u8]) -> Result<Option<Head>, SaveError> {
+    let found = record::read(bytes).flatten().find(|found| found.kind == Kind::Head);
+    found.map_or(Ok(None), |found| Head::read(found.payload, found.seq))
 }
 
 /// The journals of a folder, oldest first.
 pub(super) fn journals(folder: &Path) -> Result<Vec<PathBuf>, SaveError> {
     let entries = match std::fs::read_dir(folder) {
         Ok(entries) => entries,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
         Err(error) => return Err(SaveError::Io { path: folder.to_owned(), error }),
     };
     let mut found: Vec<(u64, PathBuf)> =

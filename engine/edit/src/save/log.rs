@@ -1,7 +1,7 @@
 //! A file that records are appended to, whole or not at all.
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,6 +9,8 @@ use std::sync::Arc;
 pub(super) trait Storage: Send + Sync {
     /// Writes at the end.
     fn append(&self, bytes: &[u8]) -> io::Result<()>;
+    /// Writes over what is there.
+    fn write_at(&self, at: u64, bytes: &[u8]) -> io::Result<()>;
     /// Cuts off what is behind.
     fn truncate(&self, bytes: u64) -> io::Result<()>;
     /// Returns when everything is on the disk.
@@ -18,6 +20,12 @@ pub(super) trait Storage: Send + Sync {
 impl Storage for File {
     fn append(&self, bytes: &[u8]) -> io::Result<()> {
         let mut file = self;
+        file.write_all(bytes)
+    }
+
+    fn write_at(&self, at: u64, bytes: &[u8]) -> io::Result<()> {
+        let mut file = self;
+        file.seek(SeekFrom::Start(at))?;
         file.write_all(bytes)
     }
 
@@ -39,14 +47,17 @@ pub(super) struct Log {
 }
 
 impl Log {
-    /// Opens a file for appending, made if there is none.
-    pub(super) fn open(path: &Path) -> io::Result<Self> {
+    /// Opens a file for appending, made if there is none, and cuts off what it has behind so many bytes.
+    pub(super) fn open(path: &Path, bytes: u64) -> io::Result<Self> {
         let file = File::options().create(true).append(true).open(path)?;
-        let bytes = file.metadata()?.len();
-        Ok(Self::on(Arc::new(file), bytes))
+        let torn = file.metadata()?.len() > bytes;
+        let mut log = Self { storage: Arc::new(file), bytes, torn };
+        log.mend()?;
+        Ok(log)
     }
 
-    pub(super) fn on(storage: Arc<dyn Storage>, bytes: u64) -> Self {
+    #[cfg(test)]
+    fn on(storage: Arc<dyn Storage>, bytes: u64) -> Self {
         Self { storage, bytes, torn: false }
     }
 
@@ -112,6 +123,10 @@ mod tests {
             let fits = bytes.len().min(self.room.load(Ordering::Relaxed).saturating_sub(here.len()));
             here.extend(&bytes[..fits]);
             if fits == bytes.len() { Ok(()) } else { Err(io::ErrorKind::StorageFull.into()) }
+        }
+
+        fn write_at(&self, _: u64, _: &[u8]) -> io::Result<()> {
+            unreachable!("logs are appended to")
         }
 
         fn truncate(&self, bytes: u64) -> io::Result<()> {

@@ -1,16 +1,21 @@
 //! The save of an edited world: a journal of operations and, now and then, the whole chunks that they changed.
 //!
-//! A save is a folder. An edit is acknowledged when its record stands in the newest journal: one `write`, so that it survives the end of
-//! the program at any moment. A thread brings journals to the disk every [`SaveOptions::sync`], which is what a power cut may cost.
+//! A save is a folder. An edit is acknowledged when its record stands in the newest journal and its number in the tail: one `write` each,
+//! so that it survives the end of the program at any moment, and its loss would be noticed. A thread brings both to the disk every
+//! [`SaveOptions::sync`], which is what a power cut may cost.
 //! When the journal has grown, a checkpoint appends the chunks that changed to `chunks.log`, brings them to the disk, and only then removes
 //! the journals that they hold. Snapshots in a database were measured and not taken: one flipped byte in a page of its tree would lose
 //! more than one record.
 
 mod content;
+mod damage;
+mod head;
 mod log;
 mod record;
+mod tail;
 mod verify;
 mod worker;
+mod writer;
 
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -21,19 +26,18 @@ use std::time::{Duration, Instant};
 use raxel_world::{ChunkPos, MaterialIndex};
 use rustix::fs::{FlockOperation, flock};
 
-pub use content::{Damage, FileInfo, Meta};
+pub use content::FileInfo;
+pub use damage::Damage;
+pub use head::Meta;
 pub use verify::{Report, compact, pack, verify};
 
 use crate::edits::{Change, Edits};
 use crate::operation::Operation;
 use crate::packed::PackedChunk;
-use content::{CHUNKS, Content, FORMAT};
-use log::{Log, sync_folder};
-use record::Kind;
-use worker::{Checkpoint, Done, Worker};
-
-/// Bytes of records that wait for a disk with room; with more, the next checkpoint takes their place.
-const MOST_WAITING: usize = 64 << 20;
+use content::Content;
+use head::FORMAT;
+use worker::Done;
+use writer::Writer;
 
 /// Time between two tries to write what could not be written.
 const RETRY: Duration = Duration::from_secs(1);
@@ -145,7 +149,6 @@ pub struct Opened {
 #[derive(Debug)]
 pub struct Save {
     folder: PathBuf,
-    meta: Meta,
     options: SaveOptions,
     /// The newest edit.
     seq: u64,
@@ -157,33 +160,13 @@ pub struct Save {
     last_checkpoint: Option<Instant>,
 }
 
-#[derive(Debug)]
-struct Writer {
-    journal: Log,
-    number: u64,
-    worker: Worker,
-    /// Records that could not be written yet.
-    waiting: Vec<u8>,
-    /// More could not be written than is kept: only a checkpoint saves it.
-    overflown: bool,
-    failing: Option<Instant>,
-    /// Held as long as the save is open; the system lets go of it when the process ends.
-    _lock: File,
-}
-
-impl std::fmt::Debug for Log {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Log({} bytes)", self.bytes())
-    }
-}
-
 impl Save {
     /// Opens the save in a folder, which is made if there is none.
     pub fn open(folder: &Path, meta: &Meta, options: SaveOptions) -> Result<Opened, SaveError> {
         let meta = Meta { format: FORMAT, ..meta.clone() };
         let lock = if options.read_only { Err("it is only read".to_owned()) } else { lock(folder) };
         let mut content = Content::read(folder)?;
-        let mut rewrite = content.meta.is_none() || content.mended;
+        let mut rewrite = content.rewrite;
         if let Some(saved) = &content.meta {
             if saved.generator != meta.generator {
                 if !options.keep_on_generator_change {
@@ -202,7 +185,7 @@ impl Save {
             Err(why) => (None, Some(why)),
         };
         let seq = content.newest();
-        let writer = lock.and_then(|lock| match Writer::open(folder, &meta, &content, rewrite, options.sync, lock) {
+        let writer = lock.and_then(|lock| match Writer::open(folder, meta, &content, rewrite, options.sync, lock) {
             Ok(writer) => Some(writer),
             Err(error) => {
                 read_only = Some(error.to_string());
@@ -211,7 +194,6 @@ impl Save {
         });
         let save = Self {
             folder: folder.to_owned(),
-            meta,
             options,
             seq,
             dirty: BTreeSet::new(),
@@ -249,13 +231,7 @@ impl Save {
         self.seq += 1;
         self.dirty.extend(change.chunks.iter().map(|chunk| chunk.pos));
         let Some(writer) = &mut self.writer else { return Ok(false) };
-        let payload = postcard::to_stdvec(operations).map_err(io::Error::other)?;
-        record::write(&mut writer.waiting, Kind::Operations, self.seq, ChunkPos::new(0, 0, 0), &payload);
-        if writer.failing.is_some() {
-            writer.bound_waiting();
-            return Err(io::Error::other("the save is waiting for room on its disk"));
-        }
-        writer.write_waiting().map(|()| true)
+        writer.commit(self.seq, operations).map(|()| true)
     }
 
     /// Does what is due: tries again what could not be written, and begins a checkpoint. To be called once a frame; nothing waits.
@@ -263,9 +239,7 @@ impl Save {
         let mut events = Vec::new();
         self.take_done(&mut events);
         let Some(writer) = &mut self.writer else { return events };
-        if let Some(since) = writer.failing
-            && since.elapsed() >= RETRY
-        {
+        if writer.failing.is_some_and(|since| since.elapsed() >= RETRY) {
             match writer.write_waiting() {
                 Ok(()) if !writer.overflown => events.push(SaveEvent::Recovered),
                 Ok(()) => self.last_checkpoint = None,
@@ -273,7 +247,7 @@ impl Save {
             }
         }
         let due = writer.overflown
-            || writer.journal.bytes() >= self.options.journal_bytes
+            || writer.journal_bytes() >= self.options.journal_bytes
             || self.last_checkpoint.is_none_or(|last| last.elapsed() >= self.options.checkpoint);
         if due && !self.dirty.is_empty() && !writer.worker.is_busy() {
             self.begin_checkpoint(edits);
@@ -293,7 +267,7 @@ impl Save {
     /// Waits until everything that was acknowledged is on the disk.
     pub fn sync(&mut self) -> io::Result<()> {
         match &self.writer {
-            Some(writer) => writer.journal.storage().sync(),
+            Some(writer) => writer.sync(),
             None => Ok(()),
         }
     }
@@ -301,14 +275,12 @@ impl Save {
     fn begin_checkpoint(&mut self, edits: &Edits) {
         let Some(writer) = &mut self.writer else { return };
         self.last_checkpoint = Some(Instant::now());
-        let removes = writer.number;
-        if writer.next_journal(&self.folder, &self.meta, self.seq).is_err() {
+        if writer.next_journal().is_err() {
             // The journal goes on; another try comes with the next poll.
             return;
         }
-        let chunks: Vec<_> = std::mem::take(&mut self.dirty).into_iter().map(|pos| (pos, edits.stored(pos))).collect();
-        writer.worker.checkpoint(Checkpoint { chunks, seq: self.seq, removes_up_to: removes });
-        writer.overflown = false;
+        let chunks = std::mem::take(&mut self.dirty).into_iter().map(|pos| (pos, edits.stored(pos))).collect();
+        writer.checkpoint(chunks, self.seq);
     }
 
     fn take_done(&mut self, events: &mut Vec<SaveEvent>) {
@@ -326,11 +298,7 @@ impl Save {
         match done.result {
             Ok(()) => {
                 events.push(SaveEvent::Checkpoint { chunks: done.positions.len(), seq: done.seq });
-                if let Some(writer) = &mut self.writer
-                    && writer.failing.is_some()
-                    && writer.waiting.is_empty()
-                {
-                    writer.failing = None;
+                if self.writer.as_mut().is_some_and(|writer| writer.holds(done.seq)) {
                     events.push(SaveEvent::Recovered);
                 }
             }
@@ -341,81 +309,6 @@ impl Save {
             }
         }
     }
-}
-
-impl Writer {
-    fn open(
-        folder: &Path,
-        meta: &Meta,
-        content: &Content,
-        rewrite: bool,
-        sync: Duration,
-        lock: File,
-    ) -> io::Result<Self> {
-        let path = folder.join(CHUNKS);
-        if rewrite {
-            verify::write_chunks(folder, meta, content)?;
-        }
-        let mut chunks = Log::open(&path)?;
-        if !rewrite && chunks.bytes() != content.chunks_end {
-            // A checkpoint that was not finished; its edits are in the journals.
-            chunks.truncate(content.chunks_end)?;
-        }
-        // A journal is never appended to by another run: what its end looks like is not known.
-        let newest = content::journals(folder).unwrap_or_default();
-        let number = newest.last().and_then(|path| content::journal_number(path)).unwrap_or(0) + 1;
-        let journal = new_journal(folder, meta, number, content.newest())?;
-        sync_folder(folder)?;
-        let worker = Worker::start(folder.to_owned(), chunks, journal.storage().clone(), sync)?;
-        Ok(Self { journal, number, worker, waiting: Vec::new(), overflown: false, failing: None, _lock: lock })
-    }
-
-    fn write_waiting(&mut self) -> io::Result<()> {
-        let written = self.journal.append(&self.waiting);
-        if let Ok(()) = &written {
-            self.waiting.clear();
-            self.worker.unsynced();
-            if !self.overflown {
-                self.failing = None;
-            }
-        } else {
-            self.failing = Some(Instant::now());
-            self.bound_waiting();
-        }
-        written
-    }
-
-    fn bound_waiting(&mut self) {
-        if self.waiting.len() > MOST_WAITING {
-            self.waiting = Vec::new();
-            self.overflown = true;
-        }
-    }
-
-    fn next_journal(&mut self, folder: &Path, meta: &Meta, seq: u64) -> io::Result<()> {
-        let journal = new_journal(folder, meta, self.number + 1, seq)?;
-        self.worker.journal(journal.storage().clone());
-        self.journal = journal;
-        self.number += 1;
-        Ok(())
-    }
-}
-
-/// Begins a journal of the edits after `seq`.
-fn new_journal(folder: &Path, meta: &Meta, number: u64, seq: u64) -> io::Result<Log> {
-    let mut journal = Log::open(&content::journal_path(folder, number))?;
-    journal.append(&described(meta, seq))?;
-    Ok(journal)
-}
-
-/// The description of a save as records: twice, so that no single byte takes it away. Their number is the newest edit that was saved before.
-fn described(meta: &Meta, seq: u64) -> Vec<u8> {
-    let payload = postcard::to_stdvec(meta).unwrap_or_default();
-    let mut bytes = Vec::new();
-    for _ in 0..2 {
-        record::write(&mut bytes, Kind::Meta, seq, ChunkPos::new(0, 0, 0), &payload);
-    }
-    bytes
 }
 
 /// The lock of a save, or why it cannot be had.

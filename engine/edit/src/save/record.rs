@@ -1,23 +1,29 @@
 //! The records that the files of a save are made of.
 //!
-//! A record is a header of 40 bytes and its payload, all numbers little-endian: the magic `RXV1`; the kind (u8) and three zeros; the bytes
-//! of the payload (u32); the number of the edit (u64); a position in chunks (x, y, z, i32 each; zeros where it means nothing); the
-//! CRC-32C of the payload; the CRC-32C of the header before it. A reader that meets bytes that are no record goes on at the next header
-//! whose checksum is right: damage costs the records that it is in, and no other.
+//! A record is a header of 44 bytes and its payload, all numbers little-endian: the magic `RXV2`; the kind (u8) and three zeros; the bytes
+//! of the payload (u32); the number of the edit (u64); a position in chunks (x, y, z, i32 each; zeros where it means nothing); the sum of
+//! the record before it in the file; the CRC-32C of the payload; the CRC-32C of the header before it, which is the sum of the record. So
+//! each record's sum covers all records before it, and a record that was cut out of a file is missed.
+//!
+//! A reader that meets bytes that are no record goes on at the next header whose checksum is right: damage costs the records that it is
+//! in, and no other.
+//!
+//! Format 1 had the magic `RXV1` and no sum of the record before. The heads of files are written so to this day: a program that knows
+//! format 1 alone reads in them that the save is newer.
 
 use raxel_world::ChunkPos;
 
-/// First bytes of every record.
-pub(super) const MAGIC: [u8; 4] = *b"RXV1";
+/// Bytes of a header in each format.
+const HEADERS: [([u8; 4], usize); 2] = [(*b"RXV1", 40), (*b"RXV2", HEADER)];
 
 /// Bytes of a header.
-pub(super) const HEADER: usize = 40;
+pub(super) const HEADER: usize = 44;
 
 /// What a record is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// What the save belongs to.
-    Meta = 1,
+    Head = 1,
     /// The operations of one step.
     Operations = 2,
     /// A chunk, packed.
@@ -30,7 +36,7 @@ pub(super) enum Kind {
 
 impl Kind {
     fn of(byte: u8) -> Option<Self> {
-        [Self::Meta, Self::Operations, Self::Chunk, Self::Base, Self::Commit]
+        [Self::Head, Self::Operations, Self::Chunk, Self::Base, Self::Commit]
             .into_iter()
             .find(|kind| *kind as u8 == byte)
     }
@@ -43,72 +49,110 @@ pub(super) struct Record<'a> {
     pub(super) seq: u64,
     pub(super) pos: ChunkPos,
     pub(super) payload: &'a [u8],
+    /// Its sum.
+    pub(super) sum: u32,
+    /// Where it ends in the file.
+    pub(super) end: u64,
 }
 
 /// Bytes of a file that are no whole record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Broken {
+    /// Empty where records were cut out.
     pub(super) bytes: std::ops::Range<u64>,
     /// What the record is, as far as its header tells.
     pub(super) record: Option<(Kind, u64, ChunkPos)>,
-    /// The file ends in it: it was being written when the program or the machine stopped.
-    pub(super) at_end: bool,
+    /// The file ends before the record does: it was being written when the program or the machine stopped, or the file was cut off.
+    pub(super) short: bool,
 }
 
-/// Appends a record to bytes.
-pub(super) fn write(out: &mut Vec<u8>, kind: Kind, seq: u64, pos: ChunkPos, payload: &[u8]) {
+/// Appends a record to bytes, behind a record with the sum `before`. Gives its own sum.
+pub(super) fn write(out: &mut Vec<u8>, before: u32, kind: Kind, seq: u64, pos: ChunkPos, payload: &[u8]) -> u32 {
+    put(out, Some(before), kind, seq, pos, payload)
+}
+
+/// Appends the first record of a file to bytes: twice, so that no single byte takes it away. Gives its sum.
+pub(super) fn write_head(out: &mut Vec<u8>, seq: u64, payload: &[u8]) -> u32 {
+    put(out, None, Kind::Head, seq, ChunkPos::new(0, 0, 0), payload);
+    put(out, None, Kind::Head, seq, ChunkPos::new(0, 0, 0), payload)
+}
+
+fn put(out: &mut Vec<u8>, before: Option<u32>, kind: Kind, seq: u64, pos: ChunkPos, payload: &[u8]) -> u32 {
     let start = out.len();
-    out.extend(MAGIC);
+    out.extend(HEADERS[usize::from(before.is_some())].0);
     out.extend([kind as u8, 0, 0, 0]);
     out.extend((payload.len() as u32).to_le_bytes());
     out.extend(seq.to_le_bytes());
     [pos.x, pos.y, pos.z].iter().for_each(|c| out.extend(c.to_le_bytes()));
+    out.extend(before.into_iter().flat_map(u32::to_le_bytes));
     out.extend(crc32c::crc32c(payload).to_le_bytes());
-    let crc = crc32c::crc32c(&out[start..]);
-    out.extend(crc.to_le_bytes());
+    let sum = crc32c::crc32c(&out[start..]);
+    out.extend(sum.to_le_bytes());
     out.extend(payload);
+    sum
 }
 
 /// Reads the records of a file in order, and what is between them.
 pub(super) fn read(bytes: &[u8]) -> impl Iterator<Item = Result<Record<'_>, Broken>> {
-    let mut at = 0;
+    // The sum of the record before; none behind broken ones.
+    let (mut at, mut before) = (0, Some(0));
     std::iter::from_fn(move || {
         let rest = bytes.get(at..).filter(|rest| !rest.is_empty())?;
         let start = at as u64;
         let Some(header) = Header::read(rest) else {
+            let meant = Header::guess(rest);
+            let short = rest.len() < meant.as_ref().map_or(header_bytes(rest), |header| header.bytes + header.len);
             // To the next header that is right.
             let next = (1..rest.len()).find(|&next| Header::read(&rest[next..]).is_some());
             at += next.unwrap_or(rest.len());
-            let record = Header::guess(rest).map(|header| (header.kind, header.seq, header.pos));
-            return Some(Err(Broken { bytes: start..at as u64, record, at_end: next.is_none() }));
+            before = None;
+            let record = meant.map(|header| (header.kind, header.seq, header.pos));
+            return Some(Err(Broken { bytes: start..at as u64, record, short: short && next.is_none() }));
         };
         let named = Some((header.kind, header.seq, header.pos));
-        let Some(payload) = rest.get(HEADER..HEADER + header.len) else {
-            at = bytes.len();
-            return Some(Err(Broken { bytes: start..at as u64, record: named, at_end: true }));
-        };
-        at += HEADER + header.len;
-        if crc32c::crc32c(payload) != header.crc {
-            let at_end = at == bytes.len();
-            return Some(Err(Broken { bytes: start..at as u64, record: named, at_end }));
+        if let (Some(before), Some(said)) = (before.take(), header.before)
+            && before != said
+        {
+            // The record itself is read next.
+            return Some(Err(Broken { bytes: start..start, record: None, short: false }));
         }
-        Some(Ok(Record { kind: header.kind, seq: header.seq, pos: header.pos, payload }))
+        let Some(payload) = rest.get(header.bytes..header.bytes + header.len) else {
+            at = bytes.len();
+            return Some(Err(Broken { bytes: start..at as u64, record: named, short: true }));
+        };
+        at += header.bytes + header.len;
+        // The header is right, and so is the sum that the next one has to name.
+        before = Some(header.sum);
+        if crc32c::crc32c(payload) != header.crc {
+            return Some(Err(Broken { bytes: start..at as u64, record: named, short: false }));
+        }
+        let Header { kind, seq, pos, sum, .. } = header;
+        Some(Ok(Record { kind, seq, pos, payload, sum, end: at as u64 }))
     })
 }
 
+/// Bytes of the header that begins here, right or wrong.
+fn header_bytes(bytes: &[u8]) -> usize {
+    HEADERS.iter().find(|(magic, _)| bytes.starts_with(magic)).map_or(HEADER, |(_, bytes)| *bytes)
+}
+
 struct Header {
+    /// Its own bytes.
+    bytes: usize,
     kind: Kind,
     len: usize,
     seq: u64,
     pos: ChunkPos,
+    before: Option<u32>,
     crc: u32,
+    sum: u32,
 }
 
 impl Header {
     /// What a header says that has one wrong byte: the one whose change makes its checksum right.
     fn guess(bytes: &[u8]) -> Option<Self> {
-        let mut header = *bytes.first_chunk::<HEADER>()?;
-        (0..HEADER).find_map(|at| {
+        let mut header = bytes.get(..HEADER).unwrap_or(bytes).to_vec();
+        (0..header.len()).find_map(|at| {
             let byte = header[at];
             let found = (1..=255).find_map(|change| {
                 header[at] = byte ^ change;
@@ -120,18 +164,23 @@ impl Header {
     }
 
     fn read(bytes: &[u8]) -> Option<Self> {
-        let header = bytes.first_chunk::<HEADER>()?;
+        let (_, size) = HEADERS.into_iter().find(|(magic, _)| bytes.starts_with(magic))?;
+        let header = bytes.get(..size)?;
         let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
-        if header[..4] != MAGIC || crc32c::crc32c(&header[..36]) != word(36) {
+        let sum = word(size - 4);
+        if crc32c::crc32c(&header[..size - 4]) != sum {
             return None;
         }
         let coordinate = |at: usize| word(at) as i32;
         Some(Self {
+            bytes: size,
             kind: Kind::of(header[4])?,
             len: word(8) as usize,
             seq: u64::from(word(12)) | u64::from(word(16)) << 32,
             pos: ChunkPos::new(coordinate(20), coordinate(24), coordinate(28)),
-            crc: word(32),
+            before: (size == HEADER).then(|| word(32)),
+            crc: word(size - 8),
+            sum,
         })
     }
 }

@@ -6,11 +6,14 @@ use std::path::Path;
 
 use raxel_world::ChunkPos;
 
-use super::content::{self, CHUNKS, Content, Damage, FileInfo, Meta};
+use super::content::{self, CHUNKS, Content, FileInfo};
+use super::damage::Damage;
+use super::head::{FORMAT, Head, Meta, Role};
 use super::log::sync_folder;
 use super::record::{self, Kind};
+use super::tail::{Mark, Tail};
 use super::worker::write_commit;
-use super::{SaveError, described, lock};
+use super::{SaveError, lock};
 use crate::operation::Operation;
 
 /// What is in a save.
@@ -62,62 +65,94 @@ pub fn compact(folder: &Path) -> Result<(u64, u64), SaveError> {
     let Some(meta) = &content.meta else { return Ok((0, 0)) };
     let size = || std::fs::metadata(folder.join(CHUNKS)).map_or(0, |file| file.len());
     let before = size();
-    write_chunks(folder, meta, &content).map_err(failed)?;
+    rewrite(folder, meta, &content).map_err(failed)?;
     Ok((before, size()))
 }
 
 /// The whole save as the bytes of one file, which is a save when it stands as `chunks.log` in a folder of its own.
 pub fn pack(folder: &Path) -> Result<Vec<u8>, SaveError> {
     let content = Content::read(folder)?;
-    let mut bytes = content.meta.as_ref().map(|meta| described(meta, 0)).unwrap_or_default();
-    add_chunks(&mut bytes, &content);
-    add_steps(&mut bytes, &content);
-    Ok(bytes)
+    Ok(content.meta.as_ref().map(|meta| Whole::of(&content, meta, Role::Packed).bytes).unwrap_or_default())
 }
 
-/// Puts a file with the chunks in place of the one that is there, and the edits after them into a journal when they were in none.
-pub(super) fn write_chunks(folder: &Path, meta: &Meta, content: &Content) -> io::Result<()> {
-    let mut bytes = described(meta, 0);
-    add_chunks(&mut bytes, content);
-    add_steps(&mut bytes, content);
+/// Puts a file with everything in place of all that are there.
+pub(super) fn rewrite(folder: &Path, meta: &Meta, content: &Content) -> io::Result<Whole> {
+    let whole = Whole::of(content, meta, Role::Chunks);
     let path = folder.join("chunks.new");
     let mut file = File::create(&path)?;
-    file.write_all(&bytes)?;
+    file.write_all(&whole.bytes)?;
     file.sync_data()?;
+    // A file with the chunks is never without a tail. Should the program end here, this one goes with the files that are there.
+    Tail::create(
+        folder,
+        &Mark { generation: whole.generation, seq: content.newest(), journal: 0, sum: whole.newest_sum },
+    )?;
     std::fs::rename(path, folder.join(CHUNKS))?;
     sync_folder(folder)?;
-    // The edits are in the new file; journals that are left over by a stop before this are read once more, and give the same.
+    // The edits are in the new file. Journals that are left over by a stop before this are of an older generation.
     for journal in content::journals(folder).unwrap_or_default() {
         std::fs::remove_file(journal)?;
     }
-    sync_folder(folder)
+    sync_folder(folder)?;
+    Ok(whole)
 }
 
-fn add_chunks(bytes: &mut Vec<u8>, content: &Content) {
-    for (pos, chunk) in &content.chunks {
-        // The base needs no record where nothing else was said before.
-        if let Some(chunk) = chunk {
-            record::write(bytes, Kind::Chunk, content.applied, *pos, chunk.bytes());
+/// A save in one file.
+pub(super) struct Whole {
+    bytes: Vec<u8>,
+    pub(super) generation: u64,
+    /// The sum of the newest edit.
+    pub(super) newest_sum: u32,
+    /// Where the file ends, and the sum of its last record.
+    pub(super) end: (u64, u32),
+}
+
+impl Whole {
+    fn of(content: &Content, meta: &Meta, role: Role) -> Self {
+        let generation = content.generation.max(content.tail.map_or(0, |mark| mark.generation)) + 1;
+        let meta = Meta { format: FORMAT, ..meta.clone() };
+        let head = Head { meta, role, generation, newest: content.newest(), sum: 0 };
+        let mut bytes = Vec::new();
+        let sum = head.write(&mut bytes);
+        let mut whole = Self { bytes, generation, newest_sum: 0, end: (0, sum) };
+        whole.add_chunks(content);
+        whole.add_steps(content);
+        whole.end.0 = whole.bytes.len() as u64;
+        whole
+    }
+
+    fn add_chunks(&mut self, content: &Content) {
+        for (pos, chunk) in &content.chunks {
+            // The base needs no record where nothing else was said before.
+            if let Some(chunk) = chunk {
+                self.end.1 =
+                    record::write(&mut self.bytes, self.end.1, Kind::Chunk, content.applied, *pos, chunk.bytes());
+            }
+        }
+        // The sum of the edit was that of an older generation; from now on it is that of the chunks.
+        self.newest_sum = self.end.1;
+        self.end.1 = write_commit(&mut self.bytes, self.end.1, content.applied, self.newest_sum);
+    }
+
+    fn add_steps(&mut self, content: &Content) {
+        let mut next = content.applied + 1;
+        for (&seq, operations) in &content.steps {
+            if seq > next {
+                // Lost edits were named when the save was read; an empty step says so, and that they are not to be missed again.
+                self.add_step(seq - 1, &[]);
+            }
+            self.add_step(seq, operations);
+            next = seq + 1;
+        }
+        if content.newest() >= next {
+            self.add_step(content.newest(), &[]);
         }
     }
-    write_commit(bytes, content.applied);
-}
 
-fn add_steps(bytes: &mut Vec<u8>, content: &Content) {
-    let mut add = |seq: u64, operations: &[Operation]| {
+    fn add_step(&mut self, seq: u64, operations: &[Operation]) {
         let payload = postcard::to_stdvec(operations).unwrap_or_default();
-        record::write(bytes, Kind::Operations, seq, ChunkPos::new(0, 0, 0), &payload);
-    };
-    let mut next = content.applied + 1;
-    for (&seq, operations) in &content.steps {
-        if seq > next {
-            // Lost edits were named when the save was read; an empty step says so, and that they are not to be missed again.
-            add(seq - 1, &[]);
-        }
-        add(seq, operations);
-        next = seq + 1;
-    }
-    if content.begun >= next {
-        add(content.begun, &[]);
+        self.end.1 =
+            record::write(&mut self.bytes, self.end.1, Kind::Operations, seq, ChunkPos::new(0, 0, 0), &payload);
+        self.newest_sum = self.end.1;
     }
 }

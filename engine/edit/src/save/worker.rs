@@ -20,8 +20,9 @@ use crate::history::Stored;
 pub(super) struct Checkpoint {
     /// `None` is the base's.
     pub(super) chunks: Vec<(ChunkPos, Option<Stored>)>,
-    /// The newest edit in them.
+    /// The newest edit in them, and its sum.
     pub(super) seq: u64,
+    pub(super) sum: u32,
     /// The newest journal that they take the place of.
     pub(super) removes_up_to: u64,
 }
@@ -39,6 +40,16 @@ enum Message {
     Journal(Arc<dyn Storage>),
 }
 
+/// The files that the thread writes, or brings to the disk.
+pub(super) struct Files {
+    pub(super) folder: PathBuf,
+    pub(super) chunks: Log,
+    /// The sum of the last record of the chunks.
+    pub(super) chunks_sum: u32,
+    pub(super) journal: Arc<dyn Storage>,
+    pub(super) tail: Arc<dyn Storage>,
+}
+
 /// The thread, as the save knows it.
 #[derive(Debug)]
 pub(super) struct Worker {
@@ -50,11 +61,11 @@ pub(super) struct Worker {
 }
 
 impl Worker {
-    pub(super) fn start(folder: PathBuf, chunks: Log, journal: Arc<dyn Storage>, sync: Duration) -> io::Result<Self> {
+    pub(super) fn start(files: Files, sync: Duration) -> io::Result<Self> {
         let (messages, inbox) = channel();
         let (outbox, done) = channel();
         let unsynced = Arc::new(AtomicBool::new(true));
-        let mut state = State { folder, chunks, journal, unsynced: unsynced.clone() };
+        let mut state = State { files, unsynced: unsynced.clone() };
         let thread =
             std::thread::Builder::new().name("save".to_owned()).spawn(move || state.run(&inbox, &outbox, sync))?;
         Ok(Self { messages: Some(messages), done, busy: false, unsynced, thread: Some(thread) })
@@ -111,9 +122,7 @@ impl Drop for Worker {
 }
 
 struct State {
-    folder: PathBuf,
-    chunks: Log,
-    journal: Arc<dyn Storage>,
+    files: Files,
     unsynced: Arc<AtomicBool>,
 }
 
@@ -129,7 +138,7 @@ impl State {
                 }
                 Ok(Message::Journal(journal)) => {
                     self.sync();
-                    self.journal = journal;
+                    self.files.journal = journal;
                     self.unsynced.store(true, Ordering::Release);
                 }
                 Err(RecvTimeoutError::Timeout) => self.sync(),
@@ -139,28 +148,32 @@ impl State {
     }
 
     fn sync(&mut self) {
-        if self.unsynced.swap(false, Ordering::AcqRel) && self.journal.sync().is_err() {
+        let Files { journal, tail, .. } = &self.files;
+        // The tail last, so that a power cut seldom leaves it ahead of the journal.
+        if self.unsynced.swap(false, Ordering::AcqRel) && journal.sync().and_then(|()| tail.sync()).is_err() {
             self.unsynced.store(true, Ordering::Release);
         }
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> io::Result<()> {
-        let before = self.chunks.bytes();
-        let written = self.append(checkpoint).and_then(|()| self.chunks.storage().sync());
+        let before = (self.files.chunks.bytes(), self.files.chunks_sum);
+        let written = self.append(checkpoint).and_then(|()| self.files.chunks.storage().sync());
         if let Err(error) = written {
-            self.chunks.truncate(before)?;
+            self.files.chunks_sum = before.1;
+            self.files.chunks.truncate(before.0)?;
             return Err(error);
         }
         // Only now are the journals no longer needed.
-        for path in content::journals(&self.folder).unwrap_or_default() {
+        for path in content::journals(&self.files.folder).unwrap_or_default() {
             if content::journal_number(&path).is_some_and(|number| number <= checkpoint.removes_up_to) {
                 std::fs::remove_file(path)?;
             }
         }
-        sync_folder(&self.folder)
+        sync_folder(&self.files.folder)
     }
 
     fn append(&mut self, checkpoint: &Checkpoint) -> io::Result<()> {
+        let Files { chunks: log, chunks_sum: sum, .. } = &mut self.files;
         for chunks in checkpoint.chunks.chunks(64) {
             let packed: Vec<_> =
                 chunks.par_iter().map(|(pos, stored)| (*pos, stored.as_ref().map(Stored::packed))).collect();
@@ -168,19 +181,19 @@ impl State {
             for (pos, packed) in packed {
                 let (kind, payload) =
                     packed.as_ref().map_or((Kind::Base, &[][..]), |packed| (Kind::Chunk, packed.bytes()));
-                record::write(&mut bytes, kind, checkpoint.seq, pos, payload);
+                *sum = record::write(&mut bytes, *sum, kind, checkpoint.seq, pos, payload);
             }
-            self.chunks.append(&bytes)?;
+            log.append(&bytes)?;
         }
         let mut bytes = Vec::new();
-        write_commit(&mut bytes, checkpoint.seq);
-        self.chunks.append(&bytes)
+        *sum = write_commit(&mut bytes, *sum, checkpoint.seq, checkpoint.sum);
+        log.append(&bytes)
     }
 }
 
-/// The end of a checkpoint: twice, so that no single byte takes it away.
-pub(super) fn write_commit(bytes: &mut Vec<u8>, seq: u64) {
-    for _ in 0..2 {
-        record::write(bytes, Kind::Commit, seq, ChunkPos::new(0, 0, 0), &[]);
-    }
+/// The end of a checkpoint: twice, so that no single byte takes it away. Gives the sum of the last record.
+pub(super) fn write_commit(bytes: &mut Vec<u8>, before: u32, seq: u64, sum: u32) -> u32 {
+    (0..2).fold(before, |before, _| {
+        record::write(bytes, before, Kind::Commit, seq, ChunkPos::new(0, 0, 0), &sum.to_le_bytes())
+    })
 }

@@ -2,8 +2,11 @@
 //! processes, other programs.
 
 #[allow(dead_code, reason = "each test file uses a part of this")]
-#[path = "../../../tests/common/child.rs"]
+#[path = "../../../../tests/common/child.rs"]
 mod child;
+mod damage;
+mod old;
+#[path = "../scenes/mod.rs"]
 mod scenes;
 
 use std::collections::BTreeMap;
@@ -66,10 +69,14 @@ impl Game {
     }
 
     fn play(&mut self, n: u64) {
-        let operations = [script(n)];
+        self.commit(script(n));
+        assert_eq!(self.save.seq(), n);
+    }
+
+    fn commit(&mut self, operation: Operation) {
+        let operations = [operation];
         let change = self.edits.apply(&operations, &self.scene, &self.base).unwrap();
         assert!(self.save.commit(&operations, &change).unwrap());
-        assert_eq!(self.save.seq(), n);
     }
 
     fn voxels(&self) -> BTreeMap<ChunkPos, PackedChunk> {
@@ -204,23 +211,35 @@ fn copy(from: &Path) -> tempfile::TempDir {
 }
 
 #[test]
-fn a_journal_cut_off_at_any_byte_opens_up_to_its_last_whole_edit() {
+fn a_journal_cut_off_at_any_byte_opens_up_to_its_last_whole_edit_and_names_the_others() {
     let folder = tempfile::tempdir().unwrap();
     twelve_edits(folder.path());
-    let bytes = std::fs::read(only_journal(folder.path())).unwrap();
-    let expected: BTreeMap<u64, _> = (6..=12).map(|n| (n, replayed(n))).collect();
-    let mut seen = BTreeMap::new();
-    for end in 0..=bytes.len() {
-        let cut = copy(folder.path());
+    let journal = only_journal(folder.path());
+    let bytes = std::fs::read(&journal).unwrap();
+    let ends: Vec<usize> = records(&bytes).into_iter().skip(3).chain([bytes.len()]).collect();
+    let cut = copy(folder.path());
+    for end in 0..bytes.len() {
         std::fs::write(only_journal(cut.path()), &bytes[..end]).unwrap();
-        let (game, damages) = Game::open(cut.path(), quiet());
-        let seq = game.save.seq();
-        if seen.insert(seq, end).is_none() || end % 41 == 0 {
-            assert!(game.voxels() == expected[&seq], "cut at {end}");
-        }
-        assert!(damages.len() <= 1 && damages.iter().all(|damage| damage.ends_with("true")), "{damages:?}");
+        let opened = Save::open(cut.path(), &meta(), SaveOptions { read_only: true, ..quiet() }).unwrap();
+        let whole = 6 + ends.iter().filter(|whole| **whole <= end).count() as u64;
+        assert_eq!(opened.steps.iter().map(|(seq, _)| *seq).collect::<Vec<_>>(), (7..=whole).collect::<Vec<_>>());
+        let said: Vec<String> =
+            (opened.damages.iter().filter(|damage| !damage.unfinished)).map(ToString::to_string).collect();
+        let named = |n: &u64| said.iter().any(|said| names(said, *n));
+        assert_eq!((1..=12).filter(named).collect::<Vec<_>>(), (whole + 1..=12).collect::<Vec<_>>(), "{end}: {said:?}");
     }
-    assert_eq!(seen.keys().copied().collect::<Vec<_>>(), (6..=12).collect::<Vec<_>>());
+}
+
+/// Where the records of a file begin.
+fn records(bytes: &[u8]) -> Vec<usize> {
+    (0..bytes.len() - 4).filter(|&at| [b"RXV1", b"RXV2"].iter().any(|magic| bytes[at..].starts_with(*magic))).collect()
+}
+
+/// Whether a message about damage names an edit as lost.
+fn names(said: &str, edit: u64) -> bool {
+    let Some((_, edits)) = said.rsplit_once("edit") else { return false };
+    let numbers: Vec<u64> = edits.trim_start_matches('s').trim().split('…').filter_map(|n| n.parse().ok()).collect();
+    numbers.first().is_some_and(|first| (*first..=*numbers.last().unwrap()).contains(&edit))
 }
 
 /// A disk writes what it was not told to write at once in any order: of the sectors behind the last sync, each is there, or is zeros, or lies
@@ -293,14 +312,17 @@ fn a_checkpoint_cut_off_at_any_byte_costs_nothing() {
     }
 }
 
+/// Bytes of the record at the end of a checkpoint.
+const COMMIT: usize = 48;
+
 #[test]
 fn a_finished_checkpoint_whose_end_is_cut_off_keeps_its_chunks_and_names_the_rest() {
     let folder = tempfile::tempdir().unwrap();
     twelve_edits(folder.path());
     let whole = Game::open(copy(folder.path()).path(), quiet()).0.voxels();
     let chunks = std::fs::read(folder.path().join("chunks.log")).unwrap();
-    // Two commits of 40 bytes are at the end; without one of them, nothing is missed.
-    for end in (0..chunks.len() - 40).filter(|end| end % 31 == 0 || chunks.len() - end <= 82) {
+    // Two commits are at the end; without one of them, nothing is missed.
+    for end in (0..chunks.len() - COMMIT).filter(|end| end % 31 == 0 || chunks.len() - end <= 2 * COMMIT + 2) {
         let cut = copy(folder.path());
         std::fs::write(cut.path().join("chunks.log"), &chunks[..end]).unwrap();
         let report = verify(cut.path()).unwrap();
@@ -308,7 +330,7 @@ fn a_finished_checkpoint_whose_end_is_cut_off_keeps_its_chunks_and_names_the_res
         assert_eq!(report.newest, 12);
         for _ in 0..2 {
             let (game, _) = Game::open(cut.path(), quiet());
-            if chunks.len() - end <= 80 {
+            if chunks.len() - end <= 2 * COMMIT {
                 assert!(game.voxels() == whole, "cut at {end}");
             }
         }
@@ -353,12 +375,12 @@ fn lost_edits_are_named_until_the_save_is_written_anew() {
     twelve_edits(folder.path());
     let journal = only_journal(folder.path());
     let mut bytes = std::fs::read(&journal).unwrap();
-    let records: Vec<usize> = (0..bytes.len() - 4).filter(|&at| bytes[at..].starts_with(b"RXV1")).collect();
+    let records = records(&bytes);
     // Behind two descriptions: edits 9 and 10 are gone without a trace.
     bytes.drain(records[4]..records[6]);
     std::fs::write(&journal, bytes).unwrap();
     let named = |folder: &Path| -> Vec<_> { verify(folder).unwrap().damages.iter().map(ToString::to_string).collect() };
-    assert_eq!(named(folder.path()), ["chunks.log: missing: edits 9…10"]);
+    assert_eq!(named(folder.path()), ["journal-000002.log: missing: edits 9…10"]);
     compact(folder.path()).unwrap();
     assert_eq!(named(folder.path()), [""; 0]);
     let (game, _) = Game::open(folder.path(), quiet());
@@ -492,10 +514,10 @@ fn other_formats_generators_and_materials_are_noticed() {
 
     // A save of a newer program is left as it is.
     let newer = copy(folder.path());
-    std::fs::write(newer.path().join("chunks.log"), include_bytes!("newer.log")).unwrap();
+    std::fs::write(newer.path().join("chunks.log"), include_bytes!("../newer.log")).unwrap();
     let error = Save::open(newer.path(), &meta(), quiet()).unwrap_err();
-    assert!(matches!(error, SaveError::Newer { found: 2, known: 1 }), "{error}");
-    assert_eq!(std::fs::read(newer.path().join("chunks.log")).unwrap(), include_bytes!("newer.log"));
+    assert!(matches!(error, SaveError::Newer { found: 3, known: 2 }), "{error}");
+    assert_eq!(std::fs::read(newer.path().join("chunks.log")).unwrap(), include_bytes!("../newer.log"));
 }
 
 #[test]
