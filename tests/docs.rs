@@ -10,6 +10,7 @@
 mod common;
 
 use std::fmt::Write;
+use std::path::Path;
 
 use common::{Project, repository};
 use raxel::world::layout::{Layout, LayoutError};
@@ -400,4 +401,29 @@ impl Reference<'_> {
             _ => "any value".to_owned(),
         }
     }
+}
+
+/// Pages that name tests: a path of the repository, then functions in it.
+#[test]
+fn tests_that_pages_name_exist() {
+    let mut named = 0;
+    for page in ["docs/promises.md", "docs/faults.md"] {
+        let text = std::fs::read_to_string(repository().join(page)).unwrap();
+        for line in text.lines().filter(|line| line.starts_with("| ")) {
+            let Some(cell) = line.trim_end_matches([' ', '|']).rsplit(" | ").next() else { continue };
+            let mut source = None;
+            for code in cell.split('`').skip(1).step_by(2) {
+                if Path::new(code).extension().is_some_and(|extension| extension == "rs") {
+                    let path = repository().join(code);
+                    source =
+                        Some(std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{page}: {code}: {error}")));
+                } else if code.contains('_') {
+                    let source = source.as_ref().unwrap_or_else(|| panic!("{page}: `{code}` has no file before it"));
+                    assert!(source.contains(&format!("fn {code}(")), "{page}: `{code}` is not there");
+                    named += 1;
+                }
+            }
+        }
+    }
+    assert!(named > 50, "{named} tests are named");
 }
