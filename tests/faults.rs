@@ -164,23 +164,24 @@ fn edited(session: &mut Session, refused: &mut Vec<String>, path: &Path, text: &
     Err(format!("{} was refused twice", path.display()))
 }
 
-/// A read that is refused is done once more. A device that is lost has nothing to give: the next frame opens another one.
-fn read<T>(
+/// A step of a session that is open. A device that is lost can do nothing: the next frame opens another one.
+fn on<T, E: std::fmt::Display>(
     session: &mut Session,
     refused: &mut Vec<String>,
-    mut read: impl FnMut(&mut Session) -> Result<T, raxel::ReadError>,
+    what: &str,
+    mut step: impl FnMut(&mut Session) -> Result<T, E>,
 ) -> Result<T, String> {
-    read(session).or_else(|error| {
-        refused.push(format!("read: {error}"));
+    step(session).or_else(|error| {
+        refused.push(format!("{what}: {error}"));
         if session.device().is_lost() {
             frames(session, refused, 1)?;
         }
-        read(session).map_err(|error| format!("read, once more: {error}"))
+        step(session).map_err(|error| format!("{what}, once more: {error}"))
     })
 }
 
 fn bits(session: &mut Session, refused: &mut Vec<String>, name: &str) -> Result<Vec<u32>, String> {
-    let texels = read(session, refused, |session| session.read_target(name))?;
+    let texels = on(session, refused, "read", |session| session.read_target(name))?;
     Ok(texels.floats().iter().flatten().map(|value| value.to_bits()).collect())
 }
 
@@ -207,7 +208,7 @@ fn scenario(root: &Path) -> Result<Outcome, String> {
     let mut session = again(&mut refused, "open", || Session::open(options()))?;
     let refused = &mut refused;
     frames(&mut session, refused, 3)?;
-    read(&mut session, refused, Session::read_presented)?;
+    on(&mut session, refused, "read", Session::read_presented)?;
     session.set_param("gain", Value::F32(2.0)).unwrap();
     frames(&mut session, refused, 1)?;
     edited(&mut session, refused, &root.join("shaders/sum.comp"), &shader("2.0"))?;
@@ -215,7 +216,8 @@ fn scenario(root: &Path) -> Result<Outcome, String> {
     edited(&mut session, refused, &root.join("graphs/faults.toml"), &GRAPH.replace("size = 64", "size = 128"))?;
     frames(&mut session, refused, 1)?;
     let blue = session.scene().material("blue").unwrap();
-    again(refused, "edit", || session.edit(&[Operation::sphere([6.0, 6.0, 0.0], 3.0, Brush::Add(blue))]))?;
+    let ball = [Operation::sphere([6.0, 6.0, 0.0], 3.0, Brush::Add(blue))];
+    on(&mut session, refused, "edit", |session| session.edit(&ball))?;
     frames(&mut session, refused, 2)?;
     session.resize(24, 16);
     frames(&mut session, refused, 2)?;
@@ -223,7 +225,7 @@ fn scenario(root: &Path) -> Result<Outcome, String> {
     frames(&mut session, refused, 1)?;
     session.seek(2.0);
     frames(&mut session, refused, 1)?;
-    let ticket = read(&mut session, refused, |session| session.request_texels("part", 0, 0, 0))?;
+    let ticket = on(&mut session, refused, "read", |session| session.request_texels("part", 0, 0, 0))?;
     frames(&mut session, refused, 1)?;
     // A device that is lost takes what was asked of it along.
     if let Err(error) = session.redeem(&ticket) {
@@ -232,9 +234,9 @@ fn scenario(root: &Path) -> Result<Outcome, String> {
     frames(&mut session, refused, 2)?;
     let part = bits(&mut session, refused, "part")?;
     let sum = bits(&mut session, refused, "sum")?;
-    let rare = read(&mut session, refused, |session| session.read_buffer("rare", 0..64))?;
-    let presented = read(&mut session, refused, Session::read_presented)?.rgba;
-    again(refused, "wait", || session.wait())?;
+    let rare = on(&mut session, refused, "read", |session| session.read_buffer("rare", 0..64))?;
+    let presented = on(&mut session, refused, "read", Session::read_presented)?.rgba;
+    on(&mut session, refused, "wait", Session::wait)?;
     Ok(Outcome { part, sum, presented, rare, refused: std::mem::take(refused) })
 }
 

@@ -29,10 +29,12 @@ pub enum Fault {
     OutOfDate = -1_000_001_004,
     /// `VK_ERROR_OUT_OF_POOL_MEMORY`.
     PoolMemory = -1_000_069_000,
+    /// `VK_SUBOPTIMAL_KHR`: the call has done its work.
+    Suboptimal = 1_000_001_003,
 }
 
 use Fault::{
-    DeviceLost, DeviceMemory, FragmentedPool, HostMemory, Initialization, MemoryMap, OutOfDate, PoolMemory,
+    DeviceLost, DeviceMemory, FragmentedPool, HostMemory, Initialization, MemoryMap, OutOfDate, PoolMemory, Suboptimal,
     SurfaceLost, TooManyObjects,
 };
 
@@ -82,8 +84,8 @@ pub const CALLS: &[(&str, &[Fault])] = &[
     ("vkGetPhysicalDeviceSurfaceCapabilitiesKHR", &[HostMemory, DeviceMemory, SurfaceLost]),
     ("vkCreateSwapchainKHR", &[HostMemory, DeviceMemory, DeviceLost, SurfaceLost, Initialization]),
     ("vkGetSwapchainImagesKHR", &[HostMemory, DeviceMemory]),
-    ("vkAcquireNextImageKHR", &[HostMemory, DeviceMemory, DeviceLost, OutOfDate, SurfaceLost]),
-    ("vkQueuePresentKHR", &[HostMemory, DeviceMemory, DeviceLost, OutOfDate, SurfaceLost]),
+    ("vkAcquireNextImageKHR", &[OutOfDate, SurfaceLost, Suboptimal, DeviceLost, HostMemory, DeviceMemory]),
+    ("vkQueuePresentKHR", &[OutOfDate, SurfaceLost, Suboptimal, DeviceLost, HostMemory, DeviceMemory]),
 ];
 
 /// The library. Every call of the table goes through `call`, which looks at the file `order`: a number, the name of a call, how many of them
@@ -94,7 +96,7 @@ const LIBRARY: &str = r#"
 #include <unistd.h>
 typedef unsigned long long Word;
 typedef int (*Call)(Word, Word, Word, Word, Word, Word, Word, Word);
-enum { LOST = -4, CALLS = sizeof names / sizeof *names };
+enum { LOST = -4, OUT_OF_DATE = -1000001004, SURFACE_LOST = -1000000000, CALLS = sizeof names / sizeof *names };
 static Call found_calls[CALLS];
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static int order = -1, seen = -1, number, left, answer, armed;
@@ -110,6 +112,9 @@ static int is_lost(Word handle) {
     for (unsigned i = 0; i < made && i < 64; i++) if (queues[i] == handle && devices[i] == lost) return 1;
     return handle == lost;
 }
+static void finish(Word device) {
+    for (unsigned i = 0; i < 64; i++) if (queues[i] && devices[i] == device && queue_idle) queue_idle(queues[i]);
+}
 static Word device_of(Word handle) {
     for (unsigned i = made < 64 ? made : 64; i--;) if (queues[i] == handle) return devices[i];
     return handle;
@@ -117,7 +122,7 @@ static Word device_of(Word handle) {
 static int call(int n, Word a, Word b, Word c, Word d, Word e, Word f, Word g, Word h) {
     const char *name = names[n];
     char text[128] = {0};
-    int fail = 0, waits, is_queue = !strncmp(name, "vkQueue", 7);
+    int fail = 0, presents = !strcmp(name, "vkQueuePresentKHR");
     pthread_mutex_lock(&lock);
     if (order < 0) order = open(getenv("FAULTS_ORDER"), O_RDONLY | O_CLOEXEC);
     if (seen < 0) seen = open(getenv("FAULTS_SEEN"), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
@@ -139,10 +144,13 @@ static int call(int n, Word a, Word b, Word c, Word d, Word e, Word f, Word g, W
     if (write(seen, text, line) != line) abort();
     pthread_mutex_unlock(&lock);
     if (fail) {
-        waits = !strncmp(name, "vkWait", 6) || !strcmp(name, "vkDeviceWaitIdle");
-        /* What was submitted is finished, so that it can be destroyed as with a device that is really lost. */
-        if (fail == LOST && waits) found_calls[n](a, b, c, d, e, f, g, h);
-        if (fail == LOST && is_queue && queue_idle) queue_idle(a);
+        /* What was submitted is finished, so that no pass can be blamed, and all can be destroyed as with a device that is really lost. */
+        if (fail == LOST && strcmp(name, "vkCreateDevice")) finish(device_of(a));
+        /* A picture that comes too late is taken from the queue all the same. */
+        if (fail > 0 || (presents && (fail == OUT_OF_DATE || fail == SURFACE_LOST))) {
+            int done = found_calls[n](a, b, c, d, e, f, g, h);
+            return done < 0 ? done : fail;
+        }
         if (strstr(name, "Pipelines")) memset((void *)f, 0, 8 * (unsigned)c);
         return fail;
     }
