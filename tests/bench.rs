@@ -152,10 +152,27 @@ fn exact_tracers_are_exact_and_others_are_told_apart() {
 fn a_tracer_that_is_off_by_one_is_found_out() {
     let project = project();
     project.edit("shaders/bench/first_hit.comp", "ivec4(hit.voxel,", "ivec4(hit.voxel + ivec3(hit.voxel.y & 1, 0, 0),");
-    let rows = rows(&bench(&project, &["first_hit", "--layouts=own", "--cameras=camera", "--format=json"], 0));
+    let run = bench(&project, &["first_hit", "--layouts=own", "--cameras=camera", "--format=json"], 1);
+    let rows = rows(&run);
     assert_eq!((rows.len(), &rows[0]["case"]["layout"]), (1, &Value::from("tree64")));
     let count = |name: &str| rows[0][name].as_u64().unwrap();
     assert!(count("wrong") > 100 && count("early") + count("late") == count("wrong"), "{}", rows[0]);
+    let said = format!("first_hit.toml over tree64 is wrong about {} of 2304 rays", count("wrong"));
+    assert!(run.stderr.contains(&said), "{}", run.stderr);
+
+    // Who does not claim to be exact may be wrong; who does may not be by its depth alone.
+    let about = "\nabout   = \"First hit, nearly\"\n";
+    let graph = std::fs::read_to_string(project.path("graphs/bench/first_hit.toml")).unwrap();
+    let (before, rest) = graph.split_once("\nabout").unwrap();
+    let modest = format!("{before}{about}{}", rest.split_once('\n').unwrap().1);
+    project.write("graphs/bench/first_hit.toml", modest);
+    bench(&project, &["first_hit", "--layouts=own", "--cameras=camera"], 0);
+    let project = self::project();
+    project.edit("shaders/bench/first_hit.comp", "vec4(found ? hit.t : 0.0)", "vec4(found ? hit.t * 1.000001 : 0.0)");
+    let run = bench(&project, &["first_hit", "--layouts=own", "--cameras=camera", "--format=json"], 1);
+    assert!(run.stderr.contains("is wrong about "), "{}", run.stderr);
+    let row = &self::rows(&run)[0];
+    assert!(row["wrong"] == 0 && row["wrong_t"].as_u64().unwrap() > 100, "{row}");
 }
 
 #[test]
@@ -405,6 +422,7 @@ fn period_rays_are_exact_and_wrong_ones_are_told() {
     }
     // Rays from the table's other end are other rays.
     project.edit("shaders/bench/period.comp", "directions[draw % 4096u]", "directions[4095u - draw % 4096u]");
-    let run = bench(&project, &["period", "--layouts", "own", "--format=json"], 0);
+    let run = bench(&project, &["period", "--layouts", "own", "--format=json"], 1);
+    assert!(run.stderr.contains("graphs/bench/period.toml over flat64 is wrong about "), "{}", run.stderr);
     assert!(rows(&run).iter().all(|row| row["wrong"].as_u64().is_none_or(|wrong| wrong > 20)), "{}", run.stdout);
 }

@@ -17,14 +17,20 @@ fn rows(run: &Run) -> BTreeMap<String, Value> {
 fn every_tracer_that_claims_to_be_exact_is() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().display().to_string();
-    let run = raxel(&["stress", "--rays", "3e5", "--validate", "--format", "json", "-o", &folder]).exits(0);
+    let run = raxel(&["stress", "--rays", "3.4e5", "--validate", "--format", "json", "-o", &folder]).exits(0);
     let rows = rows(&run);
     let count = |row: &Value, name: &str| row["total"][name].as_u64().unwrap();
     let exact: Vec<_> = rows.values().filter(|row| row["exact"] == true).collect();
-    assert!(exact.len() >= 20 && rows.contains_key("brickmap:ahead"), "{:?}", rows.keys());
+    assert!(exact.len() >= 22 && rows.contains_key("brickmap:ahead"), "{:?}", rows.keys());
     let of_tiles = ["tree64:beam", "tree64:packet"];
     for row in exact.iter().filter(|row| of_tiles.iter().all(|name| row["row"] != *name)) {
-        assert!(count(row, "rays") > 10_000 && count(row, "hits") > 2000 && count(row, "ties") > 1000, "{row}");
+        let of_periods = ["flat64:period", "flat64:refill"].iter().any(|name| row["row"] == *name);
+        let ties = if of_periods { 100 } else { 1000 };
+        assert!(count(row, "rays") > 10_000 && count(row, "hits") > 2000 && count(row, "ties") > ties, "{row}");
+    }
+    // Period rays are near the rays of every set.
+    for row in ["flat64:period", "flat64:refill"].map(|name| &rows[name]) {
+        assert!(row["exact"] == true && row["sets"]["far-pinhole"]["rays"].as_u64().unwrap() > 100, "{row}");
     }
     // Beams and packets are for the tiles of pixels alone.
     for row in of_tiles.map(|name| &rows[name]) {
@@ -221,6 +227,32 @@ fn a_packet_that_loses_rays_is_caught() {
         found["tree64:packet"]
     );
     raxel(&[&scope[..], &layouts].concat()).exits(0);
+}
+
+/// Faults in the tracer of period rays, each found by both rows that use it.
+#[test]
+fn faults_in_period_rays_are_caught() {
+    let period = std::fs::read_to_string(repository().join("shaders/include/raxel/period.glsl")).unwrap();
+    // Without a step in the end a ray takes all rounds that the device lets it.
+    for (right, wrong, rays) in [
+        ("cell + vec3(lessThanEqual(crossed", "cell + vec3(lessThan(crossed", "200"),
+        ("0x00330033u) == 0u ? 7u : 3u;", "0x00330033u) == 0u ? 15u : 3u;", "4e4"),
+    ] {
+        let scope = ["stress", "--scenes", "gravel,hills", "--sets", "pinhole,bounce,lattice", "--rays", rays];
+        let scope = [&scope[..], &["--layouts", "flat64,flat64:period,flat64:refill", "--format", "json"]].concat();
+        let project = Project::empty();
+        assert_eq!(period.matches(right).count(), 1);
+        project.write("shaders/include/raxel/period.glsl", period.replace(right, wrong));
+        let run = project.raxel(&scope).exits(1);
+        let found = rows(&run);
+        let count = |row: &str| found[row]["total"]["wrong"].as_u64().unwrap();
+        assert_eq!(count("flat64"), 0);
+        for row in ["flat64:period", "flat64:refill"] {
+            assert!(count(row) > 5, "{wrong}: {}", found[row]);
+            assert!(run.stderr.contains(&format!("{row} is wrong about ")), "{}", run.stderr);
+        }
+        raxel(&scope).exits(0);
+    }
 }
 
 #[test]

@@ -62,6 +62,12 @@ pub enum Wrong {
 /// docs/exactness.md derives it.
 pub const ULPS: f64 = 3.5;
 
+/// Whether a t or uv of a right hit is as near to the exact one as [`ULPS`] allows.
+pub fn near(found: f32, exact: f64) -> bool {
+    // Below the least normal number devices may write zero.
+    (f64::from(found) - exact).abs() <= (ULPS * exact * 2f64.powi(-23)).max(f64::from(f32::MIN_POSITIVE))
+}
+
 /// Counts over a set of rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Errors {
@@ -169,6 +175,37 @@ impl Errors {
         }
     }
 
+    /// The count of one way to be wrong.
+    fn count(&mut self, wrong: Wrong) -> &mut u64 {
+        match wrong {
+            Wrong::Miss => &mut self.missed,
+            Wrong::False => &mut self.invented,
+            Wrong::Early => &mut self.early,
+            Wrong::Late => &mut self.late,
+            Wrong::Hang => &mut self.hangs,
+            Wrong::NotFinite => &mut self.not_finite,
+            Wrong::Unwritten => &mut self.unwritten,
+            Wrong::Face => &mut self.face,
+            Wrong::Material => &mut self.material,
+            Wrong::Beyond => &mut self.beyond,
+            Wrong::Time => &mut self.time,
+            Wrong::Place => &mut self.place,
+            Wrong::Steps => &mut self.steps,
+        }
+    }
+
+    /// Adds one ray of another kind, which its own judge has looked at: whether it hits something, whether by a tie, and what is wrong.
+    pub fn add_judged(&mut self, hits: bool, tie: bool, wrong: Option<Wrong>) {
+        self.rays += 1;
+        self.hits += u64::from(hits);
+        self.ties += u64::from(tie);
+        let before = self.wrong();
+        if let Some(wrong) = wrong {
+            *self.count(wrong) += 1;
+        }
+        self.wrong_without_tie += if tie { 0 } else { self.wrong() - before };
+    }
+
     /// Adds one ray, and says whether its hit is wrong.
     pub fn add<'h>(&mut self, ray: &Ray, exact: &Answer, found: impl Into<Outcome<'h>>) -> Option<Wrong> {
         let lattice = Lattice::of(ray);
@@ -189,22 +226,7 @@ impl Errors {
                 wrong => wrong,
             },
         };
-        let count = match wrong? {
-            Wrong::Miss => &mut self.missed,
-            Wrong::False => &mut self.invented,
-            Wrong::Early => &mut self.early,
-            Wrong::Late => &mut self.late,
-            Wrong::Hang => &mut self.hangs,
-            Wrong::NotFinite => &mut self.not_finite,
-            Wrong::Unwritten => &mut self.unwritten,
-            Wrong::Face => &mut self.face,
-            Wrong::Material => &mut self.material,
-            Wrong::Beyond => &mut self.beyond,
-            Wrong::Time => &mut self.time,
-            Wrong::Place => &mut self.place,
-            Wrong::Steps => &mut self.steps,
-        };
-        *count += 1;
+        *self.count(wrong?) += 1;
         self.wrong_without_tie += u64::from(!exact.tie);
         if let (Some(lattice), Some(exact)) = (&lattice, expected)
             && !matches!(wrong, Some(Wrong::Face | Wrong::Material | Wrong::NotFinite))
@@ -229,10 +251,6 @@ impl Errors {
         let (None, Outcome::Hit(found), Some(lattice), Some(exact)) = (wrong, found, Lattice::of(ray), &exact.hit)
         else {
             return wrong;
-        };
-        let near = |found: f32, exact: f64| {
-            // Below the least normal number devices may write zero.
-            (f64::from(found) - exact).abs() <= (ULPS * exact * 2f64.powi(-23)).max(f64::from(f32::MIN_POSITIVE))
         };
         let exact_uv = exact.uv(ray, &lattice);
         let (wrong, count) = if !near(found.t, exact.time.in_lengths(&lattice)) {

@@ -1,8 +1,9 @@
 //! Period rays (`shaders/include/raxel/period.glsl`), traced in whole numbers of 64 bits: they cross the planes of each axis at whole
 //! times, a whole period apart.
 
-use raxel_ray::FACE_INSIDE;
+use raxel_ray::{FACE_INSIDE, Ray};
 
+use crate::metrics::{Outcome, Wrong};
 use crate::oracle::Oracle;
 
 /// Units of time in the length of a voxel's edge.
@@ -19,9 +20,12 @@ pub struct PeriodRay {
     pub octant: u32,
     /// 1 to `period`.
     pub first: [u32; 3],
-    /// 4096 to 2²⁴.
+    /// 4096 to 2²⁴. With a period of 0 the ray hits nothing.
     pub period: [u32; 3],
 }
+
+/// Directions of less than this part of their length along an axis cross none of its planes.
+const STILL: f64 = 1.0 / 8192.0;
 
 /// Where a period ray ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +41,35 @@ pub struct PeriodHit {
 }
 
 impl PeriodRay {
+    /// The period ray next to a ray, by the rule of `rx_period_ray`; `None` if the ray has no direction. `t_max` is not kept.
+    pub fn near(ray: &Ray) -> Option<Self> {
+        let dir = ray.dir.map(f64::from);
+        let length = dir.iter().map(|d| d * d).sum::<f64>().sqrt();
+        if !(length > 0.0 && length.is_finite() && ray.frac.iter().all(|f| (0.0..=1.0).contains(f))) {
+            return None;
+        }
+        let dir = dir.map(|d| d / length);
+        let still = dir.map(|d| d.abs() < STILL);
+        let whole = |value: f64, least: u32, most: u32| value.round_ties_even().clamp(least.into(), most.into()) as u32;
+        let period = dir.map(|d| whole(f64::from(UNIT) / d.abs().max(STILL), UNIT, END));
+        let first = std::array::from_fn(|axis| {
+            let frac = f64::from(ray.frac[axis]);
+            let ahead = if dir[axis] < 0.0 { frac } else { 1.0 - frac };
+            if still[axis] { END } else { whole(f64::from(period[axis]) * ahead, 1, period[axis]) }
+        });
+        let octant = (0..3).filter(|&axis| dir[axis] < 0.0).fold(0, |bits, axis| bits | 1 << axis);
+        Some(Self { cell: ray.cell, octant, first, period })
+    }
+
+    /// A ray near this one whose times are multiples of 1024, so that it often crosses planes of several axes at once.
+    #[must_use]
+    pub fn coarse(self) -> Self {
+        let step = 1024;
+        let round = |time: u32, least: u32| ((time + step / 2) / step * step).max(least);
+        let period = self.period.map(|period| round(period, UNIT));
+        Self { period, first: std::array::from_fn(|axis| round(self.first[axis], step).min(period[axis])), ..self }
+    }
+
     /// When it crosses its n-th plane of an axis.
     fn crossing(&self, axis: usize, n: i64) -> i64 {
         i64::from(self.first[axis]) + n * i64::from(self.period[axis])
@@ -50,7 +83,10 @@ impl PeriodRay {
 
     /// The first solid voxel along it.
     pub fn first_hit(&self, oracle: &Oracle<'_>) -> Option<PeriodHit> {
-        let sign = [0, 1, 2].map(|axis| if self.octant >> axis & 1 == 1 { -1 } else { 1 });
+        if self.period.contains(&0) {
+            return None;
+        }
+        let sign = [0, 1, 2].map(|axis| self.sign(axis));
         let bounds = oracle.bounds();
         let at = |planes: [i64; 3]| -> [i64; 3] {
             std::array::from_fn(|axis| i64::from(self.cell[axis]) + sign[axis] * planes[axis])
@@ -84,11 +120,78 @@ impl PeriodRay {
         }
     }
 
+    fn sign(&self, axis: usize) -> i64 {
+        if self.octant >> axis & 1 == 1 { -1 } else { 1 }
+    }
+
+    /// The axes whose planes are crossed at a time.
+    fn crossed_at(&self, planes: [i64; 3], time: i64) -> impl Iterator<Item = usize> + '_ {
+        (0..3).filter(move |&axis| planes[axis] > 0 && self.crossing(axis, planes[axis] - 1) == time)
+    }
+
     /// Of the axes that are crossed at a time the steepest, then the first.
     fn face(&self, planes: [i64; 3], time: i64) -> u32 {
-        let last = |axis: &usize| planes[*axis] > 0 && self.crossing(*axis, planes[*axis] - 1) == time;
-        let axis = (0..3).filter(last).min_by_key(|&axis| self.period[axis]);
+        let axis = self.crossed_at(planes, time).min_by_key(|&axis| self.period[axis]);
         axis.map_or(FACE_INSIDE, |axis| 2 * axis as u32 + (self.octant >> axis & 1))
+    }
+
+    /// Planes of each axis that are crossed until a hit.
+    fn planes(&self, hit: &PeriodHit) -> [i64; 3] {
+        std::array::from_fn(|axis| (i64::from(hit.voxel[axis]) - i64::from(self.cell[axis])) * self.sign(axis))
+    }
+
+    /// Whether it comes into the voxel that it hits by an edge or a corner.
+    pub fn ties(&self, hit: &PeriodHit) -> bool {
+        self.crossed_at(self.planes(hit), hit.time as i64).count() > 1
+    }
+
+    /// Where it hits the face, along its two axes, and by how much a tracer in `f32` may be off: what 1 / period loses on the way there.
+    pub fn place(&self, hit: &PeriodHit) -> [(f64, f64); 2] {
+        let planes = self.planes(hit);
+        let along = |axis: usize| {
+            let crossed = (hit.time as f64 - f64::from(self.first[axis])) / f64::from(self.period[axis]);
+            let within = (crossed + 1.0 - planes[axis] as f64).clamp(0.0, 1.0);
+            let error = (crossed.abs() + 1.0) * 4.0 * 2f64.powi(-23);
+            (if self.sign(axis) < 0 { 1.0 - within } else { within }, error)
+        };
+        [[1, 2], [0, 2], [0, 1], [0, 1]][(hit.face / 2) as usize].map(along)
+    }
+
+    /// In which way a hit is wrong, by its voxel and face alone.
+    pub fn judge_face(&self, exact: Option<&PeriodHit>, found: Option<([i32; 3], u32)>) -> Option<Wrong> {
+        let gone = |voxel: [i32; 3]| (0..3).map(|i| u64::from(voxel[i].abs_diff(self.cell[i]))).sum::<u64>();
+        match (exact, found) {
+            (None, None) => None,
+            (Some(_), None) => Some(Wrong::Miss),
+            (None, Some(_)) => Some(Wrong::False),
+            (Some(exact), Some((voxel, _))) if exact.voxel != voxel => {
+                Some(if gone(voxel) < gone(exact.voxel) { Wrong::Early } else { Wrong::Late })
+            }
+            (Some(exact), Some((_, face))) => (exact.face != face).then_some(Wrong::Face),
+        }
+    }
+
+    /// In which way a tracer is wrong about the ray. Times are whole numbers, so t has no error.
+    pub fn judge(&self, exact: Option<&PeriodHit>, found: Outcome<'_>) -> Option<Wrong> {
+        let found = match found {
+            Outcome::Hang => return Some(Wrong::Hang),
+            Outcome::Unwritten => return Some(Wrong::Unwritten),
+            Outcome::Miss => None,
+            Outcome::Hit(hit) if !(hit.t.is_finite() && hit.uv.iter().all(|uv| uv.is_finite())) => {
+                return Some(Wrong::NotFinite);
+            }
+            Outcome::Hit(hit) => Some(hit),
+        };
+        let wrong = self.judge_face(exact, found.map(|hit| (hit.voxel, hit.face)));
+        let (None, Some(exact), Some(found)) = (wrong, exact, found) else { return wrong };
+        let off = |(found, (place, error)): (&f32, (f64, f64))| (f64::from(*found) - place).abs() > error;
+        if found.material != u32::from(exact.material) {
+            Some(Wrong::Material)
+        } else if (f64::from(found.t) * f64::from(UNIT) - exact.time as f64).abs() > 0.0 {
+            Some(Wrong::Time)
+        } else {
+            found.uv.iter().zip(self.place(exact)).any(off).then_some(Wrong::Place)
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the exact tracer says about a list of rays, and what a graph's targets say about the same rays.
 
 use raxel_oracle::exact::Answer;
-use raxel_oracle::metrics::Errors;
+use raxel_oracle::metrics::{Errors, Wrong, near};
 use raxel_oracle::period::PeriodRay;
 use raxel_oracle::{FACE_INSIDE, Hit, Oracle, Ray, bounce};
 use rayon::prelude::*;
@@ -46,7 +46,11 @@ pub(super) fn judge(truth: &Truth, found: &[HitTexel], depths: Option<&[f32]>) -
                     steps: 0,
                 }
             });
-            errors.add(ray, answer, hit.as_ref());
+            let wrong = errors.add(ray, answer, hit.as_ref());
+            let exact = answer.hit.as_ref().zip(hit).zip(raxel_oracle::Lattice::of(ray));
+            if let (None, Some(_), Some(((exact, hit), lattice))) = (wrong, depths, exact) {
+                errors.time += u64::from(!near(hit.t, exact.time.in_lengths(&lattice)));
+            }
             errors
         })
         .reduce(Errors::default, Errors::and)
@@ -92,25 +96,14 @@ pub(super) fn period_bounces(hits: &[HitTexel], places: &[[f32; 2]]) -> (Vec<Per
 /// Compares what period rays hit with the truth.
 pub(super) fn judge_periods(oracle: &Oracle<'_>, rays: &[PeriodRay], found: &[HitTexel]) -> Errors {
     let judged = rays.par_iter().zip(found).map(|(ray, texel)| {
-        let mut errors = Errors { rays: 1, ..Errors::default() };
-        let exact = ray.first_hit(oracle);
-        errors.hits = u64::from(exact.is_some());
-        match (exact, read(*texel)) {
-            (None, None) => {}
-            (Some(_), None) => errors.missed = 1,
-            (None, Some(_)) => errors.invented = 1,
-            (Some(exact), Some((voxel, face, material))) => {
-                if exact.voxel != voxel {
-                    let gone = |voxel: [i32; 3]| (0..3).map(|i| voxel[i].abs_diff(ray.cell[i])).sum::<u32>();
-                    *(if gone(voxel) < gone(exact.voxel) { &mut errors.early } else { &mut errors.late }) = 1;
-                } else if exact.face != face {
-                    errors.face = 1;
-                } else if material != 0 && material != u32::from(exact.material) {
-                    errors.material = 1;
-                }
-            }
-        }
-        errors.wrong_without_tie = errors.wrong();
+        let mut errors = Errors::default();
+        let (exact, found) = (ray.first_hit(oracle), read(*texel));
+        let other_material = exact
+            .zip(found)
+            .is_some_and(|(exact, (_, _, material))| material != 0 && material != u32::from(exact.material));
+        let wrong = ray.judge_face(exact.as_ref(), found.map(|(voxel, face, _)| (voxel, face)));
+        let wrong = wrong.or_else(|| other_material.then_some(Wrong::Material));
+        errors.add_judged(exact.is_some(), exact.is_some_and(|hit| ray.ties(&hit)), wrong);
         errors
     });
     judged.reduce(Errors::default, Errors::and)

@@ -3,7 +3,7 @@
 //!
 //! A graph is judged when it has a target `hit` of format `rgba32i`: x, y, z is the voxel, w is face + 8 · material (material 0: not looked
 //! up), or −1 where nothing is hit. Targets `depth` (`r32f`, in lengths of the ray's direction) and `steps` (`r32ui`) add to the judgement. Its
-//! rays must be those of `rx_camera_ray`. A graph with a target `bounce_hit` is timed and judged by the rays that leave its hits
+//! rays must be those of `rx_camera_ray`. A graph whose `about` ends with `exact` claims that none of them is wrong. A graph with a target `bounce_hit` is timed and judged by the rays that leave its hits
 //! ([`raxel_oracle::bounce`]), in its pass whose name begins with `bounce`.
 
 mod judge;
@@ -129,6 +129,8 @@ pub struct Measured {
     pub depths: bool,
     /// How wrong it is, or why nobody can tell.
     pub judgement: Result<Errors, String>,
+    /// Whether the graph claims to be exact: its `about` ends with that word.
+    pub claims_exact: bool,
 }
 
 /// Median and 95th percentile, milliseconds.
@@ -151,6 +153,12 @@ pub struct PassSpread {
 }
 
 impl Measured {
+    /// Rays that a graph that claims to be exact gets wrong, or whose t is off by more than it may be.
+    pub fn broken(&self) -> u64 {
+        let errors = self.judgement.as_ref().ok().filter(|_| self.claims_exact);
+        errors.map_or(0, |errors| errors.wrong() + errors.inexact())
+    }
+
     /// Millions of rays a second, by the median.
     pub fn mrays(&self) -> f64 {
         self.rays as f64 / self.time.median / 1e3

@@ -180,7 +180,7 @@ impl Runner {
             Err(wrong) => Err(Refusal::new(first(&wrong.found))),
             Ok(Ready { graph, texts, .. }) => {
                 match measure(&mut self.on_device, &graph, place.world, place.camera, place.size, effort) {
-                    Ok(run) => Ok(self.judged(run, bound, place)),
+                    Ok(run) => Ok(self.judged(run, &graph, bound, place)),
                     Err(CaseError::Refused(refusal)) => Err(Refusal { texts, ..refusal }),
                     Err(CaseError::Lost(error)) => {
                         (self.device, self.on_device) = open(&self.options)?;
@@ -192,7 +192,7 @@ impl Runner {
         Ok(Row { case, outcome })
     }
 
-    fn judged(&mut self, run: Run, layout: Option<Layout>, place: &Place<'_>) -> Measured {
+    fn judged(&mut self, run: Run, graph: &Graph, layout: Option<Layout>, place: &Place<'_>) -> Measured {
         let mean = |steps: &[u32]| steps.iter().map(|n| f64::from(*n)).sum::<f64>() / steps.len().max(1) as f64;
         let steps = run.steps.as_deref().map(mean);
         let no_hit = || "it has no target `hit` of format rgba32i".to_owned();
@@ -235,6 +235,7 @@ impl Runner {
             voxels: place.world.voxels().solids(),
             depths,
             judgement,
+            claims_exact: graph.about.split([' ', ':']).next_back() == Some("exact"),
         }
     }
 }

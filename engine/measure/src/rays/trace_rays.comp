@@ -208,6 +208,65 @@ void main() {
         && rx_trace_from(ray, rx_beam_time(free_depth, view_to_world, tan_half_fov, pixel, size), hit);
     if (i < count) write_hit(i, found, hit);
 }
+#elif defined(RX_MARCH_PERIOD) || defined(RX_MARCH_REFILL)
+// The lines are period rays: see rays/words.rs.
+#ifdef RX_MARCH_REFILL
+#define RX_ITEMS 96u
+#include <raxel/refill.glsl>
+#else
+#include <raxel/period.glsl>
+#endif
+
+RxPeriodRay ray_of(uint i) {
+    return RxPeriodRay(rays[i].cell, rays[i].t_max, uintBitsToFloat(rays[i].frac), uintBitsToFloat(rays[i].dir.xyz));
+}
+
+void write_period_hit(uint i, bool found, RxPeriodHit hit) {
+    uint material = found ? rx_material(hit.voxel) : 0u;
+    write_hit(i, found, RxHit(hit.voxel, hit.face, material, hit.t, hit.uv, 0u));
+}
+
+#ifdef RX_MARCH_REFILL
+// One workgroup of four traces the rays of all four, so that lanes whose rays have ended take new ones.
+const uint GROUPS = 4u;
+
+shared uint taken;
+
+bool rx_next_items(out uint first) {
+    first = RX_ITEMS * atomicAdd(taken, 1u);
+    return first < GROUPS * gl_WorkGroupSize.x;
+}
+
+uint ray_of_item(uint item) {
+    return gl_WorkGroupID.x * gl_WorkGroupSize.x + item;
+}
+
+bool rx_next_ray(uint item, out RxPeriodRay ray) {
+    if (item >= GROUPS * gl_WorkGroupSize.x || ray_of_item(item) >= count) return false;
+    ray = ray_of(ray_of_item(item));
+    return true;
+}
+
+void rx_ray_traced(uint item, bool found, RxPeriodHit hit) {
+    write_period_hit(ray_of_item(item), found, hit);
+}
+
+void main() {
+    if (gl_WorkGroupID.x % GROUPS != 0u) return;
+    if (gl_LocalInvocationIndex == 0u) taken = 0u;
+    barrier();
+    rx_trace_items();
+}
+#else
+void main() {
+    rx_period_prepare(gl_LocalInvocationIndex, gl_WorkGroupSize.x);
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= count) return;
+    RxPeriodHit hit;
+    bool found = rx_trace_period(ray_of(i), hit);
+    write_period_hit(i, found, hit);
+}
+#endif
 #else
 void main() {
     uint i = gl_GlobalInvocationID.x;

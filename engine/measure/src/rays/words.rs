@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use raxel_oracle::camera::Tile;
 use raxel_oracle::metrics::Outcome;
+use raxel_oracle::period::PeriodRay;
 use raxel_oracle::{Hit, Ray};
 
 /// A ray on its way to the device.
@@ -42,6 +43,25 @@ impl Work for RayWords {
 
     fn write(&self, lines: &mut [RayWords]) {
         lines[0] = *self;
+    }
+}
+
+/// A period ray, for the marchers `period` and `refill`: the octant in the place of t_max, `first` in that of the fraction.
+impl Work for PeriodRay {
+    const LINES: usize = 1;
+    const RAYS: usize = 1;
+
+    fn write(&self, lines: &mut [RayWords]) {
+        let ([fx, fy, fz], [x, y, z]) = (self.first, self.period);
+        // Whole numbers of at most 24 bits.
+        let whole = |number: u32| number as f32;
+        lines[0] = RayWords {
+            cell: self.cell,
+            t_max: f32::from_bits(self.octant),
+            frac: [fx, fy, fz].map(whole),
+            t_free: 0.0,
+            dir: [x, y, z, 0].map(whole),
+        };
     }
 }
 

@@ -5,10 +5,12 @@ use std::time::Instant;
 use raxel_oracle::camera::Tile;
 use raxel_oracle::exact::Answer;
 use raxel_oracle::metrics::{Errors, Outcome, Wrong, ends_at_hit};
+use raxel_oracle::period::{PeriodHit, PeriodRay};
 use raxel_oracle::{Hit, Lattice, Oracle, Ray};
 use rayon::prelude::*;
 
-use super::plan::Row;
+use super::plan::{Kind, Row};
+use super::truth::{Truth, outcome, period_ray};
 use crate::rays::{HitWords, RayWords};
 
 /// Wrong rays that are kept of each row, to be looked at.
@@ -28,7 +30,7 @@ pub struct Sample {
     /// The ray.
     pub ray: Ray,
     /// What is right.
-    pub exact: Answer,
+    pub exact: Truth,
     /// What was found.
     pub found: Option<Hit>,
 }
@@ -70,6 +72,9 @@ pub(super) struct Batch {
     pub sets: Vec<u16>,
     /// The exact answers to the rays.
     pub answers: Vec<Answer>,
+    /// The period rays next to the rays, with their exact hits, if any row traces them.
+    pub periods: Vec<PeriodRay>,
+    pub period_hits: Vec<Option<PeriodHit>>,
     /// Seconds that the answers took, of all cores together.
     pub answer_seconds: f64,
     pub site: usize,
@@ -81,8 +86,14 @@ pub(super) struct Batch {
 }
 
 impl Batch {
-    /// Finds the exact answers.
-    pub fn answer(&mut self, oracle: &Oracle<'_>) {
+    /// Finds the exact answers that rows are judged by.
+    pub fn answer(&mut self, oracle: &Oracle<'_>, rows: &[Row]) {
+        self.periods.clear();
+        if rows.iter().any(|row| row.kind() == Kind::Periods) {
+            self.rays.par_iter().map(period_ray).collect_into_vec(&mut self.periods);
+        }
+        let hits = self.periods.par_iter().with_min_len(64).map(|ray| ray.first_hit(oracle));
+        hits.collect_into_vec(&mut self.period_hits);
         self.answers.resize(self.rays.len(), Answer { hit: None, tie: false });
         let chunks = self.answers.par_chunks_mut(GRAIN).zip(self.rays.par_chunks(GRAIN));
         let seconds = chunks.map(|(answers, rays)| {
@@ -103,13 +114,19 @@ impl Batch {
 
     /// Judges what a row found of ray `i`.
     fn judge_one(&self, tally: &mut Tally, row: &Row, i: usize, (hit, other): (Option<Hit>, Outcome<'_>)) {
-        let (ray, answer, set) = (&self.rays[i], &self.answers[i], usize::from(self.sets[i]));
-        let outcome = hit.as_ref().map_or(other, Outcome::Hit);
-        let steps = hit.as_ref().map_or(0..=0, |hit| row.steps(ray, hit));
-        if let Some(wrong) = tally.sets[set].add_with_numbers(ray, answer, outcome, steps)
+        let (ray, exact, set) = (&self.rays[i], self.truth(row, i), usize::from(self.sets[i]));
+        if let Some(wrong) = exact.judge(&mut tally.sets[set], ray, row, outcome(hit.as_ref(), other))
             && tally.wrong.len() < WRONG_KEPT
         {
-            tally.wrong.push(Sample { site: self.site, set, wrong, ray: *ray, exact: *answer, found: hit });
+            tally.wrong.push(Sample { site: self.site, set, wrong, ray: *ray, exact, found: hit });
+        }
+    }
+
+    /// What is right about ray `i` for a row.
+    fn truth(&self, row: &Row, i: usize) -> Truth {
+        match row.kind() {
+            Kind::Rays | Kind::Ahead | Kind::Tiles => Truth::Ray(self.answers[i]),
+            Kind::Periods => Truth::Period(self.periods[i], self.period_hits[i]),
         }
     }
 

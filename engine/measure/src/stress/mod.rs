@@ -6,8 +6,10 @@ mod invariants;
 mod judge;
 mod plan;
 mod run;
+mod truth;
 
 pub use invariants::{Invariants, invariants};
 pub use judge::{Differences, Sample, Tally, WRONG_KEPT};
 pub use plan::{Plan, Row, Site, Sites};
 pub use run::{Progress, Report, RowReport, Said, Single, run, single};
+pub use truth::Truth;

@@ -14,6 +14,19 @@ use raxel_world::layout::Layout;
 
 use crate::rays::Method;
 
+/// What a row is given to trace.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// The rays, from their origin.
+    Rays,
+    /// The rays, begun ahead of their origin, where the exact tracer says that they are still free.
+    Ahead,
+    /// Tiles of pixels.
+    Tiles,
+    /// The period rays next to the rays.
+    Periods,
+}
+
 /// Who traces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Row {
@@ -29,15 +42,10 @@ impl Row {
         Row::Device(Method::of(Layout::Tree64))
     }
 
-    /// Whether it claims to be exact: a layout's own tracer, from the ray's origin or from ahead of it; its CPU port; or the
-    /// conservative table of masks.
+    /// Whether it claims to be exact: a layout's own tracer; one of the other ways to call it, or its CPU port; or the conservative table
+    /// of masks.
     pub fn exact(&self) -> bool {
-        match self {
-            Row::Port => true,
-            Row::Device(method) => method.marcher.as_deref().is_none_or(|marcher| {
-                ["raymask", Self::AHEAD, Self::BEAM, Self::PACKET, Self::PARALLEL].contains(&marcher)
-            }),
-        }
+        self.marcher().is_none_or(|marcher| marcher == "raymask" || Self::WAYS.contains(&marcher))
     }
 
     /// The marcher that begins rays ahead of their origin, where the exact tracer says that they are still free.
@@ -55,20 +63,43 @@ impl Row {
     /// decide ray by ray.
     pub const PARALLEL: &str = "parallel";
 
-    /// Whether it begins rays ahead of their origin.
-    pub(super) fn begins_ahead(&self) -> bool {
-        matches!(self, Row::Device(method) if method.marcher.as_deref() == Some(Self::AHEAD))
+    /// The marcher that traces the period rays next to the rays (`shaders/include/raxel/period.glsl`), over the layout `flat64`.
+    pub const PERIOD: &str = "period";
+
+    /// The same with lanes that take new rays when theirs have ended (`shaders/include/raxel/refill.glsl`).
+    pub const REFILL: &str = "refill";
+
+    /// Every marcher that is another way to call an exact tracer.
+    pub const WAYS: [&str; 6] = [Self::AHEAD, Self::BEAM, Self::PACKET, Self::PARALLEL, Self::PERIOD, Self::REFILL];
+
+    /// The marchers that trace period rays.
+    pub const PERIODS: [&str; 2] = [Self::PERIOD, Self::REFILL];
+
+    fn marcher(&self) -> Option<&str> {
+        match self {
+            Row::Device(method) => method.marcher.as_deref(),
+            Row::Port => None,
+        }
+    }
+
+    pub(super) fn kind(&self) -> Kind {
+        match self.marcher() {
+            Some(Self::AHEAD) => Kind::Ahead,
+            Some(Self::BEAM | Self::PACKET) => Kind::Tiles,
+            Some(Self::PERIOD | Self::REFILL) => Kind::Periods,
+            _ => Kind::Rays,
+        }
     }
 
     /// Whether it traces tiles of pixels.
     pub fn traces_tiles(&self) -> bool {
-        matches!(self, Row::Device(method) if matches!(method.marcher.as_deref(), Some(Self::BEAM | Self::PACKET)))
+        self.kind() == Kind::Tiles
     }
 
     /// How many steps it can have taken to a hit. Those of an exact tracer are cells on the ray, but those of `bvh` are nodes beside it, too, and
     /// packets count none.
     pub fn steps(&self, ray: &Ray, hit: &Hit) -> RangeInclusive<u64> {
-        let packet = matches!(self, Row::Device(method) if matches!(method.marcher.as_deref(), Some(Self::PACKET | Self::PARALLEL)));
+        let packet = matches!(self.marcher(), Some(Self::PACKET | Self::PARALLEL));
         let nodes = matches!(self, Row::Device(method) if method.layout == Layout::Bvh);
         let most = if self.exact() && !packet && !nodes { most_steps(ray, hit) } else { u64::MAX };
         u64::from(!packet)..=most

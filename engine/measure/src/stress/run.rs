@@ -17,7 +17,8 @@ use raxel_world::layout::Layout;
 use rayon::prelude::*;
 
 use super::judge::{Batch, Differences, Sample, Tally, WRONG_KEPT, compare, latest_start};
-use super::plan::{Plan, Row, Site};
+use super::plan::{Kind, Plan, Row, Site};
+use super::truth::{Truth, period_ray};
 use crate::rays::{DeviceWorld, HitWords, RayError, RayWords, State, Stream, Traced, Tracer};
 
 /// What one row did.
@@ -193,7 +194,7 @@ impl Runner<'_> {
                 for blocks in blocks(plan).chunks(in_batch) {
                     let mut batch = spent.try_recv().unwrap_or_default();
                     fill(&mut batch, plan, number, place, blocks);
-                    batch.answer(oracle);
+                    batch.answer(oracle, &plan.rows);
                     if made.send(batch).is_err() {
                         return; // the device has failed
                     }
@@ -272,10 +273,10 @@ impl Runner<'_> {
                     }
                     Ok::<_, RayError>(())
                 };
-                if by.begins_ahead() {
-                    self.stream.trace(tracer, world, &batch.ahead(), look)?;
-                } else {
-                    self.stream.trace(tracer, world, &batch.rays, look)?;
+                match by.kind() {
+                    Kind::Ahead => self.stream.trace(tracer, world, &batch.ahead(), look)?,
+                    Kind::Periods => self.stream.trace(tracer, world, &batch.periods, look)?,
+                    Kind::Rays | Kind::Tiles => self.stream.trace(tracer, world, &batch.rays, look)?,
                 }
                 let report = &mut self.report.rows[row];
                 report.seconds += seconds;
@@ -346,8 +347,8 @@ pub type Said = Result<(State, Option<Hit>), String>;
 pub struct Single {
     /// The exact answer.
     pub exact: Answer,
-    /// What each row says.
-    pub rows: Vec<(Row, Said)>,
+    /// What each row says, and what is right for it.
+    pub rows: Vec<(Row, Truth, Said)>,
 }
 
 /// Traces one ray through one site by all rows of a plan.
@@ -359,7 +360,8 @@ pub fn single(
     files: &Arc<dyn Files>,
 ) -> Result<Single, RayError> {
     let world = plan.sites[site].build(plan.seed);
-    let exact = Oracle::new(&world).first_hit(ray);
+    let oracle = Oracle::new(&world);
+    let exact = oracle.first_hit(ray);
     let mut stream = Stream::with_capacity(device, 64)?;
     let mut rows = Vec::new();
     for row in &plan.rows {
@@ -375,8 +377,14 @@ pub fn single(
             Row::Device(method) => {
                 let traced = Tracer::new(device, files.clone(), method).and_then(|mut tracer| {
                     let world = tracer.upload(&world)?;
-                    let t_free = if row.begins_ahead() { latest_start(ray, &exact) } else { 0.0 };
-                    stream.trace_all(&mut tracer, &world, &[RayWords::ahead(ray, t_free)])
+                    match row.kind() {
+                        Kind::Periods => stream.trace_all(&mut tracer, &world, &[period_ray(ray)]),
+                        Kind::Ahead => {
+                            let ahead = RayWords::ahead(ray, latest_start(ray, &exact));
+                            stream.trace_all(&mut tracer, &world, &[ahead])
+                        }
+                        Kind::Rays | Kind::Tiles => stream.trace_all(&mut tracer, &world, &[*ray]),
+                    }
                 });
                 match traced {
                     Ok(words) => Ok((words[0].state(), words[0].hit())),
@@ -385,7 +393,7 @@ pub fn single(
                 }
             }
         };
-        rows.push((row.clone(), found));
+        rows.push((row.clone(), Truth::of(row, ray, &oracle), found));
     }
     Ok(Single { exact, rows })
 }

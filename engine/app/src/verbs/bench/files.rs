@@ -137,6 +137,7 @@ fn errors(errors: &Errors, depths: bool) -> Vec<(&'static str, Option<f64>)> {
     all.push(("false_gap_voxels", Some(errors.false_gap)));
     all.push(("t_error_voxels", Some(errors.t_voxels).filter(|_| depths)));
     all.push(("t_error_ulp", Some(errors.t_ulp).filter(|_| depths)));
+    all.push(("wrong_t", Some(errors.time as f64).filter(|_| depths)));
     all
 }
 
@@ -182,6 +183,7 @@ pub(super) fn row_json(row: &Row) -> Value {
                 };
             }
             value["bounced"] = json!(measured.bounced);
+            value["claims_exact"] = json!(measured.claims_exact);
             value["passes"] = json!(measured.passes);
             value["once"] = json!(measured.once);
             if let Err(reason) = &measured.judgement {
@@ -237,6 +239,7 @@ const EMPTY: Measured = Measured {
     voxels: 0,
     depths: false,
     judgement: Err(String::new()),
+    claims_exact: false,
 };
 
 #[cfg(test)]

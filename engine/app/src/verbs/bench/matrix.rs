@@ -137,7 +137,27 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     if !complaints.is_empty() {
         return Err(Failure::new(Exit::Validation, "the validation layer has complained; see above"));
     }
-    Ok(())
+    exact(&rows)
+}
+
+/// Exit code 1 when a graph that claims to be exact is wrong about a ray.
+fn exact(rows: &[Row]) -> Result {
+    let broken = |row: &Row| {
+        let measured = row.outcome.as_ref().ok()?;
+        let (case, count) = (&row.case, measured.broken());
+        let layout = case.layout.unwrap_or("its world");
+        let place = format!("{}, {}", case.world, case.camera);
+        (count > 0).then(|| {
+            format!("{} over {layout} is wrong about {count} of {} rays in {place}", case.graph, measured.rays)
+        })
+    };
+    let broken: Vec<String> = rows.iter().filter_map(broken).collect();
+    if broken.is_empty() {
+        return Ok(());
+    }
+    let failure = Failure::new(Exit::Check, broken.join("; "));
+    Err(failure
+        .help("`about` of each of these graphs says `exact`; `raxel stress` traces harder rays by the same tracers"))
 }
 
 /// Runs the matrix. Each view's table is printed, and all rows so far are kept, when all its rows are there.

@@ -96,6 +96,7 @@ pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
         rows.extend(layouts.filter(|row| *row != Row::default_tracer()));
         rows.extend(Layout::ALL.iter().map(|&layout| marched(layout, Row::AHEAD)));
         rows.extend([Row::BEAM, Row::PACKET, Row::PARALLEL].map(|marcher| marched(Layout::Tree64, marcher)));
+        rows.extend(Row::PERIODS.map(|marcher| marched(Layout::Flat64, marcher)));
         rows.extend(marchers);
         return Ok(rows);
     }
@@ -117,17 +118,11 @@ fn row(name: &str) -> Result<Row> {
         "" => Ok(Row::Device(Method::of(layout))),
         "cpu" if layout == Layout::Tree64 => Ok(Row::Port),
         "cpu" => Err(Failure::usage("only `tree64` has a port to the CPU").help("--layouts tree64,tree64:cpu")),
-        marcher
-            if MARCHERS.contains(&marcher)
-                || [Row::AHEAD, Row::BEAM, Row::PACKET, Row::PARALLEL].contains(&marcher) =>
-        {
-            Ok(marched(layout, marcher))
+        marcher if Row::PERIODS.contains(&marcher) && layout != Layout::Flat64 => {
+            Err(Failure::usage("only `flat64` has period rays").help("--layouts flat64:period,flat64:refill"))
         }
-        marcher => Err(unknown(
-            "marcher",
-            marcher,
-            MARCHERS.iter().copied().chain([Row::AHEAD, Row::BEAM, Row::PACKET, Row::PARALLEL]),
-        )),
+        marcher if MARCHERS.contains(&marcher) || Row::WAYS.contains(&marcher) => Ok(marched(layout, marcher)),
+        marcher => Err(unknown("marcher", marcher, MARCHERS.iter().copied().chain(Row::WAYS))),
     }
 }
 

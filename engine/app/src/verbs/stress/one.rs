@@ -6,9 +6,10 @@ use std::sync::Arc;
 use raxel_diagnostics::Files;
 use raxel_gpu::Device;
 use raxel_measure::rays::{RayError, State};
-use raxel_measure::stress::{Plan, RowReport, single};
+use raxel_measure::stress::{Plan, RowReport, Truth, single};
 use raxel_oracle::exact::{Answer, Passage};
 use raxel_oracle::metrics::{Errors, Outcome, Wrong};
+use raxel_oracle::period::{PeriodHit, PeriodRay, UNIT};
 use raxel_oracle::{FAR, Hit, Lattice, Ray};
 use serde_json::{Value, json};
 
@@ -63,6 +64,21 @@ fn hit_text(hit: &Hit) -> String {
     format!("voxel {x} {y} {z}  face {face}  material {material}  t {}  uv {u} {v}", hit.t)
 }
 
+fn truth_text(ray: &Ray, truth: &Truth) -> String {
+    match truth {
+        Truth::Ray(answer) => exact_text(ray, answer),
+        Truth::Period(period, hit) => {
+            let PeriodRay { octant, first, period, .. } = period;
+            let ray = format!("(octant {octant}, first {first:?}, period {period:?})");
+            let Some(PeriodHit { voxel: [x, y, z], face, material, time }) = hit else {
+                return format!("nothing  {ray}");
+            };
+            let face = FACES[*face as usize];
+            format!("voxel {x} {y} {z}  face {face}  material {material}  t {}  {ray}", *time as f64 / f64::from(UNIT))
+        }
+    }
+}
+
 fn exact_text(ray: &Ray, answer: &Answer) -> String {
     let tie = if answer.tie { "  (a tie)" } else { "" };
     let (Some(hit), Some(lattice)) = (&answer.hit, Lattice::of(ray)) else { return format!("nothing{tie}") };
@@ -74,6 +90,19 @@ fn exact_text(ray: &Ray, answer: &Answer) -> String {
         hit.material,
         hit.time.in_lengths(&lattice)
     )
+}
+
+fn truth_json(ray: &Ray, truth: &Truth) -> Value {
+    match truth {
+        Truth::Ray(answer) => exact_json(ray, answer),
+        Truth::Period(period, hit) => {
+            let t = |hit: &PeriodHit| hit.time as f64 / f64::from(UNIT);
+            let hit = hit
+                .as_ref()
+                .map(|hit| json!({ "voxel": hit.voxel, "face": hit.face, "material": hit.material, "t": t(hit) }));
+            json!({ "hit": hit, "octant": period.octant, "first": period.first, "period": period.period })
+        }
+    }
 }
 
 fn exact_json(ray: &Ray, answer: &Answer) -> Value {
@@ -106,7 +135,7 @@ pub(super) fn trace(
         let found = single(plan, number, ray, device, files)?;
         let mut text =
             format!("{}  ray {}\n  {:<16} {}\n", site.name, written(ray), "exact", exact_text(ray, &found.exact));
-        for (row, answer) in &found.rows {
+        for (row, truth, answer) in &found.rows {
             let (said, wrong) = match answer {
                 Err(why) => (why.clone(), None),
                 Ok((state, hit)) => {
@@ -121,8 +150,7 @@ pub(super) fn trace(
                         (_, Some(hit)) => format!("{}  after {} looks", hit_text(hit), hit.steps),
                         (_, None) => "nothing".to_owned(),
                     };
-                    let steps = hit.as_ref().map_or(0..=0, |hit| row.steps(ray, hit));
-                    let wrong = Errors::default().add_with_numbers(ray, &found.exact, outcome, steps);
+                    let wrong = truth.judge(&mut Errors::default(), ray, row, outcome);
                     (said, wrong.map(wrong_name))
                 }
             };
@@ -130,13 +158,17 @@ pub(super) fn trace(
                 let hit = answer.as_ref().ok().and_then(|(_, hit)| hit.as_ref());
                 console::json(&json!({
                     "reason": "ray", "site": site.name, "ray": written(ray), "row": row.to_string(), "said": said, "wrong": wrong,
-                    "exact": exact_json(ray, &found.exact), "hit": hit_json(hit),
+                    "exact": truth_json(ray, truth), "hit": hit_json(hit),
                 }));
             }
             if wrong.is_some() && row.exact() {
                 broken.push(format!("{row} is wrong about the ray in {}", site.name));
             }
-            let mark = wrong.map_or_else(String::new, |wrong| format!("  WRONG: {wrong}"));
+            let right = match truth {
+                Truth::Ray(_) => String::new(),
+                truth => format!(", exactly {}", truth_text(ray, truth)),
+            };
+            let mark = wrong.map_or_else(String::new, |wrong| format!("  WRONG: {wrong}{right}"));
             let _ = writeln!(text, "  {:<16} {said}{mark}", row.to_string());
         }
         if console.format() != Format::Json {
@@ -162,7 +194,7 @@ pub(super) fn show_wrong(plan: &Plan, row: &RowReport, console: &Console) {
         if console.format() == Format::Json {
             console::json(&json!({
                 "reason": "wrong-ray", "row": row.row.to_string(), "site": site, "set": set, "wrong": sample.wrong,
-                "ray": written(&sample.ray), "exact": exact_json(&sample.ray, &sample.exact),
+                "ray": written(&sample.ray), "exact": truth_json(&sample.ray, &sample.exact),
                 "hit": hit_json(sample.found.as_ref()), "command": command,
             }));
             continue;
@@ -172,7 +204,7 @@ pub(super) fn show_wrong(plan: &Plan, row: &RowReport, console: &Console) {
             "{} in {site}, {set}: {}\n  exact  {}\n  found  {found}\n  {command}",
             row.row,
             wrong_name(sample.wrong),
-            exact_text(&sample.ray, &sample.exact)
+            truth_text(&sample.ray, &sample.exact)
         ));
     }
 }
