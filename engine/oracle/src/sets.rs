@@ -133,6 +133,11 @@ pub const ALL: &[RaySet] = &[
         about: "cameras 1e4 to 2^31 voxels away, a narrow view",
         make: Make::Rays(rays::far_pinhole),
     },
+    RaySet {
+        name: "wrapped",
+        about: "origins beside solids by differences of 32 bits: at the other end of the coordinates, if the scene is at one",
+        make: Make::Rays(rays::wrapped),
+    },
     RaySet { name: "lengths", about: "directions 2^-60 to 2^60 long", make: Make::Rays(rays::lengths) },
     RaySet {
         name: "ends",
@@ -166,6 +171,16 @@ pub const ALL: &[RaySet] = &[
         name: "parallel-ties",
         about: "8 × 8 rays along an axis or a diagonal, from places 1/4 voxel to 1 apart: ties",
         make: Make::Grids(tiles::parallel_ties),
+    },
+    RaySet {
+        name: "wrapped-tiles",
+        about: "8 × 8 pixels of views of solids, from cameras as in `wrapped`",
+        make: Make::Tiles(tiles::wrapped_tile),
+    },
+    RaySet {
+        name: "wrapped-parallel",
+        about: "8 × 8 rays of one direction, from places as in `wrapped`",
+        make: Make::Grids(tiles::wrapped_parallel),
     },
     RaySet { name: "invalid", about: "NaN, infinities, and no direction at all", make: Make::Rays(rays::invalid) },
 ];

@@ -164,7 +164,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
         barrier();
         // Places are in voxels from the anchor's corner, in mirrored axes.
         const ivec3 anchor = rx_parallel_anchor, from = anchor - world.origin;
-        if (any(greaterThan(uvec3(from + RX_TILE_REACH), uvec3(2 * RX_TILE_REACH)))) return pending;
+        if (any(greaterThan(uvec3(from + RX_TILE_REACH), uvec3(2 * RX_TILE_REACH))) || rx_wraps(anchor, world.origin)) return pending;
         if (lane < 3u) {
             vec4 row = lane == 0u ? (view[0] - float(first.x) * view[2]) * 0.0625 : lane == 1u ? (view[1] - float(first.y) * view[2]) * 0.0625 : view[2];
             vec3 away = vec3(anchor - view_cell) + vec3(down_x ? 1.0 : 0.0, down_y ? 1.0 : 0.0, down_z ? 1.0 : 0.0) - view_frac;
@@ -180,6 +180,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
         for (uint s = 0u; s < 8u; ++s) {
             ivec3 n = (cells[s] - anchor) * ivec3(sign_of);
             if (((pending >> s) & 1u) == 0u || any(greaterThan(uvec3(n + RX_PARALLEL_SPREAD), uvec3(2 * RX_PARALLEL_SPREAD)))) continue;
+            if (rx_wraps(cells[s], anchor)) continue;
             vec3 g = floor(fracs[s] * 16777216.0) * 5.9604644775390625e-8;
             g = vec3(down_x ? 1.0 - g.x : g.x, down_y ? 1.0 - g.y : g.y, down_z ? 1.0 - g.z : g.z);
             vec3 middle = vec3(n) + (g - 0.5);

@@ -129,7 +129,7 @@ bool rx_period_begin(RxPeriodRay ray) {
     uvec3 bits = (uvec3(ray.cell) ^ down) + base.xyz;
     // What is further away than a ray is long cannot be met.
     uvec3 off = bits ^ (RX_PERIOD_CELL - 8192u);
-    if ((off.x | off.y | off.z) >= 16384u) return false;
+    if ((off.x | off.y | off.z) >= 16384u || rx_wraps(ray.cell, world.origin)) return false;
     rx_period.start = uintBitsToFloat(bits);
     rx_period.at = rx_period.start;
     precise vec3 leave = fma(far - rx_period.start, rx_period.period, rx_period.first);

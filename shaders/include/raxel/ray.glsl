@@ -49,6 +49,13 @@ uint rx_face_axis(uint face) {
     return face >> 1;
 }
 
+// Whether the difference of two cells does not fit 32 bits: they are near different ends of the coordinates, and the difference that
+// wraps around would make them neighbours.
+bool rx_wraps(ivec3 a, ivec3 b) {
+    ivec3 over = (a ^ b) & (a ^ (a - b));
+    return (over.x | over.y | over.z) < 0;
+}
+
 // The step from a voxel to its neighbour across a face: the outward normal. Zero for RX_FACE_INSIDE.
 ivec3 rx_face_step(uint face) {
     int side = (face & 1u) != 0u ? 1 : -1;

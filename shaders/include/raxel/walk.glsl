@@ -268,22 +268,23 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
     float scale = rx_walk_scale(ray.dir);
     w.t_end = ray.t_max >= 1.0e37 ? RX_FAR : ray.t_max * scale * 1.0001 + 1.0e-3;
 
-    float skip = t_free * scale * 0.999998 - 0.25;
-    if (valid && skip > 0.25 && skip < 1.0e9) {
-        rx_walk_skip(w, e, uint(skip * 4.0));
-        if (((w.q.x | w.q.y | w.q.z) >> log2_size) == 0u) return true;
-        // Not in the cube at that time: the ray enters it later, if at all.
-    }
-    w.axes = 0u;
-    w.q = e.origin;
-    rx_walk_frame(w, vec3(e.g) * 5.9604644775390625e-8, vec3(uvec3(16777216u) - e.g) * 5.9604644775390625e-8, 0.0);
-
     bvec3 below = lessThan(ray.cell, corner);
     bvec3 above = greaterThan(ray.cell, corner + ivec3(last));
     bvec3 before = mix(below, above, down);
     bvec3 past = mix(above, below, down);
     bvec3 lost = bvec3(past.x || (still.x && before.x), past.y || (still.y && before.y), past.z || (still.z && before.z));
     if (!valid || any(lost)) return false;
+
+    float skip = t_free * scale * 0.999998 - 0.25;
+    if (skip > 0.25 && skip < 1.0e9) {
+        rx_walk_skip(w, e, uint(skip * 4.0));
+        // Where the ray was before the cube, its coordinate has come over 2^32; without that it is at the other end of the coordinates.
+        if (((w.q.x | w.q.y | w.q.z) >> log2_size) == 0u && lessThan(w.q, e.origin) == before) return true;
+        // Not in the cube at that time: the ray enters it later, if at all.
+    }
+    w.axes = 0u;
+    w.q = e.origin;
+    rx_walk_frame(w, vec3(e.g) * 5.9604644775390625e-8, vec3(uvec3(16777216u) - e.g) * 5.9604644775390625e-8, 0.0);
     return any(before) ? rx_walk_enter(w, e, before, last) : true;
 }
 

@@ -46,7 +46,7 @@ impl Work for RayWords {
     }
 }
 
-/// A period ray, for the marchers `period` and `refill`: the octant in the place of t_max, `first` in that of the fraction.
+/// A period ray, for the marchers `period` and `refill`: the octant in the place of `t_max`, `first` in that of the fraction.
 impl Work for PeriodRay {
     const LINES: usize = 1;
     const RAYS: usize = 1;

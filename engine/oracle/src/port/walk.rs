@@ -253,24 +253,27 @@ impl Walk {
         let scale = walk_scale(ray.dir);
         w.t_end = if ray.t_max >= 1.0e37 { FAR } else { ray.t_max * scale * 1.0001 + 1.0e-3 };
 
+        let below = each(|i| ray.cell[i] < corner[i]);
+        let above = each(|i| ray.cell[i] > corner[i].wrapping_add(last as i32));
+        let before = each(|i| if down[i] { above[i] } else { below[i] });
+        let past = each(|i| if down[i] { below[i] } else { above[i] });
+        let lost = (0..3).any(|i| past[i] || (still[i] && before[i]));
+        if !valid || lost {
+            return None;
+        }
+
         let skip = t_free * scale * 0.999_998 - 0.25;
-        if valid && skip > 0.25 && skip < 1.0e9 {
+        if skip > 0.25 && skip < 1.0e9 {
             w.skip(&e, (skip * 4.0) as u32);
-            if (w.q[0] | w.q[1] | w.q[2]) >> log2_size == 0 {
+            let come = each(|i| w.q[i] < e.origin[i]);
+            if (w.q[0] | w.q[1] | w.q[2]) >> log2_size == 0 && come == before {
                 return Some(w);
             }
         }
         w.axes = 0;
         w.q = e.origin;
         w.frame(e.g.map(|g| g as f32 * FRAC_STEP), e.g.map(|g| (16_777_216 - g) as f32 * FRAC_STEP), 0.0);
-
-        let below = each(|i| ray.cell[i] < corner[i]);
-        let above = each(|i| ray.cell[i] > corner[i].wrapping_add(last as i32));
-        let before = each(|i| if down[i] { above[i] } else { below[i] });
-        let past = each(|i| if down[i] { below[i] } else { above[i] });
-        let lost = (0..3).any(|i| past[i] || (still[i] && before[i]));
-        let inside = valid && !lost && (!before.contains(&true) || w.enter(&e, before, last));
-        inside.then_some(w)
+        (!before.contains(&true) || w.enter(&e, before, last)).then_some(w)
     }
 
     /// `rx_walk_step`, and `rx_walk_to` in it.

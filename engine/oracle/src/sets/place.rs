@@ -1,10 +1,21 @@
 //! Boxes and places, as cells and fractions.
 
-use super::{Box3, Random};
+use super::{Box3, Random, RayTargets};
 
 /// A cell in the range of coordinates.
 pub(super) fn clamped(cell: [i64; 3]) -> [i32; 3] {
     cell.map(|c| c.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
+}
+
+/// The cell that 32 bits make of one: beyond an end of the coordinates it comes back at the other end.
+pub(super) fn wrapped(cell: [i64; 3]) -> [i32; 3] {
+    cell.map(|c| c as i32)
+}
+
+/// A cell up to one of several distances from a solid voxel on each axis, maybe beyond the ends of the coordinates; and that voxel.
+pub(super) fn wrapped_from(targets: &RayTargets, random: &mut Random, reach: [u64; 3]) -> ([i64; 3], [i64; 3]) {
+    let (target, reach) = (targets.solid(random), reach[random.below(3) as usize]);
+    (std::array::from_fn(|i| target[i] + random.below(2 * reach + 1) as i64 - reach as i64), target)
 }
 
 /// The box with a margin of half its size and a few voxels.

@@ -2,7 +2,7 @@
 
 use raxel_ray::Ray;
 
-use super::place::{around, clamped, fraction, middle, towards};
+use super::place::{self, around, clamped, fraction, middle, towards, wrapped_from};
 use super::{Random, RayTargets};
 
 pub(super) fn pinhole(targets: &RayTargets, random: &mut Random) -> Ray {
@@ -169,6 +169,14 @@ pub(super) fn far_pinhole(targets: &RayTargets, random: &mut Random) -> Ray {
     let from = away(&mut Random::new(random.below(16)), middle(&targets.bounds));
     let target = random.cell(around(&targets.bounds));
     Ray::new(clamped(from.0), from.1, towards(from, (target, [0.5; 3])))
+}
+
+/// Beside the scene by differences of 32 bits. Beside a scene at an end of the coordinates the origin is often at the other end, from where
+/// nothing is hit.
+pub(super) fn wrapped(targets: &RayTargets, random: &mut Random) -> Ray {
+    let (cell, target) = wrapped_from(targets, random, [3, 40, 3000]);
+    let frac = fraction(random);
+    Ray::new(place::wrapped(cell), frac, towards((cell, frac), (target, fraction(random))))
 }
 
 pub(super) fn lengths(targets: &RayTargets, random: &mut Random) -> Ray {

@@ -4,7 +4,7 @@ use glam::{Mat4, Vec2, Vec3};
 use raxel_ray::Ray;
 use raxel_ray::camera::{Pinhole, Tile};
 
-use super::place::{around, clamped, fraction, towards};
+use super::place::{around, clamped, fraction, towards, wrapped, wrapped_from};
 use super::{Random, RayTargets};
 
 /// From within, from a solid voxel, or from some way off; towards a solid voxel or past it; rolled by any angle. No angle is asked for, as
@@ -37,6 +37,30 @@ pub(super) fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let half_height = [0.006, 0.18, 0.58, 1.2, 12.0][random.below(5) as usize];
     let first = size.map(|side| random.below(u64::from(side / Tile::SIDE)) as u32 * Tile::SIDE);
     tile_of((cell.map(i64::from), frac), [right, up, forward], size, half_height, first)
+}
+
+/// Views of a solid voxel from cameras that are beside it by differences of 32 bits, see [`super::rays::wrapped`].
+pub(super) fn wrapped_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let (cell, target) = wrapped_from(targets, random, [20, 200, 3000]);
+    let frac = fraction(random);
+    let forward = Vec3::from_array(towards((cell, frac), (target, [0.5; 3]))).try_normalize().unwrap_or(Vec3::X);
+    let right = forward.any_orthonormal_vector();
+    let size = TILE_SIZES[random.below(6) as usize];
+    let half_height = [0.006, 0.18, 0.58][random.below(3) as usize];
+    let first = tile_at(random, size, [0.5; 2]);
+    let mut tile = tile_of((cell, frac), [right, right.cross(forward), forward], size, half_height, first);
+    tile.camera.cell = wrapped(cell).into();
+    tile
+}
+
+/// Rays of one direction that begin there.
+pub(super) fn wrapped_parallel(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
+    let (cell, target) = wrapped_from(targets, random, [20, 200, 900]);
+    let dir = towards((cell, [0.5; 3]), (target, fraction(random)));
+    let dir = Vec3::from_array(dir).try_normalize().unwrap_or(Vec3::X).to_array();
+    let along = [0, 1].map(|_| random.direction().map(f64::from));
+    let first = std::array::from_fn(|a| -3.5 * (along[0][a] + along[1][a]));
+    grid(cell, first, along).map(|(cell, frac)| Ray::new(wrapped(cell), frac, dir))
 }
 
 /// The tile at `first` of a view.
@@ -118,13 +142,13 @@ pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     tile_of((cell, frac), view, size, half_height, first)
 }
 
-/// Rays of direction `dir` from 8 × 8 places: the first, relative to a cell, and what the next one of a row, and of a column, is away.
-fn grid(cell: [i64; 3], first: [f64; 3], along: [[f64; 3]; 2], dir: [f32; 3]) -> [Ray; Tile::RAYS] {
+/// 8 × 8 places: the first, relative to a cell, and what the next one of a row, and of a column, is away.
+fn grid(cell: [i64; 3], first: [f64; 3], along: [[f64; 3]; 2]) -> [([i64; 3], [f32; 3]); Tile::RAYS] {
     std::array::from_fn(|i| {
         let (x, y) = ((i as u32 % Tile::SIDE) as f64, (i as u32 / Tile::SIDE) as f64);
         let place: [f64; 3] = std::array::from_fn(|a| first[a] + x * along[0][a] + y * along[1][a]);
         let at = std::array::from_fn(|a| cell[a] + place[a].floor() as i64);
-        Ray::new(clamped(at), place.map(|p| (p - p.floor()) as f32), dir)
+        (at, place.map(|p| (p - p.floor()) as f32))
     })
 }
 
@@ -149,7 +173,7 @@ pub(super) fn parallel(targets: &RayTargets, random: &mut Random) -> [Ray; Tile:
     };
     // The grid's middle, about, is where it was put.
     first = std::array::from_fn(|a| first[a] - 3.5 * (along[0][a] + along[1][a]));
-    grid(target, first, along, dir)
+    grid(target, first, along).map(|(cell, frac)| Ray::new(clamped(cell), frac, dir))
 }
 
 pub(super) fn parallel_ties(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
@@ -160,5 +184,6 @@ pub(super) fn parallel_ties(targets: &RayTargets, random: &mut Random) -> [Ray; 
     let apart = [0.25, 0.5, 1.0][random.below(3) as usize];
     let along = [1, 2].map(|turn| std::array::from_fn(|a| if a == (axis + turn) % 3 { apart } else { 0.0 }));
     let first = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.below(3) as usize]);
-    grid(random.cell(around(&targets.bounds)), first, along, dir)
+    let places = grid(random.cell(around(&targets.bounds)), first, along);
+    places.map(|(cell, frac)| Ray::new(clamped(cell), frac, dir))
 }

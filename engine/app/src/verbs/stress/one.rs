@@ -166,7 +166,7 @@ pub(super) fn trace(
             }
             let right = match truth {
                 Truth::Ray(_) => String::new(),
-                truth => format!(", exactly {}", truth_text(ray, truth)),
+                truth @ Truth::Period(..) => format!(", exactly {}", truth_text(ray, truth)),
             };
             let mark = wrong.map_or_else(String::new, |wrong| format!("  WRONG: {wrong}{right}"));
             let _ = writeln!(text, "  {:<16} {said}{mark}", row.to_string());
