@@ -1,0 +1,168 @@
+//! Faults are planted in the tracers' shaders by machine, and `raxel stress` must notice each of them, unless
+//! `tests/mutation/explained.toml` says why it changes no hit. docs/mutation.md tells how to run it.
+
+mod common;
+#[path = "mutation/plant.rs"]
+mod plant;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write as _;
+use std::ops::Range;
+use std::process::Stdio;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use common::{Project, Running, command, repository};
+use plant::Fault;
+use raxel::world::random::SplitMix64;
+use wait_timeout::ChildExt as _;
+
+/// The files with the tracers that claim to be exact, with the rows of `raxel stress` that run them.
+const GATES: &[(&str, &str)] = &[
+    ("beam", "tree64:beam"),
+    ("box", "octree,bvh,texture3d"),
+    ("brickmap", "brickmap,brickmap:ahead"),
+    ("bvh", "bvh,bvh:ahead"),
+    ("chunk_table", "chunk_table,chunk_table:ahead"),
+    ("chunks", "brickmap,chunk_table,texture3d"),
+    ("flat64", "flat64,flat64:ahead"),
+    ("hashed_chunks", "brickmap,chunk_table"),
+    ("mask", "tree64,tree64:packet,flat64:period"),
+    ("octant", "tree64,tree64:packet,tree64:parallel,flat64:period"),
+    ("octree", "octree,octree:ahead"),
+    ("packed", "tree64,flat64"),
+    ("packet", "tree64:packet"),
+    ("parallel", "tree64:parallel"),
+    ("period", "flat64:period,flat64:refill"),
+    ("ray", "tree64,svo,tree64:packet,tree64:ahead"),
+    ("refill", "flat64:refill"),
+    ("svdag", "svdag,svdag:ahead"),
+    ("svo", "svo,svo:ahead"),
+    ("texture3d", "texture3d,texture3d:ahead"),
+    ("tile", "tree64:packet,tree64:parallel"),
+    ("trace", "tree64,svo"),
+    ("tree64", "tree64,tree64:ahead"),
+    ("walk", "tree64,tree64:ahead,brickmap,svo"),
+];
+
+/// Rays that a fault is looked for with, and those that a survivor is looked for with again.
+const RAYS: [&str; 2] = ["3e5", "3e7"];
+
+/// Longer than any run takes. A tracer that does not end is noticed.
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// What came of a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Outcome {
+    /// It is no GLSL.
+    Invalid,
+    /// A hit was wrong, or the run did not end.
+    Noticed,
+    Survived,
+}
+
+/// A fault that changes no hit: its `file`, the text of its `line`, what it changes `from` and `to`, and `why` no hit can change.
+type Explained = BTreeMap<String, String>;
+
+fn path(file: &str) -> String {
+    format!("shaders/include/raxel/{file}.glsl")
+}
+
+fn source(file: &str) -> String {
+    std::fs::read_to_string(repository().join(path(file))).unwrap_or_else(|error| panic!("{}: {error}", path(file)))
+}
+
+fn explained() -> Vec<Explained> {
+    let text = std::fs::read_to_string(repository().join("tests/mutation/explained.toml")).expect("it is there");
+    let mut list: BTreeMap<String, Vec<Explained>> = toml::from_str(&text).expect("a list of tables `[[fault]]`");
+    list.remove("fault").unwrap_or_default()
+}
+
+/// Whether a reason is of a fault.
+fn is(reason: &Explained, file: &str, fault: &Fault, source: &str) -> bool {
+    let of = [("file", file), ("line", fault.line(source).1), ("from", &fault.from), ("to", &fault.to)];
+    of.iter().all(|(key, value)| reason[*key] == *value)
+}
+
+/// Whether `raxel stress` notices a source in place of a file.
+fn judged(file: &str, text: &str, rows: &str, rays: &str) -> Outcome {
+    let project = Project::empty();
+    project.write(&path(file), text);
+    let mut command = command(project.root(), &["stress", "--layouts", rows, "--rays", rays]);
+    command.stdout(Stdio::null()).stderr(Stdio::null()).env("RAYON_NUM_THREADS", "2");
+    let mut child = Running::start(&mut command);
+    match child.0.wait_timeout(LIMIT).expect("a child can be waited for").map(|status| status.code()) {
+        Some(Some(0)) => Outcome::Survived,
+        // A project with a mistake.
+        Some(Some(3)) => Outcome::Invalid,
+        _ => Outcome::Noticed,
+    }
+}
+
+/// All faults of all files, in an order that a seed gives.
+fn all(sources: &BTreeMap<&str, String>, seed: u64) -> Vec<(&'static str, &'static str, Fault)> {
+    let of = |&(file, rows): &(&'static str, &'static str)| {
+        plant::faults(&sources[file]).into_iter().map(move |fault| (file, rows, fault))
+    };
+    let mut all: Vec<_> = GATES.iter().flat_map(of).collect();
+    let mut random = SplitMix64::new(seed);
+    for n in (1..all.len()).rev() {
+        all.swap(n, random.below(n as u64 + 1) as usize);
+    }
+    all
+}
+
+fn setting<T: std::str::FromStr>(name: &str, default: T) -> T {
+    let text = std::env::var(format!("RAXEL_MUTATION_{name}")).ok();
+    text.map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("RAXEL_MUTATION_{name}={text} is no number")))
+}
+
+#[test]
+fn every_explanation_is_of_a_fault_that_can_be_planted() {
+    for reason in explained() {
+        let (file, _) = GATES.iter().find(|(file, _)| *file == reason["file"]).unwrap_or_else(|| panic!("{reason:?}"));
+        let source = source(file);
+        let planted = plant::faults(&source).iter().any(|fault| is(&reason, file, fault, &source));
+        assert!(planted && reason["why"].len() > 20, "tests/mutation/explained.toml: nothing is like {reason:?}");
+    }
+}
+
+#[test]
+#[ignore = "takes hours without a GPU"]
+fn every_planted_fault_is_noticed_or_explained() {
+    let sources: BTreeMap<&str, String> = GATES.iter().map(|(file, _)| (*file, source(file))).collect();
+    for (file, rows) in GATES {
+        assert_eq!(judged(file, &sources[file], rows, RAYS[0]), Outcome::Survived, "{file} as it is, by {rows}");
+    }
+    let faults = all(&sources, setting("SEED", 1));
+    let chosen: Range<usize> = setting("FROM", 0)..setting("TO", faults.len()).min(faults.len());
+    println!("faults {chosen:?} of {}", faults.len());
+    let reasons = explained();
+    let lines = Mutex::new(std::fs::File::create(setting("OUT", ".raxel/mutation.csv".to_owned())).expect("a file"));
+    let counts = Mutex::new(BTreeMap::<Outcome, usize>::new());
+    let unexplained = Mutex::new(BTreeSet::new());
+    let next = AtomicUsize::new(chosen.start);
+    let work = || {
+        while let Some((file, rows, fault)) = faults[..chosen.end].get(next.fetch_add(1, Ordering::Relaxed)) {
+            let text = fault.planted(&sources[file]);
+            let mut outcome = judged(file, &text, rows, RAYS[0]);
+            if outcome == Outcome::Survived {
+                outcome = judged(file, &text, rows, RAYS[1]);
+            }
+            let (line, code) = fault.line(&sources[file]);
+            let is_explained = reasons.iter().any(|reason| is(reason, file, fault, &sources[file]));
+            let row = format!("{outcome:?},{file}:{line},{:?},{:?},{code:?}", fault.from, fault.to);
+            writeln!(lines.lock().unwrap(), "{row}").expect("a file");
+            *counts.lock().unwrap().entry(outcome).or_default() += 1;
+            if outcome == Outcome::Survived && !is_explained {
+                unexplained.lock().unwrap().insert(row);
+            }
+        }
+    };
+    let jobs = setting("JOBS", std::thread::available_parallelism().map_or(1, usize::from));
+    std::thread::scope(|scope| (0..jobs).for_each(|_| drop(scope.spawn(work))));
+    println!("{:?}", counts.into_inner().unwrap());
+    let unexplained = unexplained.into_inner().unwrap();
+    assert!(unexplained.is_empty(), "nothing notices:\n{}", unexplained.into_iter().collect::<Vec<_>>().join("\n"));
+}
