@@ -116,11 +116,13 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
     for pinned in input.pinned {
         used[pinned.0 as usize] = true;
     }
-    if input.observe == Observe::Everything {
-        // What no pass touches holds `init`. It must not refuse a graph that runs without it: a source need not be there, nor a target fit.
-        for (index, resource) in graph.resources.iter().enumerate() {
-            used[index] |= resource.kind.supplied_by().is_none() && limits::fits(graph, resource, sizes[index], input);
-        }
+    for (index, resource) in graph.resources.iter().enumerate() {
+        // A clear may leave something for later frames, too.
+        let carried = resource.kind.is_cleared() && (resource.history > 0 || resource.clock.is_some());
+        // What no pass touches must not refuse a graph that runs without it: a source need not be there, nor a target fit.
+        used[index] |= (carried || input.observe == Observe::Everything)
+            && resource.kind.supplied_by().is_none()
+            && limits::fits(graph, resource, sizes[index], input);
     }
     for (index, pass) in graph.passes.iter().enumerate() {
         let id = PassId(index as u32);

@@ -77,10 +77,8 @@ pub enum ExecuteError {
         /// Name of the pass.
         pass: String,
     },
-    /// The resource shares memory and was overwritten within the frame.
-    #[error(
-        "`{resource}` shares memory with others and does not survive the frame; present or pin it to read it from the next frame on"
-    )]
+    /// The resource lives within a frame: at the end, its memory may be another's.
+    #[error("`{resource}` lives within a frame only; present or pin it to read it from the next frame on")]
     NotKept {
         /// Name of the resource.
         resource: String,

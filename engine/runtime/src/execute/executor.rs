@@ -301,6 +301,7 @@ impl Executor {
             // The barriers of the plan reach from one recorded frame to the next only if none is left out.
             self.needs_full_barrier = true;
             count(&mut report, running.replay.walk(&mut NullRecorder));
+            note_filled(running, &self.copies);
             report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
             return Ok(report);
         }
@@ -337,15 +338,7 @@ impl Executor {
         }
         self.progress.since = start;
         self.uploads.submitted();
-        if counts.copies > 0 {
-            for index in &self.copies {
-                if let (Some(filling), Some(version)) =
-                    (&running.resources[*index].filling, running.replay.memo.copy_due(*index))
-                {
-                    filling.filled(version);
-                }
-            }
-        }
+        note_filled(running, &self.copies);
         if uninitialized {
             running.resources.iter().for_each(|physical| physical.initialized.store(true, Ordering::Relaxed));
             running.display.picture.initialized.store(true, Ordering::Relaxed);
@@ -554,6 +547,16 @@ impl Drop for Executor {
 fn is_poisoned(plan: &Plan, index: usize) -> bool {
     let planned = &plan.resources[index];
     planned.clear.is_some() && !plan.graph.resource(planned.resource).kind.is_cleared()
+}
+
+/// Copies of sources that were due have been filled, or written over in the frame before anybody looked: they are not due again.
+fn note_filled(running: &Prepared, copies: &[usize]) {
+    for &index in copies {
+        if let (Some(filling), Some(version)) = (&running.resources[index].filling, running.replay.memo.copy_due(index))
+        {
+            filling.filled(version);
+        }
+    }
 }
 
 fn count(report: &mut FrameReport, counts: Counts) {

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use raxel_gpu::Readback;
 use raxel_graph::checked::ResourceId;
-use raxel_graph::plan::{ResourceDesc, ResourcePlan};
+use raxel_graph::plan::{Lifetime, ResourceDesc, ResourcePlan};
 
 use super::error::ExecuteError;
 use super::executor::Executor;
@@ -158,7 +158,8 @@ impl Executor {
         let index = plan.resources.iter().position(|r| r.resource == resource);
         let index = index.ok_or_else(|| ExecuteError::NotLive { resource: name() })?;
         let physical = &running.resources[index];
-        if physical.is_placed() {
+        // Whether it does share memory is chance.
+        if matches!(plan.resources[index].lifetime, Lifetime::Transient { .. }) {
             return Err(ExecuteError::NotKept { resource: name() });
         }
         if physical.needs_init() {

@@ -22,18 +22,18 @@ use crate::random_shaders::{READS, WRITES, shader_name, shaders};
 const GRAPHS: u64 = 60;
 /// Graphs of the run with `--ignored`.
 const MANY: u64 = 3000;
-const FRAMES: u32 = 8;
+pub const FRAMES: u32 = 8;
 /// Seconds of the frames: at 20 ticks a second, 1, 1, 2, (0, a still frame,) 0, 3, 1 and 4 ticks are due.
-const TIMES: [f64; 8] = [0.0, 0.05, 0.15, 0.15, 0.16, 0.31, 0.36, 0.58];
+pub const TIMES: [f64; 8] = [0.0, 0.05, 0.15, 0.15, 0.16, 0.31, 0.36, 0.58];
 
-struct Random(SplitMix64);
+pub struct Random(pub SplitMix64);
 
 impl Random {
-    fn below(&mut self, end: usize) -> usize {
+    pub fn below(&mut self, end: usize) -> usize {
         (self.0.bits() % end.max(1) as u64) as usize
     }
 
-    fn percent(&mut self, percent: usize) -> bool {
+    pub fn percent(&mut self, percent: usize) -> bool {
         self.below(100) < percent
     }
 }
@@ -56,9 +56,9 @@ enum Sort {
 }
 
 /// Sources of [`FLOATS`] numbers. The test writes parts of both between frames.
-const GIVEN: &str = "test.given";
-const OPEN: &str = "test.open";
-const FLOATS: usize = 64;
+pub const GIVEN: &str = "test.given";
+pub const OPEN: &str = "test.open";
+pub const FLOATS: usize = 64;
 
 struct Thing {
     name: String,
@@ -68,7 +68,7 @@ struct Thing {
 }
 
 /// A graph file in which most passes read what was written before them.
-fn graph_file(r: &mut Random) -> String {
+pub fn graph_file(r: &mut Random) -> String {
     let mut toml = "name = \"random\"\n".to_owned();
     let mut things: Vec<Thing> = Vec::new();
     // More than half of the graphs are chains, whose targets share memory; the others are as wild as can be.
@@ -288,7 +288,7 @@ fn run(lab: &mut Lab, graph: &Arc<Graph>, alias: bool, memo: bool, poison: bool)
 }
 
 /// Supplies a graph with its sources, fresh ones, so that every run finds the same.
-fn supply(lab: &mut Lab, graph: &Graph) -> [Arc<DeviceSource>; 2] {
+pub fn supply(lab: &mut Lab, graph: &Graph) -> [Arc<DeviceSource>; 2] {
     let builder = lab.executor.builder();
     let source = |name: &str, value: f32| {
         let buffer = builder.upload_buffer(bytemuck::cast_slice(&[value; FLOATS]), name).expect("it fits");
@@ -304,7 +304,7 @@ fn supply(lab: &mut Lab, graph: &Graph) -> [Arc<DeviceSource>; 2] {
 }
 
 /// What the compiler must know of the sources.
-fn layouts() -> Vec<SourceLayout> {
+pub fn layouts() -> Vec<SourceLayout> {
     let layout = |name: &str, access| {
         let element = Box::new(Type::Scalar(Scalar::F32));
         let values = Member {

@@ -254,3 +254,40 @@ fn a_copy_is_filled_when_its_source_changes_and_on_reset() {
     lab.executor.swap(prepared);
     assert_eq!(shown_at(&mut lab, 15), 7);
 }
+
+/// In even frames, the copy is shown before a pass writes all of it over.
+const WRITTEN_OVER: &str = r#"
+name = "written over"
+present = "color"
+[buffers.words]
+copy = "test.words"
+[targets.color]
+format = "r32ui"
+[[passes]]
+name = "show"
+shader = "show.comp"
+dispatch = { threads = "color" }
+bind = { words = "words", outColor = "color" }
+every = { frames = 2 }
+[[passes]]
+name = "set"
+shader = "set.comp"
+dispatch = { threads = [32, 1, 1] }
+bind = { words = "words" }
+"#;
+
+const SET: &str = "#version 460
+layout(local_size_x = 8) in;
+writeonly buffer Words { uint words[]; } words;
+void main() { words.words[gl_GlobalInvocationID.x] = 5u; }";
+
+#[test]
+fn a_copy_that_is_written_over_in_the_frame_that_fills_it_is_not_filled_again() {
+    let mut lab = Lab::new();
+    let source = lab.supply("words", bytemuck::cast_slice(&[10_u32; 32]));
+    let files = [("graphs/test.toml", WRITTEN_OVER), ("shaders/set.comp", SET), ("shaders/show.comp", SHOW_WORDS)];
+    lab.load(&files, &Planned::default());
+    assert_eq!([0, 1, 2].map(|frame| shown_at(&mut lab, frame)), [10, 10, 5]);
+    source.write(0, bytemuck::cast_slice(&[50_u32; 32])).unwrap();
+    assert_eq!([3, 4, 5, 6].map(|frame| shown_at(&mut lab, frame)), [5; 4]);
+}
