@@ -112,3 +112,43 @@ fn worlds_without_a_save_say_so() {
     let outside = project.raxel(&["check", "worlds/quarry.toml"]).exits(3);
     assert!(outside.stdout.contains("RX0005"), "{}", outside.stdout);
 }
+
+#[test]
+fn a_save_has_a_folder_of_its_own() {
+    let project = Project::shipped();
+    let place = |path: &str| {
+        let text = std::fs::read_to_string(project.path("worlds/quarry.toml")).unwrap();
+        let start = text.find("path = \"").unwrap() + 8;
+        let end = start + text[start..].find('"').unwrap();
+        project.write("worlds/quarry.toml", format!("{}{path}{}", &text[..start], &text[end..]));
+    };
+    project.write("raxel.toml", "world = \"quarry.toml\"\n");
+    // A file, a place in a file, and folders with other things in them.
+    for (path, what) in [
+        ("raxel.toml", "raxel.toml` is a file"),
+        ("raxel.toml/save", "raxel.toml` is a file"),
+        ("worlds", "holds other things and no save"),
+    ] {
+        place(path);
+        let before = project.files();
+        let checked = project.raxel(&["check", "worlds/quarry.toml"]).exits(3);
+        assert!(checked.stdout.contains("RX0359") && checked.stdout.contains(what), "{path}\n{}", checked.stdout);
+        for arguments in [
+            &["world", "save", "worlds/quarry.toml"][..],
+            &["render", "--world", "worlds/quarry.toml", "--size", "32x18", "-o", "p.png"],
+        ] {
+            let refused = project.raxel(arguments).exits(3);
+            assert!(refused.stderr.contains("RX0359") && refused.stderr.contains(what), "{path}\n{}", refused.stderr);
+        }
+        assert_eq!(project.files(), before, "{path}");
+    }
+    // None yet, one that is empty but for what is hidden, and one with a save.
+    project.write("saves/hidden/.gitignore", "*\n");
+    for path in ["saves/none/yet", "saves/hidden"] {
+        place(path);
+        for _ in 0..2 {
+            project.raxel(&["check", "worlds/quarry.toml"]).exits(0);
+            drop(open(&project));
+        }
+    }
+}

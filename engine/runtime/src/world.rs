@@ -19,6 +19,7 @@ use raxel_world::{Chunk, ChunkPos, ChunkSource as _, Material, Streamed};
 pub use baked::store_refused;
 
 use crate::camera::Camera;
+use crate::editing::misplaced;
 
 /// Bytes of chunks that are kept where the file wants none, in a world with lamps: those of a chunk follow from the six around it, which
 /// would each be made up to seven times.
@@ -86,8 +87,12 @@ impl SessionWorld {
         effort: Effort,
     ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
         let open = |address: &str| baked::open(address, files);
-        let (loaded, warnings) = raxel_world::file::load_with(path, files, texts, effort, &open)?;
-        Ok((Self::new(Some(path.to_owned()), loaded), warnings))
+        let (loaded, mut found) = raxel_world::file::load_with(path, files, texts, effort, &open)?;
+        if let Some(misplaced) = misplaced(&loaded, files.root()) {
+            found.push(misplaced);
+            return Err(found);
+        }
+        Ok((Self::new(Some(path.to_owned()), loaded), found))
     }
 
     fn new(path: Option<String>, loaded: Loaded) -> Self {

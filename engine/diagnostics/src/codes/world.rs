@@ -67,6 +67,8 @@ declare! {
     SAVE_UNREADABLE = "RX0357";
     /// Edits that a change of the world's file has undone.
     EDITS_DROPPED = "RX0358";
+    /// A save where none can be.
+    SAVE_PLACE = "RX0359";
     /// Passes have written edits that are wrong.
     RECORD_WRONG = "RX0440";
     /// Passes have written more edits than there is room for.

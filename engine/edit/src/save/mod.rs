@@ -11,6 +11,7 @@ mod content;
 mod damage;
 mod head;
 mod log;
+mod place;
 mod record;
 mod tail;
 mod verify;
@@ -29,6 +30,7 @@ use rustix::fs::{FlockOperation, flock};
 pub use content::FileInfo;
 pub use damage::Damage;
 pub use head::Meta;
+pub use place::check_folder;
 pub use verify::{Report, compact, pack, verify};
 
 use crate::edits::{Change, Edits};
@@ -101,6 +103,12 @@ pub enum SaveError {
         /// Which of the two.
         why: String,
     },
+    /// The folder cannot be one of a save.
+    #[error("{why}")]
+    Place {
+        /// What is there.
+        why: String,
+    },
     /// A file cannot be read.
     #[error("`{}`: {error}", path.display())]
     Io {
@@ -163,6 +171,7 @@ pub struct Save {
 impl Save {
     /// Opens the save in a folder, which is made if there is none.
     pub fn open(folder: &Path, meta: &Meta, options: SaveOptions) -> Result<Opened, SaveError> {
+        check_folder(folder)?;
         let meta = Meta { format: FORMAT, ..meta.clone() };
         let lock = if options.read_only { Err("it is only read".to_owned()) } else { lock(folder) };
         let mut content = Content::read(folder)?;

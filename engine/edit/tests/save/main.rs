@@ -540,11 +540,8 @@ fn two_at_once_and_places_that_cannot_be_written_are_read_only() {
 
     // A file stands where the folder should be made.
     let nowhere = folder.path().join("lock").join("save");
-    let opened = Save::open(&nowhere, &meta(), quiet());
-    match opened {
-        Ok(opened) => assert!(opened.read_only.unwrap().contains("cannot be written")),
-        Err(error) => assert!(matches!(error, SaveError::Io { .. }), "{error}"),
-    }
+    let error = Save::open(&nowhere, &meta(), quiet()).unwrap_err();
+    assert!(matches!(&error, SaveError::Place { why } if why.ends_with("lock` is a file")), "{error}");
 }
 
 /// The program on a disk that fills up.

@@ -2,6 +2,8 @@
 
 mod saves;
 
+pub(crate) use saves::misplaced;
+
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Severity, codes};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Files, codes};
 use raxel_edit::EditError;
-use raxel_edit::save::{Meta, Save, SaveError, SaveEvent, SaveOptions};
+use raxel_edit::save::{self, Meta, Save, SaveError, SaveEvent, SaveOptions};
 use raxel_world::{ChunkPos, Loaded, OnGeneratorChange, SaveSettings};
 
 use super::{Editing, scene_of};
@@ -99,6 +99,12 @@ impl Editing {
     }
 }
 
+/// What is wrong with the place of a save, where a world names one.
+pub(crate) fn misplaced(world: &Loaded, root: Option<&Path>) -> Option<Diagnostic> {
+    let settings = world.save.as_ref()?;
+    save::check_folder(&root?.join(&settings.path)).err().map(|error| refused(&error, settings))
+}
+
 fn refused(error: &SaveError, settings: &SaveSettings) -> Diagnostic {
     let (code, help) = match error {
         SaveError::Newer { .. } => (codes::world::SAVE_NEWER, "use the raxel that made it, or another `path`"),
@@ -111,6 +117,9 @@ fn refused(error: &SaveError, settings: &SaveSettings) -> Diagnostic {
         }
         SaveError::ReadOnly { .. } => {
             (codes::world::SAVE_READ_ONLY, "close the other window, or make the folder writable")
+        }
+        SaveError::Place { .. } => {
+            (codes::world::SAVE_PLACE, "give `path` a folder of its own, such as `saves/quarry`")
         }
         SaveError::Io { .. } => (codes::world::SAVE_UNREADABLE, "look at the permissions of the folder"),
     };

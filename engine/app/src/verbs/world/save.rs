@@ -180,6 +180,7 @@ fn stop(error: &SaveError, console: &Console) -> Failure {
         SaveError::Generator { .. } => codes::world::SAVE_GENERATOR,
         SaveError::Materials { .. } => codes::world::SAVE_MATERIALS,
         SaveError::ReadOnly { .. } => codes::world::SAVE_READ_ONLY,
+        SaveError::Place { .. } => codes::world::SAVE_PLACE,
         SaveError::Io { .. } => codes::world::SAVE_UNREADABLE,
     };
     console.stop(&[Diagnostic::error(code, error.to_string())])
