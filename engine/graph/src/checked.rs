@@ -260,7 +260,7 @@ pub struct Pass {
 }
 
 /// How many workgroups are dispatched.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 pub enum Dispatch {
     /// At least one thread per texel of mip `mip` of the target (depth or layers are the third axis).
     ThreadsOf {
@@ -299,7 +299,7 @@ pub enum Dispatch {
 }
 
 /// One access of a pass to one resource.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct BoundAccess {
     /// The resource.
     pub resource: ResourceId,

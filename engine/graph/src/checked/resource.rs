@@ -199,6 +199,17 @@ pub enum Clear {
     Uint([u32; 4]),
 }
 
+impl Clear {
+    /// The kind and the bits of each channel: equal if and only if the device is given the same.
+    pub fn bits(self) -> (u8, [u32; 4]) {
+        match self {
+            Self::Float(channels) => (0, channels.map(f32::to_bits)),
+            Self::Int(channels) => (1, channels.map(i32::cast_unsigned)),
+            Self::Uint(channels) => (2, channels),
+        }
+    }
+}
+
 /// How a resource becomes a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Display {

@@ -13,7 +13,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use raxel_graph::checked::ClockId;
+use raxel_graph::checked::{Clear, ClockId};
 use raxel_graph::plan::{Lifetime, Plan, ResourceDesc, Step, Turn};
 use raxel_shader::interface::Access;
 
@@ -149,7 +149,7 @@ impl Memo {
                 Step::Barrier(_) => continue,
                 Step::Clear { resource, .. } => {
                     let resource = &plan.resources[*resource as usize];
-                    let value = digest::of_debug(0, &resource.clear);
+                    let value = digest::of_value(0, &resource.clear.map(Clear::bits));
                     (
                         Maker::Clear(value),
                         slot_access(resource.resource, 0, (0, 0), (0, 0), Access::Write).into_iter().collect(),

@@ -20,7 +20,7 @@ use super::shared::lock;
 use super::values;
 
 /// What the driver is given: module, specialization and the size of subgroups that is asked for.
-type PipelineKey = ([u8; 32], Vec<(u32, u32)>, Option<u32>);
+pub(super) type PipelineKey = ([u8; 32], Vec<(u32, u32)>, Option<u32>);
 
 /// Bytes of pipelines that no plan uses: some ten edits of a shader that holds a whole tracer.
 const BUDGET: u64 = 32 << 20;
@@ -163,7 +163,8 @@ fn keyed<'p>(plan: &'p Plan, planned: &PassPlan) -> (&'p Pass, PipelineKey) {
     (pass, key(pass, &planned.specialization))
 }
 
-fn key(pass: &Pass, specialization: &[(u32, Value)]) -> PipelineKey {
+/// Equal keys, equal pipelines.
+pub(super) fn key(pass: &Pass, specialization: &[(u32, Value)]) -> PipelineKey {
     let constants = specialization.iter().map(|(id, value)| (*id, values::specialization(value))).collect();
     (pass.shader.module, constants, pass.subgroup_size)
 }

@@ -10,6 +10,7 @@ use super::blocks::{Blocks, UniformPlace};
 use super::digest::{self, Digest};
 use super::inputs::FrameInputs;
 use super::memo::Memo;
+use super::pipelines;
 use super::report::PassOutcome;
 use super::ticks::Ticks;
 use crate::moment::Fraction;
@@ -88,8 +89,8 @@ impl Replay {
     pub fn new(plan: &Arc<Plan>, display: u128) -> Replay {
         let pass = |planned: &PassPlan| {
             let pass = plan.graph.pass(planned.pass);
-            let rest = (planned.groups, &pass.dispatch, &pass.accesses, &planned.specialization);
-            let base = digest::of(0, &[digest::of_bytes(0, &pass.shader.module), digest::of_debug(0, &rest)]);
+            let pipeline = pipelines::key(pass, &planned.specialization);
+            let base = digest::of_value(0, &(pipeline, planned.groups, &pass.dispatch, &pass.accesses));
             let rate = if let Some(Every::Hz(hz)) = pass.every { Fraction::of(hz) } else { Fraction::ZERO };
             Pass { every: pass.every, rate, tick: None, before: None, due: true, base }
         };
