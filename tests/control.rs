@@ -355,6 +355,13 @@ fn a_read_gives_what_the_last_writer_left() {
             let read = [("t", 0), ("fin", 0), ("t", 1)].map(|(target, mip)| texel(&mut talk, target, mip));
             assert_eq!(json!(read), json!([2.0, 1.0, 3.0]), "`{keys}`");
         }
+        // The middle of a frame has a picture, but leaves no texels.
+        talk.ask(json!({ "do": "target", "target": "t,after=a" }));
+        talk.ask(json!({ "do": "step" }));
+        let path = |file: &str| json!({ "do": "screenshot", "path": project.path(file) });
+        let refused = talk.say(&path("t.exr").to_string());
+        assert!(refused["error"].as_str().unwrap().contains("at the end"), "{refused}");
+        talk.ask(path("t.png"));
     }
 }
 

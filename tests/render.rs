@@ -397,3 +397,36 @@ fn what_passes_count_is_said_at_the_end() {
     let found: Vec<_> = found.filter(|found| found["code"] == "RX0411").collect();
     assert_eq!(found.len(), 1, "{lines}");
 }
+
+/// `a` stores 1, `b` copies it into what is presented, and `c`, which nothing shown depends on, stores 2.
+#[test]
+fn texels_are_those_that_the_last_writer_left() {
+    let project = Project::empty();
+    let set = "shader = 'set.comp'\ndispatch = [1, 1, 1]\nbind = { to = 't' }\n";
+    let graph = format!(
+        "name = 'numbers'\npresent = 'fin'\n[targets.t]\nformat = 'r32f'\nsize = [1, 1]\n[targets.fin]\nformat = 'r32f'\n\
+         size = [1, 1]\n[[passes]]\nname = 'a'\n{set}push = {{ value = 1.0 }}\n[[passes]]\nname = 'b'\nshader = 'copy.comp'\n\
+         dispatch = [1, 1, 1]\nbind = {{ from = 't', to = 'fin' }}\n[[passes]]\nname = 'c'\n{set}push = {{ value = 2.0 }}\n"
+    );
+    let head = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) writeonly uniform image2D to;\n";
+    let set = "layout(push_constant) uniform Push { float value; };\n\
+               void main() { imageStore(to, ivec2(0), vec4(value)); }\n";
+    let copy = "layout(r32f) readonly uniform image2D from;\n\
+                void main() { imageStore(to, ivec2(0), imageLoad(from, ivec2(0))); }\n";
+    project.write("graphs/numbers.toml", graph);
+    project.write("shaders/set.comp", format!("{head}{set}")).write("shaders/copy.comp", format!("{head}{copy}"));
+    let first = |file: &str| {
+        let image = exr::prelude::read_first_flat_layer_from_file(project.path(file)).unwrap();
+        image.layer_data.channel_data.list[0].sample_data.values_as_f32().next().unwrap()
+    };
+    let render = ["render", "graphs/numbers.toml", "--size", "1x1", "--frames", "3", "-o", "f/%d.exr"];
+    for (more, value) in [(&["--target", "t"][..], 2), (&["--target", "fin"], 1), (&["--layers", "t"], 2)] {
+        project.raxel(&[&render[..], more].concat()).exits(0);
+        assert_eq!([0, 1, 2].map(|frame| first(&format!("f/{frame}.exr")) as u32), [value; 3], "{more:?}");
+    }
+    // The middle of a frame has a picture, but leaves no texels.
+    for after in [&["--target", "t", "--after", "a"][..], &["--target", "t,after=a"]] {
+        let refused = project.raxel(&[&render[..], after].concat()).exits(2);
+        assert!(refused.stderr.contains("an EXR has the texels at the end of the frame"), "{}", refused.stderr);
+    }
+}

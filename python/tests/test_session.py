@@ -36,6 +36,55 @@ class Starting(unittest.TestCase):
         session.close()
 
 
+# `sum` is shown and counts frames; `hidden` is 7 in each of them.
+GRAPH = """name = "sum"
+present = "sum"
+[targets.sum]
+format = "r32f"
+size = [1, 1]
+[targets.hidden]
+format = "r32f"
+size = [1, 1]
+[[passes]]
+name = "sum"
+shader = "add.comp"
+dispatch = [1, 1, 1]
+bind = { to = "sum" }
+push = { value = 1.0 }
+[[passes]]
+name = "hidden"
+shader = "set.comp"
+dispatch = [1, 1, 1]
+bind = { to = "hidden" }
+push = { value = 7.0 }
+"""
+SHADER = """#version 460
+layout(local_size_x = 1) in;
+layout(r32f) %s uniform image2D to;
+layout(push_constant) uniform Push { float value; };
+void main() { imageStore(to, ivec2(0), vec4(value) %s); }
+"""
+
+
+class Reading(unittest.TestCase):
+    def test_a_read_runs_no_frame(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for path, text in {
+                "raxel.toml": "",
+                "graphs/sum.toml": GRAPH,
+                "shaders/add.comp": SHADER % ("", "+ imageLoad(to, ivec2(0))"),
+                "shaders/set.comp": SHADER % ("writeonly", ""),
+            }.items():
+                os.makedirs(os.path.dirname(os.path.join(folder, path)), exist_ok=True)
+                with open(os.path.join(folder, path), "w") as file:
+                    file.write(text)
+            with raxel.open(file=os.path.join(folder, "graphs/sum.toml"), size=(4, 4)) as session:
+                for frame in (1.0, 2.0, 3.0):
+                    session.step()
+                    read = [session.pixel(name, 0, 0)[0] for name in ("sum", "hidden", "sum")]
+                    self.assertEqual(read, [frame, 7.0, frame])
+
+
 class Driving(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

@@ -157,7 +157,8 @@ impl What {
         })
     }
 
-    fn debug_target(&self) -> Result<DebugTarget> {
+    /// What is to be shown.
+    pub fn debug_target(&self) -> Result<DebugTarget> {
         // A colon may stand for the first comma: `depth:mip=1`.
         let text = self.target.as_deref().map(|target| target.replacen(':', ",", 1));
         let mut target = match text {

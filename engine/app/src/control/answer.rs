@@ -302,6 +302,13 @@ fn screenshot(session: &mut Session, path: &str) -> Result<Value, Refusal> {
     let shot = if kind.wants_texels() {
         let graph = session.graph();
         let target = session.debug_target();
+        if target.after.is_some() {
+            // The frame has run: its middle is gone.
+            let message =
+                format!("`{target}` is not what the frame ends with, and `{path}` takes texels as they are at the end");
+            let help = vec!["a .png has the picture as it was shown; a target without `after` has texels".to_owned()];
+            return Err(Refusal { error: message, help });
+        }
         let (age, mip, layer) = (target.age, target.mip, target.layer);
         let shown = if target.resource.is_empty() { &graph.resource(graph.present).name } else { &target.resource };
         let name = shown.clone();

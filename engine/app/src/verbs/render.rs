@@ -244,11 +244,11 @@ impl Args {
         if self.layers.len() > MOST_LAYERS {
             return Err(Failure::usage(format!("{} layers; {MOST_LAYERS} is the most", self.layers.len())));
         }
-        if output.kind().wants_texels() && self.what.after.is_some() {
+        if output.kind().wants_texels() && self.what.debug_target()?.after.is_some() {
             return Err(Failure::usage(
-                "`--after` shows a target as a picture; an EXR has the texels at the end of the frame",
+                "`after` shows a target as a picture; an EXR has the texels at the end of the frame",
             )
-            .help("write a .png, or leave `--after` out"));
+            .help("write a .png, or leave `after` out"));
         }
         Ok(())
     }
@@ -272,7 +272,7 @@ impl Args {
     }
 
     /// What is read back of each frame.
-    fn layers(&self, session: &Session, kind: Kind) -> Layers {
+    fn layers(&self, session: &mut Session, kind: Kind) -> Layers {
         if !kind.wants_texels() {
             return Layers::Picture;
         }
@@ -280,10 +280,14 @@ impl Args {
             let layer = |name: &String| Layer { resource: name.clone(), age: 0, mip: 0, layer: 0 };
             return Layers::Targets(self.layers.iter().map(layer).collect());
         }
-        let shown = session.debug_target();
+        let shown = session.debug_target().clone();
         let graph = session.graph();
         let resource =
-            if shown.resource.is_empty() { graph.resource(graph.present).name.clone() } else { shown.resource.clone() };
+            if shown.resource.is_empty() { graph.resource(graph.present).name.clone() } else { shown.resource };
+        if session.demo().is_some() {
+            // The demo may show something else meanwhile.
+            let _ = session.pin(&resource);
+        }
         Layers::Targets(vec![Layer { resource, age: shown.age, mip: shown.mip, layer: shown.layer }])
     }
 }
