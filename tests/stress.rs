@@ -25,6 +25,10 @@ fn every_tracer_that_claims_to_be_exact_is() {
     let of_tiles = ["tree64:beam", "tree64:packet"];
     for row in exact.iter().filter(|row| of_tiles.iter().all(|name| row["row"] != *name)) {
         let of_periods = ["flat64:period", "flat64:refill"].iter().any(|name| row["row"] == *name);
+        if row["row"] == "tree64:instances" {
+            assert!(count(row, "rays") > 5000 && count(row, "hits") > 1500, "{row}");
+            continue;
+        }
         let ties = if of_periods { 100 } else { 1000 };
         assert!(count(row, "rays") > 10_000 && count(row, "hits") > 2000 && count(row, "ties") > ties, "{row}");
     }
@@ -48,7 +52,10 @@ fn every_tracer_that_claims_to_be_exact_is() {
         for column in ["wrong", "hangs", "wrong_t", "wrong_uv", "wrong_steps", "beyond_t_max"] {
             assert_eq!(count(row, column), 0, "{column}: {row}");
         }
-        assert_eq!(row["refused"], Value::Array(Vec::new()), "{row}");
+        // Instances do not stand at the ends of the coordinates.
+        let refused = row["refused"].as_array().unwrap();
+        let far = |site: &Value| row["row"] == "tree64:instances" && site["site"].as_str().unwrap().ends_with("@far");
+        assert!(refused.iter().all(far), "{row}");
     }
     // The judge can tell: marchers in plain f32 miss voxels by their edges.
     let dda = &rows["tree64:dda"];
@@ -227,6 +234,31 @@ fn a_packet_that_loses_rays_is_caught() {
         found["tree64:packet"]
     );
     raxel(&[&scope[..], &layouts].concat()).exits(0);
+}
+
+/// Faults in the tracer of instances: of turned models, of those on the lattice, of which hit is first.
+#[test]
+fn faults_in_instances_are_caught() {
+    let instances = std::fs::read_to_string(repository().join("shaders/include/raxel/instances.glsl")).unwrap();
+    let scope = ["stress", "--scenes", "gravel@near,hills@near", "--rays", "4e4", "--format", "json"];
+    let scope = [&scope[..], &["--layouts", "tree64,tree64:instances"]].concat();
+    for (right, wrong) in [
+        ("uvec2(0u, 0x4000u)", "uvec2(0u, 0x3fffu)"),
+        ("? last - c : c", "? last - 1u - c : c"),
+        ("uint shift = exponent + 1u - top;", "uint shift = exponent - top;"),
+        ("return p.z != q.z ? p.z < q.z", "return p.z != q.z ? p.z > q.z"),
+        ("rx_instance_turns_around(instance, axis) ? 1u : 0u", "rx_instance_turns_around(instance, axis) ? 0u : 1u"),
+    ] {
+        assert_eq!(instances.matches(right).count(), 1, "{right}");
+        let project = Project::empty();
+        project.write("shaders/include/raxel/instances.glsl", instances.replace(right, wrong));
+        let run = project.raxel(&scope).exits(1);
+        let found = rows(&run);
+        let count = |row: &str| found[row]["total"]["wrong"].as_u64().unwrap();
+        assert_eq!(count("tree64"), 0);
+        assert!(count("tree64:instances") > 0, "{wrong}: {}", found["tree64:instances"]);
+    }
+    raxel(&scope).exits(0);
 }
 
 /// Faults in the tracer of period rays, each found by both rows that use it.

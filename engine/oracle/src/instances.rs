@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{I64Vec3, IVec3};
-use raxel_ray::{Lattice, ONE, Ray};
+use raxel_ray::{FACE_INSIDE, Lattice, ONE, Ray};
 use raxel_world::World;
 use raxel_world::instances::{Frame, Instances, Turn};
 
@@ -23,6 +23,25 @@ pub struct SceneHit {
     pub material: u16,
     /// When; in lattice steps of the world's ray, times 2.
     pub time: Time,
+}
+
+impl SceneHit {
+    /// When, in lengths of the ray's direction.
+    pub fn in_lengths(&self, lattice: &Lattice) -> f64 {
+        let steps = self.time.numerator as f64 / self.time.denominator as f64 / 2.0;
+        steps / ONE as f64 * (-f64::from(lattice.exponent)).exp2()
+    }
+}
+
+/// The voxel of a hit in its own model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ModelVoxel {
+    /// In the coordinates of the model's file; of the world, if that was hit.
+    pub cell: [i64; 3],
+    /// The face that was hit, in the model's axes.
+    pub face: u32,
+    /// The instance is not on the lattice of the world.
+    pub free: bool,
 }
 
 /// A world with instances where they stand.
@@ -64,6 +83,25 @@ impl Scene {
         };
         let bodies = instances.list.iter().zip(frames).map(body).collect();
         Self { world, bodies }
+    }
+
+    /// The voxel of a hit in its own model.
+    pub fn model_voxel(&self, hit: &SceneHit) -> ModelVoxel {
+        let voxel = hit.voxel.map(i64::from);
+        let Some(body) = hit.instance.map(|instance| &self.bodies[instance]) else {
+            return ModelVoxel { cell: voxel, face: hit.face, free: false };
+        };
+        let from_anchor = |cell: [i64; 3]| std::array::from_fn(|i| cell[i] + body.anchor[i]);
+        let Turn::Quarter(orientation) = body.frame.turn else {
+            return ModelVoxel { cell: from_anchor(voxel), face: hit.face, free: true };
+        };
+        let back = orientation.inverse();
+        let cell = back.vector(std::array::from_fn(|i| voxel[i] - i64::from(body.frame.cell[i])));
+        let outwards = |axis: u32| i64::from(hit.face / 2 == axis) * if hit.face & 1 == 1 { 1 } else { -1 };
+        let step = back.vector([0, 1, 2].map(outwards));
+        let axis = step.iter().position(|s| *s != 0);
+        let face = axis.map_or(FACE_INSIDE, |axis| 2 * axis as u32 + u32::from(step[axis] > 0));
+        ModelVoxel { cell: from_anchor(cell), face, free: false }
     }
 
     /// Prepares it for rays.

@@ -27,7 +27,7 @@ struct HitWords {
     uint t;
     uvec2 uv;
     uint steps;
-    uint unused;
+    uint instance;
 };
 
 const uint RX_MISS = 0u;
@@ -207,6 +207,21 @@ void main() {
     bool found = free_depth < RX_BEAM_NOTHING
         && rx_trace_from(ray, rx_beam_time(free_depth, view_to_world, tan_half_fov, pixel, size), hit);
     if (i < count) write_hit(i, found, hit);
+}
+#elif defined(RX_MARCH_INSTANCES)
+#include <raxel/instances.glsl>
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= count) return;
+    RxRay ray = rx_ray(rays[i].cell, uintBitsToFloat(rays[i].frac), uintBitsToFloat(rays[i].dir.xyz));
+    ray.t_max = uintBitsToFloat(rays[i].t_max);
+    RxSceneHit hit;
+    bool found = rx_trace_scene(rx_scene_ray(ray), hit);
+    uvec3 cell = uvec3(hit.cell) & 1023u;
+    uint instance = (hit.instance & 0xffffu) | (hit.cell_face << 16) | (hit.free ? 1u << 24 : 0u);
+    hits[i] = HitWords(hit.at.voxel, found ? RX_HIT : RX_MISS, hit.at.face, hit.at.material, cell.x | (cell.y << 10) | (cell.z << 20),
+                       floatBitsToUint(hit.at.t), floatBitsToUint(hit.at.uv), hit.at.steps, instance);
 }
 #elif defined(RX_MARCH_PERIOD) || defined(RX_MARCH_REFILL)
 // The lines are period rays: see rays/words.rs.

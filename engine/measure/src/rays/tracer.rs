@@ -96,7 +96,7 @@ impl DeviceWorld {
 }
 
 /// What a shader may bind.
-const BINDINGS: [&str; 5] = ["world", "world_voxels", "Rays", "Hits", masks::BINDING];
+const BINDINGS: [&str; 6] = ["world", "world_voxels", "Rays", "Hits", "instances", masks::BINDING];
 
 /// Where the shader stands for the compiler: in the project, though it comes from the binary.
 const PATH: &str = "shaders/trace_rays.comp";
@@ -169,6 +169,12 @@ impl Tracer {
         let layout = self.method.layout;
         let encoded = layout.encode_writable(world, layout_limits(&self.device))?;
         self.bring(layout, world, &encoded)
+    }
+
+    /// Brings words to the device, for another binding of the shader.
+    pub fn upload_words(&self, name: &str, words: &[u32]) -> Result<DeviceWorld, RayError> {
+        let buffer = upload(&self.device, name, bytemuck::cast_slice(words), PATIENCE)?;
+        Ok(DeviceWorld::of_buffer(Arc::new(buffer)))
     }
 
     fn bring(&self, layout: Layout, world: &World, encoded: &Encoded) -> Result<DeviceWorld, RayError> {

@@ -123,7 +123,7 @@ pub struct HitWords {
     pub face: u32,
     /// Palette index, from `rx_trace`.
     pub material: u32,
-    /// Palette index of the voxel, from `rx_material`.
+    /// Palette index of the voxel, from `rx_material`; of the marcher `instances` the voxel in its model, ten bits of each coordinate.
     pub looked_up: u32,
     /// In lengths of the direction.
     pub t: f32,
@@ -131,7 +131,8 @@ pub struct HitWords {
     pub uv: [f32; 2],
     /// Cells that were looked at.
     pub steps: u32,
-    unused: u32,
+    /// Of the marcher `instances`: the instance (16 bits, all of them for the world), its face << 16, whether it is free << 24.
+    pub instance: u32,
 }
 
 impl HitWords {

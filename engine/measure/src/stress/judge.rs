@@ -4,12 +4,14 @@ use std::time::Instant;
 
 use raxel_oracle::camera::Tile;
 use raxel_oracle::exact::Answer;
+use raxel_oracle::instances::{SceneHit, SceneOracle};
 use raxel_oracle::metrics::{Errors, Outcome, Wrong, ends_at_hit};
 use raxel_oracle::period::{PeriodHit, PeriodRay};
 use raxel_oracle::{Hit, Lattice, Oracle, Ray};
 use rayon::prelude::*;
 
 use super::plan::{Kind, Row};
+use super::posed::Posed;
 use super::truth::{Truth, outcome, period_ray};
 use crate::rays::{HitWords, RayWords};
 
@@ -75,6 +77,8 @@ pub(super) struct Batch {
     /// The period rays next to the rays, with their exact hits, if any row traces them.
     pub periods: Vec<PeriodRay>,
     pub period_hits: Vec<Option<PeriodHit>>,
+    /// The exact hits of the rays through the site's instances, if any row traces them.
+    pub scene_hits: Vec<Option<SceneHit>>,
     /// Seconds that the answers took, of all cores together.
     pub answer_seconds: f64,
     pub site: usize,
@@ -87,7 +91,12 @@ pub(super) struct Batch {
 
 impl Batch {
     /// Finds the exact answers that rows are judged by.
-    pub fn answer(&mut self, oracle: &Oracle<'_>, rows: &[Row]) {
+    pub fn answer(&mut self, oracle: &Oracle<'_>, scene: Option<&SceneOracle<'_>>, rows: &[Row]) {
+        self.scene_hits.clear();
+        if let Some(scene) = scene {
+            let hits = self.rays.par_iter().with_min_len(64).map(|ray| scene.first_hit(ray));
+            hits.collect_into_vec(&mut self.scene_hits);
+        }
         self.periods.clear();
         if rows.iter().any(|row| row.kind() == Kind::Periods) {
             self.rays.par_iter().map(period_ray).collect_into_vec(&mut self.periods);
@@ -127,7 +136,27 @@ impl Batch {
         match row.kind() {
             Kind::Rays | Kind::Ahead | Kind::Tiles => Truth::Ray(self.answers[i]),
             Kind::Periods => Truth::Period(self.periods[i], self.period_hits[i]),
+            Kind::Instances => Truth::Scene(self.scene_hits[i]),
         }
+    }
+
+    /// Judges what the device wrote about the rays from `first` on, through a site's instances.
+    pub fn judge_scene(&self, posed: &Posed, first: usize, words: &[HitWords]) -> Tally {
+        let judged = |(chunk, words): (usize, &[HitWords])| {
+            let mut tally = Tally::of(self.set_count);
+            for (i, words) in (first + chunk * GRAIN..).zip(words) {
+                let (ray, exact, set) = (&self.rays[i], self.scene_hits[i], usize::from(self.sets[i]));
+                if let Some(wrong) = posed.judge(&mut tally.sets[set], ray, exact.as_ref(), words)
+                    && tally.wrong.len() < WRONG_KEPT
+                {
+                    let (site, exact) = (self.site, Truth::Scene(exact));
+                    tally.wrong.push(Sample { site, set, wrong, ray: *ray, exact, found: words.hit() });
+                }
+            }
+            tally
+        };
+        let chunks = words.par_chunks(GRAIN).enumerate();
+        chunks.map(judged).reduce(|| Tally::of(self.set_count), Tally::and)
     }
 
     /// Judges what a row found of the rays from `first` on, by their answers.

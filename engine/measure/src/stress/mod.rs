@@ -5,6 +5,7 @@
 mod invariants;
 mod judge;
 mod plan;
+mod posed;
 mod run;
 mod truth;
 

@@ -25,6 +25,8 @@ pub(super) enum Kind {
     Tiles,
     /// The period rays next to the rays.
     Periods,
+    /// The rays, through the world and instances in it.
+    Instances,
 }
 
 /// Who traces.
@@ -69,8 +71,12 @@ impl Row {
     /// The same with lanes that take new rays when theirs have ended (`shaders/include/raxel/refill.glsl`).
     pub const REFILL: &str = "refill";
 
+    /// The marcher that traces the world with instances at any pose in it (`shaders/include/raxel/instances.glsl`).
+    pub const INSTANCES: &str = "instances";
+
     /// Every marcher that is another way to call an exact tracer.
-    pub const WAYS: [&str; 6] = [Self::AHEAD, Self::BEAM, Self::PACKET, Self::PARALLEL, Self::PERIOD, Self::REFILL];
+    pub const WAYS: [&str; 7] =
+        [Self::AHEAD, Self::BEAM, Self::PACKET, Self::PARALLEL, Self::PERIOD, Self::REFILL, Self::INSTANCES];
 
     /// The marchers that trace period rays.
     pub const PERIODS: [&str; 2] = [Self::PERIOD, Self::REFILL];
@@ -87,8 +93,14 @@ impl Row {
             Some(Self::AHEAD) => Kind::Ahead,
             Some(Self::BEAM | Self::PACKET) => Kind::Tiles,
             Some(Self::PERIOD | Self::REFILL) => Kind::Periods,
+            Some(Self::INSTANCES) => Kind::Instances,
             _ => Kind::Rays,
         }
+    }
+
+    /// Whether it can trace a ray that is given alone.
+    pub fn traces_alone(&self) -> bool {
+        !matches!(self.kind(), Kind::Tiles | Kind::Instances)
     }
 
     /// Whether it traces tiles of pixels.

@@ -18,6 +18,7 @@ use rayon::prelude::*;
 
 use super::judge::{Batch, Differences, Sample, Tally, WRONG_KEPT, compare, latest_start};
 use super::plan::{Kind, Plan, Row, Site};
+use super::posed::Posed;
 use super::truth::{Truth, period_ray};
 use crate::rays::{DeviceWorld, HitWords, RayError, RayWords, State, Stream, Traced, Tracer};
 
@@ -177,9 +178,12 @@ impl Runner<'_> {
         let world = site.build(self.plan.seed);
         let oracle = Oracle::new(&world);
         let place = RayTargets::of(&world);
+        let has_instances = self.plan.rows.iter().any(|row| row.kind() == Kind::Instances);
+        let posed = if has_instances { Posed::of(&world, self.plan.seed) } else { None };
+        let scene = posed.as_ref().map(|posed| posed.scene.oracle());
         let mut worlds = Vec::new();
         for (i, row) in rows.iter().enumerate() {
-            worlds.push(self.load(number, i, row, &world)?);
+            worlds.push(self.load(number, i, row, (&world, posed.as_ref()))?);
         }
         // As many blocks as keep the device busy for a while, and take little memory.
         let in_batch = if self.software { 32 } else { 256 };
@@ -189,12 +193,12 @@ impl Runner<'_> {
             let (made, batches) = sync_channel(1);
             // Memory of batches that are done is used again: to have it made anew would take as long as to judge them.
             let (done, spent) = channel::<Batch>();
-            let (place, oracle) = (&place, &oracle);
+            let (place, oracle, scene) = (&place, &oracle, scene.as_ref());
             scope.spawn(move || {
                 for blocks in blocks(plan).chunks(in_batch) {
                     let mut batch = spent.try_recv().unwrap_or_default();
                     fill(&mut batch, plan, number, place, blocks);
-                    batch.answer(oracle, &plan.rows);
+                    batch.answer(oracle, scene, &plan.rows);
                     if made.send(batch).is_err() {
                         return; // the device has failed
                     }
@@ -203,7 +207,7 @@ impl Runner<'_> {
             for batch in batches {
                 let mut reference: Option<Vec<HitWords>> = None;
                 for (i, (row, world)) in rows.iter_mut().zip(&worlds).enumerate() {
-                    self.trace(i, row, world, &batch, &mut reference)?;
+                    self.trace(i, row, world, (&batch, posed.as_ref()), &mut reference)?;
                     self.done += batch.rays.len() as u64;
                     (self.progress)(Progress { rays: self.done, site: &site.name, row: &self.plan.rows[i] });
                 }
@@ -216,9 +220,25 @@ impl Runner<'_> {
         })
     }
 
-    fn load(&mut self, site: usize, row: usize, ready: &Ready, world: &World) -> Result<Loaded, RayError> {
+    fn load(
+        &mut self,
+        site: usize,
+        row: usize,
+        ready: &Ready,
+        (world, posed): (&World, Option<&Posed>),
+    ) -> Result<Loaded, RayError> {
         let loaded = match ready {
             Ready::Unusable => return Ok(Loaded::Refused),
+            Ready::Device(tracer) if self.plan.rows[row].kind() == Kind::Instances => match posed {
+                None => {
+                    let why = "instances stand at most 10⁹ voxels from the origin".to_owned();
+                    self.report.rows[row].refused.push((site, why));
+                    return Ok(Loaded::Refused);
+                }
+                Some(posed) => tracer.upload(world).and_then(|world| {
+                    Ok(Loaded::Device(world.with("instances", tracer.upload_words("instances", &posed.words()?)?)))
+                }),
+            },
             Ready::Device(tracer) => tracer.upload(world).map(Loaded::Device),
             Ready::Port => Layout::Tree64
                 .encode(world, u64::from(u32::MAX))
@@ -239,7 +259,7 @@ impl Runner<'_> {
         row: usize,
         ready: &mut Ready,
         world: &Loaded,
-        batch: &Batch,
+        (batch, posed): (&Batch, Option<&Posed>),
         reference: &mut Option<Vec<HitWords>>,
     ) -> Result<(), RayError> {
         match (ready, world) {
@@ -262,7 +282,10 @@ impl Runner<'_> {
                 let (mut seconds, mut timed) = (0.0, 0);
                 let by = &self.plan.rows[row];
                 let look = |part: Traced<'_>| {
-                    let tally = batch.judge_words(by, part.range.start, part.hits);
+                    let tally = match posed.filter(|_| by.kind() == Kind::Instances) {
+                        Some(posed) => batch.judge_scene(posed, part.range.start, part.hits),
+                        None => batch.judge_words(by, part.range.start, part.hits),
+                    };
                     total = std::mem::take(&mut total).and(tally);
                     if let Some(kept) = &mut kept {
                         kept.extend_from_slice(part.hits);
@@ -276,7 +299,9 @@ impl Runner<'_> {
                 match by.kind() {
                     Kind::Ahead => self.stream.trace(tracer, world, &batch.ahead(), look)?,
                     Kind::Periods => self.stream.trace(tracer, world, &batch.periods, look)?,
-                    Kind::Rays | Kind::Tiles => self.stream.trace(tracer, world, &batch.rays, look)?,
+                    Kind::Rays | Kind::Tiles | Kind::Instances => {
+                        self.stream.trace(tracer, world, &batch.rays, look)?;
+                    }
                 }
                 let report = &mut self.report.rows[row];
                 report.seconds += seconds;
@@ -373,7 +398,7 @@ pub fn single(
                     (if hit.is_some() { State::Hit } else { State::Miss }, hit)
                 })
             }
-            Row::Device(_) if row.traces_tiles() => Err("traces tiles of pixels, and no ray alone".to_owned()),
+            Row::Device(_) if !row.traces_alone() => Err("traces no ray alone, but those of --sets".to_owned()),
             Row::Device(method) => {
                 let traced = Tracer::new(device, files.clone(), method).and_then(|mut tracer| {
                     let world = tracer.upload(&world)?;
@@ -383,7 +408,7 @@ pub fn single(
                             let ahead = RayWords::ahead(ray, latest_start(ray, &exact));
                             stream.trace_all(&mut tracer, &world, &[ahead])
                         }
-                        Kind::Rays | Kind::Tiles => stream.trace_all(&mut tracer, &world, &[*ray]),
+                        Kind::Rays | Kind::Tiles | Kind::Instances => stream.trace_all(&mut tracer, &world, &[*ray]),
                     }
                 });
                 match traced {

@@ -1,6 +1,7 @@
 //! What is right about a ray, by the kind of ray that a row makes of it.
 
 use raxel_oracle::exact::Answer;
+use raxel_oracle::instances::SceneHit;
 use raxel_oracle::metrics::{Errors, Outcome, Wrong};
 use raxel_oracle::period::{PeriodHit, PeriodRay};
 use raxel_oracle::{Hit, Oracle, Ray};
@@ -14,13 +15,15 @@ pub enum Truth {
     Ray(Answer),
     /// Of the period ray next to it.
     Period(PeriodRay, Option<PeriodHit>),
+    /// Of the ray through the world with instances.
+    Scene(Option<SceneHit>),
 }
 
 impl Truth {
     /// What is right about a ray for a row.
     pub(super) fn of(row: &Row, ray: &Ray, oracle: &Oracle<'_>) -> Self {
         match row.kind() {
-            Kind::Rays | Kind::Ahead | Kind::Tiles => Self::Ray(oracle.first_hit(ray)),
+            Kind::Rays | Kind::Ahead | Kind::Tiles | Kind::Instances => Self::Ray(oracle.first_hit(ray)),
             Kind::Periods => {
                 let period = period_ray(ray);
                 Self::Period(period, period.first_hit(oracle))
@@ -40,6 +43,8 @@ impl Truth {
                 errors.add_judged(exact.is_some(), exact.is_some_and(|hit| period.ties(&hit)), wrong);
                 wrong
             }
+            // Of these more than a hit is judged, see posed.rs.
+            Self::Scene(_) => None,
         }
     }
 }

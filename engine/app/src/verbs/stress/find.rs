@@ -97,6 +97,7 @@ pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
         rows.extend(Layout::ALL.iter().map(|&layout| marched(layout, Row::AHEAD)));
         rows.extend([Row::BEAM, Row::PACKET, Row::PARALLEL].map(|marcher| marched(Layout::Tree64, marcher)));
         rows.extend(Row::PERIODS.map(|marcher| marched(Layout::Flat64, marcher)));
+        rows.push(marched(Layout::Tree64, Row::INSTANCES));
         rows.extend(marchers);
         return Ok(rows);
     }

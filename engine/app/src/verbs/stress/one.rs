@@ -8,6 +8,7 @@ use raxel_gpu::Device;
 use raxel_measure::rays::{RayError, State};
 use raxel_measure::stress::{Plan, RowReport, Truth, single};
 use raxel_oracle::exact::{Answer, Passage};
+use raxel_oracle::instances::SceneHit;
 use raxel_oracle::metrics::{Errors, Outcome, Wrong};
 use raxel_oracle::period::{PeriodHit, PeriodRay, UNIT};
 use raxel_oracle::{FAR, Hit, Lattice, Ray};
@@ -66,6 +67,11 @@ fn hit_text(hit: &Hit) -> String {
 
 fn truth_text(ray: &Ray, truth: &Truth) -> String {
     match truth {
+        Truth::Scene(None) => "nothing".to_owned(),
+        Truth::Scene(Some(SceneHit { instance, voxel: [x, y, z], face, material, .. })) => {
+            let whose = instance.map_or_else(|| "the world".to_owned(), |index| format!("instance {index}"));
+            format!("voxel {x} {y} {z}  face {}  material {material}  of {whose}", FACES[*face as usize])
+        }
         Truth::Ray(answer) => exact_text(ray, answer),
         Truth::Period(period, hit) => {
             let PeriodRay { octant, first, period, .. } = period;
@@ -94,6 +100,12 @@ fn exact_text(ray: &Ray, answer: &Answer) -> String {
 
 fn truth_json(ray: &Ray, truth: &Truth) -> Value {
     match truth {
+        Truth::Scene(hit) => {
+            let hit = hit.as_ref().map(|hit| {
+                json!({ "voxel": hit.voxel, "face": hit.face, "material": hit.material, "instance": hit.instance })
+            });
+            json!({ "hit": hit })
+        }
         Truth::Ray(answer) => exact_json(ray, answer),
         Truth::Period(period, hit) => {
             let t = |hit: &PeriodHit| hit.time as f64 / f64::from(UNIT);
@@ -166,7 +178,7 @@ pub(super) fn trace(
             }
             let right = match truth {
                 Truth::Ray(_) => String::new(),
-                truth @ Truth::Period(..) => format!(", exactly {}", truth_text(ray, truth)),
+                truth @ (Truth::Period(..) | Truth::Scene(_)) => format!(", exactly {}", truth_text(ray, truth)),
             };
             let mark = wrong.map_or_else(String::new, |wrong| format!("  WRONG: {wrong}{right}"));
             let _ = writeln!(text, "  {:<16} {said}{mark}", row.to_string());
@@ -185,10 +197,10 @@ pub(super) fn show_wrong(plan: &Plan, row: &RowReport, console: &Console) {
         let (site, set) = (&plan.sites[sample.site].name, plan.sets[sample.set].name);
         let at = if site.contains('@') { format!("--scenes {site}") } else { format!("--world {site}") };
         // A beam is for a tile of rays, of which this is one.
-        let which = if row.row.traces_tiles() {
-            format!("--sets {set} --rays {}", plan.rays)
-        } else {
+        let which = if row.row.traces_alone() {
             format!("--ray \"{}\"", written(&sample.ray))
+        } else {
+            format!("--sets {set} --rays {}", plan.rays)
         };
         let command = format!("raxel stress {at} --layouts {} --seed {} {which}", row.row, plan.seed);
         if console.format() == Format::Json {

@@ -1,0 +1,125 @@
+//! Instances at random poses in a site, and what is right about rays through them.
+
+use std::sync::Arc;
+
+use glam::IVec3;
+use raxel_oracle::instances::{Scene, SceneHit};
+use raxel_oracle::metrics::{Errors, ULPS, Wrong, near};
+use raxel_oracle::scenes::{self, Scene as Solids};
+use raxel_oracle::sets::Random;
+use raxel_oracle::{FAR, Lattice, Ray};
+use raxel_world::World;
+use raxel_world::instances::{Frame, Instance, InstanceModel, Instances, Pose};
+
+use crate::rays::{HitWords, RayError, State};
+
+/// How many stand in a site: the judge asks each of them about each ray.
+const COUNT: usize = 12;
+
+/// A site with instances.
+pub(super) struct Posed {
+    instances: Instances,
+    frames: Vec<Frame>,
+    pub scene: Scene,
+}
+
+impl Posed {
+    /// Instances about the solids of a world; `None` where they may not stand.
+    pub fn of(world: &World, seed: u64) -> Option<Self> {
+        let bounds = world.bounds()?;
+        let mut random = Random::new(seed ^ 0x1257);
+        let list: Vec<Instance> = (0..COUNT).map(|i| instance(i, bounds.min, bounds.max, &mut random)).collect();
+        let may_stand = |p: &f64| Pose::COORDINATES.contains(p);
+        if !list.iter().all(|instance| instance.pose.position.iter().all(may_stand)) {
+            return None;
+        }
+        let last = world.materials().len() as u16 - 1;
+        let materials: Arc<[u16]> = (0..scenes::materials().len() as u16).map(|m| m.min(last)).collect();
+        let model = |voxels: World| InstanceModel { voxels: Arc::new(voxels), materials: materials.clone() };
+        let crate_of = |size: IVec3, share: u64, random: &mut Random| {
+            let cells = (0..size.element_product())
+                .map(|i| IVec3::new(i % size.x, i / size.x % size.y, i / size.x / size.y) - IVec3::new(2, 0, 1));
+            let solid: Vec<_> =
+                cells.filter(|_| random.below(100) < share).map(|cell| (cell, 1 + (cell.x & 1) as u16)).collect();
+            World::from_voxels(scenes::materials(), solid.into_iter().chain([(IVec3::ZERO, 1)]))
+        };
+        let menger = Solids::find("menger")?.world(IVec3::new(-9, -30, 4), seed);
+        let models = vec![
+            model(crate_of(IVec3::new(9, 7, 12), 60, &mut random)),
+            model(crate_of(IVec3::new(3, 110, 2), 90, &mut random)),
+            model(menger),
+            model(crate_of(IVec3::ONE, 100, &mut random)),
+        ];
+        let instances = Instances { models, list };
+        let frames = instances.frames(|_| None);
+        let scene = Scene::new(world.clone(), &instances, &frames);
+        Some(Self { instances, frames, scene })
+    }
+
+    /// The buffer that shaders see.
+    pub fn words(&self) -> Result<Vec<u32>, RayError> {
+        Ok(self.instances.encode(u64::from(u32::MAX))?.words(&self.frames))
+    }
+
+    /// Adds what the device makes of a ray to its counts, and says what is wrong.
+    pub fn judge(&self, errors: &mut Errors, ray: &Ray, exact: Option<&SceneHit>, words: &HitWords) -> Option<Wrong> {
+        let t = exact.zip(Lattice::of(ray)).map(|(hit, lattice)| hit.in_lengths(&lattice));
+        let ends = |t: f64| ray.t_max < FAR && t > f64::from(ray.t_max);
+        // A ray that ends at its hit finds it or does not, by the last bits of t.
+        let at_end = |t: f64| ray.t_max < FAR && (t - f64::from(ray.t_max)).abs() <= ULPS * 2f64.powi(-23) * t;
+        let wrong = match (words.state(), exact.zip(t)) {
+            (State::Hang, _) => Some(Wrong::Hang),
+            (State::Unwritten, _) => Some(Wrong::Unwritten),
+            (State::Miss, None) => None,
+            (State::Miss, Some((_, t))) => (!at_end(t) && !ends(t)).then_some(Wrong::Miss),
+            (State::Hit, None) => Some(Wrong::False),
+            (State::Hit, Some((hit, t))) => {
+                self.compare(hit, t, words).or_else(|| (ends(t) && !at_end(t)).then_some(Wrong::Beyond))
+            }
+        };
+        errors.add_judged(t.is_some_and(|t| !ends(t)), false, wrong);
+        wrong
+    }
+
+    fn compare(&self, exact: &SceneHit, t: f64, words: &HitWords) -> Option<Wrong> {
+        let instance = exact.instance.map_or(0xffff, |index| index as u32);
+        if !(words.t.is_finite() && words.uv.iter().all(|uv| uv.is_finite())) {
+            return Some(Wrong::NotFinite);
+        }
+        if (words.voxel, words.instance & 0xffff) != (exact.voxel, instance) {
+            return Some(if f64::from(words.t) < t { Wrong::Early } else { Wrong::Late });
+        }
+        let own = self.scene.model_voxel(exact);
+        let cell = own.cell.iter().enumerate().fold(0, |word, (axis, c)| word | (*c as u32 & 1023) << (10 * axis));
+        let kind = words.instance >> 16;
+        if (words.face, words.looked_up, kind) != (exact.face, cell, own.face | u32::from(own.free) << 8) {
+            Some(Wrong::Face)
+        } else if words.material != u32::from(exact.material) {
+            Some(Wrong::Material)
+        } else if !near(words.t, t) {
+            Some(Wrong::Time)
+        } else {
+            (words.steps == 0).then_some(Wrong::Steps)
+        }
+    }
+}
+
+/// An instance in the box of a world or beside it: on its lattice by quarter turns, half a voxel off it, or turned in any way.
+fn instance(number: usize, low: [i64; 3], high: [i64; 3], random: &mut Random) -> Instance {
+    let size = [0, 1, 2].map(|i| (high[i] - low[i]).max(1));
+    let cell: [i64; 3] = std::array::from_fn(|i| low[i] - 8 + random.below(size[i] as u64 + 16) as i64);
+    let mut quarter = || 90.0 * random.below(4) as f64;
+    let turns = [quarter(), quarter(), quarter()];
+    let (place, turns) = match number % 3 {
+        0 => ([0.0; 3], turns),
+        1 => ([0.5, 0.0, 0.5], turns),
+        _ => {
+            let place = [0; 3].map(|_: i32| f64::from(random.unit()));
+            (place, [0; 3].map(|_: i32| f64::from(random.unit()) * 720.0 - 360.0))
+        }
+    };
+    let position = std::array::from_fn(|i| cell[i] as f64 + place[i]);
+    let anchor = [random.below(9) as i64 - 2, random.below(7) as i64, random.below(12) as i64 - 1];
+    let pose = Pose::new(position, turns);
+    Instance { name: None, model: random.below(4) as usize, anchor, pose, motions: Vec::new() }
+}
