@@ -14,6 +14,9 @@ pub const DEFAULT_LIMIT: u64 = 64 << 20;
 /// Largest .vox file: as many voxels of four bytes as are imported, 2²⁶, and 1 MiB for all else in it.
 const VOX_LIMIT: u64 = (4 << 26) + (1 << 20);
 
+/// How often a file is read that changes each time.
+const TRIES: usize = 8;
+
 /// A project folder. Reads nothing outside it, wherever symbolic links lead.
 #[derive(Clone, Debug)]
 pub struct DiskFiles {
@@ -52,9 +55,23 @@ impl Files for DiskFiles {
         if !real.metadata().map_err(|error| from_io(&error))?.is_file() {
             return Err(FileError::Io("it is not a file".to_owned()));
         }
-        let limit = self.limit_of(path);
-        let file = File::open(&real).map_err(|error| from_io(&error))?;
-        let size = file.metadata().map_err(|error| from_io(&error))?.len();
+        let bytes = settled(self.limit_of(path), || {
+            let file = File::open(&real)?;
+            Ok((file.metadata()?.len(), file))
+        })?;
+        Ok(bytes.into())
+    }
+
+    fn root(&self) -> Option<&Path> {
+        Some(&self.root)
+    }
+}
+
+/// Reads a file until it reads the same twice: one that is replaced or written meanwhile gives no mix of before and after.
+fn settled<R: Read>(limit: u64, open: impl Fn() -> io::Result<(u64, R)>) -> Result<Vec<u8>, FileError> {
+    let open = || open().map_err(|error| from_io(&error));
+    for _ in 0..TRIES {
+        let (size, file) = open()?;
         if size > limit {
             return Err(FileError::TooLarge { size, limit });
         }
@@ -64,11 +81,26 @@ impl Files for DiskFiles {
         if bytes.len() as u64 > limit {
             return Err(FileError::TooLarge { size: bytes.len() as u64, limit });
         }
-        Ok(bytes.into())
+        if holds(open()?.1, &bytes).map_err(|error| from_io(&error))? {
+            return Ok(bytes);
+        }
     }
+    Err(FileError::Io("it changes while it is read".to_owned()))
+}
 
-    fn root(&self) -> Option<&Path> {
-        Some(&self.root)
+/// Whether a file holds these bytes, and no more.
+fn holds(mut file: impl Read, mut bytes: &[u8]) -> io::Result<bool> {
+    let mut piece = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut piece) {
+            Ok(0) => return Ok(bytes.is_empty()),
+            Ok(count) => match bytes.strip_prefix(&piece[..count]) {
+                Some(rest) => bytes = rest,
+                None => return Ok(false),
+            },
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
     }
 }
 
@@ -121,6 +153,29 @@ impl Files for MemoryFiles {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Reads a file that holds another text each time it is opened; the last one stays.
+    fn read_changing(texts: &[&'static str], limit: u64) -> Result<Vec<u8>, FileError> {
+        let opened = std::cell::Cell::new(0);
+        settled(limit, || {
+            let text = texts[opened.replace(opened.get() + 1).min(texts.len() - 1)];
+            Ok((text.len() as u64, text.as_bytes()))
+        })
+    }
+
+    #[test]
+    fn a_file_that_changes_while_it_is_read_is_read_again() {
+        assert_eq!(read_changing(&["one"], 9).unwrap(), b"one");
+        // A mix of before and after, one that only began, and one that was longer before.
+        for mix in ["onwo", "tw", "", "two and"] {
+            assert_eq!(read_changing(&[mix, "two"], 9).unwrap(), b"two", "{mix:?}");
+        }
+        assert_eq!(read_changing(&["one", "two", "one", "two", "one", "one"], 9).unwrap(), b"one");
+        let ever: Vec<&str> = (0..100).map(|n| ["one", "two"][n % 2]).collect();
+        let refused = read_changing(&ever, 9);
+        assert_eq!(refused, Err(FileError::Io("it changes while it is read".to_owned())));
+        assert_eq!(read_changing(&["one", "two and more"], 9), Err(FileError::TooLarge { size: 12, limit: 9 }));
+    }
 
     #[test]
     fn disk_reads_inside_the_root_only() {
