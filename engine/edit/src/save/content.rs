@@ -356,8 +356,11 @@ pub(super) fn journals(folder: &Path) -> Result<Vec<PathBuf>, SaveError> {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
         Err(error) => return Err(SaveError::Io { path: folder.to_owned(), error }),
     };
-    let mut found: Vec<(u64, PathBuf)> =
-        (entries.flatten()).filter_map(|entry| Some((journal_number(&entry.path())?, entry.path()))).collect();
+    let mut found = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|error| SaveError::Io { path: folder.to_owned(), error })?.path();
+        found.extend(journal_number(&path).map(|number| (number, path)));
+    }
     found.sort_unstable();
     Ok(found.into_iter().map(|(_, path)| path).collect())
 }

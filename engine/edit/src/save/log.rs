@@ -1,42 +1,10 @@
 //! A file that records are appended to, whole or not at all.
 
-use std::fs::File;
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-/// What a log is kept on. Tests put one in its place that fails.
-pub(super) trait Storage: Send + Sync {
-    /// Writes at the end.
-    fn append(&self, bytes: &[u8]) -> io::Result<()>;
-    /// Writes over what is there.
-    fn write_at(&self, at: u64, bytes: &[u8]) -> io::Result<()>;
-    /// Cuts off what is behind.
-    fn truncate(&self, bytes: u64) -> io::Result<()>;
-    /// Returns when everything is on the disk.
-    fn sync(&self) -> io::Result<()>;
-}
-
-impl Storage for File {
-    fn append(&self, bytes: &[u8]) -> io::Result<()> {
-        let mut file = self;
-        file.write_all(bytes)
-    }
-
-    fn write_at(&self, at: u64, bytes: &[u8]) -> io::Result<()> {
-        let mut file = self;
-        file.seek(SeekFrom::Start(at))?;
-        file.write_all(bytes)
-    }
-
-    fn truncate(&self, bytes: u64) -> io::Result<()> {
-        self.set_len(bytes)
-    }
-
-    fn sync(&self) -> io::Result<()> {
-        self.sync_data()
-    }
-}
+use super::disk::{Disk, Storage};
 
 /// An append log.
 pub(super) struct Log {
@@ -48,10 +16,10 @@ pub(super) struct Log {
 
 impl Log {
     /// Opens a file for appending, made if there is none, and cuts off what it has behind so many bytes.
-    pub(super) fn open(path: &Path, bytes: u64) -> io::Result<Self> {
-        let file = File::options().create(true).append(true).open(path)?;
-        let torn = file.metadata()?.len() > bytes;
-        let mut log = Self { storage: Arc::new(file), bytes, torn };
+    pub(super) fn open(disk: &dyn Disk, path: &Path, bytes: u64) -> io::Result<Self> {
+        let (storage, there) = disk.open(path)?;
+        // A file that is shorter than it was read a moment ago goes on where it ends.
+        let mut log = Self { storage, bytes: bytes.min(there), torn: there > bytes };
         log.mend()?;
         Ok(log)
     }
@@ -97,11 +65,6 @@ impl Log {
     pub(super) fn storage(&self) -> &Arc<dyn Storage> {
         &self.storage
     }
-}
-
-/// Makes the names of files in a folder last: after files were made, renamed or removed.
-pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
-    File::open(folder)?.sync_all()
 }
 
 #[cfg(test)]

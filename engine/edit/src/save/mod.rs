@@ -9,6 +9,9 @@
 
 mod content;
 mod damage;
+mod disk;
+#[cfg(test)]
+mod faults;
 mod head;
 mod log;
 mod place;
@@ -22,6 +25,7 @@ use std::collections::BTreeSet;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use raxel_world::{ChunkPos, MaterialIndex};
@@ -37,12 +41,13 @@ use crate::edits::{Change, Edits};
 use crate::operation::Operation;
 use crate::packed::PackedChunk;
 use content::Content;
+use disk::{Disk, System};
 use head::FORMAT;
 use worker::Done;
 use writer::Writer;
 
 /// Time between two tries to write what could not be written.
-const RETRY: Duration = Duration::from_secs(1);
+const RETRY: Duration = if cfg!(test) { Duration::ZERO } else { Duration::from_secs(1) };
 
 /// How a save is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -166,11 +171,17 @@ pub struct Save {
     writer: Option<Writer>,
     /// None: the next one is due now.
     last_checkpoint: Option<Instant>,
+    /// The system failed to bring a journal to the disk: a checkpoint has to hold its edits.
+    is_refused: bool,
 }
 
 impl Save {
     /// Opens the save in a folder, which is made if there is none.
     pub fn open(folder: &Path, meta: &Meta, options: SaveOptions) -> Result<Opened, SaveError> {
+        Self::open_on(Arc::new(System), folder, meta, options)
+    }
+
+    fn open_on(disk: Arc<dyn Disk>, folder: &Path, meta: &Meta, options: SaveOptions) -> Result<Opened, SaveError> {
         check_folder(folder)?;
         let meta = Meta { format: FORMAT, ..meta.clone() };
         let lock = if options.read_only { Err("it is only read".to_owned()) } else { lock(folder) };
@@ -194,13 +205,14 @@ impl Save {
             Err(why) => (None, Some(why)),
         };
         let seq = content.newest();
-        let writer = lock.and_then(|lock| match Writer::open(folder, meta, &content, rewrite, options.sync, lock) {
-            Ok(writer) => Some(writer),
-            Err(error) => {
-                read_only = Some(error.to_string());
-                None
-            }
-        });
+        let writer =
+            lock.and_then(|lock| match Writer::open(disk, folder, meta, &content, rewrite, options.sync, lock) {
+                Ok(writer) => Some(writer),
+                Err(error) => {
+                    read_only = Some(error.to_string());
+                    None
+                }
+            });
         let save = Self {
             folder: folder.to_owned(),
             options,
@@ -208,6 +220,7 @@ impl Save {
             dirty: BTreeSet::new(),
             writer,
             last_checkpoint: Some(Instant::now()),
+            is_refused: false,
         };
         let chunks = content.chunks.into_iter().filter_map(|(pos, chunk)| Some((pos, chunk?))).collect();
         let steps = content.steps.into_iter().filter(|(_, operations)| !operations.is_empty()).collect();
@@ -255,10 +268,20 @@ impl Save {
                 Err(_) => return events,
             }
         }
+        let is_refused = writer.worker.lost() > 0;
+        if is_refused != self.is_refused {
+            self.is_refused = is_refused;
+            if is_refused {
+                self.last_checkpoint = None;
+                events.push(SaveEvent::Failing { why: "the journal cannot be brought to the disk".to_owned() });
+            } else {
+                events.push(SaveEvent::Recovered);
+            }
+        }
         let due = writer.overflown
             || writer.journal_bytes() >= self.options.journal_bytes
             || self.last_checkpoint.is_none_or(|last| last.elapsed() >= self.options.checkpoint);
-        if due && !self.dirty.is_empty() && !writer.worker.is_busy() {
+        if due && (is_refused || !self.dirty.is_empty()) && !writer.worker.is_busy() {
             self.begin_checkpoint(edits);
         }
         events

@@ -7,12 +7,11 @@
 //! The file has two slots, which are written in turn: the magic `RXVT`; the generation of the save (u64), the number of the journal (u64)
 //! and of its newest edit (u64); the sum of that edit (u32); the CRC-32C of the slot before it.
 
-use std::fs::File;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::log::{Storage, sync_folder};
+use super::disk::{Disk, Storage};
 
 /// Name of the file.
 pub(super) const TAIL: &str = "tail";
@@ -69,14 +68,14 @@ pub(super) struct Tail {
 
 impl Tail {
     /// Puts a file with a mark in place of the one that is there.
-    pub(super) fn create(folder: &Path, mark: &Mark) -> io::Result<Self> {
+    pub(super) fn create(disk: &dyn Disk, folder: &Path, mark: &Mark) -> io::Result<Self> {
         let path = folder.join("tail.new");
-        let mut file = File::create(&path)?;
-        file.write_all(&[mark.bytes(), mark.bytes()].concat())?;
-        file.sync_data()?;
-        std::fs::rename(path, folder.join(TAIL))?;
-        sync_folder(folder)?;
-        Ok(Self { storage: Arc::new(file), turn: false })
+        let storage = disk.create(&path)?;
+        storage.append(&[mark.bytes(), mark.bytes()].concat())?;
+        storage.sync()?;
+        disk.rename(&path, &folder.join(TAIL))?;
+        disk.sync_folder(folder)?;
+        Ok(Self { storage, turn: false })
     }
 
     /// Notes an edit. When it returns, that survives the end of the program.

@@ -1,15 +1,14 @@
 //! Looking into a save that no world is open for, and writing it anew.
 
-use std::fs::File;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 use raxel_world::ChunkPos;
 
 use super::content::{self, CHUNKS, Content, FileInfo};
 use super::damage::Damage;
+use super::disk::{Disk, System};
 use super::head::{FORMAT, Head, Meta, Role};
-use super::log::sync_folder;
 use super::record::{self, Kind};
 use super::tail::{Mark, Tail};
 use super::worker::write_commit;
@@ -59,13 +58,17 @@ pub fn verify(folder: &Path) -> Result<Report, SaveError> {
 
 /// Writes the chunks of a save anew without what newer ones have replaced. Gives the bytes before and after.
 pub fn compact(folder: &Path) -> Result<(u64, u64), SaveError> {
+    compact_on(&System, folder)
+}
+
+pub(super) fn compact_on(disk: &dyn Disk, folder: &Path) -> Result<(u64, u64), SaveError> {
     let failed = |error| SaveError::Io { path: folder.to_owned(), error };
     let _lock = lock(folder).map_err(|why| SaveError::ReadOnly { why })?;
     let content = Content::read(folder)?;
     let Some(meta) = &content.meta else { return Ok((0, 0)) };
     let size = || std::fs::metadata(folder.join(CHUNKS)).map_or(0, |file| file.len());
     let before = size();
-    rewrite(folder, meta, &content).map_err(failed)?;
+    rewrite(disk, folder, meta, &content).map_err(failed)?;
     Ok((before, size()))
 }
 
@@ -76,24 +79,22 @@ pub fn pack(folder: &Path) -> Result<Vec<u8>, SaveError> {
 }
 
 /// Puts a file with everything in place of all that are there.
-pub(super) fn rewrite(folder: &Path, meta: &Meta, content: &Content) -> io::Result<Whole> {
+pub(super) fn rewrite(disk: &dyn Disk, folder: &Path, meta: &Meta, content: &Content) -> io::Result<Whole> {
     let whole = Whole::of(content, meta, Role::Chunks);
     let path = folder.join("chunks.new");
-    let mut file = File::create(&path)?;
-    file.write_all(&whole.bytes)?;
-    file.sync_data()?;
+    let file = disk.create(&path)?;
+    file.append(&whole.bytes)?;
+    file.sync()?;
     // A file with the chunks is never without a tail. Should the program end here, this one goes with the files that are there.
-    Tail::create(
-        folder,
-        &Mark { generation: whole.generation, seq: content.newest(), journal: 0, sum: whole.newest_sum },
-    )?;
-    std::fs::rename(path, folder.join(CHUNKS))?;
-    sync_folder(folder)?;
+    let mark = Mark { generation: whole.generation, seq: content.newest(), journal: 0, sum: whole.newest_sum };
+    Tail::create(disk, folder, &mark)?;
+    disk.rename(&path, &folder.join(CHUNKS))?;
+    disk.sync_folder(folder)?;
     // The edits are in the new file. Journals that are left over by a stop before this are of an older generation.
     for journal in content::journals(folder).unwrap_or_default() {
-        std::fs::remove_file(journal)?;
+        disk.remove(&journal)?;
     }
-    sync_folder(folder)?;
+    disk.sync_folder(folder)?;
     Ok(whole)
 }
 

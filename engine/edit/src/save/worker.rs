@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -12,7 +12,8 @@ use raxel_world::ChunkPos;
 use rayon::prelude::*;
 
 use super::content;
-use super::log::{Log, Storage, sync_folder};
+use super::disk::{Disk, Storage};
+use super::log::Log;
 use super::record::{self, Kind};
 use crate::history::Stored;
 
@@ -37,16 +38,19 @@ pub(super) struct Done {
 
 enum Message {
     Checkpoint(Checkpoint),
-    Journal(Arc<dyn Storage>),
+    Journal(Arc<dyn Storage>, u64),
 }
 
 /// The files that the thread writes, or brings to the disk.
 pub(super) struct Files {
+    pub(super) disk: Arc<dyn Disk>,
     pub(super) folder: PathBuf,
     pub(super) chunks: Log,
     /// The sum of the last record of the chunks.
     pub(super) chunks_sum: u32,
     pub(super) journal: Arc<dyn Storage>,
+    /// The number of the journal.
+    pub(super) number: u64,
     pub(super) tail: Arc<dyn Storage>,
 }
 
@@ -57,6 +61,7 @@ pub(super) struct Worker {
     done: Receiver<Done>,
     busy: bool,
     unsynced: Arc<AtomicBool>,
+    lost: Arc<AtomicU64>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -65,10 +70,11 @@ impl Worker {
         let (messages, inbox) = channel();
         let (outbox, done) = channel();
         let unsynced = Arc::new(AtomicBool::new(true));
-        let mut state = State { files, unsynced: unsynced.clone() };
+        let lost = Arc::new(AtomicU64::new(0));
+        let mut state = State { files, unsynced: unsynced.clone(), lost: lost.clone() };
         let thread =
             std::thread::Builder::new().name("save".to_owned()).spawn(move || state.run(&inbox, &outbox, sync))?;
-        Ok(Self { messages: Some(messages), done, busy: false, unsynced, thread: Some(thread) })
+        Ok(Self { messages: Some(messages), done, busy: false, unsynced, lost, thread: Some(thread) })
     }
 
     pub(super) fn is_busy(&self) -> bool {
@@ -80,9 +86,20 @@ impl Worker {
         self.unsynced.store(true, Ordering::Release);
     }
 
+    /// The newest journal that the system failed to bring to the disk, until a checkpoint has its edits; 0 where there is none. What the
+    /// system has failed to write it may have dropped: another sync that succeeds says nothing about it.
+    pub(super) fn lost(&self) -> u64 {
+        self.lost.load(Ordering::Acquire)
+    }
+
+    /// A journal could not be brought to the disk.
+    pub(super) fn lose(&self, journal: u64) {
+        self.lost.fetch_max(journal, Ordering::AcqRel);
+    }
+
     /// Another journal takes the place of the one before.
-    pub(super) fn journal(&self, journal: Arc<dyn Storage>) {
-        self.send(Message::Journal(journal));
+    pub(super) fn journal(&self, journal: Arc<dyn Storage>, number: u64) {
+        self.send(Message::Journal(journal, number));
     }
 
     pub(super) fn checkpoint(&mut self, checkpoint: Checkpoint) {
@@ -124,6 +141,7 @@ impl Drop for Worker {
 struct State {
     files: Files,
     unsynced: Arc<AtomicBool>,
+    lost: Arc<AtomicU64>,
 }
 
 impl State {
@@ -136,9 +154,9 @@ impl State {
                     // Nobody may be listening any more.
                     let _ = outbox.send(Done { positions, seq: checkpoint.seq, result });
                 }
-                Ok(Message::Journal(journal)) => {
+                Ok(Message::Journal(journal, number)) => {
                     self.sync();
-                    self.files.journal = journal;
+                    (self.files.journal, self.files.number) = (journal, number);
                     self.unsynced.store(true, Ordering::Release);
                 }
                 Err(RecvTimeoutError::Timeout) => self.sync(),
@@ -148,10 +166,11 @@ impl State {
     }
 
     fn sync(&mut self) {
-        let Files { journal, tail, .. } = &self.files;
+        let Files { journal, tail, number, .. } = &self.files;
         // The tail last, so that a power cut seldom leaves it ahead of the journal.
         if self.unsynced.swap(false, Ordering::AcqRel) && journal.sync().and_then(|()| tail.sync()).is_err() {
             self.unsynced.store(true, Ordering::Release);
+            self.lost.fetch_max(*number, Ordering::AcqRel);
         }
     }
 
@@ -166,10 +185,13 @@ impl State {
         // Only now are the journals no longer needed.
         for path in content::journals(&self.files.folder).unwrap_or_default() {
             if content::journal_number(&path).is_some_and(|number| number <= checkpoint.removes_up_to) {
-                std::fs::remove_file(path)?;
+                self.files.disk.remove(&path)?;
             }
         }
-        sync_folder(&self.files.folder)
+        let held = |lost: u64| (lost <= checkpoint.removes_up_to).then_some(0);
+        // `Err` is a journal after those that the checkpoint holds.
+        let _ = self.lost.fetch_update(Ordering::AcqRel, Ordering::Acquire, held);
+        self.files.disk.sync_folder(&self.files.folder)
     }
 
     fn append(&mut self, checkpoint: &Checkpoint) -> io::Result<()> {

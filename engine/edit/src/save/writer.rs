@@ -3,13 +3,15 @@
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use raxel_world::ChunkPos;
 
 use super::content::{self, CHUNKS, Content};
+use super::disk::Disk;
 use super::head::{Head, Meta, Role};
-use super::log::{Log, sync_folder};
+use super::log::Log;
 use super::record::{self, Kind};
 use super::tail::{Mark, Tail};
 use super::verify;
@@ -21,6 +23,7 @@ use crate::operation::Operation;
 const MOST_WAITING: usize = 64 << 20;
 
 pub(super) struct Writer {
+    disk: Arc<dyn Disk>,
     folder: PathBuf,
     meta: Meta,
     journal: Log,
@@ -50,6 +53,7 @@ impl std::fmt::Debug for Writer {
 
 impl Writer {
     pub(super) fn open(
+        disk: Arc<dyn Disk>,
         folder: &Path,
         meta: Meta,
         content: &Content,
@@ -61,31 +65,34 @@ impl Writer {
         let seq = content.newest();
         let (mut generation, mut sum, mut end) = (content.generation, content.sum(seq), content.chunks_end);
         if rewrite {
-            let whole = verify::rewrite(folder, &meta, content)?;
+            let whole = verify::rewrite(&*disk, folder, &meta, content)?;
             (generation, sum, end) = (whole.generation, whole.newest_sum, whole.end);
         }
         // A checkpoint that was not finished is cut off; its edits are in the journals.
-        let mut chunks = Log::open(&path, end.0)?;
+        let mut chunks = Log::open(&*disk, &path, end.0)?;
         if chunks.bytes() == 0 {
             let mut head = Vec::new();
             end.1 = Head { meta: meta.clone(), role: Role::Chunks, generation, newest: 0, sum: 0 }.write(&mut head);
             chunks.append(&head)?;
         }
         // A journal is never appended to by another run: what its end looks like is not known.
-        let newest = content::journals(folder).unwrap_or_default();
+        let newest = content::journals(folder).map_err(io::Error::other)?;
         let number = newest.last().and_then(|path| content::journal_number(path)).unwrap_or(0) + 1;
         let mark = Mark { generation, seq, journal: number, sum };
-        let tail = Tail::create(folder, &mark)?;
-        let (journal, journal_sum) = new_journal(folder, &meta, &mark)?;
-        sync_folder(folder)?;
+        let tail = Tail::create(&*disk, folder, &mark)?;
+        let (journal, journal_sum) = new_journal(&*disk, folder, &meta, &mark)?;
+        disk.sync_folder(folder)?;
         let files = Files {
+            disk: disk.clone(),
             folder: folder.to_owned(),
             chunks,
             chunks_sum: end.1,
             journal: journal.storage().clone(),
+            number,
             tail: tail.storage().clone(),
         };
         Ok(Self {
+            disk,
             folder: folder.to_owned(),
             meta,
             journal,
@@ -166,8 +173,8 @@ impl Writer {
     /// Goes on in another journal, so that a checkpoint can take the place of those before.
     pub(super) fn next_journal(&mut self) -> io::Result<()> {
         let mark = Mark { journal: self.mark.journal + 1, ..self.mark };
-        let (journal, sum) = new_journal(&self.folder, &self.meta, &mark)?;
-        self.worker.journal(journal.storage().clone());
+        let (journal, sum) = new_journal(&*self.disk, &self.folder, &self.meta, &mark)?;
+        self.worker.journal(journal.storage().clone(), mark.journal);
         (self.journal, self.journal_sum, self.mark) = (journal, sum, mark);
         Ok(())
     }
@@ -201,15 +208,28 @@ impl Writer {
 
     /// Brings everything to the disk that was written.
     pub(super) fn sync(&self) -> io::Result<()> {
-        self.journal.storage().sync()?;
-        self.tail.storage().sync()
+        if self.worker.lost() > 0 {
+            return Err(io::Error::other("the disk has refused a journal, and no checkpoint has its edits yet"));
+        }
+        let synced = self.journal.storage().sync().and_then(|()| self.tail.storage().sync());
+        if synced.is_err() {
+            self.worker.lose(self.mark.journal);
+        }
+        synced
+    }
+}
+
+impl Drop for Writer {
+    fn drop(&mut self) {
+        // The last try; nobody was told that these steps are saved.
+        let _ = self.write_waiting();
     }
 }
 
 /// Begins a journal of the edits after a mark. Gives the sum of its last record as well.
-fn new_journal(folder: &Path, meta: &Meta, mark: &Mark) -> io::Result<(Log, u32)> {
+fn new_journal(disk: &dyn Disk, folder: &Path, meta: &Meta, mark: &Mark) -> io::Result<(Log, u32)> {
     let Mark { generation, seq: newest, sum, journal: number } = *mark;
-    let mut journal = Log::open(&content::journal_path(folder, number), 0)?;
+    let mut journal = Log::open(disk, &content::journal_path(folder, number), 0)?;
     let mut head = Vec::new();
     let sum = Head { meta: meta.clone(), role: Role::Journal, generation, newest, sum }.write(&mut head);
     journal.append(&head)?;
