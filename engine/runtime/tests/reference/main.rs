@@ -1,0 +1,44 @@
+//! Random graphs in a session on a real device, under validation, against a slow interpreter of docs/graph-file.md: every frame, what is
+//! shown and what can be read are what the interpreter says, through resizes, seeks, resets, params, other debug targets, and reloads of
+//! the graph and its shaders.
+//!
+//! `RAXEL_REFERENCE_GRAPHS=N` runs N graphs, from `RAXEL_REFERENCE_SEED` on (0 when left out).
+
+#[path = "../project/mod.rs"]
+mod project;
+
+mod drive;
+mod generate;
+mod interpreter;
+mod model;
+mod shaders;
+mod write;
+
+/// Graphs of the normal test run, in two threads.
+const GRAPHS: u64 = 140;
+
+/// Graphs that one session runs, one after the other.
+const A_SESSION: u64 = 20;
+
+fn number(variable: &str, otherwise: u64) -> u64 {
+    std::env::var(variable).ok().map_or(otherwise, |text| text.parse().expect("a number"))
+}
+
+#[test]
+fn random_graphs_are_as_written() {
+    let first = number("RAXEL_REFERENCE_SEED", 0);
+    let end = first + number("RAXEL_REFERENCE_GRAPHS", GRAPHS);
+    let middle = first + (end - first) / 2;
+    std::thread::scope(|scope| {
+        for part in [first..middle, middle..end] {
+            scope.spawn(move || {
+                let mut seed = part.start;
+                while seed < part.end {
+                    let next = part.end.min(seed + A_SESSION);
+                    drive::run(seed..next);
+                    seed = next;
+                }
+            });
+        }
+    });
+}
