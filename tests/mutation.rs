@@ -47,7 +47,10 @@ const GATES: &[(&str, &str)] = &[
 ];
 
 /// Rays that a fault is looked for with, and those that a survivor is looked for with again.
-const RAYS: [&str; 2] = ["3e5", "3e7"];
+const RAYS: [&str; 2] = ["1e5", "3e6"];
+
+/// Those that are built at once: a run has thousands of faults.
+const SCENES: &str = "dust,sparse,gravel,checkerboard,diagonal,slope,solid,corners,menger,hills";
 
 /// Longer than any run takes. A tracer that does not end is noticed.
 const LIMIT: Duration = Duration::from_secs(120);
@@ -89,7 +92,7 @@ fn is(reason: &Explained, file: &str, fault: &Fault, source: &str) -> bool {
 fn judged(file: &str, text: &str, rows: &str, rays: &str) -> Outcome {
     let project = Project::empty();
     project.write(&path(file), text);
-    let mut command = command(project.root(), &["stress", "--layouts", rows, "--rays", rays]);
+    let mut command = command(project.root(), &["stress", "--layouts", rows, "--scenes", SCENES, "--rays", rays]);
     command.stdout(Stdio::null()).stderr(Stdio::null()).env("RAYON_NUM_THREADS", "2");
     let mut child = Running::start(&mut command);
     match child.0.wait_timeout(LIMIT).expect("a child can be waited for").map(|status| status.code()) {

@@ -1,7 +1,7 @@
 //! Small worlds that are hard on tracers. All seeded, all deterministic.
 
 use glam::IVec3;
-use raxel_world::{Material, World};
+use raxel_world::{MAX_MATERIALS, Material, World};
 
 use crate::sets::Random;
 
@@ -42,13 +42,13 @@ pub const ALL: &[Scene] = &[
         name: "sparse",
         about: "one voxel in 500 at random: rays pass many edges before they hit",
         size: 96,
-        solid: Solid::Cells(|_, random| if random.below(500) == 0 { 1 + random.below(3) as u16 } else { 0 }),
+        solid: Solid::Cells(|_, random| if random.below(500) == 0 { any_material(random) } else { 0 }),
     },
     Scene {
         name: "gravel",
         about: "2 % of the voxels at random: solids touch by edges and corners",
         size: 64,
-        solid: Solid::Cells(|_, random| if random.below(50) == 0 { 1 + random.below(3) as u16 } else { 0 }),
+        solid: Solid::Cells(|_, random| if random.below(50) == 0 { any_material(random) } else { 0 }),
     },
     Scene {
         name: "checkerboard",
@@ -150,8 +150,17 @@ impl Scene {
                 }
             }
         }
-        World::from_voxels(materials(), voxels)
+        let last = voxels.iter().map(|(_, material)| usize::from(*material)).max();
+        let mut materials = materials();
+        materials.resize(materials.len().max(last.map_or(0, |last| last + 1)), Material::matt("test", [0.5; 3]));
+        World::from_voxels(materials, voxels)
     }
+}
+
+/// One of all materials that a world can have, as often a small number as a large one: layouts pack numbers by their bits.
+fn any_material(random: &mut Random) -> u16 {
+    let bits = random.below(17);
+    1 + random.below((1 << bits).min(MAX_MATERIALS as u64)) as u16
 }
 
 fn cells(size: i32) -> impl Iterator<Item = (i32, i32, i32)> {

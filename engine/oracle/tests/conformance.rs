@@ -178,7 +178,7 @@ fn turned_and_mirrored_worlds_are_hit_alike() {
     for (order, mirrored) in symmetries() {
         let cell = |c: [i32; 3]| [0, 1, 2].map(|i| if mirrored[i] { -1 - c[order[i]] } else { c[order[i]] });
         let voxels = here.voxels().map(|(voxel, material)| (IVec3::from_array(cell(voxel.to_array())), material));
-        let there = World::from_voxels(scenes::materials(), voxels);
+        let there = World::from_voxels(here.materials().to_vec(), voxels);
         let turned_words = Layout::Tree64.encode(&there, u64::MAX).expect("small").words;
         for ray in &rays {
             let frac = [0, 1, 2].map(|i| if mirrored[i] { 1.0 - ray.frac[order[i]] } else { ray.frac[order[i]] });

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::IVec3;
 use raxel_gpu::Device;
-use raxel_oracle::scenes::{self, Scene};
+use raxel_oracle::scenes::Scene;
 use raxel_oracle::sets::RaySet;
 use raxel_oracle::{FACE_INSIDE, Hit, Oracle, Ray};
 use raxel_world::World;
@@ -69,7 +69,7 @@ pub fn invariants(tracer: &mut Tracer, device: &Arc<Device>, seed: u64, rays: us
     let ties: Vec<bool> = rays.iter().map(|ray| oracle.first_hit(ray).tie).collect();
     for symmetry in symmetries() {
         let voxels = here.voxels().map(|(voxel, material)| (symmetry.cell(voxel.to_array()).into(), material));
-        let there = World::from_voxels(scenes::materials(), voxels);
+        let there = World::from_voxels(here.materials().to_vec(), voxels);
         let turned: Vec<Ray> = rays.iter().map(|ray| symmetry.ray(ray)).collect();
         for ((expected, hit), tie) in expected.iter().zip(trace(&there, &turned)?).zip(&ties) {
             // Two faces of an edge are told apart by the order of the axes, which is no symmetry.
