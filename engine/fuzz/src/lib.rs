@@ -16,12 +16,16 @@ pub use target::Target;
 /// Every target, in order of name.
 pub const TARGETS: &[Target] = &[
     targets::demo::TARGET,
+    targets::pictures::EXR,
     targets::graph::TARGET,
+    targets::pictures::PNG,
     targets::project::TARGET,
+    targets::shader_text::TARGET,
     targets::spirv::TARGET,
     targets::vox::TARGET,
     targets::world::TARGET,
     targets::world_whole::TARGET,
+    targets::zarr::TARGET,
 ];
 
 /// The target of that name.

@@ -3,10 +3,15 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use exr::meta::MetaData;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers};
-use image::ImageFormat;
+use image::{ImageDecoder, ImageFormat, ImageReader};
+use raxel_diagnostics::quietly;
 
 use crate::{Encoding, Picture};
+
+/// Most bytes of pixels that a byte of a file can stand for: no compression in use reaches a quarter of it.
+const MOST_RATIO: u64 = 4096;
 
 /// Why a file is no picture.
 #[derive(Debug, thiserror::Error)]
@@ -34,6 +39,12 @@ pub fn read(path: &Path, layer: Option<&str>) -> Result<Picture, ReadError> {
 
 /// Reads a picture from the bytes of a file.
 pub fn decode(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> {
+    // The decoders panic on some files that are broken.
+    let decoded = quietly(|| decode_kind(bytes, layer));
+    decoded.unwrap_or_else(|| Err(ReadError::Format("it is damaged".to_owned())))
+}
+
+fn decode_kind(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> {
     if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         return decode_exr(bytes, layer);
     }
@@ -43,6 +54,8 @@ pub fn decode(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> {
     let broken = |error: image::ImageError| ReadError::Format(error.to_string());
     let format = image::guess_format(bytes)
         .map_err(|_| ReadError::Format("it is not a PNG, JPEG, HDR or EXR picture".to_owned()))?;
+    let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(broken)?;
+    can_hold(bytes, decoder.total_bytes())?;
     let image = image::load_from_memory_with_format(bytes, format).map_err(broken)?;
     let (width, height) = (image.width(), image.height());
     Ok(if format == ImageFormat::Hdr {
@@ -54,7 +67,25 @@ pub fn decode(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> {
     })
 }
 
+/// Refuses a file whose header promises more pixels than its bytes can hold: the decoders would allocate all of them first.
+fn can_hold(bytes: &[u8], promised: u64) -> Result<(), ReadError> {
+    if promised / MOST_RATIO <= bytes.len() as u64 {
+        return Ok(());
+    }
+    let held = bytes.len();
+    Err(ReadError::Format(format!(
+        "it is damaged: its header promises {promised} bytes of pixels, and it has {held} bytes"
+    )))
+}
+
 fn decode_exr(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> {
+    let text = |error: exr::error::Error| ReadError::Format(error.to_string());
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(text)?;
+    let promised = meta.headers.iter().map(|header| {
+        let pixels = (header.layer_size.0 as u64).saturating_mul(header.layer_size.1 as u64);
+        pixels.saturating_mul(header.channels.bytes_per_pixel as u64)
+    });
+    can_hold(bytes, promised.fold(0, u64::saturating_add))?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -62,7 +93,7 @@ fn decode_exr(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> {
         .all_layers()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))
-        .map_err(|error| ReadError::Format(error.to_string()))?;
+        .map_err(text)?;
     let name_of = |name: &Option<exr::prelude::Text>| name.as_ref().map(ToString::to_string).unwrap_or_default();
     let found = match layer {
         None => image.layer_data.first(),
@@ -108,6 +139,48 @@ mod tests {
         for bytes in [&b""[..], b"hello", &[0x76, 0x2f, 0x31, 0x01, 0, 0], b"\x89PNG\r\n\x1a\n\0\0"] {
             assert!(matches!(decode(bytes, None), Err(ReadError::Format(_))), "{bytes:?}");
         }
+    }
+
+    /// A chunk of a PNG.
+    fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
+        let named = [kind.as_slice(), data].concat();
+        let step = |crc: u32| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
+        let crc = !named.iter().fold(u32::MAX, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), |crc, _| step(crc)));
+        [&(data.len() as u32).to_be_bytes(), named.as_slice(), &crc.to_be_bytes()].concat()
+    }
+
+    /// The decoder panics on it.
+    #[test]
+    fn a_palette_that_is_cut_off_is_an_error() {
+        let header = [0, 0, 0, 1, 0, 0, 0, 1, 8, 3, 0, 0, 0];
+        let rows = [0x78, 1, 1, 2, 0, 0xfd, 0xff, 0, 0, 0, 2, 0, 1];
+        let chunks = [
+            chunk(b"IHDR", &header),
+            chunk(b"PLTE", &[7; 4]),
+            chunk(b"tRNS", &[7]),
+            chunk(b"IDAT", &rows),
+            chunk(b"IEND", &[]),
+        ];
+        let file = [b"\x89PNG\r\n\x1a\n".as_slice(), &chunks.concat()].concat();
+        let said = decode(&file, None).unwrap_err().to_string();
+        assert!(said.contains("damaged"), "{said}");
+    }
+
+    /// 4096 × 4096 pixels in a header, and none behind it: nothing is allocated for them.
+    #[test]
+    fn a_header_that_promises_too_much_is_an_error() {
+        let channel = exr::prelude::AnyChannel::new("Y", FlatSamples::F32(vec![0.0; 16]));
+        let list = exr::prelude::AnyChannels::sort([channel].into_iter().collect());
+        let layer = exr::prelude::Layer::new((4, 4), Default::default(), exr::prelude::Encoding::UNCOMPRESSED, list);
+        let mut file = Cursor::new(Vec::new());
+        exr::prelude::WritableImage::write(&exr::prelude::Image::from_layer(layer)).to_buffered(&mut file).unwrap();
+        let mut file = file.into_inner();
+        for name in [b"dataWindow\0box2i\0".as_slice(), b"displayWindow\0box2i\0"] {
+            let at = file.windows(name.len()).position(|window| window == name).unwrap() + name.len() + 4;
+            file[at + 8..at + 16].copy_from_slice(&[255, 255, 0, 0, 255, 255, 0, 0]);
+        }
+        let said = decode(&file, None).unwrap_err().to_string();
+        assert!(said.contains("promises 17179869184 bytes"), "{said}");
     }
 
     #[test]

@@ -97,7 +97,7 @@ fn failure(path: &str, reason: &str) -> Diagnostic {
 }
 
 /// What can be said better than by the compiler, or would make it stop the process.
-fn refusals(request: &Request, text: &str) -> Vec<Diagnostic> {
+pub(crate) fn refusals(request: &Request, text: &str) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let is_hlsl = request.is_hlsl();
     let path = request.path.as_str();

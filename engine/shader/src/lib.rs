@@ -9,6 +9,8 @@ mod fatal;
 pub mod format;
 mod front_end;
 mod functions;
+#[doc(hidden)]
+pub mod fuzzing;
 mod graphics;
 mod hlsl;
 pub mod interface;

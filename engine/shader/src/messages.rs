@@ -157,6 +157,9 @@ impl<'t> Message<'t> {
             Some((token, text)) => (Some(token.trim()).filter(|token| !token.is_empty()), text.trim()),
             None => (None, text),
         };
+        if token.is_none() && text.is_empty() {
+            return None;
+        }
         Some(Self { severity, file, line, token, text: tidy(text) })
     }
 
@@ -383,7 +386,9 @@ mod tests {
         assert_eq!(tidy("'a' 4X4 matrix of float isn't"), "`a` 4X4 matrix of float isn't");
         let message = Message::parse("a.comp: error: Linking compute stage: Missing entry point: x").unwrap();
         assert_eq!((message.line, message.code()), (None, codes::shader::NO_ENTRY));
-        assert_eq!(Message::parse("2 errors generated."), None);
+        for nothing in ["2 errors generated.", "a.comp:3: error: ", "a.comp:3: error: '' : "] {
+            assert_eq!(Message::parse(nothing), None);
+        }
     }
 
     #[test]

@@ -1,9 +1,6 @@
 //! Reads the interface of a module: what it binds, what it is pushed, how large its workgroups are.
 
-use std::cell::Cell;
-use std::panic::{self, AssertUnwindSafe};
-use std::sync::Once;
-
+use raxel_diagnostics::quietly;
 use raxel_spirv::{Chains, Module, WorkgroupSize};
 use spirq::ReflectConfig;
 use spirq::annotation::DecorationRegistry;
@@ -335,27 +332,6 @@ fn format(format: spirv::ImageFormat) -> Option<Format> {
         F::Rgb10a2ui => Format::Rgb10A2ui,
         _ => return None,
     })
-}
-
-thread_local! {
-    static QUIET: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Runs `f`; `None` when it panics, and nothing is printed then. Panics on other threads are reported as ever.
-fn quietly<T>(f: impl FnOnce() -> T) -> Option<T> {
-    static HOOK: Once = Once::new();
-    HOOK.call_once(|| {
-        let previous = panic::take_hook();
-        panic::set_hook(Box::new(move |info| {
-            if !QUIET.get() {
-                previous(info);
-            }
-        }));
-    });
-    QUIET.set(true);
-    let result = panic::catch_unwind(AssertUnwindSafe(f)).ok();
-    QUIET.set(false);
-    result
 }
 
 #[cfg(test)]

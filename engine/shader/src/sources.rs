@@ -374,7 +374,7 @@ fn parent(path: &str) -> &str {
 }
 
 /// Lines that start with `#`, with their offsets.
-fn directives(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(crate) fn directives(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.split_inclusive('\n')
         .scan(0, |offset, line| {
             let start = *offset;

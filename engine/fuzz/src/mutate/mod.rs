@@ -1,7 +1,9 @@
 //! New inputs from old ones.
 
 mod binary;
+mod png;
 mod spirv;
+mod store;
 mod text;
 
 use raxel_world::random::SplitMix64;
@@ -12,10 +14,16 @@ pub enum Mutation {
     /// Word by word, as text of one of our languages. The function gives the JSON schema of the language: its words are its keys and its
     /// named values.
     Toml(fn() -> serde_json::Value),
+    /// Word by word, as text of another language, with these words of it.
+    Words(&'static [&'static str]),
     /// Byte by byte.
     Binary,
+    /// Chunk by chunk, as a PNG, with the checksums that belong to them.
+    Png,
     /// Instruction by instruction, as a SPIR-V module.
     Spirv,
+    /// As the document and a shard of a Zarr store, with the checksums that belong to them.
+    Store,
 }
 
 impl Mutation {
@@ -24,10 +32,14 @@ impl Mutation {
         match self {
             Mutation::Toml(schema) => {
                 let words = text::words_of(schema);
-                let lossy = |bytes| String::from_utf8_lossy(bytes).into_owned();
-                text::mutated(&lossy(input), &lossy(other), &words, random).into_bytes()
+                text::mutated(&text::lossy(input), &text::lossy(other), &words, random).into_bytes()
+            }
+            Mutation::Words(words) => {
+                text::pasted(&text::lossy(input), &text::lossy(other), words, random).into_bytes()
             }
             Mutation::Binary => binary::mutated(input, other, random),
+            Mutation::Png => png::mutated(input, other, random),
+            Mutation::Store => store::mutated(input, other, random),
             Mutation::Spirv => spirv::mutated(input, other, random),
         }
     }

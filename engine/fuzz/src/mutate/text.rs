@@ -121,6 +121,28 @@ pub(super) fn mutated(text: &str, other: &str, words: &[String], random: &mut Sp
     text
 }
 
+/// Changes a text of any language one to six times: its lines, its numbers and texts, and words of the language anywhere.
+pub(super) fn pasted(text: &str, other: &str, words: &[&str], random: &mut SplitMix64) -> String {
+    let mut text = text.to_owned();
+    for _ in 0..1 + random.below(6) {
+        let [from, to] = [(); 2].map(|()| boundary(&text, random));
+        text = match random.below(10) {
+            0..=3 => splice(&text, from..from, pick(random, words).copied().unwrap_or_default()),
+            4 => splice(&text, from..(from + 12).min(to).max(from), pick(random, words).copied().unwrap_or_default()),
+            5 => splice(&text, from.min(to)..to.max(from).min(from.min(to) + 40), ""),
+            6 => without_lines(&text, random),
+            7 => with_lines(&text, other, random),
+            _ => changed(&text, other, &[], random),
+        };
+    }
+    text
+}
+
+/// Bytes as text.
+pub(super) fn lossy(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
 fn changed(text: &str, other: &str, words: &[String], random: &mut SplitMix64) -> String {
     let tokens = tokens(text);
     let of = |kinds: &[Kind]| -> Vec<&Token> { tokens.iter().filter(|token| kinds.contains(&token.kind)).collect() };
@@ -261,7 +283,15 @@ fn boundary(text: &str, random: &mut SplitMix64) -> usize {
     at
 }
 
+/// The text with something in place of a range, whose ends are moved to the letters they lie in.
 fn splice(text: &str, at: Range<usize>, with: &str) -> String {
+    let floor = |mut at: usize| {
+        while !text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    };
+    let at = floor(at.start)..floor(at.end);
     [&text[..at.start], with, &text[at.end..]].concat()
 }
 

@@ -8,7 +8,7 @@ mod texels;
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use raxel_diagnostics::{Files, codes};
+use raxel_diagnostics::{Files, codes, quietly};
 use raxel_graph::{FileContents, FileImage, ImageRequest, Refusal};
 
 use texels::{Channel, linear};
@@ -95,7 +95,7 @@ fn image(path: &str, bytes: &[u8], request: &ImageRequest) -> Result<FileImage, 
         }
     };
     // A decoder that panics on a broken file must not end the thread that waits for its repair.
-    let decoded = std::panic::catch_unwind(|| decode(bytes)).unwrap_or_else(|_| Err("it is damaged".to_owned()));
+    let decoded = quietly(|| decode(bytes)).unwrap_or_else(|| Err("it is damaged".to_owned()));
     let picture = decoded.map_err(|reason| refused("source", format!("`{path}` cannot be read: {reason}")))?;
     shape(path, &picture, request)
 }
