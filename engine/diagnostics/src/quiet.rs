@@ -33,7 +33,7 @@ mod tests {
     #[test]
     fn a_panic_is_nothing_and_ends_in_one() {
         assert_eq!(quietly(|| 7), Some(7));
-        let inner = || quietly(|| panic!("never printed")).map(|()| 1).unwrap_or(2);
+        let inner = || quietly(|| panic!("never printed")).map_or(2, |()| 1);
         assert_eq!(quietly(inner), Some(2));
         let panics = || {
             inner();

@@ -20,6 +20,7 @@ pub const TARGETS: &[Target] = &[
     targets::graph::TARGET,
     targets::pictures::PNG,
     targets::project::TARGET,
+    targets::save::TARGET,
     targets::shader_text::TARGET,
     targets::spirv::TARGET,
     targets::vox::TARGET,

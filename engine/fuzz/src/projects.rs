@@ -19,3 +19,29 @@ pub(crate) fn add(files: &MemoryFiles, first: &str, input: &[u8]) {
     }
     files.insert(path, content);
 }
+
+/// The files of an input whose files may hold any bytes: each is the length of its name (u8), the name, the length of its content (u32,
+/// little-endian), the content. What is cut off is left out.
+pub(crate) fn parts(mut input: &[u8]) -> impl Iterator<Item = (String, Vec<u8>)> {
+    std::iter::from_fn(move || {
+        let (length, rest) = input.split_first()?;
+        let (name, rest) = rest.split_at_checked(usize::from(*length))?;
+        let (length, rest) = rest.split_first_chunk::<4>()?;
+        let content = rest.get(..u32::from_le_bytes(*length) as usize)?;
+        input = &rest[content.len()..];
+        Some((String::from_utf8_lossy(name).into_owned(), content.to_vec()))
+    })
+}
+
+/// The input with these files.
+pub(crate) fn whole(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut input = Vec::new();
+    for (name, content) in files {
+        let name = &name.as_bytes()[..name.len().min(255)];
+        input.push(name.len() as u8);
+        input.extend(name);
+        input.extend((content.len() as u32).to_le_bytes());
+        input.extend(content);
+    }
+    input
+}

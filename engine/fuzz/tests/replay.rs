@@ -86,7 +86,7 @@ macro_rules! replays {
     };
 }
 
-replays!(demo, exr, graph, png, project, shader_text, spirv, vox, world, world_whole, zarr);
+replays!(demo, exr, graph, png, project, save, shader_text, spirv, vox, world, world_whole, zarr);
 
 /// A folder that belongs to no target is a corpus that nobody runs.
 #[test]

@@ -142,7 +142,7 @@ mod tests {
     }
 
     /// A chunk of a PNG.
-    fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
+    fn chunk(kind: [u8; 4], data: &[u8]) -> Vec<u8> {
         let named = [kind.as_slice(), data].concat();
         let step = |crc: u32| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
         let crc = !named.iter().fold(u32::MAX, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), |crc, _| step(crc)));
@@ -155,23 +155,28 @@ mod tests {
         let header = [0, 0, 0, 1, 0, 0, 0, 1, 8, 3, 0, 0, 0];
         let rows = [0x78, 1, 1, 2, 0, 0xfd, 0xff, 0, 0, 0, 2, 0, 1];
         let chunks = [
-            chunk(b"IHDR", &header),
-            chunk(b"PLTE", &[7; 4]),
-            chunk(b"tRNS", &[7]),
-            chunk(b"IDAT", &rows),
-            chunk(b"IEND", &[]),
+            chunk(*b"IHDR", &header),
+            chunk(*b"PLTE", &[7; 4]),
+            chunk(*b"tRNS", &[7]),
+            chunk(*b"IDAT", &rows),
+            chunk(*b"IEND", &[]),
         ];
         let file = [b"\x89PNG\r\n\x1a\n".as_slice(), &chunks.concat()].concat();
         let said = decode(&file, None).unwrap_err().to_string();
         assert!(said.contains("damaged"), "{said}");
     }
 
-    /// 4096 × 4096 pixels in a header, and none behind it: nothing is allocated for them.
+    /// 65536 × 65536 pixels in a header, and none behind it: nothing is allocated for them.
     #[test]
     fn a_header_that_promises_too_much_is_an_error() {
         let channel = exr::prelude::AnyChannel::new("Y", FlatSamples::F32(vec![0.0; 16]));
         let list = exr::prelude::AnyChannels::sort([channel].into_iter().collect());
-        let layer = exr::prelude::Layer::new((4, 4), Default::default(), exr::prelude::Encoding::UNCOMPRESSED, list);
+        let layer = exr::prelude::Layer::new(
+            (4, 4),
+            exr::prelude::LayerAttributes::default(),
+            exr::prelude::Encoding::UNCOMPRESSED,
+            list,
+        );
         let mut file = Cursor::new(Vec::new());
         exr::prelude::WritableImage::write(&exr::prelude::Image::from_layer(layer)).to_buffered(&mut file).unwrap();
         let mut file = file.into_inner();

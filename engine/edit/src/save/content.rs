@@ -10,7 +10,7 @@ use raxel_world::ChunkPos;
 use super::SaveError;
 use super::damage::{Damage, between};
 use super::head::{FORMAT, Head, Meta, Role};
-use super::record::{self, Broken, Kind, Record};
+use super::record::{self, Broken, Kind, LARGEST, Record};
 use super::tail::{self, Mark, TAIL};
 use crate::operation::Operation;
 use crate::packed::PackedChunk;
@@ -366,7 +366,7 @@ pub(super) fn journals(folder: &Path) -> Result<Vec<PathBuf>, SaveError> {
 }
 
 pub(super) fn journal_number(path: &Path) -> Option<u64> {
-    file_name(path).strip_prefix("journal-")?.strip_suffix(".log")?.parse().ok()
+    file_name(path).strip_prefix("journal-")?.strip_suffix(".log")?.parse().ok().filter(|number| *number <= LARGEST)
 }
 
 pub(super) fn journal_path(folder: &Path, number: u64) -> PathBuf {

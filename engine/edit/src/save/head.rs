@@ -57,7 +57,10 @@ impl Head {
                 newest: seq,
                 sum: 0,
             })),
-            _ => Ok(postcard::from_bytes(payload).ok()),
+            _ => {
+                let head = postcard::from_bytes(payload).ok();
+                Ok(head.filter(|head: &Self| head.generation <= record::LARGEST && head.newest <= record::LARGEST))
+            }
         }
     }
 

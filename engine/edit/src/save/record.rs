@@ -19,6 +19,9 @@ const HEADERS: [([u8; 4], usize); 2] = [(*b"RXV1", 40), (*b"RXV2", HEADER)];
 /// Bytes of a header.
 pub(super) const HEADER: usize = 44;
 
+/// Largest number of an edit, a journal or a generation that is read: no save gets so far, and the next ones are numbers too.
+pub(super) const LARGEST: u64 = 1 << 62;
+
 /// What a record is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -172,11 +175,15 @@ impl Header {
             return None;
         }
         let coordinate = |at: usize| word(at) as i32;
+        let seq = u64::from(word(12)) | u64::from(word(16)) << 32;
+        if seq > LARGEST {
+            return None;
+        }
         Some(Self {
             bytes: size,
             kind: Kind::of(header[4])?,
             len: word(8) as usize,
-            seq: u64::from(word(12)) | u64::from(word(16)) << 32,
+            seq,
             pos: ChunkPos::new(coordinate(20), coordinate(24), coordinate(28)),
             before: (size == HEADER).then(|| word(32)),
             crc: word(size - 8),

@@ -12,6 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::disk::{Disk, Storage};
+use super::record::LARGEST;
 
 /// Name of the file.
 pub(super) const TAIL: &str = "tail";
@@ -55,7 +56,8 @@ impl Mark {
         let long = |at: usize| Some(u64::from(word(at)?) | u64::from(word(at + 4)?) << 32);
         let right = slot.get(..4)? == MAGIC && crc32c::crc32c(slot.get(..32)?) == word(32)?;
         let mark = Self { generation: long(4)?, journal: long(12)?, seq: long(20)?, sum: word(28)? };
-        right.then_some(mark)
+        let small = [mark.generation, mark.journal, mark.seq].iter().all(|number| *number <= LARGEST);
+        (right && small).then_some(mark)
     }
 }
 

@@ -289,3 +289,32 @@ fn a_damaged_save_is_written_on_and_its_losses_are_named_until_it_is_written_ane
         }
     }
 }
+
+/// The numbers behind the largest ones would be no numbers. Sums that are right do not make them edits.
+#[test]
+fn numbers_that_no_save_reaches_are_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut game, _) = Game::open(folder.path(), quiet());
+    (1..=3).for_each(|n| game.play(n));
+    drop(game);
+    let mut files = files(folder.path());
+    let journal = files.values_mut().find(|bytes| records(bytes).len() > 4).unwrap();
+    let last = journal.windows(4).rposition(|magic| magic == b"RXV2").unwrap();
+    journal[last + 12..last + 20].copy_from_slice(&u64::MAX.to_le_bytes());
+    let sum = crc32c::crc32c(&journal[last..last + 40]);
+    journal[last + 40..last + 44].copy_from_slice(&sum.to_le_bytes());
+    let mut place = Place::new();
+    place.put(&files);
+    let found = place.read();
+    assert_eq!(found.steps.iter().map(|(seq, _)| *seq).collect::<Vec<_>>(), [1, 2]);
+    assert!(found.damages.iter().any(|damage| !damage.unfinished), "{:?}", found.damages);
+    // The tail alone.
+    let tail = files.get_mut("tail").unwrap();
+    for slot in tail.chunks_exact_mut(36) {
+        slot[20..28].copy_from_slice(&u64::MAX.to_le_bytes());
+        let sum = crc32c::crc32c(&slot[..32]);
+        slot[32..].copy_from_slice(&sum.to_le_bytes());
+    }
+    place.put(&files);
+    assert!(place.read().damages.iter().any(|damage| damage.file == "tail"));
+}

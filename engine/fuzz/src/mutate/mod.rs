@@ -2,6 +2,7 @@
 
 mod binary;
 mod png;
+mod save;
 mod spirv;
 mod store;
 mod text;
@@ -22,6 +23,8 @@ pub enum Mutation {
     Png,
     /// Instruction by instruction, as a SPIR-V module.
     Spirv,
+    /// Record by record, as the files of a save, with the checksums that belong to them.
+    Save,
     /// As the document and a shard of a Zarr store, with the checksums that belong to them.
     Store,
 }
@@ -39,6 +42,7 @@ impl Mutation {
             }
             Mutation::Binary => binary::mutated(input, other, random),
             Mutation::Png => png::mutated(input, other, random),
+            Mutation::Save => save::mutated(input, other, random),
             Mutation::Store => store::mutated(input, other, random),
             Mutation::Spirv => spirv::mutated(input, other, random),
         }

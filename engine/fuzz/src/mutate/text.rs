@@ -124,7 +124,7 @@ pub(super) fn mutated(text: &str, other: &str, words: &[String], random: &mut Sp
 /// Changes a text of any language one to six times: its lines, its numbers and texts, and words of the language anywhere.
 pub(super) fn pasted(text: &str, other: &str, words: &[&str], random: &mut SplitMix64) -> String {
     let mut text = text.to_owned();
-    for _ in 0..1 + random.below(6) {
+    for _ in 0..=random.below(6) {
         let [from, to] = [(); 2].map(|()| boundary(&text, random));
         text = match random.below(10) {
             0..=3 => splice(&text, from..from, pick(random, words).copied().unwrap_or_default()),

@@ -4,6 +4,7 @@ pub(crate) mod demo;
 pub(crate) mod graph;
 pub(crate) mod pictures;
 pub(crate) mod project;
+pub(crate) mod save;
 pub(crate) mod shader_text;
 pub(crate) mod spirv;
 pub(crate) mod vox;

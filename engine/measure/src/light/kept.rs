@@ -52,7 +52,7 @@ impl Place {
         let texels: Vec<f32> =
             bytes[line + 1..].chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         let pixels = about.size[0] as usize * about.size[1] as usize;
-        if texels.len() != 2 * 3 * pixels {
+        if pixels.checked_mul(2 * 3) != Some(texels.len()) {
             return None;
         }
         let half = |texels: &[f32]| Picture {
