@@ -21,13 +21,14 @@ use wait_timeout::ChildExt as _;
 /// The files with the tracers that claim to be exact, with the rows of `raxel stress` that run them.
 const GATES: &[(&str, &str)] = &[
     ("beam", "tree64:beam"),
-    ("box", "octree,bvh,texture3d"),
+    ("box", "tree64:instances"),
     ("brickmap", "brickmap,brickmap:ahead"),
     ("bvh", "bvh,bvh:ahead"),
     ("chunk_table", "chunk_table,chunk_table:ahead"),
-    ("chunks", "brickmap,chunk_table,texture3d"),
+    ("chunks", "chunks,chunks:ahead"),
     ("flat64", "flat64,flat64:ahead"),
     ("hashed_chunks", "brickmap,chunk_table"),
+    ("instances", "tree64:instances"),
     ("mask", "tree64,tree64:packet,flat64:period"),
     ("octant", "tree64,tree64:packet,tree64:parallel,flat64:period"),
     ("octree", "octree,octree:ahead"),
