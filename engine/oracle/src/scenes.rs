@@ -42,13 +42,19 @@ pub const ALL: &[Scene] = &[
         name: "sparse",
         about: "one voxel in 500 at random: rays pass many edges before they hit",
         size: 96,
-        solid: Solid::Cells(|_, random| if random.below(500) == 0 { any_material(random) } else { 0 }),
+        solid: Solid::Cells(|_, random| if random.below(500) == 0 { 1 + random.below(3) as u16 } else { 0 }),
     },
     Scene {
         name: "gravel",
         about: "2 % of the voxels at random: solids touch by edges and corners",
         size: 64,
-        solid: Solid::Cells(|_, random| if random.below(50) == 0 { any_material(random) } else { 0 }),
+        solid: Solid::Cells(|_, random| if random.below(50) == 0 { 1 + random.below(3) as u16 } else { 0 }),
+    },
+    Scene {
+        name: "motley",
+        about: "3 % of the voxels at random in materials of all numbers: layouts pack them in many ways",
+        size: 40,
+        solid: Solid::Cells(|_, random| if random.below(33) == 0 { any_material(random) } else { 0 }),
     },
     Scene {
         name: "checkerboard",
