@@ -9,7 +9,7 @@ use crate::checked::{
 use crate::plan::{Limits, PlanInput, SourceSize, WorldInput, copy_name};
 
 /// Size of a resource for one output size and one world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Size {
     /// Of one copy of a target.
     Image {

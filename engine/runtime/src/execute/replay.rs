@@ -65,6 +65,8 @@ struct Pass {
     due: bool,
     /// Digest of everything but the values: pipeline, workgroups, bindings.
     base: Digest,
+    /// The same with the sizes of what is bound: a shader can ask for them.
+    sized: Digest,
 }
 
 /// A plan made ready to be walked, with the state that lasts from frame to frame.
@@ -91,8 +93,10 @@ impl Replay {
             let pass = plan.graph.pass(planned.pass);
             let pipeline = pipelines::key(pass, &planned.specialization);
             let base = digest::of_value(0, &(pipeline, planned.groups, &pass.dispatch, &pass.accesses));
+            let sizes: Vec<_> = pass.accesses.iter().map(|access| plan.sizes[access.resource.0 as usize]).collect();
+            let sized = digest::of_value(0, &(base, sizes));
             let rate = if let Some(Every::Hz(hz)) = pass.every { Fraction::of(hz) } else { Fraction::ZERO };
-            Pass { every: pass.every, rate, tick: None, before: None, due: true, base }
+            Pass { every: pass.every, rate, tick: None, before: None, due: true, base, sized }
         };
         let ticking = |step: usize| Some((step, plan.clock_of(step)?, plan.tick_of(step)?));
         Replay {
@@ -168,7 +172,7 @@ impl Replay {
         self.blocks.fill(&self.plan, inputs, &self.ticks);
         if self.memo_on {
             for (index, (pass, key)) in self.passes.iter().zip(&mut self.keys).enumerate() {
-                *key = pass.due.then(|| self.blocks.digest(index, pass.base));
+                *key = pass.due.then(|| self.blocks.digest(index, pass.sized));
             }
             self.run.copy_from_slice(self.memo.decide(frame, &self.ticks, &self.keys, self.display));
         } else {

@@ -4,6 +4,8 @@
 //!
 //! `RAXEL_REFERENCE_GRAPHS=N` runs N graphs, from `RAXEL_REFERENCE_SEED` on (0 when left out).
 
+use std::ops::Range;
+
 #[path = "../project/mod.rs"]
 mod project;
 
@@ -14,8 +16,11 @@ mod model;
 mod shaders;
 mod write;
 
-/// Graphs of the normal test run, in two threads.
+/// Graphs of the normal test run, in two threads, beside [`FOUND`].
 const GRAPHS: u64 = 140;
+
+/// Graphs that were wrong once: after a resize, a pass was skipped that asks for the size of what it reads.
+const FOUND: Range<u64> = 520..540;
 
 /// Graphs that one session runs, one after the other.
 const A_SESSION: u64 = 20;
@@ -30,7 +35,7 @@ fn random_graphs_are_as_written() {
     let end = first + number("RAXEL_REFERENCE_GRAPHS", GRAPHS);
     let middle = first + (end - first) / 2;
     std::thread::scope(|scope| {
-        for part in [first..middle, middle..end] {
+        for part in [first..middle, middle..end, FOUND] {
             scope.spawn(move || {
                 let mut seed = part.start;
                 while seed < part.end {
