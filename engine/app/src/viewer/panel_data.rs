@@ -457,7 +457,7 @@ pub(crate) fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeli
 
 #[cfg(test)]
 mod tests {
-    use raxel_runtime::Options;
+    use raxel_runtime::{Observe, Options};
 
     use super::*;
 
@@ -479,7 +479,8 @@ mod tests {
             std::fs::write(path, text).unwrap();
         }
         let project = Some(folder.path().to_owned());
-        let options = Options { project, size: [8, 8], ..Options::default() };
+        // As a window does.
+        let options = Options { project, size: [8, 8], observe: Observe::Shown, ..Options::default() };
         let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
         let mut data = PanelData::default();
         let states = |data: &PanelData, session: &Session| -> Vec<PassState> {
