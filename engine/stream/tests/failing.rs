@@ -90,7 +90,7 @@ fn what_fails_for_good_is_an_error_of_whoever_needs_all() {
     let (streamer, _) = stream(&source, true);
     let error = streamer.wait(PATIENCE).unwrap_err();
     assert!(matches!(&error, StreamError::Unavailable { missing: 1.., .. }), "{error}");
-    assert_eq!(error.to_string(), "a chunk is missing: the store is busy");
+    assert_eq!(error.to_string(), "a chunk is missing: the chunk at 0, 0, 0 is unavailable: the store is busy");
     // It is asked for again when the camera has moved.
     source.left.lock().unwrap().clear();
     streamer.follow(View::at(IVec3::splat(95)));

@@ -128,7 +128,7 @@ fn threads_and_order_make_no_difference() {
 #[test]
 fn coarse_cells_at_the_edge_of_a_shape_have_a_material() {
     for level in 1..=4 {
-        let sponge = "op = \"menger\"\nmaterial = [\"stone\", \"grass\"]";
+        let sponge = "op = \"menger\"\nmaterial = [\"a\", \"b\"]";
         let text = format!("{MATERIALS}\n[stream]\n[[build]]\n{sponge}\nlevel = {level}\norigin = [8, 8, 0]\n");
         let generator = Project::with_world(&text).load().expect("it is right").0.stream.unwrap().generator;
         for of_detail in 0..=raxel_world::MAX_LEVEL {
