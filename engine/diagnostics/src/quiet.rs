@@ -8,8 +8,7 @@ thread_local! {
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `f`; `None` when it panics, and nothing is printed then: it was a file that was wrong, not raxel. Panics on other threads are reported as
-/// ever.
+/// Runs `f`; `None` when it panics. Nothing is printed then: the file was wrong, not raxel. Panics on other threads are reported as ever.
 pub fn quietly<T>(f: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
