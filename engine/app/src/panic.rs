@@ -15,7 +15,7 @@ pub(crate) fn install() {
             .or_else(|| payload.downcast_ref::<String>().cloned())
             .unwrap_or_default();
         if info.location().is_some_and(|location| lost_display::is_of_windows(location.file())) {
-            lost_display::end(&message);
+            lost_display::end(&format!("a library of windows stopped with \"{}\"", message.replace('\n', " ")));
         }
         eprintln!(
             "raxel {}: internal error at {place}: {}; this is a bug in raxel: please report this line with the command and the \
