@@ -1,6 +1,7 @@
 //! Knows the tiles: what is there, what is wanted, what goes.
 
 mod publish;
+mod room;
 
 use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::sync::atomic::Ordering;
@@ -21,6 +22,7 @@ use crate::pool::Block;
 use crate::publication::{Lacking, Stats};
 use crate::reach::{Reach, TileKey};
 use crate::view::View;
+use room::{Reaction, Room};
 
 /// Tiles that stay beyond where they are wanted, so that a camera on a border loads nothing twice.
 const SLACK: i32 = 2;
@@ -33,7 +35,6 @@ const ROOMY: u64 = 65;
 /// The longest time between two looks at what is missing.
 const TURN: Duration = Duration::from_millis(32);
 
-#[allow(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 pub(super) struct Director {
     shared: Arc<Shared>,
     complete: bool,
@@ -66,16 +67,10 @@ pub(super) struct Director {
     version: u64,
     directory: Directory,
     lamps: Listed,
-    /// What is reachable has changed since the last publication.
+    room: Room,
+    /// The reachable tiles have changed since the last publication.
     changed: bool,
-    no_room: bool,
-    /// Nor was there for the last directory: what was given up stays until there is one.
-    no_directory: bool,
-    /// There was none, and nothing was freed since.
-    starved: bool,
-    /// Blocks were freed since tiles were asked for.
-    freed: bool,
-    /// What the workers were asked for is no longer what is missing.
+    /// The jobs of the workers no longer match the missing tiles.
     ask_again: bool,
     stats: Stats,
 }
@@ -121,11 +116,8 @@ impl Director {
             version: 0,
             directory: Directory::new(cube),
             lamps: Listed::default(),
+            room: Room::default(),
             changed: true,
-            no_room: false,
-            no_directory: false,
-            starved: false,
-            freed: false,
             ask_again: false,
             stats: Stats::default(),
         }
@@ -144,8 +136,10 @@ impl Director {
             if moved || higher {
                 self.rethink();
             }
-            if std::mem::take(&mut self.no_room) {
-                self.starve();
+            match self.room.react() {
+                Some(Reaction::AskAgain) => self.ask_again = true,
+                Some(Reaction::MakeRoom) => self.starve(),
+                None => {}
             }
             if self.lamps.take_refused() {
                 self.refuse_lamps();
@@ -166,8 +160,10 @@ impl Director {
                 return None;
             }
             let looks = desk.view_serial != self.view_serial;
-            let can_publish =
-                self.changed && self.may_follow(desk.pending.as_deref()) && !self.complete && !self.no_room;
+            let can_publish = self.changed
+                && self.may_follow(desk.pending.as_deref())
+                && !self.complete
+                && !self.room.is_unanswered();
             let is_free = self.retired.front().is_some_and(|(version, _)| *version <= desk.released);
             let can_free = is_free || self.lamps.can_free(desk.released);
             let due = self.put_off.is_due(Instant::now());
@@ -193,8 +189,7 @@ impl Director {
             if let Some((_, block)) = self.retired.pop_front() {
                 self.shared.pool.free(block);
             }
-            self.freed = true;
-            self.ask_again |= std::mem::take(&mut self.starved);
+            self.ask_again |= self.room.block_freed();
         }
         if self.lamps.can_free(released)
             && let Some(lamps) = &self.shared.lamps
@@ -233,7 +228,7 @@ impl Director {
             Err(why) => {
                 match why {
                     Unmade::NoRoom => {
-                        self.no_room = true;
+                        self.room.refuse_tile();
                         self.ask_again = true;
                     }
                     Unmade::Unavailable(reason) => self.put_off(key, reason),
@@ -363,13 +358,8 @@ impl Director {
         [used, peak, self.shared.pool.capacity()]
     }
 
-    /// There was no room for a tile. Nothing more is asked for until something is freed, unless something was while that tile was made.
+    /// The pool is full: the workers get no more jobs until a block is freed, and the director gives up what it can do without.
     fn starve(&mut self) {
-        if std::mem::take(&mut self.freed) && !self.no_directory {
-            self.ask_again = true;
-            return;
-        }
-        self.starved = true;
         self.ask_again = false;
         self.shared.desk().jobs.clear();
         if self.complete || self.reach.near() <= LEAST_NEAR {
@@ -384,7 +374,7 @@ impl Director {
             let error = StreamError::NoRoom { bytes: self.shared.pool.capacity() };
             self.shared.desk().error = Some((self.view_serial, error));
             self.shared.settled.notify_all();
-        } else if self.retired.is_empty() || self.no_directory {
+        } else if self.retired.is_empty() || self.room.lacks_directory() {
             self.shrink();
         }
     }
@@ -397,7 +387,7 @@ impl Director {
         self.missing.retain(|key| reach.wants(cell, *key, 0));
         self.wanted = self.reach.tiles(self.view.cell).len();
         if self.retired.is_empty() {
-            self.starved = false;
+            self.room.want_less();
             self.ask_again = true;
         }
     }
@@ -409,7 +399,7 @@ impl Director {
         if !self.complete && !roomy && self.reach.near() > LEAST_NEAR && self.retired.is_empty() {
             self.shrink();
         }
-        self.freed = false;
+        self.room.asked();
         let put_off = self.put_off.at(Instant::now());
         let mut desk = self.shared.desk();
         let idle = |key: &TileKey| {

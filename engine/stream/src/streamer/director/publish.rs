@@ -90,10 +90,10 @@ impl Director {
             }
         }
         let Some(Placed { root, nodes, bounds, live, words }) = placed else {
-            (self.no_room, self.no_directory) = (true, true);
+            self.room.refuse_directory();
             return;
         };
-        self.no_directory = false;
+        self.room.place_directory();
         self.shared.desk().allowance.spend(4 * words);
         let lights = self.publish_lamps();
         self.shared.pool.flush();
