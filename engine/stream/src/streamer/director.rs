@@ -134,7 +134,7 @@ impl Director {
                 self.changes.hold();
             }
             if moved || higher {
-                self.rethink();
+                self.update_wanted();
             }
             match self.room.react() {
                 Some(Reaction::AskAgain) => self.ask_again = true,
@@ -315,8 +315,8 @@ impl Director {
         self.whole != wanted
     }
 
-    /// The camera is elsewhere: what is wanted, and what goes.
-    fn rethink(&mut self) {
+    /// Finds the tiles that are wanted from where the camera is now, and gives up those that no longer are.
+    fn update_wanted(&mut self) {
         if !self.directory.cube().suits(self.view.cell, &self.whole) {
             self.directory.clear(Cube::around(self.view.cell, &self.whole));
             self.tiles.keys().copied().collect::<Vec<_>>().into_iter().for_each(|key| self.place(key));
