@@ -138,7 +138,7 @@ impl Director {
             }
             match self.room.react() {
                 Some(Reaction::AskAgain) => self.ask_again = true,
-                Some(Reaction::MakeRoom) => self.starve(),
+                Some(Reaction::MakeRoom) => self.on_pool_full(),
                 None => {}
             }
             if self.lamps.take_refused() {
@@ -359,7 +359,7 @@ impl Director {
     }
 
     /// The pool is full: the workers get no more jobs until a block is freed, and the director gives up what it can do without.
-    fn starve(&mut self) {
+    fn on_pool_full(&mut self) {
         self.ask_again = false;
         self.shared.desk().jobs.clear();
         if self.complete || self.reach.near() <= LEAST_NEAR {
