@@ -13,7 +13,7 @@ const WHOLE_EDIT: Duration = Duration::from_millis(100);
 pub(super) struct Changes {
     /// Tiles that are to be made anew.
     stale: BTreeMap<TileKey, Stale>,
-    /// The last change that was heard of.
+    /// The last change that was observed.
     last: u64,
     /// Until when publications wait for chunks that are to be made anew, and the last change whose chunks they wait for.
     held: Option<(Instant, u64)>,
@@ -37,8 +37,8 @@ impl Stale {
 }
 
 impl Changes {
-    /// Changes up to this one are heard of, and those tiles noted that they concern.
-    pub(super) fn hear_of(&mut self, last: u64) {
+    /// Observes the number of the last change. The caller calls [`Self::note`] for every tile that changed.
+    pub(super) fn observe(&mut self, last: u64) {
         self.last = last;
     }
 

@@ -172,7 +172,7 @@ impl Director {
                 self.view = desk.view;
                 self.view_serial = desk.view_serial;
                 let moved = std::mem::replace(&mut self.moves, desk.moves) != desk.moves;
-                self.changes.hear_of(desk.changes);
+                self.changes.observe(desk.changes);
                 return Some(News {
                     made: std::mem::take(&mut desk.made),
                     changed: std::mem::take(&mut desk.changed),
