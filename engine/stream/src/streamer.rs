@@ -6,7 +6,7 @@
 mod changes;
 mod director;
 mod listed;
-mod put_off;
+mod retry_backoff;
 mod sides;
 mod threads;
 mod worker;

@@ -12,7 +12,7 @@ use raxel_world::{Cause, ChunkPos, Unavailable};
 
 use super::changes::Changes;
 use super::listed::Listed;
-use super::put_off::PutOff;
+use super::retry_backoff::RetryBackoff;
 use super::threads::planted;
 use super::worker::{Made, MadeLamps, Unmade};
 use super::{Job, Shared, StreamError};
@@ -60,8 +60,8 @@ pub(super) struct Director {
     changes: Changes,
     /// The last change that publications show with all before it.
     shown_changes: u64,
-    /// Tiles that the source did not have.
-    put_off: PutOff,
+    /// Tiles that the source did not have, and when to ask for them again.
+    backoff: RetryBackoff,
     /// Blocks of tiles and directories that no publication from this version on reaches.
     retired: VecDeque<(u64, Block)>,
     version: u64,
@@ -111,7 +111,7 @@ impl Director {
             lacking: Arc::default(),
             changes: Changes::default(),
             shown_changes: 0,
-            put_off: PutOff::default(),
+            backoff: RetryBackoff::default(),
             retired: VecDeque::new(),
             version: 0,
             directory: Directory::new(cube),
@@ -166,7 +166,7 @@ impl Director {
                 && !self.room.is_unanswered();
             let is_free = self.retired.front().is_some_and(|(version, _)| *version <= desk.released);
             let can_free = is_free || self.lamps.can_free(desk.released);
-            let due = self.put_off.is_due(Instant::now());
+            let due = self.backoff.is_due(Instant::now());
             self.ask_again |= due;
             if looks || !desk.made.is_empty() || can_publish || can_free || due {
                 self.view = desk.view;
@@ -231,7 +231,7 @@ impl Director {
                         self.room.refuse_tile();
                         self.ask_again = true;
                     }
-                    Unmade::Unavailable(reason) => self.put_off(key, reason),
+                    Unmade::Unavailable(reason) => self.back_off(key, reason),
                 }
                 if let Some(known) = known
                     && self.tiles.contains_key(&key)
@@ -242,7 +242,7 @@ impl Director {
                 return;
             }
         };
-        self.put_off.remove(key);
+        self.backoff.remove(key);
         self.stats.made += 1;
         if !self.reach.wants(self.view.cell, key, self.slack()) {
             // No publication has ever reached it.
@@ -269,12 +269,12 @@ impl Director {
         self.changed = true;
     }
 
-    /// A tile that the source does not have is asked for again after a while. Whoever waits for a complete world hears of one that was
-    /// asked for often, and at once of one that will not be there: who panicked once, panics again.
-    fn put_off(&mut self, key: TileKey, reason: Unavailable) {
-        let often = self.put_off.add(key, reason.clone(), Instant::now());
+    /// Delays the next request for a tile that the source does not have. A caller that waits for a complete world gets an error when the tile
+    /// was missing often, and at once when the source panicked: it would panic again.
+    fn back_off(&mut self, key: TileKey, reason: Unavailable) {
+        let often = self.backoff.add(key, reason.clone(), Instant::now());
         if self.complete && (often || reason.cause == Cause::Panicked) {
-            let error = StreamError::Unavailable { missing: self.put_off.len(), reason };
+            let error = StreamError::Unavailable { missing: self.backoff.len(), reason };
             self.shared.desk().error = Some((self.view_serial, error));
             self.shared.settled.notify_all();
         }
@@ -334,7 +334,7 @@ impl Director {
         let tiles = self.reach.tiles(self.view.cell);
         self.wanted = tiles.len();
         self.missing = tiles.into_iter().filter(|tile| !self.tiles.contains_key(tile)).collect();
-        self.put_off.retain(|key| self.missing.contains(key) || self.changes.concern(key));
+        self.backoff.retain(|key| self.missing.contains(key) || self.changes.concern(key));
         self.count_unseen();
     }
 
@@ -400,10 +400,10 @@ impl Director {
             self.shrink();
         }
         self.room.asked();
-        let put_off = self.put_off.at(Instant::now());
+        let waiting = self.backoff.at(Instant::now());
         let mut desk = self.shared.desk();
         let idle = |key: &TileKey| {
-            !put_off.contains(key) && !desk.in_work.contains(key) && !desk.made.iter().any(|made| made.key == *key)
+            !waiting.contains(key) && !desk.in_work.contains(key) && !desk.made.iter().any(|made| made.key == *key)
         };
         // What was changed by hand is seen to be wrong: it comes first, chunks before the coarser tiles around them.
         let stale: Vec<TileKey> = self.changes.tiles().filter(idle).collect();

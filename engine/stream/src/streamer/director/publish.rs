@@ -48,12 +48,12 @@ impl Director {
         self.stats.wanted = self.wanted;
         self.stats.missing = self.missing.len();
         self.stats.near = self.reach.near();
-        self.stats.unavailable = self.put_off.len();
+        self.stats.unavailable = self.backoff.len();
         self.stats.unlisted = self.lamps.left_out();
         let mut desk = self.shared.desk();
         desk.stats = self.stats;
         desk.looked = self.view_serial;
-        desk.unavailable = self.put_off.reason().cloned();
+        desk.unavailable = self.backoff.reason().cloned();
         // Whoever waits for this sees the figures of it, too.
         if settled && !self.changed && view_is_known && desk.view_serial == self.view_serial {
             desk.settled = self.view_serial;
