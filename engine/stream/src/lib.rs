@@ -5,7 +5,6 @@
 //! `tree64`. A frame takes the newest publication by writing the header. Nothing that a header can reach is ever written: blocks and
 //! directories that are no longer reached become free when the frames that could reach them have finished.
 
-mod allowance;
 mod cube;
 mod directory;
 mod pool;
@@ -14,6 +13,7 @@ mod reach;
 mod reached;
 mod streamer;
 mod union;
+mod upload_budget;
 mod view;
 
 pub use cube::Cube;

@@ -21,10 +21,10 @@ use raxel_world::layout::TileBlock;
 use raxel_world::lights::LightPowers;
 use raxel_world::{ChunkPos, ChunkSource, Content, Unavailable};
 
-use crate::allowance::Allowance;
 use crate::pool::{Pool, PoolMemory};
 use crate::publication::{Publication, Stats};
 use crate::reach::{Reach, TileKey};
+use crate::upload_budget::UploadBudget;
 use crate::view::View;
 use director::Director;
 use sides::Sides;
@@ -148,7 +148,7 @@ struct Desk {
     jobs: Vec<Job>,
     in_work: HashSet<TileKey>,
     made: Vec<Made>,
-    allowance: Allowance,
+    budget: UploadBudget,
     /// For a frame to take.
     pending: Option<Arc<Publication>>,
     /// Versions below this one are reached by no frame that has not finished.
@@ -244,7 +244,7 @@ impl Streamer {
             jobs: Vec::new(),
             in_work: HashSet::new(),
             made: Vec::new(),
-            allowance: Allowance::new(options.upload.filter(|_| !options.complete), Instant::now()),
+            budget: UploadBudget::new(options.upload.filter(|_| !options.complete), Instant::now()),
             pending: None,
             released: 0,
             settled: 0,
@@ -323,7 +323,7 @@ impl Streamer {
     pub fn follow(&self, view: View) {
         let mut desk = self.shared.desk();
         desk.view = view;
-        desk.allowance.frame(Instant::now());
+        desk.budget.frame(Instant::now());
         self.shared.allowed.notify_all();
         if !desk.considered.is_near(&view) {
             desk.considered = view;
@@ -444,7 +444,7 @@ impl Streamer {
         let (used, peak, failed) = self.shared.pool.usage();
         let (stats, most_written) = {
             let desk = self.shared.desk();
-            (desk.stats, desk.allowance.most())
+            (desk.stats, desk.budget.most())
         };
         Stats { most_written, pool: [used, peak, self.shared.pool.capacity()], failed, ..stats }
     }

@@ -140,8 +140,8 @@ fn place_lights(shared: &Shared, lights: &TileLights, stale: bool) -> (MadeLamps
 fn wait_for_frame(shared: &Shared, bytes: u64, stale: bool) {
     let mut desk = shared.desk();
     while !stale && !shared.stop.load(Ordering::Acquire) {
-        let Some(wait) = desk.allowance.wait(Instant::now()) else { break };
+        let Some(wait) = desk.budget.wait(Instant::now()) else { break };
         desk = shared.allowed.wait_timeout(desk, wait).unwrap_or_else(PoisonError::into_inner).0;
     }
-    desk.allowance.spend(bytes);
+    desk.budget.spend(bytes);
 }

@@ -94,7 +94,7 @@ impl Director {
             return;
         };
         self.room.place_directory();
-        self.shared.desk().allowance.spend(4 * words);
+        self.shared.desk().budget.spend(4 * words);
         let lights = self.publish_lamps();
         self.shared.pool.flush();
         self.version += 1;
@@ -136,7 +136,7 @@ impl Director {
         let pool = &self.shared.lamps.as_ref()?.pool;
         let bytes = 4 * self.lamps.publish(pool, self.directory.lights(), self.version + 1);
         pool.flush();
-        self.shared.desk().allowance.spend(bytes);
+        self.shared.desk().budget.spend(bytes);
         self.stats.written += bytes;
         let header = self.lamps.header();
         self.stats.lights = u64::from(header[0]);
