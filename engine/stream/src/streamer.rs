@@ -6,8 +6,8 @@
 mod changes;
 mod director;
 mod listed;
+mod neighbor_faces;
 mod retry_backoff;
-mod sides;
 mod threads;
 mod worker;
 
@@ -27,7 +27,7 @@ use crate::reach::{Reach, TileKey};
 use crate::upload_budget::UploadBudget;
 use crate::view::View;
 use director::Director;
-use sides::Sides;
+use neighbor_faces::NeighborFaceCache;
 use threads::Spawn;
 use worker::Made;
 
@@ -105,7 +105,7 @@ struct Shared {
     pool: Pool,
     /// Where the lamps of tiles go, if anything gives off light and somebody wants to know.
     lamps: Option<Lamps>,
-    sides: Sides,
+    neighbor_faces: NeighborFaceCache,
     desk: Mutex<Desk>,
     /// There is work.
     work: Condvar,
@@ -256,7 +256,7 @@ impl Streamer {
             source,
             pool,
             lamps,
-            sides: Sides::default(),
+            neighbor_faces: NeighborFaceCache::default(),
             desk: Mutex::new(desk),
             work: Condvar::new(),
             news: Condvar::new(),
@@ -337,7 +337,7 @@ impl Streamer {
     /// shown when they are; no other one is touched. Gives a number that [`Publication::changes`] reaches when all of it is shown. Changes are
     /// shown in order, several of them at once where they come faster than they can be made.
     pub fn changed(&self, chunks: &[ChunkPos]) -> u64 {
-        self.shared.sides.changed(chunks);
+        self.shared.neighbor_faces.changed(chunks);
         let mut desk = self.shared.desk();
         desk.changes += 1;
         let number = desk.changes;

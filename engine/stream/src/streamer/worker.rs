@@ -115,7 +115,7 @@ fn lights(shared: &Shared, key: TileKey, content: &Content) -> TileLights {
     let Some(lamps) = &shared.lamps else { return TileLights::default() };
     let beside = |face| {
         let pos = key.pos.beside(face);
-        shared.sides.get(pos, face ^ 1, || match shared.source.try_chunk(key.level, pos) {
+        shared.neighbor_faces.get(pos, face ^ 1, || match shared.source.try_chunk(key.level, pos) {
             Ok(content) => (Side::of(&content, face ^ 1), true),
             Err(_) => (Side::of(&Content::Empty, face ^ 1), false),
         })
