@@ -1,7 +1,7 @@
 //! Loads and unloads tiles: one thread decides, workers make.
 //!
-//! The director alone knows the tiles. It tells the workers what is missing, in order, through the desk, and takes from there what they
-//! have made. A frame only ever touches the desk, for as long as it takes to exchange a few words.
+//! Only the director knows the tiles. Through [`SharedState`] it gives the workers a queue of the missing tiles, and gets the tiles that they
+//! have made. Frames lock only the shared state, and only to read or write a few words.
 
 mod changes;
 mod director;
@@ -106,7 +106,7 @@ struct Shared {
     /// Where the lamps of tiles go, if anything gives off light and somebody wants to know.
     lamps: Option<Lamps>,
     neighbor_faces: NeighborFaceCache,
-    desk: Mutex<Desk>,
+    state: Mutex<SharedState>,
     /// There is work.
     work: Condvar,
     /// There is something for the director.
@@ -129,8 +129,8 @@ struct Lamps {
     powers: LightPowers,
 }
 
-/// Where the threads meet.
-struct Desk {
+/// What the director, the workers and the frames exchange.
+struct SharedState {
     view: View,
     /// The view when `view_serial` was last counted up.
     considered: View,
@@ -171,10 +171,10 @@ struct Job {
 }
 
 impl Shared {
-    /// A thread that panics with the desk in hand ends the streamer, and no thread works on from the half-changed desk. Frames take from it
-    /// only what is whole by itself: a publication, figures.
-    fn desk(&self) -> MutexGuard<'_, Desk> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Locks the shared state. A thread that panics while it holds the lock ends the streamer, so that no thread goes on with half-changed
+    /// state. Frames then still read what is complete by itself: a publication and the figures.
+    fn state(&self) -> MutexGuard<'_, SharedState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Stops every thread, and wakes whoever waits for one. The first reason stays.
@@ -185,8 +185,8 @@ impl Shared {
 
     fn stop(&self) {
         self.stop.store(true, Ordering::Release);
-        // With the desk in hand, nobody is between looking at `stop` and going to sleep.
-        drop(self.desk());
+        // While this thread holds the lock, no other thread is between its check of `stop` and its wait.
+        drop(self.state());
         for sleepers in [&self.work, &self.news, &self.allowed, &self.published, &self.settled] {
             sleepers.notify_all();
         }
@@ -233,7 +233,7 @@ impl Streamer {
             let pool = Pool::of_lamps(memory, words, options.poison);
             Some(Lamps { pool, powers: LightPowers::of(source.materials())? })
         });
-        let desk = Desk {
+        let state = SharedState {
             view,
             considered: view,
             view_serial: 1,
@@ -257,7 +257,7 @@ impl Streamer {
             pool,
             lamps,
             neighbor_faces: NeighborFaceCache::default(),
-            desk: Mutex::new(desk),
+            state: Mutex::new(state),
             work: Condvar::new(),
             news: Condvar::new(),
             allowed: Condvar::new(),
@@ -321,14 +321,14 @@ impl Streamer {
 
     /// Tells where the camera is at the start of a frame. Takes a microsecond; nothing waits.
     pub fn follow(&self, view: View) {
-        let mut desk = self.shared.desk();
-        desk.view = view;
-        desk.budget.frame(Instant::now());
+        let mut state = self.shared.state();
+        state.view = view;
+        state.budget.frame(Instant::now());
         self.shared.allowed.notify_all();
-        if !desk.considered.is_near(&view) {
-            desk.considered = view;
-            desk.view_serial += 1;
-            desk.moves += 1;
+        if !state.considered.is_near(&view) {
+            state.considered = view;
+            state.view_serial += 1;
+            state.moves += 1;
             self.shared.news.notify_one();
         }
     }
@@ -338,21 +338,21 @@ impl Streamer {
     /// shown in order, several of them at once where they come faster than they can be made.
     pub fn changed(&self, chunks: &[ChunkPos]) -> u64 {
         self.shared.neighbor_faces.changed(chunks);
-        let mut desk = self.shared.desk();
-        desk.changes += 1;
-        let number = desk.changes;
+        let mut state = self.shared.state();
+        state.changes += 1;
+        let number = state.changes;
         for pos in chunks {
-            desk.changed.entry(*pos).or_insert(number);
+            state.changed.entry(*pos).or_insert(number);
         }
-        desk.view_serial += 1;
+        state.view_serial += 1;
         self.shared.news.notify_one();
-        desk.changes
+        state.changes
     }
 
     /// The newest publication that was not taken yet. Whoever takes it writes its header to the start of the buffer before the next frame,
     /// and says by [`Streamer::released`] when the frames before have finished.
     pub fn take(&self) -> Option<Arc<Publication>> {
-        let taken = self.shared.desk().pending.take();
+        let taken = self.shared.state().pending.take();
         if taken.is_some() {
             self.shared.news.notify_one();
         }
@@ -363,28 +363,28 @@ impl Streamer {
     /// that takes longer than `patience`, or [`Streamer::ended`].
     pub fn take_with(&self, number: u64, patience: Duration) -> Option<Arc<Publication>> {
         let until = Instant::now() + patience;
-        let mut desk = self.shared.desk();
-        while desk.pending.as_ref().is_none_or(|publication| publication.changes < number) {
+        let mut state = self.shared.state();
+        while state.pending.as_ref().is_none_or(|publication| publication.changes < number) {
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() || self.ended().is_some() {
                 break;
             }
-            desk = self.shared.published.wait_timeout(desk, left).unwrap_or_else(PoisonError::into_inner).0;
+            state = self.shared.published.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
         }
-        drop(desk);
+        drop(state);
         self.take()
     }
 
     /// Whether [`Streamer::take`] has something to give.
     pub fn has_pending(&self) -> bool {
-        self.shared.desk().pending.is_some()
+        self.shared.state().pending.is_some()
     }
 
     /// Every frame that could reach publications below this version has finished: what only they reach is free.
     pub fn released(&self, version: u64) {
-        let mut desk = self.shared.desk();
-        if desk.released < version {
-            desk.released = version;
+        let mut state = self.shared.state();
+        if state.released < version {
+            state.released = version;
             self.shared.news.notify_one();
         }
     }
@@ -392,59 +392,59 @@ impl Streamer {
     /// Waits until all that is wanted is there and published; for whoever makes pictures that must be complete.
     pub fn wait(&self, timeout: Duration) -> Result<(), StreamError> {
         let until = Instant::now() + timeout;
-        let mut desk = self.shared.desk();
+        let mut state = self.shared.state();
         loop {
             if let Some(ended) = self.ended() {
                 return Err(ended.clone());
             }
-            let serial = desk.view_serial;
-            if desk.settled == serial {
+            let serial = state.view_serial;
+            if state.settled == serial {
                 return Ok(());
             }
-            if let Some((of, error)) = &desk.error
+            if let Some((of, error)) = &state.error
                 && *of == serial
             {
                 return Err(error.clone());
             }
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                return Err(StreamError::TimedOut { missing: desk.stats.missing, seconds: timeout.as_secs() });
+                return Err(StreamError::TimedOut { missing: state.stats.missing, seconds: timeout.as_secs() });
             }
-            desk = self.shared.settled.wait_timeout(desk, left).unwrap_or_else(PoisonError::into_inner).0;
+            state = self.shared.settled.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
     /// Tries again after [`StreamError::NoRoom`], when a publication was taken and released meanwhile.
     pub fn retry(&self) {
-        let mut desk = self.shared.desk();
-        desk.view_serial += 1;
-        desk.moves += 1;
+        let mut state = self.shared.state();
+        state.view_serial += 1;
+        state.moves += 1;
         self.shared.news.notify_one();
     }
 
     /// Whether all that is wanted is there and published.
     pub fn is_settled(&self) -> bool {
-        let desk = self.shared.desk();
-        desk.settled == desk.view_serial
+        let state = self.shared.state();
+        state.settled == state.view_serial
     }
 
     /// Whether what [`Streamer::stats`] says is missing is what the newest view misses.
     pub fn has_looked(&self) -> bool {
-        let desk = self.shared.desk();
-        desk.looked == desk.view_serial
+        let state = self.shared.state();
+        state.looked == state.view_serial
     }
 
     /// What the source says, when there are tiles that it does not have; they are asked for again after a while.
     pub fn unavailable(&self) -> Option<Unavailable> {
-        self.shared.desk().unavailable.clone()
+        self.shared.state().unavailable.clone()
     }
 
     /// How it is doing.
     pub fn stats(&self) -> Stats {
         let (used, peak, failed) = self.shared.pool.usage();
         let (stats, most_written) = {
-            let desk = self.shared.desk();
-            (desk.stats, desk.budget.most())
+            let state = self.shared.state();
+            (state.stats, state.budget.most())
         };
         Stats { most_written, pool: [used, peak, self.shared.pool.capacity()], failed, ..stats }
     }

@@ -91,7 +91,7 @@ struct Tile {
 
 impl Director {
     pub(super) fn new(shared: Arc<Shared>, reach: Reach, complete: bool) -> Self {
-        let view = shared.desk().view;
+        let view = shared.state().view;
         let whole = reach.loaded(complete);
         let cube = Cube::around(view.cell, &whole);
         Self {
@@ -154,33 +154,33 @@ impl Director {
     /// Sleeps until there is something to do. `None` when all is over.
     fn wait(&mut self) -> Option<News> {
         let shared = self.shared.clone();
-        let mut desk = shared.desk();
+        let mut state = shared.state();
         loop {
             if shared.stop.load(Ordering::Acquire) {
                 return None;
             }
-            let looks = desk.view_serial != self.view_serial;
+            let looks = state.view_serial != self.view_serial;
             let can_publish = self.changed
-                && self.may_follow(desk.pending.as_deref())
+                && self.may_follow(state.pending.as_deref())
                 && !self.complete
                 && !self.room.is_unanswered();
-            let is_free = self.retired.front().is_some_and(|(version, _)| *version <= desk.released);
-            let can_free = is_free || self.lamps.can_free(desk.released);
+            let is_free = self.retired.front().is_some_and(|(version, _)| *version <= state.released);
+            let can_free = is_free || self.lamps.can_free(state.released);
             let due = self.backoff.is_due(Instant::now());
             self.ask_again |= due;
-            if looks || !desk.made.is_empty() || can_publish || can_free || due {
-                self.view = desk.view;
-                self.view_serial = desk.view_serial;
-                let moved = std::mem::replace(&mut self.moves, desk.moves) != desk.moves;
-                self.changes.observe(desk.changes);
+            if looks || !state.made.is_empty() || can_publish || can_free || due {
+                self.view = state.view;
+                self.view_serial = state.view_serial;
+                let moved = std::mem::replace(&mut self.moves, state.moves) != state.moves;
+                self.changes.observe(state.changes);
                 return Some(News {
-                    made: std::mem::take(&mut desk.made),
-                    changed: std::mem::take(&mut desk.changed),
-                    released: desk.released,
+                    made: std::mem::take(&mut state.made),
+                    changed: std::mem::take(&mut state.changed),
+                    released: state.released,
                     moved,
                 });
             }
-            desk = shared.news.wait_timeout(desk, TURN).unwrap_or_else(PoisonError::into_inner).0;
+            state = shared.news.wait_timeout(state, TURN).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
@@ -275,7 +275,7 @@ impl Director {
         let often = self.backoff.add(key, reason.clone(), Instant::now());
         if self.complete && (often || reason.cause == Cause::Panicked) {
             let error = StreamError::Unavailable { missing: self.backoff.len(), reason };
-            self.shared.desk().error = Some((self.view_serial, error));
+            self.shared.state().error = Some((self.view_serial, error));
             self.shared.settled.notify_all();
         }
     }
@@ -361,7 +361,7 @@ impl Director {
     /// The pool is full: the workers get no more jobs until a block is freed, and the director gives up what it can do without.
     fn on_pool_full(&mut self) {
         self.ask_again = false;
-        self.shared.desk().jobs.clear();
+        self.shared.state().jobs.clear();
         if self.complete || self.reach.near() <= LEAST_NEAR {
             if !self.complete {
                 // What is kept beyond where it is wanted goes first.
@@ -372,7 +372,7 @@ impl Director {
                 self.make_publication();
             }
             let error = StreamError::NoRoom { bytes: self.shared.pool.capacity() };
-            self.shared.desk().error = Some((self.view_serial, error));
+            self.shared.state().error = Some((self.view_serial, error));
             self.shared.settled.notify_all();
         } else if self.retired.is_empty() || self.room.lacks_directory() {
             self.shrink();
@@ -392,7 +392,7 @@ impl Director {
         }
     }
 
-    /// Puts what is to be made on the desk, the most urgent last.
+    /// Gives the workers a new queue of jobs, the most urgent last.
     fn ask(&mut self) {
         let [used, _, capacity] = self.usage();
         let roomy = used * 100 <= capacity * FULL;
@@ -401,9 +401,9 @@ impl Director {
         }
         self.room.asked();
         let waiting = self.backoff.at(Instant::now());
-        let mut desk = self.shared.desk();
+        let mut state = self.shared.state();
         let idle = |key: &TileKey| {
-            !waiting.contains(key) && !desk.in_work.contains(key) && !desk.made.iter().any(|made| made.key == *key)
+            !waiting.contains(key) && !state.in_work.contains(key) && !state.made.iter().any(|made| made.key == *key)
         };
         // What was changed by hand is seen to be wrong: it comes first, chunks before the coarser tiles around them.
         let stale: Vec<TileKey> = self.changes.tiles().filter(idle).collect();
@@ -419,10 +419,10 @@ impl Director {
         });
         let relisted = self.lamps.again().iter().copied().filter(|key| idle(key) && !self.changes.concern(key));
         let missing = relisted.chain(jobs.into_iter().map(|(_, key)| key)).map(|key| Job { key, stale: false });
-        desk.jobs = missing.chain(stale.iter().rev().map(|key| Job { key: *key, stale: true })).collect();
+        state.jobs = missing.chain(stale.iter().rev().map(|key| Job { key: *key, stale: true })).collect();
         stale.into_iter().for_each(|key| self.changes.asked(key));
-        let work = !desk.jobs.is_empty();
-        drop(desk);
+        let work = !state.jobs.is_empty();
+        drop(state);
         if work {
             self.shared.work.notify_all();
         }

@@ -43,27 +43,27 @@ pub(super) enum Unmade {
 
 pub(super) fn run(shared: &Shared) {
     loop {
-        let mut desk = shared.desk();
+        let mut state = shared.state();
         let job = loop {
             if shared.stop.load(Ordering::Acquire) {
                 return;
             }
-            match desk.jobs.pop() {
+            match state.jobs.pop() {
                 Some(job) => break job,
-                None => desk = shared.work.wait(desk).unwrap_or_else(PoisonError::into_inner),
+                None => state = shared.work.wait(state).unwrap_or_else(PoisonError::into_inner),
             }
         };
-        desk.in_work.insert(job.key);
-        drop(desk);
+        state.in_work.insert(job.key);
+        drop(state);
         assert!(!planted("worker"), "a planted fault");
 
         let made = make(shared, job);
 
-        let mut desk = shared.desk();
-        desk.in_work.remove(&job.key);
-        desk.made.push(made);
+        let mut state = shared.state();
+        state.in_work.remove(&job.key);
+        state.made.push(made);
         // The director looks when there is enough for it to do, or nothing else to wait for.
-        if desk.made.len() == 1 || desk.jobs.is_empty() {
+        if state.made.len() == 1 || state.jobs.is_empty() {
             shared.news.notify_one();
         }
     }
@@ -138,10 +138,10 @@ fn place_lights(shared: &Shared, lights: &TileLights, stale: bool) -> (MadeLamps
 
 /// Waits until a frame may bring so many bytes; what was edited is brought at once.
 fn wait_for_frame(shared: &Shared, bytes: u64, stale: bool) {
-    let mut desk = shared.desk();
+    let mut state = shared.state();
     while !stale && !shared.stop.load(Ordering::Acquire) {
-        let Some(wait) = desk.budget.wait(Instant::now()) else { break };
-        desk = shared.allowed.wait_timeout(desk, wait).unwrap_or_else(PoisonError::into_inner).0;
+        let Some(wait) = state.budget.wait(Instant::now()) else { break };
+        state = shared.allowed.wait_timeout(state, wait).unwrap_or_else(PoisonError::into_inner).0;
     }
-    desk.budget.spend(bytes);
+    state.budget.spend(bytes);
 }

@@ -35,8 +35,8 @@ impl Director {
         let listed = !self.complete || self.lamps.is_whole();
         let settled = self.missing.is_empty() && self.changes.are_made() && self.lamps.again().is_empty() && listed;
         let (may_follow, view_is_known) = {
-            let desk = self.shared.desk();
-            (self.may_follow(desk.pending.as_deref()), desk.view_serial == self.view_serial)
+            let state = self.shared.state();
+            (self.may_follow(state.pending.as_deref()), state.view_serial == self.view_serial)
         };
         let due = self.changed && if self.complete { settled } else { may_follow };
         if due {
@@ -50,13 +50,13 @@ impl Director {
         self.stats.near = self.reach.near();
         self.stats.unavailable = self.backoff.len();
         self.stats.unlisted = self.lamps.left_out();
-        let mut desk = self.shared.desk();
-        desk.stats = self.stats;
-        desk.looked = self.view_serial;
-        desk.unavailable = self.backoff.reason().cloned();
+        let mut state = self.shared.state();
+        state.stats = self.stats;
+        state.looked = self.view_serial;
+        state.unavailable = self.backoff.reason().cloned();
         // Whoever waits for this sees the figures of it, too.
-        if settled && !self.changed && view_is_known && desk.view_serial == self.view_serial {
-            desk.settled = self.view_serial;
+        if settled && !self.changed && view_is_known && state.view_serial == self.view_serial {
+            state.settled = self.view_serial;
             self.shared.settled.notify_all();
         }
     }
@@ -94,7 +94,7 @@ impl Director {
             return;
         };
         self.room.place_directory();
-        self.shared.desk().budget.spend(4 * words);
+        self.shared.state().budget.spend(4 * words);
         let lights = self.publish_lamps();
         self.shared.pool.flush();
         self.version += 1;
@@ -127,7 +127,7 @@ impl Director {
             stats: self.stats,
             lacking: self.lacking.clone(),
         };
-        self.shared.desk().pending = Some(Arc::new(publication));
+        self.shared.state().pending = Some(Arc::new(publication));
         self.shared.published.notify_all();
     }
 
@@ -136,7 +136,7 @@ impl Director {
         let pool = &self.shared.lamps.as_ref()?.pool;
         let bytes = 4 * self.lamps.publish(pool, self.directory.lights(), self.version + 1);
         pool.flush();
-        self.shared.desk().budget.spend(bytes);
+        self.shared.state().budget.spend(bytes);
         self.stats.written += bytes;
         let header = self.lamps.header();
         self.stats.lights = u64::from(header[0]);
@@ -152,7 +152,7 @@ impl Director {
                 self.make_publication();
             }
             let error = StreamError::TooManyLamps { bytes: lamps.pool.capacity() };
-            shared.desk().error = Some((self.view_serial, error));
+            shared.state().error = Some((self.view_serial, error));
             shared.settled.notify_all();
         }
     }
