@@ -1,4 +1,4 @@
-//! What a frame takes.
+//! The snapshots of the world that frames take.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -9,37 +9,38 @@ use raxel_world::lights::HEADER_WORDS;
 use crate::reach::{Reach, TileKey};
 use crate::view::View;
 
-/// A state of the world that is whole in the pool. Writing its header to the start of the buffer shows it.
+/// A snapshot of the world that is complete in the pool. A frame shows it by writing its header to the start of the buffer.
 #[derive(Clone, Debug)]
 pub struct Publication {
-    /// Larger than that of all before.
+    /// Larger than the version of every publication before.
     pub version: u64,
     /// The first words of the buffer.
     pub header: Tree64Header,
     /// The first words of the buffer of lamps, where there is one.
     pub lights: Option<[u32; HEADER_WORDS]>,
-    /// Every call of [`crate::Streamer::changed`] up to the one that gave this number is in its chunks.
+    /// Its chunks show every change up to this number, as [`crate::Streamer::changed`] returns them.
     pub changes: u64,
-    /// What there was when it was made.
+    /// The figures when it was made.
     pub stats: Stats,
-    /// What it is without.
+    /// The loaded tiles that it does not have; `None` before the director has counted them.
     pub(crate) lacking: Arc<Mutex<Option<Lacking>>>,
 }
 
-/// What a publication is without of what is loaded at a place. The newest one is told of each place that is looked at.
+/// The tiles that are loaded around a camera and missing from a publication. The director updates it for the newest publication whenever the
+/// camera moves.
 #[derive(Clone, Debug)]
 pub(crate) struct Lacking {
-    /// The place.
+    /// The voxel of the camera.
     pub(crate) cell: IVec3,
-    /// What is shown, which is less than what is loaded.
+    /// The range that is shown, which is shorter than the loaded one.
     pub(crate) shown: Reach,
-    /// Tiles that are loaded at the place, and not in the publication.
+    /// The tiles that are wanted from there and missing.
     pub(crate) tiles: Vec<TileKey>,
 }
 
 impl Lacking {
-    /// Those of the tiles that are shown at the place of a view and may be in its picture, and how many of these no coarser one could stand
-    /// in for. `None` when more may be wanted there than what was known of the place.
+    /// Counts the missing tiles that are shown from a view and may be in its picture, and those of them that no coarser tile can replace. Returns
+    /// `None` if the view may want tiles that were not counted.
     pub(crate) fn in_view(&self, view: &View) -> Option<[usize; 2]> {
         let known = self.shown.loaded(false).covers(self.cell, view.cell);
         let unseen = self.tiles.iter().filter(|key| self.shown.wants(view.cell, **key, 0) && view.sees(**key));
@@ -50,8 +51,8 @@ impl Lacking {
 }
 
 impl Publication {
-    /// Of the tiles that are to be shown at the place of a view and may be in its picture, those that a frame misses which sees this: all of
-    /// them, and those that no coarser one could stand in for. `None` while the streamer has not looked at such a place.
+    /// Counts the tiles that this publication misses in the picture of a view, and those of them that no coarser tile can replace. Returns `None`
+    /// while the streamer has not counted for a camera near that view.
     pub fn missing_in_view(&self, view: &View) -> Option<[usize; 2]> {
         self.lacking.lock().unwrap_or_else(PoisonError::into_inner).as_ref()?.in_view(view)
     }
@@ -62,26 +63,26 @@ impl Publication {
     }
 }
 
-/// How a streamer is doing.
+/// Figures about a streamer's tiles and its pool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stats {
-    /// Tiles that are wanted.
+    /// Wanted tiles.
     pub wanted: usize,
-    /// Those of them that are not there yet.
+    /// Wanted tiles that are not there yet.
     pub missing: usize,
-    /// Those of them that are chunks, of level 0, and to be shown from where the camera is.
+    /// Missing chunks (level 0) that should be shown from the camera.
     pub missing_chunks: usize,
-    /// Those of them that may be in the picture. Where a coarser one is there, that is seen meanwhile.
+    /// Missing tiles that may be in the picture. Where a coarser tile is there, the picture shows it instead.
     pub missing_in_view: usize,
-    /// Those of them that no coarser one could stand in for: nothing is seen in their place.
+    /// Missing tiles in the picture that no coarser tile can replace: the picture has a hole there.
     pub holes_in_view: usize,
-    /// Those of them that the source did not have when it was asked.
+    /// Missing tiles that the source did not have when it was asked.
     pub unavailable: usize,
-    /// Tiles in the directory, the empty ones not counted.
+    /// Tiles in the directory, without the empty ones.
     pub live: usize,
-    /// Lamps that are listed.
+    /// Listed lamps.
     pub lights: u64,
-    /// Tiles whose lamps there is no room for: they give off light, and are in no list.
+    /// Tiles with lamps that found no room in the list: they glow, but nothing samples them.
     pub unlisted: usize,
     /// Tiles made since the start.
     pub made: u64,
@@ -89,14 +90,14 @@ pub struct Stats {
     pub dropped: u64,
     /// Bytes of blocks and directories written since the start.
     pub written: u64,
-    /// Most bytes written in a frame.
+    /// Bytes written in the frame that wrote most.
     pub most_written: u64,
     /// Publications since the start.
     pub publications: u64,
-    /// Bytes in use, bytes most in use at any time, and bytes there are.
+    /// Bytes in use, the most bytes that were ever in use, and the capacity.
     pub pool: [u64; 3],
     /// How often the pool had no room.
     pub failed: u64,
-    /// Tiles of level 0 around the camera that the pool has room for, as far as is known.
+    /// Range of level 0 around the camera that the pool has room for, in tiles.
     pub near: i32,
 }

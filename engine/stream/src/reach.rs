@@ -1,14 +1,14 @@
-//! Which tiles are wanted: a function of where the camera is, in whole numbers.
+//! Which tiles are wanted around a camera, computed in whole numbers.
 
 use glam::IVec3;
 use raxel_world::{ChunkPos, MAX_LEVEL, StreamSettings, cell_edge};
 
-/// A tile: its level, and its place in tiles of that level.
+/// A tile: its level, and its position in tiles of that level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileKey {
     /// 0 for chunks.
     pub level: u32,
-    /// In tiles.
+    /// Position in tiles of the level.
     pub pos: ChunkPos,
 }
 
@@ -24,7 +24,7 @@ impl TileKey {
         Self { level, pos: ChunkPos::new(cell.x >> shift, cell.y >> shift, cell.z >> shift) }
     }
 
-    /// The tile one level above that it is a part of.
+    /// The tile of the next coarser level that contains it.
     #[must_use]
     pub fn parent(self) -> Self {
         let ChunkPos { x, y, z } = self.pos;
@@ -40,16 +40,16 @@ impl TileKey {
 /// How far tiles of each level reach around the camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reach {
-    /// In tiles of the level. The tiles of a level lie within those of the next one, which stand in where finer ones are not there yet.
+    /// The radius of each level, in tiles of that level. Each level lies within the next coarser one, which is shown where finer tiles are missing.
     radii: Vec<i32>,
-    /// What is wanted from a tile of a level is wanted from those around it, too, so many on each axis.
+    /// Tiles are loaded as if the camera could be in any neighbouring tile within `around`, so that crossing a border finds them resident.
     around: i32,
-    /// Smallest and one past the largest height.
+    /// The smallest height, and one past the largest, in voxels.
     height: [i64; 2],
 }
 
 impl Reach {
-    /// What a file wants of a world whose voxels have these heights.
+    /// The range that a world file asks for, in a world whose voxels have these heights.
     pub fn of(settings: &StreamSettings, built: [i64; 2]) -> Self {
         let top = (0..MAX_LEVEL).find(|level| i64::from(settings.near) * cell_edge(*level) >= i64::from(settings.far));
         let top = top.unwrap_or(MAX_LEVEL);
@@ -72,12 +72,12 @@ impl Reach {
         self.radii.len() as u32 - 1
     }
 
-    /// Tiles around the camera of level 0.
+    /// The radius of level 0, in tiles.
     pub fn near(&self) -> i32 {
         self.radii[0]
     }
 
-    /// What is edited is seen, however high or deep: the rows of tiles at these heights are wanted as well.
+    /// Wants the rows of tiles at these heights as well: edits are shown however high or deep they are.
     pub fn include(&mut self, [low, high]: [i64; 2]) {
         self.height = if self.height[0] < self.height[1] {
             [self.height[0].min(low), self.height[1].max(high)]
@@ -86,7 +86,7 @@ impl Reach {
         };
     }
 
-    /// The same with another reach of level 0.
+    /// The same with another radius of level 0, in tiles.
     #[must_use]
     pub fn with_near(&self, tiles: i32) -> Self {
         let mut reach = self.clone();
@@ -94,38 +94,38 @@ impl Reach {
         reach
     }
 
-    /// What a streamer loads to show this: where the world is not complete before each frame, all that is wanted from the tiles of each
-    /// level around the one that the camera is in, at its corners as well. So nothing is wanted that was not loaded since the camera was
-    /// a whole tile further back on some axis: a quarter of a second for chunks at 256 voxels a second, longer for what is coarser. One
-    /// tile more at every level is less than that: who passes a border soon after one of another axis wants what lies across both.
+    /// The range that a streamer loads in order to show this one. For a `complete` world that is the same range. Otherwise it has the tiles that
+    /// are wanted from every tile next to the camera's, also across its corners. So the loading of a tile starts while the camera is still a
+    /// whole tile away: a quarter of a second before, for chunks at 256 voxels a second, and longer for coarser levels. A radius that is one
+    /// tile larger would not do: a camera that passes two borders of different axes in a row wants the tiles across both.
     #[must_use]
     pub fn loaded(&self, complete: bool) -> Self {
         Self { around: i32::from(!complete), ..self.clone() }
     }
 
-    /// Whether this, as [`Self::loaded`] gives it, wants from one voxel all that is to be shown from another.
+    /// Whether this range, as [`Self::loaded`] returns it, has around `from` every tile that is shown from `camera`.
     pub(crate) fn covers(&self, from: IVec3, camera: IVec3) -> bool {
         let (a, b) = (TileKey::of_cell(0, from).pos, TileKey::of_cell(0, camera).pos);
         [a.x - b.x, a.y - b.y, a.z - b.z].iter().all(|tiles| tiles.abs() <= self.around)
     }
 
-    /// Voxels that everything lies within, around the camera.
+    /// Every tile lies within this distance of the camera, in voxels.
     pub fn outer(&self) -> i64 {
         i64::from(self.radii[self.radii.len() - 1] + self.around + 1) * TileKey::edge(self.top())
     }
 
-    /// Whether a tile is wanted from a voxel, or was and is kept within `slack` tiles more.
+    /// Whether a tile is wanted from a voxel. `slack` widens the range by that many tiles.
     pub fn wants(&self, camera: IVec3, tile: TileKey, slack: i32) -> bool {
         let Some(radius) = self.radii.get(tile.level as usize) else { return false };
         let here = TileKey::of_cell(tile.level, camera).pos;
         let gap = |a: i32, b: i32| i64::from((a - b).abs() - 1 - self.around).max(0);
         let (x, y, z) = (gap(tile.pos.x, here.x), gap(tile.pos.y, here.y), gap(tile.pos.z, here.z));
         let radius = i64::from(radius + slack);
-        // An upright cylinder, not a ball: who rises sees more of the land around, not less.
+        // An upright cylinder, not a ball: a camera that rises sees more of the land around it, not less.
         x * x + z * z < radius * radius && y < radius && self.rows(tile.level).contains(&tile.pos.y)
     }
 
-    /// Every wanted tile.
+    /// Every tile that is wanted from a voxel.
     pub fn tiles(&self, camera: IVec3) -> Vec<TileKey> {
         let mut all = Vec::new();
         for level in 0..=self.top() {

@@ -1,4 +1,4 @@
-//! Loads and unloads tiles: one thread decides, workers make.
+//! Loads and unloads tiles: one thread, the director, decides which; worker threads make them.
 //!
 //! Only the director knows the tiles. Through [`SharedState`] it gives the workers a queue of the missing tiles, and gets the tiles that they
 //! have made. Frames lock only the shared state, and only to read or write a few words.
@@ -36,12 +36,12 @@ use worker::Made;
 pub struct StreamOptions {
     /// Threads that make tiles, at least 1.
     pub workers: usize,
-    /// What is there follows from the camera alone: publications are made when everything that is wanted is there, and nothing else is
-    /// kept. For pictures that must not depend on the time.
+    /// The loaded tiles depend on the camera alone: the streamer publishes only when every wanted tile is there, and keeps no other tile. For
+    /// pictures that must not depend on timing.
     pub complete: bool,
-    /// Bytes that a frame brings to the pool, about, unless the world is complete. Edits do not wait for the next frame, but count.
+    /// Bytes that a frame may upload to the pool, about; no limit for a complete world. Edits do not wait for the next frame, but count.
     pub upload: Option<u64>,
-    /// Freed blocks are overwritten with nonsense.
+    /// Overwrites freed blocks with a pattern, so that a read of one shows.
     pub poison: bool,
 }
 
@@ -103,27 +103,27 @@ pub struct Streamer {
 struct Shared {
     source: Arc<dyn ChunkSource>,
     pool: Pool,
-    /// Where the lamps of tiles go, if anything gives off light and somebody wants to know.
+    /// The lamps of tiles; `None` if no material gives off light, or nothing reads the list.
     lamps: Option<Lamps>,
     neighbor_faces: NeighborFaceCache,
     state: Mutex<SharedState>,
     /// There is work.
     work: Condvar,
-    /// There is something for the director.
+    /// The director has something to do.
     news: Condvar,
-    /// A frame may bring more.
+    /// A new frame has begun, so that workers may upload more.
     allowed: Condvar,
-    /// There is a publication to take.
+    /// A publication waits to be taken.
     published: Condvar,
-    /// Everything that is wanted is there, or cannot be.
+    /// Every wanted tile is published, or the director has an error.
     settled: Condvar,
-    /// The threads are to return.
+    /// Tells the threads to return.
     stop: AtomicBool,
-    /// Why there are no threads any more. Set once; whoever waits for a thread looks here first.
+    /// Why the threads have ended. Set once; a caller that waits for a thread checks this first.
     ended: OnceLock<StreamError>,
 }
 
-/// The pool of lamps, and which materials are some.
+/// The pool of lamps, and the power of each material.
 struct Lamps {
     pool: Pool,
     powers: LightPowers,
@@ -132,32 +132,32 @@ struct Lamps {
 /// What the director, the workers and the frames exchange.
 struct SharedState {
     view: View,
-    /// The view when `view_serial` was last counted up.
+    /// The view for which the camera last woke the director.
     considered: View,
-    /// How often something has changed so that the director should look.
+    /// Number of updates for the director: new views and changed chunks.
     view_serial: u64,
-    /// How often that was not a change of chunks alone: other tiles may be wanted.
+    /// Number of updates that changed more than chunks: other tiles may be wanted since.
     moves: u64,
-    /// The view whose missing tiles are known.
+    /// The `view_serial` whose missing tiles are counted in `stats`.
     looked: u64,
-    /// Chunks that the source answers anew, with the number of the first change since the director looked.
+    /// Chunks that changed since the director last took them, with the number of the first change of each.
     changed: BTreeMap<ChunkPos, u64>,
-    /// How often somebody has said so.
+    /// Number of the last change of chunks.
     changes: u64,
-    /// What is missing, the most urgent last.
+    /// Tiles that workers should make, the most urgent last.
     jobs: Vec<Job>,
     in_work: HashSet<TileKey>,
     made: Vec<Made>,
     budget: UploadBudget,
-    /// For a frame to take.
+    /// The newest publication, until a frame takes it.
     pending: Option<Arc<Publication>>,
-    /// Versions below this one are reached by no frame that has not finished.
+    /// Every frame that could reach a version below this one has finished.
     released: u64,
-    /// The view whose tiles are all there and published.
+    /// The last `view_serial` whose tiles are all published.
     settled: u64,
-    /// How the last attempt for a view ended.
+    /// The last error, and the `view_serial` that it is about.
     error: Option<(u64, StreamError)>,
-    /// What the source says of a tile that it does not have.
+    /// Why the source does not have a tile; `None` when none is missing for that reason.
     unavailable: Option<Unavailable>,
     stats: Stats,
 }
@@ -166,7 +166,7 @@ struct SharedState {
 #[derive(Clone, Copy)]
 struct Job {
     key: TileKey,
-    /// It is in the pool as it was before an edit.
+    /// The pool has the tile as it was before an edit.
     stale: bool,
 }
 
@@ -177,7 +177,7 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Stops every thread, and wakes whoever waits for one. The first reason stays.
+    /// Stops every thread and wakes all waiting threads. Only the first reason is kept.
     fn end(&self, reason: StreamError) {
         let _ = self.ended.set(reason);
         self.stop();
@@ -194,8 +194,8 @@ impl Shared {
 }
 
 impl Streamer {
-    /// Starts to load what a view wants into a buffer of so many words. The buffer shows an empty world until the header of the first
-    /// publication is written to it.
+    /// Starts to load the tiles that a view wants into a buffer of `words` words. The buffer shows an empty world until a frame writes the header
+    /// of the first publication to it.
     pub fn new(
         source: Arc<dyn ChunkSource>,
         memory: Arc<dyn PoolMemory>,
@@ -207,7 +207,7 @@ impl Streamer {
         Self::with_lamps(source, (memory, words), None, reach, view, options)
     }
 
-    /// The same with a buffer for the list of lamps, of so many words. It is left empty where no material gives off light.
+    /// As [`Self::new`], with a second buffer, of so many words, for the list of lamps. The list stays empty if no material gives off light.
     pub fn with_lamps(
         source: Arc<dyn ChunkSource>,
         (memory, words): (Arc<dyn PoolMemory>, u32),
@@ -275,13 +275,13 @@ impl Streamer {
         Self { shared, threads: threads.into_iter().flatten().collect() }
     }
 
-    /// Why no thread of it runs any more: nothing new is loaded or published from then on. It does not begin again.
+    /// Why its threads have ended; `None` while they run. After that it loads and publishes nothing, and does not start again.
     pub fn ended(&self) -> Option<&StreamError> {
         self.shared.ended.get()
     }
 
-    /// Bytes that the pool takes for what a camera wants, about, and those that `packed` gives for the same tiles: a sample of the columns
-    /// around it is made, as far as the source has it.
+    /// Estimates the bytes of the pool for the tiles that a camera wants, and the sum of `packed` over the same tiles. It makes a sample of the
+    /// columns of tiles around the camera, as far as the source has them.
     pub fn estimate(
         source: &dyn ChunkSource,
         reach: &Reach,
@@ -319,7 +319,7 @@ impl Streamer {
         [Pool::bytes_for(bytes[0] as u64, source.materials().len()), bytes[1] as u64]
     }
 
-    /// Tells where the camera is at the start of a frame. Takes a microsecond; nothing waits.
+    /// Sets the camera at the start of a frame. Takes about a microsecond and never waits.
     pub fn follow(&self, view: View) {
         let mut state = self.shared.state();
         state.view = view;
@@ -333,9 +333,9 @@ impl Streamer {
         }
     }
 
-    /// Tells that the source now answers otherwise for these chunks, and for the coarser tiles around them. Their tiles are made anew, and
-    /// shown when they are; no other one is touched. Gives a number that [`Publication::changes`] reaches when all of it is shown. Changes are
-    /// shown in order, several of them at once where they come faster than they can be made.
+    /// Reports that these chunks of the source have changed. The streamer makes their tiles again, and the coarser tiles around them, and no
+    /// others. Returns the number of this change: a publication shows all of it once its [`Publication::changes`] is at least this number.
+    /// Changes are shown in order, several at once if they come faster than tiles can be made.
     pub fn changed(&self, chunks: &[ChunkPos]) -> u64 {
         self.shared.neighbor_faces.changed(chunks);
         let mut state = self.shared.state();
@@ -349,8 +349,8 @@ impl Streamer {
         state.changes
     }
 
-    /// The newest publication that was not taken yet. Whoever takes it writes its header to the start of the buffer before the next frame,
-    /// and says by [`Streamer::released`] when the frames before have finished.
+    /// Takes the newest publication, if it was not taken yet. The caller writes its header to the start of the buffer before the next frame, and
+    /// calls [`Streamer::released`] when the frames before have finished.
     pub fn take(&self) -> Option<Arc<Publication>> {
         let taken = self.shared.state().pending.take();
         if taken.is_some() {
@@ -359,8 +359,8 @@ impl Streamer {
         taken
     }
 
-    /// The same, after a wait for one that shows the change of a number, which [`Streamer::changed`] has given. It gives what there is when
-    /// that takes longer than `patience`, or [`Streamer::ended`].
+    /// As [`Self::take`], but first waits for a publication that shows the change with this number (see [`Streamer::changed`]). After `patience`,
+    /// or once the streamer has [`ended`](Streamer::ended), it takes the newest one there is.
     pub fn take_with(&self, number: u64, patience: Duration) -> Option<Arc<Publication>> {
         let until = Instant::now() + patience;
         let mut state = self.shared.state();
@@ -375,12 +375,13 @@ impl Streamer {
         self.take()
     }
 
-    /// Whether [`Streamer::take`] has something to give.
+    /// Whether a publication waits for [`Streamer::take`].
     pub fn has_pending(&self) -> bool {
         self.shared.state().pending.is_some()
     }
 
-    /// Every frame that could reach publications below this version has finished: what only they reach is free.
+    /// Reports that every frame that could reach publications below this version has finished. The streamer may then reuse the blocks that only
+    /// they reach.
     pub fn released(&self, version: u64) {
         let mut state = self.shared.state();
         if state.released < version {
@@ -389,7 +390,7 @@ impl Streamer {
         }
     }
 
-    /// Waits until all that is wanted is there and published; for whoever makes pictures that must be complete.
+    /// Waits until every wanted tile is published, for pictures that must be complete.
     pub fn wait(&self, timeout: Duration) -> Result<(), StreamError> {
         let until = Instant::now() + timeout;
         let mut state = self.shared.state();
@@ -414,7 +415,7 @@ impl Streamer {
         }
     }
 
-    /// Tries again after [`StreamError::NoRoom`], when a publication was taken and released meanwhile.
+    /// Tries again after [`StreamError::NoRoom`]. The caller has taken and released a publication since.
     pub fn retry(&self) {
         let mut state = self.shared.state();
         state.view_serial += 1;
@@ -422,24 +423,24 @@ impl Streamer {
         self.shared.news.notify_one();
     }
 
-    /// Whether all that is wanted is there and published.
+    /// Whether every wanted tile is published.
     pub fn is_settled(&self) -> bool {
         let state = self.shared.state();
         state.settled == state.view_serial
     }
 
-    /// Whether what [`Streamer::stats`] says is missing is what the newest view misses.
+    /// Whether the missing tiles in [`Streamer::stats`] are counted for the newest view.
     pub fn has_looked(&self) -> bool {
         let state = self.shared.state();
         state.looked == state.view_serial
     }
 
-    /// What the source says, when there are tiles that it does not have; they are asked for again after a while.
+    /// Why the source does not have a tile that is wanted; `None` if it has all of them. The streamer asks for such tiles again later.
     pub fn unavailable(&self) -> Option<Unavailable> {
         self.shared.state().unavailable.clone()
     }
 
-    /// How it is doing.
+    /// Figures about its tiles and its pool.
     pub fn stats(&self) -> Stats {
         let (used, peak, failed) = self.shared.pool.usage();
         let (stats, most_written) = {
@@ -449,7 +450,7 @@ impl Streamer {
         Stats { most_written, pool: [used, peak, self.shared.pool.capacity()], failed, ..stats }
     }
 
-    /// What it asks for tiles.
+    /// The source of its tiles.
     pub fn source(&self) -> &Arc<dyn ChunkSource> {
         &self.shared.source
     }
@@ -459,7 +460,7 @@ impl Drop for Streamer {
     fn drop(&mut self) {
         self.shared.stop();
         for thread in self.threads.drain(..) {
-            // Its panics are caught: what it had to say stands in `ended`.
+            // The thread catches its own panics and puts the reason into `ended`.
             let _ = thread.join();
         }
     }

@@ -1,11 +1,11 @@
-//! Which tiles are no longer what their source says, since which change, and how long publications wait for them.
+//! Which tiles are stale, since which change, and how long publications wait for them.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use crate::reach::TileKey;
 
-/// How long a publication waits for the rest of an edit, so that what was changed at once is seen at once.
+/// How long a publication waits for the rest of an edit, so that one edit appears in one frame.
 const WHOLE_EDIT: Duration = Duration::from_millis(100);
 
 /// Changes are numbered from 1.

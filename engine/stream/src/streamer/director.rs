@@ -1,4 +1,4 @@
-//! Knows the tiles: what is there, what is wanted, what goes.
+//! Decides which tiles to load and which to give up.
 
 mod publish;
 mod room;
@@ -24,25 +24,25 @@ use crate::reach::{Reach, TileKey};
 use crate::view::View;
 use room::{Reaction, Room};
 
-/// Tiles that stay beyond where they are wanted, so that a camera on a border loads nothing twice.
+/// How many tiles beyond the wanted range stay loaded, so that a camera that crosses a border to and fro loads nothing twice.
 const SLACK: i32 = 2;
-/// Level 0 reaches at least so many tiles, whatever the memory.
+/// The shortest range of level 0, in tiles, however little memory there is.
 const LEAST_NEAR: i32 = 1;
-/// Most of the pool that is used before level 0 reaches less far, in percent.
+/// Above this use of the pool, in percent, the range of level 0 shrinks.
 const FULL: u64 = 85;
-/// Least of the pool that is free for level 0 to reach further again, in percent.
+/// Below this use of the pool, in percent, the range of level 0 may grow again.
 const ROOMY: u64 = 65;
-/// The longest time between two looks at what is missing.
+/// The longest time between two turns of the director.
 const TURN: Duration = Duration::from_millis(32);
 
 pub(super) struct Director {
     shared: Arc<Shared>,
     complete: bool,
-    /// What the file wants to be shown.
+    /// The range that the world file wants to be shown.
     shown: Reach,
-    /// The same with what may be shown soon.
+    /// The same range, with the tiles around it that may be shown soon.
     whole: Reach,
-    /// What there is room for.
+    /// The part of `whole` that the pool has room for.
     reach: Reach,
     view: View,
     view_serial: u64,
@@ -50,19 +50,20 @@ pub(super) struct Director {
     /// The coarsest tile that the camera is in: it decides where the world ends.
     horizon: TileKey,
     tiles: BTreeMap<TileKey, Tile>,
-    /// What is wanted, and what of it is not there.
+    /// The number of wanted tiles.
     wanted: usize,
+    /// The wanted tiles that are not there.
     missing: HashSet<TileKey>,
-    /// Tiles that are there, and in no publication yet.
+    /// Tiles that are there, but in no publication yet.
     unpublished: HashSet<TileKey>,
-    /// What the newest publication is without.
+    /// The wanted tiles that the newest publication does not have.
     lacking: Arc<Mutex<Option<Lacking>>>,
     changes: Changes,
-    /// The last change that publications show with all before it.
+    /// Publications show every change up to this one.
     shown_changes: u64,
     /// Tiles that the source did not have, and when to ask for them again.
     backoff: RetryBackoff,
-    /// Blocks of tiles and directories that no publication from this version on reaches.
+    /// Blocks of tiles and directories, each with the first version that no longer reaches it.
     retired: VecDeque<(u64, Block)>,
     version: u64,
     directory: Directory,
@@ -75,7 +76,7 @@ pub(super) struct Director {
     stats: Stats,
 }
 
-/// What has happened since the director looked last.
+/// What has happened since the last turn of the director.
 struct News {
     made: Vec<Made>,
     changed: BTreeMap<ChunkPos, u64>,
@@ -151,7 +152,7 @@ impl Director {
         }
     }
 
-    /// Sleeps until there is something to do. `None` when all is over.
+    /// Sleeps until there is something to do. Returns `None` when the streamer stops.
     fn wait(&mut self) -> Option<News> {
         let shared = self.shared.clone();
         let mut state = shared.state();
@@ -199,7 +200,7 @@ impl Director {
         }
     }
 
-    /// Gives up a block that publications up to the last one may reach.
+    /// Gives up a block that publications up to the last one may reach. It is freed once no frame uses them.
     fn retire(&mut self, block: Option<Block>) {
         if let Some(block) = block {
             self.retired.push_back((self.version + 1, block));
@@ -245,7 +246,7 @@ impl Director {
         self.backoff.remove(key);
         self.stats.made += 1;
         if !self.reach.wants(self.view.cell, key, self.slack()) {
-            // No publication has ever reached it.
+            // No publication has ever reached the tile, so that its blocks are free at once.
             if let Some(block) = block {
                 self.shared.pool.free(block);
             }
@@ -254,7 +255,7 @@ impl Director {
             }
             return;
         }
-        // It is newer than what was there: where changes never end, what they leave is seen all the same.
+        // The new tile replaces the old one even if it is stale again already: where edits never stop, each result is still shown.
         self.ask_again |= self.changes.made(key, known);
         if self.missing.remove(&key) {
             self.unpublished.insert(key);
@@ -280,10 +281,11 @@ impl Director {
         }
     }
 
-    /// Chunks that the source answers anew, with the coarser tiles around them. Gives whether they lie so high or deep that more is wanted now.
+    /// Marks the tiles of changed chunks as stale, with the coarser tiles around them. Returns whether a chunk lies so high or so deep that more
+    /// tiles are wanted now.
     fn note_changes(&mut self, chunks: &BTreeMap<ChunkPos, u64>) -> bool {
         let wanted = self.whole.clone();
-        // The lamps of a chunk follow from the voxels beyond its faces, too; one that is being made may have seen those from before.
+        // The lamps of a chunk depend on the voxels beyond its faces, too. A chunk that is being made may have read the old ones.
         let follows = |key: &TileKey, face: u32| match self.tiles.get(key) {
             Some(_) if self.shared.lamps.is_some() && self.changes.concern(key) => true,
             Some(tile) => tile.lamps.sides >> (face ^ 1) & 1 == 1,
@@ -364,10 +366,10 @@ impl Director {
         self.shared.state().jobs.clear();
         if self.complete || self.reach.near() <= LEAST_NEAR {
             if !self.complete {
-                // What is kept beyond where it is wanted goes first.
+                // Tiles beyond the wanted range go first.
                 self.drop_unwanted(0);
             }
-            // What was given up is free as soon as a publication without it is taken.
+            // Blocks that were given up become free once a frame takes a publication without them.
             if self.changed && self.retired.iter().any(|(version, _)| *version > self.version) {
                 self.make_publication();
             }
@@ -379,7 +381,7 @@ impl Director {
         }
     }
 
-    /// Level 0 reaches less far, without slack: room is what is needed.
+    /// Shortens the range of level 0 by a tile, and gives up every tile beyond it at once, to make room.
     fn shrink(&mut self) {
         self.reach = self.whole.with_near(self.reach.near() - 1);
         self.drop_unwanted(0);
@@ -405,7 +407,7 @@ impl Director {
         let idle = |key: &TileKey| {
             !waiting.contains(key) && !state.in_work.contains(key) && !state.made.iter().any(|made| made.key == *key)
         };
-        // What was changed by hand is seen to be wrong: it comes first, chunks before the coarser tiles around them.
+        // A user sees that an edited tile is stale, so that it comes first: chunks before the coarser tiles around them.
         let stale: Vec<TileKey> = self.changes.tiles().filter(idle).collect();
         let top = self.whole.top();
         let mut jobs: Vec<((u8, f64), TileKey)> = self

@@ -1,4 +1,4 @@
-//! Makes publications: when one is due, what it shows, and what it is without.
+//! Makes publications, and counts the wanted tiles that they do not have.
 
 use std::sync::{Arc, PoisonError};
 
@@ -13,13 +13,13 @@ use crate::publication::{Lacking, Publication};
 use crate::reach::TileKey;
 
 impl Director {
-    /// Whether a publication may be made that frames take after this one, which none has taken yet, or in its place: only an edit that it
-    /// does not show overtakes it.
+    /// Whether the director may publish now. `pending` is the last publication if no frame has taken it: a new one replaces it only to show an
+    /// edit that it does not show.
     pub(super) fn may_follow(&self, pending: Option<&Publication>) -> bool {
         !self.changes.are_held() && pending.is_none_or(|pending| pending.changes < self.changes.whole())
     }
 
-    /// What the newest publication is without, of what is wanted now.
+    /// Counts the tiles that are wanted now and missing from the newest publication.
     pub(super) fn count_unseen(&mut self) {
         let tiles = self.missing.iter().chain(&self.unpublished).copied().collect();
         let lacking = Lacking { cell: self.view.cell, shown: self.shown.clone(), tiles };
@@ -30,7 +30,7 @@ impl Director {
         *self.lacking.lock().unwrap_or_else(PoisonError::into_inner) = Some(lacking);
     }
 
-    /// Makes a publication, if something has changed and somebody wants one.
+    /// Makes a publication if one is due, and reports the figures.
     pub(super) fn publish(&mut self) {
         let listed = !self.complete || self.lamps.is_whole();
         let settled = self.missing.is_empty() && self.changes.are_made() && self.lamps.again().is_empty() && listed;
@@ -54,19 +54,19 @@ impl Director {
         state.stats = self.stats;
         state.looked = self.view_serial;
         state.unavailable = self.backoff.reason().cloned();
-        // Whoever waits for this sees the figures of it, too.
+        // Callers that wake up here find the figures of this turn.
         if settled && !self.changed && view_is_known && state.view_serial == self.view_serial {
             state.settled = self.view_serial;
             self.shared.settled.notify_all();
         }
     }
 
-    /// Whether a tile is part of the world that is shown: the world ends where the file says, whatever is there beyond.
+    /// Whether a tile is shown. The world ends where its file says, also where tiles beyond are loaded.
     fn is_shown(&self, key: TileKey) -> bool {
         key.level == 0 || key.level < self.whole.top() || self.shown.wants(self.view.cell, key, 0)
     }
 
-    /// Has the directory show what is there of a tile.
+    /// Updates a tile in the directory.
     pub(super) fn place(&mut self, key: TileKey) {
         let tile = self.tiles.get(&key).filter(|_| self.is_shown(key));
         self.directory.set(key, tile.map(|tile| &tile.live));
@@ -82,7 +82,7 @@ impl Director {
         }
         let placed = self.directory.write(&self.shared.pool, self.version + 1);
         for Written { block, version } in self.directory.given_up() {
-            // What was written for a publication that never was is reached by nothing.
+            // It was written for a publication that failed, so that no frame reaches it.
             if version > self.version {
                 self.shared.pool.free(block);
             } else {
@@ -131,7 +131,7 @@ impl Director {
         self.shared.published.notify_all();
     }
 
-    /// Lists the lamps of what is shown, and gives what stands in front of the list then.
+    /// Writes the table of the lamps that are shown. Returns the header of the list.
     fn publish_lamps(&mut self) -> Option<[u32; HEADER_WORDS]> {
         let pool = &self.shared.lamps.as_ref()?.pool;
         let bytes = 4 * self.lamps.publish(pool, self.directory.lights(), self.version + 1);
@@ -143,11 +143,11 @@ impl Director {
         Some(header)
     }
 
-    /// There was no room for some lamps: a window goes on without them, but whoever waits for a complete world hears of it.
+    /// Some lamps found no room. A window goes on without them; a caller that waits for a complete world gets an error.
     pub(super) fn refuse_lamps(&mut self) {
         let shared = self.shared.clone();
         if let Some(lamps) = shared.lamps.as_ref().filter(|_| self.complete) {
-            // Those of what was given up are free as soon as a publication without them is taken.
+            // The lamps that were given up become free once a frame takes a publication without them.
             if self.changed && self.lamps.waits_for_more_than(self.version) {
                 self.make_publication();
             }
@@ -157,10 +157,10 @@ impl Director {
         }
     }
 
-    /// Lamps that there was no room for are listed as soon as there is: their tiles are made anew, after what is missing.
+    /// Tries again to list lamps that found no room. Their tiles are made again, after the missing tiles.
     pub(super) fn list_again(&mut self) {
         let Some(lamps) = &self.shared.lamps else { return };
-        // Whoever waits for a complete world hears of it if there is still no room. A window asks only for what fits.
+        // For a complete world the director tries all of them, and reports an error if they still do not fit. A window tries those that fit.
         let room = if self.complete { u64::MAX } else { lamps.pool.spare_words() };
         self.ask_again |= self.lamps.list_again(room);
         self.changed |= self.lamps.try_table_again();
