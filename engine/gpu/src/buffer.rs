@@ -1,11 +1,13 @@
 //! Buffers.
 
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::ptr::NonNull;
+use std::sync::Arc;
 
 use ash::vk;
 
 use crate::device::Device;
+use crate::last_use::LastUse;
 use crate::memory::{Backing, Held, Location};
 use crate::result::{Error, Named, Result};
 use crate::retire::Dead;
@@ -29,7 +31,8 @@ pub struct Buffer {
     size: u64,
     location: Location,
     name: String,
-    writing: Mutex<()>,
+    /// Of a buffer that the host writes.
+    last_use: Option<Arc<LastUse>>,
 }
 
 impl fmt::Debug for Buffer {
@@ -65,7 +68,7 @@ impl Buffer {
                     size: info.size,
                     location: info.location,
                     name: name.to_owned(),
-                    writing: Mutex::new(()),
+                    last_use: (info.location == Location::Upload).then(Arc::default),
                 })
             }
             Err(error) => {
@@ -114,23 +117,60 @@ impl Buffer {
         memory.allocation().memory_properties().contains(vk::MemoryPropertyFlags::DEVICE_LOCAL)
     }
 
-    /// Writes bytes from the host. The device must not be reading them meanwhile. `false`, with nothing written, when the buffer is not
-    /// [`Location::Upload`] or too small.
-    pub fn write(&self, offset: u64, bytes: &[u8]) -> bool {
-        let Held::Own(memory) = &self.held else { return false };
+    /// Writes bytes from the host, for everything that is submitted afterwards.
+    ///
+    /// # Errors
+    /// With nothing written: [`Error::InUse`] while the device has not finished all submitted work that uses the buffer, and
+    /// [`Error::NotWritable`] if it is not [`Location::Upload`] or too small. [`Error::DeviceLost`].
+    pub fn write(&self, offset: u64, bytes: &[u8]) -> Result<()> {
+        let Some(last_use) = &self.last_use else { return Err(self.not_writable(offset, bytes)) };
+        let to = self.part(offset, bytes)?;
+        last_use.exclusively(&self.device, &self.name, || {
+            // SAFETY: `part` has as many bytes. No submitted work uses the buffer, none is submitted while this runs, and other writers wait.
+            // No reference into an upload buffer is ever given out.
+            unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), to.as_ptr(), bytes.len()) };
+        })
+    }
+
+    /// Writes bytes from the host while submitted work may use other bytes of the buffer.
+    ///
+    /// # Safety
+    /// Nobody else accesses these bytes meanwhile: no submitted work that may be unfinished, and no other thread.
+    pub(crate) unsafe fn write_part(&self, offset: u64, bytes: &[u8]) -> Result<()> {
+        let to = self.part(offset, bytes)?;
+        // SAFETY: `part` has as many bytes; the rest is the caller's promise.
+        unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), to.as_ptr(), bytes.len()) };
+        Ok(())
+    }
+
+    /// Where bytes at an offset lie in the mapping of an upload buffer.
+    fn part(&self, offset: u64, bytes: &[u8]) -> Result<NonNull<u8>> {
         let fits = offset.checked_add(bytes.len() as u64).is_some_and(|end| end <= self.size);
-        let _one_at_a_time = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
-        match memory.allocation().mapped_ptr() {
-            Some(host) if fits && self.location == Location::Upload => {
-                // SAFETY: the mapping has `size` bytes; writers take turns, and no reference into an upload buffer is ever given out.
-                unsafe {
-                    let to = host.as_ptr().cast::<u8>().add(offset as usize);
-                    std::ptr::copy_nonoverlapping(bytes.as_ptr(), to, bytes.len());
-                }
-                true
-            }
-            _ => false,
+        match self.mapping() {
+            // SAFETY: the offset lies in the mapping, or one past its end.
+            Some(host) if fits && self.location == Location::Upload => Ok(unsafe { host.add(offset as usize) }),
+            _ => Err(self.not_writable(offset, bytes)),
         }
+    }
+
+    fn not_writable(&self, offset: u64, bytes: &[u8]) -> Error {
+        Error::NotWritable { name: self.name.clone(), offset, bytes: bytes.len() as u64, size: self.size }
+    }
+
+    /// Its first byte for the host; `None` where the host does not see it. The mapping has at least [`Self::size`] bytes and lives as long as
+    /// the buffer.
+    pub(crate) fn mapping(&self) -> Option<NonNull<u8>> {
+        let Held::Own(memory) = &self.held else { return None };
+        memory.allocation().mapped_ptr().map(NonNull::cast)
+    }
+
+    pub(crate) fn location(&self) -> Location {
+        self.location
+    }
+
+    /// What a recording that uses the buffer sets; `None` where the host does not write it.
+    pub(crate) fn last_use(&self) -> Option<&Arc<LastUse>> {
+        self.last_use.as_ref()
     }
 
     /// Copies bytes out, as the device left them. Nothing is lent: the device may write again at any time. `false`, with nothing copied,

@@ -9,6 +9,7 @@ use crate::choice::DeviceKind;
 use crate::descriptors::Descriptors;
 use crate::device::Device;
 use crate::image::Image;
+use crate::last_use::UploadUses;
 use crate::pipeline::ComputePipeline;
 use crate::query::Timestamps;
 use crate::queue::{TimelineValue, WindowSemaphores};
@@ -106,6 +107,8 @@ pub struct CommandBuffer {
     name: String,
     /// The last submission: until the device reaches it, the buffer must not be touched.
     submitted: TimelineValue,
+    /// The upload buffers that the recorded commands use.
+    uses: UploadUses,
 }
 
 impl CommandBuffer {
@@ -122,6 +125,7 @@ impl CommandBuffer {
             device: device.clone(),
             name: name.to_owned(),
             submitted: TimelineValue::default(),
+            uses: UploadUses::new(),
         };
         let allocate = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
         // SAFETY: the pool was just made.
@@ -150,6 +154,7 @@ impl CommandBuffer {
             self.device.watch(reset.named("vkResetCommandPool"))?;
             self.device.watch(self.device.raw.begin_command_buffer(self.raw, &begin).named("vkBeginCommandBuffer"))?;
         }
+        self.uses.clear();
         self.device.recording_began();
         Ok(Recording { commands: self, bound: vk::Pipeline::null() })
     }
@@ -169,10 +174,10 @@ impl Recording<'_> {
     }
 
     pub(crate) fn submit_with(self, window: Option<&WindowSemaphores>) -> Result<TimelineValue> {
-        let CommandBuffer { raw, device, submitted, .. } = &mut *self.commands;
+        let CommandBuffer { raw, device, submitted, uses, .. } = &mut *self.commands;
         // SAFETY: the buffer is being recorded.
         device.watch(unsafe { device.raw.end_command_buffer(*raw) }.named("vkEndCommandBuffer"))?;
-        *submitted = device.submit(*raw, window)?;
+        *submitted = device.submit(*raw, uses, window)?;
         Ok(*submitted)
     }
 
@@ -182,6 +187,11 @@ impl Recording<'_> {
 
     pub(crate) fn device(&self) -> &Arc<Device> {
         &self.commands.device
+    }
+
+    /// The commands use a buffer: the host must not write it until they have finished.
+    pub(crate) fn uses(&mut self, buffer: &Buffer) {
+        self.commands.uses.add(buffer.last_use());
     }
 
     /// Records a dependency.
@@ -232,6 +242,7 @@ impl Recording<'_> {
     /// If the part does not lie in the buffer, or its offset or size is no multiple of 4.
     pub fn fill_buffer(&mut self, buffer: &Buffer, offset: u64, size: u64, pattern: u32) {
         buffer.require(offset, size, 4);
+        self.uses(buffer);
         // SAFETY: as in `clear_image`; the part lies in the buffer.
         unsafe { self.device().raw.cmd_fill_buffer(self.raw(), buffer.raw, offset, size, pattern) };
     }
@@ -244,6 +255,7 @@ impl Recording<'_> {
         // `vkCmdUpdateBuffer` takes so many at a time.
         const MOST: usize = 65_536;
         buffer.require(0, bytes.len() as u64, 4);
+        self.uses(buffer);
         for (number, part) in bytes.chunks(MOST).enumerate() {
             let offset = (number * MOST) as u64;
             // SAFETY: as in `clear_image`; the part lies in the buffer and has at most 65,536 bytes, a multiple of 4.
@@ -252,7 +264,12 @@ impl Recording<'_> {
     }
 
     /// Binds a pipeline and its descriptor sets. A pipeline that is bound already is not bound again: the rounds of a loop share one.
+    ///
+    /// # Panics
+    /// If the descriptor sets were made for another pipeline.
     pub fn bind(&mut self, pipeline: &ComputePipeline, descriptors: &Descriptors) {
+        assert!(descriptors.layout == pipeline.layout.id, "the descriptor sets are of another pipeline");
+        descriptors.uses.iter().for_each(|last_use| self.commands.uses.add(Some(last_use)));
         let point = vk::PipelineBindPoint::COMPUTE;
         let known = std::mem::replace(&mut self.bound, pipeline.raw) == pipeline.raw;
         // SAFETY: as in `clear_image`; the sets were made for this pipeline's layout.
@@ -298,6 +315,7 @@ impl Recording<'_> {
     pub fn dispatch_indirect(&mut self, buffer: &Buffer, offset: u64) {
         self.require_pipeline();
         buffer.require(offset, 12, 4);
+        self.uses(buffer);
         // SAFETY: as in `clear_image`; a pipeline is bound, and the arguments lie in the buffer.
         unsafe { self.device().raw.cmd_dispatch_indirect(self.raw(), buffer.raw, offset) };
     }
@@ -313,22 +331,36 @@ impl Recording<'_> {
     pub fn copy_buffer(&mut self, (from, src_offset): (&Buffer, u64), (to, dst_offset): (&Buffer, u64), size: u64) {
         from.require(src_offset, size, 1);
         to.require(dst_offset, size, 1);
+        self.uses(from);
+        self.uses(to);
         let region = vk::BufferCopy { src_offset, dst_offset, size };
         // SAFETY: as in `clear_image`; the bytes lie in both.
         unsafe { self.device().raw.cmd_copy_buffer(self.raw(), from.raw, to.raw, &[region]) };
     }
 
-    /// Copies many parts of one buffer to another: the offsets in both, and bytes. What they write does not meet.
-    pub(crate) fn copy_regions(&mut self, from: &Buffer, to: &Buffer, parts: &[[u64; 3]]) {
+    /// Copies many parts of one buffer to another: the offsets in both, and bytes.
+    ///
+    /// # Safety
+    /// Every part lies in both buffers, no two of them overlap in `to`, and the host writes no part of `from` until the commands have finished:
+    /// this does not count as a use of `from`.
+    pub(crate) unsafe fn copy_regions(&mut self, from: &Buffer, to: &Buffer, parts: &[[u64; 3]]) {
         let region = |&[src_offset, dst_offset, size]: &[u64; 3]| vk::BufferCopy { src_offset, dst_offset, size };
         let regions: Vec<vk::BufferCopy> = parts.iter().map(region).collect();
-        // SAFETY: as in `clear_image`.
+        self.uses(to);
+        // SAFETY: as in `clear_image`; the caller's promise.
         unsafe { self.device().raw.cmd_copy_buffer(self.raw(), from.raw, to.raw, &regions) };
     }
 
     /// Copies one layer, or one slice of a 3-D image, of one mip to the start of a buffer, without padding. The image is in `GENERAL`.
+    ///
+    /// # Panics
+    /// If the image has no such layer, slice or mip, or the buffer is smaller.
     pub fn copy_image_to_buffer(&mut self, image: &Image, mip: u32, layer: u32, to: &Buffer) {
         let [width, height, _] = image.mip_extent(mip);
+        let first = if image.info().volume { [0, 0, layer] } else { [0; 3] };
+        let layers = if image.info().volume { 1 } else { layer.saturating_add(1) };
+        to.require(0, image.require(mip, first, [width, height, 1], layers), 1);
+        self.uses(to);
         let (slice, layer) = if image.info().volume { (layer, 0) } else { (0, layer) };
         let region = vk::BufferImageCopy {
             image_subresource: subresource(mip, layer),
@@ -343,6 +375,9 @@ impl Recording<'_> {
 
     /// Copies texels without padding from an offset of a buffer, a multiple of 4 and of the texel's bytes, into a box of one mip of an
     /// image in `GENERAL`, at the first layer.
+    ///
+    /// # Panics
+    /// If the box does not lie in the mip, or the texels do not lie in the buffer.
     pub fn copy_buffer_to_texels(
         &mut self,
         (from, buffer_offset): (&Buffer, u64),
@@ -351,6 +386,8 @@ impl Recording<'_> {
         [x, y, z]: [u32; 3],
         [width, height, depth]: [u32; 3],
     ) {
+        from.require(buffer_offset, image.require(mip, [x, y, z], [width, height, depth], 1), 1);
+        self.uses(from);
         let region = vk::BufferImageCopy {
             buffer_offset,
             image_subresource: subresource(mip, 0),
@@ -370,7 +407,11 @@ impl Recording<'_> {
     }
 
     /// Takes the time when all compute work before has finished (`after`), or when work from here on may start.
+    ///
+    /// # Panics
+    /// If there are fewer timestamps.
     pub fn timestamp(&mut self, timestamps: &Timestamps, index: u32, after: bool) {
+        assert!(index < timestamps.count(), "timestamp {index} of {}", timestamps.count());
         let stage = if after { vk::PipelineStageFlags2::COMPUTE_SHADER } else { vk::PipelineStageFlags2::TOP_OF_PIPE };
         // SAFETY: as in `clear_image`.
         unsafe { self.device().raw.cmd_write_timestamp2(self.raw(), stage, timestamps.raw, index) };
@@ -388,7 +429,12 @@ impl Recording<'_> {
     /// Writes a word, for [`crate::Buffer::word`] after a device loss: once all compute work before has finished (`after`), or when the
     /// device gets there. Without `VK_AMD_buffer_marker` a word for the latter is a plain fill, which is in its place only on a device that
     /// runs commands one after the other.
+    ///
+    /// # Panics
+    /// If the word does not lie in the buffer, at a multiple of 4.
     pub fn mark(&mut self, buffer: &Buffer, offset: u64, word: u32, after: bool) {
+        buffer.require(offset, 4, 4);
+        self.uses(buffer);
         if let Some(marker) = &self.device().marker {
             let stage = vk::PipelineStageFlags::COMPUTE_SHADER;
             let stage = if after { stage } else { vk::PipelineStageFlags::TOP_OF_PIPE };
@@ -447,12 +493,17 @@ impl Recording<'_> {
         unsafe { self.device().raw.cmd_blit_image2(self.raw(), &info) };
     }
 
-    /// Copies the texels of one image to another of the same extent and texel size, bit by bit, in every mip that both have; both in
-    /// `GENERAL`.
+    /// Copies the texels of one image to another of the same texel size, bit by bit, in every mip that both have; both in `GENERAL`. Of images
+    /// with different extents it copies the part that both have.
+    ///
+    /// # Panics
+    /// If the texels of the two have different sizes.
     pub fn copy_image(&mut self, from: &Image, to: &Image) {
         let general = vk::ImageLayout::GENERAL;
+        assert!(from.texel_bytes() == to.texel_bytes(), "{from:?} has other texels than {to:?}");
         for mip in 0..from.info().mips.min(to.info().mips) {
-            let [width, height, depth] = from.mip_extent(mip);
+            let (of_from, of_to) = (from.mip_extent(mip), to.mip_extent(mip));
+            let [width, height, depth] = std::array::from_fn(|axis| of_from[axis].min(of_to[axis]));
             let region = vk::ImageCopy {
                 src_subresource: subresource(mip, 0),
                 dst_subresource: subresource(mip, 0),

@@ -7,6 +7,7 @@ use ash::vk;
 use crate::buffer::Buffer;
 use crate::device::Device;
 use crate::image::ImageView;
+use crate::last_use::UploadUses;
 use crate::pipeline::{ComputePipeline, PipelineLayout, Sampler};
 use crate::result::{Named, Result};
 use crate::retire::Dead;
@@ -25,6 +26,10 @@ pub enum Resource {
 /// The descriptor sets of one pipeline, and everything they point to.
 pub struct Descriptors {
     pub(crate) sets: Vec<vk::DescriptorSet>,
+    /// The layout that they were made for.
+    pub(crate) layout: u64,
+    /// The upload buffers among what they point to.
+    pub(crate) uses: UploadUses,
     pool: vk::DescriptorPool,
     device: Arc<Device>,
     _held: Vec<Resource>,
@@ -33,6 +38,9 @@ pub struct Descriptors {
 impl Descriptors {
     /// Makes the sets of a pipeline. `resources[i]` are the elements of the pipeline's i-th slot; a slot with fewer elements than its
     /// array length repeats the last.
+    ///
+    /// # Panics
+    /// If a part of a buffer does not lie in it.
     pub fn new(
         device: &Arc<Device>,
         name: &str,
@@ -48,6 +56,13 @@ impl Descriptors {
         layout: &PipelineLayout,
         resources: &[Vec<Resource>],
     ) -> Result<Descriptors> {
+        let mut uses = UploadUses::default();
+        for resource in resources.iter().flatten() {
+            if let Resource::Buffer(buffer, offset, range) = resource {
+                buffer.require(*offset, *range, 1);
+                uses.add(buffer.last_use());
+            }
+        }
         let count = layout.sets.len() as u32;
         let sizes: Vec<_> = layout
             .slots
@@ -56,13 +71,16 @@ impl Descriptors {
             .collect();
         if count == 0 {
             let pool = vk::DescriptorPool::null();
-            return Ok(Descriptors { sets: Vec::new(), pool, device: device.clone(), _held: Vec::new() });
+            let (layout, device) = (layout.id, device.clone());
+            return Ok(Descriptors { sets: Vec::new(), layout, uses, pool, device, _held: Vec::new() });
         }
         let create = vk::DescriptorPoolCreateInfo::default().max_sets(count).pool_sizes(&sizes);
         // SAFETY: plain data.
         let pool = unsafe { device.raw.create_descriptor_pool(&create, None) }.named("vkCreateDescriptorPool")?;
         let mut descriptors = Descriptors {
             sets: Vec::new(),
+            layout: layout.id,
+            uses,
             pool,
             device: device.clone(),
             _held: resources.iter().flatten().cloned().collect(),

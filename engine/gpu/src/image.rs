@@ -120,6 +120,26 @@ impl Image {
         &self.name
     }
 
+    /// Bytes of a texel; `None` of formats that are not plain texels of a colour.
+    pub(crate) fn texel_bytes(&self) -> Option<u64> {
+        texel_bytes(self.info.format)
+    }
+
+    /// The bytes of a box of texels of one mip, in each of the first `layers` layers the same box. Panics if there is none: on the device it would
+    /// be memory of another.
+    pub(crate) fn require(&self, mip: u32, first: [u32; 3], extent: [u32; 3], layers: u32) -> u64 {
+        let there = self.mip_extent(mip.min(self.info.mips));
+        let inside = (0..3).all(|axis| first[axis].checked_add(extent[axis]).is_some_and(|end| end <= there[axis]));
+        assert!(
+            inside && mip < self.info.mips && layers <= self.info.layers,
+            "{extent:?} texels at {first:?} of mip {mip}, layer {}, are not part of {self:?}",
+            layers.saturating_sub(1)
+        );
+        let texels = extent.iter().fold(1_u64, |texels, side| texels.saturating_mul(u64::from(*side)));
+        let bytes = self.texel_bytes().and_then(|bytes| texels.checked_mul(bytes));
+        bytes.unwrap_or_else(|| panic!("{self:?} has texels of a size that is not known"))
+    }
+
     /// Texels of a mip.
     pub fn mip_extent(&self, mip: u32) -> [u32; 3] {
         self.info.extent.map(|texels| (texels >> mip).max(1))
@@ -131,6 +151,23 @@ impl Drop for Image {
         // Before `_held`, whose memory it uses.
         self.device.retire(Dead::Image(self.raw));
     }
+}
+
+/// Bytes of a texel, by the order of `VkFormat`, in which formats of one size follow each other; `None` of depth and compressed formats.
+fn texel_bytes(format: vk::Format) -> Option<u64> {
+    Some(match format.as_raw() {
+        1 | 9..=15 => 1,
+        2..=8 | 16..=22 | 70..=76 => 2,
+        23..=36 => 3,
+        37..=69 | 77..=83 | 98..=100 | 122..=123 => 4,
+        84..=90 => 6,
+        91..=97 | 101..=103 | 110..=112 => 8,
+        104..=106 => 12,
+        107..=109 | 113..=115 => 16,
+        116..=118 => 24,
+        119..=121 => 32,
+        _ => return None,
+    })
 }
 
 /// The part of an image that a view shows.
@@ -180,5 +217,47 @@ impl ImageView {
 impl Drop for ImageView {
     fn drop(&mut self) {
         self.device.retire(Dead::View(self.raw));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texels_have_the_bytes_of_their_format() {
+        let formats = [
+            (vk::Format::UNDEFINED, None),
+            (vk::Format::R4G4_UNORM_PACK8, Some(1)),
+            (vk::Format::A1R5G5B5_UNORM_PACK16, Some(2)),
+            (vk::Format::R8_UNORM, Some(1)),
+            (vk::Format::R8_SRGB, Some(1)),
+            (vk::Format::R8G8_UNORM, Some(2)),
+            (vk::Format::B8G8R8_SRGB, Some(3)),
+            (vk::Format::R8G8B8A8_UNORM, Some(4)),
+            (vk::Format::B8G8R8A8_SRGB, Some(4)),
+            (vk::Format::A2B10G10R10_SINT_PACK32, Some(4)),
+            (vk::Format::R16_UNORM, Some(2)),
+            (vk::Format::R16_SFLOAT, Some(2)),
+            (vk::Format::R16G16_SFLOAT, Some(4)),
+            (vk::Format::R16G16B16_SFLOAT, Some(6)),
+            (vk::Format::R16G16B16A16_UNORM, Some(8)),
+            (vk::Format::R16G16B16A16_SFLOAT, Some(8)),
+            (vk::Format::R32_UINT, Some(4)),
+            (vk::Format::R32G32_SFLOAT, Some(8)),
+            (vk::Format::R32G32B32_SFLOAT, Some(12)),
+            (vk::Format::R32G32B32A32_SFLOAT, Some(16)),
+            (vk::Format::R64_SFLOAT, Some(8)),
+            (vk::Format::R64G64_SFLOAT, Some(16)),
+            (vk::Format::R64G64B64_SFLOAT, Some(24)),
+            (vk::Format::R64G64B64A64_SFLOAT, Some(32)),
+            (vk::Format::B10G11R11_UFLOAT_PACK32, Some(4)),
+            (vk::Format::E5B9G9R9_UFLOAT_PACK32, Some(4)),
+            (vk::Format::D16_UNORM, None),
+            (vk::Format::BC1_RGB_UNORM_BLOCK, None),
+        ];
+        for (format, bytes) in formats {
+            assert_eq!(texel_bytes(format), bytes, "{format:?}");
+        }
     }
 }

@@ -15,8 +15,10 @@ use crate::retire::Dead;
 pub enum Location {
     /// Fast for the device, unseen by the host.
     Device,
-    /// Written by the host, read by the device.
+    /// Written by the host while no submitted work uses it, read by the device ([`crate::Buffer::write`]).
     Upload,
+    /// Stored word by word by the host, also while the device reads it ([`crate::SharedWords`]).
+    Shared,
     /// Written by the device, read by the host.
     Download,
 }
@@ -42,7 +44,7 @@ impl Memory {
             requirements,
             location: match location {
                 Location::Device => MemoryLocation::GpuOnly,
-                Location::Upload => MemoryLocation::CpuToGpu,
+                Location::Upload | Location::Shared => MemoryLocation::CpuToGpu,
                 Location::Download => MemoryLocation::GpuToCpu,
             },
             linear,

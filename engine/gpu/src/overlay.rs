@@ -162,9 +162,7 @@ impl Overlay {
         };
         let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_SRC, location: Location::Upload };
         let staging = Buffer::new(&self.device, "overlay texels", &info, Backing::Own)?;
-        if !staging.write(0, patch.rgba) {
-            return Err(Error::OutOfMemory { name: "overlay texels, host-visible".to_owned(), size });
-        }
+        staging.write(0, patch.rgba)?;
         let (position, whole) = (patch.position.unwrap_or_default(), patch.position.is_none());
         self.uploads.push(Upload { image, staging, position, size: patch.size, whole });
         Ok(())
@@ -194,8 +192,10 @@ impl Overlay {
         Ok(image)
     }
 
-    /// Records the drawing over the picture in an acquired image. `frame` is the number of the frame in flight: the device must have
-    /// finished what was last drawn under the same number. Gives the number of meshes drawn.
+    /// Records the drawing over the picture in an acquired image. `frame` is the number of the frame in flight. Gives the number of meshes drawn.
+    ///
+    /// # Errors
+    /// [`Error::InUse`] while the device has not finished what was last drawn under the same number; any error of the driver.
     pub fn draw_on(
         &mut self,
         recording: &mut Recording<'_>,
@@ -275,6 +275,16 @@ impl Overlay {
         let index_usage = vk::BufferUsageFlags::INDEX_BUFFER;
         let index_buffer = grown(device, index_buffer, indices * index_bytes, index_usage, "overlay indices")?;
 
+        let (mut vertex_end, mut index_end) = (0, 0);
+        for mesh in content.meshes.iter().filter(drawable) {
+            let (vertices, indices): (&[u8], &[u8]) =
+                (bytemuck::cast_slice(mesh.vertices), bytemuck::cast_slice(mesh.indices));
+            vertex_buffer.write(vertex_end, vertices)?;
+            index_buffer.write(index_end, indices)?;
+            vertex_end += vertices.len() as u64;
+            index_end += indices.len() as u64;
+        }
+
         let points = target.extent.map(|pixels| pixels as f32 / scale);
         recording.begin_drawing(target.view, target.layout, target.extent);
         recording.bind_drawing(*pipeline, layout, vertex_buffer, index_buffer, bytemuck::bytes_of(&points));
@@ -285,8 +295,6 @@ impl Overlay {
             else {
                 continue;
             };
-            vertex_buffer.write(first_vertex * vertex_bytes, bytemuck::cast_slice(mesh.vertices));
-            index_buffer.write(first_index * index_bytes, bytemuck::cast_slice(mesh.indices));
             let triangles = mesh.indices.len() as u32 / 3 * 3;
             recording.draw_triangles(layout, &texture.descriptors, scissor, triangles, first_index, first_vertex);
             first_vertex += mesh.vertices.len() as u64;
@@ -429,6 +437,8 @@ impl Recording<'_> {
         indices: &Buffer,
         push: &[u8],
     ) {
+        self.uses(vertices);
+        self.uses(indices);
         let (raw, commands) = (&self.device().raw, self.raw());
         // SAFETY: as above; dropped objects live on until the submission has finished, and the layout has room for the push constants.
         unsafe {

@@ -1,6 +1,7 @@
 //! Pipelines with their layouts, and samplers.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use ash::vk;
 
@@ -41,6 +42,8 @@ pub struct PipelineInfo<'a> {
 /// Which descriptors and push constants the shaders of a pipeline take.
 pub(crate) struct PipelineLayout {
     pub(crate) raw: vk::PipelineLayout,
+    /// A number that no other layout of this process has: the driver may use a handle again.
+    pub(crate) id: u64,
     pub(crate) sets: Vec<vk::DescriptorSetLayout>,
     pub(crate) slots: Vec<Slot>,
     pub(crate) stages: vk::ShaderStageFlags,
@@ -48,6 +51,9 @@ pub(crate) struct PipelineLayout {
     pub(crate) push_bytes: u32,
     device: Arc<Device>,
 }
+
+/// The number of the next layout.
+static NEXT_LAYOUT: AtomicU64 = AtomicU64::new(0);
 
 impl PipelineLayout {
     pub(crate) fn new(
@@ -60,6 +66,7 @@ impl PipelineLayout {
         // From here on, `Drop` frees what was made so far.
         let mut layout = PipelineLayout {
             raw: vk::PipelineLayout::null(),
+            id: NEXT_LAYOUT.fetch_add(1, Ordering::Relaxed),
             sets: Vec::new(),
             slots: slots.to_vec(),
             stages,

@@ -7,6 +7,7 @@ use std::time::Duration;
 use ash::vk;
 
 use crate::device::Device;
+use crate::last_use::UploadUses;
 use crate::result::{Error, Named, Result};
 
 /// A point on a device's timeline: reached when the submission that got it has finished.
@@ -55,10 +56,12 @@ pub(crate) struct WindowSemaphores {
 }
 
 impl Device {
-    /// Submits a recorded command buffer. Submissions run in order; what one must see of another is said by barriers.
+    /// Submits a recorded command buffer, which uses these upload buffers. Submissions start in order; barriers say which results of one another
+    /// must see.
     pub(crate) fn submit(
         &self,
         commands: vk::CommandBuffer,
+        uses: &UploadUses,
         window: Option<&WindowSemaphores>,
     ) -> Result<TimelineValue> {
         if self.is_lost() {
@@ -82,6 +85,9 @@ impl Device {
             .command_buffer_infos(&buffers)
             .wait_semaphore_infos(&waits[..windows])
             .signal_semaphore_infos(&signals[..=windows]);
+        // Before the submission, so that no write can begin once the device may read. After a failed submission the next one gets this value,
+        // so that the buffers can be written when that has finished.
+        uses.submit_as(TimelineValue(value));
         // SAFETY: the queue is locked, the buffer is recorded, and everything recorded in it is kept until the value is reached
         // (objects retire by value, see `retire`).
         let result = unsafe { self.raw.queue_submit2(*queue, &[submit], vk::Fence::null()) };

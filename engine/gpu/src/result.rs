@@ -49,6 +49,24 @@ pub enum Error {
         /// Name of the command buffer.
         name: String,
     },
+    /// The host was to write a buffer that submitted work still uses.
+    #[error("the device still uses the buffer `{name}`")]
+    InUse {
+        /// Name of the buffer.
+        name: String,
+    },
+    /// The host was to write bytes that a buffer does not have, or a buffer that the host cannot write.
+    #[error("the host cannot write {bytes} bytes at offset {offset} of `{name}`, which has {size} bytes")]
+    NotWritable {
+        /// Name of the buffer.
+        name: String,
+        /// Where the bytes were to go.
+        offset: u64,
+        /// Number of bytes.
+        bytes: u64,
+        /// Bytes of the buffer.
+        size: u64,
+    },
     /// Too many tickets for bytes are held.
     #[error("{most} read-backs are in flight: take or drop one first")]
     ReadbacksInFlight {

@@ -55,10 +55,17 @@ impl UploadRing {
         Ok(Self { device: device.clone(), target: target.clone(), staging, timeout, state: Mutex::default() })
     }
 
-    /// Takes bytes for a part of the buffer that no submitted work uses, at a multiple of 4. They are there for everything that is
-    /// submitted after the next [`Self::flush`].
+    /// Takes bytes for a part of the buffer, at a multiple of 4. Everything that is submitted after the next [`Self::flush`] sees them, and nothing
+    /// that was submitted before the copy: it waits for all of that, and everything after waits for it.
+    ///
+    /// # Errors
+    /// [`Error::NotWritable`] if the part does not lie in the buffer, or not at multiples of 4; any error of the device.
     pub fn write(&self, offset: u64, bytes: &[u8]) -> Result<()> {
-        debug_assert!(offset.is_multiple_of(4) && bytes.len().is_multiple_of(4));
+        let (count, size) = (bytes.len() as u64, self.target.size());
+        let inside = offset.checked_add(count).is_some_and(|end| end <= size);
+        if !inside || !offset.is_multiple_of(4) || !count.is_multiple_of(4) {
+            return Err(Error::NotWritable { name: self.target.name().to_owned(), offset, bytes: count, size });
+        }
         // Smaller than the ring, so that one part is copied while the next one is written.
         let most = (self.staging.size() / 4).next_multiple_of(ALIGNMENT) as usize;
         for (number, part) in bytes.chunks(most).enumerate() {
@@ -92,9 +99,8 @@ impl UploadRing {
             };
             self.device.wait(oldest.finished_at, self.timeout)?;
         };
-        if !self.staging.write(place, bytes) {
-            return Err(Error::OutOfMemory { name: self.staging.name().to_owned(), size });
-        }
+        // SAFETY: the place was just reserved: the device has finished with what lay there, and other writers wait for the state.
+        unsafe { self.staging.write_part(place, bytes) }?;
         state.waiting.insert(offset, (place, size));
         Ok(())
     }
@@ -110,7 +116,9 @@ impl UploadRing {
         let regions: Vec<[u64; 3]> = state.waiting.iter().map(|(to, (from, size))| [*from, *to, *size]).collect();
         let mut recording = commands.begin()?;
         recording.barrier(&Barrier::full());
-        recording.copy_regions(&self.staging, &self.target, &regions);
+        // SAFETY: each part was reserved in the staging buffer, and is reserved again only once the device has finished. `write` has checked
+        // that they lie in the target, and `write_part` submits before a part would overlap another one.
+        unsafe { recording.copy_regions(&self.staging, &self.target, &regions) };
         recording.barrier(&Barrier::full());
         let finished_at = recording.submit()?;
         state.waiting.clear();

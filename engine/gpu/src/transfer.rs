@@ -27,10 +27,8 @@ pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Duration)
     let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_SRC, location: Location::Upload };
     let staging = Buffer::new(device, &format!("{name}, staging"), &info, Backing::Own)?;
     let padding = [0; 4];
-    let written = staging.write(0, bytes) && staging.write(bytes.len() as u64, &padding[..size as usize - bytes.len()]);
-    if !written {
-        return Err(unmapped(name, size));
-    }
+    staging.write(0, bytes)?;
+    staging.write(bytes.len() as u64, &padding[..size as usize - bytes.len()])?;
     let mut commands = CommandBuffer::new(device, "upload")?;
     let mut recording = commands.begin()?;
     recording.copy_buffer((&staging, 0), (&buffer, 0), size);
@@ -68,9 +66,11 @@ pub fn upload_image(
             let info = BufferInfo { size, usage, location: Location::Upload };
             let staging = Buffer::new(device, &format!("{name}, staging"), &info, Backing::Own)?;
             let part = texels.get(start as usize..(start + size) as usize);
-            if !part.is_some_and(|part| staging.write(0, part)) {
-                return Err(unmapped(name, size));
-            }
+            let Some(part) = part else {
+                let (name, there) = (format!("{name}, mip {mip}"), texels.len() as u64);
+                return Err(Error::NotWritable { name, offset: start, bytes: size, size: there });
+            };
+            staging.write(0, part)?;
             let mut recording = commands.begin()?;
             recording.barrier(&std::mem::replace(&mut before, Barrier::full()));
             recording.copy_buffer_to_texels((&staging, 0), &image, mip, [0, 0, first], [width, height, count]);
@@ -104,8 +104,4 @@ pub fn download_image(
     timeout: Duration,
 ) -> Result<Vec<u8>> {
     ReadbackRing::new(device).image(image, texel_bytes, mip, layer)?.wait(timeout)
-}
-
-fn unmapped(name: &str, size: u64) -> Error {
-    Error::OutOfMemory { name: format!("{name}, host-visible"), size }
 }

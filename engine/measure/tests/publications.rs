@@ -13,7 +13,7 @@ use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_edit::{Brush, EditedSource, Edits, KeptSource, Operation, Scene};
 use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, CommandBuffer, ComputePipeline, Descriptors, Device, DeviceOptions, Location,
-    PipelineInfo, Resource, Slot, TimelineValue, UploadRing, Validation, vk,
+    PipelineInfo, Resource, SharedWords, Slot, TimelineValue, UploadRing, Validation, vk,
 };
 use raxel_measure::rays::{DeviceWorld, Method, Stream, Tracer};
 use raxel_oracle::metrics::Errors;
@@ -53,8 +53,14 @@ fn silent(device: &Device) {
 /// The buffer, how words come to it, and the same words on the host.
 struct Memory {
     buffer: Arc<Buffer>,
-    ring: Option<UploadRing>,
+    way: Way,
     host: Mutex<Vec<u32>>,
+}
+
+/// How words come to the buffer.
+enum Way {
+    InPlace(SharedWords),
+    Staged(UploadRing),
 }
 
 impl Memory {
@@ -63,26 +69,28 @@ impl Memory {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
-        let location = if staged { Location::Device } else { Location::Upload };
+        let location = if staged { Location::Device } else { Location::Shared };
         let info = BufferInfo { size: 4 * u64::from(count), usage, location };
         let buffer = Arc::new(Buffer::new(device, "world", &info, Backing::Own).unwrap());
-        let ring = staged.then(|| UploadRing::new(device, &buffer, 1 << 18, PATIENCE).unwrap());
-        Arc::new(Self { buffer, ring, host: Mutex::new(vec![0; count as usize]) })
+        let way = match SharedWords::new(buffer.clone()) {
+            Some(words) => Way::InPlace(words),
+            None => Way::Staged(UploadRing::new(device, &buffer, 1 << 18, PATIENCE).unwrap()),
+        };
+        Arc::new(Self { buffer, way, host: Mutex::new(vec![0; count as usize]) })
     }
 }
 
 impl PoolMemory for Memory {
     fn write(&self, at: u32, words: &[u32]) {
         self.host.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
-        let bytes = bytemuck::cast_slice(words);
-        match &self.ring {
-            Some(ring) => ring.write(4 * u64::from(at), bytes).unwrap(),
-            None => assert!(self.buffer.write(4 * u64::from(at), bytes)),
+        match &self.way {
+            Way::InPlace(shared) => shared.store(at.into(), words).unwrap(),
+            Way::Staged(ring) => ring.write(4 * u64::from(at), bytemuck::cast_slice(words)).unwrap(),
         }
     }
 
     fn flush(&self) {
-        if let Some(ring) = &self.ring {
+        if let Way::Staged(ring) = &self.way {
             ring.flush().unwrap();
         }
     }
@@ -413,7 +421,7 @@ impl OwnBuffers {
     ) -> TimelineValue {
         assert!(ranges.len() as u64 <= MOST_RANGES, "{} ranges", ranges.len());
         let words: Vec<[u32; 2]> = ranges.iter().map(|(at, count, _)| [*at, *count]).collect();
-        assert!(self.ranges.write(0, bytemuck::cast_slice(&words)));
+        self.ranges.write(0, bytemuck::cast_slice(&words)).unwrap();
         let mut recording = self.commands.begin().unwrap();
         recording.barrier(&Barrier::full());
         recording.update_buffer(&memory.buffer, bytemuck::cast_slice(publication.words()));

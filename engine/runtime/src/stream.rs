@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_edit::{EditedSource, KeptSource};
-use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, TimelineValue, UploadRing, vk};
+use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, SharedWords, TimelineValue, UploadRing, vk};
 use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, View};
 use raxel_world::{ChunkPos, ChunkSource, Streamed};
 
@@ -375,10 +375,9 @@ fn pool_memory(
     ring: u64,
 ) -> Result<(Arc<Buffer>, Arc<dyn PoolMemory>), ExecuteError> {
     let buffer = pool_buffer(device, name, bytes)?;
-    let memory: Arc<dyn PoolMemory> = if buffer.is_device_local() && buffer.write(0, &[0; 4]) {
-        Arc::new(InPlace(buffer.clone()))
-    } else {
-        Arc::new(Staged(UploadRing::new(device, &buffer, ring, COPY).map_err(ExecuteError::from)?))
+    let memory: Arc<dyn PoolMemory> = match SharedWords::new(buffer.clone()) {
+        Some(words) => Arc::new(InPlace(words)),
+        None => Arc::new(Staged(UploadRing::new(device, &buffer, ring, COPY).map_err(ExecuteError::from)?)),
     };
     Ok((buffer, memory))
 }
@@ -389,7 +388,7 @@ fn pool_buffer(device: &Arc<Device>, name: &str, size: u64) -> Result<Arc<Buffer
         vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
     let make = |location| Buffer::new(device, name, &BufferInfo { size, usage, location }, Backing::Own);
     if std::env::var_os(UPLOADS).is_none_or(|how| how != "staged")
-        && let Ok(buffer) = make(Location::Upload)
+        && let Ok(buffer) = make(Location::Shared)
         && buffer.is_device_local()
     {
         return Ok(Arc::new(buffer));
@@ -403,13 +402,14 @@ fn view_of(camera: &Camera, velocity: DVec3, aspect: f64) -> View {
     View { cell: camera.cell, velocity, forward: camera.rotation() * DVec3::NEG_Z, half_angle: tangent.atan() }
 }
 
-/// The host writes the device's memory. What is written is visible to every submission after it.
-struct InPlace(Arc<Buffer>);
+/// The host writes the device's memory. Every submission that follows sees the words. No frame reaches words that are being stored: the
+/// streamer writes only blocks that no unfinished frame can reach.
+struct InPlace(SharedWords);
 
 impl PoolMemory for InPlace {
     fn write(&self, at: u32, words: &[u32]) {
-        let fits = self.0.write(4 * u64::from(at), bytemuck::cast_slice(words));
-        debug_assert!(fits);
+        let stored = self.0.store(u64::from(at), words);
+        debug_assert!(stored.is_ok(), "{stored:?}");
     }
 }
 

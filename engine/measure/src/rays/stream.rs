@@ -198,10 +198,7 @@ impl Stream {
         let lines = words.par_chunks_exact_mut(W::LINES).with_min_len(4096 / W::LINES);
         lines.zip(part).for_each(|(lines, work)| work.write(lines));
         let count = (part.len() * W::RAYS) as u32;
-        if !staging.write(0, bytemuck::cast_slice(&words)) {
-            let size = staging.size();
-            return Err(raxel_gpu::Error::OutOfMemory { name: "rays, host-visible".to_owned(), size }.into());
-        }
+        staging.write(0, bytemuck::cast_slice(&words))?;
         let (copy, clear, compute) =
             (vk::PipelineStageFlags2::COPY, vk::PipelineStageFlags2::CLEAR, vk::PipelineStageFlags2::COMPUTE_SHADER);
         let (read, write) = (vk::AccessFlags2::SHADER_STORAGE_READ, vk::AccessFlags2::SHADER_STORAGE_WRITE);

@@ -325,8 +325,12 @@ impl Executor {
             ran: &mut slot.ran,
             display: push,
             capture: capture.as_ref(),
+            failed: None,
         };
         let counts = running.replay.walk(&mut recorder);
+        if let Some(error) = recorder.failed {
+            return Err(error.into());
+        }
         count(&mut report, counts);
         running.counted.record(&mut recording, running, (number, slot_index), (&slot.ran, &mut slot.copied));
         slot.counted = Some(running.counted.clone());

@@ -49,8 +49,8 @@ pub struct Prepared {
     pub(super) barriers: Vec<Option<Barrier>>,
     /// Before, between and after the writes of a frame that updates sources.
     pub(super) updates: [Barrier; 3],
-    /// The uniform blocks of every frame in flight, one after the other.
-    pub(super) uniforms: Option<Arc<Buffer>>,
+    /// The uniform blocks of all passes, a buffer for each frame in flight: the host writes one while the device reads the other.
+    pub(super) uniforms: Option<[Arc<Buffer>; FRAMES]>,
     pub(super) display: PreparedDisplay,
     pub(super) instrumentation: Arc<Instrumentation>,
     pub(super) counted: Arc<CountedWords>,
@@ -153,12 +153,10 @@ impl Builder {
         let uniforms = match replay.uniform_bytes() {
             0 => None,
             bytes => {
-                let info = BufferInfo {
-                    size: bytes * FRAMES as u64,
-                    usage: vk::BufferUsageFlags::UNIFORM_BUFFER,
-                    location: Location::Upload,
-                };
-                Some(Arc::new(Buffer::new(device, "uniform blocks", &info, Backing::Own)?))
+                let info =
+                    BufferInfo { size: bytes, usage: vk::BufferUsageFlags::UNIFORM_BUFFER, location: Location::Upload };
+                let buffer = |name| Ok::<_, ExecuteError>(Arc::new(Buffer::new(device, name, &info, Backing::Own)?));
+                Some([buffer("uniform blocks, even frames")?, buffer("uniform blocks, odd frames")?])
             }
         };
         let passes = (0..plan.passes.len())
@@ -204,7 +202,7 @@ impl Builder {
         index: usize,
         replay: &Replay,
         resources: &[Arc<Physical>],
-        uniforms: Option<&Arc<Buffer>>,
+        uniforms: Option<&[Arc<Buffer>; FRAMES]>,
     ) -> Result<PreparedPass, ExecuteError> {
         let planned = &plan.passes[index];
         let pass = plan.graph.pass(planned.pass);
@@ -217,7 +215,7 @@ impl Builder {
         let turn = |access: &BoundAccess| plan.turn(step, access.resource);
         let turns = pass.accesses.iter().filter_map(|a| Some((turn(a), u64::from(physical(a)?.count().max(1)))));
         let rotations = Rotations::of(turns);
-        let frames = if pass.uniforms.is_empty() { 1 } else { FRAMES as u64 };
+        let frames = if pass.uniforms.is_empty() { 1 } else { FRAMES };
         let places = replay.uniform_places(index);
         let mut sets = Vec::new();
         for way in 0..rotations.count() {
@@ -231,9 +229,8 @@ impl Builder {
                             bound.extend(self.element(physical, access, binding, rotation)?);
                         }
                     }
-                    if let (Some(place), Some(buffer)) = (places.iter().find(|p| p.binding == b as u32), uniforms) {
-                        let offset = place.offset + slot * replay.uniform_bytes();
-                        bound.push(Resource::Buffer(buffer.clone(), offset, place.size));
+                    if let (Some(place), Some(buffers)) = (places.iter().find(|p| p.binding == b as u32), uniforms) {
+                        bound.push(Resource::Buffer(buffers[slot].clone(), place.offset, place.size));
                     }
                     elements.push(bound);
                 }

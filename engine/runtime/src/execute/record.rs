@@ -26,6 +26,8 @@ pub(super) struct DeviceRecorder<'a, 'r> {
     pub(super) display: display::Push,
     /// What is copied of it.
     pub(super) capture: Option<&'a Capture>,
+    /// Why the uniform blocks could not be written: then the frame must not be submitted.
+    pub(super) failed: Option<raxel_gpu::Error>,
 }
 
 impl DeviceRecorder<'_, '_> {
@@ -45,9 +47,9 @@ impl DeviceRecorder<'_, '_> {
 
 impl Recorder for DeviceRecorder<'_, '_> {
     fn uniforms(&mut self, bytes: &[u8]) {
-        if let Some(buffer) = &self.prepared.uniforms {
-            // The frame that used this part last has finished.
-            buffer.write((self.slot * bytes.len()) as u64, bytes);
+        if let Some(buffers) = &self.prepared.uniforms {
+            // The frame that used this buffer last has finished.
+            self.failed = buffers[self.slot].write(0, bytes).err();
         }
     }
 

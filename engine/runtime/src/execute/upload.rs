@@ -52,7 +52,7 @@ impl Uploads {
             }
         };
         for (place, write) in self.places() {
-            staging.write(place, &write.bytes);
+            staging.write(place, &write.bytes)?;
             write.source.changed();
         }
         Ok(true)

@@ -35,10 +35,7 @@ impl Pixels {
         let size = picture.rgba.len() as u64;
         let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_SRC, location: Location::Upload };
         let staging = Buffer::new(device, "pixels of the host", &info, Backing::Own)?;
-        if !staging.write(0, &picture.rgba) {
-            let name = "pixels of the host, host-visible".to_owned();
-            return Err(raxel_gpu::Error::OutOfMemory { name, size }.into());
-        }
+        staging.write(0, &picture.rgba)?;
         self.waiting = Some((staging, new));
         Ok(())
     }
