@@ -15,8 +15,6 @@ pub use raxel_runtime::{EditFailure, FrameError, Observe, OpenError, Options, Re
 pub use raxel_cache as cache;
 /// Edits of worlds, queries, saves.
 pub use raxel_edit as edit;
-/// Vulkan: devices, and surfaces for windows of your own.
-pub use raxel_gpu as gpu;
 /// The graph compiler: file, checked graph, plan.
 pub use raxel_graph as graph;
 /// Bench and stress: run time against error.
@@ -33,6 +31,25 @@ pub use raxel_shader as shader;
 pub use raxel_stream as stream;
 /// Voxel worlds.
 pub use raxel_world as world;
+
+/// Vulkan, as far as a program with a session of its own meets it: the devices there are, the one that is open, messages of the validation
+/// layer, and errors. [`Presenter`] shows pictures in a window of yours, under the triangles of an [`OverlayFrame`](gpu::OverlayFrame).
+///
+/// Commands, barriers, memory and descriptors are not public. They leave the order of the device's accesses to their caller, and the only
+/// callers are the executor, which follows a plan, and the code that raxel's own tests check:
+///
+/// ```compile_fail
+/// use raxel::gpu::CommandBuffer;
+/// ```
+pub mod gpu {
+    #[cfg(target_os = "linux")]
+    pub use raxel_gpu::on_lost_x_server;
+    pub use raxel_gpu::{
+        Candidate, Capabilities, Device, DeviceKind, DeviceOptions, Error, Message, OverlayFrame, OverlayMesh,
+        OverlayVertex, Packets, PipelineCounts, Presented, Result, Severity, TexturePatch, TimelineValue, Validation,
+        ValidationLog, Verdict, choose, has_abandoned_device,
+    };
+}
 
 /// The example of the page about edits is compiled.
 #[cfg(doctest)]

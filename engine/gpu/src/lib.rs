@@ -2,9 +2,12 @@
 //! buffers, timestamps, windows, triangles over a picture, and bytes to the device and back.
 //!
 //! Objects hold their device and what they are made of. An object that is dropped while the device may still use it is destroyed
-//! when the device's timeline has passed it (`retire`), so a handle that the device sees is alive. What the functions leave to
-//! the caller is order: which access must come after which is said by [`Barrier`]s, and is checked by the validation layer's
-//! synchronization validation in tests.
+//! when the device's timeline has passed it (`retire`), so a handle that the device sees is alive. The host writes a buffer only
+//! while no submitted work uses it (`last_use`), or word by word ([`SharedWords`]). Commands check that the parts they name exist.
+//!
+//! The caller decides in which order the device accesses memory: [`Barrier`]s say which access comes after which. A wrong order
+//! gives wrong bytes to shaders, and nothing worse. In tests, the validation layer checks it (synchronization validation). This is
+//! why the library `raxel` does not re-export what records commands.
 
 #![allow(unsafe_code, reason = "Vulkan is a C interface; each block says why it is sound")]
 

@@ -130,7 +130,7 @@ fn no_submission_sees_half_of_a_write() {
     let device = device();
     let from = buffer(&device, BYTES as u64, vk::BufferUsageFlags::TRANSFER_SRC, Location::Upload);
     let back = buffer(&device, BYTES as u64, vk::BufferUsageFlags::TRANSFER_DST, Location::Download);
-    from.write(0, &[0; BYTES]).expect("nothing uses it");
+    from.write(0, &vec![0; BYTES]).expect("nothing uses it");
     let done = AtomicBool::new(false);
     let (written, kinds) = std::thread::scope(|scope| {
         let writer = scope.spawn(|| {

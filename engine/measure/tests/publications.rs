@@ -60,7 +60,7 @@ struct Memory {
 /// How words come to the buffer.
 enum Way {
     InPlace(SharedWords),
-    Staged(UploadRing),
+    Staged(Box<UploadRing>),
 }
 
 impl Memory {
@@ -74,7 +74,7 @@ impl Memory {
         let buffer = Arc::new(Buffer::new(device, "world", &info, Backing::Own).unwrap());
         let way = match SharedWords::new(buffer.clone()) {
             Some(words) => Way::InPlace(words),
-            None => Way::Staged(UploadRing::new(device, &buffer, 1 << 18, PATIENCE).unwrap()),
+            None => Way::Staged(Box::new(UploadRing::new(device, &buffer, 1 << 18, PATIENCE).unwrap())),
         };
         Arc::new(Self { buffer, way, host: Mutex::new(vec![0; count as usize]) })
     }

@@ -240,7 +240,7 @@ impl WorldStream {
 
     /// Before a frame: follows the camera, and gives the frame the newest publication. A complete world is waited for, and for at most
     /// 4 ms an edit of a few chunks; nothing else waits. Returns the version that the frame sees.
-    pub fn begin(&self, camera: &Camera, aspect: f64, seconds: f64) -> Result<u64, Refused> {
+    pub(crate) fn begin(&self, camera: &Camera, aspect: f64, seconds: f64) -> Result<u64, Refused> {
         let began = Instant::now();
         let mut frames = self.frames();
         let position = camera.position();
@@ -288,7 +288,7 @@ impl WorldStream {
     }
 
     /// After a frame that was submitted: `before` is what had been submitted before it.
-    pub fn end(&self, before: TimelineValue) {
+    pub(crate) fn end(&self, before: TimelineValue) {
         let began = Instant::now();
         let mut frames = self.frames();
         let waiting = self.source.is_waiting() || self.lights.as_ref().is_some_and(|lights| lights.is_waiting());

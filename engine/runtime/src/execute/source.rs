@@ -109,12 +109,12 @@ impl DeviceSource {
     }
 
     /// Its buffer.
-    pub fn buffer(&self) -> Option<&Arc<Buffer>> {
+    pub(crate) fn buffer(&self) -> Option<&Arc<Buffer>> {
         self.buffer.as_ref()
     }
 
     /// Its image, in `GENERAL`.
-    pub fn image(&self) -> Option<&Arc<Image>> {
+    pub(crate) fn image(&self) -> Option<&Arc<Image>> {
         self.image.as_ref().map(|(image, _)| image)
     }
 
