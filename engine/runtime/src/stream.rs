@@ -139,7 +139,8 @@ impl WorldStream {
         let view = view_of(camera, DVec3::ZERO, 1.0);
         let lights = lights.map(|buffer| builder.source("world.lights", Some(buffer), None));
         let streamer = Streamer::with_lamps(tiles.clone(), (memory, words), lamps, reach, view, options);
-        if let Some(ended) = streamer.ended() {
+        // A thread that has ended since is for the frames to report: how soon it ends is chance.
+        if let Some(ended @ StreamError::NotStarted { .. }) = streamer.ended() {
             let diagnostic = stopped(ended).label(streamed.place.clone(), "for this world");
             return Err(Refused::World(Box::new(diagnostic)));
         }
