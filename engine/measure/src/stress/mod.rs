@@ -2,11 +2,13 @@
 //! made and judged once and traced by every method. Memory is bounded whatever the number of rays, and the same plan makes the same rays
 //! on every machine, whatever its number of cores.
 
+mod edited;
 mod invariants;
 mod judge;
 mod plan;
 mod posed;
 mod run;
+mod streamed;
 mod truth;
 
 pub use invariants::{Invariants, invariants};
