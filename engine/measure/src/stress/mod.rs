@@ -8,11 +8,13 @@ mod judge;
 mod plan;
 mod posed;
 mod run;
+mod single;
 mod streamed;
 mod truth;
 
 pub use invariants::{Invariants, invariants};
 pub use judge::{Differences, Sample, Tally, WRONG_KEPT};
 pub use plan::{Plan, Row, Site, Sites};
-pub use run::{Progress, Report, RowReport, Said, Single, run, single};
+pub use run::{Progress, Report, RowReport, run};
+pub use single::{Said, Single, single};
 pub use truth::Truth;
