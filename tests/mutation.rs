@@ -32,7 +32,7 @@ const GATES: &[(&str, &str)] = &[
     ("mask", "tree64,tree64:packet,flat64:period"),
     ("octant", "tree64,tree64:packet,tree64:parallel,flat64:period"),
     ("octree", "octree,octree:ahead"),
-    ("packed", "tree64,flat64"),
+    ("packed", "tree64,flat64,tree64:streamed"),
     ("packet", "tree64:packet"),
     ("parallel", "tree64:parallel"),
     ("period", "flat64:period,flat64:refill"),
@@ -43,7 +43,7 @@ const GATES: &[(&str, &str)] = &[
     ("texture3d", "texture3d,texture3d:ahead"),
     ("tile", "tree64:packet,tree64:parallel"),
     ("trace", "tree64,svo"),
-    ("tree64", "tree64,tree64:ahead"),
+    ("tree64", "tree64,tree64:ahead,tree64:streamed"),
     ("walk", "tree64,tree64:ahead,brickmap,svo"),
 ];
 

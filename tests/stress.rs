@@ -17,11 +17,11 @@ fn rows(run: &Run) -> BTreeMap<String, Value> {
 fn every_tracer_that_claims_to_be_exact_is() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().display().to_string();
-    let run = raxel(&["stress", "--rays", "3.4e5", "--validate", "--format", "json", "-o", &folder]).exits(0);
+    let run = raxel(&["stress", "--rays", "3.5e5", "--validate", "--format", "json", "-o", &folder]).exits(0);
     let rows = rows(&run);
     let count = |row: &Value, name: &str| row["total"][name].as_u64().unwrap();
     let exact: Vec<_> = rows.values().filter(|row| row["exact"] == true).collect();
-    assert!(exact.len() >= 22 && rows.contains_key("brickmap:ahead"), "{:?}", rows.keys());
+    assert!(exact.len() >= 23 && rows.contains_key("brickmap:ahead"), "{:?}", rows.keys());
     let of_tiles = ["tree64:beam", "tree64:packet"];
     for row in exact.iter().filter(|row| of_tiles.iter().all(|name| row["row"] != *name)) {
         let of_periods = ["flat64:period", "flat64:refill"].iter().any(|name| row["row"] == *name);
@@ -48,6 +48,10 @@ fn every_tracer_that_claims_to_be_exact_is() {
         ["parallel", "parallel-ties"].iter().all(|set| parallel["sets"][set]["rays"].as_u64().unwrap() > 300),
         "{parallel}"
     );
+    // Publications are for all sets, near and far.
+    let streamed = &rows["tree64:streamed"];
+    assert!(streamed["exact"] == true && streamed["refused"].as_array().unwrap().is_empty(), "{streamed}");
+    assert_eq!(count(streamed, "rays"), count(&rows["tree64"], "rays"), "{streamed}");
     for row in exact {
         for column in ["wrong", "hangs", "wrong_t", "wrong_uv", "wrong_steps", "beyond_t_max"] {
             assert_eq!(count(row, column), 0, "{column}: {row}");
@@ -261,6 +265,47 @@ fn faults_in_instances_are_caught() {
     raxel(&scope).exits(0);
 }
 
+/// Tracers that know where an encoded world has its nodes and its materials: a streamer puts them elsewhere.
+#[test]
+fn faults_in_publications_are_caught() {
+    let tree64 = std::fs::read_to_string(repository().join("shaders/include/raxel/tree64.glsl")).unwrap();
+    let scope = ["stress", "--scenes", "gravel,hills", "--rays", "4e4", "--format", "json"];
+    let scope = [&scope[..], &["--layouts", "tree64,tree64:streamed"]].concat();
+    for (right, wrong) in [
+        // The nodes below the root come behind it in an encoded world.
+        (
+            "uint at = node.z + rx_child_rank(node.xy, child);",
+            "uint at = (height == top && top > 3u ? world.root + 1u : node.z) + rx_child_rank(node.xy, child);",
+        ),
+        // The header counts the leaves of an encoded world, and none of a publication's.
+        (
+            "return ((c.x | c.y | c.z) >> world.log2_size) == 0u ? rx_look(cell, log2_free) : 0u;",
+            "return world.leaf_count > 0u && ((c.x | c.y | c.z) >> world.log2_size) == 0u ? rx_look(cell, log2_free) : 0u;",
+        ),
+    ] {
+        assert_eq!(tree64.matches(right).count(), 1, "{right}");
+        let project = Project::empty();
+        project.write("shaders/include/raxel/tree64.glsl", tree64.replace(right, wrong));
+        let run = project.raxel(&scope).exits(1);
+        let found = rows(&run);
+        let count = |row: &str| found[row]["total"]["wrong"].as_u64().unwrap();
+        assert_eq!(count("tree64"), 0);
+        assert!(count("tree64:streamed") > 100, "{wrong}: {}", found["tree64:streamed"]);
+        assert!(run.stderr.contains("tree64:streamed is wrong about "), "{}", run.stderr);
+
+        // The command that is offered shows the error again, with what is right in that publication.
+        let offered = run.json().into_iter().find(|value| value["reason"] == "wrong-ray").expect("a wrong ray");
+        let offered = offered["command"].as_str().unwrap().trim_start_matches("raxel ").to_owned();
+        let (words, ray) = offered.split_once('"').unwrap();
+        let mut arguments: Vec<&str> = words.split_whitespace().collect();
+        arguments.push(ray.trim_end_matches('"'));
+        let alone = project.raxel(&arguments).exits(1).stdout;
+        assert!(alone.contains("WRONG: ") && alone.contains(", exactly "), "{offered}\n{alone}");
+        assert!(!raxel(&arguments).exits(0).stdout.contains("WRONG"), "the tracer as it is gets it right");
+    }
+    raxel(&scope).exits(0);
+}
+
 /// Faults in the tracer of period rays, each found by both rows that use it.
 #[test]
 fn faults_in_period_rays_are_caught() {
@@ -321,6 +366,7 @@ fn wrong_words_are_answered_with_the_right_ones() {
         (["--layouts", "tree46"], "did you mean `tree64`?"),
         (["--layouts", "tree64:dad"], "did you mean `dda`?"),
         (["--layouts", "octree:cpu"], "tree64:cpu"),
+        (["--layouts", "svo:streamed"], "tree64:streamed"),
         (["--rays", "lots"], "e.g. 1e9"),
         (["--rays", "0"], "1 to 1e13"),
         (["--ray", "1 2 3"], "nine numbers"),

@@ -1,6 +1,8 @@
 //! What can go wrong on the way to a list of hits.
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
+use raxel_edit::EditError;
+use raxel_stream::StreamError;
 use raxel_world::layout::LayoutError;
 
 /// Why rays cannot be traced.
@@ -25,6 +27,15 @@ pub enum RayError {
     /// The world does not fit the layout.
     #[error(transparent)]
     Layout(#[from] LayoutError),
+    /// The world cannot be streamed whole; the reason.
+    #[error("{0}")]
+    NotStreamed(String),
+    /// The streamer of a world that is edited.
+    #[error("the world is not streamed: {0}")]
+    Stream(#[from] StreamError),
+    /// An edit of a world that is streamed.
+    #[error("the world is not edited: {0}")]
+    Edit(#[from] EditError),
     /// The driver or the device.
     #[error(transparent)]
     Gpu(#[from] raxel_gpu::Error),

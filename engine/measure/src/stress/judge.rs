@@ -66,6 +66,26 @@ impl Tally {
     }
 }
 
+/// The exact tracers of a site.
+pub(super) struct Oracles<'w> {
+    /// Of its voxels.
+    pub site: Oracle<'w>,
+    /// Of these with instances, if any row traces them.
+    pub scene: Option<SceneOracle<'w>>,
+    /// Of the edited voxels that each publication shows, if any row traces these.
+    pub stages: Vec<Oracle<'w>>,
+}
+
+/// Rays through one publication of a streamed site.
+#[derive(Default)]
+pub(super) struct Seen {
+    pub rays: Vec<Ray>,
+    /// Index of each ray's set.
+    pub sets: Vec<u16>,
+    /// The exact answers in the voxels that the publication shows.
+    pub answers: Vec<Answer>,
+}
+
 /// A list of rays with what is known about it.
 #[derive(Default)]
 pub(super) struct Batch {
@@ -79,6 +99,8 @@ pub(super) struct Batch {
     pub period_hits: Vec<Option<PeriodHit>>,
     /// The exact hits of the rays through the site's instances, if any row traces them.
     pub scene_hits: Vec<Option<SceneHit>>,
+    /// The rays through each publication of the site, if any row traces them. All together are as many as the rays.
+    pub seen: Vec<Seen>,
     /// Seconds that the answers took, of all cores together.
     pub answer_seconds: f64,
     pub site: usize,
@@ -91,7 +113,8 @@ pub(super) struct Batch {
 
 impl Batch {
     /// Finds the exact answers that rows are judged by.
-    pub fn answer(&mut self, oracle: &Oracle<'_>, scene: Option<&SceneOracle<'_>>, rows: &[Row]) {
+    pub fn answer(&mut self, oracles: &Oracles<'_>, rows: &[Row]) {
+        let Oracles { site: oracle, scene, stages } = oracles;
         self.scene_hits.clear();
         if let Some(scene) = scene {
             let hits = self.rays.par_iter().with_min_len(64).map(|ray| scene.first_hit(ray));
@@ -103,16 +126,10 @@ impl Batch {
         }
         let hits = self.periods.par_iter().with_min_len(64).map(|ray| ray.first_hit(oracle));
         hits.collect_into_vec(&mut self.period_hits);
-        self.answers.resize(self.rays.len(), Answer { hit: None, tie: false });
-        let chunks = self.answers.par_chunks_mut(GRAIN).zip(self.rays.par_chunks(GRAIN));
-        let seconds = chunks.map(|(answers, rays)| {
-            let start = Instant::now();
-            for (answer, ray) in answers.iter_mut().zip(rays) {
-                *answer = oracle.first_hit(ray);
-            }
-            start.elapsed().as_secs_f64()
-        });
-        self.answer_seconds = seconds.sum();
+        for (seen, oracle) in self.seen.iter_mut().zip(stages) {
+            answer(oracle, &seen.rays, &mut seen.answers);
+        }
+        self.answer_seconds = answer(oracle, &self.rays, &mut self.answers);
     }
 
     /// The rays with times up to which they are free: anywhere up to the exact hit, and often just before it.
@@ -122,8 +139,20 @@ impl Batch {
     }
 
     /// Judges what a row found of ray `i`.
-    fn judge_one(&self, tally: &mut Tally, row: &Row, i: usize, (hit, other): (Option<Hit>, Outcome<'_>)) {
-        let (ray, exact, set) = (&self.rays[i], self.truth(row, i), usize::from(self.sets[i]));
+    fn judge_one(&self, tally: &mut Tally, row: &Row, i: usize, found: (Option<Hit>, Outcome<'_>)) {
+        self.count(tally, row, (&self.rays[i], self.sets[i]), self.truth(row, i), found);
+    }
+
+    /// Counts what a row found of a ray of a set, by what is right.
+    fn count(
+        &self,
+        tally: &mut Tally,
+        row: &Row,
+        (ray, set): (&Ray, u16),
+        exact: Truth,
+        (hit, other): (Option<Hit>, Outcome<'_>),
+    ) {
+        let set = usize::from(set);
         if let Some(wrong) = exact.judge(&mut tally.sets[set], ray, row, outcome(hit.as_ref(), other))
             && tally.wrong.len() < WRONG_KEPT
         {
@@ -131,10 +160,22 @@ impl Batch {
         }
     }
 
+    /// Tallies what was found of the rays from `first` on, one by one on all cores.
+    fn tally<T: Sync>(&self, first: usize, found: &[T], one: impl Fn(&mut Tally, usize, &T) + Sync) -> Tally {
+        let judged = |(chunk, found): (usize, &[T])| {
+            let mut tally = Tally::of(self.set_count);
+            (first + chunk * GRAIN..).zip(found).for_each(|(i, found)| one(&mut tally, i, found));
+            tally
+        };
+        let chunks = found.par_chunks(GRAIN).enumerate();
+        chunks.map(judged).reduce(|| Tally::of(self.set_count), Tally::and)
+    }
+
     /// What is right about ray `i` for a row.
     fn truth(&self, row: &Row, i: usize) -> Truth {
         match row.kind() {
-            Kind::Rays | Kind::Ahead | Kind::Tiles => Truth::Ray(self.answers[i]),
+            // Streamed ones have rays of their own, see [`Seen`].
+            Kind::Rays | Kind::Ahead | Kind::Tiles | Kind::Streamed => Truth::Ray(self.answers[i]),
             Kind::Periods => Truth::Period(self.periods[i], self.period_hits[i]),
             Kind::Instances => Truth::Scene(self.scene_hits[i]),
         }
@@ -142,40 +183,34 @@ impl Batch {
 
     /// Judges what the device wrote about the rays from `first` on, through a site's instances.
     pub fn judge_scene(&self, posed: &Posed, first: usize, words: &[HitWords]) -> Tally {
-        let judged = |(chunk, words): (usize, &[HitWords])| {
-            let mut tally = Tally::of(self.set_count);
-            for (i, words) in (first + chunk * GRAIN..).zip(words) {
-                let (ray, exact, set) = (&self.rays[i], self.scene_hits[i], usize::from(self.sets[i]));
-                if let Some(wrong) = posed.judge(&mut tally.sets[set], ray, exact.as_ref(), words)
-                    && tally.wrong.len() < WRONG_KEPT
-                {
-                    let (site, exact) = (self.site, Truth::Scene(exact));
-                    tally.wrong.push(Sample { site, set, wrong, ray: *ray, exact, found: words.hit() });
-                }
+        self.tally(first, words, |tally, i, words| {
+            let (ray, exact, set) = (&self.rays[i], self.scene_hits[i], usize::from(self.sets[i]));
+            if let Some(wrong) = posed.judge(&mut tally.sets[set], ray, exact.as_ref(), words)
+                && tally.wrong.len() < WRONG_KEPT
+            {
+                let (site, exact) = (self.site, Truth::Scene(exact));
+                tally.wrong.push(Sample { site, set, wrong, ray: *ray, exact, found: words.hit() });
             }
-            tally
-        };
-        let chunks = words.par_chunks(GRAIN).enumerate();
-        chunks.map(judged).reduce(|| Tally::of(self.set_count), Tally::and)
+        })
+    }
+
+    /// Judges what the device wrote about the rays from `first` on of those through a publication.
+    pub fn judge_seen(&self, row: &Row, seen: &Seen, first: usize, words: &[HitWords]) -> Tally {
+        self.tally(first, words, |tally, i, words| {
+            let exact = Truth::Edited(seen.answers[i]);
+            self.count(tally, row, (&seen.rays[i], seen.sets[i]), exact, said(words));
+        })
     }
 
     /// Judges what a row found of the rays from `first` on, by their answers.
-    pub fn judge<'h, T: Sync>(
+    pub fn judge<T: Sync>(
         &self,
         row: &Row,
         first: usize,
-        found: &'h [T],
-        outcome: impl Fn(&'h T) -> (Option<Hit>, Outcome<'static>) + Sync,
+        found: &[T],
+        outcome: impl Fn(&T) -> (Option<Hit>, Outcome<'static>) + Sync,
     ) -> Tally {
-        let judged = |(chunk, found): (usize, &'h [T])| {
-            let mut tally = Tally::of(self.set_count);
-            for (i, found) in (first + chunk * GRAIN..).zip(found) {
-                self.judge_one(&mut tally, row, i, outcome(found));
-            }
-            tally
-        };
-        let chunks = found.par_chunks(GRAIN).enumerate();
-        chunks.map(judged).reduce(|| Tally::of(self.set_count), Tally::and)
+        self.tally(first, found, |tally, i, found| self.judge_one(tally, row, i, outcome(found)))
     }
 
     /// Judges what the device wrote.
@@ -199,8 +234,22 @@ impl Batch {
     }
 }
 
+/// Finds the exact answers to rays, and gives the seconds that took, of all cores together.
+fn answer(oracle: &Oracle<'_>, rays: &[Ray], answers: &mut Vec<Answer>) -> f64 {
+    answers.resize(rays.len(), Answer { hit: None, tie: false });
+    let chunks = answers.par_chunks_mut(GRAIN).zip(rays.par_chunks(GRAIN));
+    let seconds = chunks.map(|(answers, rays)| {
+        let start = Instant::now();
+        for (answer, ray) in answers.iter_mut().zip(rays) {
+            *answer = oracle.first_hit(ray);
+        }
+        start.elapsed().as_secs_f64()
+    });
+    seconds.sum()
+}
+
 /// What the device wrote about a ray.
-fn said(words: &HitWords) -> (Option<Hit>, Outcome<'static>) {
+pub(super) fn said(words: &HitWords) -> (Option<Hit>, Outcome<'static>) {
     // A tracer that finds a voxel of one material and looks up another is wrong about the material.
     let hit =
         words.hit().map(|hit| if words.looked_up == hit.material { hit } else { Hit { material: u32::MAX, ..hit } });

@@ -2,15 +2,19 @@
 //! made and judged once and traced by every method. Memory is bounded whatever the number of rays, and the same plan makes the same rays
 //! on every machine, whatever its number of cores.
 
+mod edited;
 mod invariants;
 mod judge;
 mod plan;
 mod posed;
 mod run;
+mod single;
+mod streamed;
 mod truth;
 
 pub use invariants::{Invariants, invariants};
 pub use judge::{Differences, Sample, Tally, WRONG_KEPT};
 pub use plan::{Plan, Row, Site, Sites};
-pub use run::{Progress, Report, RowReport, Said, Single, run, single};
+pub use run::{Progress, Report, RowReport, run};
+pub use single::{Said, Single, single};
 pub use truth::Truth;

@@ -27,6 +27,8 @@ pub(super) enum Kind {
     Periods,
     /// The rays, through the world and instances in it.
     Instances,
+    /// The rays, and others that are aimed at what edits leave, through publications of the world while it is streamed and edited.
+    Streamed,
 }
 
 /// Who traces.
@@ -74,9 +76,20 @@ impl Row {
     /// The marcher that traces the world with instances at any pose in it (`shaders/include/raxel/instances.glsl`).
     pub const INSTANCES: &str = "instances";
 
+    /// The marcher that traces what a streamer publishes of the world while that is edited (`engine/stream`), over the layout `tree64`.
+    pub const STREAMED: &str = "streamed";
+
     /// Every marcher that is another way to call an exact tracer.
-    pub const WAYS: [&str; 7] =
-        [Self::AHEAD, Self::BEAM, Self::PACKET, Self::PARALLEL, Self::PERIOD, Self::REFILL, Self::INSTANCES];
+    pub const WAYS: [&str; 8] = [
+        Self::AHEAD,
+        Self::BEAM,
+        Self::PACKET,
+        Self::PARALLEL,
+        Self::PERIOD,
+        Self::REFILL,
+        Self::INSTANCES,
+        Self::STREAMED,
+    ];
 
     /// The marchers that trace period rays.
     pub const PERIODS: [&str; 2] = [Self::PERIOD, Self::REFILL];
@@ -94,6 +107,7 @@ impl Row {
             Some(Self::BEAM | Self::PACKET) => Kind::Tiles,
             Some(Self::PERIOD | Self::REFILL) => Kind::Periods,
             Some(Self::INSTANCES) => Kind::Instances,
+            Some(Self::STREAMED) => Kind::Streamed,
             _ => Kind::Rays,
         }
     }

@@ -7,20 +7,21 @@ use std::time::Instant;
 use raxel_diagnostics::Files;
 use raxel_gpu::{Device, DeviceKind};
 use raxel_oracle::camera::Tile;
-use raxel_oracle::exact::Answer;
 use raxel_oracle::metrics::{Errors, Outcome};
 use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::{RaySet, RayTargets};
 use raxel_oracle::{Hit, Oracle, Ray};
+use raxel_runtime::sources::layout_limits;
+use raxel_stream::StreamError;
 use raxel_world::World;
 use raxel_world::layout::Layout;
 use rayon::prelude::*;
 
-use super::judge::{Batch, Differences, Sample, Tally, WRONG_KEPT, compare, latest_start};
+use super::judge::{Batch, Differences, Oracles, Sample, Seen, Tally, WRONG_KEPT, compare};
 use super::plan::{Kind, Plan, Row, Site};
 use super::posed::Posed;
-use super::truth::{Truth, period_ray};
-use crate::rays::{DeviceWorld, HitWords, RayError, RayWords, State, Stream, Traced, Tracer};
+use super::streamed::{self, Stage};
+use crate::rays::{DeviceWorld, HitWords, RayError, Stream, Traced, Tracer};
 
 /// What one row did.
 #[derive(Clone, Debug)]
@@ -120,8 +121,48 @@ enum Ready {
 /// A row's world.
 enum Loaded {
     Device(DeviceWorld),
+    /// The publications of a streamed site.
+    Stages(Vec<DeviceWorld>),
     Port(Vec<u32>),
     Refused,
+}
+
+/// What rows trace of a site beside its voxels, each only if a row does.
+#[derive(Default)]
+struct Prepared {
+    /// Its instances, if they may stand there.
+    posed: Option<Posed>,
+    /// Its publications, or why there are none.
+    stages: Vec<Stage>,
+    not_streamed: Option<String>,
+}
+
+impl Prepared {
+    fn of(plan: &Plan, world: &Arc<World>, device: &Device) -> Result<Self, RayError> {
+        let wants = |kind| plan.rows.iter().any(|row| row.kind() == kind);
+        let mut prepared = Self::default();
+        if wants(Kind::Instances) {
+            prepared.posed = Posed::of(world, plan.seed);
+        }
+        if wants(Kind::Streamed) {
+            match streamed::stages(world, plan.seed, layout_limits(device).buffer_bytes) {
+                Ok(stages) => prepared.stages = stages,
+                Err(error) => prepared.not_streamed = Some(refusal(error)?),
+            }
+        }
+        Ok(prepared)
+    }
+}
+
+/// Why a row does not trace a site; an error that is none of the site's stays one.
+pub(super) fn refusal(error: RayError) -> Result<String, RayError> {
+    match error {
+        RayError::Layout(_)
+        | RayError::NotStreamed(_)
+        | RayError::Stream(StreamError::NoRoom { .. })
+        | RayError::Gpu(raxel_gpu::Error::OutOfMemory { .. }) => Ok(error.to_string()),
+        error => Err(error),
+    }
 }
 
 /// Runs a plan. What is wrong with a row or a site is in its report; an error is one of the device.
@@ -143,7 +184,8 @@ pub fn run(
         rows.push(ready(report, device, files)?);
     }
     let software = device.capabilities().kind == DeviceKind::Cpu;
-    let mut runner = Runner { plan, stream: Stream::new(device)?, report, progress, done: 0, software };
+    let (device, stream) = (device.clone(), Stream::new(device)?);
+    let mut runner = Runner { plan, device, stream, report, progress, done: 0, software };
     for (number, site) in plan.sites.iter().enumerate() {
         runner.site(number, site, &mut rows)?;
     }
@@ -166,6 +208,7 @@ fn ready(report: &mut RowReport, device: &Arc<Device>, files: &Arc<dyn Files>) -
 
 struct Runner<'a> {
     plan: &'a Plan,
+    device: Arc<Device>,
     stream: Stream,
     report: Report,
     progress: &'a mut dyn FnMut(Progress<'_>),
@@ -176,14 +219,16 @@ struct Runner<'a> {
 impl Runner<'_> {
     fn site(&mut self, number: usize, site: &Site, rows: &mut [Ready]) -> Result<(), RayError> {
         let world = site.build(self.plan.seed);
-        let oracle = Oracle::new(&world);
         let place = RayTargets::of(&world);
-        let has_instances = self.plan.rows.iter().any(|row| row.kind() == Kind::Instances);
-        let posed = if has_instances { Posed::of(&world, self.plan.seed) } else { None };
-        let scene = posed.as_ref().map(|posed| posed.scene.oracle());
+        let prepared = Prepared::of(self.plan, &world, &self.device)?;
+        let oracles = Oracles {
+            site: Oracle::new(&world),
+            scene: prepared.posed.as_ref().map(|posed| posed.scene.oracle()),
+            stages: prepared.stages.iter().map(|stage| Oracle::new(&stage.world)).collect(),
+        };
         let mut worlds = Vec::new();
         for (i, row) in rows.iter().enumerate() {
-            worlds.push(self.load(number, i, row, (&world, posed.as_ref()))?);
+            worlds.push(self.load(number, i, row, (&world, &prepared))?);
         }
         // As many blocks as keep the device busy for a while, and take little memory.
         let in_batch = if self.software { 32 } else { 256 };
@@ -193,12 +238,12 @@ impl Runner<'_> {
             let (made, batches) = sync_channel(1);
             // Memory of batches that are done is used again: to have it made anew would take as long as to judge them.
             let (done, spent) = channel::<Batch>();
-            let (place, oracle, scene) = (&place, &oracle, scene.as_ref());
+            let (place, oracles, stages) = (&place, &oracles, &prepared.stages);
             scope.spawn(move || {
                 for blocks in blocks(plan).chunks(in_batch) {
                     let mut batch = spent.try_recv().unwrap_or_default();
-                    fill(&mut batch, plan, number, place, blocks);
-                    batch.answer(oracle, scene, &plan.rows);
+                    fill(&mut batch, plan, number, (place, stages), blocks);
+                    batch.answer(oracles, &plan.rows);
                     if made.send(batch).is_err() {
                         return; // the device has failed
                     }
@@ -207,7 +252,7 @@ impl Runner<'_> {
             for batch in batches {
                 let mut reference: Option<Vec<HitWords>> = None;
                 for (i, (row, world)) in rows.iter_mut().zip(&worlds).enumerate() {
-                    self.trace(i, row, world, (&batch, posed.as_ref()), &mut reference)?;
+                    self.trace(i, row, world, (&batch, prepared.posed.as_ref()), &mut reference)?;
                     self.done += batch.rays.len() as u64;
                     (self.progress)(Progress { rays: self.done, site: &site.name, row: &self.plan.rows[i] });
                 }
@@ -225,11 +270,11 @@ impl Runner<'_> {
         site: usize,
         row: usize,
         ready: &Ready,
-        (world, posed): (&World, Option<&Posed>),
+        (world, prepared): (&World, &Prepared),
     ) -> Result<Loaded, RayError> {
         let loaded = match ready {
             Ready::Unusable => return Ok(Loaded::Refused),
-            Ready::Device(tracer) if self.plan.rows[row].kind() == Kind::Instances => match posed {
+            Ready::Device(tracer) if self.plan.rows[row].kind() == Kind::Instances => match &prepared.posed {
                 None => {
                     let why = "instances stand at most 10⁹ voxels from the origin".to_owned();
                     self.report.rows[row].refused.push((site, why));
@@ -239,19 +284,24 @@ impl Runner<'_> {
                     Ok(Loaded::Device(world.with("instances", tracer.upload_words("instances", &posed.words()?)?)))
                 }),
             },
+            Ready::Device(tracer) if self.plan.rows[row].kind() == Kind::Streamed => {
+                if let Some(why) = &prepared.not_streamed {
+                    self.report.rows[row].refused.push((site, why.clone()));
+                    return Ok(Loaded::Refused);
+                }
+                let shown = prepared.stages.iter().map(|stage| tracer.upload_words("world", &stage.words));
+                shown.collect::<Result<_, _>>().map(Loaded::Stages)
+            }
             Ready::Device(tracer) => tracer.upload(world).map(Loaded::Device),
             Ready::Port => Layout::Tree64
                 .encode(world, u64::from(u32::MAX))
                 .map(|encoded| Loaded::Port(encoded.words))
                 .map_err(RayError::from),
         };
-        match loaded {
-            Err(error @ (RayError::Layout(_) | RayError::Gpu(raxel_gpu::Error::OutOfMemory { .. }))) => {
-                self.report.rows[row].refused.push((site, error.to_string()));
-                Ok(Loaded::Refused)
-            }
-            loaded => loaded,
-        }
+        loaded.or_else(|error| {
+            self.report.rows[row].refused.push((site, refusal(error)?));
+            Ok(Loaded::Refused)
+        })
     }
 
     fn trace(
@@ -299,7 +349,7 @@ impl Runner<'_> {
                 match by.kind() {
                     Kind::Ahead => self.stream.trace(tracer, world, &batch.ahead(), look)?,
                     Kind::Periods => self.stream.trace(tracer, world, &batch.periods, look)?,
-                    Kind::Rays | Kind::Tiles | Kind::Instances => {
+                    Kind::Rays | Kind::Tiles | Kind::Instances | Kind::Streamed => {
                         self.stream.trace(tracer, world, &batch.rays, look)?;
                     }
                 }
@@ -309,6 +359,19 @@ impl Runner<'_> {
                 report.add(batch.site, total);
                 if kept.is_some() {
                     *reference = kept;
+                }
+            }
+            (Ready::Device(tracer), Loaded::Stages(worlds)) => {
+                let (by, report) = (&self.plan.rows[row], &mut self.report.rows[row]);
+                for (world, seen) in worlds.iter().zip(&batch.seen) {
+                    self.stream.trace(tracer, world, &seen.rays, |part| {
+                        report.add(batch.site, batch.judge_seen(by, seen, part.range.start, part.hits));
+                        if let Some(seconds) = part.seconds {
+                            report.seconds += seconds;
+                            report.timed += part.hits.len() as u64;
+                        }
+                        Ok::<_, RayError>(())
+                    })?;
                 }
             }
             (Ready::Port, Loaded::Port(words)) => {
@@ -336,89 +399,59 @@ fn blocks(plan: &Plan) -> Vec<(usize, u64)> {
     (0..plan.sets.len()).flat_map(|set| (0..each).map(move |number| (set, number))).collect()
 }
 
+/// The rays of a block.
+struct Block {
+    rays: Vec<Ray>,
+    tiles: Vec<Tile>,
+    /// As many that are aimed at what each publication shows.
+    aimed: Vec<Vec<Ray>>,
+}
+
 /// Fills a batch with the rays of blocks, made on all cores; they are not answered yet.
-fn fill(batch: &mut Batch, plan: &Plan, site: usize, place: &RayTargets, blocks: &[(usize, u64)]) {
+fn fill(
+    batch: &mut Batch,
+    plan: &Plan,
+    site: usize,
+    (place, stages): (&RayTargets, &[Stage]),
+    blocks: &[(usize, u64)],
+) {
     let count = |number: u64| (plan.rays_each() - number * RaySet::BLOCK as u64).min(RaySet::BLOCK as u64) as usize;
-    let made: Vec<(Vec<Ray>, Vec<Tile>)> = blocks
+    let made: Vec<Block> = blocks
         .par_iter()
         .map(|&(set, number)| {
             let (set, count) = (plan.sets[set], count(number));
-            (set.block(place, plan.seed, number, count), set.tiles(place, plan.seed, number, count))
+            let rays = |targets: &RayTargets| set.block(targets, plan.seed, number, count);
+            let tiles = set.tiles(place, plan.seed, number, count);
+            Block { rays: rays(place), tiles, aimed: stages.iter().map(|stage| rays(&stage.targets)).collect() }
         })
         .collect();
-    let Batch { rays, sets, tiles, tile_rays, .. } = batch;
+    let Batch { rays, sets, tiles, tile_rays, seen, .. } = batch;
     rays.clear();
     sets.clear();
     tiles.clear();
     tile_rays.clear();
-    for (&(set, _), (of_block, tiles_of_block)) in blocks.iter().zip(made) {
+    seen.resize_with(stages.len(), Seen::default);
+    for Seen { rays, sets, .. } in &mut *seen {
+        rays.clear();
+        sets.clear();
+    }
+    for (&(set, _), block) in blocks.iter().zip(made) {
         let begin = rays.len();
-        rays.extend_from_slice(&of_block);
+        rays.extend_from_slice(&block.rays);
         sets.resize(rays.len(), set as u16);
-        tile_rays.extend((0..tiles_of_block.len()).map(|tile| {
+        tile_rays.extend((0..block.tiles.len()).map(|tile| {
             let first = tile * Tile::RAYS;
-            (begin + first, Tile::RAYS.min(of_block.len() - first))
+            (begin + first, Tile::RAYS.min(block.rays.len() - first))
         }));
-        tiles.extend(tiles_of_block);
+        tiles.extend(block.tiles);
+        // Publications take turns. Half of the rays through each are aimed at what was there before the edits, half at what is there now.
+        for (i, ray) in block.rays.iter().enumerate().filter(|_| !stages.is_empty()) {
+            let place = begin + i;
+            let number = place / 2 % stages.len();
+            let aimed = if place.is_multiple_of(2) { ray } else { &block.aimed[number][i] };
+            seen[number].rays.push(*aimed);
+            seen[number].sets.push(set as u16);
+        }
     }
     (batch.site, batch.set_count) = (site, plan.sets.len());
-}
-
-/// What a row finds: its state and hit; or why it does not trace.
-pub type Said = Result<(State, Option<Hit>), String>;
-
-/// What everybody says about one ray.
-#[derive(Clone, Debug)]
-pub struct Single {
-    /// The exact answer.
-    pub exact: Answer,
-    /// What each row says, and what is right for it.
-    pub rows: Vec<(Row, Truth, Said)>,
-}
-
-/// Traces one ray through one site by all rows of a plan.
-pub fn single(
-    plan: &Plan,
-    site: usize,
-    ray: &Ray,
-    device: &Arc<Device>,
-    files: &Arc<dyn Files>,
-) -> Result<Single, RayError> {
-    let world = plan.sites[site].build(plan.seed);
-    let oracle = Oracle::new(&world);
-    let exact = oracle.first_hit(ray);
-    let mut stream = Stream::with_capacity(device, 64)?;
-    let mut rows = Vec::new();
-    for row in &plan.rows {
-        let found = match row {
-            Row::Port => {
-                let encoded = Layout::Tree64.encode(&world, u64::from(u32::MAX)).map_err(|error| error.to_string());
-                encoded.map(|encoded| {
-                    let hit = Tree64::new(&encoded.words).trace(ray);
-                    (if hit.is_some() { State::Hit } else { State::Miss }, hit)
-                })
-            }
-            Row::Device(_) if !row.traces_alone() => Err("traces no ray alone, but those of --sets".to_owned()),
-            Row::Device(method) => {
-                let traced = Tracer::new(device, files.clone(), method).and_then(|mut tracer| {
-                    let world = tracer.upload(&world)?;
-                    match row.kind() {
-                        Kind::Periods => stream.trace_all(&mut tracer, &world, &[period_ray(ray)]),
-                        Kind::Ahead => {
-                            let ahead = RayWords::ahead(ray, latest_start(ray, &exact));
-                            stream.trace_all(&mut tracer, &world, &[ahead])
-                        }
-                        Kind::Rays | Kind::Tiles | Kind::Instances => stream.trace_all(&mut tracer, &world, &[*ray]),
-                    }
-                });
-                match traced {
-                    Ok(words) => Ok((words[0].state(), words[0].hit())),
-                    Err(error @ (RayError::Layout(_) | RayError::Binding { .. })) => Err(error.to_string()),
-                    Err(error) => return Err(error),
-                }
-            }
-        };
-        rows.push((row.clone(), Truth::of(row, ray, &oracle), found));
-    }
-    Ok(Single { exact, rows })
 }

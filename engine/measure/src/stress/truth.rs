@@ -17,13 +17,16 @@ pub enum Truth {
     Period(PeriodRay, Option<PeriodHit>),
     /// Of the ray through the world with instances.
     Scene(Option<SceneHit>),
+    /// Of the ray through the world with edits that a publication shows.
+    Edited(Answer),
 }
 
 impl Truth {
-    /// What is right about a ray for a row.
+    /// What is right about a ray for a row; for a streamed one, `oracle` is that of the world that a publication shows.
     pub(super) fn of(row: &Row, ray: &Ray, oracle: &Oracle<'_>) -> Self {
         match row.kind() {
             Kind::Rays | Kind::Ahead | Kind::Tiles | Kind::Instances => Self::Ray(oracle.first_hit(ray)),
+            Kind::Streamed => Self::Edited(oracle.first_hit(ray)),
             Kind::Periods => {
                 let period = period_ray(ray);
                 Self::Period(period, period.first_hit(oracle))
@@ -34,7 +37,7 @@ impl Truth {
     /// Adds what a row makes of the ray to its counts, and says what is wrong.
     pub fn judge(&self, errors: &mut Errors, ray: &Ray, row: &Row, outcome: Outcome<'_>) -> Option<Wrong> {
         match self {
-            Self::Ray(answer) => {
+            Self::Ray(answer) | Self::Edited(answer) => {
                 let steps = if let Outcome::Hit(hit) = outcome { row.steps(ray, hit) } else { 0..=0 };
                 errors.add_with_numbers(ray, answer, outcome, steps)
             }

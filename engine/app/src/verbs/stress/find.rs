@@ -97,7 +97,7 @@ pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
         rows.extend(Layout::ALL.iter().map(|&layout| marched(layout, Row::AHEAD)));
         rows.extend([Row::BEAM, Row::PACKET, Row::PARALLEL].map(|marcher| marched(Layout::Tree64, marcher)));
         rows.extend(Row::PERIODS.map(|marcher| marched(Layout::Flat64, marcher)));
-        rows.push(marched(Layout::Tree64, Row::INSTANCES));
+        rows.extend([Row::INSTANCES, Row::STREAMED].map(|marcher| marched(Layout::Tree64, marcher)));
         rows.extend(marchers);
         return Ok(rows);
     }
@@ -121,6 +121,9 @@ fn row(name: &str) -> Result<Row> {
         "cpu" => Err(Failure::usage("only `tree64` has a port to the CPU").help("--layouts tree64,tree64:cpu")),
         marcher if Row::PERIODS.contains(&marcher) && layout != Layout::Flat64 => {
             Err(Failure::usage("only `flat64` has period rays").help("--layouts flat64:period,flat64:refill"))
+        }
+        Row::STREAMED if layout != Layout::Tree64 => {
+            Err(Failure::usage("streamed worlds are in the layout `tree64`").help("--layouts tree64:streamed"))
         }
         marcher if MARCHERS.contains(&marcher) || Row::WAYS.contains(&marcher) => Ok(marched(layout, marcher)),
         marcher => Err(unknown("marcher", marcher, MARCHERS.iter().copied().chain(Row::WAYS))),

@@ -211,7 +211,11 @@ fn failure(error: RayError, console: &Console) -> Failure {
     match error {
         RayError::Shader { diagnostics, texts } => console.stop_in(&diagnostics, &texts),
         RayError::Gpu(error) => error.into(),
-        error @ (RayError::Binding { .. } | RayError::Layout(_)) => Failure::new(Exit::Project, error.to_string()),
+        error @ (RayError::Binding { .. } | RayError::Layout(_) | RayError::NotStreamed(_)) => {
+            Failure::new(Exit::Project, error.to_string())
+        }
+        // No site has to be too large for these: the streamer, or an edit, is wrong.
+        error @ (RayError::Stream(_) | RayError::Edit(_)) => Failure::new(Exit::Check, error.to_string()),
     }
 }
 

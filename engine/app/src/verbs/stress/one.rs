@@ -72,7 +72,7 @@ fn truth_text(ray: &Ray, truth: &Truth) -> String {
             let whose = instance.map_or_else(|| "the world".to_owned(), |index| format!("instance {index}"));
             format!("voxel {x} {y} {z}  face {}  material {material}  of {whose}", FACES[*face as usize])
         }
-        Truth::Ray(answer) => exact_text(ray, answer),
+        Truth::Ray(answer) | Truth::Edited(answer) => exact_text(ray, answer),
         Truth::Period(period, hit) => {
             let PeriodRay { octant, first, period, .. } = period;
             let ray = format!("(octant {octant}, first {first:?}, period {period:?})");
@@ -106,7 +106,7 @@ fn truth_json(ray: &Ray, truth: &Truth) -> Value {
             });
             json!({ "hit": hit })
         }
-        Truth::Ray(answer) => exact_json(ray, answer),
+        Truth::Ray(answer) | Truth::Edited(answer) => exact_json(ray, answer),
         Truth::Period(period, hit) => {
             let t = |hit: &PeriodHit| hit.time as f64 / f64::from(UNIT);
             let hit = hit
@@ -178,7 +178,9 @@ pub(super) fn trace(
             }
             let right = match truth {
                 Truth::Ray(_) => String::new(),
-                truth @ (Truth::Period(..) | Truth::Scene(_)) => format!(", exactly {}", truth_text(ray, truth)),
+                truth @ (Truth::Period(..) | Truth::Scene(_) | Truth::Edited(_)) => {
+                    format!(", exactly {}", truth_text(ray, truth))
+                }
             };
             let mark = wrong.map_or_else(String::new, |wrong| format!("  WRONG: {wrong}{right}"));
             let _ = writeln!(text, "  {:<16} {said}{mark}", row.to_string());
