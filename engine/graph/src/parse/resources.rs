@@ -143,10 +143,15 @@ fn display(node: &Node<'_, '_>) -> Option<Display> {
     let map = table.get("map").map(|node| node.word(&DISPLAY_MAPS));
     let range = table.get("range").map(|node| {
         let range = node.numbers::<2>(f64::from(f32::MIN)..=f64::from(f32::MAX))?;
-        if range[0] < range[1] {
-            return Some(range);
+        let [low, high] = range;
+        if low >= high {
+            return node.bad_value(format!("`{}` is empty: {low} is not less than {high}", node.name));
         }
-        node.bad_value(format!("`{}` is empty: {} is not less than {}", node.name, range[0], range[1]))
+        // Shaders get 32-bit floats, and a range of one value shows one colour.
+        if low as f32 >= high as f32 {
+            return node.bad_value(format!("`{}` is empty: {low} and {high} are the same 32-bit float", node.name));
+        }
+        Some(range)
     });
     let channel = table.get("channel").map(|node| at(&node, node.integer(0..=3)));
     table.finish();
