@@ -58,9 +58,14 @@ pub fn export(world: &World) -> Result<Vec<u8>, ExportError> {
     file.extend(150u32.to_le_bytes());
     file.extend(b"MAIN");
     file.extend(0u32.to_le_bytes());
-    file.extend((out.len() as u32).to_le_bytes());
+    file.extend(length(out.len())?.to_le_bytes());
     file.extend(out);
     Ok(file)
+}
+
+/// The length of a chunk as the file has it.
+fn length(bytes: usize) -> Result<u32, ExportError> {
+    u32::try_from(bytes).map_err(|_| ExportError::TooLarge { bytes: bytes as u64, limit: u32::MAX })
 }
 
 /// The scene graph: a root transform, a group, and a transform with a shape for each model.
@@ -171,4 +176,16 @@ fn chunk(out: &mut Vec<u8>, id: [u8; 4], content: &[u8]) {
     out.extend((content.len() as u32).to_le_bytes());
     out.extend(0u32.to_le_bytes());
     out.extend(content);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_longer_than_it_can_say_is_refused() {
+        let longest = u32::MAX as usize;
+        assert_eq!(length(longest), Ok(u32::MAX));
+        assert_eq!(length(longest + 1), Err(ExportError::TooLarge { bytes: 1 << 32, limit: u32::MAX }));
+    }
 }
