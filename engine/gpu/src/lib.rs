@@ -6,6 +6,7 @@
 //! the caller is order: which access must come after which is said by [`Barrier`]s, and is checked by the validation layer's
 //! synchronization validation in tests.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 #![allow(unsafe_code, reason = "Vulkan is a C interface; each block says why it is sound")]
 
 mod buffer;

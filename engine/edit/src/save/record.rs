@@ -92,6 +92,10 @@ pub(super) fn write_head(out: &mut Vec<u8>, seq: u64, payload: &[u8]) -> u32 {
     put(out, None, Kind::Head, seq, ChunkPos::new(0, 0, 0), payload)
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "`check_length` has refused edits that are longer, and a packed chunk has less than 1 MiB"
+)]
 fn put(out: &mut Vec<u8>, before: Option<u32>, kind: Kind, seq: u64, pos: ChunkPos, payload: &[u8]) -> u32 {
     let start = out.len();
     out.extend(HEADERS[usize::from(before.is_some())].0);
@@ -186,7 +190,7 @@ impl Header {
         if crc32c::crc32c(&header[..size - 4]) != sum {
             return None;
         }
-        let coordinate = |at: usize| word(at) as i32;
+        let coordinate = |at: usize| word(at).cast_signed();
         let seq = u64::from(word(12)) | u64::from(word(16)) << 32;
         if seq > LARGEST {
             return None;

@@ -132,6 +132,7 @@ fn mips(node: &Node<'_, '_>) -> Option<u32> {
     node.integer(1..=17)
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "the range is checked as the 32-bit floats that shaders get")]
 fn display(node: &Node<'_, '_>) -> Option<Display> {
     if node.is_string() {
         return node.word(&DISPLAY_MAPS).map(|map| Display { map: Some(map), range: None, channel: None });

@@ -52,6 +52,7 @@ const POSITIONS: std::ops::RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_64
 const RADII: std::ops::RangeInclusive<f64> = 1.0 / UNIT as f64..=raxel_edit::MOST_RADIUS as f64;
 
 /// Reads one edit. Whatever is wrong with it has been reported when there is none.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a radius is in `RADII`")]
 pub(super) fn read(table: &Table<'_, '_>, end: f64) -> Option<EditKey> {
     let time = table.need("time").and_then(|node| time(&node, end));
     let kind = table.need("op")?.word(KINDS)?;

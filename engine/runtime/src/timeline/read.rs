@@ -33,10 +33,7 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
     // Without a duration, keys are still read for their other mistakes.
     let end = duration.unwrap_or(LONGEST);
     let camera = ordered(root.reporter(), root.array_of_tables("camera").iter().map(|table| camera_key(table, end)));
-    let size = root.get("size").map_or(Some([1280, 720]), |node| {
-        let [width, height] = node.integers(1..=16384)?;
-        Some([width as u32, height as u32])
-    });
+    let size = root.get("size").map_or(Some([1280, 720]), |node| node.integers(1..=16384));
     let captions = ordered(root.reporter(), root.array_of_tables("caption").iter().map(|table| caption(table, end)));
     let rate = fps.unwrap_or(30.0);
     let checks: Vec<_> = root.array_of_tables("check").iter().map(|table| check(table, end, rate)).collect();

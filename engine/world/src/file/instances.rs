@@ -100,11 +100,7 @@ fn read_one(
     let motions = [turn, slide].into_iter().flatten().collect::<Option<Vec<_>>>()?;
     let shown = InstanceModel { voxels: model.voxels, materials: model.materials };
     let name = name.map(|(name, _)| name);
-    let mut grid = Grid {
-        first: Instance { name, model: 0, anchor, pose, motions },
-        counts: counts?,
-        step: step?,
-    };
+    let mut grid = Grid { first: Instance { name, model: 0, anchor, pose, motions }, counts: counts?, step: step? };
     let (size, last) = (shown.size(), grid.position(grid.counts.map(|count| count - 1)));
     let reach = shown.reach(pose.position).max(shown.reach(last));
     if size > MOST_VOXELS || reach > COORDINATES as f64 {

@@ -201,6 +201,7 @@ fn read_grid(table: &Table<'_, '_>, cell: Option<i64>) -> Option<HowMany> {
 }
 
 /// `count` or `density`.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the count is in 1…`Scatter::MAX_COUNT`")]
 fn read_count(table: &Table<'_, '_>, area: Option<([i64; 2], [i64; 2])>) -> Option<HowMany> {
     table.conflict("count", "density", "one follows from the other");
     if let Some(node) = table.get("chance") {
@@ -257,9 +258,9 @@ pub(super) struct Seed {
 
 impl Seed {
     pub(super) fn read(self, table: &Table<'_, '_>) -> Option<u64> {
-        let own = table.get("seed").map_or(Some(self.index as u64), |node| {
-            node.integer(i64::MIN..=i64::MAX).map(i64::cast_unsigned)
-        })?;
+        let own = table
+            .get("seed")
+            .map_or(Some(self.index as u64), |node| node.integer(i64::MIN..=i64::MAX).map(i64::cast_unsigned))?;
         Some(mix(self.world ^ mix(own)))
     }
 }

@@ -88,14 +88,7 @@ pub(super) fn read_maze(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Pal
     let height = table.get("height").map_or(Some(8), |node| node.integer(1..=LENGTH));
     let seed = seed.read(table);
     let (mode, materials) = mode_and_materials(table, mode, palette);
-    let plan = MazePlan {
-        origin: origin?,
-        cells: cells?,
-        cell: cell?,
-        wall: wall?,
-        height: height?,
-        seed: seed?,
-    };
+    let plan = MazePlan { origin: origin?, cells: cells?, cell: cell?, wall: wall?, height: height?, seed: seed? };
     extent::inside_world(table, &plan.bounds())?;
     let size = plan.bounds().size();
     if size[0].max(size[2]) > Maze::MAX_EXTENT {

@@ -90,9 +90,7 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<Stream> {
         }),
     };
     let default = StreamSettings::default();
-    let near = table
-        .get("near")
-        .map_or(Some(default.near), |node| node.integer(64..=StreamSettings::MOST_NEAR));
+    let near = table.get("near").map_or(Some(default.near), |node| node.integer(64..=StreamSettings::MOST_NEAR));
     let far = match table.get("far") {
         None => near,
         Some(node) => {
@@ -140,8 +138,7 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<Stream> {
             }
         }
     };
-    let threads =
-        table.get("threads").map_or(Some(0), |node| node.integer(0..=StreamSettings::MOST_THREADS));
+    let threads = table.get("threads").map_or(Some(0), |node| node.integer(0..=StreamSettings::MOST_THREADS));
     table.finish();
     let settings = StreamSettings {
         near: near?,

@@ -15,6 +15,7 @@ const DEPTH: i64 = 1 << 32;
 /// As heights and amplitudes in the file.
 const HEIGHTS: std::ops::RangeInclusive<f64> = extent::POSITIONS;
 
+#[expect(clippy::cast_possible_truncation, reason = "heights are within ±2³¹")]
 pub(super) fn read(
     table: &Table<'_, '_>,
     mode: Option<Mode>,
