@@ -1,6 +1,7 @@
 //! CPU time of a frame of 30 passes: our own share with nothing behind it, with a device behind it, and the same chain of dispatches
 //! recorded with the crate `vk-graph`. Needs a Vulkan driver: `cargo bench --bench replay`.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a bench")]
 #![allow(clippy::format_push_string, reason = "files are put together as they read")]
 
 use std::collections::BTreeMap;

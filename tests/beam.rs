@@ -5,6 +5,8 @@
 //! RAXEL_BEAM_CAMERAS=200 cargo test --release --test beam
 //! ```
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use common::Project;

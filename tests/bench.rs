@@ -1,5 +1,7 @@
 //! `raxel bench` on a real device: the numbers that it gives, the files that it writes, and its errors.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use common::Project;

@@ -1,5 +1,7 @@
 //! The shipped blue noise: made by our own tool, without low frequencies in space and in time, every value equally often.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 #[path = "../examples/textures/blue_noise.rs"]
 mod blue_noise;
 

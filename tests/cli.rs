@@ -1,5 +1,7 @@
 //! The command line as its users and their scripts see it: exit codes, stdout and stderr, JSON, bad files.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use common::{Project, raxel};

@@ -1,5 +1,7 @@
 //! Edits of a running session: what is seen is exactly what the newest voxels are, and nothing is made anew that need not be.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

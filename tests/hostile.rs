@@ -1,5 +1,7 @@
 //! Shaders and files that would end the process, or never end themselves: raxel says what is wrong, or draws what it can.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use common::Project;

@@ -1,6 +1,8 @@
 //! Light by the book: the path tracer that lighting systems are judged by is held to scenes whose light is known in closed form, and every
 //! system in graphs/light to what must hold of any: no light through walls, no light that stays, no number that is none.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 #[path = "light/scenes.rs"]
 mod scenes;
@@ -447,7 +449,7 @@ fn points_are_stratified_and_lamps_are_drawn_by_their_power() {
         for a in 0..=8 {
             let mut boxes = [0; 256];
             for point in set.chunks_exact(4) {
-                let [x, y] = [point[0] as u64, point[1] as u64];
+                let [x, y] = [u64::from(point[0]), u64::from(point[1])];
                 boxes[((x << a >> 32) << (8 - a) | y << (8 - a) >> 32) as usize] += 1;
             }
             assert!(boxes.iter().all(|count| *count == 1), "set {number}, {a} bits along x: {boxes:?}");

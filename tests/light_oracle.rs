@@ -1,6 +1,8 @@
 //! The path tracer that lighting is judged by, held against another one: `raxel::oracle::light` runs on the processor, in `f64`, and shares
 //! nothing with it but the voxels and what sun, sky, lamps and surfaces are said to be.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 #[path = "light/scenes.rs"]
 mod scenes;

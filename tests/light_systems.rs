@@ -1,5 +1,7 @@
 //! What lighting systems promise besides their light: that they come to rest, that light of what is gone goes, and what happens at their limits.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 #[path = "light/scenes.rs"]
 mod scenes;

@@ -1,6 +1,8 @@
 //! The marchers of graphs/bench: those that are said to be exact hit what the oracle hits; the others fail as docs/marchers.md says, and no
 //! more; all of them end. The page quotes what `the_marchers_are_as_wrong_as_their_page_says` prints.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use std::fmt::Write;

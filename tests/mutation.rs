@@ -1,6 +1,8 @@
 //! Faults are planted in the tracers' shaders by machine, and `raxel stress` must notice each of them, unless
 //! `tests/mutation/explained.toml` says why it changes no hit. docs/mutation.md tells how to run it.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 #[path = "mutation/plant.rs"]
 mod plant;

@@ -1,6 +1,8 @@
 //! Period rays on the device hit what they hit in whole numbers of 64 bits: one by one and with lanes refilled, from inside, outside and
 //! far outside the world, through edges and corners.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use common::Project;

@@ -1,5 +1,7 @@
 //! `raxel render` on a real device: bytes that repeat, every kind of output, and its errors.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use std::path::Path;

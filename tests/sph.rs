@@ -1,6 +1,8 @@
 //! Water of particles (`graphs/light/views/sph.toml`): it stays in its box, comes to rest at its level and its density, gains no energy, and is the same
 //! bytes in every run.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use common::Project;

@@ -4,6 +4,7 @@
 //! `cargo test --release --test storm -- --ignored` makes 10,000 edits; `RAXEL_STORM_EDITS` and `RAXEL_STORM_SEED` change how many and
 //! which. A failure names the seed, and leaves the project as it was.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![cfg(target_os = "linux")]
 
 mod common;

@@ -1,5 +1,7 @@
 //! Streamed worlds in a session: every picture is what the exact tracer sees of the tiles that are wanted.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 #[path = "streaming/lamps.rs"]
 mod lamps;

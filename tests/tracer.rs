@@ -1,5 +1,7 @@
 //! The GLSL tracers of every layout on a device, against the exact tracer: what they hit must be equal, ties included.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::sync::Arc;
 
 use glam::IVec3;

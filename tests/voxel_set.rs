@@ -1,5 +1,7 @@
 //! A graph that changes voxels of a 3-D image and traces it, and the graph that holds two layouts against each other.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use std::collections::HashMap;

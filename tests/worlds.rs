@@ -1,5 +1,7 @@
 //! Several worlds in one shader, and worlds that a shader has written, against the exact tracer.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::sync::Arc;
 
 use glam::IVec3;

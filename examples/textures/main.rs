@@ -4,6 +4,13 @@
 //! cargo run --release --example textures
 //! ```
 
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    clippy::cast_sign_loss,
+    reason = "textures have at most 256 texels a side and 256 grades of grey, and hashes keep their low bits"
+)]
+
 mod blue_noise;
 mod tiles;
 

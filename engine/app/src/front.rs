@@ -283,6 +283,7 @@ impl Front {
 
     /// Whether frames of a graph depend on those before them by more than the camera, whatever is shown and whichever conditions hold.
     /// What cannot be planned on paper counts as if they did.
+    #[expect(clippy::cast_possible_truncation, reason = "a graph numbers its resources in 32 bits")]
     pub fn looks_back(graph: &Arc<Graph>, output: [u32; 2]) -> bool {
         if graph.collected().next().is_some() {
             // What passes do to the world is seen by the frames after.

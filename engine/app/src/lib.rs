@@ -1,5 +1,7 @@
 //! The raxel command line: one file a verb, and the window. Results go to stdout, messages to stderr.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 mod args;
 mod cache;
 mod cli;

@@ -149,8 +149,8 @@ fn describe(plan: &Plan, store: &dyn Store) -> Result<(), BakeError> {
 /// The chunks of a shard, and how many of them have solid cells.
 fn make(source: &dyn ChunkSource, plan: &Plan, key: ShardKey) -> Result<(ShardWriter, u64), BakeError> {
     let level = plan.levels()[key.level as usize];
-    let edge = (plan.edge / CHUNK) as i32;
-    let corner: [i32; 3] = std::array::from_fn(|axis| (level.first[axis] + key.at[axis] as i32) * edge);
+    let edge = (plan.edge / CHUNK).cast_signed();
+    let corner: [i32; 3] = std::array::from_fn(|axis| (level.first[axis] + key.at[axis].cast_signed()) * edge);
     let mut writer = ShardWriter::new();
     let mut solid = 0;
     for z in 0..edge {

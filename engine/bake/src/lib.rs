@@ -5,6 +5,8 @@
 //! made by any machine, in any order, and again after one was interrupted. [`ZarrSource`] is the way back: a store as the source of a
 //! streamed world.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 mod bake;
 mod directory;
 mod metadata;

@@ -93,11 +93,10 @@ impl Baked {
         let attributes = value.pointer("/attributes/raxel").ok_or_else(|| wrong("it has no attribute `raxel`"))?;
         let format = attributes.get("format").and_then(serde_json::Value::as_u64);
         let format = format.ok_or_else(|| wrong("its attribute `raxel` has no `format`"))?;
-        if format > u64::from(FORMAT) {
-            return Err(Unreadable::Newer { found: u32::try_from(format).unwrap_or(u32::MAX) });
-        }
-        if format < u64::from(FORMAT) {
-            return Err(Unreadable::Older { found: format as u32 });
+        match u32::try_from(format).unwrap_or(u32::MAX) {
+            found if found > FORMAT => return Err(Unreadable::Newer { found }),
+            found if found < FORMAT => return Err(Unreadable::Older { found }),
+            _ => {}
         }
         let baked = Self::deserialize(attributes).map_err(|error| Unreadable::Wrong(error.to_string()))?;
         let written = attributes.get("checksum").and_then(serde_json::Value::as_str);
@@ -116,14 +115,14 @@ impl Baked {
             return Err(Unreadable::Wrong(format!("{} levels of detail", baked.levels.len())));
         }
         let edge = i64::from(baked.edge);
-        for (index, level) in baked.levels.iter().enumerate() {
+        for (index, level) in (0..).zip(&baked.levels) {
             let fits = |axis: usize| {
                 let end = level.origin[axis].checked_add(i64::from(level.shards[axis]) * edge);
                 level.origin[axis] % edge == 0
                     && level.origin[axis] >= -(1 << 32)
                     && end.is_some_and(|end| end <= 1 << 32)
             };
-            if level.cell != cell_edge(index as u32) || !(0..3).all(fits) {
+            if level.cell != cell_edge(index) || !(0..3).all(fits) {
                 return Err(Unreadable::Wrong(format!("level {index} cannot be where it is said to be")));
             }
         }
@@ -138,15 +137,15 @@ impl Baked {
     }
 
     /// The levels as they are planned.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "`read` refuses levels that begin before −2³² cells, and a shard has at least 64 along an edge"
+    )]
     pub(crate) fn baked_levels(&self) -> Vec<BakedLevel> {
         let edge = i64::from(self.edge);
-        let levels = self.levels.iter().enumerate();
+        let levels = (0..).zip(&self.levels);
         levels
-            .map(|(level, of)| BakedLevel {
-                level: level as u32,
-                first: of.origin.map(|c| (c / edge) as i32),
-                shards: of.shards,
-            })
+            .map(|(level, of)| BakedLevel { level, first: of.origin.map(|c| (c / edge) as i32), shards: of.shards })
             .collect()
     }
 }

@@ -45,6 +45,7 @@ impl FromStr for Part {
 
 impl Part {
     /// The shards of a plan that are in this part, in the order of the levels and of their places: z last, x first.
+    #[expect(clippy::cast_possible_truncation, reason = "each is below a number of shards, which has 32 bits")]
     pub fn shards(self, plan: &Plan) -> impl Iterator<Item = ShardKey> + '_ {
         let counts = plan.levels().iter().map(BakedLevel::count);
         let all: u64 = counts.sum();
@@ -73,6 +74,7 @@ impl Part {
 }
 
 /// The indices of `count` that the part at `index` of `of` gets: shares differ by one at most.
+#[expect(clippy::cast_possible_truncation, reason = "an index is at most `of`, so that a bound is at most `count`")]
 fn share(count: u64, index: u64, of: u64) -> std::ops::Range<u64> {
     let bound = |index: u64| (u128::from(count) * u128::from(index) / u128::from(of)) as u64;
     bound(index)..bound(index + 1)

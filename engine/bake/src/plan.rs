@@ -144,6 +144,11 @@ impl Plan {
 }
 
 impl BakedLevel {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a plan's region is within ±2³¹ voxels, and a shard has at least 64 along an edge"
+    )]
     fn around(level: u32, region: &Region, edge: u32) -> Self {
         let size = i64::from(edge) * cell_edge(level);
         let first = region.min.map(|c| c.div_euclid(size));

@@ -135,13 +135,14 @@ impl Index {
     pub(crate) fn place(&self, chunk: usize) -> Result<Option<std::ops::Range<u64>>, Damage> {
         let Some((offset, length)) = self.0[chunk] else { return Ok(None) };
         match offset.checked_add(length) {
-            Some(end) if length as usize >= CRC && length <= most_bytes() => Ok(Some(offset..end)),
+            Some(end) if length >= CRC as u64 && length <= most_bytes() => Ok(Some(offset..end)),
             end => Err(Damage::Place { chunk, from: offset, to: end.unwrap_or(u64::MAX) }),
         }
     }
 }
 
 /// Checks every byte of a shard against the checksums in it. Returns how many of its chunks have solid cells.
+#[expect(clippy::cast_possible_truncation, reason = "a place ends before the bytes in memory do")]
 pub(crate) fn check(bytes: &[u8], chunks: usize, seal: Seal) -> Result<u64, Damage> {
     let index = Index::read(bytes, chunks, seal)?;
     let end = (bytes.len() - Index::bytes(chunks)) as u64;

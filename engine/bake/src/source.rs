@@ -105,6 +105,7 @@ impl ZarrSource {
         Region { min, max: std::array::from_fn(|axis| min[axis] + i64::from(level.shards[axis]) * edge) }
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "a place has at most `most_bytes`")]
     fn read(&self, key: ShardKey, chunk: usize) -> Result<Content, Failure> {
         let object = key.object();
         let index = self.index(key, &object)?;
@@ -170,6 +171,11 @@ impl ChunkSource for ZarrSource {
         &self.baked.materials
     }
 
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the chunk lies in the level, whose numbers of shards have 32 bits"
+    )]
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
         let Some(of) = self.levels.get(level as usize) else {
             let (address, levels) = (&self.address, self.levels.len());
@@ -210,6 +216,7 @@ impl ChunkSource for ZarrSource {
         Some(&self.baked.fingerprint)
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "a store has at most `MAX_LEVEL` + 1 levels")]
     fn top_level(&self) -> u32 {
         self.levels.len() as u32 - 1
     }

@@ -1,6 +1,7 @@
 //! Stores behind HTTP: a server that speaks S3.
 
 #![cfg(feature = "cloud")]
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
 mod common;
 

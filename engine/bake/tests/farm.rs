@@ -1,5 +1,7 @@
 //! The files for clusters that bake: what they say is what a cluster expects.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 #[allow(dead_code, reason = "each test file uses a part of this")]
 #[path = "../../../tests/common/child.rs"]
 mod child;

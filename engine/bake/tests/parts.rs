@@ -1,5 +1,7 @@
 //! Parts are the whole, whoever makes them and however often they were interrupted; a store that fails is never taken for an empty one.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use std::path::Path;

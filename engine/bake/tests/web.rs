@@ -1,6 +1,7 @@
 //! A web server that fails and lies: what comes of it is right, or an error that names the chunk and the store.
 
 #![cfg(feature = "cloud")]
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
 mod common;
 

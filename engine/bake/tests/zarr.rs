@@ -1,5 +1,7 @@
 //! What is baked, read back: by raxel, and by the Python package `zarr`.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod common;
 
 use common::python::Python;

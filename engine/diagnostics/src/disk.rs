@@ -68,6 +68,10 @@ impl Files for DiskFiles {
 }
 
 /// Reads a file until it reads the same twice: one that is replaced or written meanwhile gives no mix of before and after.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "files over the limit are refused before, and the capacity is a hint"
+)]
 fn settled<R: Read>(limit: u64, open: impl Fn() -> io::Result<(u64, R)>) -> Result<Vec<u8>, FileError> {
     let open = || open().map_err(|error| from_io(&error));
     for _ in 0..TRIES {

@@ -337,12 +337,14 @@ impl<'a, 't> Node<'a, 't> {
         }
     }
 
-    /// As an integer in a range.
-    pub fn integer(&self, range: RangeInclusive<i64>) -> Option<i64> {
+    /// As an integer in a range. The range has the type that the value is kept in, so that no reader has to cast it.
+    pub fn integer<T: Integer>(&self, range: RangeInclusive<T>) -> Option<T> {
         let DeValue::Integer(integer) = self.value else { return self.wrong_type("an integer") };
         // Underscores and a sign are already normalised by the parser; only the radix is left to say.
-        match i64::from_str_radix(integer.as_str(), integer.radix()) {
-            Ok(value) if range.contains(&value) => Some(value),
+        let value =
+            i64::from_str_radix(integer.as_str(), integer.radix()).ok().and_then(|value| T::try_from(value).ok());
+        match value {
+            Some(value) if range.contains(&value) => Some(value),
             _ => self.bad_value(format!("`{}` is {integer}; it must be {}", self.name, range_text(&range))),
         }
     }
@@ -421,12 +423,12 @@ impl<'a, 't> Node<'a, 't> {
     }
 
     /// As an array of `N` integers in a range.
-    pub fn integers<const N: usize>(&self, range: RangeInclusive<i64>) -> Option<[i64; N]> {
+    pub fn integers<T: Integer, const N: usize>(&self, range: RangeInclusive<T>) -> Option<[T; N]> {
         let elements = self.array()?;
         if elements.len() != N {
             return self.bad_value(format!("`{}` needs {N} integers, not {}", self.name, elements.len()));
         }
-        let values: Vec<i64> = elements.iter().filter_map(|element| element.integer(range.clone())).collect();
+        let values: Vec<T> = elements.iter().filter_map(|element| element.integer(range.clone())).collect();
         values.try_into().ok()
     }
 
@@ -444,11 +446,18 @@ impl<'a, 't> Node<'a, 't> {
     }
 }
 
-fn range_text(range: &RangeInclusive<i64>) -> String {
-    match (*range.start(), *range.end()) {
-        (i64::MIN, i64::MAX) => "a 64-bit integer".to_owned(),
-        (start, i64::MAX) => format!("at least {start}"),
-        (start, end) => format!("in {start}…{end}"),
+/// A type that [`Node::integer`] can read an integer of TOML into.
+pub trait Integer: Copy + PartialOrd + TryInto<i128> + TryFrom<i64> {}
+
+impl<T: Copy + PartialOrd + TryInto<i128> + TryFrom<i64>> Integer for T {}
+
+fn range_text<T: Integer>(range: &RangeInclusive<T>) -> String {
+    const MIN: i128 = i64::MIN as i128;
+    const MAX: i128 = i64::MAX as i128;
+    match [*range.start(), *range.end()].map(|end| end.try_into().unwrap_or(i128::MAX)) {
+        [MIN, MAX] => "a 64-bit integer".to_owned(),
+        [start, MAX] => format!("at least {start}"),
+        [start, end] => format!("in {start}…{end}"),
     }
 }
 

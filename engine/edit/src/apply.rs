@@ -96,9 +96,7 @@ impl<'a> Prepared<'a> {
     fn chunks(&self) -> u128 {
         match (&self.kind, &self.bounds) {
             (Kind::Put(chunks), _) => chunks.len() as u128,
-            (_, Some(bounds)) => {
-                bounds.chunk_ranges().map(|range| (range.end - range.start).max(0) as u128).iter().product()
-            }
+            (_, Some(bounds)) => bounds.chunk_count(),
             (_, None) => 0,
         }
     }
@@ -112,7 +110,7 @@ impl<'a> Prepared<'a> {
         let [xs, ys, zs] = bounds.chunk_ranges();
         for y in ys {
             for z in zs.clone() {
-                xs.clone().for_each(|x| each(ChunkPos::new(x as i32, y as i32, z as i32)));
+                xs.clone().for_each(|x| each(ChunkPos::of_range([x, y, z])));
             }
         }
     }
@@ -158,7 +156,7 @@ impl<'a> Prepared<'a> {
     fn apply(&self, pos: ChunkPos, dense: &mut DenseChunk, base: &dyn Base) -> Result<(), Unavailable> {
         match &self.kind {
             Kind::Set(cell, material) => {
-                let [x, y, z] = cell.map(|c| (c & 63) as u32);
+                let [x, y, z] = cell.map(|c| (c & 63).cast_unsigned());
                 dense.set(x, y, z, *material);
             }
             Kind::Solid(solid, _) => solid.apply_to(pos, dense),
@@ -176,6 +174,7 @@ impl<'a> Prepared<'a> {
 }
 
 /// The voxels of a model that fall into a chunk.
+#[expect(clippy::cast_sign_loss, reason = "the six lowest bits are not negative")]
 fn place(model: &EditModel, placement: &Placement, mode: Mode, pos: ChunkPos, dense: &mut DenseChunk) {
     let origin = pos.origin().to_array().map(i64::from);
     let here = Bounds { min: origin, max: origin.map(|o| o + 64) };
@@ -246,7 +245,7 @@ fn set_voxels(
 ) -> Applied {
     let mut blocks: BTreeMap<usize, BlockVoxels> = BTreeMap::new();
     for (cell, material) in sets {
-        let [x, y, z] = cell.map(|c| (c & 63) as u32);
+        let [x, y, z] = cell.map(|c| (c & 63).cast_unsigned());
         let (block, bit) = voxel_index(x, y, z);
         blocks.entry(block).or_insert_with(|| read(before.as_deref(), block)).set(bit, material);
     }

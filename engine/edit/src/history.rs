@@ -66,6 +66,7 @@ pub(crate) struct VoxelChange {
 }
 
 impl VoxelChange {
+    #[expect(clippy::cast_possible_truncation, reason = "a chunk has 64³ voxels")]
     pub(crate) fn new((block, bit): (usize, usize), before: MaterialIndex, after: MaterialIndex) -> Self {
         Self { at: (block * 64 + bit) as u32, materials: [before, after] }
     }

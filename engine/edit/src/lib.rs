@@ -4,6 +4,8 @@
 //! Everything here is exact and repeatable: operations carry integers only, so that the same operations in the same order give the same
 //! bytes on every machine.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 mod apply;
 mod edits;
 mod history;

@@ -9,7 +9,8 @@ use crate::scene::Scene;
 use crate::shape::{Ball, Pillar};
 
 /// Steps of a position in a voxel: centres and radii are given in 1/256 voxel.
-pub const UNIT: i64 = 256;
+pub const UNIT: i64 = STEPS as i64;
+const STEPS: u32 = 256;
 
 /// Largest radius, in voxels.
 pub const MOST_RADIUS: u32 = 4096;
@@ -20,6 +21,7 @@ pub const MOST_CHUNKS: u64 = 1 << 15;
 const CELLS: std::ops::RangeInclusive<i64> = -(1 << 31)..=1 << 31;
 
 /// A position in voxels as steps of 1/256 voxel, rounded to the nearest; saturates, and NaN becomes 0.
+#[expect(clippy::cast_possible_truncation, reason = "a cast of a float saturates, which is what is wanted here")]
 pub fn fixed(voxels: f64) -> i64 {
     (voxels * UNIT as f64).round() as i64
 }
@@ -189,6 +191,11 @@ impl Operation {
     }
 
     /// A ball, by its centre and radius in voxels. One whose centre or radius is NaN, or whose radius is negative, is refused when it is made.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a radius below 0 becomes 0 and a large one the largest, and both are refused when the edit is made"
+    )]
     pub fn sphere(center: [f64; 3], radius: f64, brush: Brush) -> Self {
         let steps = |voxels: f64| if voxels.is_nan() { i64::MIN } else { fixed(voxels) };
         Self::Sphere { center: center.map(steps), radius: (radius * UNIT as f64).round() as u32, brush }
@@ -221,7 +228,7 @@ impl Operation {
         if (0..3).any(|i| !CELLS.contains(&bounds.min[i]) || !CELLS.contains(&bounds.max[i])) {
             return Err(EditError::OutOfRange { min: bounds.min, max: bounds.max });
         }
-        let chunks = bounds.chunk_ranges().map(|range| (range.end - range.start).max(0) as u128).iter().product();
+        let chunks = bounds.chunk_count();
         if chunks > u128::from(MOST_CHUNKS) {
             return Err(EditError::TooLarge { chunks, limit: MOST_CHUNKS });
         }
@@ -289,9 +296,9 @@ impl Operation {
             Some(material) => known(material),
             None => Ok(()),
         };
-        let round = |radius: u32| match radius / UNIT as u32 {
+        let round = |radius: u32| match radius / STEPS {
             _ if radius == 0 => empty("its radius is 0".to_owned()),
-            voxels if voxels >= MOST_RADIUS && radius > MOST_RADIUS * UNIT as u32 => {
+            voxels if voxels >= MOST_RADIUS && radius > MOST_RADIUS * STEPS => {
                 Err(EditError::Radius { radius: voxels, limit: MOST_RADIUS })
             }
             _ => Ok(()),

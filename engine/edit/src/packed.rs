@@ -64,6 +64,7 @@ impl std::fmt::Debug for PackedChunk {
     }
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "a palette has at most 2¹⁶ materials")]
 fn plain_bytes(chunk: &Chunk) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(1 << 15);
     let root = chunk.root_mask();
@@ -92,6 +93,7 @@ fn plain_bytes(chunk: &Chunk) -> Vec<u8> {
     bytes
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "a palette has no air, so that it has fewer than 2¹⁶ materials")]
 fn write_palette(palette: &[MaterialIndex], bytes: &mut Vec<u8>) {
     bytes.extend((palette.len() as u16).to_le_bytes());
     palette.iter().for_each(|material| bytes.extend(material.to_le_bytes()));

@@ -63,13 +63,13 @@ pub enum WrongRecord {
 impl Records {
     /// Reads the words of the buffer. Nothing in them is taken on trust; equal records count once.
     pub fn read(words: &[u32], scene: &Scene) -> Self {
-        let wanted = u64::from(words.first().copied().unwrap_or(0));
+        let wanted = words.first().map_or(0, |wanted| *wanted as usize);
         let (records, _) = words.get(HEADER_WORDS..).unwrap_or_default().as_chunks::<RECORD_WORDS>();
-        let there = wanted.min(records.len() as u64);
-        let mut sorted = records[..there as usize].to_vec();
+        let there = wanted.min(records.len());
+        let mut sorted = records[..there].to_vec();
         sorted.sort_unstable();
         sorted.dedup();
-        let mut read = Self { lost: wanted - there, ..Self::default() };
+        let mut read = Self { lost: (wanted - there) as u64, ..Self::default() };
         for record in &sorted {
             match operation(record).and_then(|operation| Ok(operation.bounds(scene).map(|_| operation)?)) {
                 Ok(operation) => read.operations.push(operation),
@@ -93,16 +93,20 @@ fn operation(record: &[u32; RECORD_WORDS]) -> Result<Operation, WrongRecord> {
         2 => Brush::Paint(index),
         _ => return Err(unknown),
     };
-    let [ax, ay, az, bx, by, bz] = rest.map(|word| i64::from(word.cast_signed()));
+    let rest = rest.map(u32::cast_signed);
+    let cell = [rest[0], rest[1], rest[2]];
+    let [ax, ay, az, bx, by, bz] = rest.map(i64::from);
     let bounds = Bounds { min: [ax, ay, az], max: [bx + 1, by + 1, bz + 1] };
     let center = [ax, ay, az].map(|cell| cell * crate::operation::UNIT + crate::operation::UNIT / 2);
     match (word & 0xff, brush) {
         (RESTORE, Brush::Subtract) => Ok(Operation::Restore { bounds }),
         (BOX, brush) => Ok(Operation::Box { bounds, brush }),
-        (SPHERE, _) if rest[3].cast_signed() < 0 => Err(WrongRecord::Radius),
-        (SPHERE, brush) => Ok(Operation::Sphere { center, radius: rest[3], brush }),
-        (SET, Brush::Subtract) => Ok(Operation::Set { cell: [ax, ay, az].map(|c| c as i32), material: AIR }),
-        (SET, Brush::Add(material)) => Ok(Operation::Set { cell: [ax, ay, az].map(|c| c as i32), material }),
+        (SPHERE, brush) => match u32::try_from(rest[3]) {
+            Ok(radius) => Ok(Operation::Sphere { center, radius, brush }),
+            Err(_) => Err(WrongRecord::Radius),
+        },
+        (SET, Brush::Subtract) => Ok(Operation::Set { cell, material: AIR }),
+        (SET, Brush::Add(material)) => Ok(Operation::Set { cell, material }),
         _ => Err(unknown),
     }
 }

@@ -53,6 +53,7 @@ impl Scene {
     }
 
     /// Palette indices of a model's materials, which join the palette. `None` when there is no room for them.
+    #[expect(clippy::cast_possible_truncation, reason = "a world has at most `MAX_MATERIALS` materials besides air")]
     fn adopt(&mut self, name: &str, voxels: &World) -> Option<Arc<[MaterialIndex]>> {
         let index_of = |(index, material): (usize, &Material)| {
             if index == 0 || voxels.counts()[index] == 0 {
@@ -78,6 +79,7 @@ impl Scene {
     }
 
     /// Palette index of a material, by its name.
+    #[expect(clippy::cast_possible_truncation, reason = "a world has at most `MAX_MATERIALS` materials besides air")]
     pub fn material(&self, name: &str) -> Option<MaterialIndex> {
         let index = self.materials.iter().skip(1).position(|material| material.name == name)?;
         Some(index as MaterialIndex + 1)

@@ -1,5 +1,7 @@
 //! The buffer that follows edits, against the buffer of the same world encoded from the beginning.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod scenes;
 
 use raxel_edit::Edits;

@@ -1,5 +1,7 @@
 //! Chunks in a hash table that follow edits in place, against those of the same world encoded from the beginning: the same nodes.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod scenes;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -124,7 +126,7 @@ fn what_does_not_fit_is_made_anew() {
     let (mut live, _) = LiveLayout::new(Layout::Octree, &small, u64::MAX).unwrap();
     assert_eq!(live.update(&both, far.chunks().map(|(pos, chunk)| (pos, Some(chunk.clone())))), None);
     // Without room for a second chunk.
-    let tight = 4 * (HashedChunksHeader::WORDS as u64 + 8 * 6 + 4 * 2048 + 37449 + 100);
+    let tight = 4 * (u64::from(HashedChunksHeader::WORDS) + 8 * 6 + 4 * 2048 + 37449 + 100);
     let (mut live, _) = LiveLayout::new(Layout::Octree, &small, tight).unwrap();
     let beside = World::from_voxels(scene.materials.clone(), [(glam::IVec3::ZERO, 1), (glam::IVec3::splat(40), 2)]);
     assert_eq!(live.update(&beside, beside.chunks().map(|(pos, chunk)| (pos, Some(chunk.clone())))), None);

@@ -1,5 +1,7 @@
 //! Operations against a plain array of voxels, against a replay from the beginning, and against their own undo.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod scenes;
 
 use std::collections::BTreeMap;

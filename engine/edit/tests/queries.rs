@@ -1,5 +1,7 @@
 //! Queries over an edited world: rays against the exact oracle, boxes and motions against plain loops.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod scenes;
 
 use std::collections::BTreeMap;

@@ -1,5 +1,7 @@
 //! Edits over tiles: voxel by voxel, cell by cell, and ray by ray through the buffer that a streamer fills meanwhile.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod scenes;
 
 use std::collections::{BTreeMap, BTreeSet};

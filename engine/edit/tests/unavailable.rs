@@ -1,5 +1,7 @@
 //! Edits of a world whose chunks cannot be had for a while: what is not there is not changed.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 

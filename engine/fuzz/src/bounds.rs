@@ -63,6 +63,7 @@ pub fn alone() {
     std::mem::forget(pool.expect("a thread is made to work alone once"));
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "a part of a second has less than 2³² nanoseconds")]
 fn processor_time() -> Duration {
     let now = clock_gettime(ClockId::ThreadCPUTime);
     Duration::new(now.tv_sec.unsigned_abs(), now.tv_nsec.unsigned_abs() as u32)

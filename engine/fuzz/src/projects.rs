@@ -34,6 +34,7 @@ pub(crate) fn parts(mut input: &[u8]) -> impl Iterator<Item = (String, Vec<u8>)>
 }
 
 /// The input with these files.
+#[expect(clippy::cast_possible_truncation, reason = "names and contents of a project are short")]
 pub(crate) fn whole(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut input = Vec::new();
     for (name, content) in files {

@@ -1,6 +1,8 @@
 //! The corpus, and mutations of it with fixed seeds. `RAXEL_FUZZ_INPUTS` is how many mutations each target gets instead of its own number,
 //! `RAXEL_FUZZ_TIMES` by how much its own number is multiplied, and `RAXEL_FUZZ_SEED` where their seeds begin.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::io::{Seek, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,8 @@
 //! Buffers.
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "offsets are checked against the size of memory that is mapped, which `usize` holds"
+)]
 
 use std::fmt;
 use std::ptr::NonNull;

@@ -29,6 +29,7 @@ pub(crate) fn look_at_all(instance: &Instance) -> Result<Vec<Seen>> {
     devices.into_iter().enumerate().map(|(index, physical)| look_at(instance, index, physical)).collect()
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "Vulkan counts queue families in 32 bits")]
 fn look_at(instance: &Instance, index: usize, physical: vk::PhysicalDevice) -> Result<Seen> {
     let raw = &instance.raw;
     // SAFETY: `physical` comes from this instance; all of these are plain queries.

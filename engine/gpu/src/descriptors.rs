@@ -50,6 +50,7 @@ impl Descriptors {
         Descriptors::with_layout(device, name, &pipeline.layout, resources)
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "a layout has a few sets")]
     pub(crate) fn with_layout(
         device: &Arc<Device>,
         name: &str,

@@ -9,6 +9,7 @@
 //! gives wrong bytes to shaders, and nothing worse. In tests, the validation layer checks it (synchronization validation). This is
 //! why the library `raxel` does not re-export what records commands.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 #![allow(unsafe_code, reason = "Vulkan is a C interface; each block says why it is sound")]
 
 mod buffer;

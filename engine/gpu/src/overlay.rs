@@ -115,6 +115,7 @@ struct Attachment {
 
 impl Overlay {
     /// Makes the pipeline for targets of a format: [`crate::Surface::format`], or an image's. Slow: the driver compiles the shaders.
+    #[expect(clippy::cast_possible_truncation, reason = "a vertex has a few bytes")]
     pub fn new(device: &Arc<Device>, shaders: &OverlayShaders<'_>, format: vk::Format) -> Result<Overlay> {
         if !device.capabilities().graphics {
             return Err(Error::FormatUnsupported {
@@ -245,6 +246,7 @@ impl Overlay {
         }
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "an overlay has far fewer than 2³¹ vertices and indices")]
     fn draw(
         &mut self,
         recording: &mut Recording<'_>,
@@ -328,6 +330,12 @@ fn grown<'b>(
 }
 
 /// The pixels within a clip rectangle and the picture; `None` when there are none.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    clippy::cast_sign_loss,
+    reason = "a cast of a float saturates, and sides of pictures are far below 2³¹"
+)]
 fn scissor([left, top, right, bottom]: [f32; 4], scale: f32, [width, height]: [u32; 2]) -> Option<vk::Rect2D> {
     // The cast takes what is no number, or negative, to 0.
     let pixel = |points: f32, most: u32| ((points * scale).round() as u32).min(most);
@@ -338,6 +346,7 @@ fn scissor([left, top, right, bottom]: [f32; 4], scale: f32, [width, height]: [u
     (extent.width > 0 && extent.height > 0).then_some(vk::Rect2D { offset, extent })
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "a vertex has a few bytes")]
 fn pipeline(
     device: &Arc<Device>,
     layout: &PipelineLayout,
@@ -449,6 +458,7 @@ impl Recording<'_> {
         }
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "an overlay has far fewer than 2³¹ vertices and indices")]
     fn draw_triangles(
         &mut self,
         layout: &PipelineLayout,

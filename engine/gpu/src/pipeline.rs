@@ -117,6 +117,7 @@ pub struct ComputePipeline {
 
 impl ComputePipeline {
     /// Makes a pipeline. Slow: the driver compiles the shader.
+    #[expect(clippy::cast_possible_truncation, reason = "a shader has a few specialization constants")]
     pub fn new(device: &Arc<Device>, name: &str, info: &PipelineInfo<'_>) -> Result<ComputePipeline> {
         let entry = std::ffi::CString::new(info.entry).map_err(|_| Error::Vulkan {
             call: "vkCreateShaderModule",

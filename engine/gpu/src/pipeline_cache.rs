@@ -106,6 +106,7 @@ fn name(properties: &vk::PhysicalDeviceProperties) -> String {
 }
 
 /// Whether data begins with the header of this device ("Pipeline Cache Header", Vulkan 1.3, 10.7.3), which not every driver checks.
+#[expect(clippy::cast_sign_loss, reason = "the constant of Vulkan is 1")]
 fn is_of(bytes: &[u8], properties: &vk::PhysicalDeviceProperties) -> bool {
     let word = |at: usize| {
         let word = bytes.get(at..at + 4)?;

@@ -123,6 +123,7 @@ impl Readback {
         self.copied()
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "the buffer is mapped, so that `usize` holds its size")]
     fn copied(&self) -> Result<Vec<u8>> {
         let Some(staging) = &self.staging else { return Ok(Vec::new()) };
         let mut bytes = vec![0; self.size as usize];

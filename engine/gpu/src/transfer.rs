@@ -15,6 +15,7 @@ use crate::result::{Error, Result};
 
 /// Makes a storage buffer on the device that holds `bytes` (padded with zeros to a multiple of 4). Waits for the copy; may be called
 /// from any thread.
+#[expect(clippy::cast_possible_truncation, reason = "it is the length of a slice, rounded up")]
 pub fn upload(device: &Arc<Device>, name: &str, bytes: &[u8], timeout: Duration) -> Result<Buffer> {
     let size = (bytes.len() as u64).max(4).next_multiple_of(4);
     let limit = u64::from(device.capabilities().limits.max_storage_buffer_range);
@@ -43,6 +44,10 @@ const STAGING_BYTES: u64 = 64 << 20;
 
 /// Makes an image of one layer whose mips hold `mips`: texels of `texel_bytes` bytes, x first, then y, then z, without padding. It is in `GENERAL`
 /// and visible to everything after. Waits for the copies; may be called from any thread.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "slices are at most `depth`, and places outside the texels are outside the slice for `usize` too"
+)]
 pub fn upload_image(
     device: &Arc<Device>,
     name: &str,

@@ -1,5 +1,7 @@
 //! Opening devices. These tests need a Vulkan driver and fail without one.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use raxel_gpu::{
     Device, DeviceKind, DeviceOptions, Error, ImageInfo, Packets, Validation, download_buffer, download_image, upload,
     upload_image, vk,

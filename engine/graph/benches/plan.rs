@@ -1,4 +1,5 @@
 //! `cargo bench -p raxel-graph --bench plan`: how long a graph takes from its text to its plan, shader compilation left out.
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a bench")]
 #![allow(missing_docs, reason = "a benchmark")]
 
 use std::collections::BTreeMap;

@@ -5,6 +5,7 @@
 //! grow least and leaves the smallest hole. An arena is then cut where nothing overlaps: every piece with at least two
 //! occupants becomes a block; a resource that shares with no other gets memory of its own.
 
+use crate::index::index32;
 use crate::lifetimes::Life;
 use crate::plan::{BlockPlan, Place, Requirements, ResourceDesc, ResourcePlan};
 
@@ -176,7 +177,7 @@ fn block(items: &[Item], granularity: u64, result: &mut Alias) {
     let alignment = items.iter().map(|item| item.needs.alignment).fold(granularity, u64::max);
     // Offsets stay aligned when all move by a multiple of every alignment.
     let base = items.iter().map(|item| item.offset).min().unwrap_or(0) / alignment * alignment;
-    let number = result.blocks.len() as u32;
+    let number = index32(result.blocks.len());
     for item in items {
         result.places[item.resource as usize] = Some(Place { block: number, offset: item.offset - base });
         let mut neighbours: Vec<u32> = items

@@ -21,6 +21,8 @@ use raxel_shader::Shader;
 use raxel_shader::interface::Access;
 use serde::Serialize;
 
+use crate::index::index32;
+
 /// Index into [`Graph::resources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct ResourceId(pub u32);
@@ -75,12 +77,12 @@ impl Graph {
 
     /// A resource by name.
     pub fn find_resource(&self, name: &str) -> Option<ResourceId> {
-        self.resources.iter().position(|r| r.name == name).map(|i| ResourceId(i as u32))
+        self.resources.iter().position(|r| r.name == name).map(|i| ResourceId(index32(i)))
     }
 
     /// A pass by name.
     pub fn find_pass(&self, name: &str) -> Option<PassId> {
-        self.passes.iter().position(|p| p.name == name).map(|i| PassId(i as u32))
+        self.passes.iter().position(|p| p.name == name).map(|i| PassId(index32(i)))
     }
 
     /// The clock behind an id.
@@ -108,7 +110,7 @@ impl Graph {
     /// The buffers that the runtime takes something out of after each frame.
     pub fn collected(&self) -> impl Iterator<Item = ResourceId> + '_ {
         let collected = self.resources.iter().enumerate().filter(|(_, resource)| resource.collected_as().is_some());
-        collected.map(|(index, _)| ResourceId(index as u32))
+        collected.map(|(index, _)| ResourceId(index32(index)))
     }
 
     /// Whether sizes, dispatches or values follow the bounds or the materials of the world: a plan must know them.
@@ -130,7 +132,7 @@ impl Graph {
 
     /// A param by name.
     pub fn find_param(&self, name: &str) -> Option<ParamId> {
-        self.params.iter().position(|p| p.name == name).map(|i| ParamId(i as u32))
+        self.params.iter().position(|p| p.name == name).map(|i| ParamId(index32(i)))
     }
 }
 

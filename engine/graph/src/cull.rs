@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use crate::checked::{BoundAccess, Every, Graph, Pass, PassId, ResourceId};
+use crate::index::index32;
 use crate::limits;
 use crate::plan::{CullReason, Culled, Observe, PlanInput, Present};
 use crate::sizes::Size;
@@ -125,7 +126,7 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
             && limits::fits(graph, resource, sizes[index], input);
     }
     for (index, pass) in graph.passes.iter().enumerate() {
-        let id = PassId(index as u32);
+        let id = PassId(index32(index));
         if live[index] {
             result.live.push(id);
             for access in &pass.accesses {
@@ -140,7 +141,7 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
             }
         }
     }
-    result.used = (0..graph.resources.len()).filter(|&i| used[i]).map(|i| ResourceId(i as u32)).collect();
+    result.used = (0..graph.resources.len()).filter(|&i| used[i]).map(|i| ResourceId(index32(i))).collect();
     result
 }
 
@@ -221,7 +222,7 @@ fn made_anew(
         }
         if let Some((present, presented)) = presented
             && present.age == 0
-            && present.after == Some(PassId(index as u32))
+            && present.after == Some(PassId(index32(index)))
         {
             mark(&mut touched[present.resource.0 as usize], presented.iter().copied());
         }

@@ -5,6 +5,7 @@ use raxel_diagnostics::Spanned;
 use raxel_shader::interface::BindingKind;
 
 use crate::checked::{ResourceId, ResourceKind};
+use crate::index::index32;
 use crate::model::Mip;
 use crate::reflect::Reflected;
 use crate::resolve::{Bind, Declared, Resolved, supplied_image};
@@ -50,7 +51,7 @@ pub fn images(graph: &mut Resolved, shaders: &Reflected, sources: &dyn Catalog) 
             });
             graph.passes[pass].bind.push(Bind {
                 name: Spanned::new(name.clone(), place),
-                target: Some(Spanned::new((ResourceId(id as u32), 0), target.span)),
+                target: Some(Spanned::new((ResourceId(index32(id)), 0), target.span)),
                 mip,
                 layer: None,
                 linear: None,

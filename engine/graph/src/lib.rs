@@ -1,5 +1,7 @@
 //! The render-graph compiler: a TOML file in, an immutable plan out. No GPU; no I/O but the files it is given.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 mod alias;
 mod barriers;
 mod check;
@@ -9,6 +11,7 @@ mod cull;
 mod describe;
 mod extends;
 mod imply;
+mod index;
 mod lifetimes;
 mod limits;
 pub mod memory;

@@ -2,6 +2,7 @@
 
 use crate::checked::{BoundAccess, ClockId, Every, Graph, PassId, ResourceId, ResourceKind, Usage};
 use crate::cull::{Cull, presented};
+use crate::index::index32;
 use crate::plan::{AccessMask, PlanInput, Stages, Turn};
 use crate::sizes::Size;
 use crate::subresources::SubresourceRange;
@@ -83,7 +84,7 @@ pub(crate) struct Instance {
 pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cull, poisoned: &[bool]) -> Order {
     let mut index = vec![None; graph.resources.len()];
     for (at, resource) in cull.used.iter().enumerate() {
-        index[resource.0 as usize] = Some(at as u32);
+        index[resource.0 as usize] = Some(index32(at));
     }
     let clock_of = |id: &ResourceId| graph.resource(*id).clock;
     let cleared = |(at, id): (usize, &ResourceId)| {
@@ -150,7 +151,7 @@ impl Ordering<'_> {
             resource.clock == Some(clock) && resource.kind.is_cleared()
         };
         let cleared: Vec<bool> = self.cull.used.iter().map(cleared).collect();
-        let first = self.order.actions.len() as u32;
+        let first = index32(self.order.actions.len());
         for tick in 0..self.graph.clock(clock).most {
             self.tick = Some((clock, tick));
             let of_frame = std::mem::replace(&mut self.to_clear, cleared.clone());
@@ -169,12 +170,12 @@ impl Ordering<'_> {
         }
         self.tick = None;
         self.passed[clock.0 as usize] = true;
-        self.order.clocks[clock.0 as usize] = (first, self.order.actions.len() as u32);
+        self.order.clocks[clock.0 as usize] = (first, index32(self.order.actions.len()));
     }
 
     /// A pass of the graph, if it is live.
     fn dispatch(&mut self, pass: usize) {
-        let id = PassId(pass as u32);
+        let id = PassId(index32(pass));
         if self.cull.live.binary_search(&id).is_err() {
             return;
         }
@@ -188,7 +189,7 @@ impl Ordering<'_> {
                 accesses.extend(masks(access).map(|mask| (resource, access.age, range, mask)));
             }
         }
-        let number = self.order.passes.len() as u32;
+        let number = index32(self.order.passes.len());
         self.order.passes.push(Instance { pass: id, tick: self.tick.map(|(_, tick)| tick) });
         self.act(Action::Dispatch(number), &accesses);
     }
@@ -199,7 +200,7 @@ impl Ordering<'_> {
                 self.clear(resource);
             }
         }
-        let number = self.order.actions.len() as u32;
+        let number = index32(self.order.actions.len());
         self.order.actions.push(action);
         for &(resource, age, range, mask) in accesses {
             let turn = self.turn(resource);
@@ -213,7 +214,7 @@ impl Ordering<'_> {
     fn clear(&mut self, resource: u32) {
         let id = self.cull.used[resource as usize];
         let range = SubresourceRange::whole(&self.sizes[id.0 as usize]);
-        let action = self.order.actions.len() as u32;
+        let action = index32(self.order.actions.len());
         // The clear of a resource without a clock may come just before a pass of a tick, but belongs to no tick.
         let tick = self.graph.resource(id).clock.and(self.tick).map(|(_, tick)| tick);
         let copied = self.graph.resource(id).copied_from();
@@ -238,7 +239,7 @@ impl Ordering<'_> {
     }
 
     fn clear_rest(&mut self) {
-        for resource in 0..self.to_clear.len() as u32 {
+        for resource in 0..index32(self.to_clear.len()) {
             if std::mem::take(&mut self.to_clear[resource as usize]) {
                 self.clear(resource);
             }

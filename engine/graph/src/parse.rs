@@ -19,7 +19,7 @@ const LONGEST_ARRAY: usize = 4096;
 pub const MOST_CHOICES: usize = 64;
 
 /// Ticks that a clock may catch up in one frame at most: each is a group of passes in the plan.
-const MOST_TICKS: i64 = 16;
+const MOST_TICKS: u32 = 16;
 
 /// Reads the text of the graph file of that path. `None` when it is not TOML.
 pub fn parse(path: &str, text: &str, found: &mut Vec<Diagnostic>) -> Option<File> {
@@ -106,7 +106,7 @@ fn clock(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Clock {
         remove: remove(table, &["remove"]),
         flawed: false,
         hz: table.get("hz").and_then(|node| at(&node, passes::rate(&node))),
-        most: table.get("most").and_then(|node| at(&node, node.integer(1..=MOST_TICKS).map(|n| n as u32))),
+        most: table.get("most").and_then(|node| at(&node, node.integer(1..=MOST_TICKS))),
     };
     table.finish();
     clock.flawed = table.reporter().count() > before;

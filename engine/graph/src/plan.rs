@@ -17,6 +17,7 @@ use raxel_shader::format::Format;
 use serde::Serialize;
 
 use crate::checked::{BoundAccess, Clear, ClockId, Fact, Graph, ParamId, PassId, ResourceId, Source, Value};
+use crate::index::index32;
 use crate::sizes::Size;
 use crate::subresources::SubresourceRange;
 
@@ -316,11 +317,11 @@ impl Plan {
     /// Where a clock stands at a step.
     pub fn clock_at(&self, step: usize, clock: ClockId) -> Turn {
         let planned = self.clocks[clock.0 as usize];
-        if (step as u32) < planned.first {
+        if index32(step) < planned.first {
             return Turn::Before(clock);
         }
         match self.tick_of(step) {
-            Some(tick) if (step as u32) < planned.end => Turn::Tick(clock, tick),
+            Some(tick) if index32(step) < planned.end => Turn::Tick(clock, tick),
             _ => Turn::After(clock),
         }
     }
@@ -337,8 +338,8 @@ impl Plan {
     /// The clock whose tick a step belongs to.
     pub fn clock_of(&self, step: usize) -> Option<ClockId> {
         self.tick_of(step)?;
-        let within = |planned: &ClockPlan| (planned.first..planned.end).contains(&(step as u32));
-        self.clocks.iter().position(within).map(|clock| ClockId(clock as u32))
+        let within = |planned: &ClockPlan| (planned.first..planned.end).contains(&index32(step));
+        self.clocks.iter().position(within).map(|clock| ClockId(index32(clock)))
     }
 }
 

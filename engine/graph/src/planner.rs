@@ -9,6 +9,7 @@ use crate::barriers::{Frame, barriers};
 use crate::checked::{Graph, ResourceId};
 use crate::cull::cull;
 use crate::describe::describe;
+use crate::index::index32;
 use crate::lifetimes::{Life, lifetimes};
 use crate::limits;
 use crate::order::{Action, Instance, Order, order};
@@ -143,7 +144,7 @@ fn flatten(
     let mut step_of = Vec::with_capacity(order.actions.len());
     for (action, barrier) in order.actions.iter().zip(barriers) {
         steps.extend(barrier.map(Step::Barrier));
-        step_of.push(steps.len() as u32);
+        step_of.push(index32(steps.len()));
         steps.push(match *action {
             Action::Clear(resource, tick) => Step::Clear { resource, tick },
             Action::Copy(resource) => Step::Copy { resource },

@@ -26,7 +26,7 @@ fn texel(format: Format) -> Clear {
         ScalarKind::Float if floats => Clear::Float([f32::NAN; 4]),
         ScalarKind::Float => Clear::Float([1.0, 0.0, 1.0, 1.0]),
         // Positive in every width.
-        ScalarKind::Int => Clear::Int([(WORD & mask >> 1) as i32; 4]),
+        ScalarKind::Int => Clear::Int([(WORD & mask >> 1).cast_signed(); 4]),
         ScalarKind::Uint if format == Format::Rgb10A2ui => Clear::Uint([WORD & 0x3ff, WORD & 0x3ff, WORD & 0x3ff, 3]),
         ScalarKind::Uint => Clear::Uint([WORD & mask; 4]),
     }

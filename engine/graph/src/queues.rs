@@ -11,6 +11,7 @@ use crate::checked::{
     self, BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Origin, Pass, Resource, ResourceId, ResourceKind,
     Source, Usage, Value,
 };
+use crate::index::index32;
 
 /// Path that the shader of the arguments has in messages; it is in the library, not in the project.
 const PATH: &str = "shaders/raxel/arguments.comp";
@@ -44,7 +45,7 @@ pub(crate) fn arguments(pass: &str, place: Span) -> Resource {
 /// The pass that makes the arguments of `pass` from its queue. It runs whenever `pass` does.
 pub(crate) fn maker(pass: &Pass, queue: Queue) -> Result<Pass, Diagnostic> {
     let shader = shader().map_err(|diagnostic| diagnostic.label(pass.place.clone(), "for this pass"))?;
-    let binding = |name: &str| shader.interface.bindings.iter().position(|b| b.name == name).map(|at| at as u32);
+    let binding = |name: &str| shader.interface.bindings.iter().position(|b| b.name == name).map(index32);
     let access = |resource, access, name| BoundAccess {
         resource,
         age: 0,

@@ -20,6 +20,7 @@ use raxel_shader::Request;
 
 use crate::checked::{self, ClockId, Condition, Every, LoopId, ParamId, ResourceId, RoundIndex};
 use crate::extends::Loaded;
+use crate::index::index32;
 use crate::model::{self, File, Fills, Literal, Mip};
 use crate::queues::Queue;
 use crate::supply::Catalog;
@@ -187,7 +188,7 @@ pub fn resolve(loaded: Loaded, sources: &dyn Catalog, found: &mut Vec<Diagnostic
     check_names("block", model.blocks.iter().map(|block| &block.fills.name), found);
     let blocks = model.blocks.iter().map(|block| passes::fills(&block.fills, &scope, found)).collect();
     // The buffers of arguments are in the order of the passes that they are made for.
-    let mut arguments = (declared as u32..resources.len() as u32).map(ResourceId);
+    let mut arguments = (index32(declared)..index32(resources.len())).map(ResourceId);
     let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, &mut arguments, found)).collect();
     let present = present(&model, &scope, &start, found);
     let materials = scope.materials.into_inner();
@@ -291,7 +292,7 @@ fn declare<'m>(
             );
             continue;
         }
-        first.insert(name.value.clone(), (index as u32, &name.span));
+        first.insert(name.value.clone(), (index32(index), &name.span));
     }
     first.into_iter().map(|(name, (index, _))| (name, index)).collect()
 }

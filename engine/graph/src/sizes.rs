@@ -6,6 +6,7 @@ use crate::checked::{
     Buffer, BufferSize, Dispatch, Extent, Graph, Origin, Pass, Resource, ResourceId, ResourceKind, Source, Target,
     Value,
 };
+use crate::index::index32;
 use crate::plan::{Limits, PlanInput, SourceSize, WorldInput, copy_name};
 
 /// Size of a resource for one output size and one world.
@@ -71,7 +72,7 @@ impl Size {
 /// The sizes of all resources, in order of [`Graph::resources`].
 pub fn sizes(graph: &Graph, input: &PlanInput<'_>) -> Vec<Size> {
     let from = From { graph, output: input.output, world: input.world.extent, sources: input.sources };
-    (0..graph.resources.len()).map(|index| from.size(ResourceId(index as u32), graph.resources.len())).collect()
+    (0..graph.resources.len()).map(|index| from.size(ResourceId(index32(index)), graph.resources.len())).collect()
 }
 
 /// What sizes are made from.
@@ -122,6 +123,11 @@ impl From<'_> {
     }
 
     /// A part of the world's bounds: rounded up, so that its texels cover every voxel.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "sizes are not negative and saturate; devices' limits refuse what is too large"
+    )]
     fn of_world(&self, scale: f64) -> [u32; 3] {
         self.world.map(|axis| ((f64::from(axis) * scale).ceil() as u32).max(1))
     }
@@ -167,6 +173,11 @@ pub(crate) fn full_chain(extent: [u32; 3]) -> u32 {
     u32::BITS - longest.leading_zeros()
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "sizes are not negative and saturate; devices' limits refuse what is too large"
+)]
 fn scaled(axis: u32, scale: f64) -> u32 {
     // A cast from f64 saturates, and takes NaN to 0.
     ((f64::from(axis) * scale).round() as u32).max(1)
@@ -177,7 +188,10 @@ pub(crate) fn constant(source: &Source, sizes: &[Size], materials: &[u32]) -> Op
     Some(match source {
         Source::Value(value) => *value,
         Source::ExtentOf(target) => {
-            let [x, y, z] = sizes[target.0 as usize].texels(0).unwrap_or([1; 3]).map(|axis| axis as i32);
+            let [x, y, z] = sizes[target.0 as usize]
+                .texels(0)
+                .unwrap_or([1; 3])
+                .map(|axis| i32::try_from(axis).unwrap_or(i32::MAX));
             Value::IVec4([x, y, z, 1])
         }
         Source::CountOf(buffer) => Value::U32(u32::try_from(sizes[buffer.0 as usize].elements()).unwrap_or(u32::MAX)),
@@ -189,7 +203,7 @@ pub(crate) fn constant(source: &Source, sizes: &[Size], materials: &[u32]) -> Op
 /// The indices of the materials that a graph names. A material that the world does not have, or any without a world, is 0, which is air.
 pub(crate) fn materials(graph: &Graph, world: &WorldInput<'_>) -> Vec<u32> {
     let index = |name: &str| world.materials?.iter().position(|known| known == name);
-    graph.materials.iter().map(|material| index(&material.name).unwrap_or(0) as u32).collect()
+    graph.materials.iter().map(|material| index32(index(&material.name).unwrap_or(0))).collect()
 }
 
 /// The specialization constants of a pass. The front end refuses those that change from frame to frame.

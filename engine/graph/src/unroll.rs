@@ -12,6 +12,7 @@ use crate::checked::{
     self, Dispatch, Every, Fill, Graph, InLoop, LoopId, MOST_ROUNDS, Pass, PassId, ResourceId, Round, Rounds, Source,
     Value,
 };
+use crate::index::index32;
 use crate::plan::{PlanInput, Present};
 use crate::sizes::Size;
 use crate::subresources::{SubresourcePartition, SubresourceRange};
@@ -36,7 +37,7 @@ pub(crate) fn unroll(
     }
     let entries = entries(graph, sizes, input);
     // From the end of the frame to its start: what each name stands for.
-    let mut stands_for: Vec<ResourceId> = (0..graph.resources.len()).map(|id| ResourceId(id as u32)).collect();
+    let mut stands_for: Vec<ResourceId> = (0..graph.resources.len()).map(|id| ResourceId(index32(id))).collect();
     let mut passes = Vec::with_capacity(entries.len());
     let mut shown = input.present.resource;
     let after = input.present.after.map(|pass| anchor(&entries, pass, input.present.round));
@@ -58,7 +59,7 @@ pub(crate) fn unroll(
     passes.reverse();
     let after = after.flatten().and_then(|at| passes.iter().position(|(entry, _)| *entry == at));
     let present =
-        Present { resource: shown, after: after.map(|index| PassId(index as u32)), round: None, ..input.present };
+        Present { resource: shown, after: after.map(|index| PassId(index32(index))), round: None, ..input.present };
     let passes = passes.into_iter().map(|(_, pass)| pass).collect();
     let flat = Graph { passes, loops: Vec::new(), ..(**graph).clone() };
     runs_now_and_then(graph, sizes, input)?;
@@ -72,7 +73,7 @@ fn entries(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Vec<Entry> {
     let mut entries = Vec::with_capacity(graph.passes.len());
     let mut first = 0;
     for group in graph.passes.chunk_by(|a, b| loop_of(a) == loop_of(b)) {
-        let ids = (first..first + group.len()).map(|id| PassId(id as u32));
+        let ids = (first..first + group.len()).map(|id| PassId(index32(id)));
         first += group.len();
         let Some(id) = loop_of(&group[0]) else {
             entries.extend(ids.map(|pass| Entry::Pass(pass, None)));
@@ -199,7 +200,7 @@ fn carried(
 ) -> Result<(), Vec<Diagnostic>> {
     let mut found = Vec::new();
     for (index, other) in stands_for.iter().enumerate() {
-        let id = ResourceId(index as u32);
+        let id = ResourceId(index32(index));
         let resource = graph.resource(id);
         if *other == id || resource.kind.is_cleared() {
             continue;

@@ -115,12 +115,12 @@ impl Value {
         let mut word = |word: u32| bytes.extend(word.to_le_bytes());
         match self {
             Value::Bool(value) => word(u32::from(*value)),
-            Value::I32(value) => word(*value as u32),
+            Value::I32(value) => word((*value).cast_unsigned()),
             Value::U32(value) => word(*value),
             Value::F32(value) => word(value.to_bits()),
-            Value::IVec2(value) => value.iter().for_each(|value| word(*value as u32)),
-            Value::IVec3(value) => value.iter().for_each(|value| word(*value as u32)),
-            Value::IVec4(value) => value.iter().for_each(|value| word(*value as u32)),
+            Value::IVec2(value) => value.iter().for_each(|value| word((*value).cast_unsigned())),
+            Value::IVec3(value) => value.iter().for_each(|value| word((*value).cast_unsigned())),
+            Value::IVec4(value) => value.iter().for_each(|value| word((*value).cast_unsigned())),
             Value::UVec2(value) => value.iter().for_each(|value| word(*value)),
             Value::UVec3(value) => value.iter().for_each(|value| word(*value)),
             Value::UVec4(value) => value.iter().for_each(|value| word(*value)),
@@ -169,6 +169,10 @@ pub fn typed(literal: &Literal, ty: ValueType) -> Option<Value> {
 }
 
 /// A finite 32-bit float.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a graph's floats have 32 bits, and what overflows them is refused below"
+)]
 pub fn float(literal: &Literal) -> Option<f32> {
     let value = match literal.data {
         Data::Int(value) => value as f32,

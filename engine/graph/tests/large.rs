@@ -1,4 +1,5 @@
 //! Graphs of a thousand passes, of shapes that invite quadratic and cubic work.
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![allow(missing_docs, reason = "a test")]
 
 mod hand;

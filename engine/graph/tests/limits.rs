@@ -1,4 +1,5 @@
 //! Graphs that are right in themselves and do not fit an output size or a device.
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![allow(missing_docs, reason = "a test")]
 
 mod hand;

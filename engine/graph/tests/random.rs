@@ -1,4 +1,5 @@
 //! Random graphs, planned and judged.
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![allow(missing_docs, reason = "a test")]
 
 mod checker;

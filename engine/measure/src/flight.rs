@@ -179,6 +179,7 @@ pub struct Kept {
 }
 
 /// What `part` (0 to 1) of some values do not exceed: the nearest rank.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rank is at most the number of values")]
 pub fn percentile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);

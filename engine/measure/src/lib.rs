@@ -8,12 +8,20 @@
 //! * [`demo`]: times of a demo's frames and of their passes: `raxel bench --demo`
 //! * [`flight`]: frame times while a world is loaded around a moving camera: `raxel bench stream`
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 pub mod bench;
 pub mod demo;
 pub mod flight;
 pub mod light;
 pub mod rays;
 pub mod save_latency;
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    clippy::cast_sign_loss,
+    reason = "sets, instances and cells of a set of rays are few and small, and rays are 32-bit floats"
+)]
 pub mod stress;
 mod times;
 

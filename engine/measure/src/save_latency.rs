@@ -89,6 +89,7 @@ pub enum LatencyError {
 }
 
 /// Edits a copy of a project while a session runs it, and measures.
+#[expect(clippy::cast_possible_truncation, reason = "any 31 bits that differ from edit to edit will do")]
 pub fn save_latency(options: &LatencyOptions) -> Result<SaveLatency, LatencyError> {
     let original = match &options.session.project {
         Some(path) => Project::around(path).or_else(|_| Project::at(path)),
@@ -159,6 +160,7 @@ pub fn save_latency(options: &LatencyOptions) -> Result<SaveLatency, LatencyErro
 }
 
 /// A constant for the first edit that no earlier run has had, for all that matters.
+#[expect(clippy::cast_possible_truncation, reason = "any 31 bits that differ from edit to edit will do")]
 fn first_constant() -> u32 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     now.as_micros() as u32

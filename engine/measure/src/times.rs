@@ -11,6 +11,11 @@ pub struct Times {
 
 impl Times {
     /// The value that `part` (0 to 1) of the times do not exceed: the nearest rank. Not a number where nothing was timed.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a rank is at most the number of samples"
+    )]
     pub fn percentile(&self, part: f64) -> f64 {
         let mut sorted = self.milliseconds.clone();
         sorted.sort_by(f64::total_cmp);

@@ -4,6 +4,8 @@
 //! The long runs, for a GPU: `RAXEL_PUBLICATIONS=200 RAXEL_RAYS=1000000 cargo test --release -p raxel-measure --test publications --
 //! --ignored --nocapture`.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};

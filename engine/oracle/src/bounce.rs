@@ -20,10 +20,15 @@ fn hash(v: u32) -> u32 {
 }
 
 /// A direction around the axis of length about 2¹⁵: two components across, one along.
+#[expect(
+    clippy::cast_possible_wrap,
+    clippy::cast_sign_loss,
+    reason = "the sum of squares is at most that of the radius"
+)]
 fn around(seed: u32) -> [i32; 3] {
     let [x, y] = (1..=TRIES)
         .map(|draw| hash(seed.wrapping_add(draw)))
-        .map(|bits| [(bits & 0xffff) as i32 - 32768, (bits >> 16) as i32 - 32768])
+        .map(|bits| [(bits & 0xffff).cast_signed() - 32768, (bits >> 16).cast_signed() - 32768])
         .find(|[x, y]| i64::from(*x).pow(2) + i64::from(*y).pow(2) < i64::from(RADIUS).pow(2))
         .unwrap_or([0, 0]);
     let up = ((RADIUS * RADIUS - x * x - y * y) as u32).isqrt() as i32;
@@ -57,6 +62,11 @@ fn period(part: i32) -> u32 {
 }
 
 /// When the first plane is crossed with `ahead` / 4096 of a voxel to go.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "casts of floats saturate, as they do in the shader"
+)]
 fn first(period: u32, ahead: u32) -> u32 {
     // As shaders round it: one multiplication, and a power of two.
     ((period as f32 * ahead as f32) * (1.0 / 4096.0)).floor().max(1.0) as u32
@@ -64,6 +74,11 @@ fn first(period: u32, ahead: u32) -> u32 {
 
 /// The period ray that leaves a face, bit for bit as `shaders/bench/period.comp` makes it, out of 4096 directions of a quarter of the
 /// hemisphere.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "casts of floats saturate, as they do in the shader"
+)]
 pub fn period_ray(voxel: [i32; 3], face: u32, uv: [f32; 2], pixel: u32) -> PeriodRay {
     let draw = hash(pixel);
     let [u, v, normal] = around(draw % 4096 * 32);

@@ -61,6 +61,7 @@ impl<'a> Walk<'a> {
         Some(Self { world, lattice, bounds, cell: lattice.cell, time: Time::ZERO, crossed: [false; 3] })
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "the ray is inside the world, whose cells have 32 bits")]
     fn run(mut self, tie: &mut bool) -> Option<ExactHit> {
         self.enter(tie)?;
         while self.inside() {
@@ -96,6 +97,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The ray's cell on an axis at a time; a plane that is reached at that very time counts as crossed.
+    #[expect(clippy::cast_possible_truncation, reason = "the ray is inside the world, whose cells have 32 bits")]
     fn cell_at(&self, axis: usize, time: Time) -> i64 {
         let (d, frac) = (i128::from(self.lattice.dir[axis]), i128::from(self.lattice.frac[axis]));
         let one = i128::from(ONE);

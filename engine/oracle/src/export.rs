@@ -33,6 +33,7 @@ pub enum ExportError {
 }
 
 /// The corner that everything is relative to.
+#[expect(clippy::cast_possible_truncation, reason = "cells of the world have 32 bits")]
 pub fn corner(world: &World) -> Result<[i32; 3], ExportError> {
     let bounds = world.bounds().ok_or(ExportError::Empty)?;
     let size = bounds.size().into_iter().max().unwrap_or(0);
@@ -44,6 +45,11 @@ pub fn corner(world: &World) -> Result<[i32; 3], ExportError> {
 }
 
 /// Writes the voxels.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "`corner` has found that coordinates have 16 bits"
+)]
 pub fn voxels(world: &World, corner: [i32; 3], to: &mut dyn Write) -> io::Result<()> {
     to.write_all(&MAGIC)?;
     to.write_all(&VERSION.to_le_bytes())?;
@@ -64,6 +70,7 @@ pub fn voxels(world: &World, corner: [i32; 3], to: &mut dyn Write) -> io::Result
 /// A ray whose numbers, relative to a corner, are `f32` without rounding: its origin is put on the nearest such place, and its direction
 /// is cut as the lattice cuts it, so that every reader traces exactly this ray. `None` when it hits nothing by the rule, or its origin
 /// leaves the range of coordinates.
+#[expect(clippy::cast_possible_truncation, reason = "exported rays and times are 32-bit floats")]
 pub fn representable(ray: &Ray, corner: [i32; 3]) -> Option<Exported> {
     let lattice = Lattice::of(ray)?;
     let (mut cell, mut frac, mut origin) = ([0; 3], [0.0; 3], [0.0; 3]);
@@ -92,6 +99,7 @@ pub struct Exported {
 }
 
 /// Writes rays, their exact hits, and a byte a ray that is 1 where another rule for ties may give another hit.
+#[expect(clippy::cast_possible_truncation, reason = "exported rays and times are 32-bit floats")]
 pub fn rays_and_hits(
     oracle: &Oracle<'_>,
     corner: [i32; 3],

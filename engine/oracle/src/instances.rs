@@ -86,6 +86,7 @@ impl Scene {
     }
 
     /// The voxel of a hit in its own model.
+    #[expect(clippy::cast_possible_truncation, reason = "there are three axes")]
     pub fn model_voxel(&self, hit: &SceneHit) -> ModelVoxel {
         let voxel = hit.voxel.map(i64::from);
         let Some(body) = hit.instance.map(|instance| &self.bodies[instance]) else {
@@ -119,6 +120,7 @@ pub struct SceneOracle<'s> {
 
 impl SceneOracle<'_> {
     /// The first hit along a ray: of two at the same time the world's, then that of the first instance. `t_max` is not looked at.
+    #[expect(clippy::cast_possible_truncation, reason = "cells of a model have 32 bits")]
     pub fn first_hit(&self, ray: &Ray) -> Option<SceneHit> {
         let lattice = Lattice::of(ray)?;
         let of_world = self.world.first_hit(ray);
@@ -143,6 +145,7 @@ impl SceneOracle<'_> {
 }
 
 /// A ray in the frame of a free instance's model, and by which power of two the numerators of its times are to be multiplied.
+#[expect(clippy::cast_possible_truncation, reason = "cells of a model have 32 bits")]
 fn turned(body: &Body, lattice: &Lattice) -> Option<(Ray, u32)> {
     let (cell, fraction) = body.frame.into_model(lattice.cell, lattice.frac)?;
     // Exact: a component has 24 significant bits at most.

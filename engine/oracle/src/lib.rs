@@ -19,6 +19,8 @@
 //! and [`port`] is the GPU tracer of the layout `tree64`, line by line, over the very buffer the GPU gets. [`light`] follows its rays from surface to
 //! surface: a second opinion on the path tracer that lighting is judged by.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 pub mod bounce;
 pub mod brute;
 pub mod exact;

@@ -163,6 +163,7 @@ fn normal(face: u32) -> DVec3 {
 }
 
 /// The same place, in the cell before the face.
+#[expect(clippy::cast_possible_truncation, reason = "a place is a 32-bit float in 0…1")]
 fn outside(at: &Place<'_>) -> ([i32; 3], [f32; 3]) {
     let axis = (at.face / 2) as usize;
     let (mut cell, mut frac) = (at.voxel, [0.0; 3]);

@@ -64,12 +64,14 @@ impl Hasher for Mix {
         self.0 = mix(self.0.rotate_left(5) ^ word);
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "both halves of the word are taken")]
     fn write_u128(&mut self, word: u128) {
         self.write_u64(word as u64 ^ ((word >> 64) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
     }
 }
 
 /// The cube of 2^`log2` voxels a side that holds a cell.
+#[expect(clippy::cast_sign_loss, reason = "40 bits of each coordinate are kept")]
 fn key(cell: [i64; 3], log2: u32) -> u128 {
     cell.iter().fold(0, |key, c| key << 40 | ((c >> log2) as u128 & 0xff_ffff_ffff))
 }
@@ -127,6 +129,7 @@ impl<'w> Oracle<'w> {
     }
 
     /// The material of a voxel; or the binary logarithm of an aligned cube around it in which nothing is solid.
+    #[expect(clippy::cast_sign_loss, reason = "the lowest bits of a cell are not negative")]
     pub(crate) fn look(&self, cell: [i64; 3]) -> Result<u16, u32> {
         let Some(prepared) = self.chunk(cell) else { return Err(self.empty_around(cell)) };
         let at = |shift: u32| {
@@ -154,12 +157,14 @@ impl<'w> Oracle<'w> {
         self.chunks.get(&key(cell, 6)).map(|&index| &self.distinct[index])
     }
 
+    #[expect(clippy::cast_sign_loss, reason = "the lowest bits of a cell are not negative")]
     fn solid(&self, cell: [i64; 3]) -> bool {
         let [x, y, z] = cell.map(|c| (c & 63) as u32);
         self.chunk(cell).is_some_and(|prepared| prepared.chunk.voxel(x, y, z) != 0)
     }
 
     /// How large an empty cube around a cell of no chunk is.
+    #[expect(clippy::cast_possible_truncation, reason = "there are a few levels")]
     fn empty_around(&self, cell: [i64; 3]) -> u32 {
         let log2 = |level: usize| SMALLEST_COARSE + 2 * level as u32;
         let empty = (0..self.coarse.len()).rev().find(|&level| !self.coarse[level].contains(&key(cell, log2(level))));
@@ -217,6 +222,10 @@ impl Walk {
     }
 
     /// Finds the cross differences from where the ray is; they fit, see the head of this file.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "cells on the way have 64 bits, those of the world 32, and the lowest bits of a cell are not negative"
+    )]
     fn rebase(&mut self) {
         let next = [0, 1, 2].map(|axis| self.numerator(axis, self.count(axis) + 1));
         let d = self.d.map(i128::from);
@@ -228,6 +237,10 @@ impl Walk {
     }
 
     /// Follows the ray until it has crossed the n-th plane of an axis since its origin.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "cells on the way have 64 bits, those of the world 32, and the lowest bits of a cell are not negative"
+    )]
     fn jump(&mut self, oracle: &Oracle<'_>, axis: usize, n: i128, tie: &mut bool) {
         let numerator = self.numerator(axis, n);
         let d = i128::from(self.d[axis]);
@@ -272,6 +285,10 @@ impl Walk {
     }
 
     /// The material of the first solid voxel; then the ray is in it.
+    #[expect(
+        clippy::cast_sign_loss,
+        reason = "cells on the way have 64 bits, those of the world 32, and the lowest bits of a cell are not negative"
+    )]
     fn run(&mut self, oracle: &Oracle<'_>, tie: &mut bool) -> Option<u16> {
         while oracle.inside(self.cell) {
             let Some(prepared) = oracle.chunk(self.cell) else {
@@ -358,6 +375,10 @@ impl Walk {
         }
     }
 
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "cells on the way have 64 bits, those of the world 32, and the lowest bits of a cell are not negative"
+    )]
     fn hit(&self, lattice: &Lattice, material: u16) -> ExactHit {
         let crossed = [0, 1, 2].map(|axis| self.crossed >> axis & 1 == 1);
         let face = face_of(lattice.dir, crossed);

@@ -42,6 +42,7 @@ pub struct PeriodHit {
 
 impl PeriodRay {
     /// The period ray next to a ray, by the rule of `rx_period_ray`; `None` if the ray has no direction. `t_max` is not kept.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is clamped")]
     pub fn near(ray: &Ray) -> Option<Self> {
         let dir = ray.dir.map(f64::from);
         let length = dir.iter().map(|d| d * d).sum::<f64>().sqrt();
@@ -82,6 +83,7 @@ impl PeriodRay {
     }
 
     /// The first solid voxel along it.
+    #[expect(clippy::cast_possible_truncation, reason = "cells of the world have 32 bits")]
     pub fn first_hit(&self, oracle: &Oracle<'_>) -> Option<PeriodHit> {
         if self.period.contains(&0) {
             return None;
@@ -103,7 +105,12 @@ impl PeriodRay {
             let free = match oracle.look(cell) {
                 Ok(material) => {
                     let voxel = cell.map(|c| c as i32);
-                    return Some(PeriodHit { voxel, face: self.face(planes, time), material, time: time as u64 });
+                    return Some(PeriodHit {
+                        voxel,
+                        face: self.face(planes, time),
+                        material,
+                        time: time.cast_unsigned(),
+                    });
                 }
                 Err(log2_free) => 1i64 << log2_free,
             };
@@ -130,6 +137,7 @@ impl PeriodRay {
     }
 
     /// Of the axes that are crossed at a time the steepest, then the first.
+    #[expect(clippy::cast_possible_truncation, reason = "there are three axes")]
     fn face(&self, planes: [i64; 3], time: i64) -> u32 {
         let axis = self.crossed_at(planes, time).min_by_key(|&axis| self.period[axis]);
         axis.map_or(FACE_INSIDE, |axis| 2 * axis as u32 + (self.octant >> axis & 1))
@@ -142,7 +150,7 @@ impl PeriodRay {
 
     /// Whether it comes into the voxel that it hits by an edge or a corner.
     pub fn ties(&self, hit: &PeriodHit) -> bool {
-        self.crossed_at(self.planes(hit), hit.time as i64).count() > 1
+        self.crossed_at(self.planes(hit), hit.time.cast_signed()).count() > 1
     }
 
     /// Where it hits the face, along its two axes, and by how much a tracer in `f32` may be off: what 1 / period loses on the way there.

@@ -31,6 +31,7 @@ enum Solid {
 }
 
 /// Every scene.
+#[expect(clippy::cast_possible_truncation, reason = "random numbers are below what they were asked for")]
 pub const ALL: &[Scene] = &[
     Scene {
         name: "dust",
@@ -123,6 +124,11 @@ impl Scene {
     }
 
     /// Builds it with its smallest corner at `corner`, from where `size` voxels must be in the range of `i32`.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "random numbers are below what they were asked for"
+    )]
     pub fn world(&self, corner: IVec3, seed: u64) -> World {
         let mut random = Random::new(seed);
         let mut voxels = Vec::new();
@@ -164,6 +170,7 @@ impl Scene {
 }
 
 /// One of all materials that a world can have, as often a small number as a large one: layouts pack numbers by their bits.
+#[expect(clippy::cast_possible_truncation, reason = "random numbers are below what they were asked for")]
 fn any_material(random: &mut Random) -> u16 {
     let bits = random.below(17);
     1 + random.below((1 << bits).min(MAX_MATERIALS as u64)) as u16

@@ -46,6 +46,10 @@ const REMEMBERED: usize = 4096;
 
 impl RayTargets {
     /// Of a world. The voxels are evenly spread over the order of the world's chunks.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a sample of the world's voxels is taken, and voxels are in memory"
+    )]
     pub fn of(world: &World) -> Self {
         let bounds = world.bounds().unwrap_or(Bounds { min: [0; 3], max: [64; 3] });
         let every = (world.solids() as usize).div_ceil(REMEMBERED).max(1);
@@ -57,7 +61,7 @@ impl RayTargets {
     fn solid(&self, random: &mut Random) -> [i64; 3] {
         match self.solids.len() {
             0 => random.cell(self.bounds),
-            n => self.solids[random.below(n as u64) as usize],
+            n => self.solids[random.index(n)],
         }
     }
 }

@@ -1,5 +1,7 @@
 //! The CPU port of the tree64 tracer against the exact tracer.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use glam::IVec3;
 use proptest::prelude::*;
 use raxel_oracle::metrics::Errors;

@@ -1,5 +1,7 @@
 //! The prepared exact tracer against the one in fractions, and against brute force.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use glam::IVec3;
 use proptest::prelude::*;
 use raxel_oracle::brute::{self, Verdict};

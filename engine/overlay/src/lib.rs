@@ -12,6 +12,7 @@ pub fn texture(id: TextureId) -> u64 {
 }
 
 /// The texels that egui makes or changes.
+#[expect(clippy::cast_possible_truncation, reason = "egui's textures have some thousand texels a side")]
 pub fn patch(delta: &ImageDelta) -> TexturePatch<'_> {
     let ImageData::Color(image) = &delta.image;
     TexturePatch {

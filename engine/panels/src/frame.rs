@@ -97,6 +97,7 @@ pub(crate) fn grouped(number: u64) -> String {
     text
 }
 
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is an integer in 0…1000")]
 fn settings(ui: &mut Ui, frame: &Frame<'_>, actions: &mut Vec<Action>) {
     let mut scale = frame.scale;
     let [low, high] = frame.scales;

@@ -51,6 +51,7 @@ fn part(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
 }
 
 /// How texels become colours.
+#[expect(clippy::cast_possible_truncation, reason = "there are four channels")]
 fn mapping(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
     let Some(used) = found.used else { return };
     let mut own = found.map.is_some();

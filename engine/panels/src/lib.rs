@@ -1,6 +1,8 @@
 //! The panels of the window: an egui interface as a function of plain data. [`Panels::show`] draws a [`View`] and gives the [`Action`]s that
 //! the user asks for. Knows nothing of sessions, devices and windows, so that it is built and tested by itself.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 mod action;
 mod bar;
 mod brush;

@@ -195,6 +195,7 @@ fn is_short(param: &Param) -> bool {
     param.range.is_some_and(|[low, high]| high - low < LISTED)
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "a choice is an integer of 32 bits")]
 fn choice(ui: &mut Ui, param: &Param, component: &mut f64) -> bool {
     let [low, high] = param.range.unwrap_or_default().map(|end| end as i64);
     let text = |number: i64| {
@@ -230,6 +231,7 @@ fn suffix(param: &Param) -> String {
     format!("{}{unit}", if apart { " " } else { "" })
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "colours of egui, and params, are 32-bit floats")]
 fn color(ui: &mut Ui, param: &Param, value: &mut [f64], hint: impl Fn() -> String) -> bool {
     let label = ui.label(&param.label);
     let mut linear: Vec<f32> = value.iter().map(|component| *component as f32).collect();
@@ -258,6 +260,11 @@ fn color(ui: &mut Ui, param: &Param, value: &mut [f64], hint: impl Fn() -> Strin
     changed
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a choice is an integer of 32 bits, and a cast of a float saturates"
+)]
 fn text_of(param: &Param, value: &[f64]) -> String {
     if let ([index], true) = (value, !param.choices.is_empty()) {
         return param.choices.get(*index as usize).cloned().unwrap_or_else(|| index.to_string());

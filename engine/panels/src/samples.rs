@@ -20,6 +20,7 @@ impl Samples {
     }
 
     /// Adds one; the oldest goes when there are too many. What is no finite number is left out.
+    #[expect(clippy::cast_possible_truncation, reason = "a graph of 32-bit floats is enough to look at")]
     pub fn push(&mut self, value: f64) {
         if !value.is_finite() {
             return;
@@ -57,6 +58,11 @@ impl Samples {
     }
 
     /// The nearest-rank quantile: the smallest measurement that a share `q` of all do not exceed.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a rank is at most the number of samples"
+    )]
     fn quantile(&self, q: f64) -> Option<f32> {
         let mut sorted: Vec<f32> = self.iter().collect();
         let rank = ((sorted.len() as f64 * q).ceil() as usize).max(1) - 1;

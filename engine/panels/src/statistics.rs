@@ -24,6 +24,11 @@ pub struct Statistics {
 
 impl Statistics {
     /// Of values in any order. `None` when there are none.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the place is in 0…1 or outside the percentiles, and the cast saturates"
+    )]
     pub fn of(values: impl Iterator<Item = f32>) -> Option<Statistics> {
         let (mut count, mut nan, mut infinite, mut sum) = (0, 0, 0, 0.0);
         let mut finite: Vec<f32> = Vec::with_capacity(values.size_hint().0);

@@ -93,6 +93,7 @@ struct Scale {
 }
 
 impl Scale {
+    #[expect(clippy::cast_possible_truncation, reason = "egui counts points in 32-bit floats")]
     fn x(self, seconds: f64) -> f32 {
         self.left + (seconds / self.duration).clamp(0.0, 1.0) as f32 * (self.right - self.left)
     }
@@ -130,6 +131,11 @@ fn strip(ui: &mut Ui, timeline: &Timeline, moving: &mut Option<Moving>, actions:
 }
 
 /// Marks at round seconds, not closer than their numbers need.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "there are at most as many marks as have room"
+)]
 fn ruler(ui: &Ui, area: Rect, scale: Scale) {
     let fits = f64::from((scale.right - scale.left) / 46.0).max(1.0);
     let steps = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 600.0, 3600.0];

@@ -68,6 +68,7 @@ pub fn compare(reference: &Picture, other: &Picture) -> Result<Comparison, Compa
 }
 
 /// The picture on a screen.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is clamped to a byte")]
 fn displayed(picture: &Picture) -> FlipImageRgb8 {
     let value = |x: f32| {
         let x = match picture.encoding {

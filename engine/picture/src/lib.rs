@@ -1,5 +1,7 @@
 //! Pictures in files, and how far two of them are apart: FLIP, root mean square, largest difference.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 mod compare;
 mod encode;
 mod read;

@@ -126,8 +126,12 @@ fn decode_exr(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> {
     if channels.iter().all(Option::is_none) {
         return Err(ReadError::Format("it has neither channels R, G, B nor a single one".to_owned()));
     }
+    let size = |axis: usize| {
+        u32::try_from(axis).map_err(|_| ReadError::Format(format!("it is {width} × {height} pixels large")))
+    };
+    let (wide, high) = (size(width)?, size(height)?);
     let pixels = (0..width * height).map(|at| channels.map(|samples| value(samples, at))).collect();
-    Ok(Picture { width: width as u32, height: height as u32, pixels, encoding: Encoding::Linear })
+    Ok(Picture { width: wide, height: high, pixels, encoding: Encoding::Linear })
 }
 
 #[cfg(test)]

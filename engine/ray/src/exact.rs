@@ -120,6 +120,7 @@ impl ExactHit {
 }
 
 /// The face by which a voxel is entered: of the axes crossed the steepest, then the first.
+#[expect(clippy::cast_possible_truncation, reason = "there are three axes")]
 pub fn face_of(dir: [i64; 3], crossed: [bool; 3]) -> u32 {
     let steepest = (0..3).filter(|&axis| crossed[axis]).max_by_key(|&axis| (dir[axis].abs(), 2 - axis));
     steepest.map_or(FACE_INSIDE, |axis| 2 * axis as u32 + u32::from(dir[axis] < 0))

@@ -20,9 +20,10 @@ pub struct Lattice {
 
 impl Lattice {
     /// `None` for a ray that hits nothing by rule: not finite, or without direction.
+    #[expect(clippy::cast_possible_truncation, reason = "a fraction in 0…1 of `ONE`, which 53 bits hold")]
     pub fn of(ray: &Ray) -> Option<Self> {
         let finite = ray.frac.iter().chain(&ray.dir).all(|v| v.is_finite());
-        let exponent_of = |v: f32| (v.to_bits() >> 23 & 0xff) as i32;
+        let exponent_of = |v: f32| (v.to_bits() >> 23 & 0xff).cast_signed();
         let top = ray.dir.map(exponent_of).into_iter().max().unwrap_or(0);
         if !finite || top == 0 {
             return None;

@@ -159,6 +159,7 @@ impl Camera {
 }
 
 /// Splits `cell + offset` into a cell and a fraction in [0, 1), without ever adding the two as floats.
+#[expect(clippy::cast_possible_truncation, reason = "`whole` saturates at the ends of 64 bits, and the rest is in 0…1")]
 fn split(cell: i32, offset: f64) -> (i32, f32) {
     /// The largest `f32` below 1.
     const ALMOST_ONE: f32 = 1.0 - f32::EPSILON / 2.0;

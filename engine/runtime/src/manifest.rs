@@ -42,10 +42,7 @@ fn document(files: &dyn Files, root: &Table<'_, '_>) -> Option<Manifest> {
     let graph = named(files, root, "graph", "graphs");
     let world = named(files, root, "world", "worlds");
     let demo = named(files, root, "demo", "worlds");
-    let size = said(root, "size", |node| {
-        let [width, height] = node.integers(1..=16384)?;
-        Some([width as u32, height as u32])
-    });
+    let size = said(root, "size", |node| node.integers(1..=16384));
     let scale = said(root, "scale", |node| node.number(Viewport::SCALES));
     let fps = said(root, "fps", |node| node.number(1e-3..=1000.0));
     root.finish();

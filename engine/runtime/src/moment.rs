@@ -25,6 +25,7 @@ impl Fraction {
     /// The simplest fraction that a float stands for: of those that it may have been rounded from, the one with the smallest
     /// denominator. `1.0 / 60.0` is 1/60, `29.97` is 2997/100, and `30000.0 / 1001.0` is 30000/1001. Floats that are negative or no number
     /// are 0, large ones 2³².
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "`LARGEST` is below 2⁶⁴")]
     pub fn of(number: f64) -> Fraction {
         if number.is_nan() || number < 0.5 / FINEST as f64 {
             return Self::ZERO;
@@ -41,6 +42,7 @@ impl Fraction {
 
     /// The fraction with the smallest denominator from `low` to `high`, by their continued fractions (the Stern-Brocot tree). Where its
     /// denominator is too large, the last convergent before.
+    #[expect(clippy::cast_possible_truncation, reason = "numerators and denominators are at most `LARGEST`")]
     fn between(mut low: (u128, u128), mut high: (u128, u128)) -> Fraction {
         let (mut before, mut last) = ((0, 1), (1, 0));
         loop {
@@ -97,6 +99,7 @@ impl Moment {
     }
 
     /// Seconds and `part / of` of one, which may be more than a second.
+    #[expect(clippy::cast_possible_truncation, reason = "`of` is at most 2⁶² after the loop, and `part` is below it")]
     fn reduced(seconds: u64, part: u128, of: u128) -> Moment {
         let seconds = seconds.saturating_add(u64::try_from(part / of).unwrap_or(u64::MAX));
         let part = part % of;

@@ -283,13 +283,16 @@ pub fn from_components(numbers: &[f64], like: &Value) -> Option<Value> {
         }
         Some(parts)
     }
+    #[expect(clippy::cast_possible_truncation, reason = "the number is an integer of 32 bits")]
     fn signed<const N: usize>(numbers: &[f64]) -> Option<[i32; N]> {
         let fits = |n: f64| n.fract() == 0.0 && n >= f64::from(i32::MIN) && n <= f64::from(i32::MAX);
         array(numbers, |n| fits(n).then_some(n as i32))
     }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the number is an integer of 32 bits")]
     fn unsigned<const N: usize>(numbers: &[f64]) -> Option<[u32; N]> {
         array(numbers, |n| (n.fract() == 0.0 && n >= 0.0 && n <= f64::from(u32::MAX)).then_some(n as u32))
     }
+    #[expect(clippy::cast_possible_truncation, reason = "a param is a 32-bit float, and what overflows it is refused")]
     fn float<const N: usize>(numbers: &[f64]) -> Option<[f32; N]> {
         array(numbers, |n| Some(n as f32).filter(|n| n.is_finite()))
     }

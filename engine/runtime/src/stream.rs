@@ -98,6 +98,7 @@ impl From<ExecuteError> for Refused {
 
 impl WorldStream {
     /// Starts to load a world around a camera. When `complete`, every frame waits until everything that its camera wants is there.
+    #[expect(clippy::cast_possible_truncation, reason = "a storage buffer has less than 2³² bytes")]
     pub fn new(
         (streamed, tiles): (&Streamed, &Arc<EditedSource>),
         camera: &Camera,

@@ -344,6 +344,7 @@ fn camera_of(hint: &CameraHint) -> Camera {
     camera
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "the coordinate is clamped to 32 bits")]
 fn saturated(cell: i64) -> i32 {
     cell.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
 }

@@ -1,5 +1,7 @@
 //! Edits that shaders write: made once, two frames later, whatever is wrong with some of them.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,6 @@
 //! Instances on the device: every ray hits what whole numbers say, of the world, of models on its lattice and of models turned in any way.
 //! On a real device with the validation layer on.
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![allow(clippy::float_cmp, reason = "values are compared with the very ones that were written")]
 
 mod project;
@@ -185,7 +186,7 @@ fn hits(session: &mut Session) -> Vec<[u32; 24]> {
 /// Seconds of the first hit, in lengths of the direction.
 fn seconds(ray: &Ray, hit: &SceneHit) -> f64 {
     let lattice = Lattice::of(ray).expect("it hit");
-    hit.time.numerator as f64 / hit.time.denominator as f64 / 2.0 / (1 << 24) as f64
+    hit.time.numerator as f64 / hit.time.denominator as f64 / 2.0 / f64::from(1 << 24)
         * (-f64::from(lattice.exponent)).exp2()
 }
 

@@ -1,5 +1,7 @@
 //! Triangles over a picture, drawn into an image and read back.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::sync::Arc;
 use std::time::Duration;
 

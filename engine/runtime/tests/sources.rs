@@ -1,4 +1,5 @@
 //! Sources in sessions: worlds that are written in part, files, models, copies. On a real device with the validation layer on.
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
 
 mod project;

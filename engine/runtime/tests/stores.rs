@@ -1,5 +1,7 @@
 //! Baked stores that are damaged at random, asked through the library: every answer is exact, or names the chunk that is unavailable.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod project;
 
 use std::collections::BTreeSet;

@@ -93,7 +93,10 @@ fn local_size(spirq: &ReflectIntermediate<'_>, module: &Module<'_>) -> Result<[L
             let mut sizes = [LocalSize::default(); 3];
             for (size, id) in sizes.iter_mut().zip(ids) {
                 let constant = spirq.interp.get(id).map_err(|_| "the workgroup size is not a constant".to_owned())?;
-                *size = LocalSize { value: bits(&constant.value) as u32, spec_id: constant.spec_id };
+                let value = bits(&constant.value);
+                let value =
+                    u32::try_from(value).map_err(|_| format!("the workgroup size {value} has more than 32 bits"))?;
+                *size = LocalSize { value, spec_id: constant.spec_id };
             }
             Ok(sizes)
         }

@@ -1,5 +1,7 @@
 //! Shared memory: no index leaves its array, and what is in bounds costs one instruction at most.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};

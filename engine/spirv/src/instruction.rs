@@ -18,6 +18,7 @@ impl Instruction<'_> {
     }
 
     /// Appends it to the words of a module.
+    #[expect(clippy::cast_possible_truncation, reason = "instructions of a module have at most 2¹⁶ words")]
     pub fn write(&self, words: &mut Vec<u32>) {
         words.push(((self.operands.len() as u32 + 1) << 16) | self.opcode);
         words.extend_from_slice(self.operands);

@@ -151,6 +151,7 @@ impl Constants {
 }
 
 /// A number as the shader has it: a fraction that came from 32 bits has no more digits than those bits hold.
+#[expect(clippy::cast_possible_truncation, reason = "whether the number survives the cast is what is asked")]
 fn shown(number: f64) -> String {
     let narrow = number as f32;
     if number.fract() != 0.0 && f64::from(narrow).to_bits() == number.to_bits() {

@@ -1,6 +1,8 @@
 //! How long it takes from a change of one chunk to the publication that shows it, among tens of thousands of other tiles.
 //! `cargo bench -p raxel-stream --bench publication`.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a bench")]
+
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 

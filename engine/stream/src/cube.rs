@@ -24,6 +24,7 @@ const ROOM: i64 = 4;
 impl Cube {
     /// A cube around a camera, and all of what the camera wants. It is the smallest with [`ROOM`]: rays walk through one four times as large
     /// more slowly, where the same land is in it.
+    #[expect(clippy::cast_possible_truncation, reason = "the corner is clamped to 32 bits")]
     pub fn around(camera: IVec3, reach: &Reach) -> Self {
         let tile = TileKey::edge(reach.top());
         let log2_size = (6 + 2 * reach.top()..MOST_LOG2_SIZE)

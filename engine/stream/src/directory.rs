@@ -155,6 +155,7 @@ impl Directory {
 
     /// Writes what has changed since the last time, for a publication of this version. Without enough room, what was not written is written
     /// the next time.
+    #[expect(clippy::cast_possible_truncation, reason = "coordinates are clamped to 32 bits")]
     pub fn write(&mut self, pool: &Pool, version: u64) -> Option<Placed> {
         let height = self.cube.height();
         let writer = &mut Writer { pool, version, given_up: &mut self.given_up, words: &mut self.words };
@@ -188,6 +189,7 @@ impl Directory {
 
 impl Branch {
     /// Puts a tile so many levels below. `path` has the child numbers down to it. Says whether anything is another now.
+    #[expect(clippy::cast_possible_truncation, reason = "the six lowest bits are kept")]
     fn set(&mut self, path: u128, depth: u32, change: Change) -> bool {
         let Some(above) = depth.checked_sub(1) else { return self.set_own(change) };
         if change.tile.is_none() && self.below.is_none() {
@@ -354,6 +356,7 @@ impl Group {
 
 impl Writer<'_> {
     /// Writes nodes to a block in place of another one, and gives the number of the first.
+    #[expect(clippy::cast_possible_truncation, reason = "a node has at most 64 children of four words")]
     fn replace(&mut self, block: &mut Option<Written>, nodes: &[TileNode]) -> Option<u32> {
         let mut first = 0;
         let mut written = None;

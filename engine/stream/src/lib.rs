@@ -5,12 +5,19 @@
 //! `tree64`. A frame takes the newest publication by writing the header. Nothing that a header can reach is ever written: blocks and
 //! directories that are no longer reached become free when the frames that could reach them have finished.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 mod cube;
 mod directory;
 mod pool;
 mod publication;
 mod reach;
 mod reached;
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "words of a pool are addressed in 32 bits, and estimates saturate"
+)]
 mod streamer;
 mod union;
 mod upload_budget;

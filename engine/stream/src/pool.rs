@@ -92,6 +92,7 @@ impl std::fmt::Debug for Held {
 
 impl Pool {
     /// A pool in a buffer of so many words, which has room for the header and the palette at least. `poison` overwrites what is freed.
+    #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
     pub fn new(memory: Arc<dyn PoolMemory>, words: u32, materials: &[Material], poison: bool) -> Self {
         let palette = palette(materials);
         let full_run_at = (palette.len() as u32).next_multiple_of(NODE);
@@ -119,6 +120,7 @@ impl Pool {
     }
 
     /// A pool for lamps in a buffer of so many words, which lists none at first. A light is the unit of allocation.
+    #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
     pub fn of_lamps(memory: Arc<dyn PoolMemory>, words: u32, poison: bool) -> Self {
         let form = Form { header: HEADER_WORDS as u32, first: 0, unit: LIGHT_WORDS as u32, most: LIGHTS };
         memory.write(0, &[0; HEADER_WORDS]);
@@ -126,6 +128,7 @@ impl Pool {
         Self::blocks(memory, words, form, poison)
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "it is a part of the capacity, which has 32 bits")]
     fn blocks(memory: Arc<dyn PoolMemory>, words: u32, form: Form, poison: bool) -> Self {
         let capacity = words.saturating_sub(form.header + form.first) / form.unit;
         let tiles = (u64::from(capacity) * form.most / 100) as u32;
@@ -138,6 +141,7 @@ impl Pool {
     }
 
     /// Bytes of a pool with room for so many bytes of tiles, and so many materials.
+    #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
     pub fn bytes_for(tiles: u64, materials: usize) -> u64 {
         let before =
             Tree64Header::WORDS + (MATERIAL_WORDS * materials as u32).next_multiple_of(NODE) + FULL_RUN_WORDS + NODE;

@@ -50,6 +50,7 @@ pub struct Reach {
 
 impl Reach {
     /// The range that a world file asks for, in a world whose voxels have these heights.
+    #[expect(clippy::cast_possible_truncation, reason = "`far` is at most `MOST_FAR`")]
     pub fn of(settings: &StreamSettings, built: [i64; 2]) -> Self {
         let top = (0..MAX_LEVEL).find(|level| i64::from(settings.near) * cell_edge(*level) >= i64::from(settings.far));
         let top = top.unwrap_or(MAX_LEVEL);
@@ -68,6 +69,7 @@ impl Reach {
     }
 
     /// The coarsest level.
+    #[expect(clippy::cast_possible_truncation, reason = "there are `MAX_LEVEL` + 1 levels at most")]
     pub fn top(&self) -> u32 {
         self.radii.len() as u32 - 1
     }
@@ -147,6 +149,10 @@ impl Reach {
     }
 
     /// Rows of tiles in the band of heights.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "heights of a world are within ±2³¹ voxels, and a tile has at least 64"
+    )]
     fn rows(&self, level: u32) -> std::ops::Range<i32> {
         let edge = TileKey::edge(level);
         let [low, high] = self.height;

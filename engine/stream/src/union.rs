@@ -45,7 +45,7 @@ fn expand(content: &Content, level: u32, chunk: ChunkPos) -> Content {
     }
     // A block of 4³ voxels lies in one cell, which has 4^(level - 1) blocks along an edge; the chunk begins where a cell does.
     let shift = 2 * (level - 1);
-    let [first_x, first_y, first_z] = [chunk.x, chunk.y, chunk.z].map(|c| (((c & 63) << 4) >> shift) as u32);
+    let [first_x, first_y, first_z] = [chunk.x, chunk.y, chunk.z].map(|c| (((c & 63) << 4) >> shift).cast_unsigned());
     let material = |block: usize| {
         let [x, y, z] = block_cell(block);
         cells.voxel((first_x + (x >> shift)) & 63, (first_y + (y >> shift)) & 63, (first_z + (z >> shift)) & 63)

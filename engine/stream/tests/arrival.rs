@@ -1,5 +1,7 @@
 //! What is there first at a new place: something everywhere, then what is in the picture, then the rest.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
 

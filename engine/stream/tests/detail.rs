@@ -1,5 +1,7 @@
 //! How far the land of a world in cells of several voxels lies from the same land in single ones, seen along rays.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::collections::HashMap;
 
 use glam::{DVec3, IVec3};

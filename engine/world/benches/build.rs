@@ -1,5 +1,7 @@
 //! How fast worlds are built, on one thread: `cargo bench -p raxel-world`.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a bench")]
+
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};

@@ -3,6 +3,8 @@
 //!
 //! `cargo run --release -p raxel-world --example fair -- worlds/models`
 
+#![expect(clippy::cast_possible_truncation, reason = "the fair is some hundred voxels wide")]
+
 use std::process::ExitCode;
 
 use raxel_world::build::{Ball, Box3, Cylinder, Operation, Shape, Solid, build};

@@ -39,6 +39,7 @@ pub const fn block_index(x: u32, y: u32, z: u32) -> usize {
 
 /// Block coordinates in 0…15 of a block index: the inverse of [`block_index`].
 #[inline]
+#[expect(clippy::cast_possible_truncation, reason = "a chunk has 4096 blocks")]
 pub const fn block_cell(index: usize) -> [u32; 3] {
     let [nx, ny, nz] = child_cell(index as u32 >> 6);
     let [x, y, z] = child_cell(index as u32 & 63);
@@ -346,6 +347,7 @@ impl Packed {
     }
 
     /// Of a working copy with so many solids. Most blocks are of one material, and full.
+    #[expect(clippy::cast_possible_truncation, reason = "materials have 16 bits, and this palette at most 256 entries")]
     fn of_blocks(dense: &DenseChunk, solids: usize) -> Self {
         let mut seen = vec![0u64; (1 << MaterialIndex::BITS) / 64];
         let mut see = |material: MaterialIndex| seen[usize::from(material / 64)] |= 1 << (material % 64);
@@ -390,6 +392,7 @@ impl Packed {
         Self::Indexed { palette, indices: indices.into() }
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "materials have 16 bits, and this palette at most 256 entries")]
     fn from_plain(plain: Vec<MaterialIndex>) -> Self {
         let first = plain[0];
         if plain.iter().all(|&material| material == first) {

@@ -183,7 +183,7 @@ impl ChunkSource for Generator {
         let above = self.operations.iter().filter_map(|operation| match operation {
             Operation::Jittered(jittered) => {
                 let size = jittered.model.bounds()?.size();
-                Some((size[0].max(size[1]).max(size[2]) as i64).saturating_sub(jittered.sink.min(0)))
+                Some(size[0].max(size[1]).max(size[2]).cast_signed().saturating_sub(jittered.sink.min(0)))
             }
             _ => None,
         });

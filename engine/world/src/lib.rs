@@ -1,5 +1,7 @@
 //! Voxel worlds: what they are, how files build them, how models come in and go out, and how the GPU sees them.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 pub mod build;
 mod chunk;
 mod dense;

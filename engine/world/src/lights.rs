@@ -62,6 +62,10 @@ pub fn lights(world: &World) -> Vec<Light> {
 }
 
 /// Luminance of what a material gives off; 0 where it is no number.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a list of lamps has 32-bit floats and numbers its lamps in 32 bits"
+)]
 fn power(material: &Material) -> f32 {
     let [r, g, b] = material.albedo.map(f64::from);
     let luminance = (0.2126 * r + 0.7152 * g + 0.0722 * b) * f64::from(material.emission);
@@ -79,6 +83,7 @@ fn is_bare(world: &World, voxel: IVec3, face: u32) -> bool {
 }
 
 /// The content of the buffer of `source = "world.lights"`.
+#[expect(clippy::cast_possible_truncation, reason = "a list of lamps has 32-bit floats and is addressed in 32 bits")]
 pub fn encode(world: &World, limits: impl Into<Limits>) -> Result<Vec<u32>, LayoutError> {
     let lights = lights(world);
     let limit = limits.into().buffer_bytes;
@@ -108,6 +113,10 @@ struct Draw {
 
 /// Draws things in proportion to their powers, whose sum is `total` (Vose, "A linear algorithm for generating random numbers with a given
 /// distribution", 1991).
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a list of lamps has 32-bit floats and numbers its lamps in 32 bits"
+)]
 fn alias_table(powers: &[f64], total: f64) -> Vec<Draw> {
     let count = powers.len() as f64;
     let mut scaled: Vec<f64> = powers.iter().map(|power| power / total * count).collect();
@@ -130,6 +139,7 @@ fn alias_table(powers: &[f64], total: f64) -> Vec<Draw> {
 }
 
 /// The members of the buffer block that a shader must declare for the lights, in order.
+#[expect(clippy::cast_possible_truncation, reason = "a header has a few words")]
 pub fn block() -> Vec<BlockMember> {
     let member = |name, offset| BlockMember { name, offset, ty: "uint", stride: None };
     vec![

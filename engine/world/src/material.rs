@@ -49,6 +49,7 @@ impl Material {
 }
 
 /// An sRGB byte as a linear value (IEC 61966-2-1).
+#[expect(clippy::cast_possible_truncation, reason = "colours are 32-bit floats")]
 pub fn linear_from_srgb(byte: u8) -> f32 {
     let s = f64::from(byte) / 255.0;
     let linear = if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
@@ -56,6 +57,7 @@ pub fn linear_from_srgb(byte: u8) -> f32 {
 }
 
 /// A linear value as the nearest sRGB byte.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is clamped to a byte")]
 pub fn srgb_from_linear(linear: f32) -> u8 {
     let l = f64::from(linear).clamp(0.0, 1.0);
     let s = if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };

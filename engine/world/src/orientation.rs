@@ -68,6 +68,7 @@ impl Orientation {
     }
 
     /// The byte of which [`Orientation::from_vox`] makes it.
+    #[expect(clippy::cast_possible_truncation, reason = "there are three axes")]
     pub fn to_vox(&self) -> u8 {
         let sign = |axis: usize| u8::from(self.negate[axis]) << (4 + axis);
         self.axis[0] as u8 | (self.axis[1] as u8) << 2 | sign(0) | sign(1) | sign(2)

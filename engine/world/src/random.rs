@@ -20,6 +20,12 @@ impl SplitMix64 {
     pub fn below(&mut self, end: u64) -> u64 {
         ((u128::from(self.bits()) * u128::from(end)) >> 64) as u64
     }
+
+    /// The next index below `end`: [`below`](Self::below), for places in a list.
+    #[expect(clippy::cast_possible_truncation, reason = "it is below `end`, which is a `usize`")]
+    pub fn index(&mut self, end: usize) -> usize {
+        self.below(end as u64) as usize
+    }
 }
 
 /// Spreads every bit of a number over all of them: the finaliser of [`SplitMix64`].

@@ -151,9 +151,9 @@ impl World {
         let mut dense = DenseChunk::default();
         let below = ChunkPos::new(pos.x << 2, pos.y << 2, pos.z << 2);
         for child in 0..64 {
-            let [x, y, z] = crate::chunk::child_cell(child).map(|c| c as i32);
+            let [x, y, z] = crate::chunk::child_cell(child).map(u32::cast_signed);
             let pos = ChunkPos::new(below.x + x, below.y + y, below.z + z);
-            reduce(&self.tile(level - 1, pos), [x, y, z].map(|c| c as u32), &mut dense);
+            reduce(&self.tile(level - 1, pos), [x, y, z].map(i32::cast_unsigned), &mut dense);
         }
         Content::pack(&dense)
     }

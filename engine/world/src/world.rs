@@ -32,6 +32,13 @@ impl ChunkPos {
         Self::new(cell.x >> 6, cell.y >> 6, cell.z >> 6)
     }
 
+    /// One of the chunks in [`Bounds::chunk_ranges`]: cells go from −2³¹ to 2³¹, so that its coordinates are within ±2²⁵.
+    #[expect(clippy::cast_possible_truncation, reason = "chunks of cells within ±2³¹ are within ±2²⁵")]
+    pub fn of_range([x, y, z]: [i64; 3]) -> Self {
+        debug_assert!([x, y, z].iter().all(|c| i32::try_from(*c).is_ok()), "no chunk is at {x}, {y}, {z}");
+        Self::new(x as i32, y as i32, z as i32)
+    }
+
     /// The one beyond a face: 0 to 5 for −x, +x, −y, +y, −z, +z.
     #[must_use]
     pub fn beside(self, face: u32) -> Self {
@@ -58,12 +65,17 @@ pub struct Bounds {
 impl Bounds {
     /// Voxels along each axis.
     pub fn size(&self) -> [u64; 3] {
-        std::array::from_fn(|i| (self.max[i] - self.min[i]) as u64)
+        std::array::from_fn(|i| (self.max[i] - self.min[i]).cast_unsigned())
     }
 
     /// Chunks that it touches, as half-open ranges of chunk coordinates along x, y, z.
     pub fn chunk_ranges(&self) -> [std::ops::Range<i64>; 3] {
         std::array::from_fn(|i| self.min[i] >> 6..(self.max[i] + 63) >> 6)
+    }
+
+    /// How many chunks it touches; 0 when it is empty along an axis.
+    pub fn chunk_count(&self) -> u128 {
+        self.chunk_ranges().map(|range| u128::from((range.end - range.start).max(0).unsigned_abs())).iter().product()
     }
 
     /// Whether every voxel of a chunk is inside.
@@ -184,7 +196,7 @@ impl World {
         let chunks = of_chunk.into_iter().filter_map(|(pos, voxels)| {
             dense.clear();
             for (local, material) in voxels {
-                dense.set(local.x as u32, local.y as u32, local.z as u32, material);
+                dense.set(local.x.cast_unsigned(), local.y.cast_unsigned(), local.z.cast_unsigned(), material);
             }
             Some((pos, Arc::new(Chunk::pack(&dense)?)))
         });
@@ -285,13 +297,17 @@ impl World {
     /// Material of a voxel.
     pub fn voxel(&self, cell: IVec3) -> MaterialIndex {
         let Some(chunk) = self.chunk(ChunkPos::of_cell(cell)) else { return AIR };
-        chunk.voxel((cell.x & 63) as u32, (cell.y & 63) as u32, (cell.z & 63) as u32)
+        chunk.voxel((cell.x & 63).cast_unsigned(), (cell.y & 63).cast_unsigned(), (cell.z & 63).cast_unsigned())
     }
 
     /// Occupancy of the 4³ block whose smallest voxel is `4 * block`; bits in the order of [`crate::child_index`].
     pub fn mask4(&self, block: IVec3) -> u64 {
         let Some(chunk) = self.chunk(ChunkPos::new(block.x >> 4, block.y >> 4, block.z >> 4)) else { return 0 };
-        chunk.mask(block_index((block.x & 15) as u32, (block.y & 15) as u32, (block.z & 15) as u32))
+        chunk.mask(block_index(
+            (block.x & 15).cast_unsigned(),
+            (block.y & 15).cast_unsigned(),
+            (block.z & 15).cast_unsigned(),
+        ))
     }
 
     /// Every solid voxel: chunk by chunk, in tree order inside each.
@@ -319,6 +335,7 @@ impl World {
     }
 
     /// Figures for people.
+    #[expect(clippy::cast_possible_truncation, reason = "a world has at most `MAX_MATERIALS` materials besides air")]
     pub fn info(&self) -> Info {
         let unique: HashMap<*const Chunk, u64> =
             self.chunks.values().map(|chunk| (Arc::as_ptr(chunk), chunk.bytes())).collect();

@@ -1,5 +1,7 @@
 //! Worlds without end: a tile is the same whoever asks for it, when, and in whatever order.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod project;
 
 use glam::IVec3;

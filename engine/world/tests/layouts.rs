@@ -1,5 +1,7 @@
 //! Encodings hold exactly the world's voxels, in the documented format and size, or say why they cannot.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod decode;
 
 use decode::Voxels;

@@ -1,5 +1,7 @@
 //! Every operation against the plainest way to say the same for one voxel.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod project;
 
 use std::collections::{HashMap, HashSet};

@@ -1,5 +1,7 @@
 //! The dense image holds exactly the world's voxels, and each texel of a mip says whether its cube has any.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::collections::HashMap;
 
 use glam::IVec3;

@@ -1,5 +1,7 @@
 //! .vox files: out and in again, as other programs read them, and broken in every way.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod project;
 
 use std::collections::HashMap;

@@ -5,6 +5,11 @@ use raxel_runtime::execute::Picture;
 use raxel_runtime::timeline::CaptionText;
 
 /// Draws a line into a picture. A line that is too long becomes smaller.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "places are inside the picture, and casts of floats saturate"
+)]
 pub(super) fn draw(picture: &mut Picture, line: &CaptionText) {
     let Ok(font) = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT) else { return };
     let (width, height) = (picture.width as f32, picture.height as f32);
@@ -53,6 +58,7 @@ fn length(font: &FontRef<'_>, size: f32, text: &str) -> f32 {
     text.chars().map(letter).sum()
 }
 
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a part of 255 is below 256")]
 fn darken(picture: &mut Picture, from: u32, to: u32) {
     let row = picture.width as usize * 4;
     let rows = from.min(picture.height) as usize * row..to.min(picture.height) as usize * row;

@@ -141,6 +141,7 @@ fn named<T: Send + 'static>(name: &str, run: impl FnOnce() -> T + Send + 'static
 }
 
 /// A worker: one frame after another, until no more come or nobody takes them.
+#[expect(clippy::cast_possible_truncation, reason = "2⁶⁴ nanoseconds are 584 years")]
 fn encode_all(queue: &Mutex<Receiver<Job>>, done: &Sender<Done>, coding: Coding, shared: &Shared) {
     loop {
         let job = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
@@ -160,6 +161,7 @@ fn encode_all(queue: &Mutex<Receiver<Job>>, done: &Sender<Done>, coding: Coding,
 }
 
 /// The writer: takes results as they come, and writes them in turn.
+#[expect(clippy::cast_possible_truncation, reason = "2⁶⁴ nanoseconds are 584 years")]
 fn write_all(results: &Receiver<Done>, permits: &Receiver<()>, mut place: Place, shared: &Shared) -> Result {
     let mut early = BTreeMap::new();
     let mut turn = 0;

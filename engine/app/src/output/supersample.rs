@@ -9,6 +9,7 @@ use crate::failure::{Failure, Result};
 
 /// Where the rays of sample `index` of `of` go through a pixel, in pixels from its middle, right and down: the R2 sequence (Roberts, "The
 /// Unreasonable Effectiveness of Quasirandom Sequences", 2018), shifted so that the mean is the middle. One sample is in the middle.
+#[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "there are two axes")]
 pub(super) fn offset(index: u32, of: u32) -> [f64; 2] {
     /// The plastic number, whose powers make the steps.
     const PLASTIC: f64 = 1.324_717_957_244_746;
@@ -112,6 +113,7 @@ fn decode_table() -> [f32; 256] {
     })
 }
 
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is clamped to a byte")]
 fn encoded(linear: f32) -> u8 {
     let x = if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (x * 255.0).round().clamp(0.0, 255.0) as u8

@@ -203,6 +203,10 @@ fn render(device: &Arc<Device>) -> Result<f64> {
 }
 
 /// What templates/self-test.comp paints.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the picture has 64 pixels a side, so that every channel is below 256"
+)]
 fn expected(size: u32) -> Picture {
     let rgba =
         (0..size * size).flat_map(|i| [(i % size * 4) as u8, (i / size * 4) as u8, (i % 7 * 36) as u8, 255]).collect();

@@ -36,6 +36,7 @@ pub(crate) struct Args {
 /// Frames that are decoded at once.
 const AT_ONCE: u64 = 16;
 
+#[expect(clippy::cast_possible_truncation, reason = "`AT_ONCE` is small")]
 pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let Output::Frames(_, pattern) = Output::parse(&args.frames, None)? else {
         return Err(Failure::usage(format!("`{}` names no numbered frames", args.frames)).help("frames/%04d.png"));

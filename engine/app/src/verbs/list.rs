@@ -104,6 +104,10 @@ fn section<const N: usize>(text: &mut String, title: &str, rows: Vec<[String; N]
     }
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "values of a graph are 32-bit floats, and their shortest digits are shown"
+)]
 fn literal(value: &Value) -> String {
     if let Value::Bool(on) = value {
         return on.to_string();

@@ -124,6 +124,10 @@ fn shard(text: &str) -> std::result::Result<Shard, String> {
 
 impl Shard {
     /// The frames of this part, of `frames` in all.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a part is at most the whole, so that a bound is at most `frames`"
+    )]
     fn range(self, frames: u64) -> std::ops::Range<u64> {
         let at = |part: u64| (u128::from(frames) * u128::from(part) / u128::from(self.of)) as u64;
         at(self.part - 1)..at(self.part)

@@ -42,16 +42,21 @@ pub(super) fn stroke(brush: &Brush, effect: Effect, hit: &CastHit) -> Stroke {
     }
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a brush has few voxels, and there are three axes"
+)]
 fn operation(brush: &Brush, hit: &CastHit, cell: [i32; 3], does: Does) -> Operation {
-    let cell = cell.map(i64::from);
+    let (voxel, cell) = (cell, cell.map(i64::from));
     let (size, height) = (i64::from(brush.size), i64::from(brush.height));
     // An odd number of voxels lies around the cell, an even one has one more beyond it.
     let low = cell.map(|c| c - (size - 1) / 2);
     let center = low.map(|c| c as f64 + size as f64 / 2.0);
     match brush.shape {
         Shape::Voxel => match does {
-            Does::Add(material) | Does::Paint(material) => Operation::set(cell.map(|c| c as i32), material),
-            Does::Subtract => Operation::set(cell.map(|c| c as i32), AIR),
+            Does::Add(material) | Does::Paint(material) => Operation::set(voxel, material),
+            Does::Subtract => Operation::set(voxel, AIR),
         },
         Shape::Box => Operation::Box { bounds: Bounds { min: low, max: low.map(|c| c + size) }, brush: does },
         Shape::Sphere => Operation::sphere(center, size as f64 / 2.0, does),
@@ -79,6 +84,7 @@ pub(super) fn resize(brush: &mut Brush, larger: bool) {
 }
 
 /// The next of so many materials, air being the first; after the last one, that of the voxel under the cursor.
+#[expect(clippy::cast_possible_truncation, reason = "a world has at most `MAX_MATERIALS` materials besides air")]
 pub(super) fn next_material(brush: &mut Brush, materials: usize) {
     let next = brush.material.map_or(1, |material| usize::from(material) + 1);
     brush.material = (next < materials).then_some(next as MaterialIndex);

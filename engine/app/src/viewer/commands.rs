@@ -319,8 +319,8 @@ impl Viewer<'_> {
             .flat_map(|(index, resource)| (0..layers(index)).map(move |layer| (resource.name.as_str(), layer)))
             .collect();
         let now = (self.target(), self.session.debug_target().layer);
-        let at = places.iter().position(|(name, layer)| *name == now.0 && *layer == now.1).unwrap_or(0) as isize;
-        let next = places.get((at + by).rem_euclid(places.len().max(1) as isize) as usize);
+        let at = places.iter().position(|(name, layer)| *name == now.0 && *layer == now.1).unwrap_or(0).cast_signed();
+        let next = places.get((at + by).rem_euclid(places.len().max(1).cast_signed()) as usize);
         if let Some(target) = next.map(|(name, layer)| DebugTarget { layer: *layer, ..DebugTarget::resource(*name) }) {
             self.select(target);
         }

@@ -179,6 +179,10 @@ impl Controls {
     }
 
     /// The pixel under the cursor.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a cast of a float saturates, and pixels beyond 2³¹ are outside every window"
+    )]
     pub fn cursor(&self) -> Option<[i32; 2]> {
         self.cursor.map(|[x, y]| [x.floor() as i32, y.floor() as i32])
     }

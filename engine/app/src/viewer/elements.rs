@@ -96,6 +96,7 @@ impl Column {
     }
 
     /// The value, in a struct at offset `at` of the buffer.
+    #[expect(clippy::cast_possible_truncation, reason = "the word has as many bits as the scalar")]
     fn value(&self, bytes: &[u8], start: u64, at: u64) -> Option<String> {
         let from = usize::try_from((at + self.offset).checked_sub(start)?).ok()?;
         let part = bytes.get(from..from.checked_add(self.scalar.size() as usize)?)?;
@@ -107,7 +108,7 @@ impl Column {
             Scalar::I8 => (word as i8).to_string(),
             Scalar::I16 => (word as i16).to_string(),
             Scalar::I32 => (word as i32).to_string(),
-            Scalar::I64 => (word as i64).to_string(),
+            Scalar::I64 => word.cast_signed().to_string(),
             Scalar::U8 | Scalar::U16 | Scalar::U32 | Scalar::U64 => word.to_string(),
             Scalar::F32 => f32::from_bits(word as u32).to_string(),
             Scalar::F64 => f64::from_bits(word).to_string(),
@@ -118,6 +119,7 @@ impl Column {
 }
 
 /// The scalars of a type, with the path that leads to each.
+#[expect(clippy::cast_possible_truncation, reason = "`COLUMNS` is small")]
 fn flatten(path: &str, ty: &Type, offset: u64, columns: &mut Vec<Column>) {
     if columns.len() >= COLUMNS {
         return;

@@ -234,6 +234,10 @@ fn graphs_map(graph: &Graph, shown: &Shown) -> Map {
 }
 
 /// The texel that a pixel of the output shows: its channels, and their bits in hexadecimal.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the pixel is inside the output, so that the texel is inside the extent"
+)]
 fn texel(texels: &Texels, pixel: [i32; 2], output: [u32; 2]) -> Option<([u32; 2], Vec<[String; 2]>)> {
     let extent = [texels.width, texels.height];
     let mut at = [0; 2];
@@ -246,7 +250,7 @@ fn texel(texels: &Texels, pixel: [i32; 2], output: [u32; 2]) -> Option<([u32; 2]
     let integers = texels.integer(at);
     let values = (0..channels).map(|channel| {
         let value = match (texels.scalar(), integers) {
-            (ScalarKind::Int, Some(integers)) => (integers[channel] as i32).to_string(),
+            (ScalarKind::Int, Some(integers)) => integers[channel].cast_signed().to_string(),
             (ScalarKind::Uint, Some(integers)) => integers[channel].to_string(),
             _ => floats[channel].to_string(),
         };

@@ -27,6 +27,7 @@ pub(crate) struct Overlay {
 
 impl Overlay {
     /// For a window. `most` is the largest side of a texture that the device can make.
+    #[expect(clippy::cast_possible_truncation, reason = "scales of screens are small numbers")]
     pub fn new(window: &Window, most: usize) -> Self {
         let context = Context::default();
         let scale = window.scale_factor() as f32;

@@ -115,6 +115,7 @@ impl PanelData {
     }
 
     /// Notes the materials of a world, where they are others than those that are known.
+    #[expect(clippy::cast_possible_truncation, reason = "a world has at most `MAX_MATERIALS` materials besides air")]
     pub fn palette(&mut self, scene: &Scene) {
         // Index 0 is air, which no brush has.
         if self.swatches.len() + 1 == scene.materials.len().max(1) {
@@ -213,6 +214,7 @@ fn loading(session: &Session) -> Option<Loading> {
 }
 
 impl Described {
+    #[expect(clippy::cast_possible_truncation, reason = "a graph numbers its passes in 32 bits")]
     fn new(plan: &Arc<Plan>, texts: &SourceMap) -> Described {
         let graph = &plan.graph;
         let rows: Vec<Row> = (0..graph.passes.len() as u32).flat_map(|id| rows(plan, PassId(id), texts)).collect();

@@ -79,6 +79,7 @@ pub(super) fn parsed(text: &str) -> Result<DocumentMut, String> {
 }
 
 /// A value as TOML writes it, floats by their shortest digits.
+#[expect(clippy::cast_possible_truncation, reason = "the number is the component of a value of 32 bits")]
 fn literal(written: &Value) -> toml_edit::Value {
     let number = |number: f64| {
         if is_integer(written) {

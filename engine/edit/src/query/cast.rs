@@ -52,7 +52,7 @@ pub fn cast(base: &dyn Base, ray: &Ray, reach: f64) -> Result<Option<CastHit>, U
             Some((known, voxels)) if *known == pos => voxels,
             _ => &chunk.insert((pos, base.try_chunk(pos)?)).1,
         };
-        let local = cell.map(|c| (c & 63) as u32);
+        let local = cell.map(|c| (c & 63).cast_unsigned());
         match voxels.as_deref().map_or(Err(6), |chunk| look(chunk, local)) {
             Ok(material) => {
                 let hit = walk.hit(cell, material);
@@ -121,6 +121,10 @@ impl Walk {
     }
 
     /// Leaves the aligned cube of 2^`log2` voxels around the cell, over all planes that are crossed at once.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the earliest way out is taken, so that no axis crosses more planes than the cube has"
+    )]
     fn leave(&mut self, log2: u32) {
         let size = 1_i64 << log2;
         let exit = |axis: usize| {

@@ -80,7 +80,8 @@ impl<'a> Solids<'a> {
                 }
             },
         };
-        let voxel = |chunk: &Chunk| chunk.voxel((x & 63) as u32, (y & 63) as u32, (z & 63) as u32);
+        let voxel =
+            |chunk: &Chunk| chunk.voxel((x & 63).cast_unsigned(), (y & 63).cast_unsigned(), (z & 63).cast_unsigned());
         Ok(chunk.as_deref().is_some_and(|chunk| voxel(chunk) != AIR))
     }
 

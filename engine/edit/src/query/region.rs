@@ -25,7 +25,7 @@ pub fn histogram(base: &dyn Base, bounds: &Bounds) -> Result<Histogram, EditErro
         return Err(EditError::OutOfRange { min: bounds.min, max: bounds.max });
     }
     let [xs, ys, zs] = bounds.chunk_ranges();
-    let chunks = [&xs, &ys, &zs].iter().map(|range| (range.end - range.start) as u128).product();
+    let chunks = bounds.chunk_count();
     if chunks > u128::from(MOST_CHUNKS) {
         return Err(EditError::TooLarge { chunks, limit: MOST_CHUNKS });
     }
@@ -33,7 +33,7 @@ pub fn histogram(base: &dyn Base, bounds: &Bounds) -> Result<Histogram, EditErro
     let of_column = |(y, z): (i64, i64)| {
         let mut counts = Histogram::new();
         for x in xs.clone() {
-            count(base, bounds, ChunkPos::new(x as i32, y as i32, z as i32), &mut counts)?;
+            count(base, bounds, ChunkPos::of_range([x, y, z]), &mut counts)?;
         }
         Ok::<_, Unavailable>(counts)
     };

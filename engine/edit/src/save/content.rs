@@ -150,6 +150,7 @@ impl Content {
         }
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "the file is in memory, so that `usize` holds its length")]
     fn add_tail(&mut self, tail: Option<tail::Found>, parts: &[Part]) {
         let newest = self.newest();
         let unknown = || format!("the number of the newest edit: edits after {newest} may be lost");

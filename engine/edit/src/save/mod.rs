@@ -362,6 +362,7 @@ fn short(hash: &[u8; 32]) -> String {
 }
 
 /// Where the materials of a save are in the world.
+#[expect(clippy::cast_possible_truncation, reason = "a world has at most `MAX_MATERIALS` materials besides air")]
 fn indices(saved: &[String], now: &[String]) -> Result<Vec<MaterialIndex>, SaveError> {
     let find = |(index, name): (usize, &String)| match index {
         0 => Ok(0),

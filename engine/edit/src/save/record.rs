@@ -11,6 +11,8 @@
 //! Format 1 had the magic `RXV1` and no sum of the record before. The heads of files are written so to this day: a program that knows
 //! format 1 alone reads in them that the save is newer.
 
+use std::io;
+
 use raxel_world::ChunkPos;
 
 /// Bytes of a header in each format.
@@ -69,6 +71,16 @@ pub(super) struct Broken {
     pub(super) short: bool,
 }
 
+/// Refuses an edit that no record can hold: the length of a payload has 32 bits. A checkpoint saves what such an edit has made.
+pub(super) fn check_length(seq: u64, bytes: usize) -> io::Result<()> {
+    if u32::try_from(bytes).is_ok() {
+        return Ok(());
+    }
+    let most = u32::MAX;
+    let message = format!("edit {seq} takes {bytes} bytes in the journal, and a record has at most {most}");
+    Err(io::Error::new(io::ErrorKind::FileTooLarge, message))
+}
+
 /// Appends a record to bytes, behind a record with the sum `before`. Gives its own sum.
 pub(super) fn write(out: &mut Vec<u8>, before: u32, kind: Kind, seq: u64, pos: ChunkPos, payload: &[u8]) -> u32 {
     put(out, Some(before), kind, seq, pos, payload)
@@ -80,6 +92,10 @@ pub(super) fn write_head(out: &mut Vec<u8>, seq: u64, payload: &[u8]) -> u32 {
     put(out, None, Kind::Head, seq, ChunkPos::new(0, 0, 0), payload)
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "`check_length` has refused edits that are longer, and a packed chunk has less than 1 MiB"
+)]
 fn put(out: &mut Vec<u8>, before: Option<u32>, kind: Kind, seq: u64, pos: ChunkPos, payload: &[u8]) -> u32 {
     let start = out.len();
     out.extend(HEADERS[usize::from(before.is_some())].0);
@@ -174,7 +190,7 @@ impl Header {
         if crc32c::crc32c(&header[..size - 4]) != sum {
             return None;
         }
-        let coordinate = |at: usize| word(at) as i32;
+        let coordinate = |at: usize| word(at).cast_signed();
         let seq = u64::from(word(12)) | u64::from(word(16)) << 32;
         if seq > LARGEST {
             return None;
@@ -189,5 +205,19 @@ impl Header {
             crc: word(size - 8),
             sum,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_edit_that_is_longer_than_a_record_can_say_is_refused() {
+        let longest = u32::MAX as usize;
+        assert!(check_length(1, longest).is_ok());
+        let error = check_length(7, longest + 1).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::FileTooLarge);
+        assert!(error.to_string().starts_with("edit 7 takes 4294967296 bytes"), "{error}");
     }
 }

@@ -137,6 +137,7 @@ impl Writer {
 
     fn append_waiting(&mut self) -> io::Result<()> {
         let Some(&(seq, _)) = self.waiting.last() else { return Ok(()) };
+        self.waiting.iter().try_for_each(|(seq, payload)| record::check_length(*seq, payload.len()))?;
         let mut bytes = Vec::with_capacity(self.waiting_bytes);
         let sum = self.waiting.iter().fold(self.journal_sum, |sum, (seq, payload)| {
             record::write(&mut bytes, sum, Kind::Operations, *seq, ChunkPos::new(0, 0, 0), payload)

@@ -41,6 +41,7 @@ struct Written(Vec<(MaterialIndex, u32)>);
 
 impl ChangedCells {
     /// The cells in which two chunks differ.
+    #[expect(clippy::cast_possible_truncation, reason = "a chunk has 4096 blocks and 64 nodes")]
     pub(super) fn between(before: Option<&Chunk>, after: Option<&Chunk>) -> Self {
         let mask = |chunk: Option<&Chunk>, block: usize| chunk.map_or(0, |chunk| chunk.mask(block));
         let (mut of_blocks, mut of_nodes, mut in_chunk) = (Vec::new(), Vec::new(), Written::default());
@@ -74,7 +75,7 @@ impl ChangedCells {
 
     /// Lays them over a tile of the source, of a level above 0, that the chunk is in.
     pub(super) fn lay(&self, level: u32, pos: ChunkPos, tile: &mut DenseChunk) {
-        let within = |mask: i32| [pos.x, pos.y, pos.z].map(|c| (c & mask) as u32);
+        let within = |mask: i32| [pos.x, pos.y, pos.z].map(|c| (c & mask).cast_unsigned());
         let mut lay = |block: usize, bit: u32, share: &Share| {
             let below = if tile.masks()[block] >> bit & 1 == 1 { tile.block(block)[bit as usize] } else { AIR };
             let mode = match share.cell(level, below) {
@@ -114,6 +115,11 @@ impl Share {
     /// One that is solid stays so while half of it is. In both cases half as many voxels as such a wall has must have come or gone, about
     /// half of what is seen of it from one side: the source may have rounded a cell that is nearly half full either way. As many must be
     /// written before it changes its material.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a cell has at most 64 voxels along an edge, and a cube at most 16³ cells"
+    )]
     fn cell(&self, level: u32, below: MaterialIndex) -> MaterialIndex {
         let edge = cell_edge(level) as u32;
         let (wall, half) = (edge * edge, edge * edge * edge / 2);
@@ -165,6 +171,10 @@ impl Written {
 }
 
 /// The cells without voxels that those lead to which an edit has emptied, in a cube of so many cells along an edge.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a cell has at most 64 voxels along an edge, and a cube at most 16³ cells"
+)]
 fn opened(
     cells: &[(u16, Share)],
     level: u32,

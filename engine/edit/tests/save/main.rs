@@ -1,6 +1,8 @@
 //! Saves under everything that can happen to them: kills at any moment, files cut off at any byte, flipped bytes, full disks, other
 //! processes, other programs.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 #[allow(dead_code, reason = "each test file uses a part of this")]
 #[path = "../../../../tests/common/child.rs"]
 mod child;

@@ -1,4 +1,5 @@
 //! Changes of bytes: bits, numbers on the edge of something, and ranges that are gone, doubled or those of another input.
+#![expect(clippy::cast_possible_truncation, reason = "random bytes are the lowest of random bits")]
 
 use std::ops::Range;
 
@@ -38,7 +39,7 @@ pub(super) fn mutated(input: &[u8], other: &[u8], random: &mut SplitMix64) -> Ve
 }
 
 fn change(bytes: &mut Vec<u8>, other: &[u8], random: &mut SplitMix64) {
-    let at = random.below(bytes.len() as u64 + 1) as usize;
+    let at = random.index(bytes.len() + 1);
     match random.below(10) {
         0 | 1 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),
         2 if at < bytes.len() => bytes[at] = random.bits() as u8,
@@ -74,10 +75,10 @@ fn change(bytes: &mut Vec<u8>, other: &[u8], random: &mut SplitMix64) {
 
 /// A part of so many bytes: mostly short.
 fn range(of: usize, random: &mut SplitMix64) -> Range<usize> {
-    let from = random.below(of as u64 + 1) as usize;
+    let from = random.index(of + 1);
     let bits = if random.below(4) == 0 { 11 } else { 6 };
     let most = 1 << random.below(bits);
-    from..(from + random.below(most) as usize + 1).min(of)
+    from..(from + random.index(most) + 1).min(of)
 }
 
 #[cfg(test)]

@@ -51,5 +51,5 @@ impl Mutation {
 
 /// One of some things.
 fn pick<'a, T>(random: &mut SplitMix64, of: &'a [T]) -> Option<&'a T> {
-    if of.is_empty() { None } else { of.get(random.below(of.len() as u64) as usize) }
+    if of.is_empty() { None } else { of.get(random.index(of.len())) }
 }

@@ -1,4 +1,8 @@
 //! Changes of PNG chunk by chunk, with checksums that are right: a wrong one ends the reading where it stands.
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "random bytes are the lowest of random bits, and an input is far below 2³² bytes"
+)]
 
 use raxel_world::random::SplitMix64;
 
@@ -48,7 +52,7 @@ fn chunks(bytes: &[u8]) -> Vec<Chunk> {
 }
 
 fn change(chunks: &mut Vec<Chunk>, other: &[Chunk], random: &mut SplitMix64) {
-    let [at, to] = [(); 2].map(|()| random.below(chunks.len() as u64 + 1) as usize);
+    let [at, to] = [(); 2].map(|()| random.index(chunks.len() + 1));
     match random.below(12) {
         0..=3 => header(chunks, random),
         4 => image(chunks, random),
@@ -71,7 +75,7 @@ fn change(chunks: &mut Vec<Chunk>, other: &[Chunk], random: &mut SplitMix64) {
 /// Another size, depth, kind of colour or order of rows.
 fn header(chunks: &mut [Chunk], random: &mut SplitMix64) {
     let Some((_, data)) = chunks.iter_mut().find(|(kind, data)| kind == b"IHDR" && data.len() >= 13) else { return };
-    let field = random.below(5) as usize;
+    let field = random.index(5);
     match field {
         0 | 1 => {
             let near = random.below(20) as u32;

@@ -1,4 +1,8 @@
 //! Changes of the files of a save record by record, with checksums that are right and chained: a wrong one hides all that is behind it.
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "random bytes are the lowest of random bits, and an input is far below 2³² bytes"
+)]
 
 use raxel_world::random::SplitMix64;
 
@@ -20,8 +24,8 @@ pub(super) fn mutated(input: &[u8], other: &[u8], random: &mut SplitMix64) -> Ve
 }
 
 fn change(files: &mut Vec<(String, Vec<u8>)>, other: &[u8], random: &mut SplitMix64) {
-    let count = files.len() as u64;
-    let [at, to] = [(); 2].map(|()| random.below(count) as usize);
+    let count = files.len();
+    let [at, to] = [(); 2].map(|()| random.index(count));
     match random.below(16) {
         0 if count > 1 => drop(files.remove(at)),
         1 => {
@@ -64,8 +68,8 @@ fn record(records: &mut Vec<Vec<u8>>, random: &mut SplitMix64) {
     if records.is_empty() {
         return;
     }
-    let count = records.len() as u64;
-    let [at, to] = [(); 2].map(|()| random.below(count) as usize);
+    let count = records.len();
+    let [at, to] = [(); 2].map(|()| random.index(count));
     match random.below(8) {
         0 => drop(records.remove(at)),
         1 => records.swap(at, to),
@@ -82,7 +86,7 @@ fn record(records: &mut Vec<Vec<u8>>, random: &mut SplitMix64) {
         }
         5 => {
             let place = pick(random, &binary::NUMBERS).copied().unwrap_or_default();
-            let axis = 20 + 4 * random.below(3) as usize;
+            let axis = 20 + 4 * random.index(3);
             records[at][axis..axis + 4].copy_from_slice(&place.to_le_bytes());
         }
         _ => {
@@ -119,7 +123,7 @@ fn chained(records: &[Vec<u8>]) -> Vec<u8> {
 fn slots(tail: &mut [u8], random: &mut SplitMix64) {
     for slot in tail.chunks_exact_mut(36) {
         if random.below(4) > 0 {
-            let at = 4 + 8 * random.below(3) as usize;
+            let at = 4 + 8 * random.index(3);
             let number = if random.below(3) == 0 { u64::MAX - random.below(3) } else { random.below(20) };
             slot[at..at + 8].copy_from_slice(&number.to_le_bytes());
         }

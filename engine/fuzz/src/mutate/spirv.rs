@@ -1,4 +1,8 @@
 //! Changes of SPIR-V instruction by instruction: a change of single bits hardly ever leaves a module that a reader gets to the end of.
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "random words are the lowest of random bits, and an input is far below 2³² words"
+)]
 
 use std::collections::HashMap;
 
@@ -82,7 +86,7 @@ impl Words {
 
     /// A change after which the module may well be valid.
     fn turn(&mut self, random: &mut SplitMix64) {
-        let at = random.below(self.instructions.len() as u64) as usize;
+        let at = random.index(self.instructions.len());
         match random.below(8) {
             // Another id of the same kind.
             0..=3 => {
@@ -130,7 +134,7 @@ impl Words {
 
     fn change(&mut self, other: &Self, random: &mut SplitMix64) {
         let count = self.instructions.len();
-        let (at, to) = (random.below(count as u64) as usize, random.below(count as u64) as usize);
+        let (at, to) = (random.index(count), random.index(count));
         let bound = self.header[3];
         match random.below(16) {
             // An operand: another id, a number on the edge of something, one that stands elsewhere, or one near.
@@ -140,7 +144,7 @@ impl Words {
                 if operands.is_empty() {
                     return;
                 }
-                let operand = random.below(operands.len() as u64) as usize;
+                let operand = random.index(operands.len());
                 let old = operands[operand];
                 operands[operand] = match random.below(8) {
                     0..=2 => random.below(u64::from(bound.clamp(1, 1 << 20)) + 2) as u32,
@@ -160,26 +164,26 @@ impl Words {
             // The same once more, with a result of its own where the bound allows one.
             12 => {
                 let mut copy = self.instructions[at].clone();
-                if let Some(result) = copy.1.get_mut(random.below(2) as usize) {
+                if let Some(result) = copy.1.get_mut(random.index(2)) {
                     *result = bound;
                     self.header[3] = bound.wrapping_add(1);
                 }
                 self.instructions.insert(to, copy);
             }
             13 => {
-                let from = random.below(other.instructions.len() as u64) as usize;
+                let from = random.index(other.instructions.len());
                 self.instructions.insert(at, other.instructions[from].clone());
             }
             14 => {
                 let operands = &mut self.instructions[at].1;
                 if random.below(2) == 0 {
-                    operands.truncate(random.below(operands.len() as u64 + 1) as usize);
+                    operands.truncate(random.index(operands.len() + 1));
                 } else {
                     operands.push(random.below(u64::from(bound.clamp(1, 1 << 20)) + 2) as u32);
                 }
             }
             _ => {
-                let word = random.below(HEADER as u64) as usize;
+                let word = random.index(HEADER);
                 self.header[word] = match (word, random.below(2)) {
                     (1, 0) => 0x0001_0000 + 0x100 * random.below(8) as u32,
                     (3, 0) => bound.wrapping_add(random.below(9) as u32).wrapping_sub(4),

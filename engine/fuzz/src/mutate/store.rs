@@ -1,5 +1,11 @@
 //! Changes of a Zarr store with one shard: of its document word by word; of its shard by bytes and by the numbers of its index, with checksums that are
 //! right, since a wrong one hides all else.
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    clippy::cast_sign_loss,
+    reason = "an input is in memory, and far below 2⁶³ bytes"
+)]
 
 use std::sync::Arc;
 
@@ -66,7 +72,7 @@ fn change(shard: &mut Vec<u8>, entries: usize, random: &mut SplitMix64) {
         *shard = binary::mutated(shard, shard, random);
         return;
     };
-    let entry = index + ENTRY * random.below(entries as u64) as usize;
+    let entry = index + ENTRY * random.index(entries);
     let word = |shard: &[u8], at: usize| u64::from_le_bytes(std::array::from_fn(|i| shard[at + i]));
     match random.below(8) {
         0 => {
@@ -74,7 +80,7 @@ fn change(shard: &mut Vec<u8>, entries: usize, random: &mut SplitMix64) {
             return;
         }
         1 | 2 => {
-            let at = entry + 8 * random.below(2) as usize;
+            let at = entry + 8 * random.index(2);
             let old = word(shard, at);
             let new = match random.below(4) {
                 0 => u64::from(pick(random, &binary::NUMBERS).copied().unwrap_or_default()),

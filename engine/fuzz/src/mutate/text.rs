@@ -260,7 +260,7 @@ fn with_lines(text: &str, other: &str, random: &mut SplitMix64) -> String {
     let mut lines: Vec<&str> = text.split_inclusive('\n').collect();
     let others: Vec<&str> = other.split_inclusive('\n').collect();
     let (from, count) = some(others.len(), random);
-    let at = random.below(lines.len() as u64 + 1) as usize;
+    let at = random.index(lines.len() + 1);
     // Rarely a great many times.
     let times = if random.below(20) == 0 { 1 << random.below(8) } else { 1 };
     let copies = others[from..from + count].repeat(times);
@@ -270,13 +270,13 @@ fn with_lines(text: &str, other: &str, random: &mut SplitMix64) -> String {
 
 /// A short range of so many things, as its start and its length.
 fn some(of: usize, random: &mut SplitMix64) -> (usize, usize) {
-    let from = random.below(of as u64 + 1) as usize;
-    let most = 1 + random.below(12) as usize;
+    let from = random.index(of + 1);
+    let most = 1 + random.index(12);
     (from, most.min(of - from))
 }
 
 fn boundary(text: &str, random: &mut SplitMix64) -> usize {
-    let mut at = random.below(text.len() as u64 + 1) as usize;
+    let mut at = random.index(text.len() + 1);
     while !text.is_char_boundary(at) {
         at -= 1;
     }

@@ -96,7 +96,7 @@ mod tests {
         let inputs = TARGET.inputs();
         let is_valid = |seed: &u64| {
             let mut random = SplitMix64::new(*seed);
-            let [input, other] = [(); 2].map(|()| &inputs[random.below(inputs.len() as u64) as usize].1);
+            let [input, other] = [(); 2].map(|()| &inputs[random.index(inputs.len())].1);
             let words = words_of(&TARGET.mutated(input, other, &mut random)).unwrap_or_default();
             Module::new(&words, "main").is_ok() && validate(&words).is_ok()
         };

@@ -34,6 +34,7 @@ pub(super) fn project() -> MemoryFiles {
     MemoryFiles::new(FILES.iter().map(|(path, bytes)| (path.clone(), bytes)))
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "heights are clamped")]
 fn run(input: &[u8]) {
     let files = project();
     projects::add(&files, PATH, input);

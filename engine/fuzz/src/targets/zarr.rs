@@ -23,6 +23,7 @@ pub(crate) const TARGET: Target = Target {
 struct Objects(MemoryFiles);
 
 impl Store for Objects {
+    #[expect(clippy::cast_possible_truncation, reason = "a range lies in bytes in memory")]
     fn get(&self, key: &str, wanted: Wanted) -> Result<Option<Vec<u8>>, StoreError> {
         let Ok(bytes) = self.0.read(key) else { return Ok(None) };
         let size = bytes.len() as u64;
@@ -49,6 +50,7 @@ impl Store for Objects {
     }
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "regions are within ±2³¹ voxels")]
 fn run(input: &[u8]) {
     let files = MemoryFiles::default();
     projects::add(&files, "zarr.json", input);

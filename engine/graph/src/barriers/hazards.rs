@@ -7,6 +7,7 @@
 use super::Frame;
 use super::frames_apart::frames_apart;
 use crate::checked::PassId;
+use crate::index::index32;
 use crate::lifetimes::Life;
 use crate::order::{Action, ResourceAccess, is_write};
 use crate::plan::{AccessMask, Hazard, HazardKind, ResourceDesc};
@@ -78,7 +79,7 @@ fn same_resource(
     tight: &mut Tight,
     reasons: &mut Vec<(Hazard, Gaps)>,
 ) {
-    let n = frame.order.actions.len() as u32;
+    let n = index32(frame.order.actions.len());
     let plan = &frame.resources[resource];
     // A placed image is taken over anew in each frame: see `shared_memory`.
     let within_frame = frame.alias.places[resource].is_some() && matches!(plan.desc, ResourceDesc::Image(_));
@@ -153,7 +154,7 @@ fn shared_memory(
     if frame.alias.neighbours[resource].is_empty() {
         return;
     }
-    let n = frame.order.actions.len() as u32;
+    let n = index32(frame.order.actions.len());
     let image = matches!(frame.resources[resource].desc, ResourceDesc::Image(_));
     let mut users: Vec<(AccessMask, u32)> = Vec::new();
     for access in &accesses[resource] {
@@ -162,7 +163,7 @@ fn shared_memory(
         }
     }
     // An image follows itself too: what it held in the last frame was stored to the same memory.
-    let itself = image.then_some(resource as u32);
+    let itself = image.then_some(index32(resource));
     let mut formers: Vec<(AccessMask, u32)> = Vec::new();
     let mut nearest: Option<(u32, u32)> = None;
     for former in frame.alias.neighbours[resource].iter().copied().chain(itself) {
@@ -197,7 +198,7 @@ fn shared_memory(
     // The transition belongs to the frame that uses the image: the first frame has none before it.
     let gaps = Gaps { end: first, count: if image { least.min(first + 1) } else { least } };
     hazards.reasons.push((hazard, gaps));
-    hazards.takeovers.push(Takeover { resource: resource as u32, image, formers, users, gaps });
+    hazards.takeovers.push(Takeover { resource: index32(resource), image, formers, users, gaps });
 }
 
 fn pass_of(frame: &Frame, action: u32) -> Option<PassId> {
@@ -227,6 +228,7 @@ impl Tight {
     }
 
     /// An interval that contains another one is covered when that one is.
+    #[expect(clippy::cast_possible_wrap, reason = "numbers of actions have 32 bits")]
     fn into_pairs(self) -> Vec<Pair> {
         let mut pairs = Vec::new();
         let n = self.actions as i64;
@@ -241,7 +243,7 @@ impl Tight {
                     pairs.push(Pair {
                         from: AccessMask::from_bits_retain(1 << (kinds / KINDS)),
                         to: AccessMask::from_bits_retain(1 << (kinds % KINDS)),
-                        gaps: Gaps { end: end as u32, count: shortest[end] },
+                        gaps: Gaps { end: index32(end), count: shortest[end] },
                     });
                 }
             }

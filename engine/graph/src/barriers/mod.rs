@@ -25,6 +25,7 @@ mod prune;
 
 use crate::alias::Alias;
 use crate::checked::Graph;
+use crate::index::index32;
 use crate::lifetimes::Life;
 use crate::order::Order;
 use crate::plan::{Barrier, ResourcePlan};
@@ -48,7 +49,7 @@ pub(crate) fn barriers(frame: &Frame) -> Vec<Option<Barrier>> {
     // Which accesses must be ordered, as intervals of gaps: one barrier in each interval will do.
     let hazards = hazards::find(frame);
     // The fewest gaps that hit every interval.
-    let gaps = place::place(frame.order.actions.len() as u32, &hazards);
+    let gaps = place::place(index32(frame.order.actions.len()), &hazards);
     // Every hazard asks its bits of the last barrier in its interval; then what is covered otherwise is taken away again.
     let scopes = prune::prune(frame, &hazards, &gaps);
     // Say what each is for.

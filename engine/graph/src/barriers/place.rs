@@ -6,6 +6,8 @@
 
 use super::hazards::{Gaps, Hazards};
 
+use crate::index::index32;
+
 /// The gaps that get a barrier, in order.
 pub(super) fn place(actions: u32, hazards: &Hazards) -> Vec<u32> {
     let takeovers = hazards.takeovers.iter().filter(|takeover| takeover.image).map(|takeover| takeover.gaps);
@@ -41,11 +43,11 @@ fn hit(gaps: u32, intervals: impl Iterator<Item = Gaps>) -> Vec<u32> {
     // The last gap first: with equal numbers, barriers stand as late as they can.
     for start in (first..=last).rev() {
         let start = start % n;
-        let mut chosen = vec![start as u32];
+        let mut chosen = vec![index32(start)];
         let mut at = start;
         while next[at + 1] < start + n {
             at = next[at + 1];
-            chosen.push((at % n) as u32);
+            chosen.push(index32(at % n));
             if !best.is_empty() && chosen.len() >= best.len() {
                 break;
             }

@@ -4,6 +4,7 @@
 use super::Frame;
 use super::cover::{Need, NeedKind, Slot, covered};
 use super::hazards::{Gaps, Hazards};
+use crate::index::index32;
 use crate::order::{is_write, stage_of};
 use crate::plan::{AccessMask, Activation, Barrier, Dependency, Hazard, Scope, Stages};
 
@@ -15,7 +16,7 @@ pub(super) struct Scopes {
 
 /// Fits the scopes of barriers in `gaps`.
 pub(super) fn prune(frame: &Frame, hazards: &Hazards, gaps: &[u32]) -> Scopes {
-    let actions = frame.order.actions.len() as u32;
+    let actions = index32(frame.order.actions.len());
     let slots = gaps.iter().map(|&gap| Slot { gap, ..Slot::default() }).collect();
     let mut scopes = Scopes { slots, actions };
     let mut needs = scopes.ask(hazards);
@@ -25,6 +26,12 @@ pub(super) fn prune(frame: &Frame, hazards: &Hazards, gaps: &[u32]) -> Scopes {
 
 impl Scopes {
     /// The slots in an interval: the first, and how many.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        clippy::cast_sign_loss,
+        reason = "gaps and slots are numbered modulo the actions of a frame, which have 32 bits"
+    )]
     fn within(&self, gaps: Gaps) -> (u32, u32) {
         let before = |gap: i64| {
             let round = gap.div_euclid(self.actions.into());
@@ -57,7 +64,7 @@ impl Scopes {
         for (takeover, of) in hazards.takeovers.iter().enumerate().filter(|(_, of)| of.image) {
             let at = self.last_within(of.gaps);
             let gap = self.slots[at].gap;
-            let takeover = takeover as u32;
+            let takeover = index32(takeover);
             let mut scopes = Dependency::default();
             for &(from, count) in &of.formers {
                 add(&mut scopes.src, from, is_write(from));
@@ -79,8 +86,8 @@ impl Scopes {
         // By slot, the needs that rely on it: only they can miss what is taken from it.
         let mut relying: Vec<Vec<u32>> = vec![Vec::new(); count];
         let rely = |relying: &mut Vec<Vec<u32>>, id: usize, need: &Need| {
-            for at in need.by.0..=need.by.1.min(need.by.0 + count as u32 - 1) {
-                relying[(need.first + at) as usize % count].push(id as u32);
+            for at in need.by.0..=need.by.1.min(need.by.0 + index32(count) - 1) {
+                relying[(need.first + at) as usize % count].push(index32(id));
             }
         };
         for (id, need) in needs.iter().enumerate() {

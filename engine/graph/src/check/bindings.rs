@@ -7,6 +7,7 @@ use raxel_shader::interface::{Access, Binding, BindingKind, Block, Member, Type}
 use super::given::Given;
 use super::{Context, images, sources};
 use crate::checked::{BoundAccess, BufferSize, Resource, ResourceKind, Usage, Values};
+use crate::index::index32;
 use crate::resolve::{Bind, Declared};
 use crate::value::{ValueType, glsl};
 
@@ -33,7 +34,7 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAcc
                 .label(entry.name.span.clone(), "bound here")
                 .label(block.name.span.clone(), "filled here"),
             ),
-            (Some(entry), None) => accesses.extend(bound(context, index as u32, binding, entry, found)),
+            (Some(entry), None) => accesses.extend(bound(context, index32(index), binding, entry, found)),
             (None, Some(_)) => {}
             (None, None) if shared.is_some() => {}
             (None, None) if misspelt.contains(&binding.name.as_str()) => {}

@@ -9,6 +9,7 @@ use raxel_shader::interface::{BindingKind, Block, Member as ShaderMember, Type};
 use super::given::Given;
 use super::{Context, loops};
 use crate::checked::{Fill, Source, UniformBlock};
+use crate::index::index32;
 use crate::model::Data;
 use crate::resolve::{Feed, Member};
 use crate::value::{ValueType, describe, glsl, typed};
@@ -79,7 +80,7 @@ pub fn uniforms(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<Unifo
         let shared = Given::shared(context.graph, &binding.name, &block.name).filter(|_| !bound);
         if let Some(given) = Given::new(own, shared) {
             let fills = fills(context, "uniform", block, &given, found);
-            blocks.push(UniformBlock { binding: index as u32, size: block.size, fills });
+            blocks.push(UniformBlock { binding: index32(index), size: block.size, fills });
         }
     }
     for given in &context.pass.uniforms {
@@ -339,7 +340,7 @@ impl Slot<'_> {
                 Data::Array(elements) if elements.len() == len as usize => {
                     for (index, element) in elements.iter().enumerate() {
                         match typed(element, ty) {
-                            Some(value) => put(index as u32, Source::Value(value)),
+                            Some(value) => put(index32(index), Source::Value(value)),
                             None => found.push(self.wrong_literal(&element.span, &describe(element))),
                         }
                     }

@@ -4,6 +4,7 @@
 use raxel_diagnostics::{Diagnostic, codes};
 
 use crate::checked::{ClockId, Every, Graph, Loop, LoopId, Pass, Resource, ResourceId};
+use crate::index::index32;
 use crate::resolve::Resolved;
 
 /// Checks the clocks of a graph whose passes are all known. As in [`super::flow`], warnings are given only where nothing is wrong.
@@ -11,13 +12,13 @@ pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
     let wrong = found.iter().any(Diagnostic::is_error);
     let mut clocks = Vec::new();
     for index in 0..graph.clocks.len() {
-        passes_stand_together(graph, ClockId(index as u32), &mut clocks);
+        passes_stand_together(graph, ClockId(index32(index)), &mut clocks);
     }
     for (index, repeated) in graph.loops.iter().enumerate() {
-        loop_is_of_one_rhythm(graph, LoopId(index as u32), repeated, &mut clocks);
+        loop_is_of_one_rhythm(graph, LoopId(index32(index)), repeated, &mut clocks);
     }
     for (index, declared) in resolved.resources.iter().enumerate().filter(|(_, declared)| declared.sound) {
-        let id = ResourceId(index as u32);
+        let id = ResourceId(index32(index));
         match declared.item.clock {
             Some(clock) => written_by_its_clock(graph, id, clock, &mut clocks),
             None => turns_with_its_writers(graph, id, &mut clocks),

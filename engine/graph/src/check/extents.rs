@@ -3,12 +3,13 @@
 use raxel_diagnostics::{Diagnostic, codes};
 
 use crate::checked::{BufferSize, Extent, ResourceId, ResourceKind, Target};
+use crate::index::index32;
 use crate::resolve::Resolved;
 
 /// Checks every target and buffer.
 pub fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
     let mut followed = vec![false; graph.resources.len()];
-    for id in (0..graph.resources.len()).map(|index| ResourceId(index as u32)) {
+    for id in (0..graph.resources.len()).map(|index| ResourceId(index32(index))) {
         if let Some(cycle) = follow(graph, id, &mut followed) {
             found.push(measured_by_itself(graph, &cycle));
         }

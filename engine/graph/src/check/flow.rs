@@ -4,6 +4,7 @@ use raxel_diagnostics::{Diagnostic, codes};
 
 use super::{given, loops};
 use crate::checked::{BufferSize, Dispatch, Extent, Fact, Graph, Pass, ResourceId, ResourceKind, Rounds, Source};
+use crate::index::index32;
 use crate::resolve::Resolved;
 
 /// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, what seems unused may be
@@ -12,7 +13,7 @@ pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
     let wrong = found.iter().any(Diagnostic::is_error);
     let mut flow = Vec::new();
     for index in 0..graph.resources.len() {
-        resource(graph, resolved, ResourceId(index as u32), &mut flow);
+        resource(graph, resolved, ResourceId(index32(index)), &mut flow);
     }
     unused_params(graph, &mut flow);
     loops::unused(resolved, &mut flow);
@@ -128,7 +129,7 @@ fn unused_params(graph: &Graph, found: &mut Vec<Diagnostic>) {
         return;
     }
     for (index, param) in graph.params.iter().enumerate() {
-        let id = crate::checked::ParamId(index as u32);
+        let id = crate::checked::ParamId(index32(index));
         let counts = graph.loops.iter().any(|repeated| repeated.rounds == Rounds::Param(id));
         let used = counts
             || graph.passes.iter().any(|pass| {

@@ -5,6 +5,7 @@ use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use super::Context;
 use super::extents::mip_count;
 use crate::checked::{self, BoundAccess, InLoop, LoopId, RoundIndex, Rounds};
+use crate::index::index32;
 use crate::model::Mip;
 use crate::resolve::{Loop, Pass, Resolved};
 
@@ -79,6 +80,11 @@ pub fn around<'a>(
 }
 
 /// The largest `loop.index`, where it is known without the output; `None` too where there are no rounds.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the cast saturates, and numbers of rounds are bounded by `MOST_ROUNDS` elsewhere"
+)]
 fn last_index(graph: &Resolved, repeated: &Loop) -> Option<u32> {
     let most = match repeated.item.rounds {
         Rounds::Fixed(count) => count,
@@ -121,7 +127,7 @@ pub fn rounds(context: &Context<'_>, accesses: &[BoundAccess], in_loop: Option<&
 /// Warns of loops without a pass.
 pub fn unused(graph: &Resolved, found: &mut Vec<Diagnostic>) {
     for (index, repeated) in graph.loops.iter().enumerate() {
-        let id = LoopId(index as u32);
+        let id = LoopId(index32(index));
         if !graph.passes.iter().any(|pass| pass.in_loop.as_ref().is_some_and(|of| of.value == id)) {
             let name = &repeated.item.name;
             found.push(

@@ -42,7 +42,7 @@ pub enum Rounds {
 pub fn count_of(value: Value) -> Option<u32> {
     match value {
         Value::U32(count) => Some(count.min(MOST_ROUNDS)),
-        Value::I32(count) => Some(count.clamp(0, MOST_ROUNDS as i32) as u32),
+        Value::I32(count) => Some(u32::try_from(count).unwrap_or(0).min(MOST_ROUNDS)),
         _ => None,
     }
 }

@@ -8,7 +8,7 @@ use crate::checked::{MOST_ROUNDS, RoundIndex};
 use crate::model::{Loop, Mip, Rounds};
 
 /// Mips that a target may have at most, less one.
-const LAST_MIP: i64 = 16;
+const LAST_MIP: u32 = 16;
 
 pub fn loop_(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Loop {
     let before = table.reporter().count();
@@ -27,7 +27,7 @@ pub fn loop_(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Loop {
 
 fn rounds(node: &Node<'_, '_>) -> Option<Rounds> {
     if node.is_integer() {
-        return node.integer(0..=i64::from(MOST_ROUNDS)).map(|count| Rounds::Fixed(count as u32));
+        return node.integer(0..=MOST_ROUNDS).map(Rounds::Fixed);
     }
     if node.is_string() {
         let text = node.string()?;
@@ -68,5 +68,5 @@ pub fn mip(node: &Node<'_, '_>) -> Option<Mip> {
     if !node.is_integer() {
         return node.wrong_type("the number of a mip, `\"loop.index\"` or `\"loop.next\"`");
     }
-    node.integer(0..=LAST_MIP).map(|mip| Mip::Level(mip as u32))
+    node.integer(0..=LAST_MIP).map(Mip::Level)
 }

@@ -75,7 +75,7 @@ fn specialization(table: &Table<'_, '_>) -> Vec<(Spanned<String>, Constant)> {
 
 /// What Vulkan has as sizes of subgroups that one can ask for: powers of two up to 128.
 fn subgroup_size(node: &Node<'_, '_>) -> Option<u32> {
-    let size = node.integer(1..=i64::from(LARGEST_SUBGROUP))? as u32;
+    let size = node.integer(1..=LARGEST_SUBGROUP)?;
     if size.is_power_of_two() {
         Some(size)
     } else {
@@ -127,7 +127,7 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
     let queue = count.is_some();
     if let Some(node) = indirect.or(count) {
         let offset = match offset {
-            Some(offset) => Spanned::new(offset.integer(0..=i64::MAX)? as u64, offset.span),
+            Some(offset) => Spanned::new(offset.integer(0..=i64::MAX.cast_unsigned())?, offset.span),
             None => Spanned::new(0, node.span.clone()),
         };
         let buffer = Spanned::new(node.string()?, node.span.clone());
@@ -160,7 +160,7 @@ fn counts(node: &Node<'_, '_>) -> Option<[u32; 3]> {
     }
     let mut counts = [1; 3];
     for (count, element) in counts.iter_mut().zip(&elements) {
-        *count = element.integer(0..=i64::from(u32::MAX))? as u32;
+        *count = element.integer(0..=u32::MAX)?;
     }
     Some(counts)
 }
@@ -192,7 +192,7 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
             remove,
             target: target.map(|(value, span)| Spanned::new(value, span)),
             mip: table.get("mip").and_then(|node| at(&node, loops::mip(&node))),
-            layer: table.get("layer").and_then(|node| at(&node, node.integer(0..=65_535).map(|n| n as u32))),
+            layer: table.get("layer").and_then(|node| at(&node, node.integer(0..=65_535))),
             linear: table.get("filter").and_then(|node| at(&node, node.word(&[("nearest", false), ("linear", true)]))),
             repeat: table.get("wrap").and_then(|node| at(&node, node.word(&[("clamp", false), ("repeat", true)]))),
             partial: table.get("partial").and_then(|node| at(&node, node.boolean())),
@@ -258,7 +258,7 @@ fn member(path: Spanned<String>, node: &Node<'_, '_>) -> Option<Member> {
         ty: text(&table, "type"),
         from: text(&table, "from"),
         value: table.get("value").and_then(|node| literal(&node)),
-        offset: table.get("offset").and_then(|node| at(&node, node.integer(0..=i64::from(u32::MAX)).map(|n| n as u32))),
+        offset: table.get("offset").and_then(|node| at(&node, node.integer(0..=u32::MAX))),
     };
     if !remove && table.get("from").is_none() && table.get("value").is_none() {
         node.bad_value::<()>(format!("`{}` needs `from` or `value`", node.name));
@@ -279,12 +279,12 @@ fn every(node: &Node<'_, '_>) -> Option<Every> {
         .map(|(a, b)| table.conflict(a, b, "a pass has one rhythm"));
     let (hz, frames, still) = (table.get("hz"), table.get("frames"), table.get("still"));
     table.finish();
-    let count = |node: &Node<'_, '_>| node.integer(1..=i64::from(u32::MAX)).map(|n| n as u32);
+    let count = |node: &Node<'_, '_>| node.integer(1..=u32::MAX);
     match (hz, frames, still) {
         _ if conflicts.contains(&true) => None,
         (Some(hz), ..) => rate(&hz).map(Every::Hz),
         (_, Some(frames), _) => count(&frames).map(Every::Frames),
-        (.., Some(still)) => still.integer(1..=i64::from(MOST_STILL)).map(|n| Every::Still(n as u32)),
+        (.., Some(still)) => still.integer(1..=MOST_STILL).map(Every::Still),
         (None, None, None) => node.bad_value(format!("`{}` needs `hz`, `frames` or `still`", node.name)),
     }
 }

@@ -9,17 +9,17 @@ use crate::model::{Buffer, BufferSize, Display, Literal, Size, Target, Warning};
 use crate::supply::FILE;
 
 /// Texels on an axis that any device may have at most (`maxImageDimension2D` of today's devices is 16384 or 32768).
-const LONGEST_AXIS: i64 = 65_536;
+const LONGEST_AXIS: u32 = 65_536;
 /// Array layers that a target may have at most.
-const MOST_LAYERS: i64 = 2048;
+const MOST_LAYERS: u32 = 2048;
 /// Earlier frames that a resource may keep at most: each is a full copy.
-const LONGEST_HISTORY: i64 = 16;
+const LONGEST_HISTORY: u32 = 16;
 /// Bytes that a buffer may have at most: 64 GiB.
-const LARGEST_BUFFER: i64 = 1 << 36;
+const LARGEST_BUFFER: u64 = 1 << 36;
 /// Bytes that an element of a buffer may have at most.
-const LARGEST_STRIDE: i64 = 1 << 20;
+const LARGEST_STRIDE: u32 = 1 << 20;
 /// Elements that a buffer may have at most for each texel or element of something else.
-const MOST_PER: i64 = 1 << 16;
+const MOST_PER: u32 = 1 << 16;
 /// Warnings that a buffer may give at most: each is a word that is copied in every frame that may have written it.
 const MOST_WARNINGS: usize = 16;
 /// Scales of a target's size: below, every target is one texel; above, every one is too large.
@@ -49,12 +49,12 @@ pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Targe
         flawed: false,
         source: text(table, "source"),
         copy: text(table, "copy"),
-        slices: table.get("slices").and_then(|node| at(&node, node.integer(1..=MOST_LAYERS).map(|n| n as u32))),
+        slices: table.get("slices").and_then(|node| at(&node, node.integer(1..=MOST_LAYERS))),
         srgb: table.get("encoding").and_then(|node| at(&node, node.word(&ENCODINGS))),
         format: text(table, "format"),
         size: table.get("size").and_then(|node| at(&node, size(&node))),
         mips: table.get("mips").and_then(|node| at(&node, mips(&node))),
-        layers: table.get("layers").and_then(|node| at(&node, node.integer(1..=MOST_LAYERS).map(|n| n as u32))),
+        layers: table.get("layers").and_then(|node| at(&node, node.integer(1..=MOST_LAYERS))),
         history: history(table),
         clear: table.get("clear").and_then(|node| literal(&node)),
         init: table.get("init").and_then(|node| literal(&node)),
@@ -85,7 +85,7 @@ pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Targe
 }
 
 fn history(table: &Table<'_, '_>) -> Option<Spanned<u32>> {
-    table.get("history").and_then(|node| at(&node, node.integer(0..=LONGEST_HISTORY).map(|n| n as u32)))
+    table.get("history").and_then(|node| at(&node, node.integer(0..=LONGEST_HISTORY)))
 }
 
 fn size(node: &Node<'_, '_>) -> Option<Size> {
@@ -101,8 +101,8 @@ fn size(node: &Node<'_, '_>) -> Option<Size> {
             ));
         }
         return match elements.len() {
-            3 => node.integers::<3>(1..=LONGEST_AXIS).map(|size| Size::Fixed3(size.map(|n| n as u32))),
-            2 => node.integers::<2>(1..=LONGEST_AXIS).map(|size| Size::Fixed2(size.map(|n| n as u32))),
+            3 => node.integers(1..=LONGEST_AXIS).map(Size::Fixed3),
+            2 => node.integers(1..=LONGEST_AXIS).map(Size::Fixed2),
             n => node.bad_value(format!("`{}` needs 2 or 3 integers, not {n}", node.name)),
         };
     }
@@ -129,9 +129,10 @@ fn mips(node: &Node<'_, '_>) -> Option<u32> {
     if !node.is_integer() {
         return node.wrong_type("a number of mips or `\"full\"`");
     }
-    node.integer(1..=17).map(|n| n as u32)
+    node.integer(1..=17)
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "the range is checked as the 32-bit floats that shaders get")]
 fn display(node: &Node<'_, '_>) -> Option<Display> {
     if node.is_string() {
         return node.word(&DISPLAY_MAPS).map(|map| Display { map: Some(map), range: None, channel: None });
@@ -143,12 +144,17 @@ fn display(node: &Node<'_, '_>) -> Option<Display> {
     let map = table.get("map").map(|node| node.word(&DISPLAY_MAPS));
     let range = table.get("range").map(|node| {
         let range = node.numbers::<2>(f64::from(f32::MIN)..=f64::from(f32::MAX))?;
-        if range[0] < range[1] {
-            return Some(range);
+        let [low, high] = range;
+        if low >= high {
+            return node.bad_value(format!("`{}` is empty: {low} is not less than {high}", node.name));
         }
-        node.bad_value(format!("`{}` is empty: {} is not less than {}", node.name, range[0], range[1]))
+        // Shaders get 32-bit floats, and a range of one value shows one colour.
+        if low as f32 >= high as f32 {
+            return node.bad_value(format!("`{}` is empty: {low} and {high} are the same 32-bit float", node.name));
+        }
+        Some(range)
     });
-    let channel = table.get("channel").map(|node| at(&node, node.integer(0..=3).map(|n| n as u32)));
+    let channel = table.get("channel").map(|node| at(&node, node.integer(0..=3)));
     table.finish();
     // A key that is there and wrong makes the whole value unknown: its mistake is reported already.
     let known = |absent: bool, known: bool| absent || known;
@@ -209,9 +215,9 @@ fn warning(node: &Node<'_, '_>) -> Option<Warning> {
     let before = table.reporter().count();
     let offset = match table.get("offset") {
         Some(node) => node.integer(0..=LARGEST_BUFFER).and_then(|offset| {
-            let whole = offset % 4 == 0;
+            let whole = offset.is_multiple_of(4);
             let wrong = || format!("`{}` is {offset}; a count is a whole `uint`, at a multiple of 4 bytes", node.name);
-            if whole { Some(offset as u64) } else { node.bad_value(wrong()) }
+            if whole { Some(offset) } else { node.bad_value(wrong()) }
         }),
         None => Some(0),
     };
@@ -238,7 +244,7 @@ fn values(node: &Node<'_, '_>) -> Option<Literal> {
 
 fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {
     if node.is_integer() {
-        let bytes = node.integer(4..=LARGEST_BUFFER)? as u64;
+        let bytes = node.integer(4..=LARGEST_BUFFER)?;
         if !bytes.is_multiple_of(4) {
             return node.bad_value(format!("`{}` is {bytes} bytes; it must be a multiple of 4", node.name));
         }
@@ -249,21 +255,21 @@ fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {
     }
     let table = node.table()?;
     let stride = table.need("stride").and_then(|node| {
-        let stride = node.integer(4..=LARGEST_STRIDE)? as u32;
+        let stride = node.integer(4..=LARGEST_STRIDE)?;
         if stride.is_multiple_of(4) {
             return Some(stride);
         }
         node.bad_value(format!("`{}` is {stride} bytes; it must be a multiple of 4", node.name))
     });
     let of = text(&table, "of");
-    let count = table.get("count").map(|node| node.integer(1..=LARGEST_BUFFER).map(|n| n as u64));
+    let count = table.get("count").map(|node| node.integer(1..=LARGEST_BUFFER));
     let both = table.conflict("of", "count", "texels and elements of something else are counted already");
     let (per, scale) = (table.get("per"), table.get("scale"));
     table.finish();
     if let (Some(alone), None) = (per.as_ref().or(scale.as_ref()), &of) {
         return alone.bad_value(format!("`{}` needs `of`", alone.name));
     }
-    let per = per.map_or(Some(1), |node| node.integer(1..=MOST_PER).map(|n| n as u32));
+    let per = per.map_or(Some(1), |node| node.integer(1..=MOST_PER));
     let scale = scale.map(|node| at(&node, node.number(SCALES)));
     match (of, count) {
         (None, None) => node.bad_value(format!("`{}` needs `count` or `of`", node.name)),
@@ -274,7 +280,7 @@ fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {
         }
         (_, Some(count)) if !both => {
             let (count, stride) = (count?, stride?);
-            if count.saturating_mul(u64::from(stride)) > LARGEST_BUFFER as u64 {
+            if count.saturating_mul(u64::from(stride)) > LARGEST_BUFFER {
                 return node.bad_value(format!("`{}` is {count} × {stride} bytes; the most is 64 GiB", node.name));
             }
             Some(BufferSize::Elements { count, stride })

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use super::words;
 use crate::checked::ResourceKind;
+use crate::index::index32;
 use crate::plan::Plan;
 
 /// The plan as DOT: `raxel graph FILE --format dot | dot -Tsvg`.
@@ -24,7 +25,7 @@ pub fn dot(plan: &Plan) -> String {
         let _ = writeln!(out, "  r{} [shape={shape}, label={}{shown}];", id.0, quoted(&label));
     }
     for (number, pass) in words::each_pass(plan) {
-        let label = format!("{}\n{}", graph.pass(pass.pass).name, words::work(plan, number as u32));
+        let label = format!("{}\n{}", graph.pass(pass.pass).name, words::work(plan, index32(number)));
         let _ = writeln!(
             out,
             "  p{} [shape=box, style=\"rounded,filled\", fillcolor=\"#dde8f5\", label={}];",

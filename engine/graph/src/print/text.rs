@@ -170,6 +170,7 @@ fn uses(plan: &Plan, out: &mut String) {
     }
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "a digit is below 10")]
 fn digit(number: usize) -> char {
     char::from(b'0' + (number % 10) as u8)
 }

@@ -13,6 +13,7 @@ use crate::checked::{
     self, Builtin, ClockValue, Condition, Every, Extent, Fact, LoopId, Material, ResourceId, ResourceKind, RoundIndex,
     Source, Value,
 };
+use crate::index::index32;
 use crate::model::{self, Fills, Mip};
 use crate::queues::Queue;
 use crate::supply::layout_of;
@@ -402,7 +403,7 @@ fn source(from: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>
         let mut materials = scope.materials.borrow_mut();
         materials.push(Material { name: name.to_owned(), place: from.span.clone() });
         let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
-        return Some(Feed::From(Source::Material(materials.len() as u32 - 1), ty));
+        return Some(Feed::From(Source::Material(index32(materials.len()) - 1), ty));
     }
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == word) {
         let (scalar, shape) = builtin.ty();

@@ -429,7 +429,7 @@ fn broadcast<T: Copy + Default>(
 
 /// The fill pattern of a buffer: 32 bits, written as a signed or unsigned integer.
 fn pattern(name: &str, key: &str, literal: &Literal, found: &mut Vec<Diagnostic>) -> Option<u32> {
-    let pattern = integer::<u32>(literal).or_else(|| integer::<i32>(literal).map(|value| value as u32));
+    let pattern = integer::<u32>(literal).or_else(|| integer::<i32>(literal).map(i32::cast_unsigned));
     if pattern.is_none() {
         let diagnostic = Diagnostic::error(
             codes::graph::FILL_VALUE,
@@ -447,6 +447,7 @@ fn pattern(name: &str, key: &str, literal: &Literal, found: &mut Vec<Diagnostic>
 }
 
 /// `display`, with the format's own map where the file names none.
+#[expect(clippy::cast_possible_truncation, reason = "the reader has checked that the ends differ as 32-bit floats")]
 pub(super) fn show(
     name: &str,
     display: &Spanned<Display>,

@@ -8,6 +8,7 @@ use raxel_shader::format::Format;
 use super::resources::{Scope, show};
 use super::{Declared, unknown};
 use crate::checked::{self, Extent, Origin, Resource, ResourceKind};
+use crate::index::index32;
 use crate::model::{Buffer, Target};
 use crate::supply::{FILE, FileContents, ImageRequest, Refusal};
 
@@ -197,7 +198,7 @@ fn blank(format: Format, source: &Spanned<String>) -> checked::Target {
 fn shape(image: &crate::supply::FileImage, source: &Spanned<String>) -> checked::Target {
     let [width, height, _] = image.extent;
     let extent = if image.volume { Extent::Fixed3(image.extent) } else { Extent::Fixed2([width, height]) };
-    checked::Target { extent, mips: image.mips.len() as u32, ..blank(image.format, source) }
+    checked::Target { extent, mips: index32(image.mips.len()), ..blank(image.format, source) }
 }
 
 /// Keys that say what the source says. Those of a file that this one extends are met here; those beside it in the same table are

@@ -97,6 +97,7 @@ const VALUES: &[Case] = &[
     ("RX0152", BASE, r#"map = "turbo", range"#, r#"map = "turbo", channel = 1, range"#),
     ("RX0014", BASE, r#"map = "turbo", range = [0.0, 500.0]"#, r#"map = "jet""#),
     ("RX0014", BASE, "range = [0.0, 500.0]", "range = [500.0, 0.0]"),
+    ("RX0014", BASE, "range = [0.0, 500.0]", "range = [1.0, 1.00000001]"),
     ("RX0153", BASE, "default = 1.0", "default = 9.0"),
     ("RX0153", BASE, "range = [0.0, 8.0]", "range = [8.0, 0.0]"),
     ("RX0153", BASE, "default = true", "default = true\nrange = [0.0, 1.0]"),

@@ -1,5 +1,7 @@
 //! The front end: graph files and shaders in, a checked graph or diagnostics out. Shaders go through the real compiler.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 mod clocks;
 mod errors;
 mod extends;

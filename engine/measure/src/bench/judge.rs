@@ -23,6 +23,7 @@ impl Truth {
 pub(super) type HitTexel = [i32; 4];
 
 /// Compares texels with the truth, ray by ray. `depths` are in lengths of the rays' directions.
+#[expect(clippy::cast_possible_truncation, reason = "the shaders that are judged have 32-bit floats")]
 pub(super) fn judge(truth: &Truth, found: &[HitTexel], depths: Option<&[f32]>) -> Errors {
     (0..truth.rays.len())
         .into_par_iter()
@@ -58,10 +59,11 @@ pub(super) fn judge(truth: &Truth, found: &[HitTexel], depths: Option<&[f32]>) -
 
 /// Voxel, face and material.
 fn read([x, y, z, w]: HitTexel) -> Option<([i32; 3], u32, u32)> {
-    (w >= 0).then_some(([x, y, z], w as u32 & 7, w as u32 >> 3))
+    (w >= 0).then_some(([x, y, z], w.cast_unsigned() & 7, w.cast_unsigned() >> 3))
 }
 
 /// Where a ray enters a voxel's box, or comes nearest to it, in lengths of its direction: good enough to tell before from behind.
+#[expect(clippy::cast_possible_truncation, reason = "the shaders that are judged have 32-bit floats")]
 fn entry(ray: &Ray, voxel: [i32; 3]) -> f32 {
     let enter = (0..3).filter(|&axis| ray.dir[axis] != 0.0).map(|axis| {
         let d = f64::from(ray.dir[axis]);
@@ -72,6 +74,7 @@ fn entry(ray: &Ray, voxel: [i32; 3]) -> f32 {
 }
 
 /// The rays that leave the hits, in the order of the pixels, and which pixels those are.
+#[expect(clippy::cast_possible_truncation, reason = "a picture numbers its pixels in 32 bits")]
 pub(super) fn bounces(hits: &[HitTexel], places: &[[f32; 2]]) -> (Vec<Ray>, Vec<usize>) {
     (0..hits.len())
         .into_par_iter()
@@ -83,6 +86,7 @@ pub(super) fn bounces(hits: &[HitTexel], places: &[[f32; 2]]) -> (Vec<Ray>, Vec<
 }
 
 /// The period rays that leave the hits, and which pixels those are; none leaves a ray's own solid.
+#[expect(clippy::cast_possible_truncation, reason = "a picture numbers its pixels in 32 bits")]
 pub(super) fn period_bounces(hits: &[HitTexel], places: &[[f32; 2]]) -> (Vec<PeriodRay>, Vec<usize>) {
     (0..hits.len())
         .into_par_iter()

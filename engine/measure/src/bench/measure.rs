@@ -117,6 +117,7 @@ impl Judged {
 const WAKING: f64 = 0.5;
 
 /// Runs a case. The world's layouts are encoded and uploaded if they are not yet.
+#[expect(clippy::cast_possible_truncation, reason = "frames of a measurement are counted in 32 bits")]
 pub(super) fn measure(
     runner: &mut GraphRunner,
     graph: &Arc<Graph>,

@@ -184,6 +184,11 @@ impl Measured {
 
 impl Spread {
     /// Of samples in any unit, by nearest rank; `None` of none.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a rank is at most the number of samples"
+    )]
     pub fn of(samples: &[f64]) -> Option<Self> {
         let mut sorted = samples.to_vec();
         sorted.sort_by(f64::total_cmp);

@@ -40,6 +40,7 @@ pub struct Judged {
 }
 
 /// Judges two runs by two references. All have the same size.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rank is at most the number of pixels")]
 pub fn judge(runs: [&Picture; 2], references: [&Picture; 2]) -> Judged {
     let [width, height] = runs[0].size.map(|side| side as usize);
     let side = if width * height >= 32 * 32 * 32 { 32 } else { 8 };

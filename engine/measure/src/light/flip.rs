@@ -23,6 +23,11 @@ pub fn hdr_flip(reference: &Picture, test: &Picture) -> Option<f64> {
 }
 
 /// Factors that are tried, in steps of about one stop: from where the brightest pixel comes out at 0.85 to where the median one does.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "casts of floats saturate, and the count is clamped"
+)]
 fn exposures(reference: &Picture) -> Option<Vec<f64>> {
     let mut all: Vec<f64> = reference.texels.iter().map(luminance).filter(|value| value.is_finite()).collect();
     all.sort_by(f64::total_cmp);
@@ -43,6 +48,7 @@ fn exposures(reference: &Picture) -> Option<Vec<f64>> {
 const CURVE: [f64; 6] = [0.36 * 2.51, 0.6 * 0.03, 0.0, 0.36 * 2.43, 0.6 * 0.59, 0.14];
 
 /// A texel at an exposure, tone-mapped, in sRGB.
+#[expect(clippy::cast_possible_truncation, reason = "a displayed value is rounded to a byte in the end")]
 fn shown(texel: &[f32; 3], exposure: f64) -> [u8; 3] {
     texel.map(|value| {
         let x = f64::from(if value.is_finite() { value.max(0.0) } else { 0.0 }) * exposure;

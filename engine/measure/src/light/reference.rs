@@ -54,7 +54,7 @@ impl References {
         gpu: bool,
     ) -> Result<Self, LightError> {
         let paths = if gpu { MOST_PATHS } else { PATHS }.min(most);
-        session.set_param("paths", Value::I32(paths as i32))?;
+        session.set_param("paths", Value::I32(paths.cast_signed()))?;
         let (first, forecast, frames, path_ms) = until(session, goal, most.div_ceil(paths), paths)?;
         session.set_param("seed", Value::U32(SECOND_SEED))?;
         session.reset();
@@ -91,6 +91,11 @@ const FIRST_SEED: u32 = 0x7e57_0001;
 const SECOND_SEED: u32 = 0x7e57_0002;
 
 /// Frames until the variance of the paths forecasts an error below the goal.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "casts of floats saturate, and the number is clamped"
+)]
 fn until(session: &mut Session, goal: f64, most: u32, paths: u32) -> Result<(Picture, f64, u32, f64), LightError> {
     session.set_param("seed", Value::U32(FIRST_SEED))?;
     session.reset();

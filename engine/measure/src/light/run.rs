@@ -176,7 +176,7 @@ pub(super) fn has_lamps(session: &Session) -> bool {
 fn seed(session: &mut Session, seed: u32) -> Result<(), LightError> {
     match session.param("seed") {
         Ok(Value::U32(_)) => session.set_param("seed", Value::U32(seed))?,
-        Ok(Value::I32(_)) => session.set_param("seed", Value::I32(seed as i32))?,
+        Ok(Value::I32(_)) => session.set_param("seed", Value::I32(seed.cast_signed()))?,
         Ok(_) | Err(_) => {}
     }
     Ok(())

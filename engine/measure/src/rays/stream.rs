@@ -184,6 +184,7 @@ impl Stream {
         Ok(Descriptors::new(&self.device, "rays", &tracer.pipeline, &resources)?)
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "a part is bounded by the buffers of a submission")]
     fn submit<W: Work>(
         &mut self,
         tracer: &Tracer,

@@ -193,6 +193,7 @@ impl Tracer {
         })
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "an image has 32 mips at most")]
     fn image(&self, voxels: &EncodedImage) -> Result<Resource, RayError> {
         let mips: Vec<&[u8]> = voxels.mips.iter().map(|mip| bytemuck::cast_slice(mip)).collect();
         let texture = Texture { format: VOXEL_FORMAT, extent: voxels.size, volume: true };

@@ -1,4 +1,9 @@
 //! `tree64.glsl`.
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "this is a shader's arithmetic, whose words have 32 bits and wrap"
+)]
 
 use raxel_ray::{Hit, Ray};
 use raxel_world::layout::Tree64Header;

@@ -1,4 +1,10 @@
 //! `walk.glsl`.
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    clippy::cast_sign_loss,
+    reason = "this is a shader's arithmetic, whose words have 32 bits and wrap"
+)]
 
 use raxel_ray::{FACE_INSIDE, Hit, Ray};
 

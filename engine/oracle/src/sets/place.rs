@@ -1,4 +1,8 @@
 //! Boxes and places, as cells and fractions.
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "rays are made of cells of 32 bits, clamped or wrapped as the name says, and of 32-bit floats"
+)]
 
 use super::{Box3, Random, RayTargets};
 
@@ -14,8 +18,8 @@ pub(super) fn wrapped(cell: [i64; 3]) -> [i32; 3] {
 
 /// A cell up to one of several distances from a solid voxel on each axis, maybe beyond the ends of the coordinates; and that voxel.
 pub(super) fn wrapped_from(targets: &RayTargets, random: &mut Random, reach: [u64; 3]) -> ([i64; 3], [i64; 3]) {
-    let (target, reach) = (targets.solid(random), reach[random.below(3) as usize]);
-    (std::array::from_fn(|i| target[i] + random.below(2 * reach + 1) as i64 - reach as i64), target)
+    let (target, reach) = (targets.solid(random), reach[random.index(3)]);
+    (std::array::from_fn(|i| target[i] + random.below(2 * reach + 1).cast_signed() - reach.cast_signed()), target)
 }
 
 /// The box with a margin of half its size and a few voxels.

@@ -22,6 +22,12 @@ impl Random {
         self.bits() % n
     }
 
+    /// [`below`](Self::below), for places in a list.
+    #[expect(clippy::cast_possible_truncation, reason = "it is below `n`, which is a `usize`")]
+    pub fn index(&mut self, n: usize) -> usize {
+        self.below(n as u64) as usize
+    }
+
     /// In 0…1, a multiple of 2⁻²⁴ below 1.
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / 16_777_216.0
@@ -48,7 +54,8 @@ impl Random {
     }
 
     /// A cell of a box.
+    #[expect(clippy::cast_possible_wrap, reason = "the number is below the side of a box")]
     pub(super) fn cell(&mut self, [low, high]: [[i64; 3]; 2]) -> [i64; 3] {
-        std::array::from_fn(|i| low[i] + self.below((high[i] - low[i]).max(1) as u64) as i64)
+        std::array::from_fn(|i| low[i] + self.below((high[i] - low[i]).max(1).cast_unsigned()) as i64)
     }
 }

@@ -1,4 +1,5 @@
 //! Sets that are made ray by ray.
+#![expect(clippy::cast_possible_truncation, reason = "random numbers are small, and casts of floats saturate")]
 
 use raxel_ray::Ray;
 
@@ -23,7 +24,7 @@ pub(super) fn incoherent(targets: &RayTargets, random: &mut Random) -> Ray {
 /// As `rx_ray_from_face` begins a ray: in the neighbour's cube, exactly on the shared plane.
 pub(super) fn bounce(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut cell = targets.solid(random);
-    let (axis, side) = (random.below(3) as usize, random.below(2) == 0);
+    let (axis, side) = (random.index(3), random.below(2) == 0);
     cell[axis] += if side { 1 } else { -1 };
     let mut frac = fraction(random);
     frac[axis] = if side { 0.0 } else { 1.0 };
@@ -37,7 +38,7 @@ fn aim(targets: &RayTargets, random: &mut Random, target: [i64; 3], exact: usize
     let from = (random.cell(around(&targets.bounds)), fraction(random));
     let mut at = [0.0; 3];
     for _ in exact..3 {
-        at[random.below(3) as usize] = random.unit();
+        at[random.index(3)] = random.unit();
     }
     Ray::new(clamped(from.0), from.1, towards(from, (target, at)))
 }
@@ -48,14 +49,14 @@ pub(super) fn aimed(targets: &RayTargets, random: &mut Random, exact: usize) -> 
 }
 
 pub(super) fn silhouettes(targets: &RayTargets, random: &mut Random) -> Ray {
-    let corner = [0, 1, 2].map(|_| random.below(2) as i64);
+    let corner = [0, 1, 2].map(|_| random.below(2).cast_signed());
     let solid = targets.solid(random);
-    let exact = 2 + random.below(2) as usize;
+    let exact = 2 + random.index(2);
     aim(targets, random, [0, 1, 2].map(|i| solid[i] + corner[i]), exact)
 }
 
 pub(super) fn lattice(targets: &RayTargets, random: &mut Random) -> Ray {
-    let frac = std::array::from_fn(|_| [0.0, 0.5, 0.25, 1.0][random.below(4) as usize]);
+    let frac = std::array::from_fn(|_| [0.0, 0.5, 0.25, 1.0][random.index(4)]);
     let dir = std::array::from_fn(|_| random.below(9) as f32 - 4.0);
     Ray::new(clamped(random.cell(around(&targets.bounds))), frac, dir)
 }
@@ -63,7 +64,7 @@ pub(super) fn lattice(targets: &RayTargets, random: &mut Random) -> Ray {
 pub(super) fn near_ties(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut ray = lattice(targets, random);
     for _ in 0..2 {
-        let d = &mut ray.dir[random.below(3) as usize];
+        let d = &mut ray.dir[random.index(3)];
         *d = f32::from_bits(d.to_bits().wrapping_add(random.below(7) as u32).wrapping_sub(3));
         // A zero has no neighbours but denormals and NaN.
         if !d.is_normal() {
@@ -74,13 +75,13 @@ pub(super) fn near_ties(targets: &RayTargets, random: &mut Random) -> Ray {
 }
 
 pub(super) fn grazing(targets: &RayTargets, random: &mut Random) -> Ray {
-    let flat = random.below(3) as usize;
+    let flat = random.index(3);
     let mut ray = incoherent(targets, random);
-    ray.frac[flat] = [1.0 / 1024.0, 1.0 - 1.0 / 1024.0][random.below(2) as usize];
-    ray.dir[flat] = [1e-4, -1e-4, 1e-5, -1e-6, 1e-7, -1e-7][random.below(6) as usize];
+    ray.frac[flat] = [1.0 / 1024.0, 1.0 - 1.0 / 1024.0][random.index(2)];
+    ray.dir[flat] = [1e-4, -1e-4, 1e-5, -1e-6, 1e-7, -1e-7][random.index(6)];
     // Half of them beside a face of a solid voxel.
     if random.below(2) == 0 {
-        let plane = targets.solid(random)[flat] + [-1, 0, 1][random.below(3) as usize];
+        let plane = targets.solid(random)[flat] + [-1, 0, 1][random.index(3)];
         ray.cell[flat] = clamped([plane; 3])[0];
     }
     ray
@@ -89,10 +90,10 @@ pub(super) fn grazing(targets: &RayTargets, random: &mut Random) -> Ray {
 pub(super) fn zeros(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut ray = incoherent(targets, random);
     for _ in 0..2 {
-        ray.dir[random.below(3) as usize] = [0.0, -0.0][random.below(2) as usize];
+        ray.dir[random.index(3)] = [0.0, -0.0][random.index(2)];
     }
     if random.below(4) == 0 {
-        ray.frac[random.below(3) as usize] = [0.0, 1.0][random.below(2) as usize];
+        ray.frac[random.index(3)] = [0.0, 1.0][random.index(2)];
     }
     ray
 }
@@ -100,8 +101,8 @@ pub(super) fn zeros(targets: &RayTargets, random: &mut Random) -> Ray {
 pub(super) fn tiny(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut ray = incoherent(targets, random);
     for _ in 0..2 {
-        let size = [1e-45, 1e-40, 1e-38, 1e-30, 1e-20, 1e-12, 1e-9, 1e-7, 1e-6][random.below(9) as usize];
-        ray.dir[random.below(3) as usize] = if random.below(2) == 0 { size } else { -size };
+        let size = [1e-45, 1e-40, 1e-38, 1e-30, 1e-20, 1e-12, 1e-9, 1e-7, 1e-6][random.index(9)];
+        ray.dir[random.index(3)] = if random.below(2) == 0 { size } else { -size };
     }
     ray
 }
@@ -109,7 +110,7 @@ pub(super) fn tiny(targets: &RayTargets, random: &mut Random) -> Ray {
 pub(super) fn faces(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut ray = incoherent(targets, random);
     for _ in 0..=random.below(3) {
-        ray.frac[random.below(3) as usize] = [0.0, 1.0][random.below(2) as usize];
+        ray.frac[random.index(3)] = [0.0, 1.0][random.index(2)];
     }
     ray
 }
@@ -119,7 +120,7 @@ pub(super) fn inside(targets: &RayTargets, random: &mut Random) -> Ray {
     ray.cell = clamped(targets.solid(random));
     // One voxel beside it: its face is the plane that the ray starts on.
     if random.below(2) == 0 {
-        let axis = random.below(3) as usize;
+        let axis = random.index(3);
         let side = random.below(2) == 0;
         ray.cell[axis] = ray.cell[axis].saturating_add(if side { 1 } else { -1 });
         ray.frac[axis] = if side { 0.0 } else { 1.0 };
@@ -129,18 +130,18 @@ pub(super) fn inside(targets: &RayTargets, random: &mut Random) -> Ray {
 
 pub(super) fn border(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut ray = faces(targets, random);
-    let axis = random.below(3) as usize;
+    let axis = random.index(3);
     let [low, high] = targets.bounds.map(|corner| corner[axis]);
-    ray.cell[axis] = clamped([[low - 1, low, high - 1, high][random.below(4) as usize]; 3])[0];
+    ray.cell[axis] = clamped([[low - 1, low, high - 1, high][random.index(4)]; 3])[0];
     ray
 }
 
 pub(super) fn outside(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut ray = incoherent(targets, random);
-    let axis = random.below(3) as usize;
+    let axis = random.index(3);
     let up = random.below(2) == 0;
     let reach = 1 << random.below(24);
-    let away = 1 + random.below(reach) as i64;
+    let away = 1 + random.below(reach).cast_signed();
     let cell = if up { targets.bounds[1][axis] - 1 + away } else { targets.bounds[0][axis] - away };
     ray.cell[axis] = clamped([cell; 3])[0];
     // One in four points away, the others may hit.
@@ -152,7 +153,7 @@ pub(super) fn outside(targets: &RayTargets, random: &mut Random) -> Ray {
 
 /// An origin at one of several distances from a target, as far as coordinates reach.
 fn away(random: &mut Random, target: [i64; 3]) -> ([i64; 3], [f32; 3]) {
-    let distance = [1e4, 1e6, 16_777_216.0, 1_073_741_824.0, 4_294_967_296.0][random.below(5) as usize];
+    let distance = [1e4, 1e6, 16_777_216.0, 1_073_741_824.0, 4_294_967_296.0][random.index(5)];
     let direction = random.direction();
     let cell = std::array::from_fn(|i| target[i] + (f64::from(direction[i]) * distance) as i64);
     (clamped(cell).map(i64::from), fraction(random))
@@ -193,7 +194,7 @@ pub(super) fn ends(targets: &RayTargets, random: &mut Random) -> Ray {
     let ray = Ray::new(clamped(from.0), from.1, towards(from, (target, [0.5; 3])));
     // Half a voxel before the middle the ray is on the face, or nearly.
     let face = 1.0 - 0.5 / ray.dir.iter().fold(1.0f32, |most, d| most.max(d.abs()));
-    let near = [1.0 - 1e-3, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.0 + 1e-3][random.below(5) as usize];
+    let near = [1.0 - 1e-3, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.0 + 1e-3][random.index(5)];
     let t_max = match random.below(4) {
         0 => 2.0 * random.unit(),
         1 => near,
@@ -204,12 +205,12 @@ pub(super) fn ends(targets: &RayTargets, random: &mut Random) -> Ray {
 
 pub(super) fn invalid(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut ray = incoherent(targets, random);
-    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][random.below(3) as usize];
+    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][random.index(3)];
     match random.below(4) {
         0 => ray.dir = [0.0, -0.0, 0.0],
         1 => ray.dir = ray.dir.map(|_| 1e-40),
-        2 => ray.frac[random.below(3) as usize] = bad,
-        _ => ray.dir[random.below(3) as usize] = bad,
+        2 => ray.frac[random.index(3)] = bad,
+        _ => ray.dir[random.index(3)] = bad,
     }
     ray
 }

@@ -1,4 +1,9 @@
 //! Sets whose rays come 8 × 8 at a time: pixels of a view, which share a beam, and rays of one direction.
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "random numbers and pixels are small, and casts of floats saturate"
+)]
 
 use glam::{Mat4, Vec2, Vec3};
 use raxel_ray::Ray;
@@ -14,7 +19,7 @@ pub(super) fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let cell = match random.below(8) {
         0 => targets.solid(random),
         1 | 2 => {
-            let (direction, distance) = (random.direction(), [500.0, 5000.0, 15_000.0][random.below(3) as usize]);
+            let (direction, distance) = (random.direction(), [500.0, 5000.0, 15_000.0][random.index(3)]);
             std::array::from_fn(|i| target[i] + (direction[i] * distance) as i64)
         }
         _ => random.cell(around(&targets.bounds)),
@@ -33,8 +38,8 @@ pub(super) fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let up = if up.cross(forward).length_squared() > 0.01 { up } else { forward.any_orthogonal_vector() };
     let right = forward.cross(up).normalize();
     let up = right.cross(forward);
-    let size = [[16, 16], [64, 64], [320, 184], [1280, 720], [3840, 2160]][random.below(5) as usize];
-    let half_height = [0.006, 0.18, 0.58, 1.2, 12.0][random.below(5) as usize];
+    let size = [[16, 16], [64, 64], [320, 184], [1280, 720], [3840, 2160]][random.index(5)];
+    let half_height = [0.006, 0.18, 0.58, 1.2, 12.0][random.index(5)];
     let first = size.map(|side| random.below(u64::from(side / Tile::SIDE)) as u32 * Tile::SIDE);
     tile_of((cell.map(i64::from), frac), [right, up, forward], size, half_height, first)
 }
@@ -45,8 +50,8 @@ pub(super) fn wrapped_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let frac = fraction(random);
     let forward = Vec3::from_array(towards((cell, frac), (target, [0.5; 3]))).try_normalize().unwrap_or(Vec3::X);
     let right = forward.any_orthonormal_vector();
-    let size = TILE_SIZES[random.below(6) as usize];
-    let half_height = [0.006, 0.18, 0.58][random.below(3) as usize];
+    let size = TILE_SIZES[random.index(6)];
+    let half_height = [0.006, 0.18, 0.58][random.index(3)];
     let first = tile_at(random, size, [0.5; 2]);
     let mut tile = tile_of((cell, frac), [right, right.cross(forward), forward], size, half_height, first);
     tile.camera.cell = wrapped(cell).into();
@@ -88,8 +93,8 @@ fn tile_at(random: &mut Random, size: [u32; 2], at: [f32; 2]) -> [u32; 2] {
 
 /// Right, up and forward along axes, either way.
 fn along_axes(random: &mut Random) -> [Vec3; 3] {
-    let forward = random.below(3) as usize;
-    let right = (forward + 1 + random.below(2) as usize) % 3;
+    let forward = random.index(3);
+    let right = (forward + 1 + random.index(2)) % 3;
     let mut signed = |axis: usize| if random.below(2) == 0 { Vec3::AXES[axis] } else { -Vec3::AXES[axis] };
     let (forward, right) = (signed(forward), signed(right));
     [right, right.cross(forward), forward]
@@ -106,8 +111,8 @@ pub(super) fn octant_tile(targets: &RayTargets, random: &mut Random) -> Tile {
         1 => [(right - forward).normalize(), up, (right + forward).normalize()],
         _ => [right, up, forward],
     };
-    let size = TILE_SIZES[random.below(6) as usize];
-    let half_height = [0.006, 0.18, 0.58, 1.2][random.below(4) as usize];
+    let size = TILE_SIZES[random.index(6)];
+    let half_height = [0.006, 0.18, 0.58, 1.2][random.index(4)];
     let frac = if random.below(4) == 0 { [0.0; 3] } else { fraction(random) };
     let first = tile_at(random, size, [0.5; 2]);
     tile_of((random.cell(around(&targets.bounds)), frac), view, size, half_height, first)
@@ -117,25 +122,25 @@ pub(super) fn grazing_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let view = along_axes(random);
     let [right, up, forward] = view;
     // Beside the upper or lower side of a solid voxel, some way off.
-    let (solid, distance) = (targets.solid(random), [3.0_f32, 40.0, 600.0][random.below(3) as usize]);
+    let (solid, distance) = (targets.solid(random), [3.0_f32, 40.0, 600.0][random.index(3)]);
     let side = if random.below(2) == 0 { up } else { -up };
     let cell = std::array::from_fn(|i| solid[i] + (side[i] - distance * forward[i]) as i64);
-    let beside = [0.0, 1.0 / 1024.0, 0.5, 1023.0 / 1024.0][random.below(4) as usize];
+    let beside = [0.0, 1.0 / 1024.0, 0.5, 1023.0 / 1024.0][random.index(4)];
     let frac = std::array::from_fn(|i| if up[i].abs() < 0.5 { random.unit() } else { beside });
     // Tilted by next to nothing, or by nothing.
-    let tilt: f32 = [0.0, 1e-6, 1e-4, 1e-2][random.below(4) as usize] * if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let tilt: f32 = [0.0, 1e-6, 1e-4, 1e-2][random.index(4)] * if random.below(2) == 0 { 1.0 } else { -1.0 };
     let ahead = (forward + tilt * up).normalize();
-    let size = TILE_SIZES[random.below(6) as usize];
-    let half_height = [0.006, 0.18, 0.58][random.below(3) as usize];
+    let size = TILE_SIZES[random.index(6)];
+    let half_height = [0.006, 0.18, 0.58][random.index(3)];
     let across = random.unit();
     let first = tile_at(random, size, [across, 0.5]);
     tile_of((cell, frac), [right, right.cross(ahead), ahead], size, half_height, first)
 }
 
 pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
-    let size = [[16, 16], [17, 17], [33, 65], [64, 64], [1024, 512]][random.below(5) as usize];
-    let half_height = [0.25, 0.5, 1.0, 2.0][random.below(4) as usize];
-    let frac = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.below(3) as usize]);
+    let size = [[16, 16], [17, 17], [33, 65], [64, 64], [1024, 512]][random.index(5)];
+    let half_height = [0.25, 0.5, 1.0, 2.0][random.index(4)];
+    let frac = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.index(3)]);
     let (cell, at) = (random.cell(around(&targets.bounds)), [random.unit(), random.unit()]);
     let view = along_axes(random);
     let first = tile_at(random, size, at);
@@ -145,7 +150,7 @@ pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
 /// 8 × 8 places: the first, relative to a cell, and what the next one of a row, and of a column, is away.
 fn grid(cell: [i64; 3], first: [f64; 3], along: [[f64; 3]; 2]) -> [([i64; 3], [f32; 3]); Tile::RAYS] {
     std::array::from_fn(|i| {
-        let (x, y) = ((i as u32 % Tile::SIDE) as f64, (i as u32 / Tile::SIDE) as f64);
+        let (x, y) = (f64::from(i as u32 % Tile::SIDE), f64::from(i as u32 / Tile::SIDE));
         let place: [f64; 3] = std::array::from_fn(|a| first[a] + x * along[0][a] + y * along[1][a]);
         let at = std::array::from_fn(|a| cell[a] + place[a].floor() as i64);
         (at, place.map(|p| (p - p.floor()) as f32))
@@ -157,17 +162,17 @@ pub(super) fn parallel(targets: &RayTargets, random: &mut Random) -> [Ray; Tile:
     let mut dir = random.direction();
     // Flat along an axis, or two.
     for _ in 0..random.below(3) {
-        dir[random.below(3) as usize] *= [1e-2, 1e-4, 1e-8][random.below(3) as usize];
+        dir[random.index(3)] *= [1e-2, 1e-4, 1e-8][random.index(3)];
     }
-    let apart = [1.0 / 64.0, 0.25, 0.9, 2.7][random.below(4) as usize];
+    let apart = [1.0 / 64.0, 0.25, 0.9, 2.7][random.index(4)];
     let (mut first, along) = if random.below(2) == 0 {
         // In the plane of a face.
-        let (axis, middle) = (random.below(3) as usize, fraction(random).map(f64::from));
+        let (axis, middle) = (random.index(3), fraction(random).map(f64::from));
         let along = [1, 2].map(|turn| std::array::from_fn(|a| if a == (axis + turn) % 3 { apart } else { 0.0 }));
         let outside = if dir[axis] < 0.0 { 0.0 } else { 1.0 };
         (std::array::from_fn(|a| if a == axis { outside } else { middle[a] }), along)
     } else {
-        let distance = [3.0, 60.0, 900.0][random.below(3) as usize];
+        let distance = [3.0, 60.0, 900.0][random.index(3)];
         let along = [0, 1].map(|_| random.direction().map(|v| apart * f64::from(v)));
         (std::array::from_fn(|a| 0.5 - distance * f64::from(dir[a])), along)
     };
@@ -178,12 +183,12 @@ pub(super) fn parallel(targets: &RayTargets, random: &mut Random) -> [Ray; Tile:
 
 pub(super) fn parallel_ties(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
     let dir: [f32; 3] = std::array::from_fn(|_| random.below(3) as f32 - 1.0);
-    let axis = random.below(3) as usize;
+    let axis = random.index(3);
     let dir =
         if dir.iter().all(|&v| v == 0.0) { std::array::from_fn(|a| if a == axis { 1.0 } else { 0.0 }) } else { dir };
-    let apart = [0.25, 0.5, 1.0][random.below(3) as usize];
+    let apart = [0.25, 0.5, 1.0][random.index(3)];
     let along = [1, 2].map(|turn| std::array::from_fn(|a| if a == (axis + turn) % 3 { apart } else { 0.0 }));
-    let first = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.below(3) as usize]);
+    let first = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.index(3)]);
     let places = grid(random.cell(around(&targets.bounds)), first, along);
     places.map(|(cell, frac)| Ray::new(clamped(cell), frac, dir))
 }

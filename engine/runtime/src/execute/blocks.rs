@@ -24,6 +24,10 @@ pub(super) struct UniformPlace {
 }
 
 impl UniformPlace {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a uniform block is in memory that is mapped, which `usize` holds"
+    )]
     fn bytes(&self) -> Range<usize> {
         self.offset as usize..(self.offset + self.size) as usize
     }
@@ -69,6 +73,7 @@ enum ChangingSource {
 
 impl Blocks {
     /// With all constants written.
+    #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its passes in 32 bits")]
     pub(super) fn new(plan: &Plan) -> Blocks {
         let mut blocks = Blocks {
             bytes: Vec::new(),

@@ -43,6 +43,7 @@ struct Word {
 }
 
 impl CountedWords {
+    #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its passes in 32 bits")]
     pub(super) fn new(device: &Arc<Device>, plan: &Plan) -> Result<CountedWords, ExecuteError> {
         let mut words = Vec::new();
         for (planned, resource) in plan.resources.iter().enumerate() {

@@ -77,6 +77,7 @@ pub struct Texture {
 
 /// Puts texels into an image: every mip, x first, then y, then z, without padding. It is in `GENERAL`, and can be bound in every way
 /// that the device allows for its format. Waits for the copies.
+#[expect(clippy::cast_possible_truncation, reason = "an image has 32 mips at most")]
 pub fn upload_image(
     device: &Arc<Device>,
     name: &str,
@@ -159,7 +160,7 @@ pub(super) fn color(clear: Clear) -> ClearColor {
 pub(super) fn pattern(clear: Clear) -> u32 {
     match clear {
         Clear::Float(value) => value[0].to_bits(),
-        Clear::Int(value) => value[0] as u32,
+        Clear::Int(value) => value[0].cast_unsigned(),
         Clear::Uint(value) => value[0],
     }
 }

@@ -48,9 +48,10 @@ pub(super) struct Push {
 pub(super) const GROUP: u32 = 8;
 
 /// How the plan's debug target is shown.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the root of a number of 32 bits has 16")]
 pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
     let shown = plan.present;
-    let output_extent = plan.output.map(|pixels| pixels as i32);
+    let output_extent = plan.output.map(u32::cast_signed);
     let planned = plan.resources.iter().find(|r| r.resource == shown.resource);
     if let Some(ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc)) = planned.map(|r| &r.desc) {
         let display = match &plan.graph.resource(shown.resource).kind {
@@ -61,7 +62,7 @@ pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
         let source = if desc.volume { SourceKind::Volume } else { SourceKind::Flat };
         let push = Push {
             output_extent,
-            source_extent: [desc.extent[0], desc.extent[1]].map(|texels| (texels >> shown.mip).max(1) as i32),
+            source_extent: [desc.extent[0], desc.extent[1]].map(|texels| (texels >> shown.mip).max(1).cast_signed()),
             range: display.range,
             map: display.map as u32,
             channel: display.channel.min(desc.format.channels() - 1),
@@ -85,7 +86,7 @@ pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
     };
     let push = Push {
         output_extent,
-        source_extent: [width as i32, elements.div_ceil(width).max(1) as i32],
+        source_extent: [width.cast_signed(), elements.div_ceil(width).max(1).cast_signed()],
         range: [0.0, 1.0],
         map: map as u32,
         channel: 0,
@@ -109,12 +110,17 @@ impl Push {
     }
 
     /// The buffer shown has so many bytes (a source's size is not in the plan).
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the root of a number of 32 bits has 16"
+    )]
     pub(super) fn with_bytes(mut self, bytes: u64) -> Push {
         let elements = (bytes / 4 / u64::from(self.channels.max(1))).min(1 << 30) as u32;
         if elements != self.elements {
             let width = f64::from(elements).sqrt().ceil().max(1.0) as u32;
             self.elements = elements;
-            self.source_extent = [width as i32, elements.div_ceil(width).max(1) as i32];
+            self.source_extent = [width.cast_signed(), elements.div_ceil(width).max(1).cast_signed()];
         }
         self
     }

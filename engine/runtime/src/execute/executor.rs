@@ -234,6 +234,7 @@ impl Executor {
     }
 
     /// Runs one frame, up to its picture. Waits for the device only when it still works on the frame before the last.
+    #[expect(clippy::cast_possible_truncation, reason = "there are `FRAMES` slots, and 2⁶⁴ nanoseconds are 584 years")]
     pub fn frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
         let number = self.frame;
         let result = self.run_frame(inputs);
@@ -256,6 +257,7 @@ impl Executor {
         })
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "there are `FRAMES` slots, and 2⁶⁴ nanoseconds are 584 years")]
     fn run_frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
         let slot_index = (self.frame % FRAMES as u64) as usize;
         let device = self.shared.device.clone();
@@ -370,6 +372,7 @@ impl Executor {
     }
 
     /// Waits at most so long until the next frame can begin without waiting. Errors as for [`Self::wait_picture`].
+    #[expect(clippy::cast_possible_truncation, reason = "there are `FRAMES` slots, and 2⁶⁴ nanoseconds are 584 years")]
     pub fn wait_next(&mut self, at_most: Duration) -> Result<Progress, ExecuteError> {
         let slot = (self.frame % FRAMES as u64) as usize;
         self.observe(self.slots[slot].commands.submitted(), at_most)

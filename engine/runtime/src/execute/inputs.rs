@@ -127,6 +127,7 @@ impl Default for Builtins {
 
 impl Builtins {
     /// A camera, where it was in the frame before, the extent of the output in pixels, and a world; a frame at time zero.
+    #[expect(clippy::cast_possible_truncation, reason = "shaders get 32-bit floats")]
     pub fn of(camera: &Camera, previous: &Camera, output: [u32; 2], world: &SessionWorld) -> Self {
         let [width, height] = output;
         let aspect = f64::from(width) / f64::from(height);
@@ -142,7 +143,7 @@ impl Builtins {
             camera_previous_frac: previous.frac.to_array(),
             camera_previous_view_to_world: previous.view_to_world().to_cols_array_2d(),
             camera_previous_world_to_view: previous.world_to_view().to_cols_array_2d(),
-            output_size: [width as i32, height as i32],
+            output_size: [width.cast_signed(), height.cast_signed()],
             output_aspect: aspect as f32,
             world_min,
             world_max,

@@ -19,6 +19,7 @@ pub(super) struct Instrumentation {
 }
 
 impl Instrumentation {
+    #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its passes in 32 bits")]
     pub(super) fn new(
         device: &Arc<Device>,
         options: &ExecutorOptions,
@@ -62,6 +63,7 @@ impl Instrumentation {
     }
 
     /// Whether a pass that was recorded in a frame has begun and not finished. False where nothing is known of it.
+    #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its passes in 32 bits")]
     fn is_running(&self, slot: usize, pass: usize, frame: u64) -> bool {
         let reached = |finished| match (&self.markers, &self.timestamps[slot]) {
             (Some(markers), _) => {
@@ -75,6 +77,7 @@ impl Instrumentation {
 }
 
 /// What a pass leaves behind when it begins and when it has finished in a frame; never 0, which is there from the beginning.
+#[expect(clippy::cast_possible_truncation, reason = "the remainder is below `u32::MAX`")]
 pub(super) fn marker_word(frame: u64) -> u32 {
     (frame % u64::from(u32::MAX)) as u32 + 1
 }

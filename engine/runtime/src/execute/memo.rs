@@ -117,6 +117,7 @@ const SUPPLIED: Digest = 0x50 << 64;
 
 impl Memo {
     /// For a plan of which nothing is in place yet but the `init` contents.
+    #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its steps and resources in 32 bits")]
     pub fn new(plan: &Plan) -> Memo {
         let index_of = |resource| plan.resources.iter().position(|r| r.resource == resource);
         let mut memo = Memo::empty(plan.steps.len());
@@ -387,6 +388,7 @@ impl Memo {
 
 impl Slot {
     /// Index of mip 0 of the copy that holds the content of `age` frames (or ticks) ago.
+    #[expect(clippy::cast_possible_truncation, reason = "it is below the number of copies")]
     fn base(&self, rotation: u64, age: u32) -> usize {
         if self.copies == 1 {
             return self.first;

@@ -103,6 +103,7 @@ impl Physical {
         }
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "a history has a few copies")]
     pub(super) fn count(&self) -> u32 {
         match &self.copies {
             Copies::Images(images) => images.len() as u32,

@@ -196,6 +196,7 @@ impl Builder {
         })
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its passes and bindings in 32 bits")]
     fn pass(
         &self,
         plan: &Plan,

@@ -77,6 +77,7 @@ impl Executor {
     }
 
     /// Asks for bytes of a buffer as it was `age` frames before the last.
+    #[expect(clippy::cast_possible_truncation, reason = "the buffer is mapped, so that `usize` holds its size")]
     pub fn request_buffer(
         &mut self,
         resource: ResourceId,

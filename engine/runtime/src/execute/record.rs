@@ -79,6 +79,10 @@ impl Recorder for DeviceRecorder<'_, '_> {
         }
     }
 
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a plan numbers its passes in 32 bits, and has a few copies of each set"
+    )]
     fn bind(&mut self, pass: usize) {
         let prepared = &self.prepared.passes[pass];
         self.recording.label(&prepared.label);
@@ -95,6 +99,10 @@ impl Recorder for DeviceRecorder<'_, '_> {
         self.recording.push(&self.prepared.passes[pass].pipeline, bytes);
     }
 
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a plan numbers its passes in 32 bits, and has a few copies of each set"
+    )]
     fn dispatch(&mut self, pass: usize) {
         match &self.prepared.passes[pass].groups {
             Groups::Direct(groups) => self.recording.dispatch(*groups),
@@ -112,6 +120,10 @@ impl Recorder for DeviceRecorder<'_, '_> {
         self.recording.end_label();
     }
 
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a plan numbers its passes in 32 bits, and has a few copies of each set"
+    )]
     fn present(&mut self) {
         let display = &self.prepared.display;
         self.recording.barrier(&display.before);

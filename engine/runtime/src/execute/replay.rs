@@ -204,6 +204,7 @@ impl Replay {
     }
 
     /// Records the steps that were decided to run. Barriers are recorded as planned, whichever passes run between them.
+    #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its passes in 32 bits")]
     pub fn walk<R: Recorder>(&self, recorder: &mut R) -> Counts {
         let mut counts = Counts::default();
         if !self.any {

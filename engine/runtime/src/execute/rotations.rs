@@ -42,6 +42,7 @@ impl Rotations {
 }
 
 /// The physical copy that holds the content of `age` frames ago in frame `frame`.
+#[expect(clippy::cast_possible_truncation, reason = "it is below the number of copies")]
 pub(super) fn copy_of(frame: u64, age: u32, copies: u32) -> usize {
     let copies = u64::from(copies.max(1));
     ((frame + copies - u64::from(age) % copies) % copies) as usize

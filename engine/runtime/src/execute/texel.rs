@@ -42,6 +42,7 @@ impl Decoder {
     }
 
     /// Bits of the channels, absent ones 0.
+    #[expect(clippy::cast_possible_truncation, reason = "a channel has at most 32 bits")]
     pub fn bits(&self, texel: &[u8]) -> [u32; 4] {
         let mut channels = [0; 4];
         if self.widths[0] == 32 {
@@ -65,7 +66,7 @@ impl Decoder {
         let mut channels = self.bits(texel);
         if self.meaning == Meaning::Signed {
             for (channel, width) in channels.iter_mut().zip(self.widths).take(self.channels) {
-                *channel = sign_extend(*channel, width) as u32;
+                *channel = sign_extend(*channel, width).cast_unsigned();
             }
         }
         if self.channels < 4 {
@@ -75,6 +76,10 @@ impl Decoder {
     }
 
     /// One texel of any format as floats.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "halves have 16 bits, and normalised values are rounded to 32-bit floats"
+    )]
     pub fn floats(&self, texel: &[u8]) -> [f32; 4] {
         let raw = self.bits(texel);
         let mut channels = [0.0, 0.0, 0.0, 1.0];
@@ -97,7 +102,7 @@ impl Decoder {
 }
 
 fn sign_extend(value: u32, width: u32) -> i32 {
-    ((value << (32 - width)) as i32) >> (32 - width)
+    (value << (32 - width)).cast_signed() >> (32 - width)
 }
 
 #[cfg(test)]

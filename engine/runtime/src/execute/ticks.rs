@@ -58,6 +58,7 @@ impl Ticks {
     }
 
     /// Begins the frame at a time. Time that runs backwards makes nothing due.
+    #[expect(clippy::cast_possible_truncation, reason = "shaders get 32-bit floats, and ticks modulo 2³²")]
     pub fn advance(&mut self, time: Moment) {
         for clock in &mut self.clocks {
             clock.before = (clock.reached, clock.finished, clock.due);
@@ -113,6 +114,7 @@ impl Ticks {
     }
 
     /// What `clock.NAME.…` is where the clock stands like that.
+    #[expect(clippy::cast_possible_truncation, reason = "shaders get 32-bit floats, and ticks modulo 2³²")]
     pub fn value(&self, turn: Turn, value: ClockValue) -> Value {
         let (Turn::Before(clock) | Turn::Tick(clock, _) | Turn::After(clock)) = turn else { return Value::U32(0) };
         let state = &self.clocks[clock.0 as usize];

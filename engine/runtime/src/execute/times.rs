@@ -67,6 +67,11 @@ impl Times {
     }
 
     /// Tells who listens to traces where the passes of a frame lie in it.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "casts of floats saturate, and 2⁶⁴ nanoseconds are 584 years"
+    )]
     fn trace(&self, slot: &FrameSlot, plan: &Plan, first: u64, last: u64, period: f64) {
         if !tracing::enabled!(target: "raxel::gpu", tracing::Level::TRACE) {
             return;

@@ -107,6 +107,10 @@ fn size(scalar: Scalar) -> u32 {
     }
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "casts of floats saturate, and a member of 32 bits gets a 32-bit float"
+)]
 fn put(block: &mut [u8], offset: usize, scalar: Scalar, component: Component) {
     let wide = match component {
         Component::Float(value) => f64::from(value),
@@ -142,7 +146,7 @@ fn put(block: &mut [u8], offset: usize, scalar: Scalar, component: Component) {
 pub(super) fn specialization(value: &Value) -> u32 {
     match component(value, 0, 0) {
         Some(Component::Float(value)) => value.to_bits(),
-        Some(Component::Signed(value)) => value as u32,
+        Some(Component::Signed(value)) => value.cast_unsigned(),
         Some(Component::Unsigned(value)) => value,
         None => 0,
     }

@@ -31,11 +31,17 @@ impl Viewport {
     }
 
     /// Extent of the output in pixels, at least one.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "casts of floats saturate, and sizes are not negative"
+    )]
     pub fn output(&self) -> [u32; 2] {
         self.window.map(|pixels| ((f64::from(pixels) * self.scale).round() as u32).max(1))
     }
 
     /// The pixel of the output that a pixel of the window shows, both from the top left.
+    #[expect(clippy::cast_possible_truncation, reason = "casts of floats saturate")]
     pub fn to_output(&self, pixel: [i32; 2]) -> [i32; 2] {
         let output = self.output();
         std::array::from_fn(|axis| {

@@ -52,6 +52,7 @@ impl Changed {
     }
 
     /// The box: smallest coordinates, and largest ones plus one; empty at the origin when nothing has changed.
+    #[expect(clippy::cast_possible_truncation, reason = "the coordinate is clamped to 32 bits")]
     pub(super) fn bounds(&self) -> [[i32; 3]; 2] {
         if self.everywhere {
             return EVERYWHERE;

@@ -314,6 +314,7 @@ impl Session {
 }
 
 /// The member of a pass's blocks, as an override of that value.
+#[expect(clippy::cast_possible_truncation, reason = "a shader numbers its bindings and members in 32 bits")]
 fn find_member(graph: &Graph, pass: &str, member: &str, value: Value) -> Result<Override, SetError> {
     let Some(id) = graph.find_pass(pass) else {
         return Err(SetError::unknown("pass", pass, graph.passes.iter().map(|pass| pass.name.as_str())));

@@ -87,7 +87,8 @@ impl Session {
     pub fn pick(&self, pixel: [i32; 2], reach: f64) -> Result<Option<CastHit>, Unavailable> {
         let output = self.viewport.output();
         let pixel = self.viewport.to_output(pixel);
-        let inside: [u32; 2] = std::array::from_fn(|i| pixel[i].clamp(0, output[i] as i32 - 1) as u32);
+        let inside: [u32; 2] =
+            std::array::from_fn(|i| u32::try_from(pixel[i]).unwrap_or(0).min(output[i].saturating_sub(1)));
         let camera = Builtins::of(&self.camera, &self.previous_camera, output, &self.world);
         let pinhole = Pinhole {
             cell: camera.camera_cell.into(),

@@ -215,6 +215,10 @@ impl Session {
         Ok(report)
     }
 
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "shaders get 32-bit floats, and the number of the frame modulo 2³²"
+    )]
     fn builtins(&self, time: &FrameTime, changes: Changes) -> Builtins {
         let [world_changed_min, world_changed_max] = self.changed.bounds();
         let mut builtins = Builtins {

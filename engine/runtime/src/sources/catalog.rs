@@ -83,6 +83,7 @@ fn poses() -> SourceLayout {
 }
 
 /// A count, and records behind a header.
+#[expect(clippy::cast_possible_truncation, reason = "a header has a few words")]
 fn written(name: &str, of_block: &str, header_words: usize, bytes: u64) -> SourceLayout {
     let member = |name, offset, stride| BlockMember { name, offset, ty: "uint", stride };
     let members = [

@@ -52,6 +52,7 @@ const POSITIONS: std::ops::RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_64
 const RADII: std::ops::RangeInclusive<f64> = 1.0 / UNIT as f64..=raxel_edit::MOST_RADIUS as f64;
 
 /// Reads one edit. Whatever is wrong with it has been reported when there is none.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a radius is in `RADII`")]
 pub(super) fn read(table: &Table<'_, '_>, end: f64) -> Option<EditKey> {
     let time = table.need("time").and_then(|node| time(&node, end));
     let kind = table.need("op")?.word(KINDS)?;
@@ -73,7 +74,7 @@ pub(super) fn read(table: &Table<'_, '_>, end: f64) -> Option<EditKey> {
     });
     let mut model = None;
     let operation = match kind {
-        Kind::Set => table.need("at").and_then(|node| node.integers::<3>(CELLS)).and_then(|at| {
+        Kind::Set => table.need("at").and_then(|node| node.integers::<_, 3>(CELLS)).and_then(|at| {
             let at = Bounds { min: at, max: at.map(|c| c + 1) };
             brush.map(|brush| Operation::Box { bounds: at, brush })
         }),
@@ -91,21 +92,21 @@ pub(super) fn read(table: &Table<'_, '_>, end: f64) -> Option<EditKey> {
             let axis = table.get("axis").map_or(Some(1), |node| node.word(AXES));
             base.zip(radius).zip(height).zip(axis.zip(brush)).map(|(((base, radius), height), (axis, brush))| {
                 let radius = fixed(radius) as u32;
-                Operation::Cylinder { axis, base: base.map(fixed), radius, height: height as u32, brush }
+                Operation::Cylinder { axis, base: base.map(fixed), radius, height, brush }
             })
         }
         Kind::Model => {
             let named = table.need_string("model").map(|(value, span)| Spanned { value, span });
-            let origin = table.need("origin").and_then(|node| node.integers::<3>(-(1 << 31)..=(1 << 31) - 1));
+            let origin = table.need("origin").and_then(|node| node.integers(i32::MIN..=i32::MAX));
             let turns = table.get("rotation").map_or(Some(0), |node| match node.integer(0..=270)? {
-                degrees if degrees % 90 == 0 => Some(degrees as u32 / 90),
+                degrees if degrees % 90 == 0 => Some(degrees / 90),
                 degrees => node.bad_value(format!("`{}` is {degrees}; it must be 0, 90, 180 or 270", node.name)),
             });
             model.clone_from(&named);
             named.zip(origin).zip(turns.zip(mode)).map(|((named, origin), (turns, mode))| Operation::Model {
                 model: named.value,
                 orientation: Orientation::quarter_turns(turns).to_vox(),
-                position: origin.map(|c| c as i32),
+                position: origin,
                 mode,
             })
         }
@@ -121,12 +122,12 @@ fn position(table: &Table<'_, '_>, key: &str) -> Option<[f64; 3]> {
 
 /// `min`, and `max` or `size`.
 fn bounds(table: &Table<'_, '_>) -> Option<Bounds> {
-    let min = table.need("min").and_then(|node| node.integers::<3>(CELLS));
+    let min = table.need("min").and_then(|node| node.integers::<_, 3>(CELLS));
     table.conflict("max", "size", "one follows from the other");
-    let size = table.get("size").map(|node| node.integers::<3>(1..=1 << 32));
+    let size = table.get("size").map(|node| node.integers::<_, 3>(1..=1 << 32));
     let max = match size {
         Some(size) => min.zip(size).map(|(min, size)| std::array::from_fn(|i| min[i] + size[i])),
-        None => table.need("max").and_then(|node| node.integers::<3>(CELLS)),
+        None => table.need("max").and_then(|node| node.integers::<_, 3>(CELLS)),
     };
     Some(Bounds { min: min?, max: max? })
 }

@@ -33,10 +33,7 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
     // Without a duration, keys are still read for their other mistakes.
     let end = duration.unwrap_or(LONGEST);
     let camera = ordered(root.reporter(), root.array_of_tables("camera").iter().map(|table| camera_key(table, end)));
-    let size = root.get("size").map_or(Some([1280, 720]), |node| {
-        let [width, height] = node.integers(1..=16384)?;
-        Some([width as u32, height as u32])
-    });
+    let size = root.get("size").map_or(Some([1280, 720]), |node| node.integers(1..=16384));
     let captions = ordered(root.reporter(), root.array_of_tables("caption").iter().map(|table| caption(table, end)));
     let rate = fps.unwrap_or(30.0);
     let checks: Vec<_> = root.array_of_tables("check").iter().map(|table| check(table, end, rate)).collect();
@@ -206,11 +203,11 @@ fn check(table: &Table<'_, '_>, end: f64, fps: f64) -> Option<Check> {
     let reference = project_path(table, "reference", "worlds");
     let flip = table.need("flip").and_then(|node| node.number(0.0..=1.0));
     let target = table.get("target").map(|node| debug_target(&node));
-    let frame_at = |seconds: f64| Moment::from(seconds).nearest(Fraction::of(fps)) as i64;
-    let last = (frame_at(end) - 1).max(0);
+    let frame_at = |seconds: f64| Moment::from(seconds).nearest(Fraction::of(fps));
+    let last = frame_at(end).saturating_sub(1);
     let frame = match (table.get("frame"), table.get("time")) {
-        (Some(frame), None) => frame.integer(0..=last).map(|frame| frame as u64),
-        (None, Some(node)) => time(&node, end).map(|time| frame_at(time.value).min(last) as u64),
+        (Some(frame), None) => frame.integer(0..=last),
+        (None, Some(node)) => time(&node, end).map(|time| frame_at(time.value).min(last)),
         (Some(_), Some(_)) => {
             table.conflict("frame", "time", "both say when");
             None

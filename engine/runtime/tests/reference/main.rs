@@ -4,6 +4,8 @@
 //!
 //! `RAXEL_REFERENCE_GRAPHS=N` runs N graphs, from `RAXEL_REFERENCE_SEED` on (0 when left out).
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::ops::Range;
 
 #[path = "../project/mod.rs"]

@@ -245,7 +245,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
                 0 => std::iter::from_fn(|| pool.allocate(4)).collect(),
                 _ => Vec::new(),
             };
-            let left = random.below(20) as usize;
+            let left = random.index(20);
             let mut taken = taken.into_iter();
             taken.by_ref().take(left).for_each(|block| pool.free(block));
             let mut placed = directory.write(&pool, version + 1);
@@ -277,7 +277,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
             for InFlight { root, reference, .. } in &in_flight {
                 compare(reference, reference.root, &words, *root);
             }
-            while in_flight.len() > random.below(4) as usize + 1 {
+            while in_flight.len() > random.index(4) + 1 {
                 in_flight.pop_front();
             }
             let released = in_flight[0].version;

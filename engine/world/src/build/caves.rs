@@ -84,6 +84,12 @@ impl<'c> CaveField<'c> {
     }
 
     /// Whether one voxel is hollow, its cover not looked at.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        clippy::cast_sign_loss,
+        reason = "places in a field's grid are small, and the cell lies at or above its corner"
+    )]
     pub(crate) fn is_hollow(&self, cell: [i64; 3]) -> bool {
         let (low, high) = self.caves.heights();
         if cell[1] < low || cell[1] >= high {
@@ -126,6 +132,10 @@ impl CaveChunk<'_> {
 
     /// Makes groups of a column of samples, a bit each.
     #[cold]
+    #[expect(
+        clippy::cast_possible_wrap,
+        reason = "places in a field's grid are small, and the cell lies at or above its corner"
+    )]
     fn make(&mut self, noise: usize, [x, z]: [usize; 2], groups: u8) {
         let Samples { of, made } = &mut self.samples[noise];
         let at = z * SAMPLES + x;

@@ -68,7 +68,7 @@ impl Maze {
                 path.pop();
                 continue;
             }
-            let (to_x, to_z) = open[random.below(open.len() as u64) as usize];
+            let (to_x, to_z) = open[random.index(open.len())];
             walls[square(to_x, to_z)] = false;
             // The square between two neighbours lies half-way in the plan.
             walls[usize::midpoint(square(x, z), square(to_x, to_z))] = false;
@@ -94,6 +94,11 @@ impl Shape for Maze {
         }
     }
 
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the caller has found the cell inside the bounds"
+    )]
     fn contains(&self, cell: [i64; 3]) -> bool {
         if span_of_box(&self.bounds, cell, 1) == Span3::Outside {
             return false;

@@ -27,6 +27,11 @@ impl Menger {
         Self { origin, level, middles }
     }
 
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the caller has found the cell inside the bounds"
+    )]
     fn middles_of(&self, cell: [i64; 3]) -> [u32; 3] {
         std::array::from_fn(|i| self.middles[(cell[i] - self.origin[i]) as usize])
     }

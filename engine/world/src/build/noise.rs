@@ -29,7 +29,7 @@ impl Noise {
 
     /// Waves of the finest octave at a distance of `reach` voxels from the origin.
     pub fn waves(&self, reach: f64) -> f64 {
-        reach * self.frequency * self.lacunarity.powi(self.octaves as i32 - 1).max(1.0)
+        reach * self.frequency * self.lacunarity.powi(self.octaves.cast_signed() - 1).max(1.0)
     }
 
     /// Made ready to be sampled.
@@ -39,12 +39,13 @@ impl Noise {
 
     /// The same for samples so many voxels apart, but for octaves with less than two of them a wave, which would be taken at random places:
     /// their mean is zero, except where they are folded. One is always there.
+    #[expect(clippy::cast_possible_truncation, reason = "any 32 bits of a mixed seed will do")]
     pub(crate) fn sampler_for(&self, spacing: i64) -> Sampler {
         let mut strength = 1.0;
         let mut frequency = self.frequency;
         let mut octaves: Vec<_> = (0..self.octaves)
             .map(|octave| {
-                let seed = crate::random::mix(self.seed.wrapping_add(u64::from(octave))) as u32 as i32;
+                let seed = crate::random::mix(self.seed.wrapping_add(u64::from(octave))) as i32;
                 let this = Octave { seed, frequency, strength };
                 frequency *= self.lacunarity;
                 strength *= self.gain;

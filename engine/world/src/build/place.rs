@@ -55,10 +55,7 @@ impl Placed {
                     for z in zs.clone() {
                         for x in xs.clone() {
                             count += 1;
-                            touching
-                                .entry(ChunkPos::new(x as i32, y as i32, z as i32))
-                                .or_default()
-                                .push((index, *part));
+                            touching.entry(ChunkPos::of_range([x, y, z])).or_default().push((index, *part));
                         }
                     }
                 }
@@ -71,6 +68,11 @@ impl Placed {
         Some(touching)
     }
 
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cell is inside the chunk, whose coordinates are below 64"
+    )]
     pub(crate) fn apply(&self, draft: &mut Draft<'_>, touching: &Touching) {
         let Some(parts) = touching.get(&draft.pos) else { return };
         let origin = draft.pos.origin().to_array().map(i64::from);

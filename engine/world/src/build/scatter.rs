@@ -51,18 +51,19 @@ impl Scatter {
     const TRIES: u64 = 32;
 
     /// Chooses the places on the chunks built so far. They are the same whatever the number of threads.
+    #[expect(clippy::cast_possible_truncation, reason = "a number of turns is below 4")]
     pub(crate) fn choose(&self, chunks: &BTreeMap<ChunkPos, Arc<Chunk>>) -> Placed {
         let ground = Ground::new(chunks);
         let mut random = SplitMix64::new(self.seed);
         let mut taken: HashMap<[i64; 2], Vec<[i64; 2]>> = HashMap::new();
         let bucket_edge = self.spacing.max(1);
         let mut placements = Vec::new();
-        let size: [u64; 2] = std::array::from_fn(|i| (self.max[i] - self.min[i]) as u64);
+        let size: [u64; 2] = std::array::from_fn(|i| (self.max[i] - self.min[i]).cast_unsigned());
         for _ in 0..self.count * Self::TRIES {
             if placements.len() as u64 == self.count {
                 break;
             }
-            let place: [i64; 2] = std::array::from_fn(|i| self.min[i] + random.below(size[i]) as i64);
+            let place: [i64; 2] = std::array::from_fn(|i| self.min[i] + random.below(size[i]).cast_signed());
             let turns = random.below(4) as u32;
             let Some((y, material)) = ground.top(place) else { continue };
             if !self.on.is_empty() && !self.on.contains(&material) {
@@ -134,14 +135,15 @@ impl Jittered {
     pub const MAX_CELLS: u64 = 1 << 22;
 
     /// Where a cell of the grid has one, if the land there allows it: the column, and how often it is turned.
+    #[expect(clippy::cast_possible_truncation, reason = "a number of turns is below 4")]
     pub(crate) fn candidate(&self, [x, z]: [i64; 2]) -> Option<([i64; 2], u32)> {
-        let mut random = SplitMix64::new(mix(self.seed ^ mix(x as u64 ^ mix(z as u64))));
+        let mut random = SplitMix64::new(mix(self.seed ^ mix(x.cast_unsigned() ^ mix(z.cast_unsigned()))));
         // The upper 53 bits: every one of them counts in an f64.
         if (random.bits() >> 11) as f64 * (1.0 / (1u64 << 53) as f64) >= self.chance {
             return None;
         }
-        let room = (self.cell - self.spacing).max(1) as u64;
-        let place = [x, z].map(|c| c * self.cell + random.below(room) as i64);
+        let room = (self.cell - self.spacing).max(1).cast_unsigned();
+        let place = [x, z].map(|c| c * self.cell + random.below(room).cast_signed());
         let turns = random.below(4) as u32;
         let inside = (0..2).all(|i| (self.min[i]..self.max[i]).contains(&place[i]));
         inside.then_some((place, if self.turn { turns } else { 0 }))
@@ -186,7 +188,7 @@ impl Jittered {
     /// Whether the model is too small to be seen in cells of a level: less than two of them along every side.
     pub(crate) fn is_small(&self, level: u32) -> bool {
         let size = self.model.bounds().map_or([0; 3], |bounds| bounds.size());
-        level > 0 && size.iter().all(|side| (*side as i64) < 2 * crate::tile::cell_edge(level))
+        level > 0 && size.iter().all(|side| side.cast_signed() < 2 * crate::tile::cell_edge(level))
     }
 
     /// Whether all of it is sunk into the ground: it shows in caves and cuts alone.
@@ -197,7 +199,7 @@ impl Jittered {
     /// Whether there are so many that they cover at least an eighth of the land, seen from above, where each cell of the grid has one.
     pub(crate) fn is_dense(&self) -> bool {
         let [x, _, z] = self.model.bounds().map_or([0; 3], |bounds| bounds.size().map(u128::from));
-        8 * x * z >= (self.cell as u128).pow(2)
+        8 * x * z >= u128::from(self.cell.unsigned_abs()).pow(2)
     }
 
     /// The material that most of the model's voxels are of.
@@ -208,7 +210,7 @@ impl Jittered {
 
     /// How many cells its area has.
     pub(crate) fn cell_count(&self) -> u128 {
-        let count = |i: usize| (self.max[i] - self.min[i]) as u128 / self.cell as u128 + 2;
+        let count = |i: usize| u128::from((self.max[i] - self.min[i]).unsigned_abs() / self.cell.unsigned_abs()) + 2;
         count(0) * count(1)
     }
 
@@ -281,6 +283,11 @@ impl<'a> Ground<'a> {
     }
 
     /// Height and material.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "land lies within ±2²⁵ chunks, and columns further out have none"
+    )]
     fn top(&self, [x, z]: [i64; 2]) -> Option<(i32, MaterialIndex)> {
         let column = self.columns.get(&[(x >> 6) as i32, (z >> 6) as i32])?;
         let (x, z) = ((x & 63) as u32, (z & 63) as u32);
@@ -292,7 +299,7 @@ impl<'a> Ground<'a> {
                     let y = by * 4 + column.ilog2() / 16;
                     let material = chunk.voxel(x, y, z);
                     debug_assert_ne!(material, AIR);
-                    return Some((chunk_y * 64 + y as i32, material));
+                    return Some((chunk_y * 64 + y.cast_signed(), material));
                 }
             }
         }

@@ -64,7 +64,7 @@ impl Solid {
         for ny in low[1] >> 4..=(high[1] - 1) >> 4 {
             for nz in low[2] >> 4..=(high[2] - 1) >> 4 {
                 for nx in low[0] >> 4..=(high[0] - 1) >> 4 {
-                    let node = [nx, ny, nz].map(|n| n as u32);
+                    let node = [nx, ny, nz].map(i32::cast_unsigned);
                     let min = std::array::from_fn(|i| origin[i] + i64::from(node[i]) * 16);
                     self.apply_node(draft, node, min);
                 }
@@ -186,6 +186,10 @@ impl Ball {
 }
 
 impl Shape for Ball {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "casts of floats saturate, and bounds outside the world are refused"
+    )]
     fn bounds(&self) -> Bounds {
         Bounds {
             min: std::array::from_fn(|i| (self.centre[i] - self.radius[i]).floor() as i64),
@@ -227,6 +231,10 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "casts of floats saturate, and bounds outside the world are refused"
+    )]
     fn foot(&self) -> i64 {
         self.base[self.axis].floor() as i64
     }
@@ -239,6 +247,10 @@ impl Cylinder {
 }
 
 impl Shape for Cylinder {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "casts of floats saturate, and bounds outside the world are refused"
+    )]
     fn bounds(&self) -> Bounds {
         let widest = self.radius.max(self.top_radius);
         let mut bounds = Bounds {

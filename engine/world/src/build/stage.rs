@@ -143,9 +143,8 @@ fn added(operation: &Operation) -> Option<Bounds> {
 
 /// Chunks that an operation may make; none when it only changes what is there.
 fn chunks_reached(operation: &Operation) -> u128 {
-    let in_box = |bounds: Bounds| chunk_ranges(&bounds).iter().map(|r| (r.end - r.start).max(0) as u128).product();
     // Of models, chunks are counted when it is known what they touch.
-    added(operation).map_or(0, in_box)
+    added(operation).map_or(0, |bounds| bounds.chunk_count())
 }
 
 /// An operation ready to run.
@@ -190,6 +189,7 @@ impl<'a> Step<'a> {
     }
 
     /// Chunks that it may make.
+    #[expect(clippy::cast_possible_truncation, reason = "chunks of cells within ±2³¹ are within ±2²⁵")]
     fn makes(&self) -> Vec<ChunkPos> {
         match self {
             _ if self.mode() != Mode::Add => Vec::new(),
@@ -277,6 +277,7 @@ struct Pool {
 }
 
 impl Pool {
+    #[expect(clippy::cast_possible_truncation, reason = "the remainder of a hash is enough to choose a shard")]
     fn of<'c>(chunks: impl Iterator<Item = &'c Arc<Chunk>>, limit: u64) -> Self {
         let pool = Self { known: std::array::from_fn(|_| Mutex::default()), bytes: AtomicU64::new(0), limit };
         let mut seen = HashSet::new();
@@ -289,6 +290,7 @@ impl Pool {
         pool
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "the remainder of a hash is enough to choose a shard")]
     fn share(&self, chunk: Chunk) -> Arc<Chunk> {
         let hash = chunk.content_hash();
         let mut shard = self.known[hash as usize % 16].lock().unwrap_or_else(PoisonError::into_inner);

@@ -53,6 +53,7 @@ impl Cells {
 }
 
 impl Stamp {
+    #[expect(clippy::cast_possible_truncation, reason = "a chunk has 4096 blocks")]
     pub(crate) fn of(model: &World) -> Self {
         let part = |(pos, chunk): (ChunkPos, &Arc<Chunk>)| {
             let (low, high) = chunk.bounds();
@@ -75,6 +76,11 @@ impl Stamp {
     }
 
     /// Applies it to a tile. Above level 0, a cell gets the material of the last voxel in it.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cells are inside the tile, whose coordinates are below 64"
+    )]
     pub(crate) fn put(
         &self,
         placement: &Placement,
@@ -93,6 +99,11 @@ impl Stamp {
 
     /// Adds it to a tile above level 0: the cells that hold at least as many of its voxels as a wall through them that is one voxel thick.
     /// With fewer, most rays pass between them, and a forest would be met far too early. The material is that of the last voxel.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cells are inside the tile, whose coordinates are below 64"
+    )]
     pub(crate) fn put_where_thick(
         &self,
         placement: &Placement,
@@ -121,6 +132,7 @@ impl Stamp {
     }
 
     /// Its voxels in a tile, with their materials in the model's palette.
+    #[expect(clippy::cast_possible_truncation, reason = "a block has 64 voxels")]
     fn voxels(&self, placement: &Placement, cells: Cells, mut each: impl FnMut([i64; 3], MaterialIndex)) {
         let tile = cells.bounds();
         // From the first voxel of a block to each.

@@ -130,6 +130,7 @@ pub(crate) struct Relief<'t> {
 
 impl Relief<'_> {
     /// The first voxels above the land at some columns.
+    #[expect(clippy::cast_possible_truncation, reason = "places in a tile are below 64, and casts of floats saturate")]
     fn heights(&self, columns: &[[i64; 2]; AT_ONCE]) -> [i64; AT_ONCE] {
         let terrain = self.terrain;
         let [x, z] = [0, 1].map(|axis| columns.map(|column| column[axis] as f64 + 0.5));
@@ -177,6 +178,7 @@ impl Relief<'_> {
 
 impl Terrain {
     /// A box around everything that it can touch, in cells.
+    #[expect(clippy::cast_possible_truncation, reason = "casts of floats saturate")]
     pub fn bounds(&self) -> Bounds {
         let land = self.river.as_ref().map_or(self.base, |river| self.base.max(river.bed)) + self.amplitude;
         let top = (land.ceil() as i64).max(self.water.as_ref().map_or(i64::MIN, |water| water.level)).max(self.floor);
@@ -209,6 +211,7 @@ impl Terrain {
     }
 
     /// Works out the heights of the tiles at (`tile_x`, `tile_z`), in voxels. A cell is as high as its corners are on average.
+    #[expect(clippy::cast_possible_wrap, reason = "places in a tile are below 64, and casts of floats saturate")]
     pub(crate) fn heights(&self, tile_x: i32, tile_z: i32) -> Heights {
         let relief = self.relief();
         let first = [tile_x, tile_z].map(|tile| i64::from(tile) * 64 - 1);
@@ -236,6 +239,7 @@ impl Terrain {
     }
 
     /// The columns of heights.
+    #[expect(clippy::cast_possible_wrap, reason = "places in a tile are below 64, and casts of floats saturate")]
     pub(crate) fn surface_of(&self, heights: &Heights, tile_x: i32, tile_z: i32) -> Surface {
         let origin = [tile_x, tile_z].map(|tile| i64::from(tile) * 64);
         let columns = (0..4096).map(|i| {
@@ -324,6 +328,7 @@ impl Terrain {
         })
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "places in a tile are below 64, and casts of floats saturate")]
     pub(crate) fn apply(&self, draft: &mut Draft<'_>, surface: &Surface) {
         let Some((low, high)) = local_part(&self.bounds(), draft.pos) else { return };
         let origin = draft.pos.origin().to_array().map(i64::from);
@@ -354,10 +359,10 @@ impl Terrain {
                     0 => 0,
                     below => {
                         let samples: &mut CaveChunk<'_> = hollows.get_or_insert_with(|| caves.field().chunk(origin));
-                        below & samples.mask([tx, by as u32, tz])
+                        below & samples.mask([tx, by.cast_unsigned(), tz])
                     }
                 });
-                let block = block_index(tx, by as u32, tz);
+                let block = block_index(tx, by.cast_unsigned(), tz);
                 if y >= solid_from && y + 4 <= solid_to {
                     draft.chunk.apply(block, !hollow, self.mode, self.deepest());
                 } else {
@@ -387,6 +392,7 @@ impl Strata {
         }
     }
 
+    #[expect(clippy::cast_sign_loss, reason = "the number is clamped to 0…4")]
     fn apply_block(&self, draft: &mut Draft<'_>, block: usize, y: i64, columns: &[Column], hollow: u64) {
         let mut masks: Vec<(MaterialIndex, u64)> = Vec::with_capacity(self.layers.len() + 2);
         for (i, column) in columns.iter().enumerate() {
@@ -436,6 +442,7 @@ impl Ceilings {
     }
 
     /// The voxels of a block at height `y` that have enough land above them.
+    #[expect(clippy::cast_sign_loss, reason = "the number is clamped to 0…4")]
     fn below(&self, y: i64) -> u64 {
         match self.range {
             [_, high] if y >= high => 0,

@@ -69,6 +69,7 @@ impl Chunk {
 }
 
 /// The materials, with those of unchanged blocks copied. `None` where there may be too many for an index.
+#[expect(clippy::cast_possible_truncation, reason = "this palette has at most 256 entries")]
 fn spliced(before: Option<&Chunk>, changed: &BTreeMap<usize, BlockVoxels>, solids: usize) -> Option<Packed> {
     let uniform;
     let (known, old): (&[MaterialIndex], Option<&[u8]>) = match before.map(|chunk| &chunk.materials) {
@@ -152,7 +153,7 @@ mod tests {
                 let mut changed = BTreeMap::new();
                 let count = if round == 20 { 3000 } else { 1 + random.below(9) };
                 for _ in 0..count {
-                    let block = random.below(BLOCKS as u64) as usize;
+                    let block = random.index(BLOCKS);
                     let bit = random.below(64) as u32;
                     // Later, all are taken away again one by one: materials go, until one of them is left, and then nothing.
                     let material = if round > 40 { AIR } else { random.below(materials + 1) as MaterialIndex };

@@ -27,7 +27,7 @@ pub(super) fn read<const N: usize>(table: &Table<'_, '_>) -> Option<([i64; N], [
     let nodes = ["min", "max", "size", "center"].map(|key| table.get(key));
     let given = nodes.each_ref().map(Option::is_some);
     let [min, max, size, center] = nodes;
-    let whole = |node: Option<raxel_diagnostics::table::Node<'_, '_>>, range| node?.integers::<N>(range);
+    let whole = |node: Option<raxel_diagnostics::table::Node<'_, '_>>, range| node?.integers::<_, N>(range);
     let extent = match given {
         [true, true, false, false] => (whole(min, CELLS), whole(max.clone(), CELLS)),
         [true, false, true, false] => {

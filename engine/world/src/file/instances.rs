@@ -80,8 +80,7 @@ fn read_one(
     let degrees = |key: &str| table.get(key).map_or(Some(0.0), |node| node.number(-360.0..=360.0));
     let (yaw, pitch, roll) = (degrees("yaw"), degrees("pitch"), degrees("roll"));
     let about = anchor(table);
-    let most = MAX_INSTANCES as i64;
-    let counts = table.get("count").map_or(Some([1; 3]), |node| node.integers::<3>(1..=most));
+    let counts = table.get("count").map_or(Some([1; 3]), |node| node.integers(1..=MAX_INSTANCES));
     let step = table.get("step").map_or(Some([0.0; 3]), |node| node.numbers::<3>(-1.0e6..=1.0e6));
     let slide = table.get("slide").map(|node| read_slide(&node));
     let turn = table.get("turn").map(|node| read_turn(&node));
@@ -101,11 +100,7 @@ fn read_one(
     let motions = [turn, slide].into_iter().flatten().collect::<Option<Vec<_>>>()?;
     let shown = InstanceModel { voxels: model.voxels, materials: model.materials };
     let name = name.map(|(name, _)| name);
-    let mut grid = Grid {
-        first: Instance { name, model: 0, anchor, pose, motions },
-        counts: counts?.map(|count| count as usize),
-        step: step?,
-    };
+    let mut grid = Grid { first: Instance { name, model: 0, anchor, pose, motions }, counts: counts?, step: step? };
     let (size, last) = (shown.size(), grid.position(grid.counts.map(|count| count - 1)));
     let reach = shown.reach(pose.position).max(shown.reach(last));
     if size > MOST_VOXELS || reach > COORDINATES as f64 {

@@ -30,6 +30,7 @@ impl Palette {
     }
 
     /// Adds a material. `None` when there is no index left.
+    #[expect(clippy::cast_possible_truncation, reason = "an index is at most `MAX_MATERIALS`")]
     pub(super) fn add(&mut self, material: Material) -> Option<MaterialIndex> {
         let index = self.materials.len();
         (index <= MAX_MATERIALS).then(|| {
@@ -65,6 +66,7 @@ pub(super) fn too_many() -> String {
     format!("a world has at most {MAX_MATERIALS} materials")
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "materials are 32-bit floats")]
 fn material(name: &str, table: &Table<'_, '_>) -> Material {
     let albedo = table.need("albedo").and_then(|node| color(&node)).unwrap_or([1.0, 0.0, 1.0]);
     let number = |key: &str, most: f64, default: f32| {
@@ -83,6 +85,7 @@ fn material(name: &str, table: &Table<'_, '_>) -> Material {
 }
 
 /// `"#rrggbb"` in sRGB, or three linear numbers.
+#[expect(clippy::cast_possible_truncation, reason = "materials are 32-bit floats, and a colour has 8 bits a channel")]
 fn color(node: &Node<'_, '_>) -> Option<[f32; 3]> {
     if node.is_array() {
         return Some(node.numbers::<3>(0.0..=1.0)?.map(|value| value as f32));

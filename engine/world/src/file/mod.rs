@@ -297,7 +297,7 @@ fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
     let save = root.get("save").and_then(|node| node.table()).and_then(|table| save::read(&table));
     let palette = Palette::read(root);
     let models = Models::read(root, path, files);
-    let mut reader = OperationReader::new(palette, models, seed as u64, stream_table.is_some());
+    let mut reader = OperationReader::new(palette, models, seed.cast_unsigned(), stream_table.is_some());
     let operations = (root.array_of_tables("build").iter().enumerate())
         .filter_map(|(index, table)| Some((reader.read(index, table)?, table.span().clone())))
         .collect();

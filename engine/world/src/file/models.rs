@@ -42,7 +42,7 @@ impl Models {
             let file = node.as_ref().and_then(|node| project_path(node, path));
             let frame_node = table.get("frame");
             let frame = match &frame_node {
-                Some(node) => node.integer(0..=i64::from(u32::MAX)).map(|frame| frame as u32),
+                Some(node) => node.integer(0..=u32::MAX),
                 None => Some(0),
             };
             table.finish();

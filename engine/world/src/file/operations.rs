@@ -98,10 +98,10 @@ impl OperationReader {
 
     fn read_model(&mut self, table: &Table<'_, '_>, mode: Option<Mode>) -> Option<Operation> {
         let model = table.need("model").and_then(|node| self.model(&node));
-        let origin = table.get("origin").map_or(Some([0; 3]), |node| node.integers::<3>(extent::CELLS));
+        let origin = table.get("origin").map_or(Some([0; 3]), |node| node.integers::<_, 3>(extent::CELLS));
         let turns = [("0", 0), ("90", 1), ("180", 2), ("270", 3)];
         let turns = table.get("rotation").map_or(Some(0), |node| {
-            let degrees = node.integer(0..=270)?;
+            let degrees: u32 = node.integer(0..=270)?;
             match turns.iter().find(|(text, _)| *text == degrees.to_string()) {
                 Some((_, turns)) => Some(*turns),
                 None => node.bad_value(format!("`{}` is {degrees}; it must be 0, 90, 180 or 270", node.name)),
@@ -201,6 +201,7 @@ fn read_grid(table: &Table<'_, '_>, cell: Option<i64>) -> Option<HowMany> {
 }
 
 /// `count` or `density`.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the count is in 1…`Scatter::MAX_COUNT`")]
 fn read_count(table: &Table<'_, '_>, area: Option<([i64; 2], [i64; 2])>) -> Option<HowMany> {
     table.conflict("count", "density", "one follows from the other");
     if let Some(node) = table.get("chance") {
@@ -211,7 +212,7 @@ fn read_count(table: &Table<'_, '_>, area: Option<([i64; 2], [i64; 2])>) -> Opti
         );
     }
     let most = Scatter::MAX_COUNT;
-    let count = table.get("count").map(|node| node.integer(1..=most as i64).map(|count| count as u64));
+    let count = table.get("count").map(|node| node.integer(1..=most));
     let density = table.get("density").map(|node| (node.number(1e-9..=1.0), node));
     let count = match (count, density) {
         (Some(count), _) => count,
@@ -257,8 +258,10 @@ pub(super) struct Seed {
 
 impl Seed {
     pub(super) fn read(self, table: &Table<'_, '_>) -> Option<u64> {
-        let own = table.get("seed").map_or(Some(self.index as i64), |node| node.integer(i64::MIN..=i64::MAX))?;
-        Some(mix(self.world ^ mix(own as u64)))
+        let own = table
+            .get("seed")
+            .map_or(Some(self.index as u64), |node| node.integer(i64::MIN..=i64::MAX).map(i64::cast_unsigned))?;
+        Some(mix(self.world ^ mix(own)))
     }
 }
 

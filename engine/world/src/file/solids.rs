@@ -54,18 +54,18 @@ pub(super) fn read_cylinder(table: &Table<'_, '_>, mode: Option<Mode>, palette: 
 }
 
 pub(super) fn read_menger(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette) -> Option<Operation> {
-    let origin = table.get("origin").map_or(Some([0; 3]), |node| node.integers::<3>(extent::CELLS));
-    let level = table.need("level").and_then(|node| node.integer(0..=i64::from(Menger::MAX_LEVEL)));
+    let origin = table.get("origin").map_or(Some([0; 3]), |node| node.integers::<_, 3>(extent::CELLS));
+    let level = table.need("level").and_then(|node| node.integer(0..=Menger::MAX_LEVEL));
     let (mode, materials) = mode_and_materials(table, mode, palette);
-    let shape = Menger::new(origin?, level? as u32);
+    let shape = Menger::new(origin?, level?);
     solid(table, Box::new(shape), mode?, materials?)
 }
 
 pub(super) fn read_maze(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette, seed: Seed) -> Option<Operation> {
-    let origin = table.get("origin").map_or(Some([0; 3]), |node| node.integers::<3>(extent::CELLS));
+    let origin = table.get("origin").map_or(Some([0; 3]), |node| node.integers::<_, 3>(extent::CELLS));
     let cells = table.need("cells").and_then(|node| {
-        let cells = node.integers::<2>(1..=1 << 16)?;
-        let count = (cells[0] * cells[1]) as u64;
+        let cells = node.integers::<u32, 2>(1..=1 << 16)?;
+        let count = u64::from(cells[0]) * u64::from(cells[1]);
         if count > Maze::MAX_CELLS {
             return node.bad_value(format!(
                 "`{}` makes {count} cells; a maze has at most {}",
@@ -88,14 +88,7 @@ pub(super) fn read_maze(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Pal
     let height = table.get("height").map_or(Some(8), |node| node.integer(1..=LENGTH));
     let seed = seed.read(table);
     let (mode, materials) = mode_and_materials(table, mode, palette);
-    let plan = MazePlan {
-        origin: origin?,
-        cells: cells?.map(|n| n as u32),
-        cell: cell? as u32,
-        wall: wall? as u32,
-        height: height?,
-        seed: seed?,
-    };
+    let plan = MazePlan { origin: origin?, cells: cells?, cell: cell?, wall: wall?, height: height?, seed: seed? };
     extent::inside_world(table, &plan.bounds())?;
     let size = plan.bounds().size();
     if size[0].max(size[2]) > Maze::MAX_EXTENT {

@@ -90,13 +90,11 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<Stream> {
         }),
     };
     let default = StreamSettings::default();
-    let near = table
-        .get("near")
-        .map_or(Some(i64::from(default.near)), |node| node.integer(64..=i64::from(StreamSettings::MOST_NEAR)));
+    let near = table.get("near").map_or(Some(default.near), |node| node.integer(64..=StreamSettings::MOST_NEAR));
     let far = match table.get("far") {
         None => near,
         Some(node) => {
-            let far = node.integer(64..=i64::from(StreamSettings::MOST_FAR));
+            let far = node.integer(64..=StreamSettings::MOST_FAR);
             match far.zip(near) {
                 Some((far, near)) if far < near => {
                     node.bad_value(format!("`{}` is {far}, and `near` is {near}: it must not be smaller", node.name))
@@ -111,7 +109,7 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<Stream> {
     };
     let height = match table.get("height") {
         None => Some(None),
-        Some(node) => match node.integers::<2>(extent::CELLS) {
+        Some(node) => match node.integers::<_, 2>(extent::CELLS) {
             Some([low, high]) if low >= high => {
                 node.bad_value(format!("`{}` is empty: from {low} to {high}", node.name))
             }
@@ -140,18 +138,17 @@ pub(super) fn read(table: &Table<'_, '_>) -> Option<Stream> {
             }
         }
     };
-    let threads =
-        table.get("threads").map_or(Some(0), |node| node.integer(0..=i64::from(StreamSettings::MOST_THREADS)));
+    let threads = table.get("threads").map_or(Some(0), |node| node.integer(0..=StreamSettings::MOST_THREADS));
     table.finish();
     let settings = StreamSettings {
-        near: near? as u32,
-        far: far? as u32,
+        near: near?,
+        far: far?,
         height: height?,
         gpu_memory: gpu_memory?,
         cpu_memory: cpu_memory?,
         lamp_memory: lamp_memory?,
         upload: upload?,
-        threads: threads? as u32,
+        threads: threads?,
     };
     Some(Stream { settings, source: source? })
 }
@@ -167,7 +164,7 @@ fn bytes(node: &Node<'_, '_>, least: u64, most: u64) -> Option<u64> {
             }
         }
     } else {
-        node.integer(0..=i64::MAX)? as u64
+        node.integer(0..=i64::MAX.cast_unsigned())?
     };
     if (least..=most).contains(&found) {
         return Some(found);

@@ -15,6 +15,7 @@ const DEPTH: i64 = 1 << 32;
 /// As heights and amplitudes in the file.
 const HEIGHTS: std::ops::RangeInclusive<f64> = extent::POSITIONS;
 
+#[expect(clippy::cast_possible_truncation, reason = "heights are within ±2³¹")]
 pub(super) fn read(
     table: &Table<'_, '_>,
     mode: Option<Mode>,
@@ -61,7 +62,7 @@ pub(super) fn read(
         max,
         base,
         amplitude: amplitude?,
-        exponent: exponent? as u32,
+        exponent: exponent?,
         noise: noise?,
         floor: floor.unwrap_or(Some(lowest.floor() as i64 - 16))?,
         river,
@@ -82,7 +83,7 @@ pub(super) fn read(
 }
 
 /// `frequency`, `octaves`, `lacunarity`, `gain`, `ridges`.
-fn noise(table: &Table<'_, '_>, seed: u64, octaves: i64) -> Option<Noise> {
+fn noise(table: &Table<'_, '_>, seed: u64, octaves: u32) -> Option<Noise> {
     let frequency = table.get("frequency").map_or(Some(1.0 / 128.0), |node| node.number(1e-9..=1.0));
     let octaves = table.get("octaves").map_or(Some(octaves), |node| node.integer(1..=16));
     let lacunarity = table.get("lacunarity").map_or(Some(2.0), |node| node.number(1.0..=8.0));
@@ -91,7 +92,7 @@ fn noise(table: &Table<'_, '_>, seed: u64, octaves: i64) -> Option<Noise> {
     Some(Noise {
         seed,
         frequency: frequency?,
-        octaves: octaves? as u32,
+        octaves: octaves?,
         lacunarity: lacunarity?,
         gain: gain?,
         ridges: ridges?,
@@ -107,9 +108,9 @@ fn read_river(table: &Table<'_, '_>, seed: u64) -> Option<River> {
     let own = table.get("seed").map_or(Some(0), |node| node.integer(i64::MIN..=i64::MAX));
     table.finish();
     let noise = Noise {
-        seed: crate::random::mix(seed ^ crate::random::mix(!(own? as u64))),
+        seed: crate::random::mix(seed ^ crate::random::mix(!own?.cast_unsigned())),
         frequency: frequency?,
-        octaves: octaves? as u32,
+        octaves: octaves?,
         lacunarity: 2.0,
         gain: 0.35,
         ridges: false,
@@ -129,7 +130,7 @@ fn read_caves(table: &Table<'_, '_>, seed: Option<u64>) -> Option<Caves> {
     let (above, below) = (height("above"), height("below"));
     let own = table.get("seed").map_or(Some(0), |node| node.integer(i64::MIN..=i64::MAX));
     table.finish();
-    let (octaves, frequency, own, seed) = (octaves? as u32, frequency?, own? as u64, seed?);
+    let (octaves, frequency, own, seed) = (octaves?, frequency?, own?.cast_unsigned(), seed?);
     let noise = |n: u64| Noise {
         seed: crate::random::mix(seed ^ crate::random::mix(own.wrapping_mul(2).wrapping_add(n) ^ 0xcafe)),
         frequency,

@@ -19,6 +19,10 @@ const SHARED: usize = 1024;
 /// The nodes of a tree over boxes, depth first, as words: smallest corner, link, last voxel, kind. The kind is the axis that was split, and
 /// then the first child, the one lower on that axis, follows and the link is the index of the second; or 3, and the link is the index of
 /// the box.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "there are at most `MAX_INSTANCES` boxes, whose coordinates are cells"
+)]
 pub(super) fn build(boxes: &[Box3]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
     let mut words = vec![0; NODE_WORDS * nodes(boxes.len())];
@@ -34,6 +38,10 @@ fn nodes(boxes: usize) -> usize {
 }
 
 /// Writes the tree over the boxes of `order` to `words`, which is as long as it; `first` is the index of its first node.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "there are at most `MAX_INSTANCES` boxes, whose coordinates are cells"
+)]
 fn add(boxes: &[Box3], order: &mut [u32], first: usize, words: &mut [u32]) {
     let (node, below) = words.split_at_mut(NODE_WORDS);
     let bounds = order.iter().map(|&i| boxes[i as usize]).reduce(union).unwrap_or_default();
@@ -58,6 +66,7 @@ fn add(boxes: &[Box3], order: &mut [u32], first: usize, words: &mut [u32]) {
 }
 
 /// Brings boxes to two sides of an axis; gives the axis and how many are on the lower side.
+#[expect(clippy::cast_sign_loss, reason = "the middle is between `low` and `high`, so that the bin is below `BINS`")]
 fn split(boxes: &[Box3], order: &mut [u32]) -> (usize, usize) {
     // Twice the middle, so that it is whole.
     let middle = |i: u32, axis: usize| boxes[i as usize][0][axis] + boxes[i as usize][1][axis];
@@ -82,7 +91,7 @@ fn split(boxes: &[Box3], order: &mut [u32]) -> (usize, usize) {
         return halve(order);
     }
     // Boxes in the bins, and the cost of a split behind each.
-    let bin = |i: u32| ((middle(i, axis) - low) as i128 * BINS as i128 / (high - low + 1) as i128) as usize;
+    let bin = |i: u32| (i128::from(middle(i, axis) - low) * BINS as i128 / i128::from(high - low + 1)) as usize;
     let mut ends = [0_usize; BINS];
     let mut hulls: [Option<Box3>; BINS] = [None; BINS];
     for &i in order.iter() {

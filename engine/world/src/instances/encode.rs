@@ -66,6 +66,10 @@ impl InstanceBuffer {
     }
 
     /// The words at its begin, which are all that depends on where instances stand.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "an encoding is addressed in 32 bits, and cells wrap in 32 bits"
+    )]
     pub fn moving(&self, frames: &[Frame]) -> Vec<u32> {
         let boxes: Vec<_> = self
             .instances
@@ -101,6 +105,10 @@ impl InstanceBuffer {
 
     /// The words of an instance. Rays are followed through the cube of its tree: in the world, where it is on the world's lattice, else in
     /// the model's frame, counted from the anchor.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "an encoding is addressed in 32 bits, and cells wrap in 32 bits"
+    )]
     fn put(&self, instance: &Instance, frame: &Frame, trees_at: usize, words: &mut Vec<u32>) {
         let ModelTree { header, at } = &self.models[instance.model];
         let last = (1_i64 << header.log2_size) - 1;
@@ -132,6 +140,7 @@ impl InstanceBuffer {
     }
 
     /// The members of the buffer block that a shader must declare, in order.
+    #[expect(clippy::cast_possible_truncation, reason = "a header has a few words")]
     pub fn block() -> Vec<BlockMember> {
         let member = |name, offset| BlockMember { name, offset, ty: "uint", stride: None };
         vec![

@@ -33,6 +33,10 @@ pub enum Turn {
 
 impl Frame {
     /// Of a pose, rounded to the nearest.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "positions are within `COORDINATES`, and a rotation has entries in −1…1"
+    )]
     pub fn of(pose: &Pose) -> Self {
         let middle = pose.middle().map(|m| (m * ONE as f64).round() as i64);
         let whole = |row: &[f64; 3]| row.map(|v| v as i32);
@@ -63,6 +67,10 @@ impl Frame {
 
     /// The smallest box of whole voxels around everything that the voxels `low` to `last` of the model, counted from the anchor's, can
     /// cover: its smallest voxel and its last.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "positions are within `COORDINATES`, and casts of floats saturate"
+    )]
     pub fn bounds(&self, low: [i64; 3], last: [i64; 3]) -> [[i64; 3]; 2] {
         let corners =
             (0..8).map(|corner: usize| std::array::from_fn(|i| if corner >> i & 1 == 1 { last[i] } else { low[i] }));
@@ -98,6 +106,10 @@ impl Frame {
 
     /// Brings a place of the world, a cell and a fraction in units of 2⁻²⁴, into a free frame: a cell counted from the anchor's and a
     /// fraction, rounded down. `None` if it is too far away, or the frame is not free.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "positions are within `COORDINATES`, and casts of floats saturate"
+    )]
     pub fn into_model(&self, cell: [i64; 3], fraction: [i64; 3]) -> Option<([i64; 3], [i64; 3])> {
         let Turn::Free(rows) = self.turn else { return None };
         let cells: [i64; 3] = std::array::from_fn(|i| cell[i] - i64::from(self.cell[i]));
@@ -114,6 +126,7 @@ impl Frame {
     }
 
     /// Brings a direction into a free frame, in `f32` and in this order: sums and products, each rounded by itself.
+    #[expect(clippy::cast_possible_truncation, reason = "directions of rays are 32-bit floats")]
     pub fn direction(&self, direction: [f32; 3]) -> Option<[f32; 3]> {
         let Turn::Free(rows) = self.turn else { return None };
         let entry = |v: i32| v as f32 / ROTATION_ONE as f32;

@@ -113,6 +113,7 @@ impl Pose {
 }
 
 /// Sine and cosine of degrees; of quarter turns exactly.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a quarter turn is one of a few")]
 fn sine_cosine(degrees: f64) -> [f64; 2] {
     let turn = degrees.rem_euclid(360.0);
     let quarter = (turn / 90.0).floor();

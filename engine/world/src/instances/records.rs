@@ -78,12 +78,12 @@ impl PoseRecords {
     /// Reads the words of the buffer. Nothing in them is taken on trust. Of different records for one instance, the one that is last by its
     /// words counts, whoever wrote first.
     pub fn read(words: &[u32], instances: &Instances) -> Self {
-        let wanted = u64::from(words.first().copied().unwrap_or(0));
+        let wanted = words.first().map_or(0, |wanted| *wanted as usize);
         let (records, _) = words.get(HEADER_WORDS..).unwrap_or_default().as_chunks::<RECORD_WORDS>();
-        let there = wanted.min(records.len() as u64);
-        let mut sorted = records[..there as usize].to_vec();
+        let there = wanted.min(records.len());
+        let mut sorted = records[..there].to_vec();
         sorted.sort_unstable_by_key(|record| (record[1], *record));
-        let mut read = Self { lost: wanted - there, ..Self::default() };
+        let mut read = Self { lost: (wanted - there) as u64, ..Self::default() };
         for record in &sorted {
             match pose(record, instances) {
                 Ok(found) => {

@@ -139,7 +139,7 @@ impl Grid {
     /// None if it had far more cells than there are sectors.
     fn of(parts: &Parts<&Chunk>, extent: &Extent) -> Option<Self> {
         let cell = |corner: [i32; 3]| -> [u32; 3] {
-            std::array::from_fn(|i| corner[i].wrapping_sub(extent.origin[i]) as u32 >> LOG2_EDGE)
+            std::array::from_fn(|i| corner[i].wrapping_sub(extent.origin[i]).cast_unsigned() >> LOG2_EDGE)
         };
         let empty = parts.uses.is_empty();
         let first = cell(extent.bounds_min);

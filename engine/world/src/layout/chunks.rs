@@ -37,7 +37,7 @@ pub(super) fn encode(world: &World, limit: u64, access: Access) -> Result<Encode
         extent.round_out(EDGE);
     }
     let corner = extent.origin.map(|origin| origin / EDGE);
-    let list = uses.iter().map(|(cell, part)| ([0, 1, 2].map(|i| corner[i] + cell[i] as i32), part));
+    let list = uses.iter().map(|(cell, part)| ([0, 1, 2].map(|i| corner[i] + cell[i].cast_signed()), part));
 
     let chunks_at = MATERIAL_WORDS as usize * world.materials().len();
     let voxels_at = chunks_at + LIST_WORDS * uses.len();
@@ -57,7 +57,7 @@ pub(super) fn encode(world: &World, limit: u64, access: Access) -> Result<Encode
     let (keys, entries) = front[ChunksHeader::WORDS as usize + chunks_at..].split_at_mut(uses.len());
     for (((pos, part), key), entry) in list.zip(keys).zip(entries.chunks_exact_mut(LIST_WORDS - 1)) {
         // The search compares keys: ten bits of each coordinate.
-        let [x, y, z] = pos.map(|c| c as u32);
+        let [x, y, z] = pos.map(i32::cast_unsigned);
         *key = x & 1023 | (y & 1023) << 10 | (z & 1023) << 20;
         entry.copy_from_slice(&[x, y, z, (voxels_at + VOXEL_WORDS * part) as u32]);
     }

@@ -107,7 +107,7 @@ pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> 
 /// The solids must lie in the window, which begins at the corner of the world's cube.
 fn check_window(extent: &Extent) -> Result<(), LayoutError> {
     for (axis, limit) in WINDOW.into_iter().enumerate() {
-        let span = (i64::from(extent.bounds_last[axis]) + 1 - i64::from(extent.origin[axis])).max(0) as u64;
+        let span = (i64::from(extent.bounds_last[axis]) + 1 - i64::from(extent.origin[axis])).max(0).cast_unsigned();
         if span > limit {
             return Err(LayoutError::TooWide { layout: Layout::Flat64.name(), span, limit });
         }
@@ -167,8 +167,9 @@ struct Free {
 
 impl Free {
     fn of(parts: &Parts<&Chunk>, extent: &Extent) -> Self {
-        let last =
-            |axis: usize| (extent.bounds_last[axis].max(extent.origin[axis]) - extent.origin[axis]) as usize >> 4;
+        let last = |axis: usize| {
+            (extent.bounds_last[axis].max(extent.origin[axis]) - extent.origin[axis]).cast_unsigned() as usize >> 4
+        };
         let mut blocks = Occupied::new([0, 1, 2].map(|axis| last(axis) + 1));
         for &(cell, index) in &parts.uses {
             for node in Bits(parts.distinct[index].root_mask()) {
@@ -215,7 +216,7 @@ impl Occupied {
         let mut radii = vec![0u8; self.cells.len()];
         let down = |axis: usize| octant >> axis & 1 == 1;
         let seen = |axis: usize, n: usize| if down(axis) { n } else { self.size[axis] - 1 - n };
-        let strides = [1, self.size[0] * self.size[2], self.size[0]].map(|stride| stride as isize);
+        let strides = [1, self.size[0] * self.size[2], self.size[0]].map(usize::cast_signed);
         // To the seven cells ahead, by the axes that are moved along.
         let steps: [isize; 8] = std::array::from_fn(|step| {
             let along = (0..3).filter(|axis| step >> axis & 1 == 1);
@@ -338,7 +339,7 @@ fn fill_octants(extent: &Extent, words: &mut [u32]) {
                 (0i32.wrapping_sub(origin), low, last)
             };
             for (part, cell) in [base, near, far].into_iter().enumerate() {
-                words[QUAD * part + axis] = CELL_BITS.wrapping_add(cell as u32);
+                words[QUAD * part + axis] = CELL_BITS.wrapping_add(cell.cast_unsigned());
             }
         }
         let field =

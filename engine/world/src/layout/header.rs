@@ -30,7 +30,7 @@ impl Extent {
             return Ok(Self { origin: [0; 3], log2_size: 6, bounds_min: [0; 3], bounds_last: [-1; 3] });
         };
         let low = bounds.min.map(|min| min & !63);
-        let span = (0..3).map(|i| (bounds.max[i] - low[i]) as u64).max().unwrap_or(1);
+        let span = (0..3).map(|i| (bounds.max[i] - low[i]).cast_unsigned()).max().unwrap_or(1);
         let log2_size = (6..=MAX_LOG2_SIZE)
             .step_by(2)
             .find(|log2| span <= 1 << log2)

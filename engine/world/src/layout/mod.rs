@@ -1,6 +1,11 @@
 //! GPU encodings of a world: one file a layout, each the twin of `shaders/include/raxel/<layout>.glsl`. An encoding is the content of
 //! one storage buffer in 32-bit words: a header, the materials, then the voxels.
 
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "`check_size` refuses buffers whose words 32 bits cannot address; masks are packed as halves of 64 bits"
+)]
+
 mod block;
 mod brickmap;
 mod bvh;

@@ -42,7 +42,7 @@ impl<'a> Parts<&'a Chunk> {
                     distinct.len() - 1
                 });
                 let pos = [pos.x, pos.y, pos.z];
-                (std::array::from_fn(|i| (pos[i] - (extent.origin[i] >> 6)) as u32), index)
+                (std::array::from_fn(|i| (pos[i] - (extent.origin[i] >> 6)).cast_unsigned()), index)
             })
             .collect();
         Self { distinct, uses }

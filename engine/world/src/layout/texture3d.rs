@@ -43,12 +43,12 @@ pub(super) fn encode(world: &World, limits: Limits, access: Access) -> Result<En
     let Shape { mut extent, size, mip_count, image_bytes } = shape(world, limits)?;
     if access == Access::Write {
         extent.bounds_min = extent.origin;
-        extent.bounds_last = std::array::from_fn(|i| extent.origin[i] + (size[i] - 1) as i32);
+        extent.bounds_last = std::array::from_fn(|i| extent.origin[i] + (size[i] - 1).cast_signed());
     }
     let words = Texture3dHeader::WORDS as usize + MATERIAL_WORDS as usize * world.materials().len();
     check_size(Layout::Texture3d, 4 * words as u64, limits.buffer_bytes)?;
     let header = Texture3dHeader {
-        size: size.map(|axis| axis as i32),
+        size: size.map(u32::cast_signed),
         mip_count,
         ..Texture3dHeader::of(&extent, world.materials())
     };
@@ -98,7 +98,7 @@ fn extent(world: &World) -> Result<Extent, LayoutError> {
     let mut extent = Extent::of(world, Layout::Texture3d)?;
     if let Some(bounds) = world.bounds() {
         let low = bounds.min.map(|min| min & !63);
-        let span = (0..3).map(|i| (bounds.max[i] - low[i]) as u64).max().unwrap_or(1);
+        let span = (0..3).map(|i| (bounds.max[i] - low[i]).cast_unsigned()).max().unwrap_or(1);
         extent.log2_size = span.next_power_of_two().trailing_zeros().max(6);
         extent.origin = low.map(|low| low.min((1 << 31) - (1 << extent.log2_size)) as i32);
     }
@@ -109,7 +109,7 @@ fn extent(world: &World) -> Result<Extent, LayoutError> {
 fn image_size(extent: &Extent) -> [u64; 3] {
     std::array::from_fn(|i| {
         let last = i64::from(extent.bounds_last[i]) - i64::from(extent.origin[i]);
-        ((last + 1).max(1) as u64).next_multiple_of(CHUNK_EDGE as u64)
+        (last + 1).max(1).cast_unsigned().next_multiple_of(CHUNK_EDGE as u64)
     })
 }
 
@@ -128,7 +128,7 @@ fn voxels(world: &World, origin: [i32; 3], size: [u32; 3]) -> Vec<MaterialIndex>
     let mut by_slab = vec![Vec::new(); depth / CHUNK_EDGE as usize];
     for (pos, chunk) in world.chunks() {
         let corner: [usize; 3] =
-            std::array::from_fn(|i| (pos.origin()[i] as u32).wrapping_sub(origin[i] as u32) as usize);
+            std::array::from_fn(|i| pos.origin()[i].wrapping_sub(origin[i]).cast_unsigned() as usize);
         by_slab[corner[2] / CHUNK_EDGE as usize].push((corner, chunk));
     }
     let mut texels = vec![0; slab * by_slab.len()];

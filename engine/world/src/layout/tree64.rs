@@ -161,7 +161,7 @@ fn distinct_chunks<'a>(world: &'a World, extent: &Extent) -> (Vec<&'a Chunk>, Ve
 /// Child indices from the root down to a chunk, 6 bits each, the root's highest.
 fn path(pos: ChunkPos, extent: &Extent) -> u128 {
     let [ox, oy, oz] = extent.origin.map(|origin| origin >> 6);
-    let (x, y, z) = ((pos.x - ox) as u32, (pos.y - oy) as u32, (pos.z - oz) as u32);
+    let (x, y, z) = ((pos.x - ox).cast_unsigned(), (pos.y - oy).cast_unsigned(), (pos.z - oz).cast_unsigned());
     let levels = (extent.log2_size - 6) / 2;
     (0..levels).rev().fold(0, |path, level| {
         let digit = |c: u32| c >> (2 * level) & 3;

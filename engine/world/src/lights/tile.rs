@@ -57,6 +57,7 @@ impl TileLights {
     /// A tile of level 0 has one part, and exactly the faces that the whole world has there. Above that, each 16³ cells are a part, since
     /// finer tiles may lie over any of them; and where two parts meet, a face counts as bare: what is shown beyond it may be finer, and
     /// leave some of it free.
+    #[expect(clippy::cast_possible_truncation, reason = "cells of the world have 32 bits")]
     pub fn of(
         content: &Content,
         (level, pos): (u32, ChunkPos),
@@ -104,6 +105,10 @@ impl TileLights {
         found
     }
 
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a list of lamps has 32-bit floats and is addressed in 32 bits"
+    )]
     fn end_part(&mut self, number: u32, first: usize) {
         let lights = &self.lights[first..];
         if !lights.is_empty() {
@@ -129,6 +134,10 @@ impl TileLights {
     }
 
     /// Words that they take.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a list of lamps has 32-bit floats and is addressed in 32 bits"
+    )]
     pub fn words(&self) -> u32 {
         (LIGHT_WORDS * self.lights.len()) as u32
     }
@@ -162,6 +171,7 @@ pub fn grouped_words(groups: &[LightGroup]) -> Vec<u32> {
 }
 
 /// The words in front of the lights: `at` is the place of the table of the groups, in four words.
+#[expect(clippy::cast_possible_truncation, reason = "a list of lamps has 32-bit floats and is addressed in 32 bits")]
 pub fn grouped_header(groups: &[LightGroup], at: u32) -> [u32; HEADER_WORDS] {
     let power: f64 = groups.iter().map(|group| group.power).sum();
     let count = groups.iter().map(|group| group.count).sum();

@@ -72,6 +72,14 @@ pub enum ExportError {
         /// How many fit.
         limit: u64,
     },
+    /// So is the size of the file: voxels that are scattered need a model each.
+    #[error("the world takes {bytes} bytes; a .vox file has at most {limit}")]
+    TooLarge {
+        /// Bytes of all models and materials.
+        bytes: u64,
+        /// How many fit.
+        limit: u32,
+    },
 }
 
 impl ExportError {
@@ -79,7 +87,7 @@ impl ExportError {
     pub fn diagnostic(&self, world: &str) -> Diagnostic {
         let code = match self {
             ExportError::TooManyMaterials { .. } => codes::world::EXPORT_MATERIALS,
-            ExportError::TooManyVoxels { .. } => codes::world::EXPORT_VOXELS,
+            ExportError::TooManyVoxels { .. } | ExportError::TooLarge { .. } => codes::world::EXPORT_VOXELS,
         };
         Diagnostic::error(code, format!("`{world}` cannot be written as .vox: {self}"))
     }

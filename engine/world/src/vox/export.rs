@@ -14,6 +14,10 @@ const EDGE: i64 = 256;
 const MAX_VOXELS: u64 = 1 << 28;
 
 /// Writes a world. Imported again it has the same voxels; colours are rounded to sRGB bytes.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "there are 255 materials at most, remainders are below `EDGE`, and there are at most `MAX_VOXELS` voxels"
+)]
 pub fn export(world: &World) -> Result<Vec<u8>, ExportError> {
     let used: Vec<MaterialIndex> =
         (1..world.materials().len()).filter(|&i| world.counts()[i] > 0).map(|i| i as MaterialIndex).collect();
@@ -58,9 +62,14 @@ pub fn export(world: &World) -> Result<Vec<u8>, ExportError> {
     file.extend(150u32.to_le_bytes());
     file.extend(b"MAIN");
     file.extend(0u32.to_le_bytes());
-    file.extend((out.len() as u32).to_le_bytes());
+    file.extend(length(out.len())?.to_le_bytes());
     file.extend(out);
     Ok(file)
+}
+
+/// The length of a chunk as the file has it.
+fn length(bytes: usize) -> Result<u32, ExportError> {
+    u32::try_from(bytes).map_err(|_| ExportError::TooLarge { bytes: bytes as u64, limit: u32::MAX })
 }
 
 /// The scene graph: a root transform, a group, and a transform with a shape for each model.
@@ -71,6 +80,10 @@ struct Nodes {
 }
 
 impl Nodes {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "`export` refuses files of 4 GiB and more, and no part is larger than the file"
+    )]
     fn new(models: usize) -> Self {
         let mut out = Vec::new();
         chunk(&mut out, *b"nTRN", &transform(0, 1, None));
@@ -155,6 +168,10 @@ fn properties(material: &Material) -> Vec<u8> {
     ])
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "`export` refuses files of 4 GiB and more, and no part is larger than the file"
+)]
 fn attributes(entries: &[(&str, String)]) -> Vec<u8> {
     let mut out = (entries.len() as u32).to_le_bytes().to_vec();
     for (key, value) in entries {
@@ -166,9 +183,25 @@ fn attributes(entries: &[(&str, String)]) -> Vec<u8> {
     out
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "`export` refuses files of 4 GiB and more, and no part is larger than the file"
+)]
 fn chunk(out: &mut Vec<u8>, id: [u8; 4], content: &[u8]) {
     out.extend(id);
     out.extend((content.len() as u32).to_le_bytes());
     out.extend(0u32.to_le_bytes());
     out.extend(content);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_longer_than_it_can_say_is_refused() {
+        let longest = u32::MAX as usize;
+        assert_eq!(length(longest), Ok(u32::MAX));
+        assert_eq!(length(longest + 1), Err(ExportError::TooLarge { bytes: 1 << 32, limit: u32::MAX }));
+    }
 }

@@ -37,6 +37,7 @@ pub(super) fn materials(file: &VoxFile) -> Vec<Material> {
 }
 
 /// Keeps the materials that models use. Gives the new index of each palette index, and the materials with air first.
+#[expect(clippy::cast_possible_truncation, reason = "a palette of a .vox file has 256 entries")]
 pub(super) fn used(file: &VoxFile, materials: Vec<Material>) -> (Vec<MaterialIndex>, Vec<Material>) {
     let mut is_used = [false; 256];
     file.models.iter().flat_map(|model| &model.voxels).for_each(|voxel| is_used[usize::from(voxel[3])] = true);
@@ -55,6 +56,7 @@ pub(super) fn used(file: &VoxFile, materials: Vec<Material>) -> (Vec<MaterialInd
 
 /// Reads MATL properties. Each counts only for the types of material that show it, as in MagicaVoxel; light is `_emit`, with
 /// `_flux` as further multiples of it.
+#[expect(clippy::cast_possible_truncation, reason = "materials are 32-bit floats")]
 fn apply(material: &mut Material, attributes: &Attributes) {
     let number =
         |key: &str| attributes.get(key).and_then(|text| text.trim().parse::<f64>().ok()).filter(|n| n.is_finite());

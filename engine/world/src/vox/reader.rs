@@ -151,7 +151,7 @@ fn read_node(id: [u8; 4], content: &mut Input<'_>) -> Result<(u32, Node), VoxErr
         b"nTRN" => {
             let child = content.u32("child node")?;
             let _reserved = content.u32("reserved id")?;
-            let layer = content.u32("layer id")? as i32;
+            let layer = content.u32("layer id")?.cast_signed();
             let count = content.count("frames", 4)?;
             let frames = (0..count).map(|_| content.attributes()).collect::<Result<_, _>>()?;
             Node::Transform { attributes, child, layer, frames }
@@ -191,6 +191,7 @@ impl<'b> Input<'b> {
         VoxError::new(VoxErrorKind::Structure, self.at, message)
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "as many bytes are left in memory")]
     fn take(&mut self, count: u64, what: &str) -> Result<&'b [u8], VoxError> {
         let left = (self.end - self.at) as u64;
         if count > left {

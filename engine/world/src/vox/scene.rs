@@ -16,7 +16,7 @@ const MAX_VOXELS: usize = 1 << 26;
 /// Number of frames, at least 1.
 pub(super) fn frames(file: &VoxFile) -> u32 {
     if file.root.is_none() {
-        return file.models.len().max(1) as u32;
+        return u32::try_from(file.models.len().max(1)).unwrap_or(u32::MAX);
     }
     let keys = file.nodes.values().filter_map(|(_, node)| match node {
         Node::Transform { frames, .. } => frames.iter().map(key).max(),

@@ -170,6 +170,7 @@ fn numbers(measured: &Measured) -> Vec<(&'static str, Option<f64>)> {
 }
 
 /// One row as JSON.
+#[expect(clippy::cast_possible_truncation, reason = "every whole number below 9·10¹⁵ fits")]
 pub(super) fn row_json(row: &Row) -> Value {
     let mut value = json!({ "reason": "measured", "case": row.case });
     match &row.outcome {

@@ -28,6 +28,7 @@ pub(super) fn wrong_ppm(row: &Row) -> Option<f64> {
 }
 
 /// Three significant digits, whatever the size.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "powers of ten of floats are within ±324")]
 pub(super) fn three(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");

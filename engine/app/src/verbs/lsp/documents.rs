@@ -85,6 +85,7 @@ impl Files for Overlay {
 }
 
 /// The byte at a position, which counts lines and UTF-16 units. A position behind the end of a line is that end.
+#[expect(clippy::cast_possible_truncation, reason = "the protocol counts lines and columns in 32 bits")]
 pub(super) fn offset(text: &str, position: Position) -> usize {
     let mut start = 0;
     for _ in 0..position.line {
@@ -105,6 +106,7 @@ pub(super) fn offset(text: &str, position: Position) -> usize {
 }
 
 /// The position of a byte.
+#[expect(clippy::cast_possible_truncation, reason = "the protocol counts lines and columns in 32 bits")]
 pub(super) fn position(text: &str, byte: usize) -> Position {
     let before = &text[..floor(text, byte)];
     let line = before.matches('\n').count() as u32;

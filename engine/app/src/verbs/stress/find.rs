@@ -23,6 +23,7 @@ pub(super) const MARCHERS: &[&str] = &["fixed", "rollback", "dda", "stackless", 
 const MOST: f64 = 1e13;
 
 /// A number of rays: `1e9`, `250000`.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the number is in 1…`MOST`")]
 pub(super) fn count(text: &str) -> std::result::Result<u64, String> {
     text.replace('_', "")
         .parse()

@@ -199,6 +199,11 @@ fn ppm(errors: &Errors) -> String {
 }
 
 /// About three digits.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "casts of floats saturate, and errors are not negative"
+)]
 fn three(value: f64) -> String {
     match value {
         0.0 => "0".to_owned(),

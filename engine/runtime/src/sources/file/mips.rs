@@ -11,6 +11,7 @@ struct Level {
 
 /// Appends the mips below `mips[0]` until there are `count` of them. The numbers are averaged as they are stored: colours should be in
 /// linear light.
+#[expect(clippy::cast_possible_truncation, reason = "texels are 32-bit floats")]
 pub(super) fn append(mips: &mut Vec<Vec<u8>>, extent: [u32; 3], channel: Channel, channels: usize, count: u32) {
     let mut extent = extent.map(|side| side as usize);
     let mut above: Option<Level> = None;
@@ -28,6 +29,7 @@ pub(super) fn append(mips: &mut Vec<Vec<u8>>, extent: [u32; 3], channel: Channel
     }
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "texels are 32-bit floats")]
 fn smaller(from: [usize; 3], to: [usize; 3], channels: usize, value: impl Fn(usize) -> f32) -> Level {
     let cover = [0, 1, 2].map(|axis| (0..to[axis]).map(|at| covered(from[axis], to[axis], at)).collect::<Vec<_>>());
     let mut values = Vec::with_capacity(to.iter().product::<usize>() * channels);
@@ -53,6 +55,7 @@ fn smaller(from: [usize; 3], to: [usize; 3], channels: usize, value: impl Fn(usi
 }
 
 /// Texels of a row of `from` that texel `at` of a row of `to` covers, with their shares, which add up to 1.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the texels are inside the picture")]
 fn covered(from: usize, to: usize, at: usize) -> Vec<(usize, f64)> {
     let (first, last) = ((at * from) as f64 / to as f64, ((at + 1) * from) as f64 / to as f64);
     let width = last - first;

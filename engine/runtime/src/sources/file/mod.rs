@@ -211,6 +211,7 @@ fn wrong_format(path: &str, picture: &Picture, request: &ImageRequest) -> Refusa
 }
 
 /// Whether a picture may be decoded at all.
+#[expect(clippy::cast_possible_truncation, reason = "longer sides are refused above")]
 fn check_extent(width: u64, height: u64, texel_bytes: u64) -> Result<[u32; 2], String> {
     let side = u64::from(MOST_SIDE);
     if width == 0 || height == 0 || width > side || height > side {

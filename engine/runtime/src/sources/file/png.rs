@@ -7,6 +7,7 @@ use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 use super::texels::Channel;
 use super::{MOST_BYTES, Picture, check_extent};
 
+#[expect(clippy::cast_possible_truncation, reason = "`MOST_BYTES` is far below 2⁶³")]
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let text = |error: DecodingError| error.to_string();
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 2 * MOST_BYTES as usize });

@@ -57,6 +57,11 @@ impl Channel {
     }
 
     /// Appends a number; what it cannot hold is clamped. Of unorm channels, 1 is the largest number.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "casts of floats saturate: what a channel cannot hold is clamped"
+    )]
     pub(super) fn put(self, value: f64, to: &mut Vec<u8>) {
         match self {
             Self::Unorm8 => to.push((value.clamp(0.0, 1.0) * 255.0).round() as u8),
@@ -70,6 +75,7 @@ impl Channel {
     }
 
     /// The number that `put` would take for the channel at an index.
+    #[expect(clippy::cast_possible_truncation, reason = "a half has 16 bits")]
     pub(super) fn get(self, bytes: &[u8], index: usize) -> f64 {
         let at = index * self.bytes();
         let word =

@@ -280,5 +280,5 @@ impl std::fmt::Debug for LiveHashedChunks {
 /// The cell of a chunk in the cube, in chunks.
 fn cell_of(pos: ChunkPos, extent: &Extent) -> [u32; 3] {
     let pos = [pos.x, pos.y, pos.z];
-    std::array::from_fn(|i| (pos[i] - (extent.origin[i] >> 6)) as u32)
+    std::array::from_fn(|i| (pos[i] - (extent.origin[i] >> 6)).cast_unsigned())
 }

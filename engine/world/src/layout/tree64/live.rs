@@ -61,7 +61,7 @@ impl LiveTree64 {
         let sizes: Vec<ChunkSize> = distinct.par_iter().map(|chunk| ChunkSize::of(chunk)).collect();
 
         let quads: u64 = sizes.iter().map(|size| u64::from(quads_of(size))).sum();
-        let front = Tree64Header::WORDS as u64 + u64::from(MATERIAL_WORDS) * world.materials().len() as u64;
+        let front = u64::from(Tree64Header::WORDS) + u64::from(MATERIAL_WORDS) * world.materials().len() as u64;
         let needed = quads + quads / 4 + 2 * chunks.len() as u64 + ROOM;
         let limit = limit.min(ADDRESSABLE);
         let least = 4 * front + 16 * (quads + upper_quads(chunks.len()));

@@ -186,6 +186,7 @@ impl Scale {
     }
 
     /// 1, 2 and 5 times the powers of ten, or only these when they are many.
+    #[expect(clippy::cast_possible_truncation, reason = "powers of ten of measured times are few")]
     fn ticks(&self) -> Vec<f64> {
         let steps: &[f64] = if self.high - self.low > 3.2 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         (self.low.floor() as i32..=self.high.ceil() as i32)
@@ -245,6 +246,10 @@ impl Path {
 }
 
 /// What is wrong, by how much. Gives the end of the panel.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "casts of floats saturate, and powers that are not shown are left out"
+)]
 fn scatter(svg: &mut String, dots: &[&Dot<'_>], graphs: &[&str], scale: &Scale, top: f64, path: &mut Path) -> f64 {
     let least = dots.iter().map(|dot| dot.wrong).fold(f64::INFINITY, f64::min).log10();
     let most = dots.iter().map(|dot| dot.wrong).fold(0.0, f64::max).log10();

@@ -95,6 +95,11 @@ impl<'d, 'r> Strand<'d, 'r> {
     }
 
     /// Names of layouts, slanting up or down from their dots: the room each takes, in pieces.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the length of a name is some hundred pixels"
+    )]
     fn names(&self, up: bool) -> Vec<Name> {
         let sign = if up { -1.0 } else { 1.0 };
         let place = |((dot, [_, y]), at): ((&&Dot<'_>, &[f64; 2]), f64)| {

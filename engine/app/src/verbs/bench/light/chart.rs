@@ -43,6 +43,7 @@ impl Axis {
         self.from + (log - self.low) / (self.high - self.low) * (self.to - self.from)
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "powers of ten of floats are within ±324")]
     fn powers(&self) -> impl Iterator<Item = f64> + use<> {
         (self.low.ceil() as i32..=self.high.floor() as i32).map(|power| 10f64.powi(power))
     }
