@@ -30,7 +30,7 @@ fn main() {
                 }
                 words.push(kind(n, low, high));
             }
-            let any = words.iter().any(|word| *word == n);
+            let any = words.contains(&n);
             println!("{any} {words:?}");
         }
     }
