@@ -1,0 +1,176 @@
+//! Copies the repository, plants every fault of a group in the copy, and builds its tests.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::groups::Group;
+use crate::plant::{Fault, Planted, origin};
+
+/// The switch that the library gets: the number in `RAXEL_MUTANT` says which fault runs.
+pub const SWITCH: &str = "
+#[doc(hidden)]
+pub mod planted {
+    static RUNS: std::sync::LazyLock<usize> =
+        std::sync::LazyLock::new(|| std::env::var(\"RAXEL_MUTANT\").ok().and_then(|n| n.parse().ok()).unwrap_or(usize::MAX));
+
+    pub fn is(number: usize) -> bool {
+        *RUNS == number
+    }
+}
+";
+
+/// A source with its faults.
+pub struct Source {
+    /// Relative to the repository.
+    pub path: PathBuf,
+    planted: Planted,
+    /// The number of its first fault.
+    first: usize,
+    left_out: BTreeSet<usize>,
+}
+
+/// A copy of the repository in which every fault stands.
+pub struct Copy {
+    /// Where it is.
+    pub root: PathBuf,
+    /// Its sources with faults.
+    pub sources: Vec<Source>,
+}
+
+/// What can go wrong.
+pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+impl Copy {
+    /// Copies what git tracks and plants the faults of a group.
+    pub fn new(repository: &Path, root: &Path, group: &Group) -> Result<Self> {
+        let listed = Command::new("git").args(["ls-files", "-z"]).current_dir(repository).output()?.stdout;
+        for file in String::from_utf8(listed)?.split_terminator('\0') {
+            let (from, to) = (repository.join(file), root.join(file));
+            fs::create_dir_all(to.parent().ok_or("a file without a folder")?)?;
+            if from.is_file() && fs::read(&from)? != fs::read(&to).unwrap_or_default() {
+                fs::copy(&from, &to)?;
+            }
+        }
+        let folder = Path::new("engine").join(group.folder);
+        let manifest = root.join(&folder).join("Cargo.toml");
+        // A fault may leave a name unused.
+        fs::write(&manifest, fs::read_to_string(&manifest)?.replace("[lints]\nworkspace = true\n", ""))?;
+        let library = root.join(&folder).join("src/lib.rs");
+        fs::write(&library, fs::read_to_string(&library)? + SWITCH)?;
+        let mut paths = Vec::new();
+        for source in group.sources {
+            files(&repository.join(&folder).join("src").join(source), &mut paths)?;
+        }
+        let (mut sources, mut first) = (Vec::new(), 0);
+        for path in paths {
+            let planted = Planted::of(&fs::read_to_string(&path)?)?;
+            let count = planted.faults().count();
+            let path = path.strip_prefix(repository)?.to_owned();
+            sources.push(Source { path, planted, first, left_out: BTreeSet::new() });
+            first += count;
+        }
+        let mut copy = Self { root: root.to_owned(), sources };
+        copy.leave_out_what_does_not_compile(group)?;
+        Ok(copy)
+    }
+
+    /// Every fault that compiles, by its number.
+    pub fn faults(&self) -> BTreeMap<usize, (&Path, &Fault)> {
+        let mut faults = BTreeMap::new();
+        for source in &self.sources {
+            let numbered = source.planted.faults().enumerate().filter(|(n, _)| !source.left_out.contains(n));
+            faults.extend(numbered.map(|(n, fault)| (source.first + n, (source.path.as_path(), fault))));
+        }
+        faults
+    }
+
+    fn leave_out_what_does_not_compile(&mut self, group: &Group) -> Result<()> {
+        loop {
+            let mut parts = BTreeMap::new();
+            for source in &self.sources {
+                let (text, of) = source.planted.text(source.first, &source.left_out);
+                fs::write(self.root.join(&source.path), text)?;
+                parts.insert(source.path.clone(), of);
+            }
+            let package = format!("raxel-{}", group.folder);
+            let (checked, compiles) = cargo(&self.root, &["check", "-p", &package, "--message-format", "json"])?;
+            if compiles {
+                return Ok(());
+            }
+            let errors: Vec<(PathBuf, Range<usize>)> = checked.iter().flat_map(error_places).collect();
+            let mut found = false;
+            for (file, place) in errors {
+                let Some(source) = self.sources.iter_mut().find(|source| file.ends_with(&source.path)) else {
+                    continue;
+                };
+                let [start, end] = [place.start, place.end].map(|byte| origin(&parts[&source.path], byte));
+                let left = || source.planted.faults().enumerate().filter(|(n, _)| !source.left_out.contains(n));
+                let around = left().filter(|(_, fault)| fault.range.start <= start && start <= fault.range.end);
+                let around = around.min_by_key(|(_, fault)| fault.range.len());
+                // A block that has to end early does not without its last statement.
+                let last = left().filter(|(_, fault)| start <= fault.range.start && fault.range.end <= end);
+                let last = last.filter(|(_, fault)| fault.to.is_empty()).last();
+                if let Some((n, _)) = last.or(around) {
+                    found |= source.left_out.insert(n);
+                }
+            }
+            if !found {
+                return Err(format!("{package} does not compile, and no fault is the reason").into());
+            }
+        }
+    }
+}
+
+fn files(path: &Path, into: &mut Vec<PathBuf>) -> io::Result<()> {
+    if !path.is_dir() {
+        into.push(path.to_owned());
+        return Ok(());
+    }
+    let mut entries: Vec<PathBuf> =
+        fs::read_dir(path)?.map(|entry| entry.map(|entry| entry.path())).collect::<io::Result<_>>()?;
+    entries.sort();
+    for entry in entries {
+        let name = entry.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if entry.is_dir() || (entry.extension().is_some_and(|extension| extension == "rs") && name != "tests.rs") {
+            files(&entry, into)?;
+        }
+    }
+    Ok(())
+}
+
+/// Runs cargo and gives its messages, and whether it succeeded.
+pub fn cargo(root: &Path, arguments: &[&str]) -> Result<(Vec<Value>, bool)> {
+    let (verb, rest) = arguments.split_first().ok_or("no verb")?;
+    let output = Command::new("cargo")
+        .args([verb, "--profile", "checked"])
+        .args(rest)
+        .current_dir(root)
+        .env("CARGO_TARGET_DIR", root.join("target"))
+        .stderr(Stdio::inherit())
+        .output()?;
+    let text = String::from_utf8(output.stdout)?;
+    let messages = text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    Ok((messages, output.status.success()))
+}
+
+/// File and bytes of each place that an error of the compiler marks.
+fn error_places(message: &Value) -> Vec<(PathBuf, Range<usize>)> {
+    let message = &message["message"];
+    if message["level"] != "error" {
+        return Vec::new();
+    }
+    let spans = message["spans"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let primary = spans.iter().filter(|span| span["is_primary"] == true);
+    primary
+        .filter_map(|span| {
+            let byte = |name: &str| Some(span[name].as_u64()? as usize);
+            Some((PathBuf::from(span["file_name"].as_str()?), byte("byte_start")?..byte("byte_end")?))
+        })
+        .collect()
+}

@@ -1,0 +1,50 @@
+//! What faults are planted in, and what must notice them.
+
+/// Sources of one crate, and the commands whose tests must notice a fault in them.
+pub struct Group {
+    /// How it is called on the command line.
+    pub name: &'static str,
+    /// The folder of the crate under `engine`.
+    pub folder: &'static str,
+    /// Files and folders under its `src`.
+    pub sources: &'static [&'static str],
+    /// Arguments of `cargo test`.
+    pub tests: &'static [&'static [&'static str]],
+    /// Arguments of `raxel`, which is run after the tests.
+    pub stress: Option<&'static [&'static str]>,
+}
+
+/// Every group.
+pub const GROUPS: &[Group] = &[
+    Group {
+        name: "plan",
+        folder: "graph",
+        sources: &[
+            "alias.rs",
+            "barriers",
+            "cull.rs",
+            "lifetimes.rs",
+            "order.rs",
+            "queues.rs",
+            "subresources.rs",
+            "unroll.rs",
+            "updates.rs",
+            "varies.rs",
+        ],
+        tests: &[&["-p", "raxel-graph"]],
+        stress: None,
+    },
+    Group {
+        name: "encode",
+        folder: "world",
+        sources: &["layout"],
+        tests: &[&["-p", "raxel-world", "--lib"], &["-p", "raxel-world", "--test", "layouts"]],
+        stress: Some(&[
+            "stress",
+            "--rays",
+            "1e6",
+            "--scenes",
+            "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,corners,menger,hills",
+        ]),
+    },
+];

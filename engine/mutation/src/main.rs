@@ -1,0 +1,104 @@
+//! `raxel-mutation GROUP`: plants every fault of a group in a copy of the repository, builds it once, and runs its tests for each fault.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use raxel_mutation::build::{Copy, Result, cargo};
+use raxel_mutation::groups::{GROUPS, Group};
+use raxel_mutation::plant::Fault;
+use raxel_mutation::run::{Gate, run};
+
+/// A fault that changes nothing, by `file`, text of the `line`, `from`, `to`, and `why`.
+type Explained = BTreeMap<String, String>;
+
+fn main() -> ExitCode {
+    let name = std::env::args().nth(1).unwrap_or_default();
+    let Some(group) = GROUPS.iter().find(|group| group.name == name) else {
+        let names: Vec<&str> = GROUPS.iter().map(|group| group.name).collect();
+        eprintln!("usage: raxel-mutation GROUP; groups are {}", names.join(", "));
+        return ExitCode::from(2);
+    };
+    match judge(group) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn setting(name: &str, default: usize) -> usize {
+    std::env::var(format!("RAXEL_MUTATION_{name}")).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+/// Whether every fault is noticed or explained.
+fn judge(group: &Group) -> Result<bool> {
+    let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize()?;
+    let root =
+        std::env::var_os("RAXEL_MUTATION_COPY").map_or_else(|| repository.join("target/mutation"), PathBuf::from);
+    let copy = Copy::new(&repository, &root, group)?;
+    let gates = gates(group, &root)?;
+    let faults = copy.faults();
+    // Every `EVERY`-th alone: a sample.
+    let chosen: Vec<usize> = faults.keys().copied().step_by(setting("EVERY", 1)).collect();
+    println!("{}: {} faults of {}", group.name, chosen.len(), faults.len());
+    let noticed = run(&gates, &chosen, setting("JOBS", std::thread::available_parallelism().map_or(1, usize::from)))?;
+    let text = std::fs::read_to_string(repository.join("tests/mutation/explained_rust.toml"))?;
+    let explained = toml::from_str::<BTreeMap<String, Vec<Explained>>>(&text)?.remove("fault").unwrap_or_default();
+    let (mut explained_count, mut unexplained) = (0, 0);
+    for (number, _) in noticed.iter().filter(|(_, noticed)| !**noticed) {
+        let (path, fault) = faults[number];
+        if explained.iter().any(|reason| is(reason, path, fault)) {
+            explained_count += 1;
+        } else {
+            unexplained += 1;
+            println!(
+                "{number} {}:{}: `{}` -> `{}` in {}",
+                path.display(),
+                fault.line,
+                fault.from,
+                fault.to,
+                fault.text
+            );
+        }
+    }
+    println!(
+        "{} noticed, {explained_count} explained, {unexplained} not noticed",
+        noticed.values().filter(|n| **n).count()
+    );
+    Ok(unexplained == 0)
+}
+
+fn is(reason: &Explained, path: &Path, fault: &Fault) -> bool {
+    let path = path.to_string_lossy();
+    let of = [("file", path.as_ref()), ("line", &fault.text), ("from", &fault.from), ("to", &fault.to)];
+    of.iter().all(|(key, value)| reason.get(*key).is_some_and(|reason| reason == value))
+}
+
+fn gates(group: &Group, root: &Path) -> Result<Vec<Gate>> {
+    let mut gates = Vec::new();
+    for tests in group.tests {
+        let (messages, built) = cargo(root, &[&["test", "--no-run", "--message-format", "json"], *tests].concat())?;
+        if !built {
+            return Err(format!("the tests of {} do not build", group.folder).into());
+        }
+        for message in messages {
+            if let (Some(program), Some(manifest)) = (message["executable"].as_str(), message["manifest_path"].as_str())
+                && message["profile"]["test"] == true
+            {
+                let folder = Path::new(manifest).parent().ok_or("a manifest without a folder")?;
+                gates.push(Gate::new(Path::new(program), &["--test-threads", "1"], folder)?);
+            }
+        }
+    }
+    if let Some(stress) = group.stress {
+        if !cargo(root, &["build", "-p", "raxel"])?.1 {
+            return Err("raxel does not build".into());
+        }
+        gates.push(Gate::new(&root.join("target/checked/raxel"), stress, root)?);
+    }
+    gates.sort_by_key(|gate| gate.limit);
+    Ok(gates)
+}

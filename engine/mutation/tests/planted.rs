@@ -1,0 +1,81 @@
+//! A program with all its faults behind the switch does what it did, and something else with each of them.
+#![allow(missing_docs, reason = "a test")]
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+use raxel_mutation::build::SWITCH;
+use raxel_mutation::plant::{Planted, origin};
+
+/// It says all that a fault could change.
+const PROGRAM: &str = r#"
+fn kind(n: i64, low: i64, high: i64) -> i64 {
+    if n < low || n > high {
+        return 70;
+    }
+    let inside = n == low && high >= 2;
+    if inside { n + 1 } else { n * 3 - 2 }
+}
+
+fn main() {
+    for n in -4_i64..5 {
+        for low in -2..2 {
+            let mut words = Vec::new();
+            words.push((n & 3) | (low << 1));
+            words.push(n.min(low));
+            for high in low..4 {
+                if high == 1 && n <= 2 {
+                    continue;
+                }
+                words.push(kind(n, low, high));
+            }
+            let any = words.contains(&n);
+            println!("{any} {words:?}");
+        }
+    }
+}
+"#;
+
+fn compiled(text: &str, folder: &Path) -> std::path::PathBuf {
+    let (source, program) = (folder.join("main.rs"), folder.join("main"));
+    std::fs::write(&source, text).expect("a temporary folder");
+    let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let output =
+        Command::new(compiler).args(["--edition", "2024", "-Awarnings", "-o"]).arg(&program).arg(&source).output();
+    let output = output.expect("the compiler that built this test");
+    assert!(output.status.success(), "{}\n{text}", String::from_utf8_lossy(&output.stderr));
+    program
+}
+
+fn says(program: &Path, fault: usize) -> (bool, Vec<u8>) {
+    let output = Command::new(program).env("RAXEL_MUTANT", fault.to_string()).output().expect("a program");
+    (output.status.success(), output.stdout)
+}
+
+#[test]
+fn every_fault_changes_the_program_and_no_fault_leaves_it_as_it_was() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let plain = says(&compiled(PROGRAM, folder.path()), 0);
+    let planted = Planted::of(PROGRAM).expect("Rust");
+    let (text, parts) = planted.text(0, &BTreeSet::new());
+    let program = compiled(&(text.clone() + SWITCH), folder.path());
+    assert_eq!(says(&program, usize::MAX), plain);
+    let silent: Vec<String> = planted
+        .faults()
+        .enumerate()
+        .filter(|(number, _)| says(&program, *number) == plain)
+        .map(|(_, fault)| format!("{} -> {} in {}", fault.from, fault.to, fault.text))
+        .collect();
+    assert!(planted.faults().count() > 30 && silent.is_empty(), "silent: {silent:#?}");
+    // The compiler's places lead back to the source.
+    let at = text.find("continue").expect("it is there");
+    assert_eq!(origin(&parts, at), PROGRAM.find("continue").expect("it is there"));
+}
+
+#[test]
+fn a_fault_that_is_left_out_leaves_no_trace() {
+    let planted = Planted::of(PROGRAM).expect("Rust");
+    let all: BTreeSet<usize> = (0..planted.faults().count()).collect();
+    assert_eq!(planted.text(0, &all).0, PROGRAM);
+}
