@@ -5,16 +5,13 @@
 
 mod common;
 
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
-use std::net::{TcpListener, TcpStream};
-use std::path::{Path, PathBuf};
+use std::io::{BufRead as _, BufReader};
 use std::process::{Child, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, mpsc};
+use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use common::python::Python;
-use common::{LEVELS, cells, expected, files, land, plan, solid_tile, tiles};
+use common::{LEVELS, cells, expected, files, land, plan, tiles};
 use raxel_bake::{Directory, ObjectStore, Part, Patience, Store as _, Wanted, ZarrSource, bake};
 use raxel_world::ChunkSource as _;
 

@@ -36,8 +36,9 @@ impl SharedWords {
         };
         let fits = at.checked_add(words.len() as u64).is_some_and(|end| end <= self.buffer.size() / 4);
         let Some(host) = self.buffer.mapping().filter(|_| fits) else { return Err(refused()) };
+        let start = usize::try_from(at).map_err(|_| refused())?;
         let first = host.cast::<u32>();
-        for (word, offset) in words.iter().zip(at as usize..) {
+        for (word, offset) in words.iter().zip(start..) {
             // SAFETY: the word lies in the mapping, which lives as long as the buffer, and mappings are aligned for words. The host touches the
             // words of a shared buffer here alone, as atomics of one size, so that threads that store the same word do not race.
             let place = unsafe { AtomicU32::from_ptr(first.as_ptr().add(offset)) };

@@ -1,5 +1,7 @@
 //! The host and the device never touch a buffer at once, whatever the caller does. These tests need a Vulkan driver and fail without one.
 
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

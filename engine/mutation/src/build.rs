@@ -169,7 +169,7 @@ fn error_places(message: &Value) -> Vec<(PathBuf, Range<usize>)> {
     let primary = spans.iter().filter(|span| span["is_primary"] == true);
     primary
         .filter_map(|span| {
-            let byte = |name: &str| Some(span[name].as_u64()? as usize);
+            let byte = |name: &str| usize::try_from(span[name].as_u64()?).ok();
             Some((PathBuf::from(span["file_name"].as_str()?), byte("byte_start")?..byte("byte_end")?))
         })
         .collect()
