@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use checker::graphs::{Random, case, text};
 use checker::sync::{self, Run};
 use raxel_graph::checked::{Every, Pass};
-use raxel_graph::plan::{Activation, CullReason, Culled, Lifetime, Place, Plan, ResourceDesc, Step};
+use raxel_graph::plan::{Activation, CullReason, Culled, Lifetime, Place, Plan, ResourceDesc, ResourcePlan, Step};
 
 /// Graphs of the normal test run.
 const GRAPHS: u64 = 3000;
@@ -41,6 +41,72 @@ fn every_plan_is_right() {
     // The random graphs are worth the trouble.
     let enough = passes > 5000 && culled > 500 && barriers > 5000 && placed > 300;
     assert!(enough, "{passes} passes, {culled} culled, {barriers} barriers, {placed} blocks");
+}
+
+/// What plans take of everything, in figures of many graphs: another choice, be it right, is seen.
+#[test]
+fn what_plans_take_is_known() {
+    const AT_ONCE: u64 = 300;
+    let figures = [
+        "passes",
+        "culled",
+        "created",
+        "varying",
+        "looking_back",
+        "barriers",
+        "gaps",
+        "stages",
+        "accesses",
+        "takeovers",
+        "reasons",
+        "of_pairs",
+        "across_frames",
+        "blocks",
+        "block_bytes",
+        "own_bytes",
+    ];
+    let mut table = format!("graphs,{}\n", figures.join(","));
+    for first in (0..GRAPHS).step_by(AT_ONCE as usize) {
+        let mut sums = [0_u64; 16];
+        for (_, plan) in (first..first + AT_ONCE).filter_map(planned) {
+            let own =
+                |resource: &&ResourcePlan| !matches!(resource.lifetime, Lifetime::Transient { place: Some(_), .. });
+            let of_plan = [
+                plan.passes.len() as u64,
+                plan.culled.len() as u64,
+                plan.resources.len() as u64,
+                plan.resources.iter().filter(|resource| resource.varies).count() as u64,
+                u64::from(plan.looks_back),
+                plan.blocks.len() as u64,
+                plan.blocks.iter().map(|block| block.size).sum(),
+                plan.resources.iter().filter(own).map(|resource| resource.memory.size).sum(),
+            ];
+            for (sum, figure) in sums.iter_mut().zip(of_plan[..5].iter().chain(&[0; 8]).chain(&of_plan[5..])) {
+                *sum += figure;
+            }
+            for (at, step) in (0_u64..).zip(&plan.steps) {
+                let Step::Barrier(barrier) = step else { continue };
+                let scopes = barrier.memory.iter().chain(barrier.activate.iter().map(|of| &of.dependency));
+                let scopes: Vec<_> = scopes.flat_map(|of| [of.src, of.dst]).collect();
+                let of_barrier = [
+                    1,
+                    at,
+                    scopes.iter().map(|scope| u64::from(scope.stages.bits().count_ones())).sum(),
+                    scopes.iter().map(|scope| u64::from(scope.access.bits().count_ones())).sum(),
+                    barrier.activate.len() as u64,
+                    barrier.hazards.len() as u64,
+                    barrier.hazards.iter().filter(|hazard| hazard.from.is_some() && hazard.to.is_some()).count() as u64,
+                    barrier.hazards.iter().filter(|hazard| hazard.wraps).count() as u64,
+                ];
+                for (sum, figure) in sums[5..].iter_mut().zip(of_barrier) {
+                    *sum += figure;
+                }
+            }
+        }
+        let sums: Vec<String> = sums.iter().map(u64::to_string).collect();
+        table += &format!("{first}..{},{}\n", first + AT_ONCE, sums.join(","));
+    }
+    insta::assert_snapshot!(table);
 }
 
 #[test]

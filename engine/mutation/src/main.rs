@@ -41,32 +41,33 @@ fn judge(group: &Group) -> Result<bool> {
     let copy = Copy::new(&repository, &root, group)?;
     let gates = gates(group, &root)?;
     let faults = copy.faults();
-    // Every `EVERY`-th alone: a sample.
-    let chosen: Vec<usize> = faults.keys().copied().step_by(setting("EVERY", 1)).collect();
+    // Every `EVERY`-th alone, of the files `IN`: a sample, or what a change touched.
+    let files = std::env::var("RAXEL_MUTATION_IN").unwrap_or_default();
+    let of_files = |path: &Path| files.split(',').any(|file| path.to_string_lossy().contains(file));
+    let of_files = faults.iter().filter(|(_, (path, _))| of_files(path)).map(|(number, _)| *number);
+    let chosen: Vec<usize> = of_files.step_by(setting("EVERY", 1).max(1)).collect();
     println!("{}: {} faults of {}", group.name, chosen.len(), faults.len());
-    let noticed = run(&gates, &chosen, setting("JOBS", std::thread::available_parallelism().map_or(1, usize::from)))?;
     let text = std::fs::read_to_string(repository.join("tests/mutation/explained_rust.toml"))?;
     let explained = toml::from_str::<BTreeMap<String, Vec<Explained>>>(&text)?.remove("fault").unwrap_or_default();
-    let (mut explained_count, mut unexplained) = (0, 0);
-    for (number, _) in noticed.iter().filter(|(_, noticed)| !**noticed) {
-        let (path, fault) = faults[number];
-        if explained.iter().any(|reason| is(reason, path, fault)) {
-            explained_count += 1;
-        } else {
-            unexplained += 1;
-            println!(
-                "{number} {}:{}: `{}` -> `{}` in {}",
-                path.display(),
-                fault.line,
-                fault.from,
-                fault.to,
-                fault.text
-            );
+    let is_explained = |number: usize| {
+        let (path, fault) = faults[&number];
+        explained.iter().any(|reason| is(reason, path, fault))
+    };
+    let name = |number: usize| {
+        if !is_explained(number) {
+            let (path, fault) = faults[&number];
+            let Fault { line, from, to, text, .. } = fault;
+            println!("{number} {}:{line}: `{from}` -> `{to}` in {text}", path.display());
         }
-    }
+    };
+    let jobs = setting("JOBS", std::thread::available_parallelism().map_or(1, usize::from));
+    let noticed = run(&gates, &chosen, jobs, &name)?;
+    let survivors: Vec<usize> = noticed.iter().filter(|(_, noticed)| !**noticed).map(|(number, _)| *number).collect();
+    let unexplained = survivors.iter().filter(|number| !is_explained(**number)).count();
     println!(
-        "{} noticed, {explained_count} explained, {unexplained} not noticed",
-        noticed.values().filter(|n| **n).count()
+        "{} noticed, {} explained, {unexplained} not noticed",
+        noticed.len() - survivors.len(),
+        survivors.len() - unexplained
     );
     Ok(unexplained == 0)
 }

@@ -63,8 +63,16 @@ impl Drop for Running {
     }
 }
 
-/// Runs every gate for every fault, until one notices. Gives which were noticed.
-pub fn run(gates: &[Gate], faults: &[usize], jobs: usize) -> Result<BTreeMap<usize, bool>> {
+/// Runs every gate for every fault, until one notices. Gives which were noticed, and names each survivor at once.
+///
+/// # Errors
+/// Says so when a gate does not run.
+pub fn run(
+    gates: &[Gate],
+    faults: &[usize],
+    jobs: usize,
+    survived: &(dyn Fn(usize) + Sync),
+) -> Result<BTreeMap<usize, bool>> {
     let (next, noticed, failed) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()), Mutex::new(None));
     let lock = "no thread panics with it";
     let work = || {
@@ -79,11 +87,13 @@ pub fn run(gates: &[Gate], faults: &[usize], jobs: usize) -> Result<BTreeMap<usi
                     break;
                 }
             }
+            if !result {
+                survived(number);
+            }
             let mut noticed = noticed.lock().expect(lock);
             noticed.insert(number, result);
             if noticed.len().is_multiple_of(50) {
-                let survived = noticed.values().filter(|noticed| !**noticed).count();
-                eprintln!("{} of {}: {survived} survived", noticed.len(), faults.len());
+                eprintln!("{} of {}", noticed.len(), faults.len());
             }
         }
     };

@@ -356,13 +356,45 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
             }
         }
     }
-    let used = |id: ResourceId| plan.resources.iter().any(|r| r.resource == id);
-    for pass in &plan.passes {
-        for access in &graph.pass(pass.pass).accesses {
-            if !used(access.resource) {
-                faults.push(format!("{} is used and not created", graph.resource(access.resource).name));
+    for (index, resource) in graph.resources.iter().enumerate() {
+        let id = ResourceId(index as u32);
+        let mut accesses = plan.passes.iter().flat_map(|pass| &graph.pass(pass.pass).accesses);
+        let asked = id == case.present.resource || case.pinned.contains(&id) || accesses.any(|a| a.resource == id);
+        // A clear of what turns is there for the frames that look back at it.
+        let turns = resource.history > 0 || resource.clock.is_some();
+        let watched = case.observe == Observe::Everything || cleared(&resource.kind) && turns;
+        let watched = watched && resource.kind.supplied_by().is_none() && fits(graph, id);
+        if plan.resources.iter().any(|planned| planned.resource == id) != (asked || watched) {
+            faults.push(format!("{}: created, or not, without a reason", resource.name));
+        }
+    }
+    for (clock, of) in graph.clocks.iter().zip(&plan.clocks) {
+        let id = ClockId(graph.clocks.iter().position(|other| std::ptr::eq(other, clock)).unwrap_or(0) as u32);
+        let in_tick = |step: &Step| match step {
+            Step::Dispatch { pass } => {
+                let planned = &plan.passes[*pass as usize];
+                planned.tick.is_some() && graph.pass(planned.pass).every == Some(Every::Clock(id))
+            }
+            Step::Clear { resource, tick } => {
+                tick.is_some() && graph.resource(plan.resources[*resource as usize].resource).clock == Some(id)
+            }
+            Step::Barrier(_) | Step::Copy { .. } | Step::Present => false,
+        };
+        for at in (0..plan.steps.len()).filter(|at| in_tick(&plan.steps[*at])) {
+            if !(of.first as usize..of.end as usize).contains(&at) {
+                faults.push(format!("step {at} is of the clock {}, which has {of:?}", clock.name));
             }
         }
     }
     faults
+}
+
+/// Whether a target is large enough for its mips.
+fn fits(graph: &Graph, id: ResourceId) -> bool {
+    let ResourceKind::Target(target) = &graph.resource(id).kind else { return true };
+    let mut open = graph.clone();
+    if let ResourceKind::Target(target) = &mut open.resources[id.0 as usize].kind {
+        target.mips = 0;
+    }
+    target.mips <= subresources(&open)[id.0 as usize].0
 }

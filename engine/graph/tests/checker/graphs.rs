@@ -472,7 +472,16 @@ fn bound(
 
 /// A push constant that is another in every frame.
 fn moving(r: &mut Random) -> Fill {
-    let from = r.pick(&[Builtin::FrameTime, Builtin::CameraCell, Builtin::CursorPosition]);
+    let from = r.pick(&[
+        Builtin::FrameTime,
+        Builtin::CameraCell,
+        Builtin::CursorPosition,
+        Builtin::CameraFrac,
+        Builtin::FrameIndex,
+        Builtin::CameraFov,
+        Builtin::FrameStill,
+        Builtin::HistoryValid,
+    ]);
     let (scalar, shape) = from.ty();
     Fill { member: "value".to_owned(), offset: 0, scalar, shape, stride: 0, from: Source::Builtin(from) }
 }

@@ -1,7 +1,7 @@
 //! Is it safe to forget what shares memory?
 
 use raxel_graph::checked::*;
-use raxel_graph::plan::{Lifetime, Observe, Place, Plan, ResourceDesc, Step};
+use raxel_graph::plan::{Lifetime, Observe, Place, Plan, ResourceDesc, ResourcePlan, Step};
 
 use super::flow::{carried, subresources, touched};
 use super::graphs::Case;
@@ -36,6 +36,9 @@ pub fn share(plan: &Plan, a: usize, b: usize, granularity: u64) -> bool {
 pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let mut faults = Vec::new();
     let mut placed = Vec::new();
+    if plan.looks_back != looks_back(plan) {
+        faults.push(format!("a frame looks back: {}", plan.looks_back));
+    }
     for (index, resource) in plan.resources.iter().enumerate() {
         if resource.varies != varies(plan, index) {
             let name = &case.graph.resource(resource.resource).name;
@@ -131,11 +134,7 @@ fn varies(plan: &Plan, index: usize) -> bool {
     let mut known = open.clone();
     while let Some(id) = open.pop() {
         let writers = || live().filter(|pass| pass.accesses.iter().any(|a| a.resource == id && a.access.writes()));
-        let older = live().flat_map(|pass| &pass.accesses).any(|a| a.resource == id && a.age > 0);
-        let older = older || plan.present.resource == id && plan.present.age > 0;
-        let stored = writers().next().is_some();
-        let grows = older || graph.resource(id).clock.is_some() || loaded_first(plan, id);
-        if stored && grows || writers().any(|pass| !pass.push.is_empty()) {
+        if grows(plan, id) || writers().any(|pass| !pass.push.is_empty()) {
             return true;
         }
         for read in writers().flat_map(|pass| &pass.accesses).filter(|a| a.access.reads()) {
@@ -146,6 +145,40 @@ fn varies(plan: &Plan, index: usize) -> bool {
         }
     }
     false
+}
+
+/// Whether passes store to it, and it holds something of earlier frames.
+fn grows(plan: &Plan, id: ResourceId) -> bool {
+    let mut accesses = plan.passes.iter().flat_map(|planned| &plan.graph.pass(planned.pass).accesses);
+    let older = accesses.clone().any(|a| a.resource == id && a.age > 0);
+    let older = older || plan.present.resource == id && plan.present.age > 0;
+    let stored = accesses.any(|a| a.resource == id && a.access.writes());
+    stored && (older || plan.graph.resource(id).clock.is_some() || loaded_first(plan, id))
+}
+
+/// Whether a frame depends on those before it by more than the camera of the last one.
+fn looks_back(plan: &Plan) -> bool {
+    let filled = |index: usize| {
+        let fills = |step: &Step| matches!(step, Step::Clear { resource, .. } | Step::Copy { resource } if *resource as usize == index);
+        plan.steps.iter().any(fills)
+    };
+    let carries = |(index, planned): (usize, &ResourcePlan)| {
+        let resource = plan.graph.resource(planned.resource);
+        let mut accesses = plan.passes.iter().flat_map(|planned| &plan.graph.pass(planned.pass).accesses);
+        let stored = accesses.any(|a| a.resource == planned.resource && a.access.writes()) || filled(index);
+        (initialised(&resource.kind) || resource.keep) && stored || grows(plan, planned.resource)
+    };
+    let counts = |fill: &Fill| matches!(fill.from, Source::Builtin(Builtin::FrameStill | Builtin::HistoryValid));
+    let tells = |pass: &Pass| pass.every.is_some() || pass.push.iter().any(counts);
+    plan.resources.iter().enumerate().any(carries)
+        || plan.passes.iter().any(|planned| tells(plan.graph.pass(planned.pass)))
+}
+
+fn initialised(kind: &ResourceKind) -> bool {
+    match kind {
+        ResourceKind::Target(target) => target.init.is_some(),
+        ResourceKind::Buffer(buffer) => buffer.init.is_some(),
+    }
 }
 
 /// Whether a frame loads what an earlier one left there.
@@ -190,13 +223,9 @@ fn outlives_frame(case: &Case, plan: &Plan, index: usize) -> Option<&'static str
     let graph = &case.graph;
     let id = plan.resources[index].resource;
     let resource = graph.resource(id);
-    let init = match &resource.kind {
-        ResourceKind::Target(target) => target.init.is_some(),
-        ResourceKind::Buffer(buffer) => buffer.init.is_some(),
-    };
     let touched_by = |pass: &&Pass| pass.accesses.iter().any(|a| a.resource == id);
     let stored_by = |pass: &&Pass| pass.accesses.iter().any(|a| a.resource == id && a.access.writes());
-    if init {
+    if initialised(&resource.kind) {
         return Some("it has `init`");
     }
     if resource.kind.supplied_by().is_some() {
