@@ -53,7 +53,7 @@ const GATES: &[(&str, &str)] = &[
 const RAYS: [&str; 2] = ["1e5", "3e6"];
 
 /// Those that are built at once: a run has thousands of faults.
-const SCENES: &str = "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,corners,menger,hills";
+const SCENES: &str = "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,boxes,corners,menger,hills";
 
 /// Longer than any run takes. A tracer that does not end is noticed.
 const LIMIT: Duration = Duration::from_secs(120);

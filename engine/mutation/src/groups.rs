@@ -44,7 +44,7 @@ pub const GROUPS: &[Group] = &[
             "--rays",
             "1e6",
             "--scenes",
-            "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,corners,menger,hills",
+            "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,boxes,corners,menger,hills",
         ]),
     },
 ];

@@ -26,6 +26,8 @@ enum Solid {
     Random(u32),
     /// One voxel in each corner.
     Corners,
+    /// So many boxes of random sizes at random places.
+    Boxes(u32),
     /// For each x and z the lowest and one past the highest y of the ground.
     Ground(fn(i32, i32) -> [i32; 2]),
 }
@@ -76,6 +78,12 @@ pub const ALL: &[Scene] = &[
         solid: Solid::Cells(|c, _| u16::from((c.x + c.y + 2 * c.z - 96).abs() < 2)),
     },
     Scene { name: "solid", about: "a full cube: filled nodes, starts inside", size: 72, solid: Solid::Cells(|_, _| 2) },
+    Scene {
+        name: "boxes",
+        about: "boxes of all sizes: faces on the borders of nodes and off them, full nodes beside empty ones",
+        size: 96,
+        solid: Solid::Boxes(90),
+    },
     Scene {
         name: "corners",
         about: "single voxels in the corners of a large box: long steps over nothing",
@@ -153,6 +161,15 @@ impl Scene {
                 let side = |bit: i32| if bit & 1 == 1 { self.size - 1 } else { 0 };
                 (0..8).for_each(|i| put(side(i), side(i >> 1), side(i >> 2), 1));
             }
+            Solid::Boxes(count) => {
+                for number in 0..count {
+                    let [low, end] = random_box(self.size, &mut random);
+                    let material = 1 + (number % 3) as u16;
+                    for (y, z) in (low.y..end.y).flat_map(|y| (low.z..end.z).map(move |z| (y, z))) {
+                        (low.x..end.x).for_each(|x| put(x, y, z, material));
+                    }
+                }
+            }
             Solid::Ground(ground) => {
                 for (z, x) in (0..self.size).flat_map(|z| (0..self.size).map(move |x| (z, x))) {
                     let [low, high] = ground(x, z);
@@ -174,6 +191,19 @@ impl Scene {
 fn any_material(random: &mut Random) -> u16 {
     let bits = random.below(17);
     1 + random.below((1 << bits).min(MAX_MATERIALS as u64)) as u16
+}
+
+/// A box within a cube: each edge as often short as long, and nothing shorter than a voxel.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "edges are a few voxels long")]
+fn random_box(size: i32, random: &mut Random) -> [IVec3; 2] {
+    let mut edge = || {
+        let most = 1_u64 << (1 + random.below(5));
+        let long = 1 + random.below(most) as i32;
+        let low = random.below((size - long) as u64) as i32;
+        [low, low + long]
+    };
+    let ([x, to_x], [y, to_y], [z, to_z]) = (edge(), edge(), edge());
+    [IVec3::new(x, y, z), IVec3::new(to_x, to_y, to_z)]
 }
 
 fn cells(size: i32) -> impl Iterator<Item = (i32, i32, i32)> {

@@ -138,6 +138,11 @@ pub const ALL: &[RaySet] = &[
         make: Make::Rays(rays::far_pinhole),
     },
     RaySet {
+        name: "far-axes",
+        about: "origins 1e4 to 2^31 voxels away along one axis, aimed at the scene",
+        make: Make::Rays(rays::far_axes),
+    },
+    RaySet {
         name: "wrapped",
         about: "origins beside solids by differences of 32 bits: at the other end of the coordinates, if the scene is at one",
         make: Make::Rays(rays::wrapped),

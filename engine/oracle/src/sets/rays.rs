@@ -151,9 +151,12 @@ pub(super) fn outside(targets: &RayTargets, random: &mut Random) -> Ray {
     ray
 }
 
+/// Distances of what is far away, in voxels.
+const AWAY: [f64; 5] = [1e4, 1e6, 16_777_216.0, 1_073_741_824.0, 4_294_967_296.0];
+
 /// An origin at one of several distances from a target, as far as coordinates reach.
 fn away(random: &mut Random, target: [i64; 3]) -> ([i64; 3], [f32; 3]) {
-    let distance = [1e4, 1e6, 16_777_216.0, 1_073_741_824.0, 4_294_967_296.0][random.index(5)];
+    let distance = AWAY[random.index(AWAY.len())];
     let direction = random.direction();
     let cell = std::array::from_fn(|i| target[i] + (f64::from(direction[i]) * distance) as i64);
     (clamped(cell).map(i64::from), fraction(random))
@@ -162,6 +165,16 @@ fn away(random: &mut Random, target: [i64; 3]) -> ([i64; 3], [f32; 3]) {
 pub(super) fn far(targets: &RayTargets, random: &mut Random) -> Ray {
     let target = if random.below(2) == 0 { targets.solid(random) } else { random.cell(targets.bounds) };
     let from = away(random, target);
+    Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
+}
+
+/// As [`far`], but one axis is far away alone: nothing of the others hides what its distance does.
+pub(super) fn far_axes(targets: &RayTargets, random: &mut Random) -> Ray {
+    let target = targets.solid(random);
+    let mut cell = random.cell(around(&targets.bounds));
+    let (axis, distance) = (random.index(3), AWAY[random.index(AWAY.len())] as i64);
+    cell[axis] = target[axis] + if random.below(2) == 0 { distance } else { -distance };
+    let from = (clamped(cell).map(i64::from), fraction(random));
     Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
 }
 
