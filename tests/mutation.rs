@@ -31,8 +31,8 @@ const GATES: &[(&str, &str)] = &[
     ("flat64", "flat64,flat64:ahead"),
     ("hashed_chunks", "brickmap,chunk_table"),
     ("instances", "tree64:instances"),
-    ("mask", "tree64,tree64:packet,flat64:period"),
-    ("octant", "tree64,tree64:packet,tree64:parallel,flat64:period"),
+    ("mask", "tree64,tree64:packet,flat64,flat64:period,svdag,brickmap,chunk_table"),
+    ("octant", "svo,svdag,octree"),
     ("octree", "octree,octree:ahead"),
     ("packed", "tree64,flat64,tree64:streamed"),
     ("packet", "tree64:packet"),
@@ -44,9 +44,9 @@ const GATES: &[(&str, &str)] = &[
     ("svo", "svo,svo:ahead"),
     ("texture3d", "texture3d,texture3d:ahead"),
     ("tile", "tree64:packet,tree64:parallel"),
-    ("trace", "tree64,svo"),
-    ("tree64", "tree64,tree64:ahead,tree64:streamed"),
-    ("walk", "tree64,tree64:ahead,brickmap,svo"),
+    ("trace", "svo,brickmap,flat64,texture3d"),
+    ("tree64", "tree64,tree64:ahead,tree64:beam,tree64:streamed"),
+    ("walk", "tree64,tree64:ahead,tree64:packet,brickmap,svo"),
 ];
 
 /// Rays that a fault is looked for with, and those that a survivor is looked for with again.

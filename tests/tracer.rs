@@ -193,7 +193,7 @@ fn rays_end_at_t_max() {
         let reached: Vec<(Ray, f32)> =
             rays.iter().zip(&free).filter(|(_, hit)| hit.hit().is_some()).map(|(r, h)| (*r, h.t)).collect();
         assert!(reached.len() > 300);
-        for (factor, hits) in [(0.999, false), (1.001, true)] {
+        for (factor, hits) in [(0.999, false), (1.0, true), (1.001, true)] {
             let cut: Vec<Ray> = reached.iter().map(|(ray, t)| Ray { t_max: t * factor, ..*ray }).collect();
             assert!(
                 lab.trace(&mut tracer, &world, &cut).iter().all(|hit| hit.hit().is_some() == hits),

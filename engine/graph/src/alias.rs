@@ -2,8 +2,8 @@
 //!
 //! Packing is greedy by size with best fit (Pisarchyk and Lee, "Efficient Memory Management for Deep Neural Net Inference", 2020,
 //! section 5.2): the largest resource first, each at the place in a growing arena, free during its whole life, that makes the arena
-//! grow least and leaves the smallest hole. An arena is then cut where nothing overlaps: every piece with at least two
-//! occupants becomes a block; a resource that shares with no other gets memory of its own.
+//! grow least and leaves the smallest hole. What would make an arena grow by its whole size begins another one, so every resource
+//! in an arena shares bytes with another, and an arena of several is a block; a resource alone in one gets memory of its own.
 
 use crate::index::index32;
 use crate::lifetimes::Life;
@@ -83,8 +83,8 @@ pub(crate) fn alias(resources: &[ResourcePlan], lives: &[Life], granularity: u64
     for item in items {
         put(item, &mut arenas, granularity);
     }
-    for arena in arenas {
-        cut(arena.items, granularity, &mut result);
+    for arena in arenas.iter().filter(|arena| arena.items.len() > 1) {
+        block(arena, granularity, &mut result);
     }
     result
 }
@@ -146,41 +146,19 @@ fn fit(item: &Item, arena: &Arena, granularity: u64) -> (u64, u64) {
     best.map_or((last, 0), |(hole, offset)| (offset, hole))
 }
 
-/// Cuts an arena where no two occupants share memory, and makes the pieces blocks.
-fn cut(mut items: Vec<Item>, granularity: u64, result: &mut Alias) {
-    items.sort_by_key(|item| (item.offset, item.resource));
-    let mut start = 0;
-    while start < items.len() {
-        let mut end = start + 1;
-        while end < items.len() && items[start..end].iter().any(|item| item.touches(&items[end], granularity)) {
-            end += 1;
-        }
-        if end - start > 1 {
-            block(&items[start..end], granularity, result);
-        }
-        start = end;
-    }
-}
-
-fn block(items: &[Item], granularity: u64, result: &mut Alias) {
-    let alignment = items.iter().map(|item| item.needs.alignment).fold(granularity, u64::max);
-    // Offsets stay aligned when all move by a multiple of every alignment.
-    let base = items.iter().map(|item| item.offset).min().unwrap_or(0) / alignment * alignment;
+fn block(arena: &Arena, granularity: u64, result: &mut Alias) {
     let number = index32(result.blocks.len());
-    for item in items {
-        result.places[item.resource as usize] = Some(Place { block: number, offset: item.offset - base });
-        let mut neighbours: Vec<u32> = items
-            .iter()
-            .filter(|other| other.resource != item.resource && other.touches(item, granularity))
-            .map(|other| other.resource)
-            .collect();
+    for item in &arena.items {
+        result.places[item.resource as usize] = Some(Place { block: number, offset: item.offset });
+        let shares = |other: &&Item| other.resource != item.resource && other.touches(item, granularity);
+        let mut neighbours: Vec<u32> = arena.items.iter().filter(shares).map(|other| other.resource).collect();
         neighbours.sort_unstable();
         result.neighbours[item.resource as usize] = neighbours;
     }
     result.blocks.push(BlockPlan {
-        size: items.iter().map(Item::end).max().unwrap_or(0) - base,
-        alignment,
-        type_bits: items.iter().fold(u32::MAX, |bits, item| bits & item.needs.type_bits),
+        size: arena.size,
+        alignment: arena.items.iter().map(|item| item.needs.alignment).fold(granularity, u64::max),
+        type_bits: arena.type_bits,
     });
 }
 

@@ -191,6 +191,32 @@ pub const ALL: &[RaySet] = &[
         about: "8 × 8 rays of one direction, from places as in `wrapped`",
         make: Make::Grids(tiles::wrapped_parallel),
     },
+    RaySet {
+        name: "range-ends",
+        about: "origins with one to three coordinates at the ends of their range, aimed at solids",
+        make: Make::Rays(rays::range_ends),
+    },
+    RaySet {
+        name: "range-end-tiles",
+        about: "8 × 8 pixels of views of solids, from cameras as in `range-ends`",
+        make: Make::Tiles(tiles::range_end_tile),
+    },
+    RaySet {
+        name: "unit-ties",
+        about: "two planes that are crossed one unit of the lattice apart, the least there is, beside a solid",
+        make: Make::Rays(rays::unit_ties),
+    },
+    RaySet { name: "longest", about: "directions 2^100 to 2^127 long", make: Make::Rays(rays::longest) },
+    RaySet {
+        name: "fractions",
+        about: "places in the origin's cell that are outside of it, and count as on its border",
+        make: Make::Rays(rays::fractions),
+    },
+    RaySet {
+        name: "ended",
+        about: "rays that end (t_max) where they begin or before, from solids and elsewhere",
+        make: Make::Rays(rays::ended),
+    },
     RaySet { name: "invalid", about: "NaN, infinities, and no direction at all", make: Make::Rays(rays::invalid) },
 ];
 

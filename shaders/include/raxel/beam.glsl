@@ -30,7 +30,7 @@ int rx_free(uvec3 c) {
 // voxel; or RX_BEAM_NOTHING. It is looked for from `depth` on, which is known to be free, in at most `rounds` rounds.
 float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 first, ivec2 last, ivec2 size, float depth, int rounds) {
     ivec3 from = cell - world.origin;
-    if (any(greaterThan(abs(from), ivec3(RX_BEAM_REACH))) || rx_wraps(cell, world.origin) || (1 << world.log2_size) > RX_BEAM_REACH) return 0.0;
+    if (rx_beyond(from, RX_BEAM_REACH) || rx_wraps(cell, world.origin) || (1 << world.log2_size) > RX_BEAM_REACH) return 0.0;
     vec3 origin = vec3(from) + frac;
     vec2 pixel = 2.0 * tan_half_fov / vec2(size);
     vec2 middle = (vec2(first + last + 1) * 0.5 - vec2(size) * 0.5) * pixel;

@@ -211,7 +211,7 @@ bool rx_ray_in_instance(RxInstance instance, RxRay ray, vec3 direction, out RxRa
     // Whether the difference went over the end, too.
     bvec3 over = notEqual(lessThan(cells, ivec3(0)), lessThan(ray.cell, instance.cell));
     turned = RxRay(ivec3(0), vec3(0.0), vec3(0.0), RX_FAR);
-    if (any(over) || any(greaterThan(abs(cells), ivec3(0x20000000)))) return false;
+    if (any(over) || rx_beyond(cells, 0x20000000)) return false;
     ivec3 rest = ivec3(clamp(ray.frac, 0.0, 1.0) * 16777216.0) - ivec3(instance.fraction);
     uvec3 place;
     rx_turned(instance.row_x, cells, rest, turned.cell.x, place.x);
@@ -280,8 +280,6 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool found, RxTime first, inout
     if (instances.count == 0u || dir == vec3(0.0)) return found;
     vec3 inverse = mix(1.0 / dir, vec3(0.0), equal(dir, vec3(0.0)));
     uint exponent = 127u;  // that of the largest component of dir
-    // From a time of dir to one of ray.dir.
-    precise float scale = uintBitsToFloat(max(254u - rx_lattice_top(ray.dir), 1u) << 23);
     float t_end = ray.t_max >= 1.0e37 ? RX_FAR : ray.t_max * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3;
     if (found) t_end = min(t_end, hit.at.t * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3);
 
@@ -312,11 +310,11 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool found, RxTime first, inout
                     there = rx_ray_in_instance(instance, ray, direction, turned);
                 }
             }
-            turned.t_max = free ? t_end : t_end >= 1.0e37 ? RX_FAR : t_end * scale * 1.0001;
+            turned.t_max = free ? t_end : t_end >= 1.0e37 ? RX_FAR : rx_walk_lengths(ray.dir, t_end) * 1.0001;
             RxHit at;
             if (there && rx_trace_in_instance(instance, turned, at)) {
                 RxTime time = rx_time_of(turned, at, free ? exponent : rx_lattice_top(ray.dir));
-                precise float t = free ? at.t * scale : at.t;
+                float t = free ? rx_walk_lengths(ray.dir, at.t) : at.t;
                 at.t = t;
                 bool nearer = !found || rx_time_before(time, first)
                     || (!rx_time_before(first, time) && hit.instance != RX_NO_INSTANCE && low.w < hit.instance);

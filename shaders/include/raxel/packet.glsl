@@ -109,7 +109,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
 
     // Everything that the bounds do not hold for is handed on.
     bool proven = RX_TILE_IN_STEP && (1 << world.log2_size) <= RX_TILE_REACH && all(lessThan(frac, vec3(1.0))) && all(greaterThanEqual(frac, vec3(0.0)))
-        && all(lessThan(abs(from), ivec3(RX_TILE_REACH))) && !rx_wraps(cell, world.origin)
+        && !rx_beyond(from, RX_TILE_REACH) && !rx_wraps(cell, world.origin)
         && all(lessThan((0.5 / tan_half_fov + 0.5) * vec2(size) * reach, vec2(RX_TILE_SCALE)));
     // Bit s: this invocation's pixel of group s is on the output.
     uint all_rays;

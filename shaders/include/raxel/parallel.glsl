@@ -164,7 +164,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
         barrier();
         // Places are in voxels from the anchor's corner, in mirrored axes.
         const ivec3 anchor = rx_parallel_anchor, from = anchor - world.origin;
-        if (any(greaterThan(uvec3(from + RX_TILE_REACH), uvec3(2 * RX_TILE_REACH))) || rx_wraps(anchor, world.origin)) return pending;
+        if (rx_beyond(from, RX_TILE_REACH) || rx_wraps(anchor, world.origin)) return pending;
         if (lane < 3u) {
             vec4 row = lane == 0u ? (view[0] - float(first.x) * view[2]) * 0.0625 : lane == 1u ? (view[1] - float(first.y) * view[2]) * 0.0625 : view[2];
             vec3 away = vec3(anchor - view_cell) + vec3(down_x ? 1.0 : 0.0, down_y ? 1.0 : 0.0, down_z ? 1.0 : 0.0) - view_frac;

@@ -49,6 +49,11 @@ uint rx_face_axis(uint face) {
     return face >> 1;
 }
 
+// Whether a difference of cells is more than `reach` on an axis. The size of -2^31 is no int, so that abs would say no.
+bool rx_beyond(ivec3 difference, int reach) {
+    return any(greaterThan(uvec3(difference + reach), uvec3(2 * reach)));
+}
+
 // Whether the difference of two cells does not fit 32 bits: they are near different ends of the coordinates, and the difference that
 // wraps around would make them neighbours.
 bool rx_wraps(ivec3 a, ivec3 b) {

@@ -104,11 +104,20 @@ void rx_walk_ahead(RxExact e, uint a, uint n_a, uint b, uint n_b, out uvec2 whol
     whole = rx_difference(planes, uvec2((start.x >> 24) | (start.y << 8), uint(int(start.y) >> 24)));
 }
 
-// Sign of t_b(n_b) - t_a(n_a): -1, 0 or 1.
-int rx_walk_compare(RxExact e, uint a, uint n_a, uint b, uint n_b) {
+// The next plane of axis b, one voxel further ahead: D_a in these units.
+void rx_walk_further(RxExact e, uint a, inout uvec2 whole) {
+    uint low = whole.x;
+    whole.x += rx_pick(e.d, a);
+    whole.y += whole.x < low ? 1u : 0u;
+}
+
+// Sign of t_b(n_b + next) - t_a(n_a + next_a), where `next` and `next_a` are 0 or 1: -1, 0 or 1. A plane n + 1 may be the one of number 2^32,
+// which no word holds: that behind the last cell of all, for an origin in the first.
+int rx_walk_compare(RxExact e, uint a, uint n_a, uint next_a, uint b, uint n_b, uint next) {
     uvec2 whole;
     uint rest;
     rx_walk_ahead(e, a, n_a, b, n_b, whole, rest);
+    whole = rx_difference(whole, rx_difference(uvec2(next_a * rx_pick(e.d, b), 0u), uvec2(next * rx_pick(e.d, a), 0u)));
     if ((whole.x | whole.y) == 0u) return rest == 0u ? 0 : -1;
     return int(whole.y) < 0 ? -1 : 1;
 }
@@ -121,15 +130,15 @@ float rx_walk_gap(RxExact e, uint a, uvec2 whole, uint rest) {
     return clamp((behind ? -gap : gap) / float(rx_pick(e.d, a)), -1.0, 1.0);
 }
 
-// Of the axes in `axes` (bit a: axis a; at least one), the one whose plane in `planes` the ray crosses first, or with `sign` = -1 last.
-// Of several at once the first in the order x, y, z.
+// Of the axes in `axes` (bit a: axis a; at least one), the one whose plane in `planes`, or the `next` = 1 behind that, the ray crosses first, or
+// with `sign` = -1 last. Of several at once the first in the order x, y, z.
 //
 // The comparisons stand in loops over the bits of a set: every call is inlined, and drivers unroll loops of a fixed length.
-uint rx_walk_first(RxExact e, uint axes, uvec3 planes, int sign) {
+uint rx_walk_first(RxExact e, uint axes, uvec3 planes, uint next, int sign) {
     uint a = uint(findLSB(axes));
     for (uint others = axes & (axes - 1u); others != 0u; others &= others - 1u) {
         uint b = uint(findLSB(others));
-        if (rx_walk_compare(e, a, rx_pick(planes, a), b, rx_pick(planes, b)) * sign < 0) a = b;
+        if (rx_walk_compare(e, a, rx_pick(planes, a), next, b, rx_pick(planes, b), next) * sign < 0) a = b;
     }
     return a;
 }
@@ -138,7 +147,7 @@ uint rx_walk_first(RxExact e, uint axes, uvec3 planes, int sign) {
 uint rx_walk_count(RxExact e, uint a, uint n_a, uint b, uint low, uint high) {
     for (uint i = 0u; i < 32u && low < high; ++i) {
         uint middle = high - ((high - low) >> 1);
-        if (rx_walk_compare(e, a, n_a, b, middle) <= 0) low = middle;
+        if (rx_walk_compare(e, a, n_a, 0u, b, middle, 0u) <= 0) low = middle;
         else high = middle - 1u;
     }
     return low;
@@ -205,15 +214,14 @@ void rx_walk_cross(inout RxWalk w, RxExact e, uint a, uint n_a, uvec3 low, uvec3
             if (x - error > float(least)) least = max(least, uint(min(x - error, 4.29496704e9)));
             if (x + error < float(most)) most = min(most, uint(max(x + error, 0.0)));
             count = rx_walk_count(e, a, n_a, b, min(least, most), most);
+            // Behind plane 2^32 is no cell: it ends in the same word as the origin, which is outside of the cube then.
+            if (count == 0xffffffffu && rx_walk_compare(e, a, n_a, 0u, b, count, 1u) <= 0) count = 0u;
             uvec2 whole;
             uint rest;
             rx_walk_ahead(e, a, n_a, b, count, whole, rest);
             if (count != 0u && (whole.x | whole.y | rest) == 0u) w.axes |= 1u << b;
             rx_put(g, b, -rx_walk_gap(e, a, whole, rest));
-            // The next plane is one voxel further ahead: D_a in these units.
-            uint low_word = whole.x;
-            whole.x += rx_pick(e.d, a);
-            whole.y += whole.x < low_word ? 1u : 0u;
+            rx_walk_further(e, a, whole);
             rx_put(h, b, rx_walk_gap(e, a, whole, rest));
         }
         rx_put(counts, b, count);
@@ -226,21 +234,30 @@ void rx_walk_cross(inout RxWalk w, RxExact e, uint a, uint n_a, uvec3 low, uvec3
 bool rx_walk_enter(inout RxWalk w, RxExact e, bvec3 before, uint last) {
     // The last of the three slabs to be entered.
     uvec3 enter = uvec3(0u) - e.origin;
-    uint a = rx_walk_first(e, rx_set_of(before), enter, -1);
+    uint a = rx_walk_first(e, rx_set_of(before), enter, 0u, -1);
     uint n_a = rx_pick(enter, a);
     // Another slab may be left before.
-    uvec3 left = uvec3(last + 1u) - e.origin;
+    uvec3 in_last = uvec3(last) - e.origin;
     for (uint others = rx_set_of(notEqual(e.d, uvec3(0u))) & ~(1u << a); others != 0u; others &= others - 1u) {
         uint b = uint(findLSB(others));
-        if (rx_walk_compare(e, a, n_a, b, rx_pick(left, b)) <= 0) return false;
+        if (rx_walk_compare(e, a, n_a, 0u, b, rx_pick(in_last, b), 1u) <= 0) return false;
     }
-    rx_walk_cross(w, e, a, n_a, mix(uvec3(0u), enter, before), left - 1u);
+    rx_walk_cross(w, e, a, n_a, mix(uvec3(0u), enter, before), in_last);
     return true;
 }
 
 // Time in units of d of a time in lengths of a direction.
 float rx_walk_scale(vec3 dir) {
-    return uintBitsToFloat(clamp(rx_lattice_top(dir), 1u, 253u) << 23);
+    return uintBitsToFloat(clamp(rx_lattice_top(dir), 1u, 254u) << 23);
+}
+
+// Time in lengths of a direction of one in units of d.
+float rx_walk_lengths(vec3 dir, float t) {
+    uint top = rx_lattice_top(dir);
+    precise float lengths = t * uintBitsToFloat(max(254u - top, 1u) << 23);
+    // 2^-127 is below the normal floats, and so are two factors.
+    precise float half_of = lengths * 0.5;
+    return top > 253u ? half_of : lengths;
 }
 
 // The direction on the lattice. False if the ray is invalid.
@@ -327,9 +344,9 @@ bool rx_walk_step(inout RxWalk w, uint shift) {
 void rx_walk_settle(inout RxWalk w, RxRay ray, ivec3 corner, uint log2_size, uvec3 block) {
     RxExact e = rx_walk_exact(w, ray, corner, (1u << log2_size) - 1u);
     uvec3 here = w.q - e.origin;
-    uvec3 ends = ((w.q | block) + 1u) - e.origin;
-    uint a = rx_walk_first(e, rx_set_of(notEqual(e.d, uvec3(0u))), ends, 1);
-    rx_walk_cross(w, e, a, rx_pick(ends, a), here, ends);
+    uvec3 in_last = (w.q | block) - e.origin;
+    uint a = rx_walk_first(e, rx_set_of(notEqual(e.d, uvec3(0u))), in_last, 1u, 1);
+    rx_walk_cross(w, e, a, rx_pick(in_last, a) + 1u, here, max(in_last, in_last + 1u));
 }
 
 void rx_walk_settle(inout RxWalk w, RxRay ray, ivec3 corner, uint log2_size, uint shift) {
@@ -352,7 +369,7 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, uint log2_size, out RxHit hi
         hit.face = RX_FACE_INSIDE;
         hit.t = 0.0;
         hit.uv = clamp(ray.frac.xy, 0.0, 1.0);
-        return true;
+        return !(ray.t_max < 0.0);
     }
     // On an edge or corner the face of the steepest axis counts, then the one first in the order x, y, z.
     uint a = 0u;
@@ -369,8 +386,7 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, uint log2_size, out RxHit hi
     uvec3 n = w.q - e.origin;
     uint n_a = rx_pick(n, a);
     precise float lattice_t = (float(n_a) - float(rx_pick(e.g, a)) * 5.9604644775390625e-8) / steepest;
-    precise float scale = uintBitsToFloat(max(254u - rx_lattice_top(ray.dir), 1u) << 23);
-    precise float t = lattice_t * scale;
+    float t = rx_walk_lengths(ray.dir, lattice_t);
     hit.t = t;
 
     vec3 place = clamp(ray.frac, 0.0, 1.0);
@@ -381,7 +397,8 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, uint log2_size, out RxHit hi
         bool mirrored = ((w.down >> b) & 1u) != 0u;
         uvec2 whole;
         uint rest;
-        rx_walk_ahead(e, a, n_a, b, rx_pick(n, b) + (mirrored ? 1u : 0u), whole, rest);
+        rx_walk_ahead(e, a, n_a, b, rx_pick(n, b), whole, rest);
+        if (mirrored) rx_walk_further(e, a, whole);
         rx_put(place, b, abs(rx_walk_gap(e, a, whole, rest)));
     }
     hit.uv = a == 0u ? place.yz : a == 1u ? place.xz : place.xy;

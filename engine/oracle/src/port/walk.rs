@@ -70,17 +70,27 @@ impl Exact {
     }
 
     /// `rx_walk_compare`.
-    fn compare(&self, a: usize, n_a: u32, b: usize, n_b: u32) -> i32 {
+    fn compare(&self, (a, n_a, next_a): (usize, u32, u32), (b, n_b, next): (usize, u32, u32)) -> i32 {
         let (whole, rest) = self.ahead(a, n_a, b, n_b);
+        let whole = whole - i64::from(next_a) * i64::from(self.d[b]) + i64::from(next) * i64::from(self.d[a]);
         if whole == 0 {
             return if rest == 0 { 0 } else { -1 };
         }
         if whole < 0 { -1 } else { 1 }
     }
 
+    /// `rx_walk_first`: of the axes in a set, that whose plane (or the `next` behind it) is crossed first, or with `sign` −1 last.
+    fn first(&self, axes: [bool; 3], planes: Cell, next: u32, sign: i32) -> usize {
+        let later = |a: usize, b: usize| {
+            if self.compare((a, planes[a], next), (b, planes[b], next)) * sign < 0 { b } else { a }
+        };
+        (0..3).filter(|&axis| axes[axis]).reduce(later).unwrap_or(0)
+    }
+
     /// `rx_walk_gap`.
-    fn gap(&self, a: usize, n_a: u32, b: usize, n_b: u32) -> f32 {
+    fn gap(&self, (a, n_a): (usize, u32), (b, n_b, next): (usize, u32, bool)) -> f32 {
         let (whole, rest) = self.ahead(a, n_a, b, n_b);
+        let whole = whole + i64::from(next) * i64::from(self.d[a]);
         let behind = whole < 0;
         let size = if behind { 0u32.wrapping_sub(whole as u32) } else { whole as u32 };
         let gap = size as f32 + (if behind { 1.0 } else { -1.0 }) * (rest as f32 * FRAC_STEP);
@@ -94,7 +104,7 @@ impl Exact {
                 break;
             }
             let middle = high - ((high - low) >> 1);
-            if self.compare(a, n_a, b, middle) <= 0 {
+            if self.compare((a, n_a, 0), (b, middle, 0)) <= 0 {
                 low = middle;
             } else {
                 high = middle - 1;
@@ -124,7 +134,14 @@ fn not_finite(v: [f32; 3]) -> bool {
 
 /// `rx_walk_scale`.
 fn walk_scale(dir: [f32; 3]) -> f32 {
-    f32::from_bits(lattice_top(dir).clamp(1, 253) << 23)
+    f32::from_bits(lattice_top(dir).clamp(1, 254) << 23)
+}
+
+/// `rx_walk_lengths`.
+fn walk_lengths(dir: [f32; 3], t: f32) -> f32 {
+    let top = lattice_top(dir);
+    let lengths = t * f32::from_bits(254_u32.saturating_sub(top).max(1) << 23);
+    if top > 253 { lengths * 0.5 } else { lengths }
 }
 
 impl Walk {
@@ -205,11 +222,14 @@ impl Walk {
                     most = most.min((x + error).max(0.0) as u32);
                 }
                 count = e.count(a, n_a, b, least.min(most), most);
-                if count != 0 && e.compare(a, n_a, b, count) == 0 {
+                if count == u32::MAX && e.compare((a, n_a, 0), (b, count, 1)) <= 0 {
+                    count = 0;
+                }
+                if count != 0 && e.compare((a, n_a, 0), (b, count, 0)) == 0 {
                     self.axes |= 1 << b;
                 }
-                g[b] = -e.gap(a, n_a, b, count);
-                h[b] = e.gap(a, n_a, b, count.wrapping_add(1));
+                g[b] = -e.gap((a, n_a), (b, count, false));
+                h[b] = e.gap((a, n_a), (b, count, true));
             }
             counts[b] = count;
         }
@@ -220,25 +240,14 @@ impl Walk {
     /// `rx_walk_enter`.
     fn enter(&mut self, e: &Exact, before: [bool; 3], last: u32) -> bool {
         let enter = minus([0; 3], e.origin);
-        let mut a = if before[0] {
-            0
-        } else if before[1] {
-            1
-        } else {
-            2
-        };
-        if a == 0 && before[1] && e.compare(0, enter[0], 1, enter[1]) > 0 {
-            a = 1;
-        }
-        if a != 2 && before[2] && e.compare(a, enter[a], 2, enter[2]) > 0 {
-            a = 2;
-        }
-        let left = minus([last.wrapping_add(1); 3], e.origin);
-        if (0..3).any(|b| b != a && e.d[b] != 0 && e.compare(a, enter[a], b, left[b]) <= 0) {
+        let a = e.first(before, enter, 0, -1);
+        let in_last = minus([last; 3], e.origin);
+        let left = |b: usize| e.compare((a, enter[a], 0), (b, in_last[b], 1)) <= 0;
+        if (0..3).any(|b| b != a && e.d[b] != 0 && left(b)) {
             return false;
         }
         let low = each(|i| if before[i] { enter[i] } else { 0 });
-        self.cross(e, a, enter[a], low, minus(left, [1; 3]));
+        self.cross(e, a, enter[a], low, in_last);
         true
     }
 
@@ -310,21 +319,9 @@ impl Walk {
     pub(super) fn settle(&mut self, ray: &Ray, corner: [i32; 3], log2_size: u32, block: [u32; 3]) {
         let e = self.exact(ray, corner, (1 << log2_size) - 1);
         let here = minus(self.q, e.origin);
-        let ends = minus(each(|i| (self.q[i] | block[i]).wrapping_add(1)), e.origin);
-        let mut a = if e.d[0] != 0 {
-            0
-        } else if e.d[1] != 0 {
-            1
-        } else {
-            2
-        };
-        if a == 0 && e.d[1] != 0 && e.compare(0, ends[0], 1, ends[1]) < 0 {
-            a = 1;
-        }
-        if a != 2 && e.d[2] != 0 && e.compare(a, ends[a], 2, ends[2]) < 0 {
-            a = 2;
-        }
-        self.cross(&e, a, ends[a], here, ends);
+        let in_last = minus(each(|i| self.q[i] | block[i]), e.origin);
+        let a = e.first(e.d.map(|d| d != 0), in_last, 1, 1);
+        self.cross(&e, a, in_last[a].wrapping_add(1), here, in_last.map(|last| last.saturating_add(1)));
     }
 
     /// `rx_walk_limit`.
@@ -341,7 +338,8 @@ impl Walk {
         let mut place = ray.frac.map(|f| f.clamp(0.0, 1.0));
         let found = |face, t, uv| Some(Hit { voxel, face, material: 0, t, uv, steps: 0 });
         if self.axes == 0 {
-            return found(FACE_INSIDE, 0.0, [place[0], place[1]]);
+            let ended = ray.t_max < 0.0;
+            return found(FACE_INSIDE, 0.0, [place[0], place[1]]).filter(|_| !ended);
         }
         let (mut a, mut steepest) = (0, 0.0);
         for i in 0..3 {
@@ -354,11 +352,10 @@ impl Walk {
         let e = self.exact(ray, corner, last);
         let n = minus(self.q, e.origin);
         let lattice_t = (n[a] as f32 - e.g[a] as f32 * FRAC_STEP) / steepest;
-        let scale = f32::from_bits(254u32.saturating_sub(lattice_top(ray.dir)).max(1) << 23);
-        let t = lattice_t * scale;
+        let t = walk_lengths(ray.dir, lattice_t);
         for b in (0..3).filter(|&b| b != a && e.d[b] != 0) {
             let mirrored = self.down >> b & 1 != 0;
-            place[b] = e.gap(a, n[a], b, n[b].wrapping_add(u32::from(mirrored))).abs();
+            place[b] = e.gap((a, n[a]), (b, n[b], mirrored)).abs();
         }
         let uv = [[place[1], place[2]], [place[0], place[2]], [place[0], place[1]]][a];
         if ray.t_max >= FAR || t <= ray.t_max { found(face, t, uv) } else { None }

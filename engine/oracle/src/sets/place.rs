@@ -22,6 +22,18 @@ pub(super) fn wrapped_from(targets: &RayTargets, random: &mut Random, reach: [u6
     (std::array::from_fn(|i| target[i] + random.below(2 * reach + 1).cast_signed() - reach.cast_signed()), target)
 }
 
+/// A cell with one to three coordinates at an end of their range, the others around the scene; and a solid voxel.
+pub(super) fn range_end(targets: &RayTargets, random: &mut Random) -> ([i64; 3], [i64; 3]) {
+    let (target, mut cell) = (targets.solid(random), random.cell(around(&targets.bounds)));
+    let surely = random.index(3);
+    for (axis, at) in cell.iter_mut().enumerate() {
+        if axis == surely || random.below(3) == 0 {
+            *at = [i32::MIN, i32::MAX][random.index(2)].into();
+        }
+    }
+    (clamped(cell).map(i64::from), target)
+}
+
 /// The box with a margin of half its size and a few voxels.
 pub(super) fn around(b: &Box3) -> Box3 {
     let margin: [i64; 3] = std::array::from_fn(|i| (b[1][i] - b[0][i]) / 2 + 3);

@@ -3,7 +3,7 @@
 
 use raxel_ray::Ray;
 
-use super::place::{self, around, clamped, fraction, middle, towards, wrapped_from};
+use super::place::{self, around, clamped, fraction, middle, range_end, towards, wrapped_from};
 use super::{Random, RayTargets};
 
 pub(super) fn pinhole(targets: &RayTargets, random: &mut Random) -> Ray {
@@ -198,6 +198,58 @@ pub(super) fn lengths(targets: &RayTargets, random: &mut Random) -> Ray {
     let length = (random.below(121) as f32 - 60.0).exp2();
     ray.dir = ray.dir.map(|d| d * length);
     ray
+}
+
+pub(super) fn longest(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
+    let length = (100.0 + 27.0 * random.unit()).exp2();
+    ray.dir = ray.dir.map(|d| d * length);
+    ray
+}
+
+pub(super) fn fractions(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = if random.below(2) == 0 { incoherent(targets, random) } else { inside(targets, random) };
+    ray.frac[random.index(3)] = 2.0 * random.unit() - 0.5;
+    ray
+}
+
+pub(super) fn ended(targets: &RayTargets, random: &mut Random) -> Ray {
+    let ray = if random.below(2) == 0 { incoherent(targets, random) } else { inside(targets, random) };
+    Ray { t_max: [-1.0, -1.0e-2, -1.0e-30, -0.0, 0.0, 1.0e-30][random.index(6)], ..ray }
+}
+
+/// Where a scene is at an end of the coordinates, differences to the other end take all 32 bits, and one more.
+pub(super) fn range_ends(targets: &RayTargets, random: &mut Random) -> Ray {
+    let (cell, target) = range_end(targets, random);
+    let from = (cell, fraction(random));
+    Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
+}
+
+/// Crosses plane n of axis a and plane m of axis b at times whose difference is 1 / (D_a D_b) of a unit: with directions 64 and q (in 64ths, q odd)
+/// that are y and x multiples of 2^-24 away, 64 x = q y ± 1.
+#[expect(clippy::cast_possible_truncation, reason = "remainders of 2^24")]
+pub(super) fn unit_ties(targets: &RayTargets, random: &mut Random) -> Ray {
+    const CELL: i64 = 1 << 24;
+    let q = 2 * random.below(32).cast_signed() + 1;
+    let off = if random.below(2) == 0 { 1 } else { -1 };
+    let inverse = (1..64).find(|inverse| inverse * q % 64 == 1).unwrap_or(1);
+    let y = (-off * inverse).rem_euclid(64) + 64 * (1 + random.below(48 << 18).cast_signed());
+    let distances = [y, (q * y + off) / 64];
+    let target = targets.solid(random);
+    let (mut cell, mut frac, mut dir) = (target, fraction(random), [0.0; 3]);
+    let first = random.index(3);
+    let axes = [first, (first + 1 + random.index(2)) % 3];
+    for (axis, (distance, size)) in axes.into_iter().zip(distances.into_iter().zip([64, q])) {
+        // The plane that is so far away, and whether the solid is behind it.
+        let plane = (distance + CELL - 1) / CELL;
+        let place = (plane * CELL - distance) as f32 / CELL as f32;
+        let cells = plane - random.below(2).cast_signed();
+        let up = random.below(2) == 0;
+        cell[axis] += if up { -cells } else { cells };
+        frac[axis] = if up { place } else { 1.0 - place };
+        dir[axis] = if up { size as f32 } else { -size as f32 } / 64.0;
+    }
+    Ray::new(clamped(cell), frac, dir)
 }
 
 /// Aimed at the middle of a solid voxel, which is one length of the direction away. Something may stand before it.

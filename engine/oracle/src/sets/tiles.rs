@@ -9,7 +9,7 @@ use glam::{Mat4, Vec2, Vec3};
 use raxel_ray::Ray;
 use raxel_ray::camera::{Pinhole, Tile};
 
-use super::place::{around, clamped, fraction, towards, wrapped, wrapped_from};
+use super::place::{around, clamped, fraction, range_end, towards, wrapped, wrapped_from};
 use super::{Random, RayTargets};
 
 /// From within, from a solid voxel, or from some way off; towards a solid voxel or past it; rolled by any angle. No angle is asked for, as
@@ -47,6 +47,17 @@ pub(super) fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
 /// Views of a solid voxel from cameras that are beside it by differences of 32 bits, see [`super::rays::wrapped`].
 pub(super) fn wrapped_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let (cell, target) = wrapped_from(targets, random, [20, 200, 3000]);
+    view_of(random, cell, target)
+}
+
+/// Views of a solid voxel from cameras as in [`super::rays::range_ends`].
+pub(super) fn range_end_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let (cell, target) = range_end(targets, random);
+    view_of(random, cell, target)
+}
+
+/// A view of a voxel from a cell, taken by differences of 32 bits.
+fn view_of(random: &mut Random, cell: [i64; 3], target: [i64; 3]) -> Tile {
     let frac = fraction(random);
     let forward = Vec3::from_array(towards((cell, frac), (target, [0.5; 3]))).try_normalize().unwrap_or(Vec3::X);
     let right = forward.any_orthonormal_vector();
