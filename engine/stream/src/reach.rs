@@ -31,6 +31,14 @@ impl TileKey {
         Self { level: self.level + 1, pos: ChunkPos::new(x >> 2, y >> 2, z >> 2) }
     }
 
+    /// Whether the tile is made from a chunk: the chunk lies in it. The lamps of a chunk also depend on the chunks at its faces.
+    pub(crate) fn reads(self, chunk: ChunkPos, lamps: bool) -> bool {
+        let shift = 2 * self.level;
+        let [x, y, z] = [chunk.x >> shift, chunk.y >> shift, chunk.z >> shift];
+        let at = ChunkPos::new(x, y, z);
+        at == self.pos || lamps && self.level == 0 && (0..6).any(|face| self.pos.beside(face) == at)
+    }
+
     /// Its smallest voxel.
     pub fn origin(self) -> [i64; 3] {
         [self.pos.x, self.pos.y, self.pos.z].map(|c| i64::from(c) * Self::edge(self.level))
@@ -166,6 +174,26 @@ mod tests {
 
     fn reach(near: u32, far: u32) -> Reach {
         Reach::of(&StreamSettings { near, far, ..StreamSettings::default() }, [-100, 300])
+    }
+
+    #[test]
+    fn a_tile_reads_its_own_chunks_and_a_chunk_with_lamps_those_at_its_faces() {
+        let tile = |level, x, y, z| TileKey { level, pos: ChunkPos::new(x, y, z) };
+        let around = |tile: TileKey, lamps| {
+            let positions =
+                (-9..9).flat_map(|x| (-9..9).flat_map(move |y| (-9..9).map(move |z| ChunkPos::new(x, y, z))));
+            positions.filter(|pos| tile.reads(*pos, lamps)).collect::<Vec<_>>()
+        };
+        assert_eq!(around(tile(0, -1, 2, 3), false), [ChunkPos::new(-1, 2, 3)]);
+        let with_lamps = around(tile(0, -1, 2, 3), true);
+        assert_eq!(with_lamps.len(), 7);
+        assert!((0..6).all(|face| with_lamps.contains(&ChunkPos::new(-1, 2, 3).beside(face))));
+        for lamps in [false, true] {
+            let coarse = around(tile(1, -1, 0, 1), lamps);
+            let inside =
+                |pos: &ChunkPos| (-4..0).contains(&pos.x) && (0..4).contains(&pos.y) && (4..8).contains(&pos.z);
+            assert!(coarse.len() == 64 && coarse.iter().all(inside), "{coarse:?}");
+        }
     }
 
     #[test]

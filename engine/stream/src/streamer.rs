@@ -11,7 +11,7 @@ mod retry_backoff;
 mod threads;
 mod worker;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
@@ -146,7 +146,8 @@ struct SharedState {
     changes: u64,
     /// Tiles that workers should make, the most urgent last.
     jobs: Vec<Job>,
-    in_work: HashSet<TileKey>,
+    /// Tiles that workers are making, each with the first change since its worker began. The worker may have read the chunks before it.
+    in_work: HashMap<TileKey, Option<u64>>,
     made: Vec<Made>,
     budget: UploadBudget,
     /// The newest publication, until a frame takes it.
@@ -242,7 +243,7 @@ impl Streamer {
             changed: BTreeMap::new(),
             changes: 0,
             jobs: Vec::new(),
-            in_work: HashSet::new(),
+            in_work: HashMap::new(),
             made: Vec::new(),
             budget: UploadBudget::new(options.upload.filter(|_| !options.complete), Instant::now()),
             pending: None,
@@ -341,6 +342,12 @@ impl Streamer {
         let mut state = self.shared.state();
         state.changes += 1;
         let number = state.changes;
+        let lamps = self.shared.lamps.is_some();
+        for (tile, outdated) in &mut state.in_work {
+            if outdated.is_none() && chunks.iter().any(|pos| tile.reads(*pos, lamps)) {
+                *outdated = Some(number);
+            }
+        }
         for pos in chunks {
             state.changed.entry(*pos).or_insert(number);
         }

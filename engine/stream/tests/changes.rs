@@ -1,12 +1,16 @@
-//! Changes that come faster than they can be shown.
+//! Changes that come faster than they can be shown, and changes that come while a worker makes their tiles.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use glam::IVec3;
+use raxel_oracle::port::Tree64;
 use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, View};
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, StreamSettings, Unavailable, child_cell};
+use raxel_world::{
+    ChunkPos, ChunkSource, Content, DenseChunk, Material, StreamSettings, Unavailable, World, child_cell,
+};
 
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -149,5 +153,93 @@ fn changes_without_end_are_shown_in_order_while_they_go_on() {
         }
         assert!(began.elapsed() < PATIENCE, "{:?}", streamer.stats());
         std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// The tile whose maker waits, the sender that says that it does, and the receiver that lets it go on.
+type Hold = ((u32, ChunkPos), Sender<()>, Receiver<()>);
+
+/// A world before and after an edit. One tile comes late: as it was when the worker asked for it.
+struct Held {
+    worlds: [World; 2],
+    is_edited: AtomicBool,
+    held: Mutex<Option<Hold>>,
+}
+
+impl ChunkSource for Held {
+    fn materials(&self) -> &[Material] {
+        self.worlds[0].materials()
+    }
+
+    fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
+        let content = self.worlds[usize::from(self.is_edited.load(Ordering::Acquire))].tile(level, pos);
+        let held = self.held.lock().unwrap().take_if(|(of, ..)| *of == (level, pos));
+        if let Some((_, asked, go_on)) = held {
+            asked.send(()).unwrap();
+            go_on.recv_timeout(PATIENCE).unwrap();
+        }
+        Ok(content)
+    }
+}
+
+/// What happens while a worker makes a tile of the chunk that changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Meanwhile {
+    Change,
+    /// As before the first frame of a part of a film.
+    ChangeAndMove,
+    /// The camera is back before the worker is done.
+    ChangeWhileAway,
+}
+
+/// The edits of a film's part come before its first frame, while the tiles around the camera are loading.
+#[test]
+fn a_change_of_a_chunk_that_a_worker_makes_for_the_first_time_is_shown() {
+    use Meanwhile::{Change, ChangeAndMove, ChangeWhileAway};
+    // The second chunk is so far away that its tile of level 1 is shown.
+    for (level, chunk) in [(0, 3), (1, 12)].map(|(level, x)| (level, ChunkPos::new(x, 0, 0))) {
+        for meanwhile in [Change, ChangeAndMove, ChangeWhileAway] {
+            let cube = |material| {
+                let cells = (0..512).map(|i| IVec3::new(64 * chunk.x + i % 8, i / 8 % 8, i / 64));
+                let materials = ["none", "before", "after"].map(|name| Material::matt(name, [0.5; 3]));
+                World::from_voxels(materials.into(), cells.map(|cell| (cell, material)))
+            };
+            let (asked, was_asked) = channel();
+            let (go, go_on) = channel();
+            let tile = (level, ChunkPos::new(chunk.x >> (2 * level), 0, 0));
+            let held = Mutex::new(Some((tile, asked, go_on)));
+            let source = Arc::new(Held { worlds: [1, 2].map(cube), is_edited: AtomicBool::new(false), held });
+            let memory = Arc::new(Words(Mutex::new(vec![0; 1 << 20])));
+            let reach = Reach::of(&StreamSettings { near: 320, far: 1280, ..StreamSettings::default() }, [0, 64]);
+            let options = StreamOptions { workers: 2, complete: true, upload: None, poison: true };
+            let [here, beside, away] = [256, 320, 100_000].map(|x| View::at(IVec3::new(x, 40, 0)));
+            let streamer = Streamer::new(source.clone(), memory.clone(), 1 << 20, reach, here, options);
+            // The director takes each event in a turn of its own.
+            let looked = || {
+                let began = Instant::now();
+                while !streamer.has_looked() {
+                    assert!(began.elapsed() < PATIENCE, "{:?}", streamer.stats());
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+            };
+            was_asked.recv_timeout(PATIENCE).unwrap();
+            if meanwhile == ChangeWhileAway {
+                streamer.follow(away);
+                looked();
+            }
+            source.is_edited.store(true, Ordering::Release);
+            streamer.changed(&[chunk]);
+            looked();
+            streamer.follow(if meanwhile == ChangeAndMove { beside } else { here });
+            looked();
+            assert!(!streamer.is_settled(), "{meanwhile:?}, level {level}: a tile is still being made");
+            go.send(()).unwrap();
+            streamer.wait(PATIENCE).unwrap();
+            let taken = streamer.take().expect("a publication of everything");
+            let mut words = memory.0.lock().unwrap().clone();
+            words[..taken.words().len()].copy_from_slice(taken.words());
+            let shown = Tree64::new(&words).material([64 * chunk.x + 3, 3, 3]);
+            assert_eq!(shown, 2, "{meanwhile:?}, level {level}: the chunk is shown as it was before its edit");
+        }
     }
 }

@@ -11,29 +11,12 @@ const WHOLE_EDIT: Duration = Duration::from_millis(100);
 /// Changes are numbered from 1.
 #[derive(Default)]
 pub(super) struct Changes {
-    /// Tiles that are to be made anew.
-    stale: BTreeMap<TileKey, Stale>,
+    /// Tiles that are to be made anew, each with the first change that is not in it.
+    stale: BTreeMap<TileKey, u64>,
     /// The last change that was observed.
     last: u64,
     /// Until when publications wait for chunks that are to be made anew, and the last change whose chunks they wait for.
     held: Option<(Instant, u64)>,
-}
-
-/// A tile that is not what its source says it is.
-#[derive(Clone, Copy)]
-pub(super) struct Stale {
-    /// The first change that is not in it.
-    since: u64,
-    /// It is on its way to a worker, or with one.
-    asked: bool,
-    /// The first change since then: what the worker makes may be without it, and is made once more.
-    again: Option<u64>,
-}
-
-impl Stale {
-    fn new(since: u64) -> Self {
-        Self { since, asked: false, again: None }
-    }
 }
 
 impl Changes {
@@ -44,10 +27,7 @@ impl Changes {
 
     /// A tile is without a change.
     pub(super) fn note(&mut self, key: TileKey, number: u64) {
-        let stale = self.stale.entry(key).or_insert_with(|| Stale::new(number));
-        if stale.asked {
-            stale.again.get_or_insert(number);
-        }
+        self.stale.entry(key).or_insert(number);
     }
 
     /// Whether a tile is to be made anew.
@@ -65,36 +45,15 @@ impl Changes {
         self.stale.keys().copied()
     }
 
-    /// Workers are asked for a tile: whoever makes it from now on has all that has changed.
-    pub(super) fn asked(&mut self, key: TileKey) {
-        if let Some(stale) = self.stale.get_mut(&key) {
-            (stale.asked, stale.again) = (true, None);
-        }
-    }
-
-    /// A tile came from a worker, or is given up; what was known of it.
-    pub(super) fn forget(&mut self, key: TileKey) -> Option<Stale> {
+    /// A tile came from a worker, or is given up. Returns the first change that was not in it.
+    pub(super) fn forget(&mut self, key: TileKey) -> Option<u64> {
         self.stale.remove(&key)
-    }
-
-    /// It was not made after all.
-    pub(super) fn unmade(&mut self, key: TileKey, known: Stale) {
-        self.stale.insert(key, Stale::new(known.since));
-    }
-
-    /// It was made: gives whether it has to be made once more.
-    pub(super) fn made(&mut self, key: TileKey, known: Option<Stale>) -> bool {
-        let again = known.and_then(|stale| stale.again);
-        if let Some(number) = again {
-            self.stale.insert(key, Stale::new(number));
-        }
-        again.is_some()
     }
 
     /// The last change that is whole in what was made. Coarse tiles do not count: what is seen of them is far away.
     pub(super) fn whole(&self) -> u64 {
         let chunks = self.stale.iter().take_while(|(key, _)| key.level == 0);
-        chunks.map(|(_, stale)| stale.since - 1).min().unwrap_or(self.last)
+        chunks.map(|(_, since)| since - 1).min().unwrap_or(self.last)
     }
 
     /// Publications wait for the rest of all changes up to now, if there is any and they do not wait already.

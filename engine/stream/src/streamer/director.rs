@@ -221,7 +221,7 @@ impl Director {
     }
 
     fn take(&mut self, made: Made) {
-        let Made { key, tile, lamps, bytes } = made;
+        let Made { key, tile, lamps, bytes, outdated } = made;
         self.stats.written += bytes;
         let known = self.changes.forget(key);
         let (live, block) = match tile {
@@ -237,7 +237,7 @@ impl Director {
                 if let Some(known) = known
                     && self.tiles.contains_key(&key)
                 {
-                    self.changes.unmade(key, known);
+                    self.changes.note(key, known);
                 }
                 self.lamps.unmade(key);
                 return;
@@ -256,7 +256,10 @@ impl Director {
             return;
         }
         // The new tile replaces the old one even if it is stale again already: where edits never stop, each result is still shown.
-        self.ask_again |= self.changes.made(key, known);
+        if let Some(number) = outdated {
+            self.changes.note(key, number);
+            self.ask_again = true;
+        }
         if self.missing.remove(&key) {
             self.unpublished.insert(key);
         }
@@ -285,12 +288,9 @@ impl Director {
     /// tiles are wanted now.
     fn note_changes(&mut self, chunks: &BTreeMap<ChunkPos, u64>) -> bool {
         let wanted = self.whole.clone();
-        // The lamps of a chunk depend on the voxels beyond its faces, too. A chunk that is being made may have read the old ones.
-        let follows = |key: &TileKey, face: u32| match self.tiles.get(key) {
-            Some(_) if self.shared.lamps.is_some() && self.changes.concern(key) => true,
-            Some(tile) => tile.lamps.sides >> (face ^ 1) & 1 == 1,
-            None => self.shared.lamps.is_some() && self.missing.contains(key),
-        };
+        // The lamps of a chunk depend on the voxels beyond its faces, too. A worker that makes the chunk now says itself what it missed.
+        let follows =
+            |key: &TileKey, face: u32| self.tiles.get(key).is_some_and(|tile| tile.lamps.sides >> (face ^ 1) & 1 == 1);
         let beside = chunks
             .iter()
             .flat_map(|(pos, number)| (0..6).map(|face| (TileKey { level: 0, pos: pos.beside(face) }, face, *number)));
@@ -405,7 +405,9 @@ impl Director {
         let waiting = self.backoff.at(Instant::now());
         let mut state = self.shared.state();
         let idle = |key: &TileKey| {
-            !waiting.contains(key) && !state.in_work.contains(key) && !state.made.iter().any(|made| made.key == *key)
+            !waiting.contains(key)
+                && !state.in_work.contains_key(key)
+                && !state.made.iter().any(|made| made.key == *key)
         };
         // A user sees that an edited tile is stale, so that it comes first: chunks before the coarser tiles around them.
         let stale: Vec<TileKey> = self.changes.tiles().filter(idle).collect();
@@ -422,7 +424,6 @@ impl Director {
         let relisted = self.lamps.again().iter().copied().filter(|key| idle(key) && !self.changes.concern(key));
         let missing = relisted.chain(jobs.into_iter().map(|(_, key)| key)).map(|key| Job { key, stale: false });
         state.jobs = missing.chain(stale.iter().rev().map(|key| Job { key: *key, stale: true })).collect();
-        stale.into_iter().for_each(|key| self.changes.asked(key));
         let work = !state.jobs.is_empty();
         drop(state);
         if work {

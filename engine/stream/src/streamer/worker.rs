@@ -21,6 +21,8 @@ pub(super) struct Made {
     pub(super) lamps: MadeLamps,
     /// Bytes written.
     pub(super) bytes: u64,
+    /// The first change since the worker began, if there was one: the tile may be without it.
+    pub(super) outdated: Option<u64>,
 }
 
 /// The lamps of a tile that was made.
@@ -53,15 +55,15 @@ pub(super) fn run(shared: &Shared) {
                 None => state = shared.work.wait(state).unwrap_or_else(PoisonError::into_inner),
             }
         };
-        state.in_work.insert(job.key);
+        state.in_work.insert(job.key, None);
         drop(state);
         assert!(!planted("worker"), "a planted fault");
 
         let made = make(shared, job);
 
         let mut state = shared.state();
-        state.in_work.remove(&job.key);
-        state.made.push(made);
+        let outdated = state.in_work.remove(&job.key).flatten();
+        state.made.push(Made { outdated, ..made });
         // The director looks when there is enough for it to do, or nothing else to wait for.
         if state.made.len() == 1 || state.jobs.is_empty() {
             shared.news.notify_one();
@@ -70,7 +72,7 @@ pub(super) fn run(shared: &Shared) {
 }
 
 fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
-    let unmade = |why| Made { key, tile: Err(why), lamps: MadeLamps::default(), bytes: 0 };
+    let unmade = |why| Made { key, tile: Err(why), lamps: MadeLamps::default(), bytes: 0, outdated: None };
     // The source is the code of others, and may be wrong for one tile alone. Nothing is taken from the pool yet.
     let asked = caught(|| {
         assert!(!planted("source"), "a planted fault");
@@ -107,7 +109,7 @@ fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
         Content::Empty | Content::Full(_) => [[0; 3], [63; 3]],
     };
     let live = LiveTile { node, cells, children, lights: groups };
-    Made { key, tile: Ok((live, place)), lamps, bytes: bytes + lamp_bytes }
+    Made { key, tile: Ok((live, place)), lamps, bytes: bytes + lamp_bytes, outdated: None }
 }
 
 /// The lamps of a tile. What is beyond a face and cannot be had counts as air: a lamp too many costs a ray, one too few is missed.
