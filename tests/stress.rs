@@ -38,7 +38,7 @@ fn every_tracer_that_claims_to_be_exact_is() {
     }
     // Beams and packets are for the tiles of pixels alone.
     for row in of_tiles.map(|name| &rows[name]) {
-        let of_sets = ["tiles", "octant-tiles", "grazing-tiles", "lattice-tiles", "wrapped-tiles"]
+        let of_sets = ["tiles", "octant-tiles", "grazing-tiles", "lattice-tiles", "wrapped-tiles", "range-end-tiles"]
             .map(|set| row["sets"][set]["rays"].as_u64().unwrap());
         assert!(row["exact"] == true && of_sets.iter().all(|rays| *rays > 300), "{row}");
         assert_eq!(count(row, "rays"), of_sets.iter().sum::<u64>(), "{row}");
