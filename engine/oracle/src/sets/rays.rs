@@ -225,9 +225,8 @@ pub(super) fn range_ends(targets: &RayTargets, random: &mut Random) -> Ray {
     Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
 }
 
-/// Crosses plane n of axis a and plane m of axis b at times whose difference is 1 / (D_a D_b) of a unit: with directions 64 and q (in 64ths, q odd)
+/// Crosses plane n of axis a and plane m of axis b at times as near as two can be without being one: with directions 64 and q (in 64ths, q odd)
 /// that are y and x multiples of 2^-24 away, 64 x = q y ± 1.
-#[expect(clippy::cast_possible_truncation, reason = "remainders of 2^24")]
 pub(super) fn unit_ties(targets: &RayTargets, random: &mut Random) -> Ray {
     const CELL: i64 = 1 << 24;
     let q = 2 * random.below(32).cast_signed() + 1;
