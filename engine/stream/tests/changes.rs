@@ -163,7 +163,7 @@ type Hold = ((u32, ChunkPos), Sender<()>, Receiver<()>);
 struct Held {
     worlds: [World; 2],
     is_edited: AtomicBool,
-    held: Mutex<Option<Hold>>,
+    late: Mutex<Option<Hold>>,
 }
 
 impl ChunkSource for Held {
@@ -173,8 +173,8 @@ impl ChunkSource for Held {
 
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable> {
         let content = self.worlds[usize::from(self.is_edited.load(Ordering::Acquire))].tile(level, pos);
-        let held = self.held.lock().unwrap().take_if(|(of, ..)| *of == (level, pos));
-        if let Some((_, asked, go_on)) = held {
+        let late = self.late.lock().unwrap().take_if(|(of, ..)| *of == (level, pos));
+        if let Some((_, asked, go_on)) = late {
             asked.send(()).unwrap();
             go_on.recv_timeout(PATIENCE).unwrap();
         }
@@ -207,8 +207,8 @@ fn a_change_of_a_chunk_that_a_worker_makes_for_the_first_time_is_shown() {
             let (asked, was_asked) = channel();
             let (go, go_on) = channel();
             let tile = (level, ChunkPos::new(chunk.x >> (2 * level), 0, 0));
-            let held = Mutex::new(Some((tile, asked, go_on)));
-            let source = Arc::new(Held { worlds: [1, 2].map(cube), is_edited: AtomicBool::new(false), held });
+            let late = Mutex::new(Some((tile, asked, go_on)));
+            let source = Arc::new(Held { worlds: [1, 2].map(cube), is_edited: AtomicBool::new(false), late });
             let memory = Arc::new(Words(Mutex::new(vec![0; 1 << 20])));
             let reach = Reach::of(&StreamSettings { near: 320, far: 1280, ..StreamSettings::default() }, [0, 64]);
             let options = StreamOptions { workers: 2, complete: true, upload: None, poison: true };
