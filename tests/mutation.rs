@@ -66,6 +66,8 @@ enum Outcome {
     /// A hit was wrong, or the run did not end.
     Noticed,
     Survived,
+    /// `raxel stress` ended well, and a row traced no ray: nothing is known.
+    Unjudged,
 }
 
 /// A fault that changes no hit: its `file`, the text of its `line`, what it changes `from` and `to`, and `why` no hit can change.
@@ -91,15 +93,24 @@ fn is(reason: &Explained, file: &str, fault: &Fault, source: &str) -> bool {
     of.iter().all(|(key, value)| reason[*key] == *value)
 }
 
+/// Whether every row traced rays, by the table that `raxel stress` wrote.
+fn all_traced(table: &str, rows: &str) -> bool {
+    rows.split(',').all(|row| table.lines().any(|line| line.split(',').next() == Some(row)))
+}
+
 /// Whether `raxel stress` notices a source in place of a file.
 fn judged(file: &str, text: &str, rows: &str, rays: &str) -> Outcome {
     let project = Project::empty();
     project.write(&path(file), text);
-    let mut command = command(project.root(), &["stress", "--layouts", rows, "--scenes", SCENES, "--rays", rays]);
+    let options = ["--layouts", rows, "--scenes", SCENES, "--rays", rays, "-o", "stress.csv"];
+    let mut command = command(project.root(), &[&["stress"], &options[..]].concat());
     command.stdout(Stdio::null()).stderr(Stdio::null()).env("RAYON_NUM_THREADS", "2");
     let mut child = Running::start(&mut command);
     match child.0.wait_timeout(LIMIT).expect("a child can be waited for").map(|status| status.code()) {
-        Some(Some(0)) => Outcome::Survived,
+        Some(Some(0)) => {
+            let table = std::fs::read_to_string(project.root().join("stress.csv")).expect("it is written");
+            if all_traced(&table, rows) { Outcome::Survived } else { Outcome::Unjudged }
+        }
         // A project with a mistake.
         Some(Some(3)) => Outcome::Invalid,
         _ => Outcome::Noticed,
@@ -147,7 +158,7 @@ fn every_planted_fault_is_noticed_or_explained() {
     let reasons = explained();
     let lines = Mutex::new(std::fs::File::create(setting("OUT", ".raxel/mutation.csv".to_owned())).expect("a file"));
     let counts = Mutex::new(BTreeMap::<Outcome, usize>::new());
-    let unexplained = Mutex::new(BTreeSet::new());
+    let (unexplained, unjudged) = (Mutex::new(BTreeSet::new()), Mutex::new(BTreeSet::new()));
     let next = AtomicUsize::new(chosen.start);
     let work = || {
         while let Some((file, rows, fault)) = faults[..chosen.end].get(next.fetch_add(1, Ordering::Relaxed)) {
@@ -161,14 +172,26 @@ fn every_planted_fault_is_noticed_or_explained() {
             let row = format!("{outcome:?},{file}:{line},{:?},{:?},{code:?}", fault.from, fault.to);
             writeln!(lines.lock().unwrap(), "{row}").expect("a file");
             *counts.lock().unwrap().entry(outcome).or_default() += 1;
-            if outcome == Outcome::Survived && !is_explained {
-                unexplained.lock().unwrap().insert(row);
+            match outcome {
+                Outcome::Survived if !is_explained => drop(unexplained.lock().unwrap().insert(row)),
+                Outcome::Unjudged => drop(unjudged.lock().unwrap().insert(row)),
+                _ => {}
             }
         }
     };
     let jobs = setting("JOBS", std::thread::available_parallelism().map_or(1, usize::from));
     std::thread::scope(|scope| (0..jobs).for_each(|_| drop(scope.spawn(work))));
     println!("{:?}", counts.into_inner().unwrap());
-    let unexplained = unexplained.into_inner().unwrap();
-    assert!(unexplained.is_empty(), "nothing notices:\n{}", unexplained.into_iter().collect::<Vec<_>>().join("\n"));
+    let list = |faults: Mutex<BTreeSet<String>>| faults.into_inner().unwrap().into_iter().collect::<Vec<_>>().join("\n");
+    let (unexplained, unjudged) = (list(unexplained), list(unjudged));
+    assert!(unjudged.is_empty(), "a row traced no ray:\n{unjudged}\nnothing notices:\n{unexplained}");
+    assert!(unexplained.is_empty(), "nothing notices:\n{unexplained}");
+}
+
+#[test]
+fn a_row_without_rays_judges_nothing() {
+    let table = "row,site,set,rays\ntree64,dust@near,edges,64\ntree64:packet,dust@near,tiles,64\n";
+    assert!(all_traced(table, "tree64") && all_traced(table, "tree64:packet,tree64"));
+    assert!(!all_traced(table, "tree64,svo") && !all_traced(table, "tree"));
+    assert!(!all_traced("row,site,set,rays\n", "tree64"));
 }

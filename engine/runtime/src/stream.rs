@@ -1,7 +1,7 @@
 //! A streamed world on a device: its pool, and how frames take its publications.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
@@ -43,6 +43,7 @@ pub struct WorldStream {
     lights: Option<Arc<DeviceSource>>,
     device: Arc<Device>,
     complete: bool,
+    uploads: Arc<Uploads>,
     frames: Mutex<Frames>,
 }
 
@@ -120,11 +121,12 @@ impl WorldStream {
             return Err(Refused::World(Box::new(too_small_on_host(streamed, packed))));
         }
         let ring = (RING_FRAMES * settings.upload).clamp(LEAST_RING, MOST_RING);
-        let (buffer, memory) = pool_memory(device, "world.tree64", bytes, ring)?;
+        let uploads = Arc::new(Uploads::default());
+        let (buffer, memory) = pool_memory(device, "world.tree64", bytes, ring, &uploads)?;
         let shines = tiles.materials().iter().skip(1).any(|material| material.emission > 0.0);
         let lamps = shines.then(|| {
             let bytes = settings.lamp_memory.min(there) & !15;
-            let (buffer, memory) = pool_memory(device, "world.lights", bytes, LEAST_RING)?;
+            let (buffer, memory) = pool_memory(device, "world.lights", bytes, LEAST_RING, &uploads)?;
             Ok::<_, ExecuteError>((buffer, (memory, (bytes / 4) as u32)))
         });
         let (lights, lamps) = lamps.transpose()?.unzip();
@@ -145,7 +147,7 @@ impl WorldStream {
             let diagnostic = stopped(ended).label(streamed.place.clone(), "for this world");
             return Err(Refused::World(Box::new(diagnostic)));
         }
-        Ok(Self { streamer, source, lights, device: device.clone(), complete, frames: Mutex::default() })
+        Ok(Self { streamer, source, lights, device: device.clone(), complete, uploads, frames: Mutex::default() })
     }
 
     /// The source that passes bind.
@@ -242,8 +244,13 @@ impl WorldStream {
 
     /// Before a frame: follows the camera, and gives the frame the newest publication. A complete world is waited for, and for at most
     /// 4 ms an edit of a few chunks; nothing else waits. Returns the version that the frame sees.
+    ///
+    /// # Errors
+    /// What became of the copies to the device. Words that did not arrive are never sent again, so after one error that says why, the device
+    /// counts as lost, and the world is loaded anew for the next one.
     pub(crate) fn begin(&self, camera: &Camera, aspect: f64, seconds: f64) -> Result<u64, Refused> {
         let began = Instant::now();
+        self.uploads.check()?;
         let mut frames = self.frames();
         let position = camera.position();
         let velocity = match frames.last.replace(position) {
@@ -351,7 +358,7 @@ impl WorldStream {
         }
     }
 
-    fn frames(&self) -> std::sync::MutexGuard<'_, Frames> {
+    fn frames(&self) -> MutexGuard<'_, Frames> {
         self.frames.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -375,11 +382,15 @@ fn pool_memory(
     name: &str,
     bytes: u64,
     ring: u64,
+    uploads: &Arc<Uploads>,
 ) -> Result<(Arc<Buffer>, Arc<dyn PoolMemory>), ExecuteError> {
     let buffer = pool_buffer(device, name, bytes)?;
     let memory: Arc<dyn PoolMemory> = match SharedWords::new(buffer.clone()) {
-        Some(words) => Arc::new(InPlace(words)),
-        None => Arc::new(Staged(UploadRing::new(device, &buffer, ring, COPY).map_err(ExecuteError::from)?)),
+        Some(words) => Arc::new(InPlace { words, uploads: uploads.clone() }),
+        None => {
+            let ring = UploadRing::new(device, &buffer, ring, COPY).map_err(ExecuteError::from)?;
+            Arc::new(Staged { ring, uploads: uploads.clone() })
+        }
     };
     Ok((buffer, memory))
 }
@@ -404,28 +415,73 @@ fn view_of(camera: &Camera, velocity: DVec3, aspect: f64) -> View {
     View { cell: camera.cell, velocity, forward: camera.rotation() * DVec3::NEG_Z, half_angle: tangent.atan() }
 }
 
+/// What became of the words for the device.
+#[derive(Default)]
+struct Uploads(Mutex<Arrived>);
+
+#[derive(Default)]
+enum Arrived {
+    /// All of them, so far.
+    #[default]
+    All,
+    /// Not all, which no frame knows yet.
+    Failed(raxel_gpu::Error),
+    /// Not all, which a frame has reported.
+    Reported,
+}
+
+impl Uploads {
+    /// Notes the first error.
+    fn note(&self, result: raxel_gpu::Result<()>) {
+        let mut arrived = self.arrived();
+        if let (Err(error), Arrived::All) = (result, &*arrived) {
+            *arrived = Arrived::Failed(error);
+        }
+    }
+
+    /// Reports the error, once; from then on the device counts as lost.
+    fn check(&self) -> Result<(), ExecuteError> {
+        let mut arrived = self.arrived();
+        if let Arrived::All = *arrived {
+            return Ok(());
+        }
+        match std::mem::replace(&mut *arrived, Arrived::Reported) {
+            Arrived::Failed(error) => Err(error.into()),
+            _ => Err(ExecuteError::DeviceLost { suspect: None, timed_out: false }),
+        }
+    }
+
+    fn arrived(&self) -> MutexGuard<'_, Arrived> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 /// The host writes the device's memory. Every submission that follows sees the words. No frame reaches words that are being stored: the
 /// streamer writes only blocks that no unfinished frame can reach.
-struct InPlace(SharedWords);
+struct InPlace {
+    words: SharedWords,
+    uploads: Arc<Uploads>,
+}
 
 impl PoolMemory for InPlace {
     fn write(&self, at: u32, words: &[u32]) {
-        let stored = self.0.store(u64::from(at), words);
-        debug_assert!(stored.is_ok(), "{stored:?}");
+        self.uploads.note(self.words.store(u64::from(at), words));
     }
 }
 
 /// Words are copied by the device: frames that are submitted after a copy see them.
-struct Staged(UploadRing);
+struct Staged {
+    ring: UploadRing,
+    uploads: Arc<Uploads>,
+}
 
 impl PoolMemory for Staged {
     fn write(&self, at: u32, words: &[u32]) {
-        // A device that is lost shows it at the next frame; the world is then loaded anew for the next device.
-        let _ = self.0.write(4 * u64::from(at), bytemuck::cast_slice(words));
+        self.uploads.note(self.ring.write(4 * u64::from(at), bytemuck::cast_slice(words)));
     }
 
     fn flush(&self) {
-        let _ = self.0.flush();
+        self.uploads.note(self.ring.flush());
     }
 }
 
@@ -515,13 +571,15 @@ mod tests {
         let buffer = Arc::new(raxel_gpu::upload(&device, "pool", &zeros, COPY).unwrap());
         let host = Arc::new(Host(Mutex::new(vec![0; WORDS as usize])));
         // So small that it is full again and again.
-        let staged = Arc::new(Staged(UploadRing::new(&device, &buffer, 10_000, COPY).unwrap()));
+        let uploads = Arc::new(Uploads::default());
+        let ring = UploadRing::new(&device, &buffer, 10_000, COPY).unwrap();
+        let staged = Arc::new(Staged { ring, uploads: uploads.clone() });
 
         let voxels =
             (0..4000).map(|i| (IVec3::new(i * 7 % 300 - 150, i * 13 % 90, i * 29 % 280 - 140), 1 + (i % 2) as u16));
         let world = Arc::new(World::from_voxels(vec![Material::air(); 3], voxels));
         let settings = StreamSettings { near: 200, far: 200, ..StreamSettings::default() };
-        let memories: [Arc<dyn PoolMemory>; 2] = [host.clone(), staged];
+        let memories: [Arc<dyn PoolMemory>; 2] = [host.clone(), staged.clone()];
         for memory in memories {
             // One worker takes its places in the order of the tiles.
             let options = StreamOptions { workers: 1, complete: true, upload: None, poison: false };
@@ -532,6 +590,18 @@ mod tests {
         }
         let bytes = raxel_gpu::download_buffer(&device, &buffer, 0, buffer.size(), COPY).unwrap();
         assert!(bytes == bytemuck::cast_slice::<u32, u8>(&host.0.lock().unwrap()), "the words differ");
+        assert!(uploads.check().is_ok() && uploads.check().is_ok());
+
+        // Past the end of the buffer. What comes after it does not hide it.
+        staged.write(WORDS - 1, &[1, 2]);
+        staged.write(0, &[1]);
+        staged.flush();
+        let error = uploads.check().unwrap_err();
+        assert!(matches!(&error, ExecuteError::Gpu(raxel_gpu::Error::NotWritable { .. })), "{error}");
+        for _ in 0..2 {
+            let lost = uploads.check().unwrap_err();
+            assert!(matches!(lost, ExecuteError::DeviceLost { .. }), "{lost}");
+        }
         let messages = device.log().take();
         assert!(messages.is_empty(), "{messages:#?}");
     }

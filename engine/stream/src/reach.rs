@@ -34,9 +34,9 @@ impl TileKey {
     /// Whether the tile is made from a chunk: the chunk lies in it. The lamps of a chunk also depend on the chunks at its faces.
     pub(crate) fn reads(self, chunk: ChunkPos, lamps: bool) -> bool {
         let shift = 2 * self.level;
-        let [x, y, z] = [chunk.x >> shift, chunk.y >> shift, chunk.z >> shift];
-        let at = ChunkPos::new(x, y, z);
-        at == self.pos || lamps && self.level == 0 && (0..6).any(|face| self.pos.beside(face) == at)
+        let apart = |chunk: i32, tile: i32| u64::from((chunk >> shift).abs_diff(tile));
+        let tiles = apart(chunk.x, self.pos.x) + apart(chunk.y, self.pos.y) + apart(chunk.z, self.pos.z);
+        tiles == 0 || tiles == 1 && lamps && self.level == 0
     }
 
     /// Its smallest voxel.

@@ -172,20 +172,24 @@ impl Session {
         Ok((time, changes))
     }
 
-    /// Gives the frame the newest state of a streamed world; returns its version.
+    /// Gives the frame the newest state of a streamed world; returns its version. A device that was lost is opened anew first.
     fn begin_stream(&mut self, time: &FrameTime) -> Result<u64, FrameError> {
-        let Some(stream) = self.stream() else { return Ok(0) };
-        if let Some(message) = stream.take_message() {
-            self.editing.say(message);
-        }
         let [width, height] = self.selection.output;
         let aspect = f64::from(width) / f64::from(height);
-        stream.begin(&self.camera, aspect, time.delta).map_err(|error| match error {
-            Refused::World(diagnostic) => {
-                FrameError::Plan { diagnostics: vec![*diagnostic], texts: Box::new(self.state.diagnostics().1) }
+        loop {
+            let Some(stream) = self.stream() else { return Ok(0) };
+            if let Some(message) = stream.take_message() {
+                self.editing.say(message);
             }
-            Refused::Device(error) => FrameError::Device(error),
-        })
+            match stream.begin(&self.camera, aspect, time.delta) {
+                Ok(version) => return Ok(version),
+                Err(Refused::World(diagnostic)) => {
+                    let texts = Box::new(self.state.diagnostics().1);
+                    return Err(FrameError::Plan { diagnostics: vec![*diagnostic], texts });
+                }
+                Err(Refused::Device(error)) => self.recover(error)?,
+            }
+        }
     }
 
     /// What brings the world, if it is streamed and a plan has bound it.

@@ -18,7 +18,7 @@ use crate::lab::{Lab, Planned};
 use crate::random::{FLOATS, FRAMES, GIVEN, OPEN, Random, TIMES, graph_file, layouts, supply};
 use crate::random_shaders::shaders;
 
-/// Graphs of the normal test run; `RAXEL_OBSERVED=5000` runs so many.
+/// Graphs of the normal test run; `RAXEL_OBSERVED=5000` runs so many, with seeds from `RAXEL_OBSERVED_FROM` on.
 const GRAPHS: u64 = 150;
 
 /// What each resource holds at the end of a frame: by age.
@@ -206,14 +206,16 @@ impl Run<'_> {
 
 #[test]
 fn observing_changes_nothing() {
-    let count = std::env::var("RAXEL_OBSERVED").ok().map_or(GRAPHS, |count| count.parse().expect("a number of graphs"));
+    let setting = |name: &str| std::env::var(name).ok().map(|text| text.parse::<u64>().expect("a number of graphs"));
+    let from = setting("RAXEL_OBSERVED_FROM").unwrap_or(0);
+    let count = setting("RAXEL_OBSERVED").unwrap_or(GRAPHS);
     let mut lab = Lab::new();
     let texts = shaders();
     let shaders = Arc::new(MemoryFiles::new(texts.iter().map(|(path, text)| (path.as_str(), text.as_str()))));
     let compiler = Compiler::new(shaders);
     let sources = layouts();
     let mut counts = Counts::default();
-    for seed in 0..count {
+    for seed in from..from + count {
         let mut r = Random(SplitMix64::new(seed.wrapping_mul(0x9E6C_63D0_876A_68DE) ^ 0x0B5E_17ED));
         // The interpreter knows clocks, but not their phases.
         let toml = graph_file(&mut r).replace("clock.sim.phase", "frame.time");
