@@ -22,6 +22,9 @@ pub(crate) const TARGET: Target = Target {
 /// No number is larger.
 const MOST: i64 = 70;
 
+/// No sponge has more levels. Each level has 20 times as many voxels, and this target looks at every one.
+const MOST_LEVELS: i64 = 5;
+
 fn run(input: &[u8]) {
     let Ok(text) = std::str::from_utf8(input) else { return };
     let (main, rest) = text.split_once(projects::MARK).unwrap_or((text, ""));
@@ -68,7 +71,12 @@ fn near_zero(value: &mut Value) {
         Value::Integer(number) => *number = (*number).clamp(-MOST, MOST),
         Value::Float(number) if number.is_finite() => *number = number.clamp(-MOST as f64, MOST as f64),
         Value::Array(elements) => elements.iter_mut().for_each(near_zero),
-        Value::Table(fields) => fields.iter_mut().for_each(|(_, value)| near_zero(value)),
+        Value::Table(fields) => {
+            if let Some(Value::Integer(levels)) = fields.get_mut("level") {
+                *levels = (*levels).min(MOST_LEVELS);
+            }
+            fields.iter_mut().for_each(|(_, value)| near_zero(value));
+        }
         _ => {}
     }
 }
