@@ -182,7 +182,8 @@ fn every_planted_fault_is_noticed_or_explained() {
     let jobs = setting("JOBS", std::thread::available_parallelism().map_or(1, usize::from));
     std::thread::scope(|scope| (0..jobs).for_each(|_| drop(scope.spawn(work))));
     println!("{:?}", counts.into_inner().unwrap());
-    let list = |faults: Mutex<BTreeSet<String>>| faults.into_inner().unwrap().into_iter().collect::<Vec<_>>().join("\n");
+    let list =
+        |faults: Mutex<BTreeSet<String>>| faults.into_inner().unwrap().into_iter().collect::<Vec<_>>().join("\n");
     let (unexplained, unjudged) = (list(unexplained), list(unjudged));
     assert!(unjudged.is_empty(), "a row traced no ray:\n{unjudged}\nnothing notices:\n{unexplained}");
     assert!(unexplained.is_empty(), "nothing notices:\n{unexplained}");

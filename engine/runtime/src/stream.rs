@@ -385,12 +385,11 @@ fn pool_memory(
     uploads: &Arc<Uploads>,
 ) -> Result<(Arc<Buffer>, Arc<dyn PoolMemory>), ExecuteError> {
     let buffer = pool_buffer(device, name, bytes)?;
-    let memory: Arc<dyn PoolMemory> = match SharedWords::new(buffer.clone()) {
-        Some(words) => Arc::new(InPlace { words, uploads: uploads.clone() }),
-        None => {
-            let ring = UploadRing::new(device, &buffer, ring, COPY).map_err(ExecuteError::from)?;
-            Arc::new(Staged { ring, uploads: uploads.clone() })
-        }
+    let memory: Arc<dyn PoolMemory> = if let Some(words) = SharedWords::new(buffer.clone()) {
+        Arc::new(InPlace { words, uploads: uploads.clone() })
+    } else {
+        let ring = UploadRing::new(device, &buffer, ring, COPY).map_err(ExecuteError::from)?;
+        Arc::new(Staged { ring, uploads: uploads.clone() })
     };
     Ok((buffer, memory))
 }
