@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use raxel_diagnostics::files::read_text;
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
+use raxel_graph::EstimatedMemory;
+use raxel_graph::Phase;
 use raxel_graph::checked::{Fact, Graph, ResourceId, Value};
-use raxel_graph::memory::EstimatedMemory;
 use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, SourceSize, WorldInput};
-use raxel_graph::print::Phase;
 use raxel_runtime::load::{Loader, Part};
 use raxel_runtime::manifest;
 use raxel_runtime::project::Project;

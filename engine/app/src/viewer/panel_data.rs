@@ -9,7 +9,7 @@ use raxel_edit::Scene;
 use raxel_edit::query::CastHit;
 use raxel_graph::checked::{BufferSize, Graph, PassId, Resource, ResourceKind, Value};
 use raxel_graph::plan::{CullReason, Lifetime, Plan, ResourceDesc};
-use raxel_graph::sizes::Size;
+use raxel_graph::size::Size;
 use raxel_panels::view::{
     Editing, Frame, Kind, Lane, Loading, Param, Pass, PassState, Shown, Swatch, Timeline, Track, Use, World,
     WorldExtent, WorldStatistics,

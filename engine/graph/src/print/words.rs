@@ -2,12 +2,11 @@
 
 use std::fmt::Write as _;
 
-use crate::checked::{Clock, Condition, Dispatch, Every, Fact, Graph, PassId, ResourceId};
-use crate::plan::{
+use crate::ir::checked::{Clock, Condition, Dispatch, Every, Fact, Graph, PassId, ResourceId};
+use crate::ir::plan::{
     CullReason, Culled, Dependency, Hazard, HazardKind, PassPlan, Plan, Present, ResourceDesc, ResourcePlan, Scope,
     Step,
 };
-use crate::queues::counted_by;
 
 /// Bytes for people, e.g. `3.5 MiB`.
 pub(super) fn bytes(bytes: u64) -> String {
@@ -175,7 +174,7 @@ pub(super) fn work(plan: &Plan, pass: u32) -> String {
     match (pass.groups, &plan.graph.pass(pass.pass).dispatch) {
         (Some([x, y, z]), _) => format!("{x}×{y}×{z} groups"),
         (None, Dispatch::Indirect { buffer, .. }) if plan.graph.resource(*buffer).made => {
-            let queue = counted_by(&plan.graph, *buffer);
+            let queue = plan.graph.queue_of(*buffer);
             let (name, offset) = queue.map_or(("a queue", 0), |(queue, at)| (name_of(&plan.graph, queue), at));
             if offset == 0 { format!("threads from {name}") } else { format!("threads from {name} + {offset}") }
         }
@@ -231,7 +230,7 @@ pub(super) fn memory(plan: &Plan) -> Memory {
 /// Block and offset of a resource that shares memory.
 pub(super) fn block_of(resource: &ResourcePlan) -> Option<(u32, u64)> {
     match resource.lifetime {
-        crate::plan::Lifetime::Transient { place: Some(place), .. } => Some((place.block, place.offset)),
+        crate::ir::plan::Lifetime::Transient { place: Some(place), .. } => Some((place.block, place.offset)),
         _ => None,
     }
 }
