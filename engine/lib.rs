@@ -1,10 +1,10 @@
 #![doc = include_str!("../README.md")]
 
 pub use raxel_diagnostics::{Diagnostic, SourceMap, render};
+pub use raxel_execute::{FrameReport, PassTime, Picture, ReadTicket, SwapReport, Texels};
 pub use raxel_graph::checked::Value;
 pub use raxel_runtime::camera::Camera;
 pub use raxel_runtime::debug_target::DebugTarget;
-pub use raxel_runtime::execute::{FrameReport, PassTime, Picture, ReadTicket, SwapReport, Texels};
 pub use raxel_runtime::present::Presenter;
 pub use raxel_runtime::project::Project;
 pub use raxel_runtime::reload::ReloadEvent;

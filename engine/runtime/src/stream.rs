@@ -12,7 +12,7 @@ use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOpt
 use raxel_world::{ChunkPos, ChunkSource, Streamed};
 
 use crate::camera::Camera;
-use crate::execute::{Builder, DeviceSource, ExecuteError};
+use raxel_execute::{Builder, DeviceSource, ExecuteError};
 
 /// How long a complete world may take until it is there.
 const PATIENCE: Duration = Duration::from_secs(600);

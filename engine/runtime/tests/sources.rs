@@ -8,7 +8,7 @@ use std::fs;
 use std::time::Duration;
 
 use project::{TestProject, red, red_after_frame, texel};
-use raxel_runtime::execute::WriteError;
+use raxel_execute::WriteError;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
 use raxel_world::layout::Layout;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use raxel_execute::Texels;
 use raxel_graph::checked::{Param, ResourceKind, Value as ParamValue};
 use raxel_runtime::camera::Camera;
-use raxel_runtime::execute::Texels;
 use raxel_runtime::params::{components, type_name};
 use raxel_runtime::{ReadError, Session};
 use raxel_shader::interface::ScalarKind;

@@ -1,7 +1,7 @@
 //! A caption in a picture: white letters on a darkened band, as high as a twentieth of the picture.
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont, point};
-use raxel_runtime::execute::Picture;
+use raxel_execute::Picture;
 use raxel_runtime::timeline::CaptionText;
 
 /// Draws a line into a picture. A line that is too long becomes smaller.

@@ -1,6 +1,6 @@
 //! Frames as bytes of a file: what was read back, and the form that it gets.
 
-use raxel_runtime::execute::{Picture, Texels};
+use raxel_execute::{Picture, Texels};
 
 use super::png::Compression;
 use super::{exr, png};

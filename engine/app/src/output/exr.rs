@@ -9,7 +9,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
     SmallVec, Text, f16,
 };
-use raxel_runtime::execute::Texels;
+use raxel_execute::Texels;
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 

@@ -18,7 +18,7 @@ mod supersample;
 
 use std::path::{Path, PathBuf};
 
-use raxel_runtime::execute::Picture;
+use raxel_execute::Picture;
 
 use self::coding::rgb;
 pub(crate) use self::coding::{Coding, Kind, Shot};

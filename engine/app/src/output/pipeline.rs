@@ -183,7 +183,7 @@ fn write_all(results: &Receiver<Done>, permits: &Receiver<()>, mut place: Place,
 
 #[cfg(test)]
 mod tests {
-    use raxel_runtime::execute::Picture;
+    use raxel_execute::Picture;
 
     use super::super::coding::Kind;
     use super::super::png::Compression;

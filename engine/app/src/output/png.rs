@@ -1,7 +1,7 @@
 //! PNG: 8 bits a channel, no alpha, sRGB as the picture is.
 
 use png::{BitDepth, ColorType, Encoder, EncodingError};
-use raxel_runtime::execute::Picture;
+use raxel_execute::Picture;
 
 /// How much time goes into making a PNG small. The pixels are the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]

@@ -6,8 +6,8 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use raxel_runtime::execute::{Picture, ReadTicket, Texels};
-use raxel_runtime::moment::{Fraction, Moment};
+use raxel_execute::moment::{Fraction, Moment};
+use raxel_execute::{Picture, ReadTicket, Texels};
 use raxel_runtime::timeline::Demo;
 use raxel_runtime::{ReadError, Session};
 

@@ -1,6 +1,6 @@
 //! Many pictures of one moment, each with its rays at another place in the pixels, averaged: smooth edges, the same in every run.
 
-use raxel_runtime::execute::{Picture, Texels};
+use raxel_execute::{Picture, Texels};
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 

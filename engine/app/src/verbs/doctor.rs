@@ -6,11 +6,11 @@ use std::time::Instant;
 
 use raxel_cache::{Cache, Place, SWITCH};
 use raxel_diagnostics::{Diagnostic, MemoryFiles};
+use raxel_execute::moment::Moment;
+use raxel_execute::{Builtins, ExecutorOptions, FrameInputs, Picture};
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_runtime::BuildError;
-use raxel_runtime::execute::{Builtins, ExecutorOptions, FrameInputs, Picture};
 use raxel_runtime::load::Loader;
-use raxel_runtime::moment::Moment;
 use raxel_runtime::params::Params;
 use raxel_runtime::project::Project;
 use raxel_runtime::runner::{GraphRunner, Setup};

@@ -5,8 +5,8 @@ use std::io::IsTerminal;
 use std::ops::Range;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use raxel_execute::moment::{Fraction, Moment};
 use raxel_gpu::DeviceOptions;
-use raxel_runtime::moment::{Fraction, Moment};
 use raxel_runtime::session::Session;
 use raxel_runtime::timeline::Demo;
 use serde_json::json;

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, SourceMap, Span, codes};
+use raxel_execute::Picture;
 use raxel_gpu::DeviceOptions;
 use raxel_measure::demo::FrameTimes;
 use raxel_picture::Encoding;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::execute::Picture;
 use raxel_runtime::timeline::{Claim, Demo};
 use raxel_runtime::{Observe, Options, Session};
 use serde_json::json;

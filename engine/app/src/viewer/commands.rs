@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 
 use raxel_diagnostics::SourceMap;
 use raxel_edit::EditError;
+use raxel_execute::moment::Moment;
 use raxel_graph::checked::{BufferSize, ResourceKind};
 use raxel_panels::Action;
 use raxel_panels::view::{Brush, Effect};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::moment::Moment;
 use raxel_runtime::params::from_components;
 use raxel_runtime::{EditFailure, Session};
 use winit::event_loop::ActiveEventLoop;

@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use raxel_execute::moment::Moment;
+use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
 use raxel_panels::view::{Editing, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::camera::FlyInput;
-use raxel_runtime::execute::{ExecuteError, FrameReport, PassOutcome, Progress};
-use raxel_runtime::moment::Moment;
 use raxel_runtime::present::{PresentError, Presented};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::session::CaptureError;

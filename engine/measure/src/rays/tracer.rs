@@ -16,7 +16,7 @@ use super::error::RayError;
 use super::masks;
 use super::stream::PATIENCE;
 use super::stream::Pace;
-use raxel_runtime::execute::{Texture, upload_image};
+use raxel_execute::{Texture, upload_image};
 use raxel_runtime::sources::{VOXEL_FORMAT, layout_limits};
 
 /// How hits are found: a layout, and a marcher of `<raxel/march.glsl>` over it.

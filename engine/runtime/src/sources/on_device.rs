@@ -17,9 +17,9 @@ use super::catalog::{EDITS, POSES, VOXEL_FORMAT};
 use super::check::no_model;
 use super::instances::{LiveInstances, WrittenPoses};
 use crate::build_error::BuildError;
-use crate::execute::{self, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
 use crate::stream::{Refused, WorldStream};
 use crate::world::{SessionWorld, WorldIdentity};
+use raxel_execute::{self as execute, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
 
 /// The sources of one device. What belongs to a world or a file goes when that does, as soon as no plan uses it any more.
 #[derive(Debug, Default)]

@@ -8,8 +8,8 @@ use super::curve::{Interpolation, sample, segment};
 use super::edits::EditKey;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
-use crate::moment::{Fraction, Moment};
 use crate::params;
+use raxel_execute::moment::{Fraction, Moment};
 
 /// A demo file.
 #[derive(Clone, Debug)]

@@ -9,7 +9,7 @@ use super::demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey,
 use super::edits;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
-use crate::moment::{Fraction, Moment};
+use raxel_execute::moment::{Fraction, Moment};
 
 /// Longest demo: a day.
 const LONGEST: f64 = 86_400.0;

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use raxel_execute::moment::{Fraction, Moment};
+use raxel_execute::{Builtins, ExecuteError, FrameInputs, Override};
 use raxel_graph::checked::{PassId, Value};
 use raxel_graph::plan::{Lifetime, Plan, Step};
-use raxel_runtime::execute::{Builtins, ExecuteError, FrameInputs, Override};
-use raxel_runtime::moment::{Fraction, Moment};
 
 use crate::lab::{Lab, Planned, at, graph};
 

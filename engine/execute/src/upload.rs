@@ -11,7 +11,7 @@ use super::error::ExecuteError;
 use super::source::{Part, Write, WriteQueue};
 
 /// Bytes that one frame uploads, unless a single write has more. What is left follows with the next frame.
-pub(crate) const FRAME_BYTES: usize = 32 << 20;
+pub const FRAME_BYTES: usize = 32 << 20;
 
 /// Bytes of the smallest staging buffer.
 const SMALLEST: u64 = 1 << 16;

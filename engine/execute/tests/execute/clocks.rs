@@ -1,7 +1,7 @@
 //! Clocks: passes that catch up ticks, what turns with them, and frames without a tick.
 
-use raxel_runtime::execute::{Builtins, FrameInputs, FrameReport};
-use raxel_runtime::moment::Moment;
+use raxel_execute::moment::Moment;
+use raxel_execute::{Builtins, FrameInputs, FrameReport};
 
 use crate::lab::{Lab, Planned};
 

@@ -1,8 +1,8 @@
 //! Loops on the device: rounds, names that change places, mips, and what is said to a pass of a loop.
 
+use raxel_execute::moment::Moment;
+use raxel_execute::{Builtins, FrameInputs, Override};
 use raxel_graph::checked::{ParamId, Value};
-use raxel_runtime::execute::{Builtins, FrameInputs, Override};
-use raxel_runtime::moment::Moment;
 
 use crate::lab::{Lab, Planned, graph};
 

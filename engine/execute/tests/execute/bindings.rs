@@ -1,6 +1,6 @@
 //! Every way a pass can be bound: buffers, sources, mips, layers, volumes, samplers, uniform blocks, indirect dispatch.
 
-use raxel_runtime::execute::ExecuteError;
+use raxel_execute::ExecuteError;
 
 use crate::lab::{Lab, Planned, at, graph};
 
@@ -81,7 +81,7 @@ void main() {
         lab.supply("input", &words);
         lab.plan(&graph, &Planned { pinned: &["total", "args"], ..Planned::default() })
     };
-    let missing = lab.executor.builder().prepare(plan.clone(), &raxel_runtime::execute::Sources::new());
+    let missing = lab.executor.builder().prepare(plan.clone(), &raxel_execute::Sources::new());
     assert!(matches!(missing.err(), Some(ExecuteError::MissingSource { .. })));
     let prepared = lab.prepare(&plan).expect("it suits the device");
     lab.executor.swap(prepared);

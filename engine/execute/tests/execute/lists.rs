@@ -1,7 +1,7 @@
 //! Dispatches over lists: each element gets one thread, however many there are.
 
+use raxel_execute::Builtins;
 use raxel_graph::checked::Value;
-use raxel_runtime::execute::Builtins;
 
 use crate::lab::{Lab, Planned};
 

@@ -6,10 +6,10 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
+use raxel_execute::moment::Moment;
+use raxel_execute::{Builtins, DeviceSource, FrameInputs};
 use raxel_graph::checked::Graph;
 use raxel_graph::{SourceLayout, compile};
-use raxel_runtime::execute::{Builtins, DeviceSource, FrameInputs};
-use raxel_runtime::moment::Moment;
 use raxel_shader::Compiler;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 use raxel_world::random::SplitMix64;

@@ -1,7 +1,7 @@
 //! Shared blocks on the device, and the memo's view of them.
 
+use raxel_execute::Builtins;
 use raxel_graph::checked::Value;
-use raxel_runtime::execute::Builtins;
 
 use crate::lab::{Lab, Planned, at};
 

@@ -1,7 +1,7 @@
 //! Sources that are written in part while plans read them.
 
+use raxel_execute::{DeviceSource, Texture, WriteError};
 use raxel_gpu::Device;
-use raxel_runtime::execute::{DeviceSource, Texture, WriteError};
 use raxel_shader::format::Format;
 use raxel_shader::interface::Access;
 

@@ -5,11 +5,11 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
+use raxel_execute::moment::Moment;
+use raxel_execute::{Builtins, ExecuteError, FrameInputs};
 use raxel_graph::checked::{Graph, ResourceId, ResourceKind, Value};
 use raxel_graph::compile;
 use raxel_graph::plan::Observe;
-use raxel_runtime::execute::{Builtins, ExecuteError, FrameInputs};
-use raxel_runtime::moment::Moment;
 use raxel_shader::Compiler;
 use raxel_world::random::SplitMix64;
 

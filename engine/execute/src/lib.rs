@@ -1,5 +1,7 @@
-//! Runs a plan on the device: prepares it off to the side, swaps it in at a frame boundary, walks it frame by frame up to the
+//! Executes a plan on a device, without a session: prepares it off to the side, swaps it in at a frame boundary, walks it frame by frame up to the
 //! picture of the debug target, reads anything back.
+
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod blocks;
 mod capture;
@@ -12,6 +14,7 @@ mod executor;
 mod inputs;
 mod instrumentation;
 mod memo;
+pub mod moment;
 mod physical;
 mod pipelines;
 mod prepare;
@@ -32,8 +35,7 @@ mod values;
 
 pub use capture::Captured;
 pub use counted::Counted;
-pub(crate) use device::largest_image;
-pub use device::{DeviceMemory, Texture, limits, upload_image};
+pub use device::{DeviceMemory, Texture, largest_image, limits, upload_image};
 pub use display::display_of;
 pub use error::{ExecuteError, Suspect};
 pub use executor::{Executor, ExecutorOptions, FramePicture, Progress};
@@ -43,7 +45,7 @@ pub use readback::ReadTicket;
 pub use replay::{Counts, Recorder, Replay};
 pub use report::{FrameReport, GpuTimes, PassOutcome, PassTime, Picture, SwapReport, Texels};
 pub use source::{DeviceSource, Sources, WriteError};
-pub(crate) use upload::FRAME_BYTES;
+pub use upload::FRAME_BYTES;
 
 /// Frames that are recorded while the device still works on earlier ones.
 const FRAMES: usize = 2;

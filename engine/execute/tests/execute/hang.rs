@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
+use raxel_execute::moment::Moment;
+use raxel_execute::{Builtins, ExecuteError, ExecutorOptions, FrameInputs, Progress};
 use raxel_graph::checked::Value;
-use raxel_runtime::execute::{Builtins, ExecuteError, ExecutorOptions, FrameInputs, Progress};
-use raxel_runtime::moment::Moment;
 
 use crate::lab::{Lab, Planned};
 

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
+use raxel_execute::moment::Moment;
+use raxel_execute::{
+    Builtins, DeviceMemory, DeviceSource, ExecuteError, Executor, ExecutorOptions, FrameInputs, FrameReport, Prepared,
+    Sources, limits,
+};
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_graph::checked::{Builtin, Fact, Graph, ResourceId};
 use raxel_graph::plan::{Observe, Plan, PlanInput, Present, WorldInput};
 use raxel_graph::{SourceLayout, compile, plan};
-use raxel_runtime::execute::{
-    Builtins, DeviceMemory, DeviceSource, ExecuteError, Executor, ExecutorOptions, FrameInputs, FrameReport, Prepared,
-    Sources, limits,
-};
-use raxel_runtime::moment::Moment;
 use raxel_shader::Compiler;
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};

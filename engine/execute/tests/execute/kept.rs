@@ -1,7 +1,7 @@
 //! What stays from frame to frame: kept resources, tables made of what stands still, partial stores.
 
-use raxel_runtime::execute::{Builtins, FrameInputs, FrameReport};
-use raxel_runtime::moment::Moment;
+use raxel_execute::moment::Moment;
+use raxel_execute::{Builtins, FrameInputs, FrameReport};
 
 use crate::lab::{Lab, Planned};
 

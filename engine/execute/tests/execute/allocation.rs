@@ -1,8 +1,8 @@
 //! A running frame allocates nothing: neither the walk over the plan nor recording and submitting it on the device.
 
+use raxel_execute::moment::Moment;
+use raxel_execute::{Builtins, FrameInputs, Recorder, Replay};
 use raxel_graph::checked::Value;
-use raxel_runtime::execute::{Builtins, FrameInputs, Recorder, Replay};
-use raxel_runtime::moment::Moment;
 
 use crate::frames::chain;
 use crate::lab::{Lab, Planned};
