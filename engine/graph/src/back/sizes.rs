@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::ir::checked::{
-    Buffer, BufferSize, Dispatch, Extent, Graph, Origin, Pass, Resource, ResourceId, ResourceKind, Source, Target,
-    Value,
+    Buffer, BufferSize, Dispatch, Extent, Graph, Origin, Pass, Resource, ResourceId, ResourceKind, Target, Value,
 };
 use crate::ir::index::index32;
 use crate::ir::plan::{Limits, PlanInput, SourceSize, WorldInput, copy_name};

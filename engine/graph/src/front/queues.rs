@@ -8,8 +8,8 @@ use raxel_shader::interface::{Access, Scalar};
 use raxel_shader::{Compiler, Request, Shader, ShaderSource};
 
 use crate::ir::checked::{
-    self, BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Origin, Pass, Resource, ResourceId, ResourceKind,
-    Source, Usage, Value,
+    BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Origin, Pass, Resource, ResourceId, ResourceKind, Source,
+    Usage, Value,
 };
 use crate::ir::index::index32;
 

@@ -46,7 +46,7 @@ impl Size {
     }
 
     /// Elements of a buffer, texels of a target's mip 0.
-    fn elements(&self) -> u64 {
+    pub(crate) fn elements(&self) -> u64 {
         match self {
             Size::Image { .. } => product(self.texels(0).unwrap_or([1; 3])),
             Size::Buffer { elements, .. } => *elements,
