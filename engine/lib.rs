@@ -15,8 +15,12 @@ pub use raxel_runtime::{EditFailure, FrameError, Observe, OpenError, Options, Re
 pub use raxel_cache as cache;
 /// Edits of worlds, queries, saves.
 pub use raxel_edit as edit;
+/// What builds voxels: operations, land, scattered models.
+pub use raxel_generate as generate;
 /// The graph compiler: file, checked graph, plan.
 pub use raxel_graph as graph;
+/// GPU encodings of voxel worlds.
+pub use raxel_layouts as layouts;
 /// Bench and stress: run time against error.
 pub use raxel_measure as measure;
 /// The exact tracer and the error metrics.
@@ -29,8 +33,10 @@ pub use raxel_runtime as runtime;
 pub use raxel_shader as shader;
 /// Worlds that are loaded around a camera.
 pub use raxel_stream as stream;
-/// Voxel worlds.
+/// Voxels.
 pub use raxel_world as world;
+/// World files.
+pub use raxel_worldfile as worldfile;
 
 /// Vulkan, as far as a program with a session of its own meets it: the devices there are, the one that is open, messages of the validation
 /// layer, and errors. [`Presenter`] shows pictures in a window of yours, under the triangles of an [`OverlayFrame`](gpu::OverlayFrame).

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::files::read_text;
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
+use raxel_generate::Reach;
 use raxel_graph::EstimatedMemory;
 use raxel_graph::Phase;
 use raxel_graph::checked::{Fact, Graph, ResourceId, Value};
@@ -17,8 +18,7 @@ use raxel_runtime::project::Project;
 use raxel_runtime::sources;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{SavedWorld, Saves};
-use raxel_world::build::Reach;
-use raxel_world::file::Effort;
+use raxel_worldfile::Effort;
 
 use crate::console::{Console, To};
 use crate::failure::Result;

@@ -36,9 +36,9 @@ pub const GROUPS: &[Group] = &[
     },
     Group {
         name: "encode",
-        folder: "world",
-        sources: &["layout"],
-        tests: &[&["-p", "raxel-world", "--lib"], &["-p", "raxel-world", "--test", "layouts"]],
+        folder: "layouts",
+        sources: &[""],
+        tests: &[&["-p", "raxel-layouts"]],
         stress: Some(&[
             "stress",
             "--rays",

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Rounds, count_of};
 use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, SourceSize};
-use raxel_world::layout::Layout;
+use raxel_layouts::Layout;
 
 use crate::build_error::BuildError;
 use crate::params::Params;

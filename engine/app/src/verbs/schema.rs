@@ -41,7 +41,7 @@ impl Kind {
     fn schema(self) -> Value {
         match self {
             Kind::Graph => raxel_graph::schema(),
-            Kind::World => raxel_world::file::schema(),
+            Kind::World => raxel_worldfile::schema(),
             Kind::Demo => timeline::schema(),
             Kind::Project => manifest::schema(),
         }

@@ -8,9 +8,9 @@ use glam::{Mat4, Vec2};
 use raxel_diagnostics::{Diagnostic, SourceMap, each_once};
 use raxel_gpu::{Device, DeviceKind, DeviceOptions};
 use raxel_graph::checked::Graph;
+use raxel_layouts::Layout;
 use raxel_oracle::Oracle;
 use raxel_oracle::camera::Pinhole;
-use raxel_world::layout::Layout;
 
 use super::judge::{Truth, bounces, judge, judge_periods, period_bounces};
 use super::measure::{Bounces, CaseError, Run, first, measure};

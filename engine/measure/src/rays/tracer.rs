@@ -7,10 +7,10 @@ use raxel_diagnostics::{FileError, Files, SourceMap};
 use raxel_gpu::{
     Buffer, ComputePipeline, Device, ImageView, PipelineInfo, Resource, Sampler, Slot, ViewInfo, upload, vk,
 };
+use raxel_layouts::{Encoded, EncodedImage, Layout};
 use raxel_shader::interface::BindingKind;
 use raxel_shader::{Compiler, Request, Shader, ShaderSource};
 use raxel_world::World;
-use raxel_world::layout::{Encoded, EncodedImage, Layout};
 
 use super::error::RayError;
 use super::masks;

@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_edit::records::{self, Records};
 use raxel_graph::checked::ResourceId;
-use raxel_world::instances::records::{self as poses, PoseRecords};
-use raxel_world::instances::{Frame, Instances};
+use raxel_layouts::instances::records::{self as poses, PoseRecords};
+use raxel_layouts::instances::{Frame, Instances};
 
 use super::{FrameError, Session};
 use crate::sources::{EDITS, WrittenPoses, instance_frames};

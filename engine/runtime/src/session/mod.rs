@@ -29,7 +29,7 @@ pub use raxel_gpu::Validation;
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_graph::checked::{Display, Graph, ParamId, PassId, Value};
 use raxel_graph::plan::{Observe, Plan};
-use raxel_world::layout::Layout;
+use raxel_layouts::Layout;
 
 use crate::build::{DeviceContext, Selection};
 use crate::camera::Camera;

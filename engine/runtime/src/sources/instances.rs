@@ -6,8 +6,8 @@ use std::sync::Arc;
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Graph, Resource, Value};
-use raxel_world::instances::{Frame, InstanceBuffer, Instances, Pose};
-use raxel_world::layout::{LayoutError, Limits};
+use raxel_layouts::instances::{Frame, InstanceBuffer, Instances, Pose};
+use raxel_layouts::{LayoutError, Limits};
 
 use crate::params;
 use crate::world::SessionWorld;

@@ -9,7 +9,7 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Fact, Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
-use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveLayout, Patch};
+use raxel_layouts::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveLayout, Patch};
 use raxel_world::{Chunk, ChunkPos};
 
 use super::SourceName;

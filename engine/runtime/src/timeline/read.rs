@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::table::{Node, Reporter, Table, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Spanned, codes, files};
-use raxel_world::file::{CAMERA_COORDINATES, CAMERA_FOV};
+use raxel_worldfile::{CAMERA_COORDINATES, CAMERA_FOV};
 
 use super::curve::Interpolation;
 use super::demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, GraphKey, Track};

@@ -1,7 +1,7 @@
 //! The JSON schema of demo files, for completion in editors.
 
 use raxel_diagnostics::schema::with_defaults;
-use raxel_world::file::CAMERA_FOV;
+use raxel_worldfile::CAMERA_FOV;
 use serde_json::{Value, json};
 
 /// JSON schema of `worlds/*.demo.toml`.

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_diagnostics::{Diagnostic, names};
 use raxel_gpu::{DeviceKind, DeviceOptions};
+use raxel_layouts::Layout;
 use raxel_measure::bench::{BenchError, Effort, Matrix, Refusal, Row, Runner, cameras};
 use raxel_runtime::world::SessionWorld;
-use raxel_world::layout::Layout;
 
 use super::{export, files, table as printed};
 use crate::args::{Messages, Size, each_once, size};

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use raxel_layouts::Layout;
 use raxel_measure::stress::{Invariants, Plan, Report, RowReport};
 use raxel_oracle::metrics::Errors;
-use raxel_world::layout::Layout;
 use serde_json::{Value, json};
 
 use super::About;
