@@ -150,7 +150,7 @@ impl Executor {
 
     /// Whether a prepared plan shares its resources with the plan that runs now. One that was prepared before the last swap may hold
     /// contents of earlier frames; it is to be prepared again.
-    pub(crate) fn is_current(&self, prepared: &Prepared) -> bool {
+    pub fn is_current(&self, prepared: &Prepared) -> bool {
         lock(&self.shared.running).serial == prepared.swaps_before
     }
 
@@ -529,7 +529,7 @@ impl Executor {
     }
 
     /// The pass that the device works on: the first of the older frame in flight, or else of the newer one, that has begun and not finished.
-    pub(crate) fn suspect(&self) -> Option<Suspect> {
+    pub fn suspect(&self) -> Option<Suspect> {
         let mut slots: Vec<&FrameSlot> = self.slots.iter().collect();
         slots.sort_by_key(|slot| slot.frame);
         slots.into_iter().find_map(FrameSlot::suspect)

@@ -138,7 +138,7 @@ impl DeviceSource {
 
     /// Replaces the first bytes of the buffers of several sources of one device, before one frame: no frame sees some of them alone. From
     /// any thread; nothing waits. After an error, none is replaced.
-    pub(crate) fn write_together(parts: &[(&Arc<Self>, &[u8])]) -> Result<(), WriteError> {
+    pub fn write_together(parts: &[(&Arc<Self>, &[u8])]) -> Result<(), WriteError> {
         let writes = parts.iter().map(|(source, bytes)| source.bytes(0, bytes)).collect::<Result<Vec<Write>, _>>()?;
         parts.first().map_or(Ok(()), |(source, _)| source.queue.push(writes))
     }
@@ -182,7 +182,7 @@ impl DeviceSource {
     }
 
     /// Whether a write of it is not part of a submitted frame yet.
-    pub(crate) fn is_waiting(&self) -> bool {
+    pub fn is_waiting(&self) -> bool {
         self.waiting.load(Ordering::Acquire) > 0
     }
 
@@ -192,7 +192,7 @@ impl DeviceSource {
     }
 
     /// Bytes that wait to be written before the next frame, over all sources of the device.
-    pub(crate) fn waiting_bytes(&self) -> usize {
+    pub fn waiting_bytes(&self) -> usize {
         self.queue.waiting.lock().unwrap_or_else(PoisonError::into_inner).bytes
     }
 

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use raxel_execute::Picture;
 use raxel_picture::{Comparison, Picture};
 use serde_json::json;
 
@@ -144,7 +143,7 @@ fn one(args: &Args, name: &str, paths: [&Path; 2], heat: Option<&Path>, console:
     };
     if let Some(heat) = heat {
         let rgba = found.heat.chunks_exact(3).flat_map(|pixel| [pixel[0], pixel[1], pixel[2], 255]).collect();
-        let picture = Picture { width: reference.width, height: reference.height, rgba };
+        let picture = raxel_execute::Picture { width: reference.width, height: reference.height, rgba };
         write_picture(Pending::new(heat)?, &picture)?;
     }
     let good = args.judge(&found);

@@ -15,7 +15,7 @@ use raxel_oracle::camera::Pinhole;
 use super::judge::{Truth, bounces, judge, judge_periods, period_bounces};
 use super::measure::{Bounces, CaseError, Run, first, measure};
 use super::{Case, Effort, Matrix, Measured, PassSpread, Refusal, Row};
-use raxel_execute::{self as execute, ExecuteError, ExecutorOptions};
+use raxel_execute::{ExecuteError, ExecutorOptions};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::load::Loader;
 use raxel_runtime::runner::GraphRunner;
