@@ -25,6 +25,8 @@ pub use raxel_layouts as layouts;
 pub use raxel_measure as measure;
 /// The exact tracer and the error metrics.
 pub use raxel_oracle as oracle;
+/// Pictures, frames and films: what `raxel render` writes, from a session of yours.
+pub use raxel_output as output;
 /// Rays through voxels, as [`Session::cast`] takes them.
 pub use raxel_ray as ray;
 /// Everything of a session that is not re-exported here.

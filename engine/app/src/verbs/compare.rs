@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::args::Messages;
 use crate::console::{self, Console, Format};
 use crate::failure::{Exit, Failure, Result};
-use crate::output::{Pending, write_picture};
+use raxel_output::{Pending, write_picture};
 
 /// Compares a picture with a reference: mean FLIP error (0 equal, 1 black for white), root mean square, largest difference. The exit code
 /// is 1 when one of them is over its threshold; without a threshold, when the pictures differ at all.

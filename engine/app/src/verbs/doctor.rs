@@ -20,7 +20,7 @@ use serde_json::json;
 use crate::args::{Messages, OnDevice};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
-use crate::output;
+use raxel_output as output;
 
 /// Checks this machine: Vulkan loader, devices, validation layer, shader compiler, a rendered picture, ffmpeg.
 #[derive(Debug, clap::Args)]

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::console::{self, Console};
 use crate::failure::Result;
-use crate::output::{Folders, Pending, shown};
+use raxel_output::{Folders, Pending, shown};
 
 /// Writes the JSON schemas of graphs, worlds, demos and manifests to .raxel/, or prints one.
 #[derive(Debug, clap::Args)]

@@ -18,8 +18,8 @@ use crate::args::{Messages, OnDevice, each_once};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
-use crate::output::{Folders, Pending, write_picture};
 use crate::session::{frame_failure, open_failure, print_messages, print_validation, validated};
+use raxel_output::{Folders, Pending, write_picture};
 
 /// Runs demos without a window, at their own size and frame rate, and checks what their `[[check]]`s claim: pictures against references by
 /// FLIP, GPU times of passes. The exit code is 1 when one does not hold.

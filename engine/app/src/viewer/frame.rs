@@ -23,8 +23,8 @@ use super::{
 use crate::console::To;
 use crate::control::{Control, Next};
 use crate::failure::Result;
-use crate::output::shown;
 use crate::session::frame_failure;
+use raxel_output::shown;
 
 impl Open {
     /// Presents the picture that was taken from the other device last, with the panels where they are visible.

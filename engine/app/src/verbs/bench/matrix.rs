@@ -16,7 +16,7 @@ use crate::args::{Messages, Size, each_once, size};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
-use crate::output::{Folders, Pending};
+use raxel_output::{Folders, Pending};
 
 /// What is measured, and where it is written.
 #[derive(Debug, clap::Args)]

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::About;
 use crate::console::{Console, Format};
 use crate::failure::{Failure, Result};
-use crate::output::{Folders, Pending, Table, shown};
+use raxel_output::{Folders, Pending, Table, shown};
 
 /// The files that are asked for; whether they can be written is found out before anything is traced.
 #[derive(Default)]
@@ -108,7 +108,7 @@ fn csv(plan: &Plan, report: &Report) -> Result<Vec<u8>> {
             }
         }
     }
-    table.finish()
+    Ok(table.finish()?)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "every whole number below 9·10¹⁵ fits")]

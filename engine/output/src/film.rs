@@ -7,14 +7,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::Pending;
 use super::leftovers::{Listed, on_stop};
-use crate::failure::{Failure, Result};
+use crate::error::{OutputError, Result};
 
 /// Extensions that make `-o` a film.
-pub(crate) const EXTENSIONS: &[&str] = &["mp4", "mkv", "mov", "webm", "gif"];
+pub const EXTENSIONS: &[&str] = &["mp4", "mkv", "mov", "webm", "gif"];
 
 /// A running ffmpeg.
 #[derive(Debug)]
-pub(crate) struct Film {
+pub struct Film {
     ffmpeg: Arc<Mutex<Child>>,
     frames: Option<ChildStdin>,
     /// `None` once the film is in place.
@@ -23,7 +23,7 @@ pub(crate) struct Film {
 }
 
 /// Whether ffmpeg can be started, and its version.
-pub(crate) fn version() -> Option<String> {
+pub fn version() -> Option<String> {
     let output = Command::new("ffmpeg").arg("-version").stdin(Stdio::null()).output().ok()?;
     let text = String::from_utf8_lossy(&output.stdout);
     let line = text.lines().next()?;
@@ -64,9 +64,11 @@ impl Film {
         let spawned =
             command.arg(pending.temporary()).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
         let mut ffmpeg = spawned.map_err(|error| match error.kind() {
-            ErrorKind::NotFound => Failure::usage(format!("`{}` needs ffmpeg, which is not installed", path.display()))
-                .help("apt-get install ffmpeg, or write numbered frames: -o frames/%04d.png"),
-            _ => Failure::usage(format!("ffmpeg cannot be started: {error}")),
+            ErrorKind::NotFound => {
+                OutputError::new(format!("`{}` needs ffmpeg, which is not installed", path.display()))
+                    .help("apt-get install ffmpeg, or write numbered frames: -o frames/%04d.png")
+            }
+            _ => OutputError::new(format!("ffmpeg cannot be started: {error}")),
         })?;
         let frames = ffmpeg.stdin.take();
         let ffmpeg = Arc::new(Mutex::new(ffmpeg));
@@ -104,7 +106,7 @@ impl Film {
         self.ffmpeg.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn failure(&mut self) -> Failure {
+    fn failure(&mut self) -> OutputError {
         drop(self.frames.take());
         let mut said = String::new();
         let mut ffmpeg = self.child();
@@ -112,7 +114,7 @@ impl Film {
             let _ = stderr.read_to_string(&mut said);
         }
         let _ = ffmpeg.wait();
-        Failure { ffmpeg: true, ..Failure::usage(format!("ffmpeg gave up: {}", said.trim().replace('\n', "; "))) }
+        OutputError { ffmpeg: true, ..OutputError::new(format!("ffmpeg gave up: {}", said.trim().replace('\n', "; "))) }
     }
 }
 

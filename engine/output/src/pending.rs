@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use tempfile::{NamedTempFile, TempPath};
 
 use super::leftovers::{Listed, on_stop};
-use crate::failure::{Failure, Result};
+use crate::error::{OutputError, Result};
 
 /// A file that will appear. Dropped unfinished, or when a signal ends the process, it leaves nothing behind.
 #[derive(Debug)]
-pub(crate) struct Pending {
+pub struct Pending {
     path: PathBuf,
     to: To,
 }
@@ -28,7 +28,7 @@ enum To {
 impl Pending {
     /// Finds out whether `path` can be written, by making the temporary file.
     pub fn new(path: &Path) -> Result<Self> {
-        let fail = |reason: String| Failure::usage(format!("`{}` cannot be written: {reason}", path.display()));
+        let fail = |reason: String| OutputError::new(format!("`{}` cannot be written: {reason}", path.display()));
         match fs::metadata(path) {
             Ok(found) if found.is_dir() => return Err(fail("it is a folder".to_owned())),
             Ok(found) if !found.is_file() => {
@@ -80,8 +80,8 @@ impl Pending {
     }
 }
 
-fn failure(path: &Path, error: &io::Error) -> Failure {
-    Failure::usage(format!("`{}` cannot be written: {error}", path.display()))
+fn failure(path: &Path, error: &io::Error) -> OutputError {
+    OutputError::new(format!("`{}` cannot be written: {error}", path.display()))
 }
 
 /// An empty file in a folder. The extension stays last: programs that write for raxel go by it.
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn what_cannot_be_written_is_said() {
         let folder = tempfile::tempdir().unwrap();
-        let message = |path: &Path| Pending::new(path).unwrap_err().message.unwrap();
+        let message = |path: &Path| Pending::new(path).unwrap_err().message;
         assert!(message(folder.path()).contains("it is a folder"));
         assert!(message(&folder.path().join("no/a.png")).contains("does not exist"));
     }
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     #[cfg(target_os = "linux")]
     fn the_reason_is_the_right_one_where_no_file_can_be_made() {
-        let message = Pending::new(Path::new("/proc/a.png")).unwrap_err().message.unwrap();
+        let message = Pending::new(Path::new("/proc/a.png")).unwrap_err().message;
         assert!(message.contains("no file can be made in `/proc`") && !message.contains("does not exist"), "{message}");
     }
 }

@@ -1,9 +1,12 @@
 //! Where pictures go: one file, numbered frames, a film, or stdout. Whether a place can be written is found out before anything is
 //! rendered; what is written appears under its name only when it is whole.
 
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
 mod caption;
 mod coding;
 mod csv;
+mod error;
 mod exr;
 mod film;
 mod folders;
@@ -21,21 +24,21 @@ use std::path::{Path, PathBuf};
 use raxel_execute::Picture;
 
 use self::coding::rgb;
-pub(crate) use self::coding::{Coding, Kind, Shot};
-pub(crate) use self::csv::Table;
-pub(crate) use self::film::version as ffmpeg_version;
-pub(crate) use self::folders::{Folders, Scratch};
-pub(crate) use self::leftovers::{Listed, on_stop, watch_signals};
-pub(crate) use self::pending::Pending;
-pub(crate) use self::place::Place;
-pub(crate) use self::png::Compression;
-pub(crate) use self::replace::replace;
-pub(crate) use self::shoot::{Layer, Layers, MOST_LAYERS, Mode, Shoot, Stages};
-use crate::failure::{Failure, Result};
+pub use self::coding::{Coding, Kind, Shot};
+pub use self::csv::Table;
+pub use self::error::{OutputError, Result};
+pub use self::film::version as ffmpeg_version;
+pub use self::folders::{Folders, Scratch};
+pub use self::leftovers::{Listed, on_stop, watch_signals};
+pub use self::pending::Pending;
+pub use self::place::Place;
+pub use self::png::Compression;
+pub use self::replace::replace;
+pub use self::shoot::{Layer, Layers, MOST_LAYERS, Mode, Shoot, Stages};
 
 /// What `-o` asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Output {
+pub enum Output {
     /// One picture, of the last frame.
     Single(Kind, PathBuf),
     /// One picture a frame.
@@ -48,7 +51,7 @@ pub(crate) enum Output {
 
 /// A file name with one number in it, e.g. `frames/%04d.png`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Pattern {
+pub struct Pattern {
     before: String,
     digits: usize,
     after: String,
@@ -65,7 +68,7 @@ impl Output {
         if argument.ends_with(['/', '\\']) || path.is_dir() {
             // Somebody who writes the name of a picture or a film means no folder of that name.
             if let Some((extension, _)) = written(Path::new(folder)) {
-                return Err(Failure::usage(format!("`{argument}` is a folder, and its name is that of a file"))
+                return Err(OutputError::new(format!("`{argument}` is a folder, and its name is that of a file"))
                     .help(format!("a name that is free, or a number for each frame: {folder}/%04d.png"))
                     .help(format!("`.{extension}` says what to write")));
             }
@@ -78,14 +81,14 @@ impl Output {
             (Some((_, Some(named))), None) => named,
             (Some((_, Some(named))), Some(kind)) if named == kind => kind,
             (Some((extension, _)), Some(_)) => {
-                return Err(Failure::usage(format!("`{argument}` says by its `.{extension}` what it is"))
+                return Err(OutputError::new(format!("`{argument}` says by its `.{extension}` what it is"))
                     .help("leave `--as` out; it is for `-o -`, folders and names without an extension"));
             }
             (Some((_, None)), None) => return Ok(Output::Film(path)),
             (None, Some(kind)) if path.extension().is_none() || kind == Kind::Raw => kind,
             (None, _) => {
                 let pictures = Kind::EXTENSIONS.map(|(extension, _)| extension).join(", .");
-                return Err(Failure::usage(format!("`{argument}` does not say what to write")).help(format!(
+                return Err(OutputError::new(format!("`{argument}` does not say what to write")).help(format!(
                     "a name that ends in .{pictures}, one with a number such as frames/%04d.png, a folder (frames/), `-` for stdout, or a \
                      film: .{}",
                     film::EXTENSIONS.join(", .")
@@ -138,7 +141,7 @@ impl Pattern {
     /// `None` when there is no number in the name.
     fn parse(argument: &str) -> Result<Option<Self>> {
         let Some((before, rest)) = argument.split_once('%') else { return Ok(None) };
-        let wrong = || Failure::usage(format!("`{argument}` needs one number, written %d or %04d"));
+        let wrong = || OutputError::new(format!("`{argument}` needs one number, written %d or %04d"));
         let (width, after) = rest.split_once('d').ok_or_else(wrong)?;
         let digits = match width {
             "" => 1,
@@ -167,7 +170,7 @@ impl Pattern {
             let name = path.to_str().and_then(|name| name.strip_prefix(&self.before)?.strip_suffix(&self.after));
             if name.is_some_and(|number| number.parse().is_ok_and(|frame| self.file(frame) == path)) {
                 std::fs::remove_file(&path)
-                    .map_err(|error| Failure::usage(format!("`{}` cannot be removed: {error}", path.display())))?;
+                    .map_err(|error| OutputError::new(format!("`{}` cannot be removed: {error}", path.display())))?;
             }
         }
         Ok(())
@@ -188,13 +191,13 @@ impl Pattern {
 }
 
 /// Writes a displayed picture as PNG.
-pub(crate) fn write_picture(pending: Pending, picture: &Picture) -> Result {
+pub fn write_picture(pending: Pending, picture: &Picture) -> Result {
     let bytes = png::encode(picture, Compression::default());
-    pending.finish(&bytes.map_err(|error| Failure::usage(format!("the PNG could not be made: {error}")))?)
+    pending.finish(&bytes.map_err(|error| OutputError::new(format!("the PNG could not be made: {error}")))?)
 }
 
 /// A path as a message shows it: absolute, if that can be had.
-pub(crate) fn shown(path: &Path) -> String {
+pub fn shown(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
@@ -219,9 +222,9 @@ mod tests {
         assert_eq!(pattern.describe(), "frames/%04d.png");
         let Output::Frames(Kind::Jpg, pattern) = Output::parse("frames/", Some(Kind::Jpg)).unwrap() else { panic!() };
         assert_eq!(pattern.file(3), Path::new("frames/0003.jpg"));
-        assert!(Output::parse("a.png", Some(Kind::Jpg)).unwrap_err().message.unwrap().contains("by its `.png`"));
+        assert!(Output::parse("a.png", Some(Kind::Jpg)).unwrap_err().message.contains("by its `.png`"));
         for wrong in ["o.png/", "o.mkv/", "a/b.EXR/"] {
-            assert!(parse(wrong).unwrap_err().message.unwrap().contains("is a folder"), "{wrong}");
+            assert!(parse(wrong).unwrap_err().message.contains("is a folder"), "{wrong}");
         }
         for wrong in ["", "a", "a.tga", "%d%d.png", "%4d.png", "%x.png", "%0d.png", "%099d.png"] {
             assert!(parse(wrong).is_err(), "{wrong}");

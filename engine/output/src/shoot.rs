@@ -15,14 +15,14 @@ use super::coding::{Coding, Shot};
 use super::pipeline::{Busy, Pipeline};
 use super::place::Place;
 use super::supersample::{Sum, offset};
-use crate::failure::{Failure, Result};
+use crate::error::OutputError;
 
 /// Most targets that are read back in one frame: as many as the device copies at once.
-pub(crate) const MOST_LAYERS: usize = 8;
+pub const MOST_LAYERS: usize = 8;
 
 /// What is read back.
 #[derive(Clone, Debug)]
-pub(crate) enum Layers {
+pub enum Layers {
     /// The displayed picture.
     Picture,
     /// Texels of targets, [`MOST_LAYERS`] at most.
@@ -32,16 +32,20 @@ pub(crate) enum Layers {
 /// One mip and layer of a target, so many frames ago.
 #[derive(Clone, Debug)]
 #[allow(clippy::struct_field_names, reason = "a layer of an image is one number of three that name it")]
-pub(crate) struct Layer {
+pub struct Layer {
+    /// Name of the target.
     pub resource: String,
+    /// Frames ago.
     pub age: u32,
+    /// Mip.
     pub mip: u32,
+    /// Array layer, or slice of a volume.
     pub layer: u32,
 }
 
 /// How the stages follow each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Mode {
+pub enum Mode {
     /// Rendering, read-back, encoding and writing at the same time.
     AtOnce,
     /// Each frame is on disk before the next one begins: what [`Mode::AtOnce`] is measured against.
@@ -49,12 +53,14 @@ pub(crate) enum Mode {
 }
 
 /// Frames to be made.
-pub(crate) struct Shoot {
+pub struct Shoot {
     /// Frames that are run: the clock stands before the first of them.
     pub run: Range<u64>,
     /// Those that are wanted.
     pub wanted: Range<u64>,
+    /// What is read back of each.
     pub layers: Layers,
+    /// The form that they are written in.
     pub coding: Coding,
     /// A demo whose captions are written into the pictures, with the seconds of a frame.
     pub captions: Option<(Arc<Demo>, Fraction)>,
@@ -62,16 +68,18 @@ pub(crate) struct Shoot {
     pub samples: u32,
     /// Frames of the same moment that are run before each that is wanted, for graphs that average over time.
     pub settle: u32,
+    /// How the stages follow each other.
     pub mode: Mode,
 }
 
 /// Where the time went.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Stages {
+pub struct Stages {
     /// Frames that were written.
     pub frames: u64,
     /// Extent of the last of them in pixels.
     pub size: Option<[u32; 2]>,
+    /// From the first frame to the last file.
     pub wall: Duration,
     /// Making frames and waiting for the device.
     pub render: Duration,
@@ -79,6 +87,7 @@ pub(crate) struct Stages {
     pub read_back: Duration,
     /// Waiting for encoders and the writer to be ready for one more.
     pub held_up: Duration,
+    /// Time of the threads that encode and write.
     pub busy: Busy,
     /// Encoders.
     pub workers: usize,
@@ -109,14 +118,15 @@ enum Requested {
 }
 
 impl Shoot {
-    /// Runs the frames. `each` is called after each of them; it may look at the session.
-    pub fn run(
+    /// Runs the frames. `frame_of` runs one; `each` is called after each frame and may look at the session. The error is the caller's own, so that
+    /// it tells a lost device from a full disk.
+    pub fn run<E: From<OutputError> + From<ReadError>>(
         &self,
         session: &mut Session,
         place: Place,
-        mut each: impl FnMut(&mut Session, u64) -> Result,
-        mut frame_of: impl FnMut(&mut Session) -> Result,
-    ) -> Result<Stages> {
+        mut each: impl FnMut(&mut Session, u64) -> Result<(), E>,
+        mut frame_of: impl FnMut(&mut Session) -> Result<(), E>,
+    ) -> Result<Stages, E> {
         let start = Instant::now();
         let workers = match self.mode {
             Mode::AtOnce => std::thread::available_parallelism().map_or(1, NonZero::get),
@@ -141,7 +151,7 @@ impl Shoot {
             }
             frame_of(session)?;
             if self.mode == Mode::OneByOne {
-                session.wait_picture(Duration::MAX).map_err(|error| Failure::usage(error.to_string()))?;
+                session.wait_picture(Duration::MAX).map_err(|error| OutputError::new(error.to_string()))?;
             }
             stages.render += rendering.elapsed();
             each(session, frame)?;
@@ -181,7 +191,13 @@ impl Shoot {
         }
     }
 
-    fn hand_over(&self, pipeline: &mut Pipeline, frame: u64, shot: Shot, stages: &mut Stages) -> Result {
+    fn hand_over(
+        &self,
+        pipeline: &mut Pipeline,
+        frame: u64,
+        shot: Shot,
+        stages: &mut Stages,
+    ) -> Result<(), OutputError> {
         stages.frames += 1;
         stages.size = Some(shot.size());
         let waiting = Instant::now();
@@ -195,7 +211,11 @@ impl Shoot {
     }
 
     /// The average of several pictures of the next moment: the clock stands still between them.
-    fn sampled(&self, session: &mut Session, frame_of: &mut impl FnMut(&mut Session) -> Result) -> Result<Shot> {
+    fn sampled<E: From<OutputError> + From<ReadError>>(
+        &self,
+        session: &mut Session,
+        frame_of: &mut impl FnMut(&mut Session) -> Result<(), E>,
+    ) -> Result<Shot, E> {
         let mut sum = Sum::default();
         let mut last = None;
         for sample in 0..self.samples {
@@ -216,7 +236,7 @@ impl Shoot {
 }
 
 impl Layers {
-    fn request(&self, session: &mut Session) -> std::result::Result<Requested, ReadError> {
+    fn request(&self, session: &mut Session) -> Result<Requested, ReadError> {
         match self {
             Layers::Picture => session.request_picture().map(Requested::Picture),
             Layers::Targets(layers) => {
@@ -224,20 +244,20 @@ impl Layers {
                     let ticket = session.request_texels(&layer.resource, layer.age, layer.mip, layer.layer)?;
                     Ok((layer.resource.clone(), ticket))
                 };
-                layers.iter().map(request).collect::<std::result::Result<_, _>>().map(Requested::Targets)
+                layers.iter().map(request).collect::<Result<_, _>>().map(Requested::Targets)
             }
         }
     }
 }
 
 impl Requested {
-    fn redeem(self, session: &Session) -> std::result::Result<Shot, ReadError> {
+    fn redeem(self, session: &Session) -> Result<Shot, ReadError> {
         let _span = tracing::trace_span!("read back").entered();
         Ok(match self {
             Requested::Picture(ticket) => Shot::Picture(session.redeem(&ticket)?),
             Requested::Targets(tickets) => {
                 let redeem = |(name, ticket)| Ok((name, session.redeem::<Texels>(&ticket)?));
-                Shot::Texels(tickets.into_iter().map(redeem).collect::<std::result::Result<_, ReadError>>()?)
+                Shot::Texels(tickets.into_iter().map(redeem).collect::<Result<_, ReadError>>()?)
             }
         })
     }

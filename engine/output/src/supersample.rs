@@ -5,7 +5,7 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
 use super::coding::Shot;
-use crate::failure::{Failure, Result};
+use crate::error::{OutputError, Result};
 
 /// Where the rays of sample `index` of `of` go through a pixel, in pixels from its middle, right and down: the R2 sequence (Roberts, "The
 /// Unreasonable Effectiveness of Quasirandom Sequences", 2018), shifted so that the mean is the middle. One sample is in the middle.
@@ -48,7 +48,7 @@ impl Sum {
                 for (index, (name, texels)) in layers.iter().enumerate() {
                     if texels.scalar() != ScalarKind::Float {
                         let message = format!("`{name}` holds integers, which have no average");
-                        return Err(Failure::usage(message).help("leave `--samples` out, or take another target"));
+                        return Err(OutputError::new(message).help("leave `--samples` out, or take another target"));
                     }
                     let channels = texels.format.channels() as usize;
                     let values = texels.floats().into_iter();
@@ -164,6 +164,6 @@ mod tests {
         assert_eq!(layers[0].1.floats()[0][0].to_bits(), 2.5_f32.to_bits());
         let hit = Texels { format: Format::R32ui, width: 1, height: 1, bytes: vec![1, 0, 0, 0] };
         let failure = Sum::default().add(&Shot::Texels(vec![("hit".to_owned(), hit)])).unwrap_err();
-        assert!(failure.message.unwrap().contains("`hit` holds integers"));
+        assert!(failure.message.contains("`hit` holds integers"));
     }
 }

@@ -1,9 +1,9 @@
 //! Tables of comma-separated values (RFC 4180).
 
-use crate::failure::{Failure, Result};
+use crate::error::{OutputError, Result};
 
 /// A table in the making: a head, and rows of as many fields.
-pub(crate) struct Table(csv::Writer<Vec<u8>>);
+pub struct Table(csv::Writer<Vec<u8>>);
 
 impl Table {
     /// A table with this head.
@@ -24,6 +24,6 @@ impl Table {
     }
 }
 
-fn failed(error: &dyn std::error::Error) -> Failure {
-    Failure::usage(format!("the CSV could not be made: {error}"))
+fn failed(error: &dyn std::error::Error) -> OutputError {
+    OutputError::new(format!("the CSV could not be made: {error}"))
 }

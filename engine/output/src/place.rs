@@ -7,14 +7,19 @@ use super::film::Film;
 use super::folders::Folders;
 use super::pending::Pending;
 use super::{Output, Pattern};
-use crate::failure::{Failure, Result};
+use crate::error::{OutputError, Result};
 
 /// A place that takes encoded frames in order.
-pub(crate) enum Place {
+pub enum Place {
     /// One file; taken when it is written.
     Single(Option<Pending>),
     /// A file of each frame.
-    Frames { pattern: Pattern, _folders: Folders },
+    Frames {
+        /// Names of the files.
+        pattern: Pattern,
+        /// Folders that were made for them.
+        folders: Folders,
+    },
     /// ffmpeg, which takes raw frames.
     Film(Film),
     /// stdout: frame after frame.
@@ -32,12 +37,12 @@ impl Place {
         })
     }
 
-    pub fn single(path: &Path) -> Result<Self> {
+    fn single(path: &Path) -> Result<Self> {
         Ok(Self::Single(Some(Pending::new(path)?)))
     }
 
-    pub fn frames(pattern: &Pattern, first: u64) -> Result<Self> {
-        Ok(Self::Frames { pattern: pattern.clone(), _folders: pattern.prepare(first)? })
+    pub(crate) fn frames(pattern: &Pattern, first: u64) -> Result<Self> {
+        Ok(Self::Frames { pattern: pattern.clone(), folders: pattern.prepare(first)? })
     }
 
     /// Puts a frame in its place.
@@ -49,7 +54,7 @@ impl Place {
             Self::Stream => {
                 let mut out = std::io::stdout().lock();
                 out.write_all(bytes).and_then(|()| out.flush()).map_err(|error| {
-                    Failure::usage(match error.kind() {
+                    OutputError::new(match error.kind() {
                         ErrorKind::BrokenPipe => "stdout is a pipe that nobody reads any more".to_owned(),
                         _ => format!("stdout cannot be written: {error}"),
                     })

@@ -11,10 +11,10 @@ static LISTED: Mutex<(u64, BTreeMap<u64, Undo>)> = Mutex::new((0, BTreeMap::new(
 
 /// Something that is undone when a signal ends the process; dropped, it no longer is.
 #[derive(Debug)]
-pub(crate) struct Listed(u64);
+pub struct Listed(u64);
 
 /// Lists something to undo. It must not wait for anything.
-pub(crate) fn on_stop(undo: impl FnOnce() + Send + 'static) -> Listed {
+pub fn on_stop(undo: impl FnOnce() + Send + 'static) -> Listed {
     let mut listed = LISTED.lock().unwrap_or_else(PoisonError::into_inner);
     listed.0 += 1;
     let number = listed.0;
@@ -39,7 +39,7 @@ fn undo_all() {
 
 /// Waits for signals on a thread of its own. A signal that is ignored (`nohup`, a job in the background of a script) stays ignored.
 #[cfg(unix)]
-pub(crate) fn watch_signals() {
+pub fn watch_signals() {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let ignored = ignored_signals();
     let wanted = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
@@ -62,4 +62,4 @@ fn ignored_signals() -> u64 {
 }
 
 #[cfg(not(unix))]
-pub(crate) fn watch_signals() {}
+pub fn watch_signals() {}

@@ -4,11 +4,11 @@ use raxel_execute::{Picture, Texels};
 
 use super::png::Compression;
 use super::{exr, png};
-use crate::failure::{Failure, Result};
+use crate::error::{OutputError, Result};
 
 /// The form of one picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Kind {
+pub enum Kind {
     /// 8 bits a channel, as the display map shows it.
     Png,
     /// As PNG, with losses: see --quality.
@@ -45,8 +45,10 @@ impl Kind {
 
 /// A form with its settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Coding {
+pub struct Coding {
+    /// The form.
     pub kind: Kind,
+    /// Of PNG.
     pub compression: Compression,
     /// Of JPEG, 1 to 100.
     pub quality: u8,
@@ -54,7 +56,7 @@ pub(crate) struct Coding {
 
 /// One frame, as it was read back.
 #[derive(Clone, Debug)]
-pub(crate) enum Shot {
+pub enum Shot {
     /// The displayed picture.
     Picture(Picture),
     /// The texels of targets, by name; one at least.
@@ -75,7 +77,7 @@ impl Coding {
     /// The bytes of a file. Equal shots give equal bytes.
     pub fn encode(self, shot: Shot) -> Result<Vec<u8>> {
         let failed = |error: &dyn std::fmt::Display| {
-            Failure::usage(format!("the {} could not be made: {error}", self.kind.extension().to_uppercase()))
+            OutputError::new(format!("the {} could not be made: {error}", self.kind.extension().to_uppercase()))
         };
         match (self.kind, shot) {
             (Kind::Png, Shot::Picture(picture)) => {

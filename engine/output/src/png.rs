@@ -5,7 +5,7 @@ use raxel_execute::Picture;
 
 /// How much time goes into making a PNG small. The pixels are the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Compression {
+pub enum Compression {
     /// The fastest that is still small.
     #[default]
     Fast,
@@ -16,7 +16,7 @@ pub(crate) enum Compression {
 }
 
 /// The bytes of the PNG file. Equal pictures give equal bytes.
-pub(crate) fn encode(picture: &Picture, compression: Compression) -> Result<Vec<u8>, EncodingError> {
+pub fn encode(picture: &Picture, compression: Compression) -> Result<Vec<u8>, EncodingError> {
     let rgb = super::rgb(picture);
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, picture.width, picture.height);

@@ -13,10 +13,10 @@ use raxel_runtime::timeline::CaptionText;
 use super::caption;
 use super::coding::{Coding, Shot};
 use super::place::Place;
-use crate::failure::{Failure, Result};
+use crate::error::{OutputError, Result};
 
 /// Encoders and a writer at work. Dropped unfinished, a film that is being made is given up; frames that are whole stay.
-pub(crate) struct Pipeline {
+pub struct Pipeline {
     jobs: Option<Sender<Job>>,
     /// One for each frame on its way.
     permits: SyncSender<()>,
@@ -28,7 +28,7 @@ pub(crate) struct Pipeline {
 
 /// Busy time of the stages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Busy {
+pub struct Busy {
     /// Of all workers together.
     pub encode: Duration,
     /// Of the writer.
@@ -122,7 +122,7 @@ impl Pipeline {
         }
         match self.writer.take().map(JoinHandle::join) {
             Some(Ok(result)) => result,
-            Some(Err(_)) => Err(Failure::usage("the writer of frames has stopped")),
+            Some(Err(_)) => Err(OutputError::new("the writer of frames has stopped")),
             None => Ok(()),
         }
     }
@@ -137,7 +137,7 @@ impl Drop for Pipeline {
 /// A thread with a name, for traces.
 fn named<T: Send + 'static>(name: &str, run: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>> {
     let started = std::thread::Builder::new().name(name.to_owned()).spawn(run);
-    started.map_err(|error| Failure::usage(format!("the system starts no thread for the {name} of frames: {error}")))
+    started.map_err(|error| OutputError::new(format!("the system starts no thread for the {name} of frames: {error}")))
 }
 
 /// A worker: one frame after another, until no more come or nobody takes them.
@@ -230,7 +230,7 @@ mod tests {
         let mut pipeline = Pipeline::start(CODING, place, 3).unwrap();
         let pushed: Result = (0..1000).try_for_each(|frame| pipeline.push(frame, shot(frame as u8), None));
         let failure = pushed.and_then(|()| pipeline.finish().map(drop)).unwrap_err();
-        assert!(failure.message.unwrap().contains("005.png` cannot be written: it is a folder"));
+        assert!(failure.message.contains("005.png` cannot be written: it is a folder"));
         let files = std::fs::read_dir(folder.path()).unwrap().count();
         assert_eq!(files, 6, "five frames and the folder, nothing half made");
     }

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::leftovers::{Listed, on_stop};
-use crate::failure::{Failure, Result};
+use crate::error::{OutputError, Result};
 
 /// Folders that were made. Dropped, those that are still empty are removed.
 #[derive(Debug)]
-pub(crate) struct Folders {
+pub struct Folders {
     /// The deepest first.
     made: Arc<[PathBuf]>,
     _listed: Listed,
@@ -22,7 +22,7 @@ impl Folders {
         let (listed, folders) = (made.clone(), made.clone());
         let folders = Self { made: folders, _listed: on_stop(move || remove_empty(&listed)) };
         std::fs::create_dir_all(folder)
-            .map_err(|error| Failure::usage(format!("the folder `{}` cannot be made: {error}", folder.display())))?;
+            .map_err(|error| OutputError::new(format!("the folder `{}` cannot be made: {error}", folder.display())))?;
         Ok(folders)
     }
 
@@ -34,7 +34,7 @@ impl Folders {
 
 /// A folder for temporary files. It is removed with all that is in it.
 #[derive(Debug)]
-pub(crate) struct Scratch {
+pub struct Scratch {
     folder: tempfile::TempDir,
     _listed: Listed,
 }
@@ -43,11 +43,12 @@ impl Scratch {
     /// An empty folder among the system's temporary files.
     pub fn new() -> Result<Self> {
         let folder = tempfile::Builder::new().prefix("raxel-").tempdir();
-        let folder = folder.map_err(|error| Failure::usage(format!("no temporary folder can be made: {error}")))?;
+        let folder = folder.map_err(|error| OutputError::new(format!("no temporary folder can be made: {error}")))?;
         let leftover = folder.path().to_owned();
         Ok(Self { folder, _listed: on_stop(move || drop(std::fs::remove_dir_all(leftover))) })
     }
 
+    /// Where it is.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
