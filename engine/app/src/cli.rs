@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::CommandFactory;
+use raxel_terminal::cache;
+use raxel_terminal::console::{Color, Console, Format};
+use raxel_terminal::failure::Result;
+use raxel_terminal::journal::Journal;
 
-use crate::cache;
-use crate::console::{Color, Console, Format};
-use crate::failure::Result;
-use crate::journal::Journal;
 use crate::verbs;
 
 /// A live, data-driven Vulkan render graph over voxel worlds.
@@ -47,7 +47,7 @@ pub(crate) enum Verb {
     Run(verbs::run::Args),
     Render(verbs::render::Args),
     Control(verbs::control::Args),
-    Lsp(verbs::lsp::Args),
+    Lsp(raxel_lsp::Args),
     Film(verbs::film::Args),
     Compare(verbs::compare::Args),
     Test(verbs::test::Args),
@@ -59,8 +59,8 @@ pub(crate) enum Verb {
     New(verbs::new::Args),
     Init(verbs::new::InitArgs),
     Schema(verbs::schema::Args),
-    Bench(verbs::bench::Args),
-    Stress(verbs::stress::Args),
+    Bench(raxel_reports::bench::Args),
+    Stress(raxel_reports::stress::Args),
     Doctor(verbs::doctor::Args),
     Explain(verbs::explain::Args),
     Clean(verbs::clean::Args),
@@ -125,7 +125,7 @@ impl Cli {
             Verb::Run(args) => verbs::run::run(&args, &args.on.options(), console),
             Verb::Render(args) => verbs::render::run(&args, &args.on.options(), console),
             Verb::Control(args) => verbs::control::run(&args, &args.on.options(), console),
-            Verb::Lsp(args) => verbs::lsp::run(&args, console),
+            Verb::Lsp(args) => raxel_lsp::run(&args, console),
             Verb::Film(args) => verbs::film::run(&args, console),
             Verb::Compare(args) => verbs::compare::run(&args, console),
             Verb::Test(args) => verbs::test::run(&args, &args.on.options(), console),
@@ -137,8 +137,8 @@ impl Cli {
             Verb::Init(args) => verbs::new::init(&args, console),
             Verb::List(args) => verbs::list::run(&args, console),
             Verb::Schema(args) => verbs::schema::run(&args, console),
-            Verb::Bench(args) => verbs::bench::run(&args, &args.on.options(), console),
-            Verb::Stress(args) => verbs::stress::run(&args, &args.on.options(), console),
+            Verb::Bench(args) => raxel_reports::bench::run(&args, &args.on.options(), console),
+            Verb::Stress(args) => raxel_reports::stress::run(&args, &args.on.options(), console),
             Verb::Doctor(args) => verbs::doctor::run(&args, &args.on.options(), console),
             Verb::Explain(args) => verbs::explain::run(&args, console),
             Verb::Clean(args) => verbs::clean::run(&args, console),

@@ -1,20 +1,10 @@
-//! The raxel command line: one file a verb, and the window. Results go to stdout, messages to stderr.
+//! The raxel command line: one file a verb. Results go to stdout, messages to stderr.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
-mod args;
-mod cache;
 mod cli;
-mod console;
-mod control;
-mod device;
-mod failure;
-mod front;
-mod journal;
 mod panic;
-mod session;
 mod verbs;
-mod viewer;
 
 #[cfg(unix)]
 use std::io::Write as _;
@@ -22,7 +12,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-/// Runs the command line of this process and gives its exit code (see [`failure::Exit`]).
+/// Runs the command line of this process and gives its exit code (see [`raxel_terminal::failure::Exit`]).
 pub fn main() -> ExitCode {
     if let Some(code) = raxel_shader::worker::isolate() {
         return code;

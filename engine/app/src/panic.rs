@@ -2,7 +2,7 @@
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 
-use crate::viewer::lost_display;
+use raxel_window::lost_display;
 
 /// Replaces the default hook. The exit code of a panic stays 101.
 pub(crate) fn install() {

@@ -7,9 +7,9 @@
 #![allow(clippy::inline_always, reason = "what is not inlined is not compiled for the processor at hand")]
 
 use pulp::{Arch, Simd, WithSimd};
+use raxel_world::child_index;
 
 use crate::noise::{Noise, Sampler};
-use raxel_world::child_index;
 
 /// Hollows in the land.
 #[derive(Clone, Debug)]

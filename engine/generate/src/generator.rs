@@ -8,17 +8,18 @@ mod recent;
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use crate::scatter::Land;
-use crate::shape::Span3;
-use crate::stamp::{Cells, Stamp};
-use crate::terrain::Heights;
-use crate::{Draft, Jittered, Operation, Placed, Solid, Terrain};
 use raxel_world::Placement;
 use raxel_world::{Bits, block_index, child_cell, voxel_index};
 use raxel_world::{Bounds, ChunkPos};
 use raxel_world::{ChunkSource, Content, MAX_LEVEL, Unavailable, cell_edge};
 use raxel_world::{DenseChunk, Mode};
 use raxel_world::{Material, MaterialIndex};
+
+use crate::scatter::Land;
+use crate::shape::Span3;
+use crate::stamp::{Cells, Stamp};
+use crate::terrain::Heights;
+use crate::{Draft, Jittered, Operation, Placed, Solid, Terrain};
 use recent::Recent;
 
 /// Columns of tiles whose heights and models are kept: 35 kB each.

@@ -1,8 +1,9 @@
 //! A perfect maze: exactly one way between any two of its cells.
 
-use crate::shape::{Shape, Span3, span_of_box};
 use raxel_world::Bounds;
 use raxel_world::random::SplitMix64;
+
+use crate::shape::{Shape, Span3, span_of_box};
 
 /// Walls of a maze, standing on its floor plan.
 pub struct Maze {

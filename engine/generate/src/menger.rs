@@ -1,7 +1,8 @@
 //! The Menger sponge: a cube of which, at every scale, the middle of each face and the very middle are missing.
 
-use crate::shape::{Shape, Span3, span_of_box};
 use raxel_world::Bounds;
+
+use crate::shape::{Shape, Span3, span_of_box};
 
 /// A sponge of 3^level voxels along an edge.
 pub struct Menger {

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::{Draft, chunk_ranges};
 use raxel_world::MaterialIndex;
 use raxel_world::Mode;
 use raxel_world::Placement;
 use raxel_world::{Bounds, ChunkPos, World};
+
+use crate::{Draft, chunk_ranges};
 
 /// A model, where it stands, and what its materials become.
 pub struct Placed {

@@ -3,18 +3,18 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
-use crate::Operation;
-use crate::caves::{CaveField, Caves};
-use crate::place::Placed;
-use crate::terrain::{Relief, Terrain};
 use raxel_world::Mode;
 use raxel_world::random::{SplitMix64, mix};
 use raxel_world::{AIR, MaterialIndex};
 use raxel_world::{Chunk, block_index};
 use raxel_world::{ChunkPos, World};
 use raxel_world::{Orientation, Placement};
+use rayon::prelude::*;
+
+use crate::Operation;
+use crate::caves::{CaveField, Caves};
+use crate::place::Placed;
+use crate::terrain::{Relief, Terrain};
 
 /// What to scatter, where and how densely.
 pub struct Scatter {

@@ -1,10 +1,11 @@
 //! Closed forms: box, ball, cylinder, and whatever else can say for a cube of voxels whether it is inside, outside or both.
 
-use crate::{Draft, local_part};
 use raxel_world::MaterialIndex;
 use raxel_world::{Bounds, ChunkPos};
 use raxel_world::{DenseChunk, Mode};
 use raxel_world::{child_cell, child_index};
+
+use crate::{Draft, local_part};
 
 /// How a cube of voxels lies to a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

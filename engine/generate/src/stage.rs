@@ -5,16 +5,16 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use raxel_world::Chunk;
+use raxel_world::Material;
+use raxel_world::{Bounds, ChunkPos, World};
+use raxel_world::{DenseChunk, Mode};
 use rayon::prelude::*;
 
 use crate::place::Touching;
 use crate::scatter::Land;
 use crate::terrain::Surface;
 use crate::{Draft, Operation, Placed, chunk_ranges, local_part};
-use raxel_world::Chunk;
-use raxel_world::Material;
-use raxel_world::{Bounds, ChunkPos, World};
-use raxel_world::{DenseChunk, Mode};
 
 /// How large a world may become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,12 +5,13 @@
 
 use std::sync::Arc;
 
-use crate::{Draft, Placed};
 use raxel_world::Mode;
 use raxel_world::Placement;
 use raxel_world::{AIR, MaterialIndex};
 use raxel_world::{Bits, Chunk, block_cell, child_cell, voxel_index};
 use raxel_world::{Bounds, ChunkPos, World};
+
+use crate::{Draft, Placed};
 
 /// A model made ready.
 pub(crate) struct Stamp {

@@ -1,13 +1,14 @@
 //! Land: a height for every column from fractal noise, and materials by depth, height and slope.
 
-use crate::caves::{CaveChunk, Caves};
-use crate::noise::{AT_ONCE, Noise, Sampler};
-use crate::shape::Span3;
-use crate::{Draft, local_part};
 use raxel_world::Bounds;
 use raxel_world::MaterialIndex;
 use raxel_world::Mode;
 use raxel_world::block_index;
+
+use crate::caves::{CaveChunk, Caves};
+use crate::noise::{AT_ONCE, Noise, Sampler};
+use crate::shape::Span3;
+use crate::{Draft, local_part};
 
 /// A material of the ground, from the surface down.
 #[derive(Clone, Debug)]

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use raxel_world::World;
+use raxel_world::{Bits, Chunk, block_index, child_cell};
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
@@ -9,8 +11,6 @@ use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::parts::{Parts, child_of, octant_cell};
 use super::table::Table;
 use super::{Encoded, Layout, LayoutError, check_size};
-use raxel_world::World;
-use raxel_world::{Bits, Chunk, block_index, child_cell};
 
 /// Sectors have 2^6 voxels a side, as chunks do.
 const LOG2_EDGE: u32 = 6;

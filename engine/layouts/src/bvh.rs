@@ -1,13 +1,13 @@
 //! Layout `bvh`: see `shaders/include/raxel/bvh.glsl` for the format.
 
+use raxel_world::World;
+use raxel_world::{Bits, Chunk, block_cell};
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::parts::Parts;
 use super::{Encoded, Layout, LayoutError, check_size};
-use raxel_world::World;
-use raxel_world::{Bits, Chunk, block_cell};
 
 /// Words of a node.
 const NODE_WORDS: usize = 8;

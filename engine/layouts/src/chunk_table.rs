@@ -1,11 +1,12 @@
 //! Layout `chunk_table`: see `shaders/include/raxel/chunk_table.glsl` for the format.
 
+use raxel_world::World;
+use raxel_world::{Bits, child_cell};
+
 use super::hashed_chunks::Form;
 use super::live::Patch;
 use super::parts::{Octant, unmorton};
 use super::{Access, Encoded, Layout, LayoutError, hashed_chunks};
-use raxel_world::World;
-use raxel_world::{Bits, child_cell};
 
 /// Words of the masks in front of a chunk: 64 bits for each of its eight 16³ nodes.
 const MASK_WORDS: usize = 16;

@@ -1,12 +1,12 @@
 //! Layout `chunks`: see `shaders/include/raxel/chunks.glsl` for the format.
 
+use raxel_world::World;
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::parts::{Octant, Parts};
 use super::{Access, Encoded, Layout, LayoutError, check_size};
-use raxel_world::World;
 
 /// Voxels along an edge of one of this layout's chunks.
 const EDGE: i32 = 32;

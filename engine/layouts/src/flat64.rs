@@ -1,5 +1,8 @@
 //! Layout `flat64`: see `shaders/include/raxel/flat64.glsl` for the format.
 
+use raxel_world::MaterialIndex;
+use raxel_world::World;
+use raxel_world::{Bits, Chunk, child_cell};
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
@@ -8,9 +11,6 @@ use super::packed::Packing;
 use super::parts::{Parts, filled_node};
 use super::tree64::{ADDRESSABLE, packed_link};
 use super::{Encoded, Layout, LayoutError, check_size};
-use raxel_world::MaterialIndex;
-use raxel_world::World;
-use raxel_world::{Bits, Chunk, child_cell};
 
 /// Words of a record.
 const QUAD: usize = 4;

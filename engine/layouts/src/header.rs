@@ -1,8 +1,9 @@
 //! The cube that a world is put in, and the materials behind the header.
 
-use super::{Layout, LayoutError};
 use raxel_world::Material;
 use raxel_world::World;
+
+use super::{Layout, LayoutError};
 
 /// Words of a material: albedo, roughness, metallic, emission, transparency, one unused.
 pub const MATERIAL_WORDS: u32 = 8;

@@ -5,12 +5,12 @@ mod tile;
 
 use glam::IVec3;
 
-pub use tile::{LightGroup, LightPowers, TileLights, grouped_header, grouped_words};
-
-use crate::{BlockMember, LayoutError, Limits, QUADS_STRIDE};
 use raxel_world::Material;
 use raxel_world::World;
 use raxel_world::{block_cell, child_cell};
+pub use tile::{LightGroup, LightPowers, TileLights, grouped_header, grouped_words};
+
+use crate::{BlockMember, LayoutError, Limits, QUADS_STRIDE};
 
 /// Words in front of the lights: their number, the sum of their powers as a float, and where the groups of a streamed world are and how many;
 /// a whole world has none.

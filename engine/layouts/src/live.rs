@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use raxel_world::Chunk;
+use raxel_world::{ChunkPos, World};
+
 use super::hashed_chunks::LiveHashedChunks;
 use super::header::Extent;
 use super::{Layout, LayoutError, LiveTree64, chunk_table, octree};
-use raxel_world::Chunk;
-use raxel_world::{ChunkPos, World};
 
 /// Voxels around the world that edits can reach without another buffer.
 const MARGIN: i64 = 256;

@@ -1,11 +1,12 @@
 //! Layout `octree`: see `shaders/include/raxel/octree.glsl` for the format.
 
+use raxel_world::World;
+use raxel_world::{Bits, child_cell};
+
 use super::hashed_chunks::Form;
 use super::live::Patch;
 use super::parts::Octant;
 use super::{Access, Encoded, Layout, LayoutError, hashed_chunks};
-use raxel_world::World;
-use raxel_world::{Bits, child_cell};
 
 /// Chunks have 2^5 voxels a side: depths 0 (the chunk) to 5 (voxels).
 const DEPTHS: u32 = 5;

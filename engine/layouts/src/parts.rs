@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::Access;
-use super::header::Extent;
 use raxel_world::MaterialIndex;
 use raxel_world::World;
 use raxel_world::{Bits, Chunk, block_index, child_cell, child_index};
+
+use super::Access;
+use super::header::Extent;
 
 /// Equal parts are one. Cells count parts (64 or 32 voxels a side) from the corner of the world's cube.
 pub(super) struct Parts<T> {

@@ -1,14 +1,14 @@
 //! Layout `svo`: see `shaders/include/raxel/svo.glsl` for the format.
 
+use raxel_world::MaterialIndex;
+use raxel_world::World;
+use raxel_world::{Bits, Chunk, block_index, child_index};
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::parts::{Parts, child_of, octree_path};
 use super::{Encoded, Layout, LayoutError, check_size};
-use raxel_world::MaterialIndex;
-use raxel_world::World;
-use raxel_world::{Bits, Chunk, block_index, child_index};
 
 /// Words of a node from the root down to the chunks: a node's own word, and an address.
 const UPPER_WORDS: usize = 2;

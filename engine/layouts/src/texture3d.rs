@@ -1,13 +1,13 @@
 //! Layout `texture3d`: see `shaders/include/raxel/texture3d.glsl` for the format.
 
+use raxel_world::CHUNK_EDGE;
+use raxel_world::MaterialIndex;
+use raxel_world::World;
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::{Access, Encoded, Layout, LayoutError, Limits, check_size};
-use raxel_world::CHUNK_EDGE;
-use raxel_world::MaterialIndex;
-use raxel_world::World;
 
 header! {
     /// Header of the layout `texture3d`; the voxels are in its image. Addresses (`…_at`) count words from the first word behind the

@@ -4,14 +4,15 @@
 //! but that leaves which are all full are those of the full run, which every tile shares. A cell of a higher level is a filled cube of 4^l
 //! voxels: 4³ cells are one filled node, which has their material, or the link of several.
 
+use raxel_world::Content;
+use raxel_world::{Bits, Chunk};
+use raxel_world::{Material, MaterialIndex};
+
 use super::header::{MATERIAL_WORDS, material_words};
 use super::parts::filled_node;
 use super::tree64::{
     ChunkSize, FILLED, LINKED, Materials, Node, Part, QUAD, Room, SharedMaterials, encode_chunk, filled_chunk,
 };
-use raxel_world::Content;
-use raxel_world::{Bits, Chunk};
-use raxel_world::{Material, MaterialIndex};
 
 /// Words of the full run: 64 full leaves.
 pub const FULL_RUN_WORDS: u32 = 128;

@@ -8,15 +8,15 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 pub use live::LiveTree64;
+use raxel_world::MaterialIndex;
+use raxel_world::{Bits, Chunk, child_index};
+use raxel_world::{ChunkPos, World};
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::packed::Packing;
 use super::parts::{filled_node, has_full_leaves, uniform_node};
 use super::{Encoded, Layout, LayoutError, check_size};
-use raxel_world::MaterialIndex;
-use raxel_world::{Bits, Chunk, child_index};
-use raxel_world::{ChunkPos, World};
 pub(super) use shared::SharedMaterials;
 
 /// Words of a node.

@@ -5,11 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use serde::Serialize;
-
 use raxel_runtime::project::Project;
 use raxel_runtime::reload::{Failed, ReloadEvent, Reloaded, Stages};
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
+use serde::Serialize;
 
 use crate::Times;
 

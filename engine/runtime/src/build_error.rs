@@ -1,7 +1,6 @@
 //! Why a graph cannot run on a device: apart from building, since sources say it too.
 
 use raxel_diagnostics::{Diagnostic, codes};
-
 use raxel_execute::ExecuteError;
 
 /// Why a graph cannot run on this device.

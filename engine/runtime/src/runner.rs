@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use raxel_execute::{ExecuteError, Executor, ExecutorOptions};
 use raxel_gpu::Device;
 use raxel_graph::checked::{Graph, ResourceId};
 use raxel_graph::plan::{Observe, Present};
@@ -10,7 +11,6 @@ use crate::build::{self, DeviceContext, Selection};
 use crate::build_error::BuildError;
 use crate::params::Params;
 use crate::world::SessionWorld;
-use raxel_execute::{ExecuteError, Executor, ExecutorOptions};
 
 /// An executor, with what the graphs that it ran have left on its device: a world is encoded and uploaded once for each layout.
 pub struct GraphRunner {

@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_edit::{EditedSource, KeptSource};
+use raxel_execute::{Builder, DeviceSource, ExecuteError};
 use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, SharedWords, TimelineValue, UploadRing, vk};
 use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, View};
 use raxel_world::{ChunkPos, ChunkSource};
 use raxel_worldfile::Streamed;
 
 use crate::camera::Camera;
-use raxel_execute::{Builder, DeviceSource, ExecuteError};
 
 /// How long a complete world may take until it is there.
 const PATIENCE: Duration = Duration::from_secs(600);

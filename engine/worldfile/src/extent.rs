@@ -4,7 +4,6 @@ use std::ops::RangeInclusive;
 
 use raxel_diagnostics::table::Table;
 use raxel_diagnostics::{Diagnostic, codes};
-
 use raxel_world::Bounds;
 
 /// Smallest and one past the largest voxel coordinate.

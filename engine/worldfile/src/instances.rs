@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, codes};
-
-use super::operations::{OperationReader, anchor, anchor_cell};
 use raxel_layouts::instances::{
     Axis, COORDINATES, Instance, InstanceModel, Instances, MAX_INSTANCES, Motion, MotionKind, Pose,
 };
+
+use super::operations::{OperationReader, anchor, anchor_cell};
 
 /// Words for [`Axis`].
 const AXES: &[(&str, Axis)] = &[("x", Axis::X), ("y", Axis::Y), ("z", Axis::Z)];

@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, codes};
-
 use raxel_world::{MAX_MATERIALS, Material, MaterialIndex, linear_from_srgb};
 
 /// Materials in the order of their palette index, with their names.

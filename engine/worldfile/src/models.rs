@@ -6,7 +6,6 @@ use std::sync::Arc;
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, Files, codes, files};
-
 use raxel_world::World;
 use raxel_world::vox::{self, VoxErrorKind};
 use raxel_world::{AIR, MaterialIndex};

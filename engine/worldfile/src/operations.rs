@@ -2,7 +2,6 @@
 
 use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, codes};
-
 use raxel_generate::{Jittered, Operation, Placed, Scatter, place_anchor};
 use raxel_world::MaterialIndex;
 use raxel_world::Mode;

@@ -1,13 +1,13 @@
 //! JSON Schema of world files, for editors. A test holds it to the keys that the reader asks for.
 
 use raxel_diagnostics::schema::with_defaults;
+use raxel_generate::{Menger, Scatter};
+use raxel_layouts::instances::MAX_INSTANCES;
+use raxel_world::MAX_MATERIALS;
 use serde_json::{Value, json};
 
 use super::camera::CAMERA_FOV;
 use super::stream::StreamSettings;
-use raxel_generate::{Menger, Scatter};
-use raxel_layouts::instances::MAX_INSTANCES;
-use raxel_world::MAX_MATERIALS;
 
 const CELL_MIN: i64 = -(1 << 31);
 const CELL_END: i64 = 1 << 31;

@@ -2,7 +2,6 @@
 
 use raxel_diagnostics::table::Table;
 use raxel_diagnostics::{Diagnostic, codes};
-
 use raxel_generate::{Ball, Box3, Cylinder, Maze, MazePlan, Menger, Operation, Shape, Solid};
 use raxel_world::Bounds;
 use raxel_world::MaterialIndex;

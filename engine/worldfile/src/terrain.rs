@@ -2,7 +2,6 @@
 
 use raxel_diagnostics::table::Table;
 use raxel_diagnostics::{Diagnostic, codes};
-
 use raxel_generate::{Band, Caves, Layer, Noise, River, Terrain, Water};
 use raxel_world::Mode;
 

@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 
 use raxel_diagnostics::{Code, Diagnostic, Span};
 use raxel_runtime::manifest;
+use raxel_terminal::args::{Messages, each_once};
+use raxel_terminal::console::{self, Console, Format, To};
+use raxel_terminal::failure::{Exit, Failure, Result};
+use raxel_terminal::offline::{Checked, FileKind, OfflineProject, PlannedOver};
 use serde_json::json;
-
-use crate::args::{Messages, each_once};
-use crate::console::{self, Console, Format, To};
-use crate::failure::{Exit, Failure, Result};
-use crate::front::{Checked, FileKind, Front, PlannedOver};
 
 /// Reports every mistake in graphs, worlds, demos and the project's manifest (with the shaders and models they use), without a GPU.
 #[derive(Debug, clap::Args)]
@@ -36,7 +35,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let total;
     let mut told = Told::default();
     if args.files.is_empty() {
-        let front = Front::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?.for_checks();
+        let front =
+            OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?.for_checks();
         let project = &front.project;
         let manifest = project.on_disk(manifest::PATH).exists().then(|| manifest::PATH.to_owned());
         let all: Vec<String> =
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     } else {
         let files = each_once(args.files.clone());
         total = files.len();
-        let mut front: Option<Front> = None;
+        let mut front: Option<OfflineProject> = None;
         for named in &files {
             bad += u32::from(!check_named(&mut front, named, args.world.as_deref(), (&mut told, console))?);
         }
@@ -68,14 +68,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
 /// Checks one file that the command line names; a project is opened again only when the file is in another one. True when it has
 /// no error.
 fn check_named(
-    front: &mut Option<Front>,
+    front: &mut Option<OfflineProject>,
     named: &Path,
     world: Option<&Path>,
     (told, console): (&mut Told, &Console),
 ) -> Result<bool> {
     let opened = match front.take() {
         Some(front) if front.project.path_of(named).is_ok() => Ok(front),
-        _ => Front::around(named).map(Front::for_checks),
+        _ => OfflineProject::around(named).map(OfflineProject::for_checks),
     };
     match opened.and_then(|opened| Ok((opened.project.path_of(named)?, opened))) {
         Ok((path, opened)) => check(front.insert(opened), &path, world, (told, console)),
@@ -90,7 +90,12 @@ fn check_named(
 }
 
 /// Checks one file of a project. True when it has no error.
-fn check(front: &Front, path: &str, world: Option<&Path>, (told, console): (&mut Told, &Console)) -> Result<bool> {
+fn check(
+    front: &OfflineProject,
+    path: &str,
+    world: Option<&Path>,
+    (told, console): (&mut Told, &Console),
+) -> Result<bool> {
     let world = world.map(|named| front.named_world(named, console)).transpose()?;
     let checked = front.check(path, world.as_ref());
     // A program that reads JSON asks what is wrong with each file.

@@ -5,10 +5,9 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use raxel_runtime::project::Project;
-
-use crate::args::Messages;
-use crate::console::Console;
-use crate::failure::{Failure, Result};
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::Console;
+use raxel_terminal::failure::{Failure, Result};
 
 /// Folders in `.raxel/` that can always be made again.
 const MADE_BY_RAXEL: &[&str] = &["cache", "demo", "shaders"];

@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use raxel_picture::{Comparison, Picture};
-use serde_json::json;
-
-use crate::args::Messages;
-use crate::console::{self, Console, Format};
-use crate::failure::{Exit, Failure, Result};
 use raxel_output::{Pending, write_picture};
+use raxel_picture::{Comparison, Picture};
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::{self, Console, Format};
+use raxel_terminal::failure::{Exit, Failure, Result};
+use serde_json::json;
 
 /// Compares a picture with a reference: mean FLIP error (0 equal, 1 black for white), root mean square, largest difference. The exit code
 /// is 1 when one of them is over its threshold; without a threshold, when the pictures differ at all.

@@ -1,6 +1,6 @@
 //! `raxel completions SHELL`: a completion script on stdout.
 
-use crate::console;
+use raxel_terminal::console;
 
 /// Prints a script that completes raxel's command line.
 #[derive(Debug, clap::Args)]

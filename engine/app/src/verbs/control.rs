@@ -1,13 +1,12 @@
 //! `raxel control`: a session without a window that a program drives.
 
+use raxel_control::{Control, Drive};
 use raxel_gpu::DeviceOptions;
 use raxel_runtime::Observe;
-
-use crate::args::{OnDevice, Size, size};
-use crate::console::Console;
-use crate::control::{Control, Drive};
-use crate::failure::Result;
-use crate::session::{What, print_validation, validated};
+use raxel_terminal::args::{OnDevice, Size, size};
+use raxel_terminal::console::Console;
+use raxel_terminal::failure::Result;
+use raxel_terminal::session::{What, print_validation, validated};
 
 /// Opens a session without a window and does what lines of JSON on stdin ask: set params, move the camera, run frames, read pixels and
 /// buffers, wait for edits. Each line has one answer on stdout; docs/control.md tells all. The Python package in `python/` speaks it.

@@ -9,18 +9,17 @@ use raxel_diagnostics::{Diagnostic, MemoryFiles};
 use raxel_execute::moment::Moment;
 use raxel_execute::{Builtins, ExecutorOptions, FrameInputs, Picture};
 use raxel_gpu::{Device, DeviceOptions, Validation};
+use raxel_output as output;
 use raxel_runtime::BuildError;
 use raxel_runtime::load::Loader;
 use raxel_runtime::params::Params;
 use raxel_runtime::project::Project;
 use raxel_runtime::runner::{GraphRunner, Setup};
 use raxel_runtime::world::SessionWorld;
+use raxel_terminal::args::{Messages, OnDevice};
+use raxel_terminal::console::{self, Console, Format, To};
+use raxel_terminal::failure::{Exit, Failure, Result};
 use serde_json::json;
-
-use crate::args::{Messages, OnDevice};
-use crate::console::{self, Console, Format, To};
-use crate::failure::{Exit, Failure, Result};
-use raxel_output as output;
 
 /// Checks this machine: Vulkan loader, devices, validation layer, shader compiler, a rendered picture, ffmpeg.
 #[derive(Debug, clap::Args)]

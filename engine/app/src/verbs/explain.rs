@@ -2,11 +2,10 @@
 
 use raxel_diagnostics::codes;
 use raxel_diagnostics::names::closest;
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::{self, Console, Format};
+use raxel_terminal::failure::{Failure, Result};
 use serde_json::json;
-
-use crate::args::Messages;
-use crate::console::{self, Console, Format};
-use crate::failure::{Failure, Result};
 
 /// Explains a diagnostic's code, or lists every code.
 #[derive(Debug, clap::Args)]

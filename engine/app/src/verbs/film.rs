@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use raxel_output::{Output, Place, shown};
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::{self, Console, Format};
+use raxel_terminal::failure::{Failure, Result};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde_json::json;
-
-use crate::args::Messages;
-use crate::console::{self, Console, Format};
-use crate::failure::{Failure, Result};
-use raxel_output::{Output, Place, shown};
 
 /// Makes a film of numbered frames through ffmpeg. The film is the same, byte for byte, as one that `raxel render` makes of the demo at
 /// once.

@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use raxel_graph::{Phase, print};
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::project::Project;
-
-use crate::args::{Size, size};
-use crate::console::{self, Console};
-use crate::failure::{Failure, Result};
-use crate::front::{Conditions, Front, Paper};
+use raxel_terminal::args::{Size, size};
+use raxel_terminal::console::{self, Console};
+use raxel_terminal::failure::{Failure, Result};
+use raxel_terminal::offline::{Conditions, OfflineProject, Paper};
 
 /// Prints a graph's plan: order, culled passes, lifetimes, memory and barriers. Sizes of memory are estimates.
 #[derive(Debug, clap::Args)]
@@ -53,10 +52,10 @@ pub(crate) enum Form {
 }
 
 pub(crate) fn run(args: &Args, console: &Console) -> Result {
-    let (front, path) = Front::of(args.graph.as_deref(), Project::default_graph, console)?;
+    let (front, path) = OfflineProject::of(args.graph.as_deref(), Project::default_graph, console)?;
     let part = front.loader.graph(&path);
     let texts = part.texts.clone();
-    let graph = Front::good(part, console)?;
+    let graph = OfflineProject::good(part, console)?;
     let target = match &args.target {
         Some(target) => DebugTarget::parse(target).map_err(|error| Failure::usage(error.to_string()))?,
         None => DebugTarget::default(),

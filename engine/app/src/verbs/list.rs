@@ -6,12 +6,11 @@ use std::path::PathBuf;
 use raxel_graph::checked::{Graph, Param, Value};
 use raxel_runtime::params::{components, type_name};
 use raxel_runtime::world::SessionWorld;
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::{self, Console, Format};
+use raxel_terminal::failure::Result;
+use raxel_terminal::offline::OfflineProject;
 use serde_json::json;
-
-use crate::args::Messages;
-use crate::console::{self, Console, Format};
-use crate::failure::Result;
-use crate::front::Front;
 
 /// Lists the params, targets, buffers and passes of a graph and the cameras of a world: the names that other verbs take.
 #[derive(Debug, clap::Args)]
@@ -31,8 +30,8 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let default = |project: &raxel_runtime::project::Project| project.default_graph();
-    let (front, path) = Front::of(args.graph.as_deref(), default, console)?;
-    let graph = Front::good(front.loader.graph(&path), console)?;
+    let (front, path) = OfflineProject::of(args.graph.as_deref(), default, console)?;
+    let graph = OfflineProject::good(front.loader.graph(&path), console)?;
     let world = match &args.world {
         Some(world) => Some(front.project.path_of(world).map_err(|diagnostic| console.stop(&[*diagnostic]))?),
         // A graph without a world is listed all the same.

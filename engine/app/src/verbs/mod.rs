@@ -1,6 +1,5 @@
 //! One file a verb.
 
-pub(crate) mod bench;
 pub(crate) mod check;
 pub(crate) mod clean;
 pub(crate) mod compare;
@@ -11,12 +10,10 @@ pub(crate) mod explain;
 pub(crate) mod film;
 pub(crate) mod graph;
 pub(crate) mod list;
-pub(crate) mod lsp;
 pub(crate) mod new;
 pub(crate) mod render;
 pub(crate) mod run;
 pub(crate) mod schema;
 pub(crate) mod shaders;
-pub(crate) mod stress;
 pub(crate) mod test;
 pub(crate) mod world;

@@ -4,11 +4,12 @@ use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use crate::args::Messages;
-use crate::console::Console;
-use crate::failure::{Failure, Result};
-use crate::verbs::schema;
 use raxel_output::{Folders, Listed, on_stop, shown};
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::Console;
+use raxel_terminal::failure::{Failure, Result};
+
+use crate::verbs::schema;
 
 /// What a new project starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

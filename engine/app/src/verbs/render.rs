@@ -7,16 +7,15 @@ use std::ops::Range;
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_execute::moment::{Fraction, Moment};
 use raxel_gpu::DeviceOptions;
+use raxel_output::{Coding, Compression, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown};
 use raxel_runtime::session::Session;
 use raxel_runtime::timeline::Demo;
+use raxel_terminal::args::{Messages, OnDevice, Size, size};
+use raxel_terminal::console::{self, Console, Format};
+use raxel_terminal::failure::{Failure, Result};
+use raxel_terminal::offline::OfflineProject;
+use raxel_terminal::session::{What, frame_failure, print_messages, print_validation, validated};
 use serde_json::json;
-
-use crate::args::{Messages, OnDevice, Size, size};
-use crate::console::{self, Console, Format};
-use crate::failure::{Failure, Result};
-use crate::front::Front;
-use crate::session::{What, frame_failure, print_messages, print_validation, validated};
-use raxel_output::{Coding, Compression, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown};
 
 /// Renders to PNG or JPEG (as displayed), EXR or HDR (the target's own texels), numbered frames, a film, or stdout. Time is
 /// frame × step: the same command gives the same bytes.
@@ -200,7 +199,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
 fn start(session: &mut Session, wanted: &Range<u64>, step: Fraction) -> u64 {
     let at = |frame: u64| Moment::of_frame(frame, step);
     let graph = session.graph_at(at(wanted.start));
-    let first = if Front::looks_back(graph, session.size()) {
+    let first = if OfflineProject::looks_back(graph, session.size()) {
         let cut = |frame: &u64| session.demo().is_some_and(|demo| demo.cuts_between(at(frame - 1), at(*frame)));
         (1..=wanted.start).rev().find(cut).unwrap_or(0)
     } else {

@@ -1,18 +1,17 @@
 //! `raxel run`: a graph or a demo in a window, live.
 
 use raxel_gpu::DeviceOptions;
-
-use crate::args::{Messages, OnDevice};
-use crate::console::Console;
-use crate::failure::Result;
-use crate::viewer;
+use raxel_terminal::args::{Messages, OnDevice};
+use raxel_terminal::console::Console;
+use raxel_terminal::failure::Result;
+use raxel_window as window;
 
 /// Opens a window: edits of graphs, shaders, worlds and demos show when they are saved, errors are printed on stderr.
 #[derive(Debug, clap::Args)]
-#[command(after_help = format!("In the window:\n{}", viewer::KEYS))]
+#[command(after_help = format!("In the window:\n{}", window::KEYS))]
 pub(crate) struct Args {
     #[command(flatten)]
-    window: viewer::Args,
+    window: window::Args,
 
     #[command(flatten)]
     pub messages: Messages,
@@ -22,5 +21,5 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
-    viewer::run(&args.window, device, console)
+    window::run(&args.window, device, console)
 }

@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use raxel_output::{Folders, Pending, shown};
 use raxel_runtime::project::Project;
 use raxel_runtime::{manifest, timeline};
+use raxel_terminal::console::{self, Console};
+use raxel_terminal::failure::Result;
 use serde_json::Value;
-
-use crate::console::{self, Console};
-use crate::failure::Result;
-use raxel_output::{Folders, Pending, shown};
 
 /// Writes the JSON schemas of graphs, worlds, demos and manifests to .raxel/, or prints one.
 #[derive(Debug, clap::Args)]

@@ -4,14 +4,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use raxel_diagnostics::names;
-use raxel_shader::{bytes_of, library};
-use serde_json::json;
-
-use crate::args::{Messages, each_once};
-use crate::console::{self, Console, Format, To};
-use crate::failure::{Exit, Failure, Result};
-use crate::front::Front;
 use raxel_output::{Folders, Pending};
+use raxel_shader::{bytes_of, library};
+use raxel_terminal::args::{Messages, each_once};
+use raxel_terminal::console::{self, Console, Format, To};
+use raxel_terminal::failure::{Exit, Failure, Result};
+use raxel_terminal::offline::OfflineProject;
+use serde_json::json;
 
 /// Compiles the shaders of all passes of graphs to SPIR-V files, one for each pass: GRAPH.PASS.spv.
 #[derive(Debug, clap::Args)]
@@ -39,7 +38,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         return print_library(files);
     }
     let around = args.graphs.first().map_or(Path::new("."), PathBuf::as_path);
-    let front = Front::around(around).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let front = OfflineProject::around(around).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
     let mut paths = Vec::new();
     for named in &args.graphs {
         paths.push(front.project.path_of(named).map_err(|diagnostic| console.stop(&[*diagnostic]))?);

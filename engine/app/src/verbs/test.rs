@@ -8,18 +8,17 @@ use raxel_diagnostics::{Diagnostic, SourceMap, Span, codes};
 use raxel_execute::Picture;
 use raxel_gpu::DeviceOptions;
 use raxel_measure::demo::FrameTimes;
+use raxel_output::{Folders, Pending, write_picture};
 use raxel_picture::Encoding;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::timeline::{Claim, Demo};
 use raxel_runtime::{Observe, Options, Session};
+use raxel_terminal::args::{Messages, OnDevice, each_once};
+use raxel_terminal::console::{self, Console, Format, To};
+use raxel_terminal::failure::{Exit, Failure, Result};
+use raxel_terminal::offline::OfflineProject;
+use raxel_terminal::session::{frame_failure, open_failure, print_messages, print_validation, validated};
 use serde_json::json;
-
-use crate::args::{Messages, OnDevice, each_once};
-use crate::console::{self, Console, Format, To};
-use crate::failure::{Exit, Failure, Result};
-use crate::front::Front;
-use crate::session::{frame_failure, open_failure, print_messages, print_validation, validated};
-use raxel_output::{Folders, Pending, write_picture};
 
 /// Runs demos without a window, at their own size and frame rate, and checks what their `[[check]]`s claim: pictures against references by
 /// FLIP, GPU times of passes. The exit code is 1 when one does not hold.
@@ -46,7 +45,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let around = args.demos.first().map_or(Path::new("."), PathBuf::as_path);
-    let front = Front::around(around).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let front = OfflineProject::around(around).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
     let named = |path: &PathBuf| front.project.path_of(path).map_err(|diagnostic| console.stop(&[*diagnostic]));
     let mut paths = args.demos.iter().map(named).collect::<Result<Vec<_>>>()?;
     if paths.is_empty() {
@@ -56,7 +55,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     for path in each_once(paths) {
         let part = front.loader.demo(&path);
         let texts = part.texts.clone();
-        let demo = Front::good(part, console)?;
+        let demo = OfflineProject::good(part, console)?;
         if demo.checks.is_empty() {
             if !args.demos.is_empty() {
                 return Err(Failure::usage(format!("`{path}` checks nothing")).help("[[check]] in it makes one"));
@@ -84,7 +83,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
 struct Test<'a> {
     args: &'a Args,
     console: &'a Console,
-    front: &'a Front,
+    front: &'a OfflineProject,
     texts: &'a SourceMap,
     demo: Arc<Demo>,
     found: Vec<Diagnostic>,

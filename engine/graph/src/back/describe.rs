@@ -1,11 +1,12 @@
 //! Describe: what is created for each used resource.
 
+use raxel_shader::interface::ScalarKind;
+
 use crate::ir::checked::{Clear, Graph, ResourceId, ResourceKind, Target, Usage};
 use crate::ir::plan::{
     BufferDesc, ImageDesc, ImageUsage, Lifetime, MemoryModel, Requirements, ResourceDesc, ResourcePlan,
 };
 use crate::ir::size::Size;
-use raxel_shader::interface::ScalarKind;
 
 /// Describes the used resources.
 ///

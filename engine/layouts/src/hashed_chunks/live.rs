@@ -4,6 +4,8 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
+use raxel_world::Chunk;
+use raxel_world::{ChunkPos, World};
 use rayon::prelude::*;
 
 use super::{Form, HashedChunksHeader, LOG2_EDGE};
@@ -12,8 +14,6 @@ use crate::live::{Patch, roomy};
 use crate::parts::{Octant, child_of};
 use crate::table::{LiveTable, Table};
 use crate::{LayoutError, check_size};
-use raxel_world::Chunk;
-use raxel_world::{ChunkPos, World};
 
 /// Blocks of room besides a quarter of what the world takes.
 const ROOM: usize = 64;

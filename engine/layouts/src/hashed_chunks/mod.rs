@@ -4,6 +4,7 @@
 mod live;
 
 pub use live::LiveHashedChunks;
+use raxel_world::World;
 use rayon::prelude::*;
 
 use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
@@ -12,7 +13,6 @@ use super::live::Patch;
 use super::parts::{Octant, Parts};
 use super::table::Table;
 use super::{Access, Encoded, Layout, LayoutError, check_size};
-use raxel_world::World;
 
 /// Chunks have 2^5 voxels a side.
 const LOG2_EDGE: u32 = 5;

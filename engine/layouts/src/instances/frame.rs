@@ -1,7 +1,8 @@
 //! The frame of a model: a pose in whole numbers. Shaders and the exact tracer bring rays into it by the same integers.
 
-use super::pose::Pose;
 use raxel_world::Orientation;
+
+use super::pose::Pose;
 
 /// Steps of a fraction of a voxel: 2²⁴, the lattice that rays are on.
 const ONE: i64 = 1 << 24;

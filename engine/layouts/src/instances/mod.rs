@@ -12,10 +12,10 @@ use std::sync::Arc;
 pub use encode::InstanceBuffer;
 pub use frame::{Frame, REACH, Turn};
 pub use pose::{Axis, Motion, MotionKind, Pose};
-
-use crate::LayoutError;
 use raxel_world::MaterialIndex;
 use raxel_world::World;
+
+use crate::LayoutError;
 
 /// Most instances of a world: what the stack of the shader holds for the deepest tree of boxes.
 pub const MAX_INSTANCES: usize = 16_384;

@@ -4,13 +4,13 @@
 use std::sync::Arc;
 
 use glam::IVec3;
-
-use super::{Draw, HEADER_WORDS, LIGHT_WORDS, Light, alias_table, power};
 use raxel_world::ChunkPos;
 use raxel_world::Side;
 use raxel_world::{AIR, Material, MaterialIndex};
 use raxel_world::{Bits, Chunk, block_cell, child_cell};
 use raxel_world::{Content, cell_edge};
+
+use super::{Draw, HEADER_WORDS, LIGHT_WORDS, Light, alias_table, power};
 
 /// What each material of a palette gives off.
 #[derive(Clone, Debug)]

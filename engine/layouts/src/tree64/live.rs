@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use offset_allocator::{Allocation, Allocator};
+use raxel_world::Chunk;
+use raxel_world::{ChunkPos, World};
 use rayon::prelude::*;
 
 use super::{
@@ -14,8 +16,6 @@ use super::{
 use crate::header::{Extent, buffer};
 use crate::live::{Patch, roomy};
 use crate::{Layout, LayoutError, check_size};
-use raxel_world::Chunk;
-use raxel_world::{ChunkPos, World};
 
 /// Quads of room besides a quarter of what the world takes: 4 MiB.
 const ROOM: u64 = 1 << 18;

@@ -4,11 +4,11 @@
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
+use raxel_world::Chunk;
 use rayon::prelude::*;
 
 use super::super::packed::Packing;
 use super::{ChunkSize, packed_link};
-use raxel_world::Chunk;
 
 /// The packed materials of all chunks of a world.
 #[derive(Clone, Debug, Default)]

@@ -4,19 +4,19 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use raxel_diagnostics::Diagnostic;
-use raxel_gpu::DeviceKind;
-use raxel_graph::checked::{Graph, PassId, ResourceId, ResourceKind};
-use raxel_shader::format::Format;
-
-use super::judge::HitTexel;
-use super::{Effort, PassSpread, Refusal, Spread};
 use raxel_execute::moment::Moment;
 use raxel_execute::{Builtins, ExecuteError, Executor, FrameInputs};
+use raxel_gpu::DeviceKind;
+use raxel_graph::checked::{Graph, PassId, ResourceId, ResourceKind};
 use raxel_runtime::BuildError;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::params::Params;
 use raxel_runtime::runner::{GraphRunner, Setup};
 use raxel_runtime::world::SessionWorld;
+use raxel_shader::format::Format;
+
+use super::judge::HitTexel;
+use super::{Effort, PassSpread, Refusal, Spread};
 
 /// Why a case gives nothing.
 #[derive(Debug)]

@@ -13,10 +13,9 @@ mod runner;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
-use serde::Serialize;
-
 use raxel_layouts::Layout;
 use raxel_oracle::metrics::Errors;
+use serde::Serialize;
 
 pub use runner::{BenchError, Broken, Runner, Uncompiled, cameras, pinhole};
 

@@ -6,21 +6,21 @@ use std::time::Duration;
 
 use glam::{Mat4, Vec2};
 use raxel_diagnostics::{Diagnostic, SourceMap, each_once};
+use raxel_execute::{ExecuteError, ExecutorOptions};
 use raxel_gpu::{Device, DeviceKind, DeviceOptions};
 use raxel_graph::checked::Graph;
 use raxel_layouts::Layout;
 use raxel_oracle::Oracle;
 use raxel_oracle::camera::Pinhole;
-
-use super::judge::{Truth, bounces, judge, judge_periods, period_bounces};
-use super::measure::{Bounces, CaseError, Run, first, measure};
-use super::{Case, Effort, Matrix, Measured, PassSpread, Refusal, Row};
-use raxel_execute::{ExecuteError, ExecutorOptions};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::load::Loader;
 use raxel_runtime::runner::GraphRunner;
 use raxel_runtime::sources::SourceName;
 use raxel_runtime::world::SessionWorld;
+
+use super::judge::{Truth, bounces, judge, judge_periods, period_bounces};
+use super::measure::{Bounces, CaseError, Run, first, measure};
+use super::{Case, Effort, Matrix, Measured, PassSpread, Refusal, Row};
 
 /// Why a matrix is not run to its end.
 #[derive(Debug, thiserror::Error)]

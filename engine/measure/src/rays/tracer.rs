@@ -4,10 +4,12 @@ use std::fmt;
 use std::sync::Arc;
 
 use raxel_diagnostics::{FileError, Files, SourceMap};
+use raxel_execute::{Texture, upload_image};
 use raxel_gpu::{
     Buffer, ComputePipeline, Device, ImageView, PipelineInfo, Resource, Sampler, Slot, ViewInfo, upload, vk,
 };
 use raxel_layouts::{Encoded, EncodedImage, Layout};
+use raxel_runtime::sources::{VOXEL_FORMAT, layout_limits};
 use raxel_shader::interface::BindingKind;
 use raxel_shader::{Compiler, Request, Shader, ShaderSource};
 use raxel_world::World;
@@ -16,8 +18,6 @@ use super::error::RayError;
 use super::masks;
 use super::stream::PATIENCE;
 use super::stream::Pace;
-use raxel_execute::{Texture, upload_image};
-use raxel_runtime::sources::{VOXEL_FORMAT, layout_limits};
 
 /// How hits are found: a layout, and a marcher of `<raxel/march.glsl>` over it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use raxel_execute::Picture;
 use raxel_gpu::{Backing, Barrier, Buffer, BufferInfo, Device, Image, ImageInfo, Location, Recording, vk};
 
 use super::error::PresentError;
-use raxel_execute::Picture;
 
 /// The picture that was taken last.
 #[derive(Default)]

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+use raxel_execute::{FramePicture, Picture};
 use raxel_gpu::{
     Acquire, AcquiredImage, CommandBuffer, Device, Overlay, OverlayFrame, OverlayShaders, Presented, Recording,
     Surface, TexturePatch,
@@ -12,7 +13,6 @@ use raxel_shader::{GraphicsStage, compile_graphics};
 
 use super::error::PresentError;
 use super::pixels::Pixels;
-use raxel_execute::{FramePicture, Picture};
 
 /// Pictures whose copies to the window are in flight at once.
 const FRAMES: usize = 2;

@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::Diagnostic;
+use raxel_execute::{ExecuteError, Prepared};
 
 use super::debounce::{Debounce, FileActivity};
 use super::event::{Failed, Rebuilt, Stages};
@@ -16,7 +17,6 @@ use crate::build::{self, DeviceContext, Selection};
 use crate::build_error::BuildError;
 use crate::load::Loader;
 use crate::recording_files::{Content, content};
-use raxel_execute::{ExecuteError, Prepared};
 
 /// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
 const HOLD: Duration = Duration::from_millis(120);

@@ -1,7 +1,6 @@
 //! What a session tells about edits.
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
-
 use raxel_execute::SwapReport;
 
 /// Something that happened apart from frames.

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
+use raxel_execute::FrameReport;
 use raxel_gpu::RenderDoc;
 
 use super::{FrameError, Session};
-use raxel_execute::FrameReport;
 
 /// Why a frame was not captured.
 #[derive(Debug, thiserror::Error)]

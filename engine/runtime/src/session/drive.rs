@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use raxel_execute::moment::Moment;
+use raxel_execute::{DeviceSource, Override, WriteError};
 use raxel_graph::checked::{Display, Fill, Graph, Param, PassId, Value};
 
 use super::{Session, open};
@@ -12,8 +14,6 @@ use crate::debug_target::{DebugTarget, DebugTargetError};
 use crate::params::{self, Params, SetError};
 use crate::present::Viewport;
 use crate::reload::project_state::BuildSettings;
-use raxel_execute::moment::Moment;
-use raxel_execute::{DeviceSource, Override, WriteError};
 
 impl Session {
     /// The params that the graph declares.

@@ -1,11 +1,11 @@
 //! Why a session does not open, stops, or has no answer.
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
+use raxel_execute::ExecuteError;
 
 use crate::build_error::BuildError;
 use crate::debug_target::DebugTargetError;
 use crate::params::SetError;
-use raxel_execute::ExecuteError;
 
 /// Why a session does not open.
 #[derive(Debug, thiserror::Error)]

@@ -4,6 +4,10 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use raxel_execute::{
+    Builtins, Captured, ExecuteError, FrameInputs, FramePicture, FrameReport, GpuTimes, PassOutcome, PassTime, Picture,
+    Pipelined, Progress, ReadTicket, Texels,
+};
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Value};
 
 use super::retry::Retry;
@@ -15,10 +19,6 @@ use crate::clock::FrameTime;
 use crate::params::SetError;
 use crate::reload::ReloadEvent;
 use crate::stream::{Refused, WorldStream};
-use raxel_execute::{
-    Builtins, Captured, ExecuteError, FrameInputs, FramePicture, FrameReport, GpuTimes, PassOutcome, PassTime, Picture,
-    Pipelined, Progress, ReadTicket, Texels,
-};
 
 /// Most plans that are kept for the time when they are wanted again: debug targets that are looked at in turn.
 const KEPT_PLANS: usize = 16;

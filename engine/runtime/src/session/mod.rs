@@ -27,6 +27,8 @@ pub use error::{FrameError, OpenError, ReadError};
 pub use raxel_gpu::Validation;
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
+use raxel_execute::moment::Moment;
+use raxel_execute::{Executor, ExecutorOptions, Override};
 use raxel_graph::checked::{Display, Graph, ParamId, PassId, Value};
 use raxel_graph::plan::{Observe, Plan};
 use raxel_layouts::Layout;
@@ -45,8 +47,6 @@ use crate::reload::project_state::ProjectState;
 use crate::reload::{ReloadEvent, Waker};
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
-use raxel_execute::moment::Moment;
-use raxel_execute::{Executor, ExecutorOptions, Override};
 
 /// What is opened, and how. Start from [`Options::default`] and change what matters.
 #[derive(Clone)]

@@ -6,6 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_execute::moment::Fraction;
+use raxel_execute::{self as execute, Executor, ExecutorOptions};
 
 use super::recover::Budget;
 use super::{OpenError, Options, Session};
@@ -21,8 +23,6 @@ use crate::reload::builder::Reloader;
 use crate::reload::project_state::{BuildSettings, Named, ProjectState};
 use crate::sources::SourceName;
 use crate::world::SessionWorld;
-use raxel_execute::moment::Fraction;
-use raxel_execute::{self as execute, Executor, ExecutorOptions};
 
 impl Session {
     /// Opens a project: finds and loads its files, opens a device, plans, and creates everything. Nothing has run yet.

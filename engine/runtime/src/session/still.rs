@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use raxel_execute::{Builtins, Override};
 use raxel_graph::checked::{Graph, MOST_STILL, PassId, Value};
 
 use crate::world::SessionWorld;
-use raxel_execute::{Builtins, Override};
 
 /// Compares each frame with the one before it.
 #[derive(Default)]

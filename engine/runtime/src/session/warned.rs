@@ -1,10 +1,10 @@
 //! What passes count that should be 0, e.g. what found no room (`warnings` of a buffer): said once, until it has gone.
 
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_execute::Counted;
 use raxel_graph::checked::{Graph, ResourceId, Warning};
 
 use super::Session;
-use raxel_execute::Counted;
 
 /// Frames that must have counted nothing before the same is said again. What random rays count comes and goes from frame to frame.
 const GONE: u32 = 60;

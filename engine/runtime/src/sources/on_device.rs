@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_execute::{self as execute, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
 use raxel_graph::checked::{Fact, Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
@@ -19,7 +20,6 @@ use super::instances::{LiveInstances, WrittenPoses};
 use crate::build_error::BuildError;
 use crate::stream::{Refused, WorldStream};
 use crate::world::{SessionWorld, WorldIdentity};
-use raxel_execute::{self as execute, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
 
 /// The sources of one device. What belongs to a world or a file goes when that does, as soon as no plan uses it any more.
 #[derive(Debug, Default)]

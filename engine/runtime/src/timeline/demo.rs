@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use raxel_diagnostics::{Span, Spanned};
+use raxel_execute::moment::{Fraction, Moment};
 use raxel_graph::checked::{Graph, ParamId, Value};
 
 use super::curve::{Interpolation, sample, segment};
@@ -9,7 +10,6 @@ use super::edits::EditKey;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
 use crate::params;
-use raxel_execute::moment::{Fraction, Moment};
 
 /// A demo file.
 #[derive(Clone, Debug)]

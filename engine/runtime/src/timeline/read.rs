@@ -2,6 +2,7 @@
 
 use raxel_diagnostics::table::{Node, Reporter, Table, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Spanned, codes, files};
+use raxel_execute::moment::{Fraction, Moment};
 use raxel_worldfile::{CAMERA_COORDINATES, CAMERA_FOV};
 
 use super::curve::Interpolation;
@@ -9,7 +10,6 @@ use super::demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey,
 use super::edits;
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
-use raxel_execute::moment::{Fraction, Moment};
 
 /// Longest demo: a day.
 const LONGEST: f64 = 86_400.0;

@@ -8,14 +8,14 @@ use raxel_runtime::project::Project;
 use raxel_runtime::stream::reach_of;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::world::store_refused;
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::{self, Console, Format};
+use raxel_terminal::failure::{Failure, Result};
+use raxel_terminal::offline::OfflineProject;
 use raxel_world::ChunkSource;
 use serde_json::json;
 
 use super::info::{bytes, grouped};
-use crate::args::Messages;
-use crate::console::{self, Console, Format};
-use crate::failure::{Failure, Result};
-use crate::front::Front;
 
 /// Writes the voxels of a world as arrays of Zarr v3 to a folder or an S3-compatible store, one object a shard. What is in a shard follows
 /// from the world's file alone, so that many machines can each make a part; shards that are there and whole are left as they are. Edits in
@@ -65,7 +65,7 @@ fn cell(text: &str) -> std::result::Result<Cell, String> {
 }
 
 pub(super) fn run(args: &Args, console: &Console) -> Result {
-    let (front, path) = Front::of(args.world.as_deref(), Project::default_world, console)?;
+    let (front, path) = OfflineProject::of(args.world.as_deref(), Project::default_world, console)?;
     let world = front.world(&path, console)?;
     let source: &dyn ChunkSource = match world.streamed() {
         Some(streamed) => &*streamed.generator,
@@ -88,7 +88,7 @@ fn plan(
     args: &Args,
     path: &str,
     world: &SessionWorld,
-    front: &Front,
+    front: &OfflineProject,
     source: &dyn ChunkSource,
 ) -> std::result::Result<Plan, PlanError> {
     let (there, levels) = if let Some(streamed) = world.streamed() {

@@ -2,15 +2,14 @@
 
 use std::path::PathBuf;
 
+use raxel_output::{Pending, shown};
 use raxel_runtime::Saves;
 use raxel_runtime::project::Project;
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::{self, Console, Format};
+use raxel_terminal::failure::{Failure, Result};
+use raxel_terminal::offline::OfflineProject;
 use serde_json::json;
-
-use crate::args::Messages;
-use crate::console::{self, Console, Format};
-use crate::failure::{Failure, Result};
-use crate::front::Front;
-use raxel_output::{Pending, shown};
 
 /// Writes the voxels of a world, with the edits in its save, as a `MagicaVoxel` scene. Its instances are no voxels, and are no part of it.
 #[derive(Debug, clap::Args)]
@@ -32,7 +31,7 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
         return Err(Failure::usage(format!("`{}` does not end in .vox", args.output.display())));
     }
     let pending = Pending::new(&args.output)?;
-    let (front, path) = Front::of(args.world.as_deref(), Project::default_world, console)?;
+    let (front, path) = OfflineProject::of(args.world.as_deref(), Project::default_world, console)?;
     let world = front.saved_world(&path, Saves::Read, console)?.world();
     front.whole(&world, &path, None, console)?;
     let bytes = raxel_world::vox::export(world.voxels()).map_err(|error| console.stop(&[error.diagnostic(&path)]))?;

@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 
 use raxel_diagnostics::DiskFiles;
 use raxel_diagnostics::Files;
-use raxel_runtime::project::Project;
-use serde_json::json;
-
-use crate::args::Messages;
-use crate::console::{self, Console, Format};
-use crate::failure::{Failure, Result};
 use raxel_output::{Folders, Pending, shown};
+use raxel_runtime::project::Project;
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::{self, Console, Format};
+use raxel_terminal::failure::{Failure, Result};
+use serde_json::json;
 
 /// Copies a `MagicaVoxel` scene into the project and writes a world around it.
 #[derive(Debug, clap::Args)]

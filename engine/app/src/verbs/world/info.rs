@@ -5,12 +5,11 @@ use std::path::PathBuf;
 
 use raxel_layouts::Layout;
 use raxel_runtime::project::Project;
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::{self, Console, Format};
+use raxel_terminal::failure::Result;
+use raxel_terminal::offline::OfflineProject;
 use serde_json::json;
-
-use crate::args::Messages;
-use crate::console::{self, Console, Format};
-use crate::failure::Result;
-use crate::front::Front;
 
 /// Prints a world's size, materials and the bytes of each layout.
 #[derive(Debug, clap::Args)]
@@ -30,7 +29,7 @@ struct Cost {
 }
 
 pub(super) fn run(args: &Args, console: &Console) -> Result {
-    let (front, path) = Front::of(args.world.as_deref(), Project::default_world, console)?;
+    let (front, path) = OfflineProject::of(args.world.as_deref(), Project::default_world, console)?;
     let world = front.whole_world(&path, console)?;
     let voxels = world.voxels();
     let info = voxels.info();

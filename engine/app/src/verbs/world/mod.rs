@@ -6,9 +6,9 @@ mod import;
 mod info;
 mod save;
 
-use crate::args::Messages;
-use crate::console::{Console, Format};
-use crate::failure::Result;
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::{Console, Format};
+use raxel_terminal::failure::Result;
 
 /// Looks into worlds and their saves, imports and exports `MagicaVoxel` .vox files, bakes worlds into stores.
 #[derive(Debug, clap::Args)]

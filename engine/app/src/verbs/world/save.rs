@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use raxel_diagnostics::{Diagnostic, SourceMap, codes};
 use raxel_edit::save::{self, Report, SaveError};
+use raxel_output::{Pending, shown};
 use raxel_runtime::Saves;
 use raxel_runtime::project::Project;
+use raxel_terminal::args::Messages;
+use raxel_terminal::console::{self, Console, Format, To};
+use raxel_terminal::failure::{Exit, Failure, Result};
+use raxel_terminal::offline::OfflineProject;
 use serde_json::json;
 
 use super::info::{bytes, grouped};
-use crate::args::Messages;
-use crate::console::{self, Console, Format, To};
-use crate::failure::{Exit, Failure, Result};
-use crate::front::Front;
-use raxel_output::{Pending, shown};
 
 /// Writes all edits of a world's save into its chunks, so that no journal is left to be replayed, and prints the sizes.
 #[derive(Debug, clap::Args)]
@@ -144,8 +144,8 @@ impl Pack {
 
 impl Of {
     /// The project, the path of the world in it, and the folder of its save.
-    fn open(&self, console: &Console) -> Result<(Front, String, PathBuf)> {
-        let (front, path) = Front::of(self.world.as_deref(), Project::default_world, console)?;
+    fn open(&self, console: &Console) -> Result<(OfflineProject, String, PathBuf)> {
+        let (front, path) = OfflineProject::of(self.world.as_deref(), Project::default_world, console)?;
         let world = front.world(&path, console)?;
         let Some(settings) = &world.loaded().save else {
             return Err(

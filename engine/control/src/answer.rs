@@ -1,0 +1,357 @@
+//! What is done for a request.
+
+use std::path::Path;
+
+use raxel_execute::Texels;
+use raxel_graph::checked::{Param, ResourceKind, Value as ParamValue};
+use raxel_output::{Coding, Compression, Kind, Output, OutputError, Pending, Shot};
+use raxel_runtime::camera::Camera;
+use raxel_runtime::params::{components, type_name};
+use raxel_runtime::{ReadError, Session};
+use raxel_shader::interface::ScalarKind;
+use raxel_terminal::console;
+use raxel_terminal::failure::Failure;
+use serde_json::{Map, Value, json};
+
+use super::request::Request;
+use super::{Drive, base64};
+
+/// Why a request was not done. Nothing has changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Refusal {
+    pub error: String,
+    help: Vec<String>,
+}
+
+impl Refusal {
+    pub fn new(error: impl Into<String>) -> Self {
+        Self { error: error.into(), help: Vec::new() }
+    }
+
+    /// There is no session to ask.
+    pub fn nothing_runs() -> Self {
+        let help = "`diagnostics` lists them, and `wait_reload` waits until they are mended".to_owned();
+        Self { error: "nothing runs, as the files have mistakes".to_owned(), help: vec![help] }
+    }
+}
+
+impl From<Failure> for Refusal {
+    fn from(failure: Failure) -> Self {
+        Self { error: failure.message.unwrap_or_default(), help: failure.help }
+    }
+}
+
+impl From<OutputError> for Refusal {
+    fn from(error: OutputError) -> Self {
+        Self { error: error.message, help: error.help }
+    }
+}
+
+macro_rules! refused_by {
+    ($($error:ty),*) => {
+        $(impl From<$error> for Refusal {
+            fn from(error: $error) -> Self {
+                Self::new(error.to_string())
+            }
+        })*
+    };
+}
+
+refused_by!(
+    ReadError,
+    raxel_runtime::FrameError,
+    raxel_runtime::session::CaptureError,
+    raxel_runtime::params::SetError,
+    raxel_runtime::debug_target::DebugTargetError
+);
+
+/// Writes an answer.
+pub(super) fn give(id: &Value, answer: Result<Value, Refusal>) {
+    let mut object = Map::new();
+    object.insert("id".to_owned(), id.clone());
+    object.insert("ok".to_owned(), answer.is_ok().into());
+    match answer {
+        Ok(Value::Object(fields)) => object.extend(fields),
+        Ok(other) => drop(object.insert("value".to_owned(), other)),
+        Err(Refusal { error, help }) => {
+            object.insert("error".to_owned(), error.into());
+            object.insert("help".to_owned(), help.into());
+        }
+    }
+    console::json(&Value::Object(object));
+}
+
+/// Does what is asked, or nothing.
+pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> Result<Value, Refusal> {
+    match request {
+        Request::Info {} => Ok(info(session)),
+        Request::Set { param, value } => {
+            session.set_param_text(&param, &text(&value)?)?;
+            // A demo that drives the param would win.
+            session.take_over();
+            Ok(json!({ "param": param, "value": shown(&session.param(&param)?) }))
+        }
+        Request::Unset { param } => {
+            session.unset_param(&param)?;
+            Ok(json!({ "param": param, "value": shown(&session.param(&param)?) }))
+        }
+        Request::Target { target } => {
+            session.set_debug_target_text(&target)?;
+            Ok(json!({ "target": target }))
+        }
+        Request::Camera { name, position, look_at, yaw, pitch, fov } => {
+            let moved = name.is_some() || [&position, &look_at].iter().any(|place| place.is_some());
+            if moved || yaw.is_some() || pitch.is_some() || fov.is_some() {
+                session.take_over();
+                let camera = placed(session, name.as_deref(), position, look_at, [yaw, pitch, fov])?;
+                session.set_camera(camera);
+            }
+            Ok(camera(session.camera()))
+        }
+        Request::Pause { paused } => {
+            session.pause(paused);
+            Ok(json!({ "paused": paused }))
+        }
+        Request::Step { frames } => {
+            if drive == Drive::Window && !session.clock().paused() {
+                return Err(Refusal::new("the window runs by itself; pause it first"));
+            }
+            for _ in 0..frames {
+                match drive {
+                    Drive::Requests => drop(session.frame()?),
+                    Drive::Window => session.step(),
+                }
+            }
+            if drive == Drive::Requests {
+                session.wait()?;
+            }
+            Ok(now(session))
+        }
+        Request::Seek { seconds } => {
+            session.seek(seconds);
+            Ok(json!({ "seconds": seconds }))
+        }
+        Request::Reset {} => {
+            session.reset();
+            Ok(json!({}))
+        }
+        Request::Resize { size: [width, height] } => {
+            if drive == Drive::Window {
+                return Err(Refusal::new("the window has its own size"));
+            }
+            session.resize(width, height);
+            Ok(json!({ "size": [width, height] }))
+        }
+        Request::Screenshot { path } => screenshot(session, &path),
+        Request::Capture {} => {
+            let (_, file) = session.capture_frame()?;
+            Ok(json!({ "path": file }))
+        }
+        Request::Picture {} => {
+            let picture = session.read_presented()?;
+            Ok(json!({
+                "width": picture.width, "height": picture.height, "channels": 4, "type": "u1",
+                "data": base64::encode(&picture.rgba),
+            }))
+        }
+        Request::Texels { target, age, mip, layer } => {
+            let texels = session.read_texels(&target, age, mip, layer)?;
+            let (kind, bytes) = numbers(&texels);
+            Ok(json!({
+                "width": texels.width, "height": texels.height, "channels": texels.format.channels(), "type": kind,
+                "format": texels.format.name(), "data": base64::encode(&bytes),
+            }))
+        }
+        Request::Pixel { target, x, y, age, mip, layer } => {
+            let texels = session.read_texels(&target, age, mip, layer)?;
+            if x >= texels.width || y >= texels.height {
+                let (width, height) = (texels.width, texels.height);
+                return Err(Refusal::new(format!("`{target}` has {width}×{height} texels; there is none at {x}, {y}")));
+            }
+            let (kind, bytes) = numbers(&texels);
+            let channels = texels.format.channels() as usize;
+            let at = (y as usize * texels.width as usize + x as usize) * channels * 4;
+            let words = bytes[at..at + channels * 4].chunks_exact(4).map(|word| [word[0], word[1], word[2], word[3]]);
+            let bits: Vec<u32> = words.map(u32::from_le_bytes).collect();
+            let values: Vec<Value> = bits.iter().map(|bits| number(kind, *bits)).collect();
+            Ok(json!({ "format": texels.format.name(), "values": values, "bits": bits }))
+        }
+        Request::Buffer { buffer, start, bytes } => {
+            let range = start..start.saturating_add(bytes);
+            let found = session.read_buffer(&buffer, range)?;
+            Ok(json!({ "bytes": found.len(), "data": base64::encode(&found) }))
+        }
+        Request::Timings {} => {
+            session.wait()?;
+            let plan = session.plan().cloned();
+            let times: Vec<_> = session.timings().to_vec();
+            let passes = times.iter().filter_map(|time| {
+                let name = &plan.as_ref()?.graph.pass(time.pass).name;
+                Some(json!({ "pass": name, "milliseconds": time.nanoseconds? / 1e6 }))
+            });
+            Ok(json!({ "passes": passes.collect::<Vec<_>>() }))
+        }
+        Request::Diagnostics {} | Request::WaitReload { .. } | Request::Quit {} => Ok(json!({})),
+    }
+}
+
+fn info(session: &Session) -> Value {
+    let graph = session.graph();
+    let params: Vec<Value> = session.params().iter().map(|param| describe(param, session)).collect();
+    let named = |target: bool| {
+        let wanted = move |kind: &ResourceKind| matches!(kind, ResourceKind::Target(_)) == target;
+        let all = graph.resources.iter().filter(|resource| !resource.made);
+        all.filter(move |resource| wanted(&resource.kind)).map(|resource| resource.name.as_str()).collect::<Vec<_>>()
+    };
+    let passes: Vec<&str> = graph.passes.iter().filter(|pass| !pass.made).map(|pass| pass.name.as_str()).collect();
+    json!({
+        "graph": session.graph_path(),
+        "world": session.world().path,
+        "demo": session.demo().map(|demo| demo.file.as_str()),
+        "device": session.device().capabilities().name,
+        "size": session.size(),
+        "params": params,
+        "targets": named(true),
+        "buffers": named(false),
+        "passes": passes,
+        "cameras": session.world().camera_names().collect::<Vec<_>>(),
+    })
+}
+
+fn describe(param: &Param, session: &Session) -> Value {
+    let value = session.param(&param.name).unwrap_or(param.default);
+    json!({
+        "name": param.name,
+        "type": type_name(&param.default),
+        "label": param.label,
+        "value": shown(&value),
+        "default": shown(&param.default),
+        "range": param.range,
+        "step": param.step,
+        "tooltip": param.tooltip,
+        "unit": param.unit,
+        "group": param.group,
+        "choices": param.choices,
+    })
+}
+
+/// A value as JSON: a number, `true`, or an array.
+fn shown(value: &ParamValue) -> Value {
+    if let ParamValue::Bool(value) = value {
+        return (*value).into();
+    }
+    match components(value).as_slice() {
+        [one] => json!(one),
+        many => json!(many),
+    }
+}
+
+/// JSON as the text that a param is set by.
+fn text(value: &Value) -> Result<String, Refusal> {
+    match value {
+        Value::Bool(_) | Value::Number(_) => Ok(value.to_string()),
+        Value::String(text) => Ok(text.clone()),
+        Value::Array(parts) => Ok(parts.iter().map(text).collect::<Result<Vec<_>, _>>()?.join(",")),
+        Value::Null | Value::Object(_) => Err(Refusal::new("`value` is a number, true, false, or an array of numbers")),
+    }
+}
+
+fn placed(
+    session: &Session,
+    name: Option<&str>,
+    position: Option<[f64; 3]>,
+    look_at: Option<[f64; 3]>,
+    [yaw, pitch, fov]: [Option<f64>; 3],
+) -> Result<Camera, Refusal> {
+    let mut camera = match name {
+        Some(name) => raxel_terminal::session::named_camera(session.world(), name)?,
+        None => *session.camera(),
+    };
+    if let Some(position) = position {
+        camera = Camera { yaw: camera.yaw, pitch: camera.pitch, fov: camera.fov, ..Camera::at(position) };
+    }
+    if let Some(target) = look_at {
+        if camera.is_at(target) {
+            return Err(Refusal::new("`look_at` is where the camera is: it has no direction"));
+        }
+        camera.look_at(target);
+    }
+    camera.yaw = yaw.map_or(camera.yaw, f64::to_radians);
+    camera.pitch = pitch.map_or(camera.pitch, f64::to_radians);
+    camera.fov = fov.map_or(camera.fov, f64::to_radians);
+    Ok(camera)
+}
+
+fn camera(camera: &Camera) -> Value {
+    json!({
+        "position": camera.position().to_array(),
+        "cell": camera.cell.to_array(),
+        "frac": camera.frac.to_array(),
+        "yaw": camera.yaw.to_degrees(),
+        "pitch": camera.pitch.to_degrees(),
+        "fov": camera.fov.to_degrees(),
+    })
+}
+
+fn now(session: &Session) -> Value {
+    match session.clock().now() {
+        Some(now) => json!({ "frame": now.index, "seconds": now.time.seconds() }),
+        None => json!({ "frame": null, "seconds": 0.0 }),
+    }
+}
+
+fn screenshot(session: &mut Session, path: &str) -> Result<Value, Refusal> {
+    let Output::Single(kind, file) = Output::parse(path, None)? else {
+        return Err(Refusal::new(format!("`{path}` names no single picture")));
+    };
+    let pending = Pending::new(&file)?;
+    let shot = if kind.wants_texels() {
+        let graph = session.graph();
+        let target = session.debug_target();
+        if target.after.is_some() {
+            // The frame has run: its middle is gone.
+            let message =
+                format!("`{target}` is not what the frame ends with, and `{path}` takes texels as they are at the end");
+            let help = vec!["a .png has the picture as it was shown; a target without `after` has texels".to_owned()];
+            return Err(Refusal { error: message, help });
+        }
+        let (age, mip, layer) = (target.age, target.mip, target.layer);
+        let shown = if target.resource.is_empty() { &graph.resource(graph.present).name } else { &target.resource };
+        let name = shown.clone();
+        let texels = session.read_texels(&name, age, mip, layer)?;
+        Shot::Texels(vec![(name, texels)])
+    } else {
+        Shot::Picture(session.read_presented()?)
+    };
+    let size = shot.size();
+    let coding = Coding { kind, compression: Compression::default(), quality: 90 };
+    pending.finish(&coding.encode(shot)?)?;
+    Ok(
+        json!({ "path": Path::new(path), "size": size, "kind": match kind { Kind::Jpg => "jpg", other => other.extension() } }),
+    )
+}
+
+/// The numbers of all texels as little-endian words, and their type: `f4`, `u4` or `i4`.
+fn numbers(texels: &Texels) -> (&'static str, Vec<u8>) {
+    let channels = texels.format.channels() as usize;
+    let words = |words: Vec<[u32; 4]>| {
+        words.iter().flat_map(|texel| texel[..channels].iter().flat_map(|word| word.to_le_bytes())).collect()
+    };
+    match (texels.scalar(), texels.integers()) {
+        (ScalarKind::Uint, Some(integers)) => ("u4", words(integers)),
+        (ScalarKind::Int, Some(integers)) => ("i4", words(integers)),
+        _ => ("f4", words(texels.floats().into_iter().map(|texel| texel.map(f32::to_bits)).collect())),
+    }
+}
+
+/// A word as a number of JSON, which has neither NaN nor infinity: those are text.
+fn number(kind: &str, bits: u32) -> Value {
+    match kind {
+        "u4" => bits.into(),
+        "i4" => bits.cast_signed().into(),
+        _ => {
+            let value = f32::from_bits(bits);
+            if value.is_finite() { json!(value) } else { json!(value.to_string()) }
+        }
+    }
+}

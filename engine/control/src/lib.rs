@@ -1,0 +1,231 @@
+//! Control by program: requests as lines of JSON on stdin, one answer each on stdout. `raxel control` has no window and runs a frame when it
+//! is told to; `raxel run --control` is a window that a program drives too. docs/control.md tells the protocol.
+
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
+mod answer;
+mod base64;
+mod request;
+
+use std::io::BufRead;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use raxel_diagnostics::{Diagnostic, SourceMap, render};
+use raxel_runtime::Session;
+use raxel_runtime::reload::ReloadEvent;
+use serde_json::{Value, json};
+
+use self::answer::Refusal;
+use self::request::Request;
+use raxel_terminal::console;
+
+/// Who runs the frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drive {
+    /// Requests: nothing happens between them.
+    Requests,
+    /// A window, all the time.
+    Window,
+}
+
+/// The end of a conversation with a program.
+pub struct Control {
+    lines: Receiver<String>,
+    drive: Drive,
+    /// A request that waits for an edit.
+    waiting: Option<Waiting>,
+    /// What the last edit brought, for `diagnostics`.
+    diagnostics: Vec<Value>,
+    generation: u64,
+    /// The generation that runs.
+    shown: u64,
+}
+
+struct Waiting {
+    id: Value,
+    until: Instant,
+}
+
+/// What became of a look at the requests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// The conversation goes on.
+    More,
+    /// The program said `quit`.
+    Quit,
+}
+
+impl Control {
+    /// Listens to stdin. `wake` is called on another thread after each line.
+    pub fn listen(drive: Drive, wake: impl Fn() + Send + 'static) -> Self {
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in std::io::stdin().lock().lines() {
+                // What is no text is no JSON: said in the answer.
+                let line = line.unwrap_or_else(|_| "not UTF-8".to_owned());
+                if sender.send(line).is_err() {
+                    return;
+                }
+                wake();
+            }
+            drop(sender);
+            wake();
+        });
+        console::json(&json!({ "event": "ready", "protocol": request::PROTOCOL }));
+        Self { lines, drive, waiting: None, diagnostics: Vec::new(), generation: 0, shown: 0 }
+    }
+
+    /// Answers what has come, without waiting: for a window. There is no session while its files have mistakes.
+    pub fn poll(&mut self, mut session: Option<&mut Session>) -> Next {
+        self.tire();
+        loop {
+            // Requests are answered in their order.
+            if self.waiting.is_some() {
+                return Next::More;
+            }
+            match self.lines.try_recv() {
+                Ok(line) => {
+                    if self.line(&line, session.as_deref_mut()) == Next::Quit {
+                        return Next::Quit;
+                    }
+                }
+                // A window stays when the program has gone.
+                Err(TryRecvError::Empty | TryRecvError::Disconnected) => return Next::More,
+            }
+        }
+    }
+
+    /// Answers until the program quits, or closes its end.
+    pub fn serve(&mut self, session: &mut Session) {
+        loop {
+            let line = if self.waiting.is_some() {
+                let events = session.wait_reload(Duration::from_millis(20));
+                events.iter().for_each(|event| self.note(event));
+                self.tire();
+                continue;
+            } else {
+                self.lines.recv_timeout(Duration::from_millis(100))
+            };
+            let events = session.poll_reload();
+            events.iter().for_each(|event| self.note(event));
+            let next = line.as_ref().map(|line| self.line(line, Some(session)));
+            let said = session.take_messages();
+            Self::say(&said, session.texts());
+            if matches!(next, Ok(Next::Quit) | Err(RecvTimeoutError::Disconnected)) {
+                return;
+            }
+        }
+    }
+
+    /// An edit was swapped in, or is wrong: said as an event, and to who waits for it.
+    pub fn note(&mut self, event: &ReloadEvent) {
+        let said = match event {
+            ReloadEvent::Reloaded(reloaded) => {
+                (self.generation, self.shown) = (reloaded.generation, reloaded.generation);
+                self.diagnostics = parsed(&render::json(&reloaded.diagnostics, &reloaded.texts));
+                json!({
+                    "event": "reloaded",
+                    "generation": reloaded.generation,
+                    "changed": reloaded.changed,
+                    "milliseconds": reloaded.milliseconds,
+                })
+            }
+            ReloadEvent::Failed(failed) => {
+                self.generation = failed.generation;
+                self.diagnostics = parsed(&render::json(&failed.diagnostics, &failed.texts));
+                json!({
+                    "event": "reload-failed",
+                    "generation": failed.generation,
+                    "showing": self.shown,
+                    "changed": failed.changed,
+                })
+            }
+            ReloadEvent::HistoryCleared { size, resources } => {
+                json!({ "event": "history-cleared", "size": size, "resources": resources })
+            }
+            ReloadEvent::DeviceRebuilt { suspect, off, milliseconds } => {
+                json!({ "event": "device-rebuilt", "suspect": suspect, "off": off, "milliseconds": milliseconds })
+            }
+        };
+        console::json(&said);
+        let of_an_edit = matches!(event, ReloadEvent::Reloaded(_) | ReloadEvent::Failed(_));
+        if of_an_edit {
+            self.tell(matches!(event, ReloadEvent::Reloaded(_)));
+        }
+    }
+
+    /// There is no session, for these mistakes.
+    pub fn broken(&mut self, diagnostics: &[Diagnostic], texts: &SourceMap) {
+        self.diagnostics = parsed(&render::json(diagnostics, texts));
+        self.tell(false);
+    }
+
+    /// The mistakes are mended, and there is a session.
+    pub fn opened(&mut self) {
+        self.diagnostics.clear();
+        self.tell(true);
+    }
+
+    /// Answers who waits for an edit.
+    fn tell(&mut self, reloaded: bool) {
+        if let Some(waiting) = self.waiting.take() {
+            let (generation, diagnostics) = (self.generation, &self.diagnostics);
+            let told = json!({ "reloaded": reloaded, "generation": generation, "diagnostics": diagnostics });
+            answer::give(&waiting.id, Ok(told));
+        }
+    }
+
+    /// Says what the session had to say as events.
+    pub fn say(said: &[Diagnostic], texts: &SourceMap) {
+        for diagnostic in parsed(&render::json(said, texts)) {
+            console::json(&json!({ "event": "diagnostic", "diagnostic": diagnostic }));
+        }
+    }
+
+    /// Gives up waiting for an edit that does not come.
+    fn tire(&mut self) {
+        if let Some(waiting) = self.waiting.take_if(|waiting| Instant::now() >= waiting.until) {
+            answer::give(&waiting.id, Err(Refusal::new("no edit came in that time")));
+        }
+    }
+
+    fn line(&mut self, line: &str, session: Option<&mut Session>) -> Next {
+        if line.trim().is_empty() {
+            return Next::More;
+        }
+        let (id, request) = request::parse(line);
+        match request {
+            Err(refusal) => answer::give(&id, Err(refusal)),
+            Ok(Request::Quit {}) => {
+                answer::give(&id, Ok(json!({})));
+                return Next::Quit;
+            }
+            Ok(Request::WaitReload { seconds }) => {
+                let until = Instant::now() + Duration::from_secs_f64(seconds);
+                self.waiting = Some(Waiting { id, until });
+            }
+            Ok(Request::Diagnostics {}) => {
+                let (generation, shown) = (self.generation, session.is_some().then_some(self.shown));
+                // With what passes count at the moment.
+                let counted = session.map(|session| parsed(&render::json(&session.counted(), session.texts())));
+                let all: Vec<&Value> = self.diagnostics.iter().chain(counted.iter().flatten()).collect();
+                let found = json!({ "generation": generation, "showing": shown, "diagnostics": all });
+                answer::give(&id, Ok(found));
+            }
+            Ok(request) => answer::give(
+                &id,
+                match session {
+                    Some(session) => answer::answer(request, session, self.drive),
+                    None => Err(Refusal::nothing_runs()),
+                },
+            ),
+        }
+        Next::More
+    }
+}
+
+/// Lines of JSON.
+fn parsed(text: &str) -> Vec<Value> {
+    text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+}

@@ -1,0 +1,181 @@
+//! `raxel lsp`: a language server for graphs, worlds, demos and their shaders. docs/editors.md has the lines that each editor needs.
+
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
+mod complete;
+mod documents;
+mod names;
+mod publish;
+mod toml_place;
+
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::RecvTimeoutError;
+use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
+use lsp_types::notification::{
+    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, DidSaveTextDocument, Notification as _,
+};
+use lsp_types::request::{Completion, GotoDefinition, HoverRequest, Request as _};
+use lsp_types::{
+    CompletionOptions, CompletionParams, DidChangeTextDocumentParams, DidCloseTextDocumentParams,
+    DidOpenTextDocumentParams, GotoDefinitionParams, GotoDefinitionResponse, HoverParams, HoverProviderCapability,
+    OneOf, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind, Url,
+};
+use serde::de::DeserializeOwned;
+use serde_json::json;
+
+use self::documents::Documents;
+use self::publish::Publisher;
+use raxel_terminal::console::Console;
+use raxel_terminal::failure::{Failure, Result};
+
+/// Speaks the Language Server Protocol on stdin and stdout: what `raxel check` says, as you type; completion of keys, resources, params,
+/// builtins and the names of the shader library; hover texts; the file of a shader and the table of a name.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Accepted for editors that say how they connect; there is no other way.
+    #[arg(long)]
+    stdio: bool,
+}
+
+/// Time after the last key before files are checked.
+const SETTLE: Duration = Duration::from_millis(120);
+
+/// Answers an editor on stdin and stdout until it stops.
+pub fn run(_: &Args, console: &Console) -> Result {
+    let (connection, threads) = Connection::stdio();
+    let capabilities = ServerCapabilities {
+        text_document_sync: Some(TextDocumentSyncCapability::Kind(TextDocumentSyncKind::FULL)),
+        completion_provider: Some(CompletionOptions {
+            trigger_characters: Some(["\"", ".", "=", "[", "_", "<", "/"].map(str::to_owned).to_vec()),
+            ..CompletionOptions::default()
+        }),
+        definition_provider: Some(OneOf::Left(true)),
+        hover_provider: Some(HoverProviderCapability::Simple(true)),
+        ..ServerCapabilities::default()
+    };
+    let ended = |error: &dyn std::fmt::Display| Failure::usage(format!("the editor has gone: {error}"));
+    let (id, _) = connection.initialize_start().map_err(|error| ended(&error))?;
+    let greeting = json!({
+        "capabilities": capabilities,
+        "serverInfo": { "name": "raxel", "version": env!("CARGO_PKG_VERSION") },
+    });
+    connection.initialize_finish(id, greeting).map_err(|error| ended(&error))?;
+    let served = Server { connection, documents: Documents::default(), publisher: Publisher::default() }.serve();
+    console.detail("the editor has said goodbye");
+    served.map_err(|error| ended(&error))?;
+    threads.join().map_err(|error| ended(&error))
+}
+
+/// A conversation with an editor.
+struct Server {
+    connection: Connection,
+    documents: Documents,
+    publisher: Publisher,
+}
+
+type Ended = Box<dyn std::error::Error + Send + Sync>;
+
+impl Server {
+    fn serve(mut self) -> std::result::Result<(), Ended> {
+        // When the files that were changed are looked at.
+        let mut due: Option<Instant> = None;
+        loop {
+            let wait = due.map_or(Duration::from_secs(3600), |due| due.saturating_duration_since(Instant::now()));
+            match self.connection.receiver.recv_timeout(wait) {
+                Ok(Message::Request(request)) => {
+                    if self.connection.handle_shutdown(&request)? {
+                        return Ok(());
+                    }
+                    let answer = self.answer(request);
+                    self.connection.sender.send(Message::Response(answer))?;
+                }
+                Ok(Message::Notification(notification)) => {
+                    if self.take(notification) {
+                        due = Some(Instant::now() + SETTLE);
+                    }
+                }
+                Ok(Message::Response(_)) => {}
+                Err(RecvTimeoutError::Timeout) => {
+                    due = None;
+                    for message in self.publisher.check(&self.documents) {
+                        self.connection.sender.send(Message::Notification(message))?;
+                    }
+                }
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            }
+        }
+    }
+
+    /// Takes a change. True when files are to be checked.
+    fn take(&mut self, notification: Notification) -> bool {
+        match notification.method.as_str() {
+            DidOpenTextDocument::METHOD => {
+                if let Some(opened) = parsed::<DidOpenTextDocumentParams>(notification.params) {
+                    self.documents.set(&opened.text_document.uri, opened.text_document.text);
+                }
+            }
+            DidChangeTextDocument::METHOD => {
+                if let Some(changed) = parsed::<DidChangeTextDocumentParams>(notification.params)
+                    && let Some(whole) = changed.content_changes.into_iter().next_back()
+                {
+                    self.documents.set(&changed.text_document.uri, whole.text);
+                }
+            }
+            DidCloseTextDocument::METHOD => {
+                if let Some(closed) = parsed::<DidCloseTextDocumentParams>(notification.params) {
+                    self.documents.remove(&closed.text_document.uri);
+                }
+            }
+            DidSaveTextDocument::METHOD => {}
+            _ => return false,
+        }
+        true
+    }
+
+    fn answer(&self, request: Request) -> Response {
+        let Request { id, method, params } = request;
+        match method.as_str() {
+            Completion::METHOD => self.reply(id, params, |server, params: CompletionParams| {
+                let at = params.text_document_position;
+                let (document, offset) = server.documents.at(&at.text_document.uri, at.position)?;
+                Some(json!(complete::items(document, offset)))
+            }),
+            HoverRequest::METHOD => self.reply(id, params, |server, params: HoverParams| {
+                let at = params.text_document_position_params;
+                let (document, offset) = server.documents.at(&at.text_document.uri, at.position)?;
+                let text = complete::hover(document, offset)?;
+                Some(json!({ "contents": { "kind": "markdown", "value": text } }))
+            }),
+            GotoDefinition::METHOD => self.reply(id, params, |server, params: GotoDefinitionParams| {
+                let at = params.text_document_position_params;
+                let (document, offset) = server.documents.at(&at.text_document.uri, at.position)?;
+                let location = names::definition(document, offset)?;
+                Some(json!(GotoDefinitionResponse::Scalar(location)))
+            }),
+            _ => Response::new_err(id, ErrorCode::MethodNotFound as i32, format!("`{method}` is not offered")),
+        }
+    }
+
+    /// Reads the parameters, and gives null where there is nothing to say.
+    fn reply<P: DeserializeOwned>(
+        &self,
+        id: RequestId,
+        params: serde_json::Value,
+        answer: impl FnOnce(&Self, P) -> Option<serde_json::Value>,
+    ) -> Response {
+        match serde_json::from_value(params) {
+            Ok(params) => Response::new_ok(id, answer(self, params).unwrap_or_default()),
+            Err(error) => Response::new_err(id, ErrorCode::InvalidParams as i32, error.to_string()),
+        }
+    }
+}
+
+fn parsed<P: DeserializeOwned>(params: serde_json::Value) -> Option<P> {
+    serde_json::from_value(params).ok()
+}
+
+/// The address of a file.
+fn address(path: &std::path::Path) -> Option<Url> {
+    Url::from_file_path(path).ok()
+}

@@ -1,0 +1,207 @@
+//! `raxel bench light`: lighting systems by run time against error.
+
+mod chart;
+mod files;
+mod scenes;
+mod table;
+
+use std::path::{Path, PathBuf};
+
+use raxel_diagnostics::names::{closest, list};
+use raxel_gpu::{Device, DeviceKind, DeviceOptions};
+use raxel_measure::light::error::FORMULA;
+use raxel_measure::light::{Bench, Effort, LightError, Outcome, REFERENCE, References, Scene};
+use raxel_output::{Folders, Pending};
+use raxel_runtime::project::Project;
+use raxel_terminal::args::{Messages, Size, each_once, size};
+use raxel_terminal::console::{self, Console, Format, To};
+use raxel_terminal::failure::{Exit, Failure, Result};
+use raxel_terminal::offline::OfflineProject;
+
+use super::labels::stem;
+
+/// Judges lighting systems: the error of their light against a converged path tracer, bias and noise apart, over GPU time.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  raxel bench light -o out/                          everything, with CSV, JSON and charts\n  \
+                        raxel bench light face_cache --scenes room,leak    one system in two scenes\n  \
+                        raxel bench light --scenes worlds/valley.toml --size 320x180 --frames 16\n  \
+                        raxel bench light --references -o out/             only the references, with their hashes"
+)]
+pub struct Args {
+    /// Systems, by file or by name; all of graphs/light by default. The path tracer itself is always the first.
+    #[arg(value_name = "GRAPH")]
+    systems: Vec<String>,
+
+    /// Scenes: valley, near, room, lamps, menger, leak, or any world as WORLD or WORLD:CAMERA; those six by default.
+    #[arg(long, value_name = "SCENE,…", value_delimiter = ',')]
+    scenes: Vec<String>,
+
+    /// Pixels; 960x540 on a GPU and 96x54 on a software device by default.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<Size>,
+
+    /// Frames of a still camera; 256 on a GPU and 16 on a software device by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=60_000))]
+    frames: Option<u32>,
+
+    /// Frames of a moving camera; 120 on a GPU and none on a software device by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pan: Option<u32>,
+
+    /// Frames after the lamps go out; 100 on a GPU and none on a software device by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    lag: Option<u32>,
+
+    /// Most paths a pixel of each half of a reference; 16384 on a GPU and 256 on a software device by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1_000_000))]
+    paths: Option<u32>,
+
+    /// A half of a reference is good enough with this relative square error; 5e-6 on a GPU and 1e-3 on a software device by default.
+    #[arg(long, value_name = "E")]
+    goal: Option<f64>,
+
+    /// Only make the references, and print their hashes.
+    #[arg(long, conflicts_with = "systems")]
+    references: bool,
+
+    /// Write results.csv, results.json and a chart for each scene into this folder.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub messages: Messages,
+}
+
+/// One system in one scene.
+struct Row {
+    system: String,
+    outcome: std::result::Result<Outcome, String>,
+}
+
+/// A scene with everything that was measured in it. The first row is the path tracer itself.
+struct Judgement {
+    scene: Scene,
+    references: References,
+    rows: Vec<Row>,
+}
+
+impl Judgement {
+    /// Error times milliseconds of the path tracer, by its last picture: what every system must beat.
+    fn brute_force(&self) -> Option<f64> {
+        let last = self.rows.first()?.outcome.as_ref().ok()?.still.last()?;
+        Some(last.judged.error * last.ms).filter(|product| *product > 0.0)
+    }
+
+    /// The same with a moving camera.
+    fn brute_force_moving(&self) -> Option<f64> {
+        let pan = self.rows.first()?.outcome.as_ref().ok()?.pan.as_ref()?;
+        Some(pan.judged.error * pan.frame_ms).filter(|product| *product > 0.0)
+    }
+}
+
+pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
+    let _made = args.output.as_ref().map(|folder| Folders::make(folder)).transpose()?;
+    if let Some(folder) = &args.output {
+        Pending::new(&folder.join("results.json"))?;
+    }
+    let front = OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let scenes = scenes::find(&args.scenes, &front, console)?;
+    let systems = find_systems(&args.systems, &front.project)?;
+    let effort = effort(args, device, &front.project)?;
+    let mut bench = Bench::new(effort);
+    let mut all: Vec<Judgement> = Vec::new();
+    let mut failed: Vec<String> = Vec::new();
+    if console.format() != Format::Json {
+        console::data(&format!("{FORMULA}\n"));
+    }
+    for scene in scenes {
+        let references = bench.references(&scene).map_err(|error| reference_failure(error, &scene))?;
+        table::print_reference(&references.about, console);
+        let mut judgement = Judgement { scene, references, rows: Vec::new() };
+        for system in if args.references { &[][..] } else { &systems[..] } {
+            let outcome =
+                bench.system(system, &judgement.scene, &judgement.references).map_err(|error| error.to_string());
+            let (messages, texts) = bench.take_messages();
+            console.diagnostics(&messages, &texts, To::Stderr);
+            let name = stem(system).to_owned();
+            if let Err(reason) = &outcome {
+                failed.push(format!("{name} in {}: {reason}", judgement.scene.name));
+            }
+            judgement.rows.push(Row { system: name, outcome });
+            table::print_last(&judgement, console);
+        }
+        all.push(judgement);
+        // A run that is broken off leaves what it has measured.
+        if let Some(folder) = &args.output {
+            let written = files::write(folder, &bench, &all)?;
+            console.detail(&format!("wrote {}", written.join(", ")));
+        }
+    }
+    for complaint in bench.complaints() {
+        console.message(&format!("validation {}", complaint.replace('\n', " ")));
+    }
+    if !failed.is_empty() {
+        return Err(Failure::new(Exit::Project, format!("not judged: {}", failed.join("; "))));
+    }
+    if !bench.complaints().is_empty() {
+        return Err(Failure::new(Exit::Validation, "the validation layer has complained; see above"));
+    }
+    Ok(())
+}
+
+fn reference_failure(error: LightError, scene: &Scene) -> Failure {
+    match error {
+        LightError::Open(error) => match *error {
+            raxel_runtime::OpenError::Device(error) => error.into(),
+            error => Failure::new(Exit::Project, format!("the reference of {}: {error}", scene.name)),
+        },
+        error => Failure::new(Exit::Project, format!("the reference of {}: {error}", scene.name)),
+    }
+}
+
+/// What is run for how long, by the kind of the device where nothing is said.
+fn effort(args: &Args, device: &DeviceOptions, project: &Project) -> Result<Effort> {
+    let software = Device::new(device)?.capabilities().kind == DeviceKind::Cpu;
+    let or = |given: Option<u32>, gpu: u32, cpu: u32| given.unwrap_or(if software { cpu } else { gpu });
+    let goal = args.goal.unwrap_or(if software { 1e-3 } else { 5e-6 });
+    if !goal.is_finite() || goal <= 0.0 {
+        return Err(Failure::usage("`--goal` is a number above 0"));
+    }
+    Ok(Effort {
+        project: project.root().to_owned(),
+        device: device.device.clone(),
+        validation: device.validation,
+        size: args.size.map_or(if software { [96, 54] } else { [960, 540] }, |size| size.0),
+        frames: or(args.frames, 256, 16),
+        pan: or(args.pan, 120, 0),
+        lag: or(args.lag, 100, 0),
+        most_paths: or(args.paths, 16384, 256),
+        goal,
+        keep: true,
+    })
+}
+
+/// The path tracer, then the systems that are named, or all.
+fn find_systems(named: &[String], project: &Project) -> Result<Vec<String>> {
+    let reference = |path: &String| stem(path).starts_with("reference");
+    let known: Vec<String> = project.graphs_in("graphs/light").into_iter().filter(|path| !reference(path)).collect();
+    if !project.on_disk(REFERENCE).is_file() {
+        return Err(Failure::new(Exit::Project, format!("the project has no `{REFERENCE}` to judge by")));
+    }
+    let find = |name: &String| {
+        let found = known.iter().find(|path| *path == name || stem(path) == name);
+        let file = || project.path_of(Path::new(name)).ok().filter(|path| project.on_disk(path).is_file());
+        found.cloned().or_else(file).ok_or_else(|| {
+            let failure = Failure::new(Exit::Project, format!("there is no graph `{name}`"));
+            match closest(name, known.iter().map(|path| stem(path))) {
+                Some(close) => failure.help(format!("did you mean `{close}`?")),
+                None => failure.help(format!("graphs/light has {}", list(known.iter().map(|path| stem(path))))),
+            }
+        })
+    };
+    let systems: Vec<String> =
+        if named.is_empty() { known.clone() } else { named.iter().map(find).collect::<Result<_>>()? };
+    let all: Vec<String> = std::iter::once(REFERENCE.to_owned()).chain(systems).collect();
+    Ok(each_once(all))
+}

@@ -1,0 +1,229 @@
+//! `raxel stress`: every tracer held to the exact one, in as many rays as one likes.
+
+mod files;
+mod find;
+mod one;
+mod table;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use raxel_diagnostics::{Files, MemoryFiles};
+use raxel_gpu::{Device, DeviceOptions};
+use raxel_layouts::Layout;
+use raxel_measure::rays::{Method, RayError, Tracer};
+use raxel_measure::stress::{self, Invariants, Plan, Report, Row, invariants};
+use raxel_terminal::args::{Messages, OnDevice};
+use raxel_terminal::console::{Console, Format};
+use raxel_terminal::failure::{Exit, Failure, Result};
+
+/// Traces rays that are hard to trace, by every layout, and counts what is wrong by exact arithmetic.
+///
+/// Each ray is made from the seed, judged by the exact tracer once, and traced by every row. Exit code 1 when a tracer that claims to
+/// be exact is wrong about one ray, gives up, or writes a t that is no number; when the CPU port of the default tracer hits another
+/// voxel or face than the device; or when a scene that is moved, turned or mirrored is hit differently. See docs/stress.md.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  raxel stress                                            every layout, scene and set, a few seconds\n  \
+                  raxel stress --rays 1e9 --layouts tree64 -o out/        a billion rays of the default tracer\n  \
+                  raxel stress --sets edges,near-ties --scenes gravel --layouts tree64,svo,tree64:dda\n  \
+                  raxel stress --world worlds/valley.toml --rays 1e6\n  \
+                  raxel stress --scenes hills@near --ray \"0 20 0  0.5 0.5 0.5  0x3f800000 0 0\"   one ray, traced by all"
+)]
+pub struct Args {
+    /// Sets of rays, by name; all by default.
+    #[arg(long, value_name = "SET,…", value_delimiter = ',')]
+    sets: Vec<String>,
+
+    /// Scenes, by name; all by default. Each is at two sites, NAME@near around the origin and NAME@far at an end of the coordinates.
+    #[arg(long, value_name = "SCENE,…", value_delimiter = ',')]
+    scenes: Vec<String>,
+
+    /// A world file in place of the scenes.
+    #[arg(long, value_name = "WORLD", conflicts_with = "scenes")]
+    world: Option<PathBuf>,
+
+    /// Who traces: LAYOUT for its own tracer, LAYOUT:MARCHER for a marcher of <raxel/march.glsl> over it, tree64:cpu for the port.
+    #[arg(long, value_name = "ROW,…", value_delimiter = ',')]
+    layouts: Vec<String>,
+
+    /// Rays traced by all rows together; every row, scene and set gets the same share. Accepts 1e9.
+    #[arg(long, value_name = "N", default_value = "4e5", value_parser = find::count)]
+    rays: u64,
+
+    /// Another seed, other rays and other random scenes.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+
+    /// Trace this ray alone, and say what each row and the exact tracer make of it: cell, fraction and direction, nine numbers, and
+    /// `t_max` if it ends; those after the cell that begin with 0x are the bits of the float.
+    #[arg(long, value_name = "RAY", value_parser = one::ray, allow_hyphen_values = true)]
+    ray: Option<one::NamedRay>,
+
+    /// Write the counts of each row, scene and set: FILE.csv, FILE.json, or a folder for both.
+    #[arg(short, long, value_name = "PATH")]
+    output: Option<PathBuf>,
+
+    /// The form of what it prints.
+    #[command(flatten)]
+    pub messages: Messages,
+
+    /// The device.
+    #[command(flatten)]
+    pub on: OnDevice,
+}
+
+/// What a run is about, for its heading and its files.
+struct About {
+    device: String,
+    driver: String,
+    command: String,
+}
+
+/// Runs the verb.
+pub fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
+    let front = find::front();
+    let sites = match &args.world {
+        Some(world) => find::world(world, console)?,
+        None => find::sites(&args.scenes)?,
+    };
+    let plan = Plan {
+        rows: find::rows(&args.layouts)?,
+        sets: find::sets(&args.sets)?,
+        sites,
+        rays: args.rays,
+        seed: args.seed,
+    };
+    let mut outputs = args.output.as_deref().map(files::Outputs::prepare).transpose()?.unwrap_or_default();
+    // The project's own includes win over those of the binary.
+    let files: Arc<dyn Files> =
+        front.map_or_else(|| Arc::new(MemoryFiles::default()) as _, |front| front.loader.files().clone());
+
+    let device = Device::new(options)?;
+    for verdict in device.verdicts().iter().filter(|verdict| verdict.chosen || console.verbose()) {
+        console.detail(&verdict.to_string());
+    }
+    let capabilities = device.capabilities();
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let about = About {
+        device: capabilities.name.clone(),
+        driver: capabilities.driver.clone(),
+        command: format!("raxel {}", arguments.join(" ")),
+    };
+    if let Some(ray) = &args.ray {
+        let broken = one::trace(&plan, &ray.0, &device, &files, console).map_err(|error| failure(error, console))?;
+        if !broken.is_empty() {
+            return Err(Failure::new(Exit::Check, broken.join("; ")));
+        }
+        return validated(&device, console);
+    }
+
+    let bar = progress(&plan, console);
+    let report = stress::run(&plan, &device, &files, &mut |at| {
+        bar.set_position(at.rays);
+        bar.set_message(format!("{}  {}", at.site, at.row));
+    })
+    .map_err(|error| failure(error, console))?;
+    bar.set_message("moved, turned and mirrored");
+    let symmetry = symmetric(&plan, &device, &files).map_err(|error| failure(error, console))?;
+    bar.finish_and_clear();
+
+    table::print(&plan, &report, &symmetry, &about, console);
+    outputs.write(&plan, &report, &symmetry, &about, console)?;
+    verdict(&plan, &report, &symmetry, console)?;
+    validated(&device, console)
+}
+
+/// Exit code 6 when the validation layer has something to say.
+fn validated(device: &Device, console: &Console) -> Result {
+    let complaints = device.log().take();
+    for message in &complaints {
+        console.message(&format!("validation [{}]: {}", message.id, message.text.replace('\n', " ")));
+    }
+    if complaints.is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::new(Exit::Validation, "the validation layer has complained; see above"))
+    }
+}
+
+/// Moved, turned and mirrored scenes, by each layout's own tracer that is asked for.
+fn symmetric(
+    plan: &Plan,
+    device: &Arc<Device>,
+    files: &Arc<dyn Files>,
+) -> std::result::Result<Vec<(Layout, Invariants)>, RayError> {
+    // 48 worlds a layout: a sample is enough where few rays are asked for.
+    let rays = (plan.rays_each() / 16).clamp(16, 1024) as usize;
+    let mut all = Vec::new();
+    for row in &plan.rows {
+        if let Row::Device(method @ Method { layout, marcher: None }) = row {
+            let mut tracer = Tracer::new(device, files.clone(), method)?;
+            all.push((*layout, invariants(&mut tracer, device, plan.seed, rays)?));
+        }
+    }
+    Ok(all)
+}
+
+/// Exit code 1 when something that must be exact is not; the first wrong rays are shown.
+fn verdict(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], console: &Console) -> Result {
+    let mut wrong = Vec::new();
+    for row in report.rows.iter().filter(|row| row.row.exact()) {
+        let total = row.total();
+        if total.wrong() + total.inexact() > 0 {
+            one::show_wrong(plan, row, console);
+        }
+        let count = total.wrong();
+        if count > 0 {
+            wrong.push(format!("{} is wrong about {count} rays", row.row));
+        }
+        let inexact = [("t", total.time), ("uv", total.place), ("number of steps", total.steps)];
+        for (what, count) in inexact.into_iter().filter(|(_, count)| *count > 0) {
+            wrong.push(format!("{} has a wrong {what} for {count} rays", row.row));
+        }
+        let differs = row.differs.unwrap_or_default();
+        for (what, count) in [("hits", differs.hits), ("steps", differs.steps)] {
+            if count > 0 {
+                wrong.push(format!("{} and the device differ in {count} {what}", row.row));
+            }
+        }
+    }
+    for (layout, found) in symmetry {
+        let count = found.moved_wrong + found.turned_wrong;
+        if count > 0 {
+            wrong.push(format!("{} hits {count} moved, turned or mirrored rays differently", layout.name()));
+        }
+    }
+    if report.rows.iter().all(|row| row.total().rays == 0) {
+        return Err(Failure::new(Exit::Project, "nothing could be traced; see the reasons above"));
+    }
+    if wrong.is_empty() { Ok(()) } else { Err(Failure::new(Exit::Check, wrong.join("; "))) }
+}
+
+fn progress(plan: &Plan, console: &Console) -> ProgressBar {
+    if !console.watched() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:30} {percent}%, {eta} left  {msg}");
+    ProgressBar::new(plan.total()).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn failure(error: RayError, console: &Console) -> Failure {
+    match error {
+        RayError::Shader { diagnostics, texts } => console.stop_in(&diagnostics, &texts),
+        RayError::Gpu(error) => error.into(),
+        error @ (RayError::Binding { .. } | RayError::Layout(_) | RayError::NotStreamed(_)) => {
+            Failure::new(Exit::Project, error.to_string())
+        }
+        // No site has to be too large for these: the streamer, or an edit, is wrong.
+        error @ (RayError::Stream(_) | RayError::Edit(_)) => Failure::new(Exit::Check, error.to_string()),
+    }
+}
+
+impl Args {
+    /// The form of messages asked for.
+    pub fn format(&self) -> Format {
+        self.messages.format
+    }
+}

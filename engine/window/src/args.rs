@@ -1,0 +1,55 @@
+//! What a window is opened with.
+
+use raxel_terminal::args::{Size, scale, size};
+use raxel_terminal::session::What;
+
+use super::presenting::{PresentWith, present_with};
+
+/// What a window shows, and how.
+#[derive(Clone, Debug, clap::Args)]
+#[allow(clippy::struct_excessive_bools, reason = "each is an option of the command line")]
+pub struct Args {
+    /// What is opened.
+    #[command(flatten)]
+    pub what: What,
+
+    /// The window's first size in pixels: the project's, or 1280x720 by default.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<Size>,
+
+    /// Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels. The project's, or 1 by default.
+    #[arg(long, value_name = "N", value_parser = scale)]
+    pub scale: Option<f64>,
+
+    /// Begin with the bare picture; F1 shows the panels.
+    #[arg(long)]
+    pub no_panels: bool,
+
+    /// Leave after so many frames.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub frames: Option<u64>,
+
+    /// Show pictures as soon as they are made rather than with the screen.
+    #[arg(long)]
+    pub no_vsync: bool,
+
+    /// The device that presents the window: `own` is the one that makes the pictures, another (a part of its name, or its number in `raxel doctor`;
+    /// the same GPU may be named) keeps the panels alive while that one works. By default `own` on a GPU that can present there.
+    #[arg(long, value_name = "own|DEVICE", value_parser = present_with)]
+    pub present_with: Option<PresentWith>,
+
+    /// Also look at the files now and then, where the system does not tell of changes (network folders).
+    #[arg(long)]
+    pub poll: bool,
+
+    /// Listen to lines of JSON on stdin, and answer on stdout: docs/control.md.
+    #[arg(long)]
+    pub control: bool,
+}
+
+impl Args {
+    /// The window's first size in pixels.
+    pub fn first_size(&self) -> [u32; 2] {
+        self.size.map_or([1280, 720], |size| size.0)
+    }
+}

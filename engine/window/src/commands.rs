@@ -1,0 +1,363 @@
+//! What keys and panels ask for.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use raxel_diagnostics::SourceMap;
+use raxel_edit::EditError;
+use raxel_execute::moment::Moment;
+use raxel_graph::checked::{BufferSize, ResourceKind};
+use raxel_output::{self as output, Pending, shown};
+use raxel_panels::Action;
+use raxel_panels::view::{Brush, Effect};
+use raxel_runtime::camera::Camera;
+use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::params::from_components;
+use raxel_runtime::{EditFailure, Session};
+use raxel_terminal::console::{self, To};
+use raxel_terminal::failure::Result;
+use raxel_terminal::session::{frame_failure, named_camera};
+use winit::event_loop::ActiveEventLoop;
+
+use super::brush::Stroke;
+use super::controls::Command;
+use super::{NextFrame, Viewer, brush, demo_keys, panel_data, write_back};
+
+/// How long a message stays in the bar.
+const NOTICE: Duration = Duration::from_secs(6);
+
+impl Viewer<'_> {
+    /// A key.
+    pub(super) fn run_command(&mut self, command: Command, event_loop: &ActiveEventLoop) {
+        self.titled = None;
+        match command {
+            Command::NextTarget => self.cycle(1),
+            Command::PreviousTarget => self.cycle(-1),
+            Command::Pause => self.session.pause(!self.session.clock().paused()),
+            Command::Step => {
+                self.session.pause(true);
+                self.session.step();
+            }
+            Command::Reset => self.reset(),
+            Command::Undo => self.edited(|session| session.undo().map(drop)),
+            Command::Redo => self.edited(|session| session.redo().map(drop)),
+            Command::Larger => self.choose(|brush, _| brush::resize(brush, true)),
+            Command::Smaller => self.choose(|brush, _| brush::resize(brush, false)),
+            Command::NextMaterial => self.choose(brush::next_material),
+            Command::Panels => self.panels.toggle(),
+            Command::Home => self.go_to(self.home),
+            Command::RecordKey => self.perform(Action::RecordKey, event_loop),
+            Command::HandBack => self.session.hand_back(),
+            Command::CopyCamera => self.perform(Action::CopyCamera, event_loop),
+            Command::Cancel => self.cancel(event_loop),
+            Command::Screenshot => match self.screenshot() {
+                Ok(path) => self.console.message(&format!("wrote {}", shown(&path))),
+                Err(failure) => self.console.failure(&failure),
+            },
+            Command::Capture => self.next_runs = NextFrame::Captured,
+            Command::Quit => event_loop.exit(),
+        }
+    }
+
+    /// Something that a panel asks for.
+    pub(super) fn perform(&mut self, action: Action, event_loop: &ActiveEventLoop) {
+        (self.titled, self.touched) = (None, true);
+        match action {
+            Action::Show(shown) => {
+                self.before_peek = None;
+                self.data.peek(&self.session, false);
+                self.select(panel_data::debug_target(&shown));
+            }
+            Action::ShowDefault => {
+                self.before_peek = None;
+                self.data.peek(&self.session, false);
+                self.select(DebugTarget::default());
+            }
+            Action::Peek(Some(shown)) => {
+                self.data.peek(&self.session, true);
+                self.before_peek.get_or_insert_with(|| self.session.debug_target().clone());
+                self.select(panel_data::debug_target(&shown));
+            }
+            Action::Peek(None) => {
+                self.data.peek(&self.session, false);
+                if let Some(target) = self.before_peek.take() {
+                    self.select(target);
+                }
+            }
+            Action::Display(map) => self.inspector.shows(map),
+            Action::Rows(first) => self.inspector.rows(first),
+            Action::WriteTable => self.inspector.write(),
+            Action::SetParam(name, value) => self.set_param(&name, &value),
+            Action::ResetParam(name) => {
+                let reset = self.session.unset_param(&name);
+                self.said(reset);
+            }
+            Action::WriteParams(names) => self.write_params(&names),
+            Action::Pause => self.run_command(Command::Pause, event_loop),
+            Action::Step => self.run_command(Command::Step, event_loop),
+            Action::Reset => self.reset(),
+            Action::Scale(scale) => self.session.set_scale(scale),
+            Action::FpsCap(cap) => self.fps_cap = cap,
+            Action::Copy(text) => {
+                self.notice(format!("copied {text}"));
+                self.copy(text);
+            }
+            Action::Edit(place) => {
+                let opened = self.editors.open(self.session.project().root(), &place);
+                self.said(opened);
+            }
+            Action::Cancel => self.cancel(event_loop),
+            Action::Seek(seconds) => {
+                self.session.hand_back();
+                self.session.seek(seconds);
+            }
+            Action::Loop(looped) => self.looped = Some(looped),
+            Action::HandBack => self.session.hand_back(),
+            Action::MoveKey { lane, key, to } => {
+                self.write_demo(&format!("key {} is at {to:.2} s now", key + 1), |text, _, _| {
+                    demo_keys::with_time(text, &lane, key, to)
+                });
+            }
+            Action::DeleteKey { lane, key } => {
+                self.write_demo(&format!("key {} is deleted", key + 1), |text, _, _| {
+                    demo_keys::without_key(text, &lane, key)
+                });
+            }
+            Action::RecordKey => self.write_demo("the camera is a key now", demo_keys::with_camera_key),
+            Action::Camera(name) => match named_camera(self.session.world(), &name) {
+                Ok(camera) => self.go_to(camera),
+                Err(failure) => self.console.failure(&failure),
+            },
+            Action::Home => self.go_to(self.home),
+            Action::CopyCamera => {
+                let lines = write_back::camera_lines("camera", self.session.camera());
+                console::data(&lines);
+                self.notice("the camera is on the clipboard, as the lines of a world's file".to_owned());
+                self.copy(lines);
+            }
+            Action::WriteCamera(name) => self.write_camera(&name),
+            Action::Speed(voxels) => self.controls.set_speed(voxels),
+            Action::Brush(brush) => self.brush = brush,
+            Action::Undo => self.run_command(Command::Undo, event_loop),
+            Action::Redo => self.run_command(Command::Redo, event_loop),
+        }
+    }
+
+    /// Does with the voxel under the cursor what the brush does. Painting goes on while the button is held, from voxel to voxel.
+    pub(super) fn stroke(&mut self) {
+        let effect = brush::effect(&self.brush, self.modifiers);
+        let Some(pixel) = self.controls.cursor() else { return };
+        let hit = match self.session.pick(pixel, brush::REACH) {
+            Ok(Some(hit)) => hit,
+            Ok(None) => return,
+            // Nobody knows what is under the cursor: nothing is edited behind it.
+            Err(unavailable) => {
+                return self.edited(|_| Err(EditError::from(unavailable).into()));
+            }
+        };
+        if self.painting == Some(hit.exact.voxel) {
+            return;
+        }
+        self.painting = (effect == Effect::Paint).then_some(hit.exact.voxel);
+        match brush::stroke(&self.brush, effect, &hit) {
+            Stroke::Edit(edit) => self.edited(|session| session.edit(&[edit]).map(drop)),
+            Stroke::Pick(material) => self.choose(|brush, _| brush.material = Some(material)),
+        }
+    }
+
+    /// Edits the world, and says why when that is refused.
+    fn edited(&mut self, edit: impl FnOnce(&mut Session) -> std::result::Result<(), EditFailure>) {
+        let result = edit(&mut self.session);
+        self.refused = result.as_ref().err().map(ToString::to_string);
+        if let Err(failure) = result {
+            self.notice(failure.to_string());
+            self.console.diagnostics(&failure.into_diagnostics(), &SourceMap::default(), To::Stderr);
+        }
+    }
+
+    /// Chooses another brush, and says which.
+    fn choose(&mut self, change: impl FnOnce(&mut Brush, usize)) {
+        change(&mut self.brush, self.session.scene().materials.len());
+        self.notice(brush::text(&self.brush, &self.session));
+    }
+
+    fn reset(&mut self) {
+        self.session.reset();
+        self.session.hand_back();
+        self.session.set_camera(self.home);
+    }
+
+    fn go_to(&mut self, camera: Camera) {
+        self.session.take_over();
+        self.session.set_camera(camera);
+    }
+
+    /// Gives up the pass that the device works on, if it has worked on it for long.
+    fn cancel(&mut self, event_loop: &ActiveEventLoop) {
+        if self.busy.take().is_none() {
+            return;
+        }
+        if let Err(error) = self.session.cancel() {
+            let failure = frame_failure(error, self.console);
+            self.stop(event_loop, failure);
+        }
+    }
+
+    fn set_param(&mut self, name: &str, numbers: &[f64]) {
+        let param = self.session.params().iter().find(|param| param.name == name);
+        if let Some(value) = param.and_then(|param| from_components(numbers, &param.default)) {
+            let set = self.session.set_param(name, value);
+            self.said(set);
+        }
+    }
+
+    /// Writes the values of params where they are declared.
+    fn write_params(&mut self, names: &[String]) {
+        let mut done: Vec<String> = Vec::new();
+        for name in names {
+            let Some(param) = self.session.params().iter().find(|param| param.name == *name).cloned() else { continue };
+            let Ok(value) = self.session.param(name) else { continue };
+            let path = self.session.project().on_disk(&param.place.file);
+            match write_back::edit(&path, |text| write_back::with_param(text, name, &value)) {
+                Ok(()) => {
+                    self.written.push(name.clone());
+                    done.push(format!("{name} to {}", param.place.file));
+                }
+                Err(error) => self.warn(error),
+            }
+        }
+        if !done.is_empty() {
+            self.notice(format!("wrote {}", done.join(", ")));
+        }
+    }
+
+    fn write_camera(&mut self, name: &str) {
+        let Some(path) = self.session.world().path.clone() else { return };
+        let camera = *self.session.camera();
+        let on_disk = self.session.project().on_disk(&path);
+        match write_back::edit(&on_disk, |text| write_back::with_camera(text, name, &camera)) {
+            Ok(()) => self.notice(format!("wrote camera `{name}` to {path}")),
+            Err(error) => self.warn(error),
+        }
+    }
+
+    /// Changes the text of the demo's file, given its time in seconds and the camera, and says what was done.
+    fn write_demo(
+        &mut self,
+        done: &str,
+        change: impl FnOnce(&str, f64, &Camera) -> std::result::Result<String, String>,
+    ) {
+        let Some(demo) = self.session.demo() else {
+            return self.warn("no demo runs: `raxel run worlds/NAME.demo.toml` opens one to record into".to_owned());
+        };
+        let (file, camera) = (demo.file.clone(), *self.session.camera());
+        let time = demo.local_time(self.session.clock().now().map_or(Moment::START, |now| now.time));
+        let on_disk = self.session.project().on_disk(&file);
+        match write_back::edit(&on_disk, |text| change(text, time, &camera)) {
+            Ok(()) => self.notice(format!("{done}, in {file}")),
+            Err(error) => self.warn(error),
+        }
+    }
+
+    /// Writes the buffer that was asked for to a file in the current folder that does not exist yet, once it is there.
+    pub(super) fn write_table(&mut self) {
+        let Some((name, columns, rows)) = self.inspector.whole(self.session.graph()) else { return };
+        let path = free(&name, "csv");
+        let write = || -> Result {
+            let mut table = output::Table::new(columns.iter().map(String::as_str).collect::<Vec<_>>().iter())?;
+            rows.into_iter().try_for_each(|row| table.row(row.into_iter()))?;
+            Ok(Pending::new(&path)?.finish(&table.finish()?)?)
+        };
+        match write() {
+            Ok(()) => {
+                self.console.message(&format!("wrote {}", shown(&path)));
+                self.notice(format!("wrote {}", shown(&path)));
+            }
+            Err(failure) => self.console.failure(&failure),
+        }
+    }
+
+    fn copy(&mut self, text: String) {
+        if let Some(open) = &mut self.window {
+            open.overlay.copy(text);
+        }
+    }
+
+    fn said<E: std::fmt::Display>(&mut self, result: std::result::Result<(), E>) {
+        if let Err(error) = result {
+            self.warn(error.to_string());
+        }
+    }
+
+    /// Says something in the bar and on the terminal.
+    pub(super) fn warn(&mut self, text: String) {
+        self.console.message(&format!("warning: {text}"));
+        self.notice(text);
+    }
+
+    /// Says something in the bar.
+    pub(super) fn notice(&mut self, text: String) {
+        self.touched = true;
+        self.notice = Some((text, Instant::now() + NOTICE));
+    }
+
+    /// Shows the resource, or layer of one, so many places after this one, in the order of the file.
+    fn cycle(&mut self, by: isize) {
+        let (graph, plan) = (self.session.graph(), self.session.plan());
+        let layers = |index: usize| {
+            // What nothing that runs uses has no plan, and one layer to be shown.
+            plan.and_then(|plan| plan.sizes.get(index)).map_or(1, |size| size.subresources().1)
+        };
+        let places: Vec<(&str, u32)> = graph
+            .resources
+            .iter()
+            .enumerate()
+            // A world's buffer is no picture.
+            .filter(|(_, resource)| {
+                !matches!(&resource.kind, ResourceKind::Buffer(b) if matches!(b.size, BufferSize::Source(_)))
+            })
+            .flat_map(|(index, resource)| (0..layers(index)).map(move |layer| (resource.name.as_str(), layer)))
+            .collect();
+        let now = (self.target(), self.session.debug_target().layer);
+        let at = places.iter().position(|(name, layer)| *name == now.0 && *layer == now.1).unwrap_or(0).cast_signed();
+        let next = places.get((at + by).rem_euclid(places.len().max(1).cast_signed()) as usize);
+        if let Some(target) = next.map(|(name, layer)| DebugTarget { layer: *layer, ..DebugTarget::resource(*name) }) {
+            self.select(target);
+        }
+    }
+
+    fn select(&mut self, target: DebugTarget) {
+        if let Err(error) = self.session.set_debug_target(target) {
+            self.console.message(&format!("warning: {error}"));
+        }
+    }
+
+    /// Name of the resource shown.
+    pub(super) fn target(&self) -> String {
+        let selected = self.session.debug_target();
+        let graph = self.session.graph();
+        if selected.resource.is_empty() {
+            graph.resource(graph.present).name.clone()
+        } else {
+            selected.resource.clone()
+        }
+    }
+
+    /// Writes what is shown to a PNG in the current folder that does not exist yet.
+    fn screenshot(&mut self) -> Result<PathBuf> {
+        let picture = self.session.read_presented()?;
+        let frame = self.session.clock().now().map_or(0, |time| time.index);
+        let name = format!("{}-{}-{frame:05}", self.session.graph().name, self.target());
+        let path = free(&name, "png");
+        output::write_picture(Pending::new(&path)?, &picture)?;
+        Ok(path)
+    }
+}
+
+/// A file of that name and extension in the current folder that does not exist yet.
+fn free(name: &str, extension: &str) -> PathBuf {
+    let plain = |c: char| if c.is_alphanumeric() || "-_@".contains(c) { c } else { '_' };
+    let name: String = name.chars().map(plain).collect();
+    let numbered = |n| if n == 1 { format!("{name}.{extension}") } else { format!("{name}-{n}.{extension}") };
+    (1..10_000).map(numbered).map(PathBuf::from).find(|path| !path.exists()).unwrap_or_default()
+}

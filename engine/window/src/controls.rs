@@ -1,0 +1,258 @@
+//! Keys and mouse as the window sees them, turned into commands and into motion of the camera.
+
+use std::collections::HashSet;
+
+use raxel_runtime::camera::{FlyInput, FlySpeed};
+use winit::keyboard::{Key, KeyCode, ModifiersState, NamedKey, PhysicalKey};
+
+/// One thing that a key asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Show the next debug target.
+    NextTarget,
+    /// Show the debug target before.
+    PreviousTarget,
+    /// Stop or start the clock.
+    Pause,
+    /// Let one frame pass; pauses first.
+    Step,
+    /// Start over: history, clock, frame 0.
+    Reset,
+    /// Take the newest edit back.
+    Undo,
+    /// Make the edit again that was taken back last.
+    Redo,
+    /// A larger brush.
+    Larger,
+    /// A smaller one.
+    Smaller,
+    /// Of another material.
+    NextMaterial,
+    /// Show or hide the panels.
+    Panels,
+    /// Put the camera where it began.
+    Home,
+    /// Write the camera to stdout and to the clipboard.
+    CopyCamera,
+    /// Write the camera into the demo's file, as a key at this time.
+    RecordKey,
+    /// Let the demo drive again.
+    HandBack,
+    /// Give up the pass that the device works on.
+    Cancel,
+    /// Write the picture to a PNG.
+    Screenshot,
+    /// Capture the next frame by RenderDoc.
+    Capture,
+    /// Leave.
+    Quit,
+}
+
+/// The keys of the window, for `raxel run --help` and the README.
+pub const KEYS: &str = "\
+W A S D, Q E    fly, down and up; Shift flies faster
+mouse           drag with the left button to look around; the wheel sets the speed
+right button    the brush: digs a ball out of the world; with Shift, places one; with Ctrl, picks the material
+[ ]  M          size and material of the brush;  Ctrl+Z undo, Ctrl+Y redo
+Home            back to where the camera began
+C               the camera as the lines of a world's file, on stdout and on the clipboard
+K  G            the camera as a key in the demo's file;  give the camera back to the demo
+Tab             next debug target or layer of one; Shift+Tab the one before
+F1              show or hide the panels; Ctrl+Plus and Ctrl+Minus change their size
+Space           pause;  .  one frame;  R  start over
+Delete          give up a pass that the device has worked on for long
+F11             capture the next frame, under RenderDoc
+F12             screenshot
+Escape          quit";
+
+/// Keys held and mouse motion since the last frame.
+#[derive(Clone, Debug)]
+pub struct Controls {
+    held: HashSet<KeyCode>,
+    dragging: bool,
+    look: [f64; 2],
+    cursor: Option<[f64; 2]>,
+    /// Voxels a second.
+    speed: f64,
+}
+
+/// Speeds that the wheel can set, in voxels a second.
+const SPEEDS: std::ops::RangeInclusive<f64> = 0.1..=100_000.0;
+
+impl Default for Controls {
+    fn default() -> Self {
+        let speed = FlySpeed::default().voxels;
+        Self { held: HashSet::new(), dragging: false, look: [0.0; 2], cursor: None, speed }
+    }
+}
+
+impl Controls {
+    /// Voxels that the camera flies in a second.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Sets the voxels a second.
+    pub fn set_speed(&mut self, voxels: f64) {
+        if voxels.is_finite() {
+            self.speed = voxels.clamp(*SPEEDS.start(), *SPEEDS.end());
+        }
+    }
+
+    /// The wheel was turned by so many lines, away from the user where positive.
+    pub fn wheel(&mut self, lines: f64) {
+        self.set_speed(self.speed * 1.2_f64.powf(lines.clamp(-20.0, 20.0)));
+    }
+
+    /// A key went down or up. Gives what it asks for, once a press.
+    pub fn key(
+        &mut self,
+        physical: PhysicalKey,
+        logical: &Key,
+        modifiers: ModifiersState,
+        pressed: bool,
+        repeat: bool,
+    ) -> Option<Command> {
+        if let PhysicalKey::Code(code) = physical {
+            if pressed {
+                self.held.insert(code);
+            } else {
+                self.held.remove(&code);
+            }
+        }
+        if !pressed {
+            return None;
+        }
+        // Motion goes by the place of a key, commands by what is printed on it.
+        let command = match logical {
+            Key::Named(NamedKey::Tab) if modifiers.shift_key() => Command::PreviousTarget,
+            Key::Named(NamedKey::Tab) => Command::NextTarget,
+            Key::Named(NamedKey::Space) => Command::Pause,
+            Key::Named(NamedKey::F1) => Command::Panels,
+            Key::Named(NamedKey::Home) => Command::Home,
+            Key::Named(NamedKey::Delete) => Command::Cancel,
+            Key::Named(NamedKey::F11) => Command::Capture,
+            Key::Named(NamedKey::F12) => Command::Screenshot,
+            Key::Named(NamedKey::Escape) => Command::Quit,
+            Key::Character(text) if text == "." => Command::Step,
+            Key::Character(text) if text == "[" => Command::Smaller,
+            Key::Character(text) if text == "]" => Command::Larger,
+            Key::Character(text) if text.eq_ignore_ascii_case("m") => Command::NextMaterial,
+            Key::Character(text) if text.eq_ignore_ascii_case("z") && modifiers.control_key() => Command::Undo,
+            Key::Character(text) if text.eq_ignore_ascii_case("y") && modifiers.control_key() => Command::Redo,
+            Key::Character(text) if text.eq_ignore_ascii_case("k") && !modifiers.control_key() => Command::RecordKey,
+            Key::Character(text) if text.eq_ignore_ascii_case("g") && !modifiers.control_key() => Command::HandBack,
+            Key::Character(text) if text.eq_ignore_ascii_case("c") && !modifiers.control_key() => Command::CopyCamera,
+            Key::Character(text) if text.eq_ignore_ascii_case("r") && !modifiers.control_key() => Command::Reset,
+            _ => return None,
+        };
+        // A held key repeats; only stepping and cycling are meant to.
+        let repeats = matches!(
+            command,
+            Command::Step | Command::NextTarget | Command::PreviousTarget | Command::Undo | Command::Redo
+        );
+        (!repeat || repeats).then_some(command)
+    }
+
+    /// The left mouse button went down or up.
+    pub fn drag(&mut self, pressed: bool) {
+        self.dragging = pressed;
+    }
+
+    /// The cursor moved to a pixel (from the top left).
+    pub fn cursor_moved(&mut self, to: [f64; 2]) {
+        if let (Some(from), true) = (self.cursor, self.dragging) {
+            self.look = [self.look[0] + to[0] - from[0], self.look[1] + to[1] - from[1]];
+        }
+        self.cursor = Some(to);
+    }
+
+    /// The cursor left the window. A drag goes on when it comes back.
+    pub fn cursor_left(&mut self) {
+        self.cursor = None;
+    }
+
+    /// The window lost the keyboard: nothing is held any more.
+    pub fn release_all(&mut self) {
+        self.held.clear();
+        self.dragging = false;
+    }
+
+    /// The pixel under the cursor.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a cast of a float saturates, and pixels beyond 2³¹ are outside every window"
+    )]
+    pub fn cursor(&self) -> Option<[i32; 2]> {
+        self.cursor.map(|[x, y]| [x.floor() as i32, y.floor() as i32])
+    }
+
+    /// What is asked of the camera since the last call, and how fast it flies.
+    pub fn fly(&mut self) -> (FlyInput, FlySpeed) {
+        let axis = |plus: KeyCode, minus: KeyCode| {
+            f64::from(i8::from(self.held.contains(&plus)) - i8::from(self.held.contains(&minus)))
+        };
+        let motion = [
+            axis(KeyCode::KeyD, KeyCode::KeyA),
+            axis(KeyCode::KeyE, KeyCode::KeyQ),
+            axis(KeyCode::KeyW, KeyCode::KeyS),
+        ];
+        let speed = FlySpeed { voxels: self.speed, ..FlySpeed::default() };
+        let faster = self.held.contains(&KeyCode::ShiftLeft) || self.held.contains(&KeyCode::ShiftRight);
+        let input = FlyInput { motion, look: std::mem::take(&mut self.look) };
+        (input, FlySpeed { voxels: if faster { speed.voxels * 6.0 } else { speed.voxels }, ..speed })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn press(
+        controls: &mut Controls,
+        code: KeyCode,
+        key: &Key,
+        modifiers: ModifiersState,
+        repeat: bool,
+    ) -> Option<Command> {
+        controls.key(PhysicalKey::Code(code), key, modifiers, true, repeat)
+    }
+
+    #[test]
+    fn keys_are_commands_once() {
+        let mut c = Controls::default();
+        let none = ModifiersState::empty();
+        let space = Key::Named(NamedKey::Space);
+        assert_eq!(press(&mut c, KeyCode::Space, &space, none, false), Some(Command::Pause));
+        assert_eq!(press(&mut c, KeyCode::Space, &space, none, true), None);
+        let tab = Key::Named(NamedKey::Tab);
+        assert_eq!(press(&mut c, KeyCode::Tab, &tab, none, true), Some(Command::NextTarget));
+        assert_eq!(press(&mut c, KeyCode::Tab, &tab, ModifiersState::SHIFT, false), Some(Command::PreviousTarget));
+        assert_eq!(press(&mut c, KeyCode::KeyR, &Key::Character("R".into()), none, false), Some(Command::Reset));
+        assert_eq!(press(&mut c, KeyCode::Period, &Key::Character(".".into()), none, true), Some(Command::Step));
+    }
+
+    #[test]
+    fn held_keys_and_drags_fly() {
+        let mut c = Controls::default();
+        press(&mut c, KeyCode::KeyW, &Key::Character("w".into()), ModifiersState::empty(), false);
+        press(&mut c, KeyCode::KeyA, &Key::Character("a".into()), ModifiersState::empty(), false);
+        c.cursor_moved([10.0, 10.0]);
+        c.drag(true);
+        c.cursor_moved([13.0, 9.0]);
+        let (input, slow) = c.fly();
+        assert_eq!(input, FlyInput { motion: [-1.0, 0.0, 1.0], look: [3.0, -1.0] });
+        press(&mut c, KeyCode::ShiftLeft, &Key::Named(NamedKey::Shift), ModifiersState::SHIFT, false);
+        let (input, fast) = c.fly();
+        assert_eq!(input, FlyInput { motion: input.motion, ..FlyInput::default() });
+        assert!(fast.voxels > slow.voxels);
+        c.wheel(2.0);
+        assert!(c.fly().1.voxels > fast.voxels);
+        c.wheel(1e9);
+        c.wheel(f64::NAN);
+        c.set_speed(f64::INFINITY);
+        assert!(SPEEDS.contains(&c.speed()));
+        c.release_all();
+        assert_eq!(c.fly().0, FlyInput::default());
+    }
+}

@@ -1,0 +1,381 @@
+//! One frame of the window: edits, motion, the picture, the panels over it, the title.
+
+use std::time::{Duration, Instant};
+
+use raxel_control::{Control, Next};
+use raxel_execute::moment::Moment;
+use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
+use raxel_output::shown;
+use raxel_panels::view::{Editing, Status, World};
+use raxel_panels::{Panel, View};
+use raxel_runtime::camera::FlyInput;
+use raxel_runtime::present::{PresentError, Presented};
+use raxel_runtime::reload::ReloadEvent;
+use raxel_runtime::session::CaptureError;
+use raxel_runtime::{FrameError, ReadError};
+use raxel_terminal::console::To;
+use raxel_terminal::failure::Result;
+use raxel_terminal::session::frame_failure;
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+
+use super::brush::Stroke;
+use super::presenting::{Open, Pictures};
+use super::problem_log::problems;
+use super::reload_log::history_cleared;
+use super::{
+    GROUND, MEANWHILE, MENDED, NextFrame, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data,
+};
+
+impl Open {
+    /// Presents the picture that was taken from the other device last, with the panels where they are visible.
+    fn present_taken(&mut self, visible: bool) -> std::result::Result<Presented, PresentError> {
+        self.overlay.present(&mut self.presenter, |presenter, overlay| {
+            presenter.present_taken(GROUND, visible.then_some(overlay))
+        })
+    }
+}
+
+impl Viewer<'_> {
+    /// One frame. Never waits for the device for longer than a [`SLICE`]: events are looked at in between, so that the window can be left
+    /// and an edit taken in whatever the device does.
+    pub(super) fn draw(&mut self, event_loop: &ActiveEventLoop) -> Result {
+        for event in self.session.poll_reload() {
+            self.note(&event);
+        }
+        if let Some(control) = &mut self.control
+            && control.poll(Some(&mut self.session)) == Next::Quit
+        {
+            event_loop.exit();
+            return Ok(());
+        }
+        event_loop.set_control_flow(ControlFlow::Poll);
+        if self.window.is_none() {
+            return Ok(());
+        }
+        if self.unshown && !self.show(event_loop)? {
+            return self.draw_meanwhile(event_loop);
+        }
+        if let Some(at) = self.next_frame()
+            && Instant::now() < at
+        {
+            event_loop.set_control_flow(ControlFlow::WaitUntil(at));
+            return Ok(());
+        }
+        let progress = self.session.wait_next(SLICE);
+        if !self.is_done(progress)? {
+            return self.draw_meanwhile(event_loop);
+        }
+        self.turn_demo();
+        self.fly();
+        let inspects = self.panels.layout.is_open(Panel::Inspect);
+        if inspects {
+            self.inspector.ask(&mut self.session);
+        }
+        self.long = [false, self.long[0]];
+        let report = match self.next_report() {
+            Ok(report) => report,
+            // Said once; what ran before runs on.
+            Err(error @ FrameError::Plan { .. }) => {
+                self.reloads.refused(&error);
+                if let FrameError::Plan { diagnostics, texts } = &error {
+                    self.problems = problems(diagnostics, texts);
+                }
+                self.titled = None;
+                return Ok(());
+            }
+            Err(error) => return Err(frame_failure(error, self.console)),
+        };
+        self.look_at_log();
+        let said = self.session.take_messages();
+        self.console.diagnostics(&said, self.session.texts(), To::Stderr);
+        if self.control.is_some() {
+            Control::say(&said, self.session.texts());
+        }
+        self.data.note(&mut self.session, &report);
+        if inspects {
+            self.inspector.take(&mut self.session, &report);
+            self.write_table();
+        }
+        let still = !report.displayed && report.dispatched == 0;
+        let due = self.window.as_ref().is_some_and(|open| open.overlay.is_due());
+        // A picture that stands still is not drawn again and again for nothing.
+        if still && !self.touched && !due && self.drawn.elapsed() < REFRESH && self.args.frames.is_none() {
+            event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STILL));
+            return Ok(());
+        }
+        (self.touched, self.drawn) = (false, Instant::now());
+        self.draw_panels(event_loop);
+        self.unshown = true;
+        if self.show(event_loop)? && still {
+            event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STILL));
+        }
+        Ok(())
+    }
+
+    /// Runs a frame, captured if that was asked for.
+    fn next_report(&mut self) -> std::result::Result<FrameReport, FrameError> {
+        if std::mem::take(&mut self.next_runs) == NextFrame::Plain {
+            return self.session.frame();
+        }
+        match self.session.capture_frame() {
+            Ok((report, file)) => {
+                self.console.message(&format!("wrote {}", shown(&file)));
+                self.notice(format!("wrote {}", shown(&file)));
+                Ok(report)
+            }
+            Err(CaptureError::Frame(error)) => Err(error),
+            Err(error) => {
+                self.warn(error.to_string());
+                self.session.frame()
+            }
+        }
+    }
+
+    /// At the end of the demo: starts it over or stays there, as the user has chosen.
+    fn turn_demo(&mut self) {
+        let (Some(looped), Some(duration)) = (self.looped, self.session.demo().map(|demo| demo.duration)) else {
+            return;
+        };
+        let ended = self.session.clock().now().is_some_and(|now| now.time >= Moment::from(duration));
+        if ended && looped {
+            self.session.seek(0.0);
+        } else if ended && !self.session.clock().paused() {
+            self.session.seek(duration * (1.0 - 1e-9));
+            self.session.pause(true);
+        }
+    }
+
+    /// When the next frame may begin at the earliest, where the rate is bounded.
+    fn next_frame(&self) -> Option<Instant> {
+        let cap = self.fps_cap?;
+        Some(self.last + Duration::from_secs(1) / cap.max(1))
+    }
+
+    /// Notes what happened to the files.
+    fn note(&mut self, event: &ReloadEvent) {
+        self.reloads.tell(event);
+        if let Some(control) = &mut self.control {
+            control.note(event);
+        }
+        (self.titled, self.touched) = (None, true);
+        match event {
+            ReloadEvent::Reloaded(reloaded) => {
+                self.problems = problems(&reloaded.diagnostics, &reloaded.texts);
+                self.data.forget();
+                for name in self.written.drain(..) {
+                    // The file has the value now; from here on it follows the file.
+                    let _ = self.session.unset_param(&name);
+                }
+            }
+            ReloadEvent::Failed(failed) => self.problems = problems(&failed.diagnostics, &failed.texts),
+            ReloadEvent::HistoryCleared { size, resources } => self.notice(history_cleared(*size, resources)),
+            // Which pass is off is said beside it, for as long as it is.
+            ReloadEvent::DeviceRebuilt { .. } => self.notice("the device was opened anew".to_owned()),
+        }
+    }
+
+    /// Draws the panels over the next picture and does what the user asks for in them.
+    fn draw_panels(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(Open { window, overlay, .. }) = &mut self.window else { return };
+        let shown = panel_data::shown(self.session.debug_target(), self.session.graph());
+        let locked = self.before_peek.as_ref().unwrap_or(self.session.debug_target());
+        let locked = panel_data::shown(locked, self.session.graph());
+        let status = Status {
+            graph: self.session.graph().name.clone(),
+            is_default: shown
+                == panel_data::shown(&raxel_runtime::debug_target::DebugTarget::default(), self.session.graph()),
+            shown,
+            locked,
+            paused: self.session.clock().paused(),
+            generation: self.reloads.shown,
+            failed: self.reloads.failed,
+            refused: self.session.is_refused(),
+            busy: self.busy.clone(),
+            notice: self.notice.as_ref().filter(|(_, until)| Instant::now() < *until).map(|(text, _)| text.clone()),
+        };
+        let cursor = self.controls.cursor().filter(|_| !overlay.has_pointer());
+        let cursor = cursor.map(|pixel| self.session.viewport().to_output(pixel));
+        // Which voxel that is takes a walk through the world: only where it is said.
+        let says = self.panels.layout.is_open(Panel::World) && !overlay.has_pointer();
+        let pixel = self.controls.cursor().filter(|_| says);
+        let (hit, unavailable) = match pixel.map(|pixel| self.session.pick(pixel, brush::REACH)) {
+            Some(Ok(hit)) => (hit, None),
+            Some(Err(unavailable)) => (None, Some(unavailable.to_string())),
+            None => (None, None),
+        };
+        let effect = brush::effect(&self.brush, self.modifiers);
+        let outline = match hit.as_ref().map(|hit| brush::stroke(&self.brush, effect, hit)) {
+            Some(Stroke::Edit(edit)) => {
+                outline::outline(&edit, self.session.camera(), self.session.viewport().window())
+            }
+            Some(Stroke::Pick(_)) | None => Vec::new(),
+        };
+        self.data.palette(self.session.scene());
+        let editing = Editing {
+            brush: self.brush,
+            materials: self.data.swatches(),
+            steps: self.session.edit_steps(),
+            refused: self.refused.clone(),
+            under: hit.as_ref().map(|hit| panel_data::under(&self.session, hit)).or(unavailable),
+            outline,
+        };
+        let resources = self.data.resources();
+        // What passes count at the moment stands beside what is wrong with the files.
+        let counted = self.session.counted();
+        let with_counted =
+            (!counted.is_empty()).then(|| [self.problems.clone(), problems(&counted, self.session.texts())].concat());
+        let view = View {
+            status,
+            frame: self.data.frame(&self.session, self.fps_cap),
+            passes: self.data.passes(&self.session),
+            resources,
+            params: panel_data::params(&self.session),
+            problems: with_counted.as_deref().unwrap_or(&self.problems),
+            world: World { editing, ..panel_data::world(&self.session, self.controls.speed()) },
+            timeline: panel_data::timeline(&self.session, self.looped),
+            inspected: self.inspector.view(&self.session, resources, cursor),
+        };
+        let panels = &mut self.panels;
+        let actions = overlay.draw(window, |context| panels.show(context, &view));
+        for action in actions {
+            self.perform(action, event_loop);
+        }
+    }
+
+    /// Shows the picture of the last frame with the panels over it. False when it could not be shown yet.
+    pub(super) fn show(&mut self, event_loop: &ActiveEventLoop) -> Result<bool> {
+        let pictures = self.window.as_ref().map(|open| open.pictures);
+        if pictures == Some(Pictures::Other) {
+            let progress = self.session.wait_picture(SLICE);
+            if !self.is_done(progress)? {
+                return Ok(false);
+            }
+        }
+        let (Some(open), Some(picture)) = (&mut self.window, self.session.picture()) else { return Ok(true) };
+        let visible = self.panels.layout.visible;
+        // Without a pass that is off, the picture is what is left: the last whole one stays where it is kept.
+        let whole = !self.session.outcomes().contains(&PassOutcome::Off);
+        let presented = match open.pictures {
+            Pictures::Same if open.presenter.device().id() != self.session.device().id() => {
+                return self.reopen().map(|()| false);
+            }
+            Pictures::Same => open.overlay.present(&mut open.presenter, |presenter, overlay| {
+                presenter.present(&picture, visible.then_some(overlay))
+            }),
+            Pictures::Other => {
+                // Nothing else is on the device: the copy takes as long as one of the processor.
+                match whole.then(|| self.session.read_presented()).transpose() {
+                    Ok(Some(picture)) => open.presenter.take(&picture)?,
+                    Ok(None) => {}
+                    Err(ReadError::Execute(ExecuteError::DeviceLost { .. })) => {
+                        // The next frame finds the loss, and opens the device anew.
+                        self.unshown = false;
+                        return Ok(true);
+                    }
+                    Err(error) => return Err(error.into()),
+                }
+                open.present_taken(visible)
+            }
+        };
+        match presented {
+            Ok(Presented::Shown) => {
+                self.presented += 1;
+                if self.args.frames.is_some_and(|frames| self.presented >= frames) {
+                    event_loop.exit();
+                }
+            }
+            Ok(Presented::NoArea) => {}
+            Ok(Presented::OutOfDate | Presented::NotReady) => return Ok(false),
+            Err(error) if error.is_device_lost() && pictures == Some(Pictures::Other) => {
+                return self.reopen().map(|()| false);
+            }
+            // The next frame finds the loss, and opens the device anew.
+            Err(error) if error.is_device_lost() => {}
+            Err(error) => return Err(error.into()),
+        }
+        self.unshown = false;
+        self.update_title();
+        Ok(true)
+    }
+
+    /// While the device works: draws the panels anew over the last picture, where another device presents it.
+    fn draw_meanwhile(&mut self, event_loop: &ActiveEventLoop) -> Result {
+        let Some(open) = self.window.as_ref().filter(|open| open.pictures == Pictures::Other) else { return Ok(()) };
+        let since = self.drawn.elapsed();
+        let wanted = self.touched || open.overlay.is_due() || since >= REFRESH;
+        if !wanted || since < MEANWHILE {
+            return Ok(());
+        }
+        (self.touched, self.drawn) = (false, Instant::now());
+        self.draw_panels(event_loop);
+        let visible = self.panels.layout.visible;
+        let Some(open) = &mut self.window else { return Ok(()) };
+        match open.present_taken(visible) {
+            Ok(_) => Ok(()),
+            Err(error) if error.is_device_lost() => self.reopen(),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Presents on another device from here on. The old surface belongs to the lost one; it goes before a new one is made for the same window.
+    fn reopen(&mut self) -> Result {
+        let Some(open) = self.window.take() else { return Ok(()) };
+        let window = open.window.clone();
+        drop(open);
+        self.window = Some(self.opened(&window)?);
+        Ok(())
+    }
+
+    /// Whether the device has finished what was waited for. Says what it works on when that takes long, once until a frame is quick again.
+    pub(super) fn is_done(&mut self, progress: std::result::Result<Progress, FrameError>) -> Result<bool> {
+        match progress.map_err(|error| frame_failure(error, self.console))? {
+            Progress::Done => {
+                self.titled = self.titled.filter(|_| self.busy.is_none());
+                self.busy = None;
+                Ok(true)
+            }
+            Progress::Working { pass, elapsed } => {
+                if elapsed >= PATIENCE {
+                    // Where each frame takes long, it is said of the first.
+                    let said = self.long.contains(&true);
+                    self.long[0] = true;
+                    if !said {
+                        let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on pass `{pass}`"));
+                        let seconds = elapsed.as_secs();
+                        self.console.message(&format!(
+                            "the device has worked{on} for {seconds} s; Escape quits, Delete gives the pass up, an edit is taken"
+                        ));
+                    }
+                    self.busy = Some((pass, elapsed.as_secs()));
+                    self.update_title();
+                    // What it works on has been mended: nobody waits for the picture.
+                    if elapsed >= MENDED && self.session.works_on_replaced() {
+                        self.busy = None;
+                        self.session.cancel().map_err(|error| frame_failure(error, self.console))?;
+                    }
+                }
+                Ok(false)
+            }
+        }
+    }
+
+    /// Moves the camera as keys and mouse ask. The first gesture takes over from a demo.
+    fn fly(&mut self) {
+        let now = Instant::now();
+        let seconds = (now - self.last).as_secs_f64();
+        self.last = now;
+        let smoothed = self.frame_time.map_or(seconds, |old| old * 0.9 + seconds * 0.1);
+        self.frame_time = Some(smoothed);
+        self.data.interval.push(seconds * 1e3);
+        let over_panel = self.window.as_ref().is_some_and(|open| open.overlay.has_pointer());
+        self.session.set_cursor(self.controls.cursor().filter(|_| !over_panel));
+        let (input, speed) = self.controls.fly();
+        if input == FlyInput::default() {
+            return;
+        }
+        self.session.take_over();
+        let mut camera = *self.session.camera();
+        camera.fly(&input, &speed, seconds.min(0.25));
+        self.session.set_camera(camera);
+    }
+}

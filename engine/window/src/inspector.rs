@@ -1,0 +1,281 @@
+//! Reads what is shown, without stalling a frame: its distribution, the texel under the cursor, the rows of a buffer.
+
+use std::time::{Duration, Instant};
+
+use raxel_execute::{Captured, FrameReport, ReadTicket, Texels, display_of};
+use raxel_graph::checked::{Display, DisplayMap, Graph, ResourceKind};
+use raxel_panels::view::{Inspected, Map, Shown, Table};
+use raxel_panels::{Statistics, not_finite, view};
+use raxel_runtime::Session;
+use raxel_shader::interface::ScalarKind;
+
+use super::elements::Elements;
+use super::panel_data;
+
+/// Shortest time between two copies of something that changes.
+const EVERY: Duration = Duration::from_millis(250);
+
+/// Bytes that are copied of a buffer at most, unless its later rows are looked at.
+const HEAD: u64 = 4 << 20;
+
+/// Rows of a buffer that are shown at once.
+const ROWS: u64 = 32;
+
+/// Maps in the order of [`Map::NAMES`].
+const MAPS: [DisplayMap; 8] = [
+    DisplayMap::Color,
+    DisplayMap::Raw,
+    DisplayMap::Gray,
+    DisplayMap::Turbo,
+    DisplayMap::Viridis,
+    DisplayMap::Normal,
+    DisplayMap::Id,
+    DisplayMap::Integer,
+];
+
+/// What is known of what is shown.
+#[derive(Default)]
+pub struct Inspector {
+    on_its_way: Option<(Shown, ReadTicket<Captured>)>,
+    asked: Option<Instant>,
+    /// How long the last copy took to be understood: a large one is taken less often.
+    cost: Duration,
+    /// What was asked for last, and whether it may have changed since.
+    of: Option<Shown>,
+    stale: bool,
+    found: Option<Found>,
+    /// The user's own way of showing it.
+    map: Option<Map>,
+    /// The first row of a buffer that is shown.
+    first: u64,
+    /// The whole buffer is to be written to a file when it is there.
+    writing: bool,
+    seen: Inspected,
+}
+
+struct Found {
+    shown: Shown,
+    captured: Captured,
+    statistics: Option<(u32, Option<Statistics>)>,
+    /// Of each channel.
+    not_finite: Vec<[u64; 2]>,
+}
+
+impl Inspector {
+    /// Before a frame: asks for a copy when there is something new to copy.
+    pub fn ask(&mut self, session: &mut Session) {
+        let shown = panel_data::shown(session.debug_target(), session.graph());
+        let new = self.of.as_ref() != Some(&shown);
+        if new {
+            (self.first, self.found) = (0, self.found.take().filter(|found| found.shown == shown));
+        }
+        let due = self.asked.is_none_or(|asked| asked.elapsed() >= EVERY.max(self.cost * 8));
+        if self.on_its_way.is_some() || !(new || (self.stale && due)) {
+            return;
+        }
+        (self.of, self.asked, self.stale) = (Some(shown), Some(Instant::now()), false);
+        session.capture_shown(self.part(session));
+    }
+
+    /// The bytes of a buffer that are wanted: its head, or the rows that are looked at.
+    fn part(&self, session: &Session) -> std::ops::Range<u64> {
+        let elements = Elements::of(session.graph(), self.of.as_ref().map_or("", |shown| &shown.resource));
+        let Some(elements) = elements.filter(|_| !self.writing) else { return 0..u64::MAX };
+        let end = elements.offset(self.first + ROWS);
+        if end <= HEAD { 0..HEAD } else { elements.offset(self.first)..end }
+    }
+
+    /// After a frame: takes what has come, and applies the user's way of showing it.
+    pub fn take(&mut self, session: &mut Session, report: &FrameReport) {
+        match (session.captured(), self.of.clone()) {
+            (Some(ticket), Some(shown)) => self.on_its_way = Some((shown, ticket)),
+            _ => self.stale |= report.displayed || report.dispatched > 0,
+        }
+        if let Some((shown, ticket)) = self.on_its_way.take() {
+            match ticket.poll() {
+                Ok(Some(captured)) => {
+                    self.found = Some(Found { shown, captured, statistics: None, not_finite: Vec::new() });
+                }
+                Ok(None) => self.on_its_way = Some((shown, ticket)),
+                // The device is opened anew by the next frame; then it is asked for again.
+                Err(_) => self.stale = true,
+            }
+        }
+        self.judge(session.graph());
+        let display = self.map.map(|map| self.display(session.graph(), map));
+        session.set_display(display);
+    }
+
+    /// Forgets the user's way of showing when another resource is shown.
+    pub fn shows(&mut self, map: Option<Map>) {
+        self.map = map;
+    }
+
+    /// Rows of a buffer from here on.
+    pub fn rows(&mut self, first: u64) {
+        (self.first, self.stale, self.asked) = (first, true, None);
+    }
+
+    /// Asks for the whole buffer, for [`Self::whole`].
+    pub fn write(&mut self) {
+        (self.writing, self.stale, self.asked) = (true, true, None);
+    }
+
+    /// The columns and rows of the whole buffer, once they are there after [`Self::write`].
+    pub fn whole(&mut self, graph: &Graph) -> Option<(String, Vec<String>, Vec<Vec<String>>)> {
+        let found = self.found.as_ref().filter(|_| self.writing)?;
+        let Captured::Bytes { start: 0, total, bytes } = &found.captured else { return None };
+        if (bytes.len() as u64) < *total & !3 {
+            return None;
+        }
+        self.writing = false;
+        let elements = Elements::of(graph, &found.shown.resource)?;
+        let rows = (0..elements.count(*total)).map(|row| elements.row(bytes, 0, row)).collect();
+        Some((found.shown.resource.clone(), elements.names(), rows))
+    }
+
+    /// The channel and range that a map reads, automatic ones found from the percentiles.
+    fn display(&self, graph: &Graph, map: Map) -> Display {
+        let automatic = || {
+            let statistics = self.found.as_ref().and_then(|found| found.statistics.as_ref()?.1.as_ref());
+            statistics.map(|statistics| statistics.percentiles).filter(|[low, high]| low < high)
+        };
+        let graphs = self.of.as_ref().map(|shown| graphs_map(graph, shown).range);
+        let range = map.range.or_else(automatic).or(graphs.flatten()).unwrap_or([0.0, 1.0]);
+        Display { map: MAPS[map.map.min(MAPS.len() - 1)], range, channel: map.channel }
+    }
+
+    /// Finds the numbers of the chosen channel, once for each copy.
+    fn judge(&mut self, graph: &Graph) {
+        let Some(found) = &mut self.found else { return };
+        let channel = self.map.unwrap_or_else(|| graphs_map(graph, &found.shown)).channel;
+        if found.statistics.as_ref().is_some_and(|(known, _)| *known == channel) {
+            return;
+        }
+        let began = Instant::now();
+        let statistics = match &found.captured {
+            Captured::Texels(texels) => {
+                let channels = texels.format.channels() as usize;
+                let texels = texels.floats();
+                found.not_finite = not_finite(&texels, channels);
+                let channel = (channel as usize).min(channels - 1);
+                Statistics::of(texels.into_iter().map(|texel| texel[channel]))
+            }
+            Captured::Bytes { .. } => None,
+        };
+        found.statistics = Some((channel, statistics));
+        self.cost = began.elapsed();
+    }
+
+    /// What the panel shows. `cursor` is a pixel of the output.
+    pub fn view(
+        &mut self,
+        session: &Session,
+        resources: &[view::Resource],
+        cursor: Option<[i32; 2]>,
+    ) -> Option<&Inspected> {
+        let found = self.found.as_ref()?;
+        let graph = session.graph();
+        let about = resources.iter().find(|resource| resource.name == found.shown.resource);
+        let mut seen = Inspected {
+            shown: found.shown.clone(),
+            about: about.map(|resource| resource.about.clone()).unwrap_or_default(),
+            mips: 1,
+            layers: 1,
+            map: self.map,
+            ..Inspected::default()
+        };
+        match &found.captured {
+            Captured::Texels(texels) => {
+                let size = graph
+                    .find_resource(&found.shown.resource)
+                    .and_then(|id| session.plan().map(|plan| plan.sizes[id.0 as usize]));
+                if let Some(size) = size {
+                    seen.mips = size.subresources().0;
+                    seen.layers = size.texels(found.shown.mip).map_or(1, |[_, _, layers]| layers);
+                }
+                seen.channels = ["r", "g", "b", "a"][..texels.format.channels() as usize].to_vec();
+                seen.used = Some(match self.map {
+                    Some(map) => Map { range: Some(self.display(graph, map).range), ..map },
+                    None => graphs_map(graph, &found.shown),
+                });
+                seen.statistics = found.statistics.as_ref().and_then(|(_, statistics)| statistics.clone());
+                seen.not_finite.clone_from(&found.not_finite);
+                seen.cursor = cursor.and_then(|pixel| texel(texels, pixel, session.size()));
+            }
+            Captured::Bytes { start, total, bytes } => {
+                if let Some(elements) = Elements::of(graph, &found.shown.resource) {
+                    let count = elements.count(*total);
+                    let rows = (self.first..count.min(self.first + ROWS)).map(|row| elements.row(bytes, *start, row));
+                    seen.table = Some(Table {
+                        columns: elements.names(),
+                        total: count,
+                        first: self.first,
+                        rows: rows.collect(),
+                        head: elements.head(bytes, *start),
+                    });
+                }
+            }
+        }
+        self.seen = seen;
+        Some(&self.seen)
+    }
+}
+
+/// The way in which the graph shows it.
+fn graphs_map(graph: &Graph, shown: &Shown) -> Map {
+    let display = graph.find_resource(&shown.resource).and_then(|id| match &graph.resource(id).kind {
+        ResourceKind::Target(target) => Some(display_of(target)),
+        ResourceKind::Buffer(_) => None,
+    });
+    let display = display.unwrap_or(Display { map: DisplayMap::Raw, range: [0.0, 1.0], channel: 0 });
+    let map = MAPS.iter().position(|map| *map == display.map).unwrap_or(0);
+    Map { map, range: Some(display.range), channel: display.channel }
+}
+
+/// The texel that a pixel of the output shows: its channels, and their bits in hexadecimal.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the pixel is inside the output, so that the texel is inside the extent"
+)]
+fn texel(texels: &Texels, pixel: [i32; 2], output: [u32; 2]) -> Option<([u32; 2], Vec<[String; 2]>)> {
+    let extent = [texels.width, texels.height];
+    let mut at = [0; 2];
+    for axis in 0..2 {
+        let pixel = u64::try_from(pixel[axis]).ok().filter(|&pixel| pixel < u64::from(output[axis]))?;
+        at[axis] = (pixel * u64::from(extent[axis]) / u64::from(output[axis].max(1))) as u32;
+    }
+    let (floats, bits) = texels.texel(at)?;
+    let channels = texels.format.channels() as usize;
+    let integers = texels.integer(at);
+    let values = (0..channels).map(|channel| {
+        let value = match (texels.scalar(), integers) {
+            (ScalarKind::Int, Some(integers)) => integers[channel].cast_signed().to_string(),
+            (ScalarKind::Uint, Some(integers)) => integers[channel].to_string(),
+            _ => floats[channel].to_string(),
+        };
+        [value, format!("0x{:x}", bits[channel])]
+    });
+    Some((at, values.collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_shader::format::Format;
+
+    use super::*;
+
+    #[test]
+    fn the_texel_under_a_pixel_is_exact() {
+        let bytes = [1.5_f32, f32::NAN, -0.0, 2.0].iter().flat_map(|value| value.to_le_bytes()).collect();
+        let texels = Texels { format: Format::R32f, width: 2, height: 2, bytes };
+        let at = |x, y| texel(&texels, [x, y], [8, 8]).map(|(at, values)| (at, values[0].clone()));
+        assert_eq!(at(0, 0), Some(([0, 0], ["1.5".to_owned(), "0x3fc00000".to_owned()])));
+        assert_eq!(at(7, 3).unwrap().1[0], "NaN");
+        assert_eq!(at(3, 4), Some(([0, 1], ["-0".to_owned(), "0x80000000".to_owned()])));
+        assert_eq!((at(8, 0), at(-1, 0)), (None, None));
+        let texels = Texels { format: Format::Rg16i, width: 1, height: 1, bytes: vec![0xff, 0xff, 2, 0] };
+        let (_, values) = texel(&texels, [0, 0], [1, 1]).unwrap();
+        assert_eq!(values, [["-1", "0xffff"], ["2", "0x2"]].map(|pair| pair.map(str::to_owned)));
+    }
+}

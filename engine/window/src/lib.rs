@@ -1,0 +1,454 @@
+//! The window: winit's events drive a session, and its frames are presented. Messages go to stderr.
+
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
+mod app;
+mod args;
+mod brush;
+mod commands;
+mod controls;
+mod demo_keys;
+mod editor;
+mod elements;
+mod frame;
+mod inspector;
+mod layout_file;
+pub mod lost_display;
+mod outline;
+mod overlay;
+mod panel_data;
+mod presenting;
+mod problem_log;
+mod reload_log;
+mod title;
+mod waiting;
+mod write_back;
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use raxel_execute::Progress;
+use raxel_gpu::DeviceOptions;
+use raxel_panels::view::{Brush, Problem};
+use raxel_panels::{Layout, Panels};
+use raxel_runtime::Session;
+use raxel_runtime::camera::Camera;
+use raxel_runtime::debug_target::DebugTarget;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::error::EventLoopError;
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::keyboard::ModifiersState;
+use winit::window::{Window, WindowId};
+
+use self::app::App;
+pub use self::args::Args;
+use self::controls::Controls;
+pub use self::controls::KEYS;
+use self::editor::Editors;
+use self::inspector::Inspector;
+use self::layout_file::LayoutFile;
+use self::panel_data::PanelData;
+use self::presenting::{Open, Pictures};
+use self::reload_log::ReloadLog;
+use self::title::Title;
+use raxel_control::Control;
+use raxel_terminal::console::Console;
+use raxel_terminal::failure::{Exit, Failure, Result};
+use raxel_terminal::session::{print_log, print_validation, validated};
+
+/// Wakes the window: an edit is ready.
+#[derive(Clone, Copy, Debug)]
+struct Wake;
+
+/// Time between two titles.
+const TITLE_EVERY: Duration = Duration::from_millis(250);
+
+/// Time between two looks at a picture that does not change.
+const STILL: Duration = Duration::from_millis(15);
+
+/// Time between two looks at panels over a picture that does not change, while nothing is done to them.
+const REFRESH: Duration = Duration::from_millis(250);
+
+/// Time between two drawings of the panels while the device works: they must not take the processor from a device that computes on it.
+const MEANWHILE: Duration = Duration::from_millis(50);
+
+/// The ground of a window that has no picture yet, sRGB-encoded.
+const GROUND: [f32; 3] = [0.078, 0.078, 0.078];
+
+/// Longest wait for the device between two looks at the window's events.
+const SLICE: Duration = Duration::from_millis(8);
+
+/// The device may work so long before the pass that it works on is named.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// A pass whose shader was edited while the device worked on it for longer than this is given up: opening the device anew takes about a
+/// second, and what the frame shows is of no use any more.
+const MENDED: Duration = Duration::from_secs(5);
+
+/// Runs a window until it is closed.
+pub fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
+    let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| no_window(&error))?;
+    let proxy = event_loop.create_proxy();
+    let waker = Arc::new(move || {
+        // Without a window there is nobody to wake.
+        let _ = proxy.send_event(Wake);
+    });
+    lost_display::watch(console);
+    let mut app = App::open(args, console, device, waker)?;
+    event_loop.run_app(&mut app).map_err(|error| lost_display::failure(&error.to_string()))?;
+    app.finish()
+}
+
+fn device_name(session: &Session) -> String {
+    session.device().capabilities().name.clone()
+}
+
+fn no_window(error: &EventLoopError) -> Failure {
+    // winit says where in its own sources it gave up, which helps nobody here: `os error at FILE:LINE: WHY`.
+    let text = error.to_string();
+    let why =
+        text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": ")).map_or(text.as_str(), |(_, why)| why);
+    Failure::new(Exit::NoDevice, format!("no window can be opened: {why}"))
+        .help("set DISPLAY or WAYLAND_DISPLAY (a desktop, or ssh -X)")
+        .help("`raxel render -o p.png` needs no window")
+}
+
+fn new_window(event_loop: &ActiveEventLoop, args: &Args, title: String) -> Result<Arc<Window>> {
+    let [width, height] = args.first_size();
+    let attributes = Window::default_attributes()
+        .with_title(title)
+        .with_inner_size(PhysicalSize::new(width, height))
+        .with_min_inner_size(PhysicalSize::new(64, 64));
+    let window = event_loop.create_window(attributes).map_err(|error| {
+        Failure::new(Exit::NoDevice, format!("no window can be opened: {error}"))
+            .help("`raxel render -o p.png` needs no window")
+    })?;
+    Ok(Arc::new(window))
+}
+
+/// How the next frame runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum NextFrame {
+    /// As any other.
+    #[default]
+    Plain,
+    /// Captured by RenderDoc.
+    Captured,
+}
+
+struct Viewer<'a> {
+    args: Args,
+    /// A program that drives the session too.
+    control: Option<Control>,
+    console: &'a Console,
+    reloads: ReloadLog<'a>,
+    session: Session,
+    window: Option<Open>,
+    panels: Panels,
+    layout_file: LayoutFile,
+    data: PanelData,
+    inspector: Inspector,
+    problems: Vec<Problem>,
+    /// Said in the bar until then.
+    notice: Option<(String, Instant)>,
+    /// What was shown before the pointer came to rest on a pass.
+    before_peek: Option<DebugTarget>,
+    /// Params whose values were written to a file that was not read again yet.
+    written: Vec<String>,
+    /// Editors that were opened.
+    editors: Editors,
+    /// Whether the demo starts over, if the user has chosen.
+    looped: Option<bool>,
+    /// How the next frame runs.
+    next_runs: NextFrame,
+    /// Most frames a second.
+    fps_cap: Option<u32>,
+    /// Where the camera began.
+    home: Camera,
+    controls: Controls,
+    /// What the right button does to voxels.
+    brush: Brush,
+    /// Why the last edit was not made.
+    refused: Option<String>,
+    /// The voxel that was painted last while the right button is held.
+    painting: Option<[i32; 3]>,
+    modifiers: ModifiersState,
+    titled: Option<Instant>,
+    last: Instant,
+    /// Seconds of a frame, smoothed.
+    frame_time: Option<f64>,
+    /// Something has happened since the panels were drawn last.
+    touched: bool,
+    /// When they were.
+    drawn: Instant,
+    /// The picture of the last frame was not shown yet.
+    unshown: bool,
+    /// The device has worked for long: on which pass, and since how many seconds.
+    busy: Option<(Option<String>, u64)>,
+    /// So it has in this frame, and in the one before.
+    long: [bool; 2],
+    presented: u64,
+    complained: bool,
+    failure: Option<Failure>,
+}
+
+impl ApplicationHandler<Wake> for Viewer<'_> {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.window.is_none()
+            && let Err(failure) = self.open(event_loop)
+        {
+            self.stop(event_loop, failure);
+        }
+    }
+
+    fn suspended(&mut self, _: &ActiveEventLoop) {
+        self.window = None;
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, Wake: Wake) {
+        self.redraw();
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        self.touched |= !matches!(event, WindowEvent::RedrawRequested);
+        let visible = self.panels.layout.visible;
+        let taken = match &mut self.window {
+            Some(Open { window, overlay, .. }) => overlay.take(window, &event) && visible,
+            None => false,
+        };
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => self.resize(size),
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::KeyboardInput { event, .. } => {
+                let pressed = event.state == ElementState::Pressed;
+                if taken && pressed {
+                    return self.redraw();
+                }
+                let command =
+                    self.controls.key(event.physical_key, &event.logical_key, self.modifiers, pressed, event.repeat);
+                if let Some(command) = command {
+                    self.run_command(command, event_loop);
+                }
+                self.redraw();
+            }
+            WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => {
+                self.controls.drag(state == ElementState::Pressed && !taken);
+                self.redraw();
+            }
+            WindowEvent::MouseWheel { delta, .. } if !taken => {
+                self.controls.wheel(match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
+                    MouseScrollDelta::PixelDelta(pixels) => pixels.y / 50.0,
+                });
+                self.redraw();
+            }
+            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Right, .. } if !taken => {
+                self.stroke();
+                self.redraw();
+            }
+            WindowEvent::MouseInput { state: ElementState::Released, button: MouseButton::Right, .. } => {
+                self.painting = None;
+            }
+            WindowEvent::CursorMoved { position, .. } => {
+                self.controls.cursor_moved([position.x, position.y]);
+                if self.painting.is_some() {
+                    self.stroke();
+                }
+                self.redraw();
+            }
+            WindowEvent::CursorLeft { .. } => self.controls.cursor_left(),
+            WindowEvent::Focused(false) => {
+                self.controls.release_all();
+                self.painting = None;
+            }
+            WindowEvent::RedrawRequested => {
+                if let Err(failure) = self.draw(event_loop) {
+                    self.stop(event_loop, failure);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        // Minimised, nothing is drawn until something happens.
+        let drawn = self.window.as_ref().is_some_and(|open| open.presenter.extent().is_some());
+        if !drawn {
+            event_loop.set_control_flow(ControlFlow::Wait);
+        }
+        if let ControlFlow::WaitUntil(time) = event_loop.control_flow()
+            && Instant::now() < time
+        {
+            return;
+        }
+        if drawn {
+            self.redraw();
+        }
+    }
+}
+
+impl<'a> Viewer<'a> {
+    /// A session that is not shown yet.
+    fn new(args: Args, console: &'a Console, mut session: Session, control: Option<Control>) -> Result<Self> {
+        args.what.set_up(&mut session, console)?;
+        console.message(&format!(
+            "{} on {}; Escape quits, `raxel run --help` lists the keys",
+            session.graph_path(),
+            device_name(&session)
+        ));
+        let mut layout_file = LayoutFile::of(session.project().root());
+        let (mut layout, said) = layout_file.read();
+        if let Some(said) = said {
+            console.message(&format!("warning: {said}"));
+        }
+        layout.visible &= !args.no_panels;
+        Ok(Viewer {
+            args,
+            control,
+            console,
+            reloads: ReloadLog::new(console),
+            home: *session.camera(),
+            problems: problem_log::problems(session.warnings(), session.texts()),
+            session,
+            panels: Panels::new(layout),
+            layout_file,
+            data: PanelData::default(),
+            inspector: Inspector::default(),
+            notice: None,
+            before_peek: None,
+            written: Vec::new(),
+            editors: Editors::default(),
+            looped: None,
+            next_runs: NextFrame::default(),
+            fps_cap: None,
+            window: None,
+            controls: Controls::default(),
+            brush: Brush::default(),
+            refused: None,
+            painting: None,
+            modifiers: ModifiersState::empty(),
+            titled: None,
+            last: Instant::now(),
+            frame_time: None,
+            touched: true,
+            drawn: Instant::now(),
+            unshown: false,
+            busy: None,
+            long: [false; 2],
+            presented: 0,
+            complained: false,
+            failure: None,
+        })
+    }
+
+    /// Says how it went.
+    fn finish(mut self) -> Result {
+        self.look_at_log();
+        self.keep_layout(LayoutFile::write);
+        // A dispatch that does not end must not keep the program.
+        if !matches!(self.session.wait_picture(SLICE), Ok(Progress::Done)) {
+            self.session.abandon_device();
+        }
+        match self.failure.take() {
+            Some(failure) => Err(failure),
+            None => validated(self.complained),
+        }
+    }
+
+    /// Keeps the layout of the panels.
+    fn keep_layout(&mut self, keep: fn(&mut LayoutFile, &Layout) -> std::io::Result<()>) {
+        let mut layout = self.panels.layout.clone();
+        // That they were hidden from the beginning is not the user's choice of a layout.
+        layout.visible |= self.args.no_panels;
+        if let Err(error) = keep(&mut self.layout_file, &layout) {
+            self.console.detail(&format!("the layout of the panels is not kept: {error}"));
+        }
+    }
+
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result {
+        let window = new_window(event_loop, &self.args, self.title().text())?;
+        self.show_in(&window)
+    }
+
+    /// Shows the session in a window from here on.
+    fn show_in(&mut self, window: &Arc<Window>) -> Result {
+        let size = window.inner_size();
+        self.session.resize(size.width, size.height);
+        self.window = Some(self.opened(window)?);
+        self.last = Instant::now();
+        self.redraw();
+        Ok(())
+    }
+
+    /// What a window needs to show pictures of the session's device.
+    fn opened(&self, window: &Arc<Window>) -> Result<Open> {
+        let Args { present_with, no_vsync, .. } = &self.args;
+        Open::on(self.session.device(), present_with.as_ref(), window, !no_vsync, self.console)
+    }
+
+    /// Says what the validation layer has said, of the session's device and of one that presents.
+    fn look_at_log(&mut self) {
+        self.complained |= print_validation(&self.session, self.console);
+        if let Some(open) = self.window.as_ref().filter(|open| open.pictures == Pictures::Other) {
+            self.complained |= print_log(open.presenter.device(), self.console);
+        }
+    }
+
+    fn resize(&mut self, size: PhysicalSize<u32>) {
+        if let Some(open) = &mut self.window {
+            open.presenter.resize([size.width, size.height]);
+        }
+        self.session.resize(size.width, size.height);
+        self.redraw();
+    }
+
+    fn redraw(&self) {
+        if let Some(open) = &self.window {
+            open.window.request_redraw();
+        }
+    }
+
+    fn stop(&mut self, event_loop: &ActiveEventLoop, failure: Failure) {
+        self.failure.get_or_insert(failure);
+        event_loop.exit();
+    }
+
+    fn title(&self) -> Title {
+        Title {
+            graph: self.session.graph().name.clone(),
+            target: match self.session.debug_target() {
+                selected if selected.resource.is_empty() => self.target(),
+                selected => selected.to_string(),
+            },
+            milliseconds: self.frame_time.map(|seconds| seconds * 1e3),
+            paused: self.session.clock().paused(),
+            generation: self.reloads.shown,
+            failed: self.reloads.failed,
+            refused: self.session.is_refused(),
+            busy: self.busy.clone(),
+            off: self.data.off(&self.session),
+            caption: self.caption(),
+        }
+    }
+
+    /// What the demo says at this moment, while it drives.
+    fn caption(&self) -> Option<String> {
+        let demo = self.session.demo().filter(|_| self.session.demo_drives())?;
+        demo.caption(self.session.clock().now()?.time).map(|line| line.text.clone())
+    }
+
+    fn update_title(&mut self) {
+        if self.titled.is_some_and(|at| at.elapsed() < TITLE_EVERY) {
+            return;
+        }
+        self.titled = Some(Instant::now());
+        // Now and not only at the end: a window may be killed.
+        self.keep_layout(LayoutFile::look);
+        if let Some(open) = &self.window {
+            open.window.set_title(&self.title().text());
+        }
+    }
+}

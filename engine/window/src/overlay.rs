@@ -1,0 +1,111 @@
+//! egui between the window's events and the presenter: input in, triangles out.
+
+use std::time::Instant;
+
+use egui::epaint::ClippedPrimitive;
+use egui::{Context, FullOutput, Popup, TexturesDelta, ViewportId};
+use egui_winit::State;
+use raxel_overlay::{meshes, patch, texture};
+use raxel_panels::{Action, turns};
+use raxel_runtime::present::{OverlayFrame, PresentError, Presenter};
+use winit::event::{KeyEvent, WindowEvent};
+use winit::keyboard::{Key, NamedKey};
+use winit::window::Window;
+
+/// The interface of one window on one device.
+pub struct Overlay {
+    context: Context,
+    state: State,
+    /// Texels that the presenter has not been given yet.
+    textures: TexturesDelta,
+    /// What is drawn over the next picture.
+    painted: Vec<ClippedPrimitive>,
+    pixels_per_point: f32,
+    /// When something that moves wants to be drawn again.
+    again: Option<Instant>,
+}
+
+impl Overlay {
+    /// For a window. `most` is the largest side of a texture that the device can make.
+    #[expect(clippy::cast_possible_truncation, reason = "scales of screens are small numbers")]
+    pub fn new(window: &Window, most: usize) -> Self {
+        let context = Context::default();
+        let scale = window.scale_factor() as f32;
+        let state = State::new(context.clone(), ViewportId::ROOT, window, Some(scale), window.theme(), Some(most));
+        Self {
+            context,
+            state,
+            textures: TexturesDelta::default(),
+            painted: Vec::new(),
+            pixels_per_point: scale,
+            again: None,
+        }
+    }
+
+    /// Notes an event. True when it is meant for a panel, and the camera and the keys must not follow it.
+    pub fn take(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        let writes = self.context.wants_keyboard_input();
+        if let WindowEvent::KeyboardInput { event: KeyEvent { logical_key: Key::Named(NamedKey::Tab), .. }, .. } = event
+            && !writes
+        {
+            // Else it would go from widget to widget; in the window it goes from target to target.
+            return false;
+        }
+        // Escape closes an open menu or list, and nothing more.
+        let closes = Popup::is_any_open(&self.context)
+            && matches!(event, WindowEvent::KeyboardInput { event, .. } if event.logical_key == Key::Named(NamedKey::Escape));
+        self.state.on_window_event(window, event).consumed || closes
+    }
+
+    /// Whether the pointer is over a panel.
+    pub fn has_pointer(&self) -> bool {
+        self.context.wants_pointer_input() || self.context.is_pointer_over_area()
+    }
+
+    /// Draws the interface, to be shown over the next picture. Gives what the user asks for, in order.
+    pub fn draw(&mut self, window: &Window, mut content: impl FnMut(&Context) -> Vec<Action>) -> Vec<Action> {
+        let mut actions = Vec::new();
+        let mut output = FullOutput::default();
+        for input in turns(self.state.take_egui_input(window)) {
+            // egui may draw the same twice before it is content; then the second counts.
+            let mut asked = Vec::new();
+            output.append(self.context.run(input, |context| asked = content(context)));
+            actions.append(&mut asked);
+        }
+        self.state.handle_platform_output(window, output.platform_output);
+        let delay = output.viewport_output.get(&ViewportId::ROOT).map(|output| output.repaint_delay);
+        self.again = delay.and_then(|delay| Instant::now().checked_add(delay));
+        self.pixels_per_point = output.pixels_per_point;
+        self.painted = self.context.tessellate(output.shapes, output.pixels_per_point);
+        self.textures.append(output.textures_delta);
+        actions
+    }
+
+    /// Whether something that moves wants to be drawn again now.
+    pub fn is_due(&self) -> bool {
+        self.again.is_some_and(|at| at <= Instant::now())
+    }
+
+    /// Puts a text on the clipboard.
+    pub fn copy(&mut self, text: String) {
+        self.state.set_clipboard_text(text);
+    }
+
+    /// Gives the presenter new texels, and what is to be drawn over its picture to `present`. Textures that are no longer used go after.
+    pub fn present<T>(
+        &mut self,
+        presenter: &mut Presenter,
+        present: impl FnOnce(&mut Presenter, &OverlayFrame<'_>) -> Result<T, PresentError>,
+    ) -> Result<T, PresentError> {
+        for (id, delta) in self.textures.set.drain(..) {
+            presenter.set_texture(texture(id), &patch(&delta))?;
+        }
+        let meshes = meshes(&self.painted);
+        let frame = OverlayFrame { pixels_per_point: self.pixels_per_point, meshes: &meshes };
+        let result = present(presenter, &frame);
+        for id in self.textures.free.drain(..) {
+            presenter.free_texture(texture(id));
+        }
+        result
+    }
+}

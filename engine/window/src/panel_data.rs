@@ -1,0 +1,514 @@
+//! What the panels show of a session: the parts that only another plan changes are kept, the others are gathered for each frame.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use raxel_diagnostics::{SourceMap, Span, render};
+use raxel_edit::Scene;
+use raxel_edit::query::CastHit;
+use raxel_execute::moment::Moment;
+use raxel_execute::{FrameReport, PassOutcome};
+use raxel_graph::checked::{BufferSize, Graph, PassId, Resource, ResourceKind, Value};
+use raxel_graph::plan::{CullReason, Lifetime, Plan, ResourceDesc};
+use raxel_graph::size::Size;
+use raxel_panels::view::{
+    Editing, Frame, Kind, Lane, Loading, Param, Pass, PassState, Shown, Swatch, Timeline, Track, Use, World,
+    WorldExtent, WorldStatistics,
+};
+use raxel_panels::{Samples, view};
+use raxel_runtime::Session;
+use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::params::components;
+use raxel_runtime::present::Viewport;
+use raxel_world::{Material, srgb_from_linear};
+
+/// Times of frames and passes, and what the running plan is made of.
+#[derive(Default)]
+pub struct PanelData {
+    /// Milliseconds from frame to frame.
+    pub interval: Samples,
+    cpu: Samples,
+    gpu: Option<Samples>,
+    passes: HashMap<String, Samples>,
+    /// The frame whose GPU times were noted last.
+    timed: Option<u64>,
+    ran: [u32; 3],
+    plan: Option<Arc<Described>>,
+    /// The pointer rests on a pass, whose output is shown meanwhile.
+    peeking: bool,
+    /// What the passes were before that: the plan for what is shown then leaves others out, and the list must not change under the pointer.
+    held: Option<(Arc<Described>, Vec<PassState>)>,
+    /// Materials that edits can use.
+    swatches: Vec<Swatch>,
+}
+
+/// A plan in words.
+struct Described {
+    plan: Arc<Plan>,
+    rows: Vec<Row>,
+    resources: Vec<view::Resource>,
+    memory: u64,
+    saved: u64,
+}
+
+/// A pass of the plan's graph, planned or not.
+struct Row {
+    pass: PassId,
+    name: String,
+    after: String,
+    groups: String,
+    place: String,
+    output: Option<usize>,
+    /// Index into the plan's passes, or why it is left out.
+    planned: Result<usize, CullReason>,
+}
+
+impl PanelData {
+    /// Notes what a frame took.
+    pub fn note(&mut self, session: &mut Session, report: &FrameReport) {
+        self.held = self.held.take().filter(|_| self.peeking);
+        self.ran = [report.dispatched, report.skipped, report.idle];
+        self.cpu.push(report.cpu_nanoseconds as f64 / 1e6);
+        let Some(plan) = session.plan().cloned() else { return };
+        self.describe(session, &plan);
+        let times = session.gpu_times();
+        if times.frame.is_none() || times.frame == self.timed {
+            return;
+        }
+        self.timed = times.frame;
+        if let Some(span) = times.span {
+            self.gpu.get_or_insert_with(Samples::warming).push(span / 1e6);
+        }
+        let Some(described) = &self.plan else { return };
+        for row in &described.rows {
+            let Ok(index) = row.planned else { continue };
+            if let Some(nanoseconds) = times.passes.get(index).and_then(|time| time.nanoseconds) {
+                self.passes.entry(row.name.clone()).or_insert_with(Samples::warming).push(nanoseconds / 1e6);
+            }
+        }
+    }
+
+    /// An edit runs: times of what ran before say nothing of it.
+    pub fn forget(&mut self) {
+        let interval = std::mem::take(&mut self.interval);
+        *self = PanelData { interval, peeking: self.peeking, ..PanelData::default() };
+    }
+
+    /// Whether the pointer rests on a pass, whose output is shown meanwhile. The passes are said to be what they are now until a frame has run
+    /// after that has ended.
+    pub fn peek(&mut self, session: &Session, peeking: bool) {
+        if peeking && !self.peeking && self.held.is_none() {
+            let outcomes = session.outcomes();
+            self.held = self.plan.clone().map(|described| {
+                let states = described.rows.iter().map(|row| state(row, &outcomes)).collect();
+                (described, states)
+            });
+        }
+        self.peeking = peeking;
+    }
+
+    fn describe(&mut self, session: &Session, plan: &Arc<Plan>) {
+        if self.plan.as_ref().is_none_or(|known| !Arc::ptr_eq(&known.plan, plan)) {
+            self.plan = Some(Arc::new(Described::new(plan, session.texts())));
+        }
+    }
+
+    /// Notes the materials of a world, where they are others than those that are known.
+    #[expect(clippy::cast_possible_truncation, reason = "a world has at most `MAX_MATERIALS` materials besides air")]
+    pub fn palette(&mut self, scene: &Scene) {
+        // Index 0 is air, which no brush has.
+        if self.swatches.len() + 1 == scene.materials.len().max(1) {
+            return;
+        }
+        let swatch = |(index, material): (usize, &Material)| Swatch {
+            material: index as u16,
+            name: material.name.clone(),
+            color: material.albedo.map(srgb_from_linear),
+        };
+        self.swatches = scene.materials.iter().enumerate().skip(1).map(swatch).collect();
+    }
+
+    /// The materials, as [`PanelData::palette`] has noted them.
+    pub fn swatches(&self) -> &[Swatch] {
+        &self.swatches
+    }
+
+    /// The passes with their times.
+    pub fn passes(&self, session: &Session) -> Vec<Pass<'_>> {
+        let pass = |(row, state)| {
+            let Row { name, after, groups, place, output, .. }: &Row = row;
+            Pass { name, after, groups, place, output: *output, times: self.passes.get(name), state }
+        };
+        if let Some((described, states)) = &self.held {
+            return described.rows.iter().zip(states.iter().copied()).map(pass).collect();
+        }
+        let (rows, outcomes) = (self.plan.iter().flat_map(|described| &described.rows), session.outcomes());
+        rows.map(|row| pass((row, state(row, &outcomes)))).collect()
+    }
+
+    /// A pass that is switched off.
+    pub fn off(&self, session: &Session) -> Option<String> {
+        let (mut rows, outcomes) = (self.plan.iter().flat_map(|described| &described.rows), session.outcomes());
+        rows.find(|row| state(row, &outcomes) == PassState::Off).map(|row| row.name.clone())
+    }
+
+    /// Targets and buffers.
+    pub fn resources(&self) -> &[view::Resource] {
+        let described = self.held.as_ref().map(|(described, _)| described).or(self.plan.as_ref());
+        described.map_or(&[], |described| &described.resources)
+    }
+
+    /// Times, memory, scale.
+    pub fn frame(&self, session: &Session, fps_cap: Option<u32>) -> Frame<'_> {
+        let (memory, saved) = self.plan.as_ref().map_or((0, 0), |described| (described.memory, described.saved));
+        Frame {
+            interval: Some(&self.interval),
+            cpu: Some(&self.cpu),
+            gpu: self.gpu.as_ref(),
+            memory,
+            saved,
+            scale: session.viewport().scale(),
+            scales: [*Viewport::SCALES.start(), *Viewport::SCALES.end()],
+            output: session.size(),
+            fps_cap,
+            device: session.device().capabilities().name.clone(),
+            ran: self.ran,
+            world: world_statistics(session),
+        }
+    }
+}
+
+/// The world in numbers.
+fn world_statistics(session: &Session) -> WorldStatistics {
+    let world = session.world();
+    let extent = loading(session).map_or_else(
+        || {
+            let voxels = world.voxels();
+            let shines = |(_, material): &(&u64, &Material)| material.emission > 0.0;
+            WorldExtent::Whole {
+                chunks: voxels.chunks().len(),
+                voxels: voxels.solids(),
+                lamps: voxels.counts().iter().zip(voxels.materials()).filter(shines).map(|(count, _)| count).sum(),
+            }
+        },
+        WorldExtent::Around,
+    );
+    let bytes = |name: &str| Some((name.to_owned(), session.source(name)?.size().bytes));
+    let names = session.graph().source_names().into_iter().filter(|name| name.starts_with("world."));
+    WorldStatistics { extent, sources: names.filter_map(bytes).collect(), edits: session.edit_steps() }
+}
+
+/// How a streamed world does.
+fn loading(session: &Session) -> Option<Loading> {
+    let (stats, kept) = (session.stream()?.stats(), session.world().kept()?);
+    let [used, _, pool] = stats.pool;
+    Some(Loading {
+        there: [stats.wanted.saturating_sub(stats.missing), stats.wanted],
+        device: [used, pool],
+        host: kept.bytes,
+        found_made: kept.found_made,
+        publications: stats.publications,
+        lamps: stats.lights,
+    })
+}
+
+impl Described {
+    #[expect(clippy::cast_possible_truncation, reason = "a graph numbers its passes in 32 bits")]
+    fn new(plan: &Arc<Plan>, texts: &SourceMap) -> Described {
+        let graph = &plan.graph;
+        let rows: Vec<Row> = (0..graph.passes.len() as u32).flat_map(|id| rows(plan, PassId(id), texts)).collect();
+        let resources = (0..graph.resources.len()).map(|index| resource(plan, index, &rows, texts)).collect();
+        let own = |desc: &ResourceDesc| matches!(desc, ResourceDesc::Image(_) | ResourceDesc::Buffer(_));
+        let (mut apart, mut shared) = (0, 0);
+        for planned in plan.resources.iter().filter(|planned| own(&planned.desc)) {
+            let bytes = planned.memory.size * u64::from(planned.copies);
+            match planned.lifetime {
+                Lifetime::Transient { place: Some(_), .. } => shared += bytes,
+                _ => apart += bytes,
+            }
+        }
+        let blocks: u64 = plan.blocks.iter().map(|block| block.size).sum();
+        Described { plan: plan.clone(), rows, resources, memory: apart + blocks, saved: shared.saturating_sub(blocks) }
+    }
+}
+
+/// What became of the pass of a row.
+fn state(row: &Row, outcomes: &[PassOutcome]) -> PassState {
+    match row.planned {
+        Err(CullReason::Unused) => PassState::Unused,
+        Err(CullReason::Condition) => PassState::Condition,
+        Ok(index) => match outcomes.get(index) {
+            Some(PassOutcome::Skipped) => PassState::Skipped,
+            Some(PassOutcome::NotDue) => PassState::NotDue,
+            Some(PassOutcome::Off) => PassState::Off,
+            Some(PassOutcome::Dispatched) | None => PassState::Ran,
+        },
+    }
+}
+
+/// A row for each tick in which a pass may run, or the one that says why it does not.
+fn rows(plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
+    let pass = plan.graph.pass(id);
+    let row = |name, groups, planned| Row {
+        pass: id,
+        name,
+        after: pass.name.clone(),
+        groups,
+        place: place(&pass.place, texts),
+        output: pass.accesses.iter().find(|access| access.access.writes()).map(|access| access.resource.0 as usize),
+        planned,
+    };
+    let planned = plan.passes.iter().enumerate().filter(|(_, planned)| planned.pass == id);
+    let planned: Vec<Row> = planned
+        .map(|(index, planned)| {
+            let name = match planned.tick {
+                Some(tick @ 1..) => format!("{}, tick {}", pass.name, tick + 1),
+                _ => pass.name.clone(),
+            };
+            let groups =
+                planned.groups.map_or_else(|| "as a buffer says".to_owned(), |[x, y, z]| format!("{x} × {y} × {z}"));
+            row(name, groups, Ok(index))
+        })
+        .collect();
+    if !planned.is_empty() {
+        return planned;
+    }
+    let reason = plan.culled.iter().find(|culled| culled.pass == id).map_or(CullReason::Unused, |culled| culled.reason);
+    vec![row(pass.name.clone(), String::new(), Err(reason))]
+}
+
+fn resource(plan: &Plan, index: usize, rows: &[Row], texts: &SourceMap) -> view::Resource {
+    let found = &plan.graph.resources[index];
+    let planned = plan.resources.iter().find(|planned| planned.resource.0 as usize == index);
+    let uses = rows.iter().map(|row| used(&plan.graph, row, index)).collect();
+    let (mut bytes, mut memory, mut block) = (0, "not created".to_owned(), None);
+    if let Some(planned) = planned {
+        bytes = planned.memory.size * u64::from(planned.copies);
+        memory = match (&planned.desc, planned.lifetime) {
+            (ResourceDesc::Source(name) | ResourceDesc::SourceImage(name, _), _) => format!("supplied by {name}"),
+            (_, Lifetime::Persistent) => "own memory, kept from frame to frame".to_owned(),
+            (_, Lifetime::Transient { place: Some(place), .. }) => {
+                block = Some(place.block);
+                format!("in block {} at {}", place.block, place.offset)
+            }
+            (_, Lifetime::Transient { .. }) => "own memory".to_owned(),
+        };
+    }
+    let world = matches!(&found.kind, ResourceKind::Buffer(buffer) if matches!(buffer.size, BufferSize::Source(_)));
+    view::Resource {
+        name: found.name.clone(),
+        about: about(found, plan.sizes.get(index)),
+        bytes,
+        memory,
+        block,
+        place: place(&found.place, texts),
+        opaque: world,
+        uses,
+    }
+}
+
+fn used(graph: &Graph, row: &Row, resource: usize) -> Use {
+    let accesses = graph.pass(row.pass).accesses.iter().filter(|access| access.resource.0 as usize == resource);
+    accesses.fold(Use::default(), |used, access| Use {
+        reads: used.reads || access.access.reads(),
+        writes: used.writes || access.access.writes(),
+    })
+}
+
+/// `rgba16f 1280 × 720, 2 layers`.
+pub fn about(resource: &Resource, size: Option<&Size>) -> String {
+    let mut text = match (&resource.kind, size) {
+        (ResourceKind::Target(target), Some(&Size::Image { extent: [x, y, z], volume, mips, layers })) => {
+            let mut text = format!("{} {x} × {y}", target.format.name());
+            if volume {
+                let _ = write!(text, " × {z}");
+            }
+            if layers > 1 {
+                let _ = write!(text, ", {layers} layers");
+            }
+            if mips > 1 {
+                let _ = write!(text, ", {mips} mips");
+            }
+            text
+        }
+        (ResourceKind::Buffer(buffer), Some(&Size::Buffer { bytes, elements })) => {
+            match (bytes, buffer.size.stride()) {
+                (_, Some(stride)) => format!("buffer, {elements} × {stride} bytes"),
+                (Some(bytes), None) => format!("buffer, {bytes} bytes"),
+                (None, None) => "buffer".to_owned(),
+            }
+        }
+        _ => String::new(),
+    };
+    if resource.history > 0 {
+        let _ = write!(text, ", history {}", resource.history);
+    }
+    text
+}
+
+/// Path and line.
+fn place(span: &Span, texts: &SourceMap) -> String {
+    match texts.get(&span.file) {
+        Some(text) => format!("{}:{}", span.file, render::position(text, span.range.start).line),
+        None => span.file.to_string(),
+    }
+}
+
+/// What a debug target shows, with the name of the resource that an empty one stands for.
+pub fn shown(target: &DebugTarget, graph: &Graph) -> Shown {
+    let resource =
+        if target.resource.is_empty() { &graph.resource(graph.present).name } else { &target.resource }.clone();
+    Shown { resource, age: target.age, mip: target.mip, layer: target.layer, after: target.after.clone() }
+}
+
+/// The debug target that shows it.
+pub fn debug_target(shown: &Shown) -> DebugTarget {
+    DebugTarget {
+        resource: shown.resource.clone(),
+        age: shown.age,
+        mip: shown.mip,
+        layer: shown.layer,
+        after: shown.after.clone(),
+    }
+}
+
+/// The params with their values.
+pub fn params(session: &Session) -> Vec<Param> {
+    let drives = session.demo_drives();
+    let tracks =
+        |name: &str| session.demo().is_some_and(|demo| demo.tracks.iter().any(|track| track.param.value == name));
+    let param = |param: &raxel_graph::checked::Param| Param {
+        name: param.name.clone(),
+        label: param.label.clone(),
+        kind: kind(&param.default),
+        value: components(&session.param(&param.name).unwrap_or(param.default)),
+        default: components(&param.default),
+        range: param.range,
+        step: param.step,
+        tooltip: param.tooltip.clone(),
+        unit: param.unit.clone(),
+        group: param.group.clone(),
+        choices: param.choices.clone(),
+        color: param.color,
+        driven: drives && tracks(&param.name),
+        place: place(&param.place, session.texts()),
+    };
+    session.params().iter().map(param).collect()
+}
+
+fn kind(value: &Value) -> Kind {
+    match value {
+        Value::Bool(_) => Kind::Bool,
+        Value::I32(_) | Value::IVec2(_) | Value::IVec3(_) | Value::IVec4(_) => Kind::Int,
+        Value::U32(_) | Value::UVec2(_) | Value::UVec3(_) | Value::UVec4(_) => Kind::Uint,
+        Value::F32(_) | Value::Vec2(_) | Value::Vec3(_) | Value::Vec4(_) | Value::Mat4(_) => Kind::Float,
+    }
+}
+
+/// World and camera.
+pub fn world(session: &Session, speed: f64) -> World<'static> {
+    let (world, camera) = (session.world(), session.camera());
+    World {
+        path: world.path.clone(),
+        solid: world.streamed().is_none().then(|| (world.voxels().solids(), world.bounds())),
+        position: camera.position().to_array(),
+        angles: [camera.yaw, camera.pitch, camera.fov].map(f64::to_degrees),
+        speed,
+        cameras: world.camera_names().map(str::to_owned).collect(),
+        editing: Editing::default(),
+    }
+}
+
+/// Material and place of a voxel that was met.
+pub fn under(session: &Session, hit: &CastHit) -> String {
+    let [x, y, z] = hit.exact.voxel;
+    let name = session.scene().materials.get(usize::from(hit.exact.material)).map_or("?", |material| &material.name);
+    format!("{name} at {x}, {y}, {z}, {:.1} voxels away", hit.distance)
+}
+
+/// The demo. `looped` is what the user has chosen.
+pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
+    let demo = session.demo()?;
+    let now = session.clock().now().map_or(Moment::START, |now| now.time);
+    let params = demo.tracks.iter().map(|driven| {
+        let name = &driven.param.value;
+        Track::new(Lane::Param(name.clone()), name, driven.keys.iter().map(|key| key.value.0).collect())
+    });
+    let mut tracks = vec![Track::new(Lane::Camera, "camera", demo.camera.iter().map(|key| key.time).collect())];
+    tracks.extend(params);
+    tracks.push(Track::new(Lane::Graphs, "graph", demo.graphs.iter().map(|key| key.time).collect()));
+    tracks.push(Track::new(Lane::Show, "target", demo.shows.iter().map(|key| key.time).collect()));
+    tracks.push(Track::new(Lane::Edits, "edits", demo.edits.iter().map(|key| key.time.value).collect()));
+    tracks.push(Track {
+        lasting: demo.captions.iter().map(|caption| caption.during[1] - caption.during[0]).collect(),
+        ..Track::new(Lane::Captions, "captions", demo.captions.iter().map(|caption| caption.during[0]).collect())
+    });
+    tracks.push(Track::new(Lane::Checks, "checks", demo.checked_times()));
+    // The camera's row is there before its first key is recorded.
+    tracks.retain(|track| track.lane == Lane::Camera || !track.keys.is_empty());
+    Some(Timeline {
+        name: demo.name.clone(),
+        duration: demo.duration,
+        time: demo.local_time(now),
+        looped: looped.unwrap_or(demo.looped),
+        drives: session.demo_drives(),
+        tracks,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_runtime::{Observe, Options};
+
+    use super::*;
+
+    const GRAPH: &str = "name = \"two\"\npresent = \"b\"\n[targets.a]\nformat = \"r32f\"\n[targets.b]\nformat = \"r32f\"\n\
+        [[passes]]\nname = \"first\"\nshader = \"fill.comp\"\ndispatch = { threads = \"a\" }\nbind = { c = \"a\" }\n\
+        [[passes]]\nname = \"second\"\nshader = \"copy.comp\"\ndispatch = { threads = \"b\" }\nbind = { i = \"a\", c = \"b\" }\n";
+    const FILL: &str = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) writeonly uniform image2D c;\n\
+        void main() { imageStore(c, ivec2(gl_GlobalInvocationID.xy), vec4(0.5)); }\n";
+    const COPY: &str = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) readonly uniform image2D i;\n\
+        layout(r32f) writeonly uniform image2D c;\n\
+        void main() { ivec2 at = ivec2(gl_GlobalInvocationID.xy); imageStore(c, at, imageLoad(i, at)); }\n";
+
+    #[test]
+    fn the_list_of_passes_stays_while_the_pointer_rests_on_one() {
+        let folder = tempfile::tempdir().unwrap();
+        for (path, text) in [("graphs/two.toml", GRAPH), ("shaders/fill.comp", FILL), ("shaders/copy.comp", COPY)] {
+            let path = folder.path().join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        let project = Some(folder.path().to_owned());
+        // As a window does.
+        let options = Options { project, size: [8, 8], observe: Observe::Shown, ..Options::default() };
+        let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
+        let mut data = PanelData::default();
+        let states = |data: &PanelData, session: &Session| -> Vec<PassState> {
+            data.passes(session).iter().map(|pass| pass.state).collect()
+        };
+        let frame = |data: &mut PanelData, session: &mut Session, target: &str| {
+            session.set_debug_target_text(target).unwrap();
+            let report = session.frame().unwrap();
+            session.wait().unwrap();
+            data.note(session, &report);
+        };
+        frame(&mut data, &mut session, "b");
+        assert_eq!(states(&data, &session), [PassState::Ran, PassState::Ran]);
+        data.peek(&session, true);
+        frame(&mut data, &mut session, "a");
+        assert_eq!(states(&data, &session), [PassState::Ran, PassState::Ran]);
+        // A click: what is left out now is said.
+        data.peek(&session, false);
+        frame(&mut data, &mut session, "a");
+        assert_eq!(states(&data, &session)[1], PassState::Unused);
+        // The pointer goes without one.
+        data.peek(&session, true);
+        frame(&mut data, &mut session, "b");
+        assert_eq!(states(&data, &session)[1], PassState::Unused);
+        data.peek(&session, false);
+        frame(&mut data, &mut session, "b");
+        assert_ne!(states(&data, &session)[1], PassState::Unused);
+    }
+}

@@ -1,0 +1,111 @@
+//! What happened to the files while the window was open, said once each on stderr.
+
+use raxel_runtime::FrameError;
+use raxel_runtime::reload::ReloadEvent;
+use raxel_terminal::console::{self, Console, Format, To};
+use serde_json::json;
+
+/// Says what happened and keeps what the title shows of it.
+pub struct ReloadLog<'a> {
+    console: &'a Console,
+    /// Generation that runs.
+    pub shown: u64,
+    /// A newer generation that is wrong.
+    pub failed: Option<u64>,
+}
+
+impl<'a> ReloadLog<'a> {
+    /// Nothing has happened yet.
+    pub fn new(console: &'a Console) -> Self {
+        Self { console, shown: 0, failed: None }
+    }
+
+    /// Something happened.
+    pub fn tell(&mut self, event: &ReloadEvent) {
+        let json = self.console.format() == Format::Json;
+        match event {
+            ReloadEvent::Reloaded(reloaded) => {
+                (self.shown, self.failed) = (reloaded.generation, None);
+                self.console.diagnostics(&reloaded.diagnostics, &reloaded.texts, To::Stderr);
+                if json {
+                    return console::event(&json!({
+                        "reason": "reloaded",
+                        "generation": reloaded.generation,
+                        "changed": reloaded.changed,
+                        "milliseconds": reloaded.milliseconds,
+                        "kept": reloaded.resources.kept,
+                        "created": reloaded.resources.created,
+                        "dropped": reloaded.resources.dropped,
+                    }));
+                }
+                self.console.message(&format!(
+                    "reloaded {} in {:.0} ms, gen {}",
+                    reloaded.changed.join(", "),
+                    reloaded.milliseconds,
+                    reloaded.generation
+                ));
+                let resources = &reloaded.resources;
+                if !resources.created.is_empty() || !resources.dropped.is_empty() {
+                    self.console.detail(&format!(
+                        "kept: {}; new: {}; gone: {}",
+                        list(&resources.kept),
+                        list(&resources.created),
+                        list(&resources.dropped)
+                    ));
+                }
+            }
+            ReloadEvent::Failed(failed) => {
+                self.failed = Some(failed.generation);
+                self.console.diagnostics(&failed.diagnostics, &failed.texts, To::Stderr);
+                if json {
+                    return console::event(&json!({
+                        "reason": "reload-failed",
+                        "generation": failed.generation,
+                        "showing": self.shown,
+                        "changed": failed.changed,
+                    }));
+                }
+                self.console.message(&format!("gen {} failed: showing gen {}", failed.generation, self.shown));
+            }
+            ReloadEvent::HistoryCleared { size, resources } => {
+                if json {
+                    return console::event(
+                        &json!({ "reason": "history-cleared", "size": size, "resources": resources }),
+                    );
+                }
+                self.console.message(&format!("note: {}", history_cleared(*size, resources)));
+            }
+            ReloadEvent::DeviceRebuilt { suspect, off, milliseconds } => {
+                let fate = fate(suspect.as_deref(), *off);
+                self.console
+                    .message(&format!("the device was lost and is open again after {milliseconds:.0} ms{fate}"));
+            }
+        }
+    }
+
+    /// A debug target or size that no plan can be made for.
+    pub fn refused(&self, error: &FrameError) {
+        if let FrameError::Plan { diagnostics, texts } = error {
+            self.console.diagnostics(diagnostics, texts, To::Stderr);
+        }
+    }
+}
+
+/// What another size did, in words.
+pub(super) fn history_cleared([width, height]: [u32; 2], resources: &[String]) -> String {
+    let verb = if resources.len() == 1 { "starts" } else { "start" };
+    format!("at {width}×{height} the history of {} {verb} over", list(resources))
+}
+
+/// What becomes of the pass that a device was lost with, behind other words.
+fn fate(suspect: Option<&str>, off: bool) -> String {
+    match suspect {
+        Some(pass) if off => format!("; pass `{pass}` is switched off until its shader changes"),
+        Some(pass) => format!("; pass `{pass}` runs with the shader that it has now"),
+        None => String::new(),
+    }
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
