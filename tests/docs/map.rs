@@ -288,7 +288,13 @@ fn commands_name_what_is_there() {
         let mut words = words.into_iter().peekable();
         while let Some(variable) = words.next_if(|word| word.contains('=')) {
             let name = variable.split('=').next().unwrap();
-            let known = programs.iter().any(|(path, text)| !path.ends_with("docs/map.rs") && text.contains(name));
+            // Some programs put the name together: `RAXEL_MUTATION_{name}` with "TO".
+            let (head, tail) = name.rsplit_once('_').unwrap_or((name, ""));
+            let (composed, part) = (format!("{head}_{{"), format!("\"{tail}\""));
+            let known = programs.iter().any(|(path, text)| {
+                !path.ends_with("docs/map.rs")
+                    && (text.contains(name) || text.contains(&composed) && text.contains(&part))
+            });
             // That of insta is read by insta.
             if !known && name != "INSTA_UPDATE" {
                 faults.push(format!("{at}: nothing reads {name}"));
@@ -360,7 +366,7 @@ fn cargo(words: &[String], packages: &BTreeMap<String, Package>) -> Result<(), S
     let files: Vec<PathBuf> = files.into_iter().filter(|file| file.exists()).collect();
     let matches = |filter: &String| {
         texts(&files).iter().any(|(path, text)| {
-            path.file_stem().is_some_and(|stem| stem.to_string_lossy().contains(filter))
+            path.strip_prefix(&package.folder).unwrap().to_string_lossy().contains(filter)
                 || text.split("fn ").skip(1).any(|rest| rest.split('(').next().unwrap().contains(filter))
         })
     };
