@@ -15,7 +15,7 @@ fn read(path: impl AsRef<Path>) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Adds what is wrong on a line of a page.
+/// What is wrong, each with its page and line.
 type Faults = Vec<String>;
 
 fn fails_with(faults: &Faults) {
@@ -41,7 +41,7 @@ fn spans(line: &str) -> impl Iterator<Item = &str> {
     line.split('`').skip(1).step_by(2)
 }
 
-/// Rust, GLSL and shell sources below a file or folder; of a folder, those in its folders too.
+/// The Rust sources at a path or below it, and the launcher.
 fn sources(path: &Path, found: &mut Vec<PathBuf>) {
     if path.is_dir() {
         let mut entries: Vec<PathBuf> = std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -103,7 +103,10 @@ fn paths_and_names_are_there() {
                 match &last {
                     None => faults.push(format!("{page}:{number}: `{span}` has no path before it")),
                     Some(file) if file.is_file() && declares(&read(file), name) => {}
-                    Some(file) => faults.push(format!("{page}:{number}: `{name}` is not in {}", file.display())),
+                    Some(file) => {
+                        let file = file.strip_prefix(repository()).unwrap().display();
+                        faults.push(format!("{page}:{number}: `{name}` is not in {file}"));
+                    }
                 }
             }
         }
@@ -238,7 +241,8 @@ fn the_map_has_every_crate_behind_those_it_uses() {
         }
         let place = repository().join(folder.trim_matches('`'));
         if place != package.folder && name != "raxel" {
-            faults.push(format!("{at}: `{name}` is in {}", package.folder.display()));
+            let folder = package.folder.strip_prefix(repository()).unwrap().display();
+            faults.push(format!("{at}: `{name}` is in {folder}"));
         }
         for (what, said, is) in [
             ("unsafe", is_unsafe, allows_unsafe(package) && name != "raxel"),
