@@ -1,13 +1,15 @@
 //! Documentation that the code could contradict is generated from it, and its examples are run.
 //!
 //! ```sh
-//! RAXEL_WRITE_DOCS=1 cargo test --release --test docs
+//! RAXEL_WRITE_DOCS=1 cargo test --profile checked --test docs
 //! ```
 //!
 //! writes the generated parts: everything after `## Every key`, the figures about layouts, the index of diagnostics, and the diagnostic of the
 //! README's tour.
 
 mod common;
+#[path = "docs/map.rs"]
+mod map;
 
 use std::fmt::Write;
 use std::path::Path;

@@ -2,7 +2,7 @@
 //! Images", 2020). A reference is written only by
 //!
 //! ```sh
-//! RAXEL_WRITE_GOLDEN=1 cargo test --release --test golden
+//! RAXEL_WRITE_GOLDEN=1 cargo test --profile checked --test golden
 //! ```
 //!
 //! and then looked at. When a picture differs, it is left beside its reference as NAME.new.png, with NAME.diff.png.

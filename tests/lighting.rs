@@ -2,7 +2,7 @@
 //! moving models and particles, an edited copy of the world. They hold the graph language to what it is for: no size typed by hand, no pass written twice,
 //! no script. Their pictures are those of the same systems written without loops, queues, shared blocks and sizes that follow the world.
 //!
-//! `RAXEL_WRITE_LIGHTING=1 cargo test --release --test lighting` writes the pictures anew; look at them then.
+//! `RAXEL_WRITE_LIGHTING=1 cargo test --profile checked --test lighting` writes the pictures anew; look at them then.
 
 mod common;
 

@@ -2,7 +2,7 @@
 //! A picture is written only by
 //!
 //! ```sh
-//! RAXEL_WRITE_PANELS=1 cargo test --release -p raxel-panels --test pictures
+//! RAXEL_WRITE_PANELS=1 cargo test --profile checked -p raxel-panels --test pictures
 //! ```
 //!
 //! and then looked at. One that differs is left beside its reference as NAME.new.png.
