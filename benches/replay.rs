@@ -200,7 +200,7 @@ fn recorded_time(c: &mut Criterion, device: &Arc<Device>) {
             entry: "main".to_owned(),
             defines: Vec::new(),
         };
-        let shader = raxel_shader::ShaderSource::shader(&Compiler::new(files), &request, &mut SourceMap::default());
+        let shader = raxel_shader::ShaderProvider::shader(&Compiler::new(files), &request, &mut SourceMap::default());
         shader.unwrap_or_else(|errors| panic!("{errors:#?}")).0.spirv.clone()
     };
     let device = vk_graph::driver::device::Device::create(DeviceInfo::default()).expect("the same driver");

@@ -6,7 +6,7 @@ use clap::CommandFactory;
 use raxel_terminal::cache;
 use raxel_terminal::console::{Color, Console, Format};
 use raxel_terminal::failure::Result;
-use raxel_terminal::journal::Journal;
+use raxel_terminal::trace::TraceWriter;
 
 use crate::verbs;
 
@@ -111,13 +111,13 @@ impl Cli {
 
     /// Runs its verb.
     pub fn run(self, console: &Console) -> Result {
-        let journal = Journal::listen(self.trace.as_deref(), console)?;
+        let trace = TraceWriter::listen(self.trace.as_deref(), console)?;
         if self.verb.keeps_results() {
             cache::open(console);
         }
         // What was slow is told of a run that failed, too.
         let result = self.run_verb(console);
-        result.and(journal.finish())
+        result.and(trace.finish())
     }
 
     fn run_verb(self, console: &Console) -> Result {

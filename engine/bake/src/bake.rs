@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use raxel_world::{ChunkPos, ChunkSource};
+use raxel_world::{ChunkPos, ChunkProvider};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
 use crate::metadata::{self, Baked, Unreadable};
@@ -75,7 +75,7 @@ pub enum BakeError {
 ///
 /// It holds the compressed bytes of one shard, and a chunk a thread.
 pub fn bake(
-    source: &dyn ChunkSource,
+    source: &dyn ChunkProvider,
     plan: &Plan,
     part: Part,
     store: &dyn Store,
@@ -147,7 +147,7 @@ fn describe(plan: &Plan, store: &dyn Store) -> Result<(), BakeError> {
 }
 
 /// The chunks of a shard, and how many of them have solid cells.
-fn make(source: &dyn ChunkSource, plan: &Plan, key: ShardKey) -> Result<(ShardWriter, u64), BakeError> {
+fn make(source: &dyn ChunkProvider, plan: &Plan, key: ShardKey) -> Result<(ShardWriter, u64), BakeError> {
     let level = plan.levels()[key.level as usize];
     let edge = (plan.edge / CHUNK).cast_signed();
     let corner: [i32; 3] = std::array::from_fn(|axis| (level.first[axis] + key.at[axis].cast_signed()) * edge);

@@ -1,6 +1,6 @@
 //! Worlds in Zarr stores.
 //!
-//! [`bake`] makes the tiles of any [`raxel_world::ChunkSource`] and writes them as arrays of [Zarr v3](https://zarr-specs.readthedocs.io),
+//! [`bake`] makes the tiles of any [`raxel_world::ChunkProvider`] and writes them as arrays of [Zarr v3](https://zarr-specs.readthedocs.io),
 //! one object a shard, to a [`Store`]. Which bytes are in a shard follows from the world and the place of the shard alone: shards are
 //! made by any machine, in any order, and again after one was interrupted. [`ZarrSource`] is the way back: a store as the source of a
 //! streamed world.

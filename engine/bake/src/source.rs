@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use raxel_world::{Cause, ChunkPos, ChunkSource, Content, Material, Unavailable};
+use raxel_world::{Cause, ChunkPos, ChunkProvider, Content, Material, Unavailable};
 
 use crate::metadata::{self, Baked, Unreadable};
 use crate::plan::{BakedLevel, CHUNK, Region, ShardKey};
@@ -166,7 +166,7 @@ impl Indices {
     }
 }
 
-impl ChunkSource for ZarrSource {
+impl ChunkProvider for ZarrSource {
     fn materials(&self) -> &[Material] {
         &self.baked.materials
     }

@@ -13,7 +13,7 @@ use std::time::Duration;
 use common::python::Python;
 use common::{LEVELS, cells, expected, files, land, plan, tiles};
 use raxel_bake::{Directory, ObjectStore, Part, Patience, Store as _, Wanted, ZarrSource, bake};
-use raxel_world::ChunkSource as _;
+use raxel_world::ChunkProvider as _;
 
 /// Serves S3 until its input ends, and says where.
 const SERVE: &str = r#"

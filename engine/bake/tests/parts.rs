@@ -10,9 +10,9 @@ use std::sync::{Arc, Mutex};
 
 use common::{expected, files, land, plan, solid_tile};
 use raxel_bake::{BakeError, Directory, Part, Plan, Region, Store, StoreError, Wanted, ZarrSource, bake};
-use raxel_world::{ChunkPos, ChunkSource, Content};
+use raxel_world::{ChunkPos, ChunkProvider, Content};
 
-fn bake_to(folder: &Path, land: &dyn ChunkSource, plan: &Plan, part: &str) -> raxel_bake::Report {
+fn bake_to(folder: &Path, land: &dyn ChunkProvider, plan: &Plan, part: &str) -> raxel_bake::Report {
     let part = if part.is_empty() { Part::Whole } else { part.parse().unwrap() };
     bake(land, plan, part, &Directory::new(folder.to_owned()), &mut |_, _| {}).unwrap()
 }

@@ -14,7 +14,7 @@ use common::web::{Answer, LIES, Plan, WebServer};
 use common::{expected, land, plan, solid_tile, tiles};
 use raxel_bake::{Directory, ObjectStore, Part, Patience, SourceError, ZarrSource, bake};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource as _, Content};
+use raxel_world::{ChunkPos, ChunkProvider as _, Content};
 
 /// How long everything about one lie may take: many times what it does.
 const LIMIT: Duration = Duration::from_secs(120);

@@ -7,7 +7,7 @@ mod common;
 use common::python::Python;
 use common::{LEVELS, cells, expected, land, plan, tiles};
 use raxel_bake::{Directory, Part, ZarrSource, bake};
-use raxel_world::ChunkSource as _;
+use raxel_world::ChunkProvider as _;
 
 /// Compares the arrays of a folder with raw cells, which are in files beside it.
 const COMPARE: &str = r"

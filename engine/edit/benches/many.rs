@@ -9,10 +9,10 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{DiskFiles, SourceMap};
-use raxel_edit::{EditedSource, Edits, KeptSource, Operation, Scene};
+use raxel_edit::{ChunkCache, EditedChunks, Edits, Operation, Scene};
 use raxel_layouts::TileBlock;
 use raxel_layouts::lights::{LightPowers, TileLights};
-use raxel_world::{ChunkPos, ChunkSource, Side};
+use raxel_world::{ChunkPos, ChunkProvider, Side};
 
 /// Chunks along x and z, and voxels that are set in each.
 const CHUNKS: [i32; 2] = [20, 10];
@@ -34,9 +34,9 @@ fn many(c: &mut Criterion) {
     let files = DiskFiles::new(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))).expect("the repository");
     let loaded = raxel_worldfile::load("worlds/frontier.toml", &files, &mut SourceMap::default());
     let streamed = loaded.unwrap_or_else(|errors| panic!("{errors:?}")).0.stream.expect("it is streamed");
-    let kept = Arc::new(KeptSource::new(streamed.generator.clone(), 1 << 30));
+    let kept = Arc::new(ChunkCache::new(streamed.generator.clone(), 1 << 30));
     let materials = kept.materials().to_vec();
-    let source = EditedSource::new(kept, materials.clone());
+    let source = EditedChunks::new(kept, materials.clone());
     let (scene, mut edits) = (Scene::new(&materials, &[]), Edits::default());
     let powers = LightPowers::of(&materials).expect("crystals shine");
     let mut frame = 0;

@@ -7,9 +7,9 @@
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod apply;
+mod chunk_cache;
 mod edits;
 mod history;
-mod kept;
 mod operation;
 mod packed;
 pub mod query;
@@ -19,10 +19,10 @@ mod scene;
 mod shape;
 mod source;
 
+pub use chunk_cache::{ChunkCache, KeptStats};
 pub use edits::{Change, ChunkChange, Edits, Overlay};
 pub use history::HISTORY_BYTES;
-pub use kept::{KeptSource, KeptStats};
 pub use operation::{Brush, EditError, MOST_CHUNKS, MOST_RADIUS, Operation, UNIT, fixed};
 pub use packed::PackedChunk;
 pub use scene::{Base, EditModel, Scene};
-pub use source::EditedSource;
+pub use source::EditedChunks;

@@ -9,7 +9,7 @@ pub trait Base: Send + Sync {
     /// The chunk at a position; `None` when it has no solid voxel.
     ///
     /// # Errors
-    /// When the base cannot know the voxels, as [`raxel_world::ChunkSource::try_chunk`]. Such a chunk is never `None`.
+    /// When the base cannot know the voxels, as [`raxel_world::ChunkProvider::try_chunk`]. Such a chunk is never `None`.
     fn try_chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable>;
 }
 

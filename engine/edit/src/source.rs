@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
-use raxel_world::{Chunk, ChunkPos, ChunkSource, Content, DenseChunk, MAX_LEVEL, Material, Unavailable};
+use raxel_world::{Chunk, ChunkPos, ChunkProvider, Content, DenseChunk, MAX_LEVEL, Material, Unavailable};
 use rayon::prelude::*;
 
 use self::cells::ChangedCells;
@@ -19,14 +19,14 @@ use crate::scene::Base;
 ///
 /// A tile of a level above 0 is that of the source below, but for the cells in which an edit has changed a voxel: see [`ChangedCells`].
 /// So an edited hill looks from afar as one that nobody has touched.
-pub struct EditedSource {
+pub struct EditedChunks {
     unedited: Unedited,
     materials: Vec<Material>,
     edited: RwLock<Edited>,
 }
 
 /// The source below the edits.
-struct Unedited(Arc<dyn ChunkSource>);
+struct Unedited(Arc<dyn ChunkProvider>);
 
 #[derive(Default)]
 struct Edited {
@@ -50,9 +50,9 @@ thread_local! {
     static WORKING: RefCell<DenseChunk> = RefCell::default();
 }
 
-impl EditedSource {
+impl EditedChunks {
     /// A source without edits. `materials` begin with those of the source; there are more where models bring their own.
-    pub fn new(source: Arc<dyn ChunkSource>, materials: Vec<Material>) -> Self {
+    pub fn new(source: Arc<dyn ChunkProvider>, materials: Vec<Material>) -> Self {
         Self { unedited: Unedited(source), materials, edited: RwLock::default() }
     }
 
@@ -119,7 +119,7 @@ impl EditedSource {
     }
 }
 
-impl ChunkSource for EditedSource {
+impl ChunkProvider for EditedChunks {
     fn materials(&self) -> &[Material] {
         &self.materials
     }
@@ -131,14 +131,14 @@ impl ChunkSource for EditedSource {
         }
     }
 
-    fn given_up(&self, level: u32, pos: ChunkPos) {
-        self.unedited.0.given_up(level, pos);
+    fn on_evicted(&self, level: u32, pos: ChunkPos) {
+        self.unedited.0.on_evicted(level, pos);
     }
 }
 
-impl Base for EditedSource {
+impl Base for EditedChunks {
     fn try_chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable> {
-        ChunkSource::try_chunk(self, 0, pos).map(|content| content.to_chunk())
+        ChunkProvider::try_chunk(self, 0, pos).map(|content| content.to_chunk())
     }
 }
 
@@ -148,10 +148,10 @@ impl Base for Unedited {
     }
 }
 
-impl std::fmt::Debug for EditedSource {
+impl std::fmt::Debug for EditedChunks {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let edited = self.edited.read().unwrap_or_else(PoisonError::into_inner);
-        write!(f, "EditedSource({} edited chunks)", edited.chunks.len())
+        write!(f, "EditedChunks({} edited chunks)", edited.chunks.len())
     }
 }
 

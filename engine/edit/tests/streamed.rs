@@ -9,14 +9,14 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use glam::IVec3;
-use raxel_edit::{Base, Brush, Change, EditedSource, Edits, Operation, Scene};
+use raxel_edit::{Base, Brush, Change, EditedChunks, Edits, Operation, Scene};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::RayTargets;
 use raxel_oracle::{Oracle, sets};
-use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, TileKey, View, union};
+use raxel_stream::{PoolMemory, Publication, StreamOptions, Streamer, StreamingRange, TileKey, View, union};
 use raxel_world::{
-    AIR, BLOCKS, Bounds, ChunkPos, ChunkSource, Content, DenseChunk, MAX_LEVEL, Material, MaterialIndex, Mode,
+    AIR, BLOCKS, Bounds, ChunkPos, ChunkProvider, Content, DenseChunk, MAX_LEVEL, Material, MaterialIndex, Mode,
     Unavailable, cell_edge,
 };
 use raxel_worldfile::StreamSettings;
@@ -54,7 +54,7 @@ impl Ground {
     }
 }
 
-impl ChunkSource for Ground {
+impl ChunkProvider for Ground {
     fn materials(&self) -> &[Material] {
         self.world.materials()
     }
@@ -67,14 +67,14 @@ impl ChunkSource for Ground {
 /// Edits with their tiles.
 struct Living {
     ground: Arc<Ground>,
-    source: Arc<EditedSource>,
+    source: Arc<EditedChunks>,
     edits: Edits,
 }
 
 impl Living {
     fn new() -> Self {
         let ground = Ground::new();
-        let source = Arc::new(EditedSource::new(ground.clone(), scene().materials));
+        let source = Arc::new(EditedChunks::new(ground.clone(), scene().materials));
         Self { ground, source, edits: Edits::default() }
     }
 
@@ -144,7 +144,7 @@ fn every_cell_is_that_of_the_source_until_enough_of_it_is_edited() {
             .collect();
         for pos in tiles {
             let (found, below) =
-                (ChunkSource::try_chunk(&*living.source, level, pos).unwrap(), living.ground.chunk(level, pos));
+                (ChunkProvider::try_chunk(&*living.source, level, pos).unwrap(), living.ground.chunk(level, pos));
             let [found, below] = [found, below].map(|content| content.to_chunk());
             let origin = pos.origin().to_array();
             // All of a few cells: walking through all voxels of each would take minutes.
@@ -177,17 +177,17 @@ fn every_cell_is_that_of_the_source_until_enough_of_it_is_edited() {
 }
 
 /// The shipped endless land, with its edits.
-fn frontier() -> (Arc<dyn ChunkSource>, Arc<EditedSource>, Scene) {
+fn frontier() -> (Arc<dyn ChunkProvider>, Arc<EditedChunks>, Scene) {
     let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let files = raxel_diagnostics::DiskFiles::new(root).unwrap();
     let loaded = raxel_worldfile::load("worlds/frontier.toml", &files, &mut raxel_diagnostics::SourceMap::default());
     let land = loaded.unwrap_or_else(|found| panic!("{found:?}")).0.stream.expect("it is streamed").generator;
     let scene = Scene::new(land.materials(), &[]);
-    (land.clone(), Arc::new(EditedSource::new(land, scene.materials.clone())), scene)
+    (land.clone(), Arc::new(EditedChunks::new(land, scene.materials.clone())), scene)
 }
 
 /// The cells of a tile in which two sources differ, with what they are in each.
-fn differences(sources: [&dyn ChunkSource; 2], level: u32, pos: ChunkPos) -> Vec<([u32; 3], [MaterialIndex; 2])> {
+fn differences(sources: [&dyn ChunkProvider; 2], level: u32, pos: ChunkPos) -> Vec<([u32; 3], [MaterialIndex; 2])> {
     let [a, b] = sources.map(|source| {
         let mut cells = DenseChunk::default();
         source.try_chunk(level, pos).unwrap().unpack(&mut cells);
@@ -208,7 +208,7 @@ fn differences(sources: [&dyn ChunkSource; 2], level: u32, pos: ChunkPos) -> Vec
 }
 
 /// The uppermost voxel of a column of the land.
-fn top(land: &dyn ChunkSource, x: i32, z: i32) -> i32 {
+fn top(land: &dyn ChunkProvider, x: i32, z: i32) -> i32 {
     let of_chunk = |y: i32| {
         let pos = ChunkPos::of_cell(IVec3::new(x, 64 * y, z));
         let chunk = land.try_chunk(0, pos).unwrap().to_chunk()?;
@@ -265,7 +265,7 @@ fn what_is_as_thick_as_a_wall_is_seen_from_afar() {
         let at = |cell: [i64; 3]| {
             let pos = ChunkPos::of_cell(IVec3::from_array(cell.map(|c| c as i32)));
             let local = cell.map(|c| (c & 63) as u32);
-            ChunkSource::try_chunk(&*source, level, pos)
+            ChunkProvider::try_chunk(&*source, level, pos)
                 .unwrap()
                 .to_chunk()
                 .map_or(AIR, |chunk| chunk.voxel(local[0], local[1], local[2]))
@@ -322,7 +322,7 @@ fn every_publication_shows_the_edited_world_at_every_level() {
     const WORDS: u32 = 1 << 20;
     let mut living = Living::new();
     let settings = StreamSettings { near: 64, far: 256, ..StreamSettings::default() };
-    let mut reach = Reach::of(&settings, [-64, 64]);
+    let mut reach = StreamingRange::of(&settings, [-64, 64]);
     let memory = Arc::new(Words(Mutex::new(vec![0xdead_beef; WORDS as usize])));
     let options = StreamOptions { workers: 2, complete: true, upload: None, poison: true };
     let mut camera = IVec3::new(20, 30, 20);
@@ -379,14 +379,14 @@ fn adopted_chunks_are_tiles_like_any_other() {
     let mut edits = Edits::default();
     let packed = living.edits.positions().map(|pos| (pos, living.edits.packed(pos).unwrap()));
     edits.adopt(packed.collect::<Vec<_>>(), living.source.materials().len());
-    let adopted = EditedSource::new(living.ground.clone(), scene().materials);
+    let adopted = EditedChunks::new(living.ground.clone(), scene().materials);
     adopted.replace(&edits);
     let mut edited = 0;
     for pos in living.edits.positions() {
         for level in 0..=MAX_LEVEL {
             let tile = ChunkPos::new(pos.x >> (2 * level), pos.y >> (2 * level), pos.z >> (2 * level));
             let [found, expected] =
-                [&adopted, &*living.source].map(|source| ChunkSource::try_chunk(source, level, tile).unwrap());
+                [&adopted, &*living.source].map(|source| ChunkProvider::try_chunk(source, level, tile).unwrap());
             assert_eq!(found, expected, "level {level} {tile:?}");
             edited += usize::from(found != living.ground.chunk(level, tile));
         }
@@ -397,7 +397,7 @@ fn adopted_chunks_are_tiles_like_any_other() {
     short.adopt(living.edits.positions().map(|pos| (pos, living.edits.packed(pos).unwrap())).collect::<Vec<_>>(), 1);
     adopted.replace(&short);
     for pos in living.edits.positions() {
-        let found = ChunkSource::try_chunk(&adopted, 0, pos);
+        let found = ChunkProvider::try_chunk(&adopted, 0, pos);
         assert!(found.as_ref().is_err_and(|unavailable| unavailable.pos == pos), "{pos:?}: {found:?}");
     }
 }

@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::IVec3;
 use raxel_edit::query::{cast, collide, histogram, overlaps};
-use raxel_edit::{EditError, EditedSource, Edits, KeptSource, Operation, Scene};
+use raxel_edit::{ChunkCache, EditError, EditedChunks, Edits, Operation, Scene};
 use raxel_ray::Ray;
 use raxel_world::random::SplitMix64;
-use raxel_world::{Bounds, Cause, ChunkPos, ChunkSource, Content, Material, Unavailable, World};
+use raxel_world::{Bounds, Cause, ChunkPos, ChunkProvider, Content, Material, Unavailable, World};
 
 /// All of one material, when it is there.
 struct Failing {
@@ -22,7 +22,7 @@ fn busy(level: u32, pos: ChunkPos) -> Unavailable {
     Unavailable::new(level, pos, Cause::Failing, "the store is busy")
 }
 
-impl ChunkSource for Failing {
+impl ChunkProvider for Failing {
     fn materials(&self) -> &[Material] {
         &self.materials
     }
@@ -36,7 +36,7 @@ impl ChunkSource for Failing {
 fn what_is_not_there_is_not_changed() {
     let materials = vec![Material::air(), Material::matt("stone", [0.5; 3])];
     let failing = Arc::new(Failing { materials: materials.clone(), there: AtomicBool::new(false) });
-    let source = EditedSource::new(failing.clone(), materials.clone());
+    let source = EditedChunks::new(failing.clone(), materials.clone());
     let scene = Scene::new(&materials, &[]);
     let mut edits = Edits::default();
     let hole = [Operation::Set { cell: [3, 70, -5], material: 0 }];
@@ -67,7 +67,7 @@ struct Holes {
     holes: Vec<ChunkPos>,
 }
 
-impl ChunkSource for Holes {
+impl ChunkProvider for Holes {
     fn materials(&self) -> &[Material] {
         self.world.materials()
     }
@@ -112,7 +112,7 @@ fn every_answer_is_exact_or_names_a_chunk_that_is_unavailable() {
             })
             .collect();
         let source = Arc::new(Holes { world: world.clone(), holes: holes.clone() });
-        let source = EditedSource::new(Arc::new(KeptSource::new(source, 1 << 20)), materials.clone());
+        let source = EditedChunks::new(Arc::new(ChunkCache::new(source, 1 << 20)), materials.clone());
         let mut note = |query: usize, answered: bool| answers[query][usize::from(answered)] += 1;
         // Around the holes, too.
         for x in -3..3 {
@@ -160,7 +160,7 @@ fn a_hit_in_front_of_an_unavailable_chunk_is_exact() {
     let materials = vec![Material::air(), Material::matt("stone", [0.5; 3])];
     let world = World::from_voxels(materials, [(IVec3::new(60, 5, 5), 1), (IVec3::new(130, 5, 5), 1)]);
     let source = Holes { world, holes: vec![ChunkPos::new(1, 0, 0)] };
-    let source = EditedSource::new(Arc::new(source), vec![Material::air(); 2]);
+    let source = EditedChunks::new(Arc::new(source), vec![Material::air(); 2]);
     let along = |cell, x| Ray::new(cell, [0.5; 3], [x, 0.0, 0.0]);
     let voxel = |ray: &Ray, reach| cast(&source, ray, reach).map(|hit| hit.map(|hit| hit.exact.voxel));
     assert_eq!(voxel(&along([0, 5, 5], 1.0), 1e3), Ok(Some([60, 5, 5])));
@@ -173,7 +173,7 @@ fn a_hit_in_front_of_an_unavailable_chunk_is_exact() {
 fn a_step_that_cannot_be_undone_now_can_be_undone_later() {
     let materials = vec![Material::air(), Material::matt("stone", [0.5; 3])];
     let failing = Arc::new(Failing { materials: materials.clone(), there: AtomicBool::new(true) });
-    let source = EditedSource::new(failing.clone(), materials.clone());
+    let source = EditedChunks::new(failing.clone(), materials.clone());
     let (scene, mut edits) = (Scene::new(&materials, &[]), Edits::default());
     edits.apply(&[Operation::Set { cell: [3, 70, -5], material: 0 }], &scene, source.unedited()).unwrap();
     failing.there.store(false, Ordering::Relaxed);

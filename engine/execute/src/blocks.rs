@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use raxel_graph::checked::{Builtin, ClockId, ClockValue, Fill, ParamId, PassId, Source, Value};
-use raxel_graph::plan::{Plan, Step, Turn};
+use raxel_graph::plan::{CopySelector, Plan, Step};
 use raxel_shader::interface::ByteRanges;
 
 use super::digest::{self, Digest};
@@ -68,7 +68,7 @@ enum ChangingSource {
     Param(ParamId),
     Builtin(Builtin),
     /// Where the clock stands when the pass runs.
-    Clock(Turn, ClockValue),
+    Clock(CopySelector, ClockValue),
 }
 
 impl Blocks {
@@ -101,7 +101,7 @@ impl Blocks {
             let pass = plan.graph.pass(planned.pass);
             let interface = &pass.shader.interface;
             let step = plan.steps.iter().position(|step| *step == Step::Dispatch { pass: index as u32 });
-            let turn = |clock: ClockId| step.map_or(Turn::After(clock), |step| plan.clock_at(step, clock));
+            let turn = |clock: ClockId| step.map_or(CopySelector::After(clock), |step| plan.clock_at(step, clock));
             let push = end..end + interface.push.as_ref().map_or(0, |block| block.size) as usize;
             end = push.end;
             blocks.add(plan, turn, &pass.push, &push);
@@ -121,7 +121,7 @@ impl Blocks {
         blocks
     }
 
-    fn add(&mut self, plan: &Plan, turn: impl Fn(ClockId) -> Turn, fills: &[Fill], block: &Range<usize>) {
+    fn add(&mut self, plan: &Plan, turn: impl Fn(ClockId) -> CopySelector, fills: &[Fill], block: &Range<usize>) {
         for fill in fills {
             let from = match fill.from {
                 Source::Param(param) => ChangingSource::Param(param),

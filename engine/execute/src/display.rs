@@ -8,7 +8,7 @@ use raxel_graph::checked::{BufferSize, Display, DisplayMap, ResourceKind, Target
 use raxel_graph::plan::{Plan, ResourceDesc};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{BindingKind, Block, Scalar, ScalarKind, Type};
-use raxel_shader::{Compiler, Request, Shader, ShaderSource};
+use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 
 use super::error::ExecuteError;
 

@@ -11,7 +11,7 @@ use raxel_graph::plan::{Lifetime, Plan};
 
 use super::FRAMES;
 use super::capture::{Capture, Captured};
-use super::counted::Counted;
+use super::counters::CounterReading;
 use super::error::{ExecuteError, Suspect};
 use super::inputs::FrameInputs;
 use super::physical::Filling;
@@ -71,7 +71,7 @@ pub struct Executor {
     captures: u64,
     captured: Option<ReadTicket<Captured>>,
     /// What frames of the running plan have counted in words that are warned of, in their order.
-    counted: Vec<Counted>,
+    counted: Vec<CounterReading>,
     progress: Observed,
 }
 
@@ -432,7 +432,7 @@ impl Executor {
     }
 
     /// What frames that the device has finished have counted in the words that the graph warns of, since the last call; frame after frame.
-    pub fn take_counted(&mut self) -> Vec<Counted> {
+    pub fn take_counted(&mut self) -> Vec<CounterReading> {
         let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
         for slot in order {
             let submitted = self.slots[slot].commands.submitted();

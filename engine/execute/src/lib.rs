@@ -5,7 +5,7 @@
 
 mod blocks;
 mod capture;
-mod counted;
+mod counters;
 mod device;
 mod digest;
 mod display;
@@ -34,7 +34,7 @@ mod upload;
 mod values;
 
 pub use capture::Captured;
-pub use counted::Counted;
+pub use counters::CounterReading;
 pub use device::{DeviceMemory, Texture, largest_image, limits, upload_image};
 pub use display::display_of;
 pub use error::{ExecuteError, Suspect};
@@ -44,7 +44,7 @@ pub use prepare::{Builder, Pipelined, Prepared};
 pub use readback::ReadTicket;
 pub use replay::{Counts, Recorder, Replay};
 pub use report::{FrameReport, GpuTimes, PassOutcome, PassTime, Picture, SwapReport, Texels};
-pub use source::{DeviceSource, Sources, WriteError};
+pub use source::{ExternalResource, Sources, WriteError};
 pub use upload::FRAME_BYTES;
 
 /// Frames that are recorded while the device still works on earlier ones.

@@ -14,7 +14,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use raxel_graph::checked::{Clear, ClockId};
-use raxel_graph::plan::{Lifetime, Plan, ResourceDesc, Step, Turn};
+use raxel_graph::plan::{CopySelector, Lifetime, Plan, ResourceDesc, Step};
 use raxel_shader::interface::Access;
 
 use super::digest::{self, Digest};
@@ -47,7 +47,7 @@ struct Slot {
 struct SlotAccess {
     slot: u32,
     age: u32,
-    turn: Turn,
+    turn: CopySelector,
     /// Index in `Memo::content` of mip 0 of the copy that it is about in this frame.
     base: usize,
     mips: (u32, u32),

@@ -11,7 +11,7 @@ use raxel_shader::format::Format;
 
 use super::device::{buffer_info, image_info, vulkan_format};
 use super::error::ExecuteError;
-use super::source::{DeviceSource, Sources};
+use super::source::{ExternalResource, Sources};
 
 /// All copies of one resource.
 #[derive(Debug)]
@@ -36,19 +36,19 @@ pub(super) enum Copies {
     Images(Vec<Arc<Image>>),
     Buffers(Vec<Arc<Buffer>>),
     /// Supplied from outside.
-    Source(Arc<DeviceSource>, Supplied),
+    Source(Arc<ExternalResource>, Supplied),
 }
 
 /// The source of a copy.
 #[derive(Debug)]
 pub(super) struct Filling {
-    pub(super) source: Arc<DeviceSource>,
+    pub(super) source: Arc<ExternalResource>,
     /// The version that it was filled with last; 0 before the first time.
     filled: AtomicU64,
 }
 
 impl Filling {
-    fn new(source: &Arc<DeviceSource>) -> Self {
+    fn new(source: &Arc<ExternalResource>) -> Self {
         Self { source: source.clone(), filled: AtomicU64::new(0) }
     }
 
@@ -96,7 +96,7 @@ impl Physical {
     }
 
     /// What supplies it from outside, if anything does.
-    pub(super) fn source(&self) -> Option<&Arc<DeviceSource>> {
+    pub(super) fn source(&self) -> Option<&Arc<ExternalResource>> {
         match &self.copies {
             Copies::Source(source, _) => Some(source),
             Copies::Images(_) | Copies::Buffers(_) => None,

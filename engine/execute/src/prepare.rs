@@ -9,12 +9,12 @@ use raxel_gpu::{
     vk,
 };
 use raxel_graph::checked::{BoundAccess, Dispatch};
-use raxel_graph::plan::{Plan, SourceUpdates, Step, Turn};
+use raxel_graph::plan::{CopySelector, Plan, SourceUpdates, Step};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
 
 use super::FRAMES;
-use super::counted::CountedWords;
+use super::counters::CounterReadback;
 use super::device::{self, Texture, scope};
 use super::digest::{self, Digest};
 use super::display::{self, SourceKind, Variant};
@@ -24,7 +24,7 @@ use super::physical::{self, Physical};
 use super::replay::Replay;
 use super::rotations::{Rotations, copy_of};
 use super::shared::{PictureImage, Shared, lock};
-use super::source::{DeviceSource, Sources};
+use super::source::{ExternalResource, Sources};
 
 /// Makes plans ready to run. Cheap to clone, and meant for threads other than the executor's.
 #[derive(Clone)]
@@ -53,7 +53,7 @@ pub struct Prepared {
     pub(super) uniforms: Option<[Arc<Buffer>; FRAMES]>,
     pub(super) display: PreparedDisplay,
     pub(super) instrumentation: Arc<Instrumentation>,
-    pub(super) counted: Arc<CountedWords>,
+    pub(super) counted: Arc<CounterReadback>,
 }
 
 pub(super) struct PreparedPass {
@@ -68,7 +68,7 @@ pub(super) struct PreparedPass {
 pub(super) enum Groups {
     Direct([u32; 3]),
     /// Copies of the argument buffer, age, by what they turn, byte offset.
-    Indirect(Vec<Arc<Buffer>>, u32, Turn, u64),
+    Indirect(Vec<Arc<Buffer>>, u32, CopySelector, u64),
 }
 
 pub(super) struct PreparedDisplay {
@@ -78,7 +78,7 @@ pub(super) struct PreparedDisplay {
     /// Index of the debug target into the plan's resources.
     pub(super) resource: Option<usize>,
     pub(super) age: u32,
-    pub(super) turn: Turn,
+    pub(super) turn: CopySelector,
     pub(super) push: display::Push,
     pub(super) groups: [u32; 3],
     pub(super) picture: Arc<PictureImage>,
@@ -119,8 +119,8 @@ impl Builder {
         name: &str,
         buffer: Option<Arc<Buffer>>,
         image: Option<(Arc<Image>, Format)>,
-    ) -> Arc<DeviceSource> {
-        DeviceSource::new(name, buffer, image, self.shared.writes.clone())
+    ) -> Arc<ExternalResource> {
+        ExternalResource::new(name, buffer, image, self.shared.writes.clone())
     }
 
     /// Has the driver compile what a plan runs, several shaders at a time. They are there for [`Self::prepare`] as long as the result is held;
@@ -169,7 +169,7 @@ impl Builder {
             updates: [plan.updates.before, SourceUpdates::BETWEEN, plan.updates.after]
                 .map(|dependency| Barrier::default().memory(scope(dependency.src), scope(dependency.dst))),
             instrumentation: Arc::new(Instrumentation::new(device, &self.shared.options, &plan)?),
-            counted: Arc::new(CountedWords::new(device, &plan)?),
+            counted: Arc::new(CounterReadback::new(device, &plan)?),
             replay,
             resources,
             passes,
@@ -244,7 +244,7 @@ impl Builder {
                 let arguments = pass.accesses.iter().find(of);
                 let physical = arguments.and_then(physical);
                 let copies = physical.map(|p| (0..p.count()).filter_map(|c| p.buffer(c as usize).cloned()).collect());
-                let turn = arguments.map_or(Turn::Frame, turn);
+                let turn = arguments.map_or(CopySelector::Frame, turn);
                 Groups::Indirect(copies.unwrap_or_default(), arguments.map_or(0, |access| access.age), turn, *offset)
             }
             (_, groups) => Groups::Direct(groups.unwrap_or([0; 3])),

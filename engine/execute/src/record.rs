@@ -1,7 +1,7 @@
 //! Records a frame into a command buffer of the device.
 
 use raxel_gpu::{Barrier, Recording, vk};
-use raxel_graph::plan::Turn;
+use raxel_graph::plan::CopySelector;
 
 use super::capture::Capture;
 use super::device::{color, pattern};
@@ -31,7 +31,7 @@ pub(super) struct DeviceRecorder<'a, 'r> {
 }
 
 impl DeviceRecorder<'_, '_> {
-    fn rotation(&self, turn: Turn) -> u64 {
+    fn rotation(&self, turn: CopySelector) -> u64 {
         self.prepared.replay.ticks.rotation(self.frame, turn)
     }
 

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use raxel_graph::checked::{ClockId, Every, PassId, ResourceId};
-use raxel_graph::plan::{PassPlan, Plan, Step, Turn};
+use raxel_graph::plan::{CopySelector, PassPlan, Plan, Step};
 
 use super::blocks::{Blocks, UniformPlace};
 use super::digest::{self, Digest};
@@ -252,7 +252,7 @@ impl Replay {
 
     /// The number that rotates the copies of a resource as the decided frame leaves it behind.
     pub(super) fn rotation_after(&self, frame: u64, resource: ResourceId) -> u64 {
-        let turn = self.plan.graph.resource(resource).clock.map_or(Turn::Frame, Turn::After);
+        let turn = self.plan.graph.resource(resource).clock.map_or(CopySelector::Frame, CopySelector::After);
         self.ticks.rotation(frame, turn)
     }
 

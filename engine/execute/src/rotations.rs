@@ -1,15 +1,15 @@
 //! Which copies of resources with a history a frame touches.
 
-use raxel_graph::plan::Turn;
+use raxel_graph::plan::CopySelector;
 
 /// The ways in which the copies that a pass touches can stand: by what they turn, and after how many turns they stand as before. There are
 /// as many ways as the product of those numbers.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rotations(Vec<(Turn, u64)>);
+pub(super) struct Rotations(Vec<(CopySelector, u64)>);
 
 impl Rotations {
-    pub(super) fn of(turns: impl Iterator<Item = (Turn, u64)>) -> Rotations {
-        let mut rotations: Vec<(Turn, u64)> = Vec::new();
+    pub(super) fn of(turns: impl Iterator<Item = (CopySelector, u64)>) -> Rotations {
+        let mut rotations: Vec<(CopySelector, u64)> = Vec::new();
         for (turn, copies) in turns {
             match rotations.iter_mut().find(|(known, _)| *known == turn) {
                 Some((_, period)) => *period = lcm(*period, copies),
@@ -25,12 +25,12 @@ impl Rotations {
     }
 
     /// Which way it is, where `rotation` gives the number of each turn.
-    pub(super) fn way(&self, rotation: impl Fn(Turn) -> u64) -> u64 {
+    pub(super) fn way(&self, rotation: impl Fn(CopySelector) -> u64) -> u64 {
         self.0.iter().fold(0, |way, &(turn, period)| way * period + rotation(turn) % period)
     }
 
     /// A number of that turn in one of the ways.
-    pub(super) fn rotation(&self, mut way: u64, of: Turn) -> u64 {
+    pub(super) fn rotation(&self, mut way: u64, of: CopySelector) -> u64 {
         for &(turn, period) in self.0.iter().rev() {
             if turn == of {
                 return way % period;
@@ -59,7 +59,7 @@ fn lcm(a: u64, b: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use raxel_graph::checked::ClockId;
-    use raxel_graph::plan::Turn;
+    use raxel_graph::plan::CopySelector;
 
     use super::{Rotations, copy_of, lcm};
 
@@ -74,15 +74,15 @@ mod tests {
 
     #[test]
     fn every_way_of_standing_has_its_number() {
-        let after = Turn::After(ClockId(0));
-        let rotations = Rotations::of([(Turn::Frame, 2), (after, 3), (Turn::Frame, 3)].into_iter());
+        let after = CopySelector::After(ClockId(0));
+        let rotations = Rotations::of([(CopySelector::Frame, 2), (after, 3), (CopySelector::Frame, 3)].into_iter());
         assert_eq!(rotations.count(), 18);
         let mut seen = [false; 18];
         for frame in 0..6 {
             for tick in 100..103 {
                 let way = rotations.way(|turn| if turn == after { tick } else { frame });
                 assert!(!std::mem::replace(&mut seen[way as usize], true));
-                assert_eq!(rotations.rotation(way, Turn::Frame), frame % 6);
+                assert_eq!(rotations.rotation(way, CopySelector::Frame), frame % 6);
                 assert_eq!(rotations.rotation(way, after), tick % 3);
             }
         }

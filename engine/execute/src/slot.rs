@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use raxel_gpu::{CommandBuffer, Device};
 
-use super::counted::CountedWords;
+use super::counters::CounterReadback;
 use super::error::{ExecuteError, Suspect};
 use super::instrumentation::Instrumentation;
 
@@ -20,7 +20,7 @@ pub(super) struct FrameSlot {
     pub(super) ran: Vec<u32>,
     pub(super) times_read: bool,
     /// The words that are warned of, and which of them that frame has copied; none once they are read.
-    pub(super) counted: Option<Arc<CountedWords>>,
+    pub(super) counted: Option<Arc<CounterReadback>>,
     pub(super) copied: Vec<u32>,
     /// When it was submitted last.
     pub(super) submitted: Instant,

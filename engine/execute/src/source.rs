@@ -14,7 +14,7 @@ const WAITING_BYTES: usize = 256 << 20;
 
 /// Something on the device that plans read and do not make.
 #[derive(Debug)]
-pub struct DeviceSource {
+pub struct ExternalResource {
     name: String,
     buffer: Option<Arc<Buffer>>,
     image: Option<(Arc<Image>, Format)>,
@@ -39,7 +39,7 @@ struct Waiting {
 /// A part of a source with its new contents.
 #[derive(Debug)]
 pub(super) struct Write {
-    pub(super) source: Arc<DeviceSource>,
+    pub(super) source: Arc<ExternalResource>,
     pub(super) part: Part,
     pub(super) bytes: Vec<u8>,
     /// The write after it is for the same frame.
@@ -86,7 +86,7 @@ fn next_version() -> u64 {
     VERSION.fetch_add(1, Ordering::Relaxed)
 }
 
-impl DeviceSource {
+impl ExternalResource {
     pub(super) fn new(
         name: &str,
         buffer: Option<Arc<Buffer>>,
@@ -242,7 +242,7 @@ impl WriteQueue {
 /// What is supplied to a plan, by the name of the resource that it stands for.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
-    by_resource: BTreeMap<String, Arc<DeviceSource>>,
+    by_resource: BTreeMap<String, Arc<ExternalResource>>,
 }
 
 impl Sources {
@@ -252,12 +252,12 @@ impl Sources {
     }
 
     /// Supplies a resource, or another source for it.
-    pub fn insert(&mut self, resource: &str, source: Arc<DeviceSource>) {
+    pub fn insert(&mut self, resource: &str, source: Arc<ExternalResource>) {
         self.by_resource.insert(resource.to_owned(), source);
     }
 
     /// What a resource is supplied with.
-    pub fn get(&self, resource: &str) -> Option<&Arc<DeviceSource>> {
+    pub fn get(&self, resource: &str) -> Option<&Arc<ExternalResource>> {
         self.by_resource.get(resource)
     }
 
@@ -274,14 +274,14 @@ impl Sources {
 mod tests {
     use super::*;
 
-    fn write(source: &Arc<DeviceSource>, bytes: usize) -> Write {
+    fn write(source: &Arc<ExternalResource>, bytes: usize) -> Write {
         Write { source: source.clone(), part: Part::Bytes { offset: 0 }, bytes: vec![0; bytes], joined: false }
     }
 
     #[test]
     fn writes_that_belong_together_go_together_or_not_at_all() {
         let queue = Arc::new(WriteQueue::default());
-        let [a, b] = ["a", "b"].map(|name| DeviceSource::new(name, None, None, queue.clone()));
+        let [a, b] = ["a", "b"].map(|name| ExternalResource::new(name, None, None, queue.clone()));
         queue.push([write(&a, 90)]).unwrap();
         queue.push([write(&a, 20), write(&b, 20)]).unwrap();
         queue.push([write(&b, 10)]).unwrap();

@@ -5,7 +5,7 @@
 //! that rounding drops no tick and runs none twice.
 
 use raxel_graph::checked::{ClockId, ClockValue, Graph, Value};
-use raxel_graph::plan::Turn;
+use raxel_graph::plan::CopySelector;
 
 use crate::moment::{Fraction, Moment};
 
@@ -103,20 +103,22 @@ impl Ticks {
     }
 
     /// The number that rotates what is counted that way.
-    pub fn rotation(&self, frame: u64, turn: Turn) -> u64 {
+    pub fn rotation(&self, frame: u64, turn: CopySelector) -> u64 {
         let (clock, ticks) = match turn {
-            Turn::Frame => return frame,
-            Turn::Before(clock) => (clock, 0),
-            Turn::Tick(clock, tick) => (clock, u64::from(tick) + 1),
-            Turn::After(clock) => (clock, u64::from(self.clocks[clock.0 as usize].due)),
+            CopySelector::Frame => return frame,
+            CopySelector::Before(clock) => (clock, 0),
+            CopySelector::Tick(clock, tick) => (clock, u64::from(tick) + 1),
+            CopySelector::After(clock) => (clock, u64::from(self.clocks[clock.0 as usize].due)),
         };
         ORIGIN + self.clocks[clock.0 as usize].finished + ticks - 1
     }
 
     /// What `clock.NAME.…` is where the clock stands like that.
     #[expect(clippy::cast_possible_truncation, reason = "shaders get 32-bit floats, and ticks modulo 2³²")]
-    pub fn value(&self, turn: Turn, value: ClockValue) -> Value {
-        let (Turn::Before(clock) | Turn::Tick(clock, _) | Turn::After(clock)) = turn else { return Value::U32(0) };
+    pub fn value(&self, turn: CopySelector, value: ClockValue) -> Value {
+        let (CopySelector::Before(clock) | CopySelector::Tick(clock, _) | CopySelector::After(clock)) = turn else {
+            return Value::U32(0);
+        };
         let state = &self.clocks[clock.0 as usize];
         match value {
             ClockValue::Tick => Value::U32(self.rotation(0, turn).saturating_sub(ORIGIN) as u32),
@@ -144,7 +146,7 @@ mod tests {
         let mut ran = Vec::new();
         for frame in 0..frames {
             ticks.advance(Moment::from(frame as f64 * step));
-            let tick = |tick| ticks.rotation(0, Turn::Tick(ClockId(0), tick)) - ORIGIN;
+            let tick = |tick| ticks.rotation(0, CopySelector::Tick(ClockId(0), tick)) - ORIGIN;
             ran.extend((0..ticks.clocks[0].due).map(tick));
         }
         ran
@@ -186,18 +188,18 @@ mod tests {
         assert_eq!(due(&ticks), 4);
         ticks.advance(Moment::from(6.0));
         assert_eq!(due(&ticks), 0);
-        assert_eq!(ticks.rotation(9, Turn::After(clock)), ORIGIN + 4);
-        assert_eq!(ticks.rotation(9, Turn::Frame), 9);
+        assert_eq!(ticks.rotation(9, CopySelector::After(clock)), ORIGIN + 4);
+        assert_eq!(ticks.rotation(9, CopySelector::Frame), 9);
         ticks.advance(Moment::from(1.0));
         assert_eq!(due(&ticks), 0, "backwards");
         ticks.advance(Moment::from(1.0 + 2.0 / 60.0));
         assert_eq!(due(&ticks), 2);
-        assert_eq!(ticks.value(Turn::Before(clock), ClockValue::Tick), Value::U32(4));
-        assert_eq!(ticks.value(Turn::Tick(clock, 1), ClockValue::Tick), Value::U32(6));
+        assert_eq!(ticks.value(CopySelector::Before(clock), ClockValue::Tick), Value::U32(4));
+        assert_eq!(ticks.value(CopySelector::Tick(clock, 1), ClockValue::Tick), Value::U32(6));
         let mut next = self::ticks(60.0, 4);
         next.carry(&ticks);
         next.advance(Moment::from(1.0 + 3.0 / 60.0));
-        assert_eq!((due(&next), next.rotation(0, Turn::After(clock))), (1, ORIGIN + 7));
+        assert_eq!((due(&next), next.rotation(0, CopySelector::After(clock))), (1, ORIGIN + 7));
     }
 
     /// Rates as users write them, with the fraction that they are.

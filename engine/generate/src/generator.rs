@@ -11,7 +11,7 @@ use std::sync::Arc;
 use raxel_world::Placement;
 use raxel_world::{Bits, block_index, child_cell, voxel_index};
 use raxel_world::{Bounds, ChunkPos};
-use raxel_world::{ChunkSource, Content, MAX_LEVEL, Unavailable, cell_edge};
+use raxel_world::{ChunkProvider, Content, MAX_LEVEL, Unavailable, cell_edge};
 use raxel_world::{DenseChunk, Mode};
 use raxel_world::{Material, MaterialIndex};
 
@@ -155,7 +155,7 @@ impl Generator {
     }
 }
 
-impl ChunkSource for Generator {
+impl ChunkProvider for Generator {
     fn materials(&self) -> &[Material] {
         &self.materials
     }

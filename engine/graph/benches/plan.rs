@@ -15,7 +15,7 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::{
     Access, Binding, BindingKind, Block, ByteRanges, Dim, Interface, LocalSize, Member, Scalar, ScalarKind, Type,
 };
-use raxel_shader::{Request, Shader, ShaderSource};
+use raxel_shader::{Request, Shader, ShaderProvider};
 
 /// A chain of passes over full, half and quarter-size targets: each samples the two before it and stores one; every fourth reads
 /// history, every fifth appends to a buffer.
@@ -67,7 +67,7 @@ fn shader_name(pass: usize, passes: usize) -> String {
 /// Shaders that are compiled already.
 struct Ready;
 
-impl ShaderSource for Ready {
+impl ShaderProvider for Ready {
     fn shader(&self, request: &Request, _: &mut SourceMap) -> Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>> {
         let sampled = |name: &str, binding| Binding {
             name: name.into(),

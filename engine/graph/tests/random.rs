@@ -76,7 +76,7 @@ fn what_plans_take_is_known() {
                 plan.culled.len() as u64,
                 plan.resources.len() as u64,
                 plan.resources.iter().filter(|resource| resource.varies).count() as u64,
-                u64::from(plan.looks_back),
+                u64::from(plan.uses_history),
                 plan.blocks.len() as u64,
                 plan.blocks.iter().map(|block| block.size).sum(),
                 plan.resources.iter().filter(own).map(|resource| resource.memory.size).sum(),

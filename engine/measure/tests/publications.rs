@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_diagnostics::{MemoryFiles, SourceMap};
-use raxel_edit::{Brush, EditedSource, Edits, KeptSource, Operation, Scene};
+use raxel_edit::{Brush, ChunkCache, EditedChunks, Edits, Operation, Scene};
 use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, CommandBuffer, ComputePipeline, Descriptors, Device, DeviceOptions, Location,
     PipelineInfo, Resource, SharedWords, Slot, TimelineValue, UploadRing, Validation, vk,
@@ -23,10 +23,12 @@ use raxel_measure::rays::{DeviceWorld, Method, Stream, Tracer};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::sets::{RaySet, RayTargets};
 use raxel_oracle::{Oracle, Ray, sets};
-use raxel_shader::{Compiler, Request, ShaderSource as _};
-use raxel_stream::{PoolMemory, Publication, Reach, Reached, StreamOptions, Streamer, TileKey, View, union};
+use raxel_shader::{Compiler, Request, ShaderProvider as _};
+use raxel_stream::{
+    PoolMemory, Publication, ReachableSet, StreamOptions, Streamer, StreamingRange, TileKey, View, union,
+};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Side, Unavailable, World};
+use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Side, Unavailable, World};
 use raxel_worldfile::StreamSettings;
 use rayon::prelude::*;
 
@@ -146,7 +148,7 @@ impl Endless {
     }
 }
 
-impl ChunkSource for Endless {
+impl ChunkProvider for Endless {
     fn materials(&self) -> &[Material] {
         &self.0
     }
@@ -156,16 +158,16 @@ impl ChunkSource for Endless {
     }
 }
 
-fn endless() -> Arc<dyn ChunkSource> {
+fn endless() -> Arc<dyn ChunkProvider> {
     // A memory of it, since coarse tiles are made of many chunks.
-    Arc::new(KeptSource::new(Arc::new(Endless(materials())), 1 << 30))
+    Arc::new(ChunkCache::new(Arc::new(Endless(materials())), 1 << 30))
 }
 
-fn reach(near: u32, far: u32) -> Reach {
-    Reach::of(&StreamSettings { near, far, ..StreamSettings::default() }, [-128, 128])
+fn reach(near: u32, far: u32) -> StreamingRange {
+    StreamingRange::of(&StreamSettings { near, far, ..StreamSettings::default() }, [-128, 128])
 }
 
-fn streamer(source: Arc<dyn ChunkSource>, memory: &Arc<Memory>, reach: Reach, complete: bool) -> Streamer {
+fn streamer(source: Arc<dyn ChunkProvider>, memory: &Arc<Memory>, reach: StreamingRange, complete: bool) -> Streamer {
     let options = StreamOptions { workers: 2, complete, upload: None, poison: true };
     Streamer::new(source, memory.clone(), WORDS, reach, View::at(IVec3::ZERO), options)
 }
@@ -229,7 +231,7 @@ fn trace(publications: u64, rays: u64) {
     for (staged, levels) in [(false, false), (true, false), (false, true), (true, true)] {
         let memory = Memory::new(&device, WORDS, staged);
         let on_device = DeviceWorld::of_buffer(memory.buffer.clone());
-        let source = Arc::new(EditedSource::new(endless(), materials()));
+        let source = Arc::new(EditedChunks::new(endless(), materials()));
         let mut shape = if levels { reach(64, 256) } else { reach(192, 192) };
         let streamer = streamer(source.clone(), &memory, shape.clone(), levels);
         let (scene, mut edits) = (Scene::new(&materials(), &[]), Edits::default());
@@ -277,7 +279,7 @@ fn trace(publications: u64, rays: u64) {
                 source.edited_heights().into_iter().for_each(|heights| shape.include(heights));
                 shape.tiles(camera)
             } else {
-                let reached = Reached::of(&publication.header, &memory.host.lock().unwrap()[HEADER..]);
+                let reached = ReachableSet::of(&publication.header, &memory.host.lock().unwrap()[HEADER..]);
                 reached.chunks.into_iter().map(|(pos, _)| TileKey { level: 0, pos }).collect()
             };
             let shown = union(&*source, &tiles).unwrap();
@@ -456,7 +458,7 @@ type Known = HashMap<(ChunkPos, u32), Expected>;
 /// Everything behind the headers that a publication reaches: its directory and the table of its groups of lamps, as they are, and the words of
 /// each chunk and of its lamps, as they follow from the source. The nodes of chunks and the headers of lamps are compared here.
 fn reached(
-    source: &dyn ChunkSource,
+    source: &dyn ChunkProvider,
     [words, lamps]: [&[u32]; 2],
     publication: &Publication,
     known: &mut Known,
@@ -464,7 +466,7 @@ fn reached(
     let body = &words[HEADER..];
     let full_run = (MATERIAL_WORDS * source.materials().len() as u32).next_multiple_of(4);
     let powers = LightPowers::of(source.materials()).unwrap();
-    let reached = Reached::of(&publication.header, body);
+    let reached = ReachableSet::of(&publication.header, body);
     let of = |of: &[u32], at: u32, count: u32| (at, count, sum(&of[at as usize..][..count as usize]));
     let nodes = reached.nodes.iter().map(|range| of(words, HEADER as u32 + range.start, range.len() as u32));
     let mut ranges: Vec<Range> = nodes.collect();

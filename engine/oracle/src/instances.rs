@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{I64Vec3, IVec3};
-use raxel_layouts::instances::{Frame, Instances, Turn};
+use raxel_layouts::instances::{Frame, Instances, Rotation};
 use raxel_ray::{FACE_INSIDE, Lattice, ONE, Ray};
 use raxel_world::World;
 
@@ -65,11 +65,11 @@ impl Scene {
             let model = &instances.models[instance.model];
             let (anchor, frame) = (instance.anchor, *frame);
             match frame.turn {
-                Turn::Free(_) => {
+                Rotation::Free(_) => {
                     let materials = Some(model.materials.clone());
                     Body { frame, anchor, materials, voxels: model.voxels.clone() }
                 }
-                Turn::Quarter(_) => {
+                Rotation::Quarter(_) => {
                     let placed = model.voxels.voxels().filter_map(|(cell, material)| {
                         let from_anchor = I64Vec3::from(cell) - I64Vec3::from(anchor);
                         let at = frame.place(from_anchor.to_array())?.map(i32::try_from);
@@ -93,7 +93,7 @@ impl Scene {
             return ModelVoxel { cell: voxel, face: hit.face, free: false };
         };
         let from_anchor = |cell: [i64; 3]| std::array::from_fn(|i| cell[i] + body.anchor[i]);
-        let Turn::Quarter(orientation) = body.frame.turn else {
+        let Rotation::Quarter(orientation) = body.frame.turn else {
             return ModelVoxel { cell: from_anchor(voxel), face: hit.face, free: true };
         };
         let back = orientation.inverse();
@@ -127,8 +127,8 @@ impl SceneOracle<'_> {
         let mut best = found(&of_world, None, 1, None);
         for (index, (body, oracle)) in self.bodies.iter().enumerate() {
             let hit = match body.frame.turn {
-                Turn::Quarter(_) => found(&oracle.first_hit(ray), Some(index), 1, None),
-                Turn::Free(_) => turned(body, &lattice).and_then(|(ray, shift)| {
+                Rotation::Quarter(_) => found(&oracle.first_hit(ray), Some(index), 1, None),
+                Rotation::Free(_) => turned(body, &lattice).and_then(|(ray, shift)| {
                     let mut hit = found(&oracle.first_hit(&ray), Some(index), shift, body.materials.as_deref())?;
                     hit.voxel = std::array::from_fn(|i| (i64::from(hit.voxel[i]) - body.anchor[i]) as i32);
                     Some(hit)

@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_edit::{EditedSource, KeptSource};
-use raxel_execute::{Builder, DeviceSource, ExecuteError};
+use raxel_edit::{ChunkCache, EditedChunks};
+use raxel_execute::{Builder, ExecuteError, ExternalResource};
 use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, SharedWords, TimelineValue, UploadRing, vk};
-use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, View};
-use raxel_world::{ChunkPos, ChunkSource};
+use raxel_stream::{PoolMemory, Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, View};
+use raxel_world::{ChunkPos, ChunkProvider};
 use raxel_worldfile::Streamed;
 
 use crate::camera::Camera;
@@ -39,9 +39,9 @@ const SHARE: u64 = 2;
 /// A world that is loaded around the camera, on one device.
 pub struct WorldStream {
     streamer: Streamer,
-    source: Arc<DeviceSource>,
+    source: Arc<ExternalResource>,
     /// The list of lamps, where a material gives off light.
-    lights: Option<Arc<DeviceSource>>,
+    lights: Option<Arc<ExternalResource>>,
     device: Arc<Device>,
     complete: bool,
     uploads: Arc<Uploads>,
@@ -102,7 +102,7 @@ impl WorldStream {
     /// Starts to load a world around a camera. When `complete`, every frame waits until everything that its camera wants is there.
     #[expect(clippy::cast_possible_truncation, reason = "a storage buffer has less than 2³² bytes")]
     pub fn new(
-        (streamed, tiles): (&Streamed, &Arc<EditedSource>),
+        (streamed, tiles): (&Streamed, &Arc<EditedChunks>),
         camera: &Camera,
         complete: bool,
         builder: &Builder,
@@ -114,7 +114,7 @@ impl WorldStream {
         let there = u64::from(capabilities.limits.max_storage_buffer_range).min(capabilities.memory / SHARE);
         let bytes = settings.gpu_memory.min(there) & !15;
         let loaded = reach.loaded(complete);
-        let [needed, packed] = Streamer::estimate(&**tiles, &loaded, camera.cell, &KeptSource::bytes_of);
+        let [needed, packed] = Streamer::estimate(&**tiles, &loaded, camera.cell, &ChunkCache::bytes_of);
         if needed > bytes {
             return Err(Refused::World(Box::new(too_small(streamed, needed, bytes))));
         }
@@ -152,12 +152,12 @@ impl WorldStream {
     }
 
     /// The source that passes bind.
-    pub fn source(&self) -> &Arc<DeviceSource> {
+    pub fn source(&self) -> &Arc<ExternalResource> {
         &self.source
     }
 
     /// The list of lamps; `None` where no material gives off light.
-    pub fn lights(&self) -> Option<&Arc<DeviceSource>> {
+    pub fn lights(&self) -> Option<&Arc<ExternalResource>> {
         self.lights.as_ref()
     }
 
@@ -282,9 +282,9 @@ impl WorldStream {
             let lights = self.lights.as_ref().zip(publication.lights.as_ref());
             let lights = lights.map(|(source, words)| (source, bytemuck::cast_slice(words)));
             let voxels = (&self.source, bytemuck::cast_slice(publication.words()));
-            let headers: Vec<(&Arc<DeviceSource>, &[u8])> = std::iter::once(voxels).chain(lights).collect();
+            let headers: Vec<(&Arc<ExternalResource>, &[u8])> = std::iter::once(voxels).chain(lights).collect();
             // Too many waiting writes: the next frame tries again.
-            if DeviceSource::write_together(&headers).is_ok() {
+            if ExternalResource::write_together(&headers).is_ok() {
                 (frames.version, frames.changes) = (publication.version, publication.changes);
             }
         }
@@ -371,8 +371,8 @@ impl std::fmt::Debug for WorldStream {
 }
 
 /// Which tiles of a world are wanted: those of its file, and what is edited.
-pub fn reach_of(streamed: &Streamed, tiles: &EditedSource) -> Reach {
-    let mut reach = Reach::of(&streamed.settings, streamed.generator.height_range().unwrap_or([0, 0]));
+pub fn reach_of(streamed: &Streamed, tiles: &EditedChunks) -> StreamingRange {
+    let mut reach = StreamingRange::of(&streamed.settings, streamed.generator.height_range().unwrap_or([0, 0]));
     tiles.edited_heights().into_iter().for_each(|heights| reach.include(heights));
     reach
 }
@@ -584,7 +584,7 @@ mod tests {
         for memory in memories {
             // One worker takes its places in the order of the tiles.
             let options = StreamOptions { workers: 1, complete: true, upload: None, poison: false };
-            let reach = Reach::of(&settings, [0, 90]);
+            let reach = StreamingRange::of(&settings, [0, 90]);
             let streamer = Streamer::new(world.clone(), memory, WORDS, reach, View::at(IVec3::ZERO), options);
             streamer.wait(PATIENCE).unwrap();
             assert!(streamer.stats().live > 10);

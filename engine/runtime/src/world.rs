@@ -8,12 +8,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap};
-use raxel_edit::{Base, EditedSource, KeptSource, KeptStats, Scene};
+use raxel_edit::{Base, ChunkCache, EditedChunks, KeptStats, Scene};
 use raxel_graph::checked::Fact;
 use raxel_graph::plan::WorldInput;
 use raxel_layouts::instances::Instances;
 use raxel_layouts::{Encoded, EncodedImage, Layout, LayoutError, Limits};
-use raxel_world::{Chunk, ChunkPos, ChunkSource as _, Material};
+use raxel_world::{Chunk, ChunkPos, ChunkProvider as _, Material};
 use raxel_worldfile::Streamed;
 use raxel_worldfile::{Aim, CameraHint, Effort, Loaded};
 
@@ -36,9 +36,9 @@ pub struct SessionWorld {
     /// Names of the materials by index.
     materials: Vec<String>,
     /// The tiles of a streamed world, with its edits.
-    tiles: Option<Arc<EditedSource>>,
+    tiles: Option<Arc<EditedChunks>>,
     /// Those of them that were made, packed, without edits.
-    kept: Option<Arc<KeptSource>>,
+    kept: Option<Arc<ChunkCache>>,
     /// Whether it has edits, and encodings are made to follow them.
     edited: bool,
 }
@@ -104,12 +104,12 @@ impl SessionWorld {
                 0 if shines => LAMP_NEIGHBOURS,
                 bytes => bytes,
             };
-            Arc::new(KeptSource::new(streamed.generator.clone(), bytes))
+            Arc::new(ChunkCache::new(streamed.generator.clone(), bytes))
         });
         let tiles = kept.as_ref().map(|kept| {
             // The palette of a streamed world never changes: what models may bring is in it from the beginning.
             materials = Scene::new(&materials, &loaded.models).materials;
-            Arc::new(EditedSource::new(kept.clone(), materials.clone()))
+            Arc::new(EditedChunks::new(kept.clone(), materials.clone()))
         });
         let materials = materials.into_iter().map(|material| material.name).collect();
         Self { path, loaded, identity: Arc::default(), costs: Mutex::default(), materials, tiles, kept, edited: false }
@@ -153,7 +153,7 @@ impl SessionWorld {
     }
 
     /// The tiles of a streamed world, with its edits.
-    pub fn tiles(&self) -> Option<&Arc<EditedSource>> {
+    pub fn tiles(&self) -> Option<&Arc<EditedChunks>> {
         self.tiles.as_ref()
     }
 

@@ -13,7 +13,7 @@ use glam::IVec3;
 use project::{TestProject, assert_silent};
 use raxel_diagnostics::{DiskFiles, SourceMap};
 use raxel_graph::checked::Value;
-use raxel_layouts::instances::{Frame, Pose, Turn};
+use raxel_layouts::instances::{Frame, Pose, Rotation};
 use raxel_oracle::instances::{Scene, SceneHit};
 use raxel_oracle::sets::{self, Random};
 use raxel_oracle::{Lattice, Ray};
@@ -295,7 +295,7 @@ fn thousands_of_them_are_exact() {
     let loaded = load(&project);
     assert_eq!(loaded.instances.list.len(), 4096);
     let frames = loaded.instances.frames(|_| None);
-    assert!(frames[..1024].iter().all(|frame| matches!(frame.turn, Turn::Free(_))));
+    assert!(frames[..1024].iter().all(|frame| matches!(frame.turn, Rotation::Free(_))));
     // From above all of them, at one of them.
     let mut random = Random::new(12);
     let rays: Vec<Ray> = (0..RAYS)
@@ -332,8 +332,8 @@ fn params_move_them_and_nothing_runs_while_they_stand() {
     };
     let places = [(0.0, 0), (7.0, 0), (8.0, 90), (8.0, 33), (0.0, 0)];
     let frames: Vec<_> = places.iter().map(|&(tide, spin)| of(tide, f64::from(spin))).collect();
-    assert!(frames[2][..2].iter().all(|frame| matches!(frame.turn, Turn::Quarter(_))));
-    assert!(matches!(frames[1][0].turn, Turn::Free(_)));
+    assert!(frames[2][..2].iter().all(|frame| matches!(frame.turn, Rotation::Quarter(_))));
+    assert!(matches!(frames[1][0].turn, Rotation::Free(_)));
     let rays = rays_for(&loaded, &frames[0]);
     fs::write(project.path("data/rays.bin"), bytes(&rays)).unwrap();
     let mut session = open(&project);
@@ -428,7 +428,7 @@ fn shaders_move_them_two_frames_later_and_exactly() {
     let home = loaded.instances.frames(|_| None);
     let own: Vec<Option<Pose>> = poses.iter().copied().map(Some).collect();
     let away = loaded.instances.frames_with(&own, |_| None);
-    assert!(away[..48].iter().any(|frame| matches!(frame.turn, Turn::Quarter(_))));
+    assert!(away[..48].iter().any(|frame| matches!(frame.turn, Rotation::Quarter(_))));
     assert_eq!(away[48..], home[48..]);
     // A turn about Z by a quarter, from a quaternion of `f32`, is one of whole numbers.
     let turned: Vec<_> = poses

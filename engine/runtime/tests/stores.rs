@@ -19,7 +19,7 @@ use raxel_ray::Ray;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{Options, Session};
 use raxel_world::random::SplitMix64;
-use raxel_world::{Bounds, Cause, ChunkPos, ChunkSource, Content, Unavailable};
+use raxel_world::{Bounds, Cause, ChunkPos, ChunkProvider, Content, Unavailable};
 use raxel_worldfile::Effort;
 
 /// Levels of detail in a store.
@@ -189,7 +189,7 @@ impl Judge<'_> {
     fn ask(&self, found: &SessionWorld, random: &mut SplitMix64) {
         let (whole, found) = (self.whole.newest(), (found.newest(), found.tiles().unwrap()));
         for ((level, pos), content) in tiles().zip(self.contents) {
-            self.judge(0, ChunkSource::try_chunk(&**found.1, level, pos), content);
+            self.judge(0, ChunkProvider::try_chunk(&**found.1, level, pos), content);
             if level == 0 {
                 self.judge(0, found.0.try_chunk(pos), &content.to_chunk());
             }
@@ -235,7 +235,7 @@ fn every_answer_of_a_damaged_store_is_exact_or_names_a_chunk() {
             scope.spawn(|| {
                 let whole = baked.each_ref().map(|baked| load(baked.folder.path()).unwrap());
                 let contents = whole.each_ref().map(|whole| {
-                    let tile = |(level, pos)| ChunkSource::try_chunk(&**whole.tiles().unwrap(), level, pos).unwrap();
+                    let tile = |(level, pos)| ChunkProvider::try_chunk(&**whole.tiles().unwrap(), level, pos).unwrap();
                     tiles().map(tile).collect::<Vec<_>>()
                 });
                 loop {
@@ -267,7 +267,8 @@ fn every_answer_of_a_damaged_store_is_exact_or_names_a_chunk() {
                                 judge.ask(&found, &mut random);
                             } else {
                                 let inside = |(level, pos)| judge.baked.object(level, pos).is_some();
-                                let made = |(level, pos)| ChunkSource::try_chunk(&**found.tiles().unwrap(), level, pos);
+                                let made =
+                                    |(level, pos)| ChunkProvider::try_chunk(&**found.tiles().unwrap(), level, pos);
                                 let replaced = |tile: &(u32, ChunkPos)| {
                                     judge.damaged.contains(&judge.baked.object(tile.0, tile.1).unwrap())
                                 };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{DiskFiles, Files, MemoryFiles, SourceMap};
-use raxel_shader::{Compiler, Request, ShaderSource, bytes_of};
+use raxel_shader::{Compiler, Request, ShaderProvider, bytes_of};
 
 fn request(path: &str) -> Request {
     Request {

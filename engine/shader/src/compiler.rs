@@ -16,7 +16,7 @@ use crate::kept;
 use crate::messages;
 use crate::places;
 use crate::reflect;
-use crate::request::{Request, Shader, ShaderSource};
+use crate::request::{Request, Shader, ShaderProvider};
 use crate::sources::{Dependency, Sources};
 
 /// Most modules that are kept, and most words of them.
@@ -135,7 +135,7 @@ impl Compiler {
     }
 }
 
-impl ShaderSource for Compiler {
+impl ShaderProvider for Compiler {
     fn shader(
         &self,
         request: &Request,

@@ -29,4 +29,4 @@ pub mod worker;
 pub use compiler::Compiler;
 pub use graphics::{GraphicsStage, compile_graphics};
 pub use raxel_spirv::bytes_of;
-pub use request::{Request, Shader, ShaderSource};
+pub use request::{Request, Shader, ShaderProvider};

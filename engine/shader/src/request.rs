@@ -50,7 +50,7 @@ pub struct Shader {
 }
 
 /// Compiles shaders. The graph compiler is given one of these and does not care where modules come from.
-pub trait ShaderSource: Sync {
+pub trait ShaderProvider: Sync {
     /// Compiles, or takes from a cache. Warnings come with the shader. On failure at least one diagnostic is an error.
     /// `texts` receives the text of every file that went in, so that diagnostics can be rendered.
     fn shader(

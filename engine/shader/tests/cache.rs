@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use raxel_cache::Cache;
 use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap};
-use raxel_shader::{Compiler, Request, Shader, ShaderSource, library};
+use raxel_shader::{Compiler, Request, Shader, ShaderProvider, library};
 
 fn request() -> Request {
     Request { path: "shaders/a.comp".to_owned(), entry: "main".to_owned(), defines: Vec::new() }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
-use raxel_shader::{Compiler, Request, ShaderSource};
+use raxel_shader::{Compiler, Request, ShaderProvider};
 
 const SHADER: &str = r#"#version 460
 #include "part.glsl"

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
-use raxel_shader::{Compiler, Request, ShaderSource};
+use raxel_shader::{Compiler, Request, ShaderProvider};
 
 /// What is said about `shaders/a.comp` among these files.
 fn said<B: AsRef<[u8]>>(files: impl IntoIterator<Item = (&'static str, B)>) -> String {

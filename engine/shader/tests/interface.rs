@@ -5,7 +5,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{MemoryFiles, SourceMap, Span};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, BindingKind, Dim, LocalSize, Scalar, ScalarKind, Type};
-use raxel_shader::{Compiler, Request, Shader, ShaderSource};
+use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 
 fn request(path: &str) -> Request {
     Request { path: path.to_owned(), entry: "main".to_owned(), defines: Vec::new() }

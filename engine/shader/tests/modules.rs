@@ -5,7 +5,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap, render};
 use raxel_shader::interface::{Access, BindingKind};
-use raxel_shader::{Compiler, Request, Shader, ShaderSource, bytes_of};
+use raxel_shader::{Compiler, Request, Shader, ShaderProvider, bytes_of};
 
 fn request(path: &str) -> Request {
     Request { path: path.to_owned(), entry: "main".to_owned(), defines: Vec::new() }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
-use raxel_shader::{Compiler, Request, ShaderSource};
+use raxel_shader::{Compiler, Request, ShaderProvider};
 use raxel_spirv::Module;
 
 const LOAD: u32 = 61;

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
-use raxel_shader::{Compiler, Request, Shader, ShaderSource, bytes_of};
+use raxel_shader::{Compiler, Request, Shader, ShaderProvider, bytes_of};
 
 /// `OpExtInst … UMin`, and `OpUConvert`.
 const EXT_INST: u32 = 12;

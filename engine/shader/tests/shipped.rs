@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{DiskFiles, SourceMap, render};
 use raxel_shader::interface::{BindingKind, Block, Type};
-use raxel_shader::{Compiler, Request, Shader, ShaderSource};
+use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
-use raxel_shader::{Compiler, Request, ShaderSource};
+use raxel_shader::{Compiler, Request, ShaderProvider};
 
 /// What is said about a shader whose `main` is `body`. It has the numbers `x` (float), `i` and `u` that no compiler knows.
 fn said(body: &str) -> String {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
 use raxel_shader::worker::{self, Limits};
-use raxel_shader::{Compiler, Request, ShaderSource};
+use raxel_shader::{Compiler, Request, ShaderProvider};
 
 /// `struct` by a macro, which the look at the text before compiling does not see through.
 const DOUBLING: &str = "#define DOUBLE(n, p) struct n { p a; p b; };\n";

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
 use raxel_shader::interface::BindingKind;
-use raxel_shader::{Compiler, Request, Shader, ShaderSource};
+use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 
 const LAYOUTS: [&str; 9] =
     ["TREE64", "CHUNKS", "BVH", "CHUNK_TABLE", "BRICKMAP", "OCTREE", "SVO", "SVDAG", "TEXTURE3D"];

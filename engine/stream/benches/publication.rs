@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::IVec3;
-use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, View};
+use raxel_stream::{PoolMemory, StreamOptions, Streamer, StreamingRange, View};
 use raxel_world::random::{SplitMix64, mix};
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Unavailable};
+use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable};
 use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -49,7 +49,7 @@ impl Quick {
     }
 }
 
-impl ChunkSource for Quick {
+impl ChunkProvider for Quick {
     fn materials(&self) -> &[Material] {
         &self.0
     }
@@ -64,7 +64,7 @@ fn publication(c: &mut Criterion) {
     let source = Arc::new(Quick(vec![Material::air(), Material::matt("stone", [0.5; 3]), lamp]));
     let settings = StreamSettings { near: 1024, far: 65_536, ..StreamSettings::default() };
     let options = StreamOptions { workers: 2, complete: false, upload: None, poison: false };
-    let reach = Reach::of(&settings, [-1024, 1024]);
+    let reach = StreamingRange::of(&settings, [-1024, 1024]);
     let lamps = Some(memory(LAMP_WORDS));
     let streamer = Streamer::with_lamps(source, memory(WORDS), lamps, reach, View::at(IVec3::ZERO), options);
     let take = || {

@@ -3,7 +3,7 @@
 use glam::IVec3;
 use raxel_world::child_index;
 
-use crate::reach::{Reach, TileKey};
+use crate::reach::{StreamingRange, TileKey};
 
 /// The cube that the tree is put in: multiples of the coarsest tiles, so that every tile is a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ impl Cube {
     /// A cube around a camera, and all of what the camera wants. It is the smallest with [`ROOM`]: rays walk through one four times as large
     /// more slowly, where the same land is in it.
     #[expect(clippy::cast_possible_truncation, reason = "the corner is clamped to 32 bits")]
-    pub fn around(camera: IVec3, reach: &Reach) -> Self {
+    pub fn around(camera: IVec3, reach: &StreamingRange) -> Self {
         let tile = TileKey::edge(reach.top());
         let log2_size = (6 + 2 * reach.top()..MOST_LOG2_SIZE)
             .step_by(2)
@@ -40,7 +40,7 @@ impl Cube {
     }
 
     /// Whether all that a camera wants is still inside.
-    pub fn suits(&self, camera: IVec3, reach: &Reach) -> bool {
+    pub fn suits(&self, camera: IVec3, reach: &StreamingRange) -> bool {
         let (edge, outer) = (1i64 << self.log2_size, reach.outer());
         (0..3).all(|i| {
             let low = i64::from(self.origin[i]);
@@ -84,7 +84,7 @@ mod tests {
         let mut random = raxel_world::random::SplitMix64::new(4);
         for (near, far, log2_size) in [(1024, 1024, 12), (1024, 4096, 14), (1024, 65_536, 18)] {
             let settings = StreamSettings { near, far, ..StreamSettings::default() };
-            let shown = Reach::of(&settings, [-64, 400]);
+            let shown = StreamingRange::of(&settings, [-64, 400]);
             let tile = TileKey::edge(shown.top()) as i32;
             for complete in [true, false] {
                 let reach = shown.loaded(complete);

@@ -1,6 +1,6 @@
 //! Worlds that are loaded around a camera.
 //!
-//! A [`Streamer`] asks a [`raxel_world::ChunkSource`] for tiles on threads of its own, puts each into a block of a [`Pool`], and makes
+//! A [`Streamer`] asks a [`raxel_world::ChunkProvider`] for tiles on threads of its own, puts each into a block of a [`Pool`], and makes
 //! [`Publication`]s: a directory of all tiles that are there, and a header, which together with the blocks are a buffer of the layout
 //! `tree64`. A frame takes the newest publication by writing the header. Nothing that a header can reach is ever written: blocks and
 //! directories that are no longer reached become free when the frames that could reach them have finished.
@@ -12,7 +12,7 @@ mod directory;
 mod pool;
 mod publication;
 mod reach;
-mod reached;
+mod reachable_set;
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -27,8 +27,8 @@ pub use cube::Cube;
 pub use directory::{Directory, LiveTile, Placed, Written};
 pub use pool::{Block, Pool, PoolMemory};
 pub use publication::{Publication, Stats};
-pub use reach::{Reach, TileKey};
-pub use reached::Reached;
+pub use reach::{StreamingRange, TileKey};
+pub use reachable_set::ReachableSet;
 pub use streamer::{StreamError, StreamOptions, Streamer};
 pub use union::union;
 pub use view::View;

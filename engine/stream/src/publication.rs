@@ -6,7 +6,7 @@ use glam::IVec3;
 use raxel_layouts::Tree64Header;
 use raxel_layouts::lights::HEADER_WORDS;
 
-use crate::reach::{Reach, TileKey};
+use crate::reach::{StreamingRange, TileKey};
 use crate::view::View;
 
 /// A snapshot of the world that is complete in the pool. A frame shows it by writing its header to the start of the buffer.
@@ -23,22 +23,22 @@ pub struct Publication {
     /// The figures when it was made.
     pub stats: Stats,
     /// The loaded tiles that it does not have; `None` before the director has counted them.
-    pub(crate) lacking: Arc<Mutex<Option<Lacking>>>,
+    pub(crate) missing_tiles: Arc<Mutex<Option<MissingTiles>>>,
 }
 
 /// The tiles that are loaded around a camera and missing from a publication. The director updates it for the newest publication whenever the
 /// camera moves.
 #[derive(Clone, Debug)]
-pub(crate) struct Lacking {
+pub(crate) struct MissingTiles {
     /// The voxel of the camera.
     pub(crate) cell: IVec3,
     /// The range that is shown, which is shorter than the loaded one.
-    pub(crate) shown: Reach,
+    pub(crate) shown: StreamingRange,
     /// The tiles that are wanted from there and missing.
     pub(crate) tiles: Vec<TileKey>,
 }
 
-impl Lacking {
+impl MissingTiles {
     /// Counts the missing tiles that are shown from a view and may be in its picture, and those of them that no coarser tile can replace. Returns
     /// `None` if the view may want tiles that were not counted.
     pub(crate) fn in_view(&self, view: &View) -> Option<[usize; 2]> {
@@ -54,7 +54,7 @@ impl Publication {
     /// Counts the tiles that this publication misses in the picture of a view, and those of them that no coarser tile can replace. Returns `None`
     /// while the streamer has not counted for a camera near that view.
     pub fn missing_in_view(&self, view: &View) -> Option<[usize; 2]> {
-        self.lacking.lock().unwrap_or_else(PoisonError::into_inner).as_ref()?.in_view(view)
+        self.missing_tiles.lock().unwrap_or_else(PoisonError::into_inner).as_ref()?.in_view(view)
     }
 
     /// The header as words.
@@ -80,7 +80,7 @@ pub struct Stats {
     pub unavailable: usize,
     /// Tiles in the directory, without the empty ones.
     pub live: usize,
-    /// Listed lamps.
+    /// Lamps in the light table.
     pub lights: u64,
     /// Tiles with lamps that found no room in the list: they glow, but nothing samples them.
     pub unlisted: usize,

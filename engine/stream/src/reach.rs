@@ -48,7 +48,7 @@ impl TileKey {
 
 /// How far tiles of each level reach around the camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Reach {
+pub struct StreamingRange {
     /// The radius of each level, in tiles of that level. Each level lies within the next coarser one, which is shown where finer tiles are missing.
     radii: Vec<i32>,
     /// Tiles are loaded as if the camera could be in any neighbouring tile within `around`, so that crossing a border finds them resident.
@@ -57,7 +57,7 @@ pub struct Reach {
     height: [i64; 2],
 }
 
-impl Reach {
+impl StreamingRange {
     /// The range that a world file asks for, in a world whose voxels have these heights.
     #[expect(clippy::cast_possible_truncation, reason = "`far` is at most `MOST_FAR`")]
     pub fn of(settings: &StreamSettings, built: [i64; 2]) -> Self {
@@ -173,8 +173,8 @@ impl Reach {
 mod tests {
     use super::*;
 
-    fn reach(near: u32, far: u32) -> Reach {
-        Reach::of(&StreamSettings { near, far, ..StreamSettings::default() }, [-100, 300])
+    fn reach(near: u32, far: u32) -> StreamingRange {
+        StreamingRange::of(&StreamSettings { near, far, ..StreamSettings::default() }, [-100, 300])
     }
 
     #[test]

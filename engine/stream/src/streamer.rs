@@ -5,7 +5,7 @@
 
 mod changes;
 mod director;
-mod listed;
+mod light_table;
 mod neighbor_faces;
 mod retry_backoff;
 mod threads;
@@ -19,11 +19,11 @@ use std::time::{Duration, Instant};
 
 use raxel_layouts::TileBlock;
 use raxel_layouts::lights::LightPowers;
-use raxel_world::{ChunkPos, ChunkSource, Content, Unavailable};
+use raxel_world::{ChunkPos, ChunkProvider, Content, Unavailable};
 
 use crate::pool::{Pool, PoolMemory};
 use crate::publication::{Publication, Stats};
-use crate::reach::{Reach, TileKey};
+use crate::reach::{StreamingRange, TileKey};
 use crate::upload_budget::UploadBudget;
 use crate::view::View;
 use director::Director;
@@ -101,7 +101,7 @@ pub struct Streamer {
 }
 
 struct Shared {
-    source: Arc<dyn ChunkSource>,
+    source: Arc<dyn ChunkProvider>,
     pool: Pool,
     /// The lamps of tiles; `None` if no material gives off light, or nothing reads the list.
     lamps: Option<Lamps>,
@@ -198,10 +198,10 @@ impl Streamer {
     /// Starts to load the tiles that a view wants into a buffer of `words` words. The buffer shows an empty world until a frame writes the header
     /// of the first publication to it.
     pub fn new(
-        source: Arc<dyn ChunkSource>,
+        source: Arc<dyn ChunkProvider>,
         memory: Arc<dyn PoolMemory>,
         words: u32,
-        reach: Reach,
+        reach: StreamingRange,
         view: View,
         options: StreamOptions,
     ) -> Self {
@@ -210,10 +210,10 @@ impl Streamer {
 
     /// As [`Self::new`], with a second buffer, of so many words, for the list of lamps. The list stays empty if no material gives off light.
     pub fn with_lamps(
-        source: Arc<dyn ChunkSource>,
+        source: Arc<dyn ChunkProvider>,
         (memory, words): (Arc<dyn PoolMemory>, u32),
         lamps: Option<(Arc<dyn PoolMemory>, u32)>,
-        reach: Reach,
+        reach: StreamingRange,
         view: View,
         options: StreamOptions,
     ) -> Self {
@@ -222,10 +222,10 @@ impl Streamer {
 
     fn spawned_by(
         spawn: Spawn<'_>,
-        source: Arc<dyn ChunkSource>,
+        source: Arc<dyn ChunkProvider>,
         (memory, words): (Arc<dyn PoolMemory>, u32),
         lamps: Option<(Arc<dyn PoolMemory>, u32)>,
-        reach: Reach,
+        reach: StreamingRange,
         view: View,
         options: StreamOptions,
     ) -> Self {
@@ -284,8 +284,8 @@ impl Streamer {
     /// Estimates the bytes of the pool for the tiles that a camera wants, and the sum of `packed` over the same tiles. It makes a sample of the
     /// columns of tiles around the camera, as far as the source has them.
     pub fn estimate(
-        source: &dyn ChunkSource,
-        reach: &Reach,
+        source: &dyn ChunkProvider,
+        reach: &StreamingRange,
         camera: glam::IVec3,
         packed: &dyn Fn(&Content) -> u64,
     ) -> [u64; 2] {
@@ -458,7 +458,7 @@ impl Streamer {
     }
 
     /// The source of its tiles.
-    pub fn source(&self) -> &Arc<dyn ChunkSource> {
+    pub fn source(&self) -> &Arc<dyn ChunkProvider> {
         &self.shared.source
     }
 }

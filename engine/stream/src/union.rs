@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use raxel_world::{AIR, BLOCKS, ChunkPos, ChunkSource, Content, DenseChunk, Mode, Unavailable, World, block_cell};
+use raxel_world::{AIR, BLOCKS, ChunkPos, ChunkProvider, Content, DenseChunk, Mode, Unavailable, World, block_cell};
 
 use crate::reach::TileKey;
 
@@ -11,7 +11,7 @@ use crate::reach::TileKey;
 ///
 /// # Errors
 /// When the source does not have one of the tiles.
-pub fn union(source: &dyn ChunkSource, tiles: &[TileKey]) -> Result<World, Unavailable> {
+pub fn union(source: &dyn ChunkProvider, tiles: &[TileKey]) -> Result<World, Unavailable> {
     let mut tiles = tiles.to_vec();
     tiles.sort_unstable_by_key(|tile| std::cmp::Reverse(tile.level));
     let mut chunks: BTreeMap<ChunkPos, Content> = BTreeMap::new();

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 
 use glam::{DVec3, IVec3};
 use raxel_oracle::port::Tree64;
-use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, TileKey, View};
+use raxel_stream::{PoolMemory, StreamOptions, Streamer, StreamingRange, TileKey, View};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Unavailable};
+use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable};
 use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -62,7 +62,7 @@ impl Posts {
     }
 }
 
-impl ChunkSource for Posts {
+impl ChunkProvider for Posts {
     fn materials(&self) -> &[Material] {
         &self.materials
     }
@@ -72,8 +72,8 @@ impl ChunkSource for Posts {
     }
 }
 
-fn reach() -> Reach {
-    Reach::of(&StreamSettings { near: 256, far: 256 * 16, ..StreamSettings::default() }, [0, 64])
+fn reach() -> StreamingRange {
+    StreamingRange::of(&StreamSettings { near: 256, far: 256 * 16, ..StreamSettings::default() }, [0, 64])
 }
 
 fn view(cell: IVec3) -> View {
@@ -224,7 +224,7 @@ impl Paced {
     }
 }
 
-impl ChunkSource for Paced {
+impl ChunkProvider for Paced {
     fn materials(&self) -> &[Material] {
         self.posts.materials()
     }

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_oracle::port::Tree64;
-use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, View};
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Unavailable, World, child_cell};
+use raxel_stream::{PoolMemory, Publication, StreamOptions, Streamer, StreamingRange, View};
+use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Unavailable, World, child_cell};
 use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -42,7 +42,7 @@ impl Counted {
     }
 }
 
-impl ChunkSource for Counted {
+impl ChunkProvider for Counted {
     fn materials(&self) -> &[Material] {
         &self.0
     }
@@ -76,7 +76,7 @@ fn an_edit_overtakes_what_no_frame_has_taken() {
     let materials = vec![Material::air(), Material::matt("a", [0.5; 3])];
     let source = Arc::new(Counted(materials, AtomicU64::new(0)));
     let memory = Arc::new(Words(Mutex::new(vec![0; 1 << 20])));
-    let reach = Reach::of(&StreamSettings { near: 640, far: 640, ..StreamSettings::default() }, [0, 64]);
+    let reach = StreamingRange::of(&StreamSettings { near: 640, far: 640, ..StreamSettings::default() }, [0, 64]);
     let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
     let view = View::at(IVec3::new(256, 40, 0));
     let streamer = Streamer::new(source.clone(), memory.clone(), 1 << 20, reach, view, options);
@@ -107,7 +107,7 @@ fn changes_without_end_are_shown_in_order_while_they_go_on() {
     let materials = vec![Material::air(), Material::matt("a", [0.5; 3])];
     let source = Arc::new(Counted(materials, AtomicU64::new(0)));
     let memory = Arc::new(Words(Mutex::new(vec![0; 1 << 20])));
-    let reach = Reach::of(&StreamSettings { near: 640, far: 640, ..StreamSettings::default() }, [0, 64]);
+    let reach = StreamingRange::of(&StreamSettings { near: 640, far: 640, ..StreamSettings::default() }, [0, 64]);
     let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
     let view = View::at(IVec3::new(256, 40, 0));
     let streamer = Streamer::new(source.clone(), memory.clone(), 1 << 20, reach, view, options);
@@ -165,7 +165,7 @@ struct Held {
     late: Mutex<Option<Hold>>,
 }
 
-impl ChunkSource for Held {
+impl ChunkProvider for Held {
     fn materials(&self) -> &[Material] {
         self.worlds[0].materials()
     }
@@ -209,7 +209,8 @@ fn a_change_of_a_chunk_that_a_worker_makes_for_the_first_time_is_shown() {
             let late = Mutex::new(Some((tile, asked, go_on)));
             let source = Arc::new(Held { worlds: [1, 2].map(cube), is_edited: AtomicBool::new(false), late });
             let memory = Arc::new(Words(Mutex::new(vec![0; 1 << 20])));
-            let reach = Reach::of(&StreamSettings { near: 320, far: 1280, ..StreamSettings::default() }, [0, 64]);
+            let reach =
+                StreamingRange::of(&StreamSettings { near: 320, far: 1280, ..StreamSettings::default() }, [0, 64]);
             let options = StreamOptions { workers: 2, complete: true, upload: None, poison: true };
             let [here, beside, away] = [256, 320, 100_000].map(|x| View::at(IVec3::new(x, 40, 0)));
             let streamer = Streamer::new(source.clone(), memory.clone(), 1 << 20, reach, here, options);

@@ -6,8 +6,8 @@ use std::collections::HashMap;
 
 use glam::{DVec3, IVec3};
 use raxel_diagnostics::{FileError, Files, SourceMap};
-use raxel_stream::{Reach, TileKey};
-use raxel_world::{BLOCKS, ChunkPos, ChunkSource, Content, cell_edge, voxel_index};
+use raxel_stream::{StreamingRange, TileKey};
+use raxel_world::{BLOCKS, ChunkPos, ChunkProvider, Content, cell_edge, voxel_index};
 use raxel_worldfile::StreamSettings;
 
 /// Added to where a ray leaves a box, so that it is in the next one.
@@ -25,17 +25,17 @@ enum Solid {
 
 /// A world around a camera, whose tiles are made when a ray comes to them: no layout, no pool.
 struct Seen<'s> {
-    source: &'s dyn ChunkSource,
-    reach: Reach,
+    source: &'s dyn ChunkProvider,
+    reach: StreamingRange,
     camera: DVec3,
     heights: [f64; 2],
     tiles: HashMap<TileKey, Solid>,
 }
 
 impl<'s> Seen<'s> {
-    fn new(source: &'s dyn ChunkSource, near: u32, far: u32, camera: DVec3) -> Self {
+    fn new(source: &'s dyn ChunkProvider, near: u32, far: u32, camera: DVec3) -> Self {
         let heights = source.height_range().expect("land has heights");
-        let reach = Reach::of(&StreamSettings { near, far, ..StreamSettings::default() }, heights);
+        let reach = StreamingRange::of(&StreamSettings { near, far, ..StreamSettings::default() }, heights);
         Self { source, reach, camera, heights: heights.map(|height| height as f64), tiles: HashMap::new() }
     }
 
@@ -135,7 +135,7 @@ impl Counts {
     }
 }
 
-fn compare(source: &dyn ChunkSource, camera: &Camera, [near, far]: [u32; 2], size: [usize; 2]) -> Counts {
+fn compare(source: &dyn ChunkProvider, camera: &Camera, [near, far]: [u32; 2], size: [usize; 2]) -> Counts {
     let at = DVec3::from_array(camera.1);
     let [mut fine, mut coarse] = [far, near].map(|near| Seen::new(source, near, far, at));
     let rays = rays(camera, size);
@@ -178,13 +178,13 @@ impl Files for Root {
     }
 }
 
-fn frontier() -> std::sync::Arc<dyn ChunkSource> {
+fn frontier() -> std::sync::Arc<dyn ChunkProvider> {
     let loaded = raxel_worldfile::load("worlds/frontier.toml", &Root, &mut SourceMap::default());
     loaded.unwrap_or_else(|found| panic!("{found:?}")).0.stream.expect("it is streamed").generator
 }
 
 /// The uppermost voxel of a column.
-fn top(source: &dyn ChunkSource, [x, z]: [i32; 2]) -> f64 {
+fn top(source: &dyn ChunkProvider, [x, z]: [i32; 2]) -> f64 {
     let of_chunk = |y: i32| {
         let key = TileKey::of_cell(0, IVec3::new(x, 64 * y, z));
         let chunk = source.try_chunk(0, ChunkPos::new(key.pos.x, y, key.pos.z)).unwrap().to_chunk()?;
@@ -194,7 +194,7 @@ fn top(source: &dyn ChunkSource, [x, z]: [i32; 2]) -> f64 {
     f64::from((-2..8).rev().find_map(of_chunk).expect("there is land"))
 }
 
-fn cameras(source: &dyn ChunkSource) -> [Camera; 8] {
+fn cameras(source: &dyn ChunkProvider) -> [Camera; 8] {
     let above = |at: [i32; 2], height: f64| [f64::from(at[0]), top(source, at) + height, f64::from(at[1])];
     [
         Camera("the file's", [40.0, 170.0, 60.0], 35.0, -14.0),

@@ -13,10 +13,11 @@ use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::RayTargets;
 use raxel_oracle::{Oracle, sets};
 use raxel_stream::{
-    PoolMemory, Publication, Reach, Reached, Stats, StreamError, StreamOptions, Streamer, TileKey, View, union,
+    PoolMemory, Publication, ReachableSet, Stats, StreamError, StreamOptions, Streamer, StreamingRange, TileKey, View,
+    union,
 };
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Unavailable, World, voxel_index};
+use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable, World, voxel_index};
 use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -109,7 +110,7 @@ fn options(complete: bool) -> StreamOptions {
 fn resident(words: &[u32]) -> Vec<TileKey> {
     let (header, body) = words.split_at(16);
     let header: &Tree64Header = bytemuck::from_bytes(bytemuck::cast_slice(header));
-    Reached::of(header, body).chunks.into_iter().map(|(pos, _)| TileKey { level: 0, pos }).collect()
+    ReachableSet::of(header, body).chunks.into_iter().map(|(pos, _)| TileKey { level: 0, pos }).collect()
 }
 
 /// Remembers what tiles of a world are: coarse ones take long, and are asked for again and again.
@@ -148,7 +149,7 @@ impl Remembered {
     }
 }
 
-impl ChunkSource for Remembered {
+impl ChunkProvider for Remembered {
     fn materials(&self) -> &[Material] {
         self.world.materials()
     }
@@ -157,7 +158,7 @@ impl ChunkSource for Remembered {
         Ok(self.chunk(level, pos))
     }
 
-    fn given_up(&self, level: u32, pos: ChunkPos) {
+    fn on_evicted(&self, level: u32, pos: ChunkPos) {
         self.given_up.lock().unwrap().push(TileKey { level, pos });
     }
 }
@@ -182,7 +183,7 @@ fn path(seed: u64, steps: usize) -> Vec<IVec3> {
 fn complete_worlds_are_exact_at_every_level() {
     let source = Remembered::new(3);
     for (near, far, steps) in [(200, 200, 20), (64, 256, 8), (64, 600, 4)] {
-        let reach = Reach::of(&settings(near, far), [-300, 300]);
+        let reach = StreamingRange::of(&settings(near, far), [-300, 300]);
         let memory = Words::new(1 << 22);
         let view = View::at(IVec3::ZERO);
         let streamer = Streamer::new(source.clone(), memory.clone(), 1 << 22, reach.clone(), view, options(true));
@@ -221,7 +222,7 @@ fn complete_worlds_are_exact_at_every_level() {
 #[test]
 fn every_publication_of_a_flight_is_exact() {
     let source = Arc::new(scattered_world(5));
-    let reach = Reach::of(&settings(256, 256), [-300, 300]);
+    let reach = StreamingRange::of(&settings(256, 256), [-300, 300]);
     let memory = Words::new(1 << 22);
     let view = View::at(IVec3::ZERO);
     let streamer = Streamer::new(source.clone(), memory.clone(), 1 << 22, reach, view, options(false));
@@ -264,9 +265,9 @@ fn every_publication_of_a_flight_is_exact() {
 fn a_frame_brings_no_more_than_its_bytes_and_all_of_it_arrives() {
     const UPLOAD: u64 = 40 << 10;
     let source = Arc::new(scattered_world(8));
-    let (reach, view) = (Reach::of(&settings(256, 256), [-300, 300]), View::at(IVec3::ZERO));
+    let (reach, view) = (StreamingRange::of(&settings(256, 256), [-300, 300]), View::at(IVec3::ZERO));
     let bytes = |tile: &TileKey| {
-        let content = ChunkSource::try_chunk(&*source, tile.level, tile.pos).unwrap();
+        let content = ChunkProvider::try_chunk(&*source, tile.level, tile.pos).unwrap();
         TileBlock::of(&content, tile.level).map_or(0, |block| 4 * u64::from(block.words()))
     };
     let largest = reach.tiles(IVec3::ZERO).iter().map(bytes).max().unwrap();
@@ -297,7 +298,7 @@ fn a_frame_brings_no_more_than_its_bytes_and_all_of_it_arrives() {
 
 #[test]
 fn a_still_camera_over_a_complete_world_publishes_nothing() {
-    let reach = Reach::of(&settings(128, 512), [-300, 300]);
+    let reach = StreamingRange::of(&settings(128, 512), [-300, 300]);
     let memory = Words::new(1 << 21);
     let streamer = Streamer::new(Remembered::new(1), memory, 1 << 21, reach, View::at(IVec3::ZERO), options(false));
     let settle = || loop {
@@ -344,7 +345,7 @@ fn a_still_camera_over_a_complete_world_publishes_nothing() {
 #[test]
 fn a_pool_that_is_too_small_shrinks_what_is_near_or_says_so() {
     let source = Arc::new(scattered_world(2));
-    let reach = Reach::of(&settings(512, 512), [-300, 300]);
+    let reach = StreamingRange::of(&settings(512, 512), [-300, 300]);
     let words = 90_000;
     let [wanted, _] = Streamer::estimate(&*source, &reach, IVec3::ZERO, &|_| 0);
     assert!(wanted > 4 * words, "{wanted}");
@@ -390,7 +391,7 @@ impl Edited {
     }
 }
 
-impl ChunkSource for Edited {
+impl ChunkProvider for Edited {
     fn materials(&self) -> &[Material] {
         self.world.materials()
     }
@@ -403,7 +404,7 @@ impl ChunkSource for Edited {
 #[test]
 fn changed_chunks_are_made_anew_and_no_others() {
     let source = Arc::new(Edited { world: scattered_world(4), chunks: RwLock::default() });
-    let reach = Reach::of(&settings(200, 200), [-300, 300]);
+    let reach = StreamingRange::of(&settings(200, 200), [-300, 300]);
     let memory = Words::new(1 << 21);
     let view = View::at(IVec3::ZERO);
     let streamer = Streamer::new(source.clone(), memory.clone(), 1 << 21, reach.clone(), view, options(true));

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_oracle::port::Tree64;
-use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, View};
-use raxel_world::{Cause, ChunkPos, ChunkSource, Content, Material, Unavailable, World};
+use raxel_stream::{PoolMemory, Publication, StreamError, StreamOptions, Streamer, StreamingRange, View};
+use raxel_world::{Cause, ChunkPos, ChunkProvider, Content, Material, Unavailable, World};
 use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -42,7 +42,7 @@ fn slowly_failing(chunks: &[(ChunkPos, u32)], pause: Duration) -> Arc<Failing> {
     Arc::new(Failing { world, left: Mutex::new(chunks.iter().copied().collect()), pause })
 }
 
-impl ChunkSource for Failing {
+impl ChunkProvider for Failing {
     fn materials(&self) -> &[Material] {
         self.world.materials()
     }
@@ -60,7 +60,7 @@ impl ChunkSource for Failing {
 fn stream(source: &Arc<Failing>, complete: bool) -> (Streamer, Arc<Words>) {
     let words = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
     let settings = StreamSettings { near: 64, far: 64, ..StreamSettings::default() };
-    let reach = Reach::of(&settings, [-64, 128]);
+    let reach = StreamingRange::of(&settings, [-64, 128]);
     let options = StreamOptions { workers: 2, complete, upload: None, poison: true };
     let view = View::at(IVec3::splat(30));
     (Streamer::new(source.clone(), words.clone(), WORDS, reach, view, options), words)

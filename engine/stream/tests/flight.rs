@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_diagnostics::{DiskFiles, SourceMap};
-use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, View};
+use raxel_stream::{PoolMemory, StreamOptions, Streamer, StreamingRange, View};
 use raxel_world::random::{SplitMix64, mix};
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Unavailable};
+use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable};
 use raxel_worldfile::{StreamSettings, Streamed};
 
 /// Bytes of the pools: less than what is near takes, so that they are full on the way.
@@ -36,7 +36,7 @@ fn frontier() -> Streamed {
 fn what_is_near_and_far_of_the_shipped_land_fits_256_mib() {
     let streamed = frontier();
     let settings = StreamSettings { near: 1024, far: 65_536, ..streamed.settings };
-    let reach = Reach::of(&settings, streamed.generator.height_range().unwrap());
+    let reach = StreamingRange::of(&settings, streamed.generator.height_range().unwrap());
     let at = IVec3::new(40, 170, 60);
     let [bytes, _] = Streamer::estimate(&*streamed.generator, &reach, at, &|_| 0);
     // It was 128.1 MiB when it was measured.
@@ -53,7 +53,14 @@ fn resident() -> u64 {
 /// Flies straight on, with a turn every 2,000 voxels, as fast as tiles come: one second of the flight after the other, each when everything
 /// that it wants is there. The pool is smaller than what that takes. After so many tiles it ends. Gives the memory of the process after each
 /// minute; flights take turns, so that it is of one of them.
-fn fly(source: Arc<dyn ChunkSource>, reach: Reach, pool: usize, height: i32, seconds: u32, most: u64) -> Vec<u64> {
+fn fly(
+    source: Arc<dyn ChunkProvider>,
+    reach: StreamingRange,
+    pool: usize,
+    height: i32,
+    seconds: u32,
+    most: u64,
+) -> Vec<u64> {
     static ALONE: Mutex<()> = Mutex::new(());
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let memory = Arc::new(Words(Mutex::new(vec![0; pool / 4])));
@@ -106,7 +113,7 @@ fn takes_no_more(samples: &[u64]) {
 fn fly_over_land(seconds: u32, most: u64) -> Vec<u64> {
     let streamed = frontier();
     let settings = StreamSettings { near: 256, far: 4096, ..streamed.settings };
-    let reach = Reach::of(&settings, streamed.generator.height_range().unwrap());
+    let reach = StreamingRange::of(&settings, streamed.generator.height_range().unwrap());
     fly(streamed.generator, reach, LAND, 170, seconds, most)
 }
 
@@ -147,7 +154,7 @@ impl Quick {
     }
 }
 
-impl ChunkSource for Quick {
+impl ChunkProvider for Quick {
     fn materials(&self) -> &[Material] {
         &self.0
     }
@@ -162,6 +169,6 @@ impl ChunkSource for Quick {
 #[ignore = "takes minutes"]
 fn a_million_tiles_take_no_more_memory_than_the_first_of_them() {
     let materials = vec![Material::air(); 6];
-    let reach = Reach::of(&StreamSettings { near: 512, far: 2048, ..StreamSettings::default() }, [-256, 256]);
+    let reach = StreamingRange::of(&StreamSettings { near: 512, far: 2048, ..StreamSettings::default() }, [-256, 256]);
     takes_no_more(&fly(Arc::new(Quick(materials)), reach, QUICK, 0, u32::MAX, 1_000_000));
 }

@@ -9,9 +9,11 @@ use std::time::Duration;
 
 use glam::IVec3;
 use raxel_layouts::lights::{HEADER_WORDS, LIGHT_WORDS, lights};
-use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, TileKey, View, union};
+use raxel_stream::{
+    PoolMemory, Publication, StreamError, StreamOptions, Streamer, StreamingRange, TileKey, View, union,
+};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Unavailable, World};
+use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Unavailable, World};
 use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -71,8 +73,8 @@ fn options(complete: bool) -> StreamOptions {
     StreamOptions { workers: 2, complete, upload: None, poison: true }
 }
 
-fn reach(near: u32, far: u32) -> Reach {
-    Reach::of(&StreamSettings { near, far, ..StreamSettings::default() }, [-512, 512])
+fn reach(near: u32, far: u32) -> StreamingRange {
+    StreamingRange::of(&StreamSettings { near, far, ..StreamSettings::default() }, [-512, 512])
 }
 
 /// A face of a cell that is listed: corner, length of its sides, face, material.
@@ -233,7 +235,7 @@ impl Edited {
     }
 }
 
-impl ChunkSource for Edited {
+impl ChunkProvider for Edited {
     fn materials(&self) -> &[Material] {
         self.world.materials()
     }
@@ -456,7 +458,7 @@ impl Held {
     }
 }
 
-impl ChunkSource for Held {
+impl ChunkProvider for Held {
     fn materials(&self) -> &[Material] {
         self.edited.materials()
     }

@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_layouts::{FULL_RUN_WORDS, MATERIAL_WORDS, TileBlock, TileNode};
-use raxel_stream::{PoolMemory, Publication, Reach, Reached, StreamOptions, Streamer, View};
+use raxel_stream::{PoolMemory, Publication, ReachableSet, StreamOptions, Streamer, StreamingRange, View};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Unavailable};
+use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable};
 use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -54,7 +54,7 @@ impl Endless {
     }
 }
 
-impl ChunkSource for Endless {
+impl ChunkProvider for Endless {
     fn materials(&self) -> &[Material] {
         &self.0
     }
@@ -82,7 +82,7 @@ fn check(
     let header = publication.header;
     let full_run = (MATERIAL_WORDS * source.0.len() as u32).next_multiple_of(4);
     assert!(body[full_run as usize..][..FULL_RUN_WORDS as usize].iter().all(|word| *word == u32::MAX));
-    let reached = Reached::of(&header, body);
+    let reached = ReachableSet::of(&header, body);
     let mut count = reached.nodes.iter().map(Range::len).sum();
     for &(pos, node) in &reached.chunks {
         let first = if node.filled_material().is_some() { 0 } else { 4 * node.0[2] };
@@ -110,7 +110,7 @@ fn fly(publications: usize) {
         std::iter::once(Material::air()).chain((1..6).map(|n| Material::matt(format!("m{n}"), [0.5; 3]))).collect(),
     ));
     let settings = StreamSettings { near: 128, far: 128, ..StreamSettings::default() };
-    let reach = Reach::of(&settings, [-128, 128]);
+    let reach = StreamingRange::of(&settings, [-128, 128]);
     let memory = Arc::new(Words(Mutex::new(vec![0xdead_beef; WORDS as usize])));
     let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
     let streamer = Streamer::new(source.clone(), memory.clone(), WORDS, reach, View::at(IVec3::ZERO), options);

@@ -8,6 +8,6 @@ pub mod cache;
 pub mod console;
 pub mod device;
 pub mod failure;
-pub mod journal;
 pub mod offline;
 pub mod session;
+pub mod trace;

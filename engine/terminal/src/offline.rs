@@ -289,7 +289,7 @@ impl OfflineProject {
     /// Whether frames of a graph depend on those before them by more than the camera, whatever is shown and whichever conditions hold.
     /// What cannot be planned on paper counts as if they did.
     #[expect(clippy::cast_possible_truncation, reason = "a graph numbers its resources in 32 bits")]
-    pub fn looks_back(graph: &Arc<Graph>, output: [u32; 2]) -> bool {
+    pub fn uses_history(graph: &Arc<Graph>, output: [u32; 2]) -> bool {
         if graph.collected().next().is_some() {
             // What passes do to the world is seen by the frames after.
             return true;
@@ -302,7 +302,7 @@ impl OfflineProject {
             let planned = on_paper(graph, &paper, |input| {
                 raxel_graph::plan(graph.clone(), &PlanInput { pinned: &all, facts, ..input.clone() })
             });
-            planned.map_or(true, |plan| plan.looks_back)
+            planned.map_or(true, |plan| plan.uses_history)
         })
     }
 

@@ -18,8 +18,8 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::{Key, NamedKey};
 use winit::window::WindowId;
 
+use super::error_window::ErrorWindow;
 use super::presenting::Open;
-use super::waiting::Waiting;
 use super::{Args, Viewer, Wake, new_window};
 
 /// Time between two looks at what happens while files are broken.
@@ -41,7 +41,7 @@ pub(super) struct App<'a> {
 
 enum Stage<'a> {
     Viewing(Box<Viewer<'a>>),
-    Waiting(Box<Waiting>),
+    ErrorWindow(Box<ErrorWindow>),
     /// It has ended with this.
     Ended(Option<Failure>),
 }
@@ -65,7 +65,7 @@ impl<'a> App<'a> {
                     control.broken(&diagnostics, &texts);
                 }
                 let root = front.project.root().to_owned();
-                Stage::Waiting(Box::new(Waiting::new(root, device, &diagnostics, &texts)?))
+                Stage::ErrorWindow(Box::new(ErrorWindow::new(root, device, &diagnostics, &texts)?))
             }
             Err(error) => return Err(open_failure(error, console)),
         };
@@ -76,7 +76,7 @@ impl<'a> App<'a> {
     pub fn finish(self) -> Result {
         match self.stage {
             Stage::Viewing(viewer) => viewer.finish().and_then(|()| validated(self.complained)),
-            Stage::Waiting(_) => Err(Failure::printed(Exit::Project)),
+            Stage::ErrorWindow(_) => Err(Failure::printed(Exit::Project)),
             Stage::Ended(failure) => failure.map_or(Ok(()), Err),
         }
     }
@@ -93,7 +93,7 @@ impl<'a> App<'a> {
     }
 
     fn try_wait(&mut self) -> Result {
-        let Stage::Waiting(waiting) = &mut self.stage else { return Ok(()) };
+        let Stage::ErrorWindow(waiting) = &mut self.stage else { return Ok(()) };
         waiting.draw(self.console)?;
         for device in waiting.devices() {
             self.complained |= print_log(device, self.console);
@@ -118,7 +118,7 @@ impl<'a> App<'a> {
         if !waiting.manifest_holds() {
             return Ok(());
         }
-        let Stage::Waiting(waiting) = std::mem::replace(&mut self.stage, Stage::Ended(None)) else { return Ok(()) };
+        let Stage::ErrorWindow(waiting) = std::mem::replace(&mut self.stage, Stage::Ended(None)) else { return Ok(()) };
         // The surface of the old device goes before the new one makes its own for the same window.
         let window = waiting.into_window();
         if let Some(control) = &mut self.control {
@@ -164,7 +164,7 @@ impl ApplicationHandler<Wake> for App<'_> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         match &mut self.stage {
             Stage::Viewing(viewer) => viewer.resumed(event_loop),
-            Stage::Waiting(waiting) if waiting.open.is_none() => {
+            Stage::ErrorWindow(waiting) if waiting.open.is_none() => {
                 let Args { present_with, no_vsync, .. } = self.args;
                 let opened = new_window(event_loop, self.args, "mistakes — raxel".to_owned()).and_then(|window| {
                     Open::on(waiting.device(), present_with.as_ref(), &window, !no_vsync, self.console)
@@ -177,14 +177,14 @@ impl ApplicationHandler<Wake> for App<'_> {
                     }
                 }
             }
-            Stage::Waiting(_) | Stage::Ended(_) => {}
+            Stage::ErrorWindow(_) | Stage::Ended(_) => {}
         }
     }
 
     fn suspended(&mut self, event_loop: &ActiveEventLoop) {
         match &mut self.stage {
             Stage::Viewing(viewer) => viewer.suspended(event_loop),
-            Stage::Waiting(waiting) => waiting.open = None,
+            Stage::ErrorWindow(waiting) => waiting.open = None,
             Stage::Ended(_) => {}
         }
     }
@@ -198,7 +198,7 @@ impl ApplicationHandler<Wake> for App<'_> {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
         let open = match &mut self.stage {
             Stage::Viewing(viewer) => return viewer.window_event(event_loop, id, event),
-            Stage::Waiting(waiting) => &mut waiting.open,
+            Stage::ErrorWindow(waiting) => &mut waiting.open,
             Stage::Ended(_) => return,
         };
         if let Some(Open { window, presenter, overlay, .. }) = open {
@@ -222,7 +222,7 @@ impl ApplicationHandler<Wake> for App<'_> {
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         match &mut self.stage {
             Stage::Viewing(viewer) => viewer.about_to_wait(event_loop),
-            Stage::Waiting(waiting) => {
+            Stage::ErrorWindow(waiting) => {
                 if let ControlFlow::WaitUntil(time) = event_loop.control_flow()
                     && Instant::now() < time
                 {

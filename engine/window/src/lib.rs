@@ -10,6 +10,7 @@ mod controls;
 mod demo_keys;
 mod editor;
 mod elements;
+mod error_window;
 mod frame;
 mod inspector;
 mod layout_file;
@@ -21,7 +22,6 @@ mod presenting;
 mod problem_log;
 mod reload_log;
 mod title;
-mod waiting;
 mod write_back;
 
 use std::sync::Arc;

@@ -20,5 +20,5 @@ pub use dense::{DenseChunk, Mode};
 pub use material::{AIR, MAX_MATERIALS, Material, MaterialIndex, linear_from_srgb, srgb_from_linear};
 pub use orientation::{Orientation, Placement};
 pub use side::Side;
-pub use tile::{Cause, ChunkSource, Content, MAX_LEVEL, Unavailable, cell_edge, reduce};
+pub use tile::{Cause, ChunkProvider, Content, MAX_LEVEL, Unavailable, cell_edge, reduce};
 pub use world::{Bounds, ChunkPos, Info, MaterialInfo, World};

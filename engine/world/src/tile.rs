@@ -27,7 +27,7 @@ pub const fn cell_edge(level: u32) -> i64 {
 }
 
 /// Whatever can say what is in a tile. An answer depends on nothing but the tile: not on what was asked before, nor on the thread.
-pub trait ChunkSource: Send + Sync {
+pub trait ChunkProvider: Send + Sync {
     /// The palette of all its tiles; index 0 is air.
     fn materials(&self) -> &[Material];
 
@@ -39,7 +39,7 @@ pub trait ChunkSource: Send + Sync {
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable>;
 
     /// Whoever held a tile has given it up just now: sources that remember tiles remember this one longest.
-    fn given_up(&self, _level: u32, _pos: ChunkPos) {}
+    fn on_evicted(&self, _level: u32, _pos: ChunkPos) {}
 
     /// Smallest and one past the largest height that a voxel can have; `None` when that is not known, or there are none.
     fn height_range(&self) -> Option<[i64; 2]> {
@@ -132,7 +132,7 @@ impl Content {
     }
 }
 
-impl ChunkSource for World {
+impl ChunkProvider for World {
     fn materials(&self) -> &[Material] {
         Self::materials(self)
     }

@@ -141,7 +141,7 @@ fn read_turn(node: &Node<'_, '_>) -> Option<Motion> {
     let by = read_param(&table);
     table.finish();
     let (param, default) = by?;
-    let kind = MotionKind::Turn { axis: axis?, about: about?, upright: upright? };
+    let kind = MotionKind::Rotation { axis: axis?, about: about?, upright: upright? };
     Some(Motion { param, default, kind })
 }
 

@@ -32,7 +32,7 @@ use raxel_generate::{Generator, NeedsWhole};
 use raxel_layouts::instances::Instances;
 use raxel_world::World;
 use raxel_world::vox;
-use raxel_world::{ChunkSource, MAX_LEVEL};
+use raxel_world::{ChunkProvider, MAX_LEVEL};
 use raxel_world::{MAX_MATERIALS, Material};
 
 /// A world and what its file says about looking at it.
@@ -68,8 +68,8 @@ pub struct Streamed {
     /// How much of it is there at a time.
     pub settings: StreamSettings,
     /// Makes its tiles.
-    pub generator: Arc<dyn ChunkSource>,
-    /// Where they come from, if they are not built; [`ChunkSource::fingerprint`] tells what is there.
+    pub generator: Arc<dyn ChunkProvider>,
+    /// Where they come from, if they are not built; [`ChunkProvider::fingerprint`] tells what is there.
     pub source: Option<String>,
     /// Where the file says so.
     pub place: Span,
@@ -94,7 +94,7 @@ pub enum Effort {
 }
 
 /// Opens what `source` of `[stream]` names.
-pub type OpenSource<'a> = dyn Fn(&str) -> Result<Arc<dyn ChunkSource>, Box<Diagnostic>> + 'a;
+pub type OpenSource<'a> = dyn Fn(&str) -> Result<Arc<dyn ChunkProvider>, Box<Diagnostic>> + 'a;
 
 impl Loaded {
     /// The same without its voxels.
@@ -160,7 +160,7 @@ pub fn load_with(
     let (operations, places): (Vec<_>, Vec<_>) = description.operations.into_iter().unzip();
     if let Some((stream::Stream { settings, source }, place)) = description.stream {
         let declared = description.palette.into_materials();
-        let (materials, generator): (_, Arc<dyn ChunkSource>) = if let Some(source) = &source {
+        let (materials, generator): (_, Arc<dyn ChunkProvider>) = if let Some(source) = &source {
             let opened = opened(&settings, source, &places, open).map_err(|error| {
                 found.push(*error);
                 std::mem::take(&mut found)
@@ -318,7 +318,7 @@ fn opened(
     (source, at): &(String, Span),
     operations: &[Span],
     open: &OpenSource<'_>,
-) -> Result<Arc<dyn ChunkSource>, Box<Diagnostic>> {
+) -> Result<Arc<dyn ChunkProvider>, Box<Diagnostic>> {
     if let Some(operation) = operations.first() {
         let message = "the voxels of a world with a `source` are there already: nothing is built";
         return Err(Box::new(

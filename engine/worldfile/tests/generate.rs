@@ -7,7 +7,7 @@ mod project;
 use glam::IVec3;
 use project::{MATERIALS, Project};
 use proptest::prelude::*;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, World, reduce};
+use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, World, reduce};
 use raxel_worldfile::Loaded;
 
 const LAND: &str = r#"
@@ -58,12 +58,12 @@ fn world(head: &str, area: &str) -> Loaded {
     Project::with_world(&text).load().unwrap_or_else(|found| panic!("{found:?}")).0
 }
 
-fn endless() -> std::sync::Arc<dyn ChunkSource> {
+fn endless() -> std::sync::Arc<dyn ChunkProvider> {
     world("[stream]", "").stream.expect("it has [stream]").generator
 }
 
 /// The chunks of a box of chunks, `min` inside and `max` not, as a world of their own.
-fn cut(source: &dyn ChunkSource, min: ChunkPos, max: ChunkPos) -> World {
+fn cut(source: &dyn ChunkProvider, min: ChunkPos, max: ChunkPos) -> World {
     let mut chunks = Vec::new();
     for y in min.y..max.y {
         for z in min.z..max.z {
@@ -224,7 +224,7 @@ fn far_land_has_the_colour_of_models_that_are_many_and_seen() {
     let models = |from: &str, to: &str| format!("[[build]]\n{}", MODELS.replace(from, to));
     let (land, many) = (load(""), load(&models("", "")));
     let (few, buried) = (load(&models("cell = 11", "cell = 40")), load(&models("sink = 1", "sink = 40")));
-    let differ = |level: u32, other: &std::sync::Arc<dyn ChunkSource>| {
+    let differ = |level: u32, other: &std::sync::Arc<dyn ChunkProvider>| {
         let other = |pos: &&ChunkPos| other.try_chunk(level, **pos).unwrap() != land.try_chunk(level, **pos).unwrap();
         positions().iter().filter(other).count()
     };

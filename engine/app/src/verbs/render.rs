@@ -199,7 +199,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
 fn start(session: &mut Session, wanted: &Range<u64>, step: Fraction) -> u64 {
     let at = |frame: u64| Moment::of_frame(frame, step);
     let graph = session.graph_at(at(wanted.start));
-    let first = if OfflineProject::looks_back(graph, session.size()) {
+    let first = if OfflineProject::uses_history(graph, session.size()) {
         let cut = |frame: &u64| session.demo().is_some_and(|demo| demo.cuts_between(at(frame - 1), at(*frame)));
         (1..=wanted.start).rev().find(cut).unwrap_or(0)
     } else {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub use files::files;
 use raxel_bake::{Plan, Region};
 use raxel_diagnostics::{MemoryFiles, SourceMap};
-use raxel_world::{ChunkPos, ChunkSource, Content};
+use raxel_world::{ChunkPos, ChunkProvider, Content};
 
 /// Cells along an edge of a shard: two chunks.
 pub const EDGE: u32 = 128;
@@ -41,20 +41,20 @@ material = "lamp"
 "##;
 
 /// Land with caves, and a lamp.
-pub fn land() -> Arc<dyn ChunkSource> {
+pub fn land() -> Arc<dyn ChunkProvider> {
     let files = MemoryFiles::new([("worlds/land.toml", LAND)]);
     let loaded = raxel_worldfile::load("worlds/land.toml", &files, &mut SourceMap::default());
     loaded.expect("it is right").0.stream.expect("it is streamed").generator
 }
 
 /// 8 shards of single voxels and 8 of coarse cells, around the origin.
-pub fn plan(land: &dyn ChunkSource) -> Plan {
+pub fn plan(land: &dyn ChunkProvider) -> Plan {
     let region = Region { min: [-100, -100, -100], max: [100, 80, 100] };
     Plan::new("land", "0123", land.materials().to_vec(), region, EDGE, LEVELS).expect("it can be baked")
 }
 
 /// The cells of a level of the plan, z slowest, then y, as 16-bit palette indices, with their number along each axis: z, y, x.
-pub fn cells(land: &dyn ChunkSource, plan: &Plan, level: u32) -> (Vec<u16>, [usize; 3]) {
+pub fn cells(land: &dyn ChunkProvider, plan: &Plan, level: u32) -> (Vec<u16>, [usize; 3]) {
     let of = plan.levels()[level as usize];
     let chunks = of.shards.map(|count| count as usize * EDGE as usize / 64);
     let [x, y, z] = chunks.map(|count| count * 64);
@@ -102,13 +102,13 @@ pub fn is_inside(plan: &Plan, (level, pos): (u32, ChunkPos)) -> bool {
 }
 
 /// A tile of the region that has solid cells.
-pub fn solid_tile(land: &dyn ChunkSource, plan: &Plan) -> (u32, ChunkPos) {
+pub fn solid_tile(land: &dyn ChunkProvider, plan: &Plan) -> (u32, ChunkPos) {
     let solid =
         |tile: &(u32, ChunkPos)| is_inside(plan, *tile) && land.try_chunk(tile.0, tile.1).unwrap().to_chunk().is_some();
     tiles(plan).into_iter().find(solid).expect("there is land")
 }
 
 /// What a source has to say about a tile of the plan.
-pub fn expected(land: &dyn ChunkSource, plan: &Plan, tile: (u32, ChunkPos)) -> Content {
+pub fn expected(land: &dyn ChunkProvider, plan: &Plan, tile: (u32, ChunkPos)) -> Content {
     if is_inside(plan, tile) { land.try_chunk(tile.0, tile.1).unwrap() } else { Content::Empty }
 }

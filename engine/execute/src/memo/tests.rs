@@ -82,7 +82,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
                 accesses.push(SlotAccess {
                     slot,
                     age: 0,
-                    turn: Turn::Frame,
+                    turn: CopySelector::Frame,
                     base: 0,
                     whole: true,
                     mips: (0, mips),
@@ -95,7 +95,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
                 accesses.push(SlotAccess {
                     slot,
                     age: 0,
-                    turn: Turn::Frame,
+                    turn: CopySelector::Frame,
                     base: 0,
                     whole: true,
                     mips: (first, 1),
@@ -108,7 +108,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
                 accesses.push(SlotAccess {
                     slot,
                     age,
-                    turn: Turn::Frame,
+                    turn: CopySelector::Frame,
                     base: 0,
                     whole: true,
                     mips: (0, mips),
@@ -127,7 +127,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
             let access = SlotAccess {
                 slot,
                 age: 0,
-                turn: Turn::Frame,
+                turn: CopySelector::Frame,
                 base: 0,
                 whole: true,
                 mips: (0, mips),
@@ -148,7 +148,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
     let access = shown.map(|slot| SlotAccess {
         slot,
         age: 0,
-        turn: Turn::Frame,
+        turn: CopySelector::Frame,
         base: 0,
         whole: true,
         mips: (0, 1),
@@ -212,7 +212,7 @@ fn chain() -> Memo {
     let write = |slot| SlotAccess {
         slot,
         age: 0,
-        turn: Turn::Frame,
+        turn: CopySelector::Frame,
         base: 0,
         whole: true,
         mips: (0, 1),
@@ -223,7 +223,7 @@ fn chain() -> Memo {
     let read = |slot| SlotAccess {
         slot,
         age: 0,
-        turn: Turn::Frame,
+        turn: CopySelector::Frame,
         base: 0,
         whole: true,
         mips: (0, 1),
@@ -262,7 +262,7 @@ fn accumulation_always_runs() {
         vec![SlotAccess {
             slot: 0,
             age: 0,
-            turn: Turn::Frame,
+            turn: CopySelector::Frame,
             base: 0,
             whole: true,
             mips: (0, 1),
@@ -278,7 +278,7 @@ fn accumulation_always_runs() {
         vec![SlotAccess {
             slot: 0,
             age: 0,
-            turn: Turn::Frame,
+            turn: CopySelector::Frame,
             base: 0,
             whole: true,
             mips: (0, 1),

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_execute::moment::Moment;
 use raxel_execute::{
-    Builtins, DeviceMemory, DeviceSource, ExecuteError, Executor, ExecutorOptions, FrameInputs, FrameReport, Prepared,
-    Sources, limits,
+    Builtins, DeviceMemory, ExecuteError, Executor, ExecutorOptions, ExternalResource, FrameInputs, FrameReport,
+    Prepared, Sources, limits,
 };
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_graph::checked::{Builtin, Fact, Graph, ResourceId};
@@ -88,7 +88,7 @@ impl Lab {
     }
 
     /// Supplies a buffer of the graph with bytes, as the source `test.words`.
-    pub fn supply(&mut self, resource: &str, bytes: &[u8]) -> Arc<DeviceSource> {
+    pub fn supply(&mut self, resource: &str, bytes: &[u8]) -> Arc<ExternalResource> {
         let builder = self.executor.builder();
         let buffer = builder.upload_buffer(bytes, "test words").expect("it fits");
         let source = builder.source("test.words", Some(buffer), None);

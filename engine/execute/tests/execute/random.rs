@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_execute::moment::Moment;
-use raxel_execute::{Builtins, DeviceSource, FrameInputs};
+use raxel_execute::{Builtins, ExternalResource, FrameInputs};
 use raxel_graph::checked::Graph;
 use raxel_graph::{SourceLayout, compile};
 use raxel_shader::Compiler;
@@ -288,7 +288,7 @@ fn run(lab: &mut Lab, graph: &Arc<Graph>, alias: bool, memo: bool, poison: bool)
 }
 
 /// Supplies a graph with its sources, fresh ones, so that every run finds the same.
-pub fn supply(lab: &mut Lab, graph: &Graph) -> [Arc<DeviceSource>; 2] {
+pub fn supply(lab: &mut Lab, graph: &Graph) -> [Arc<ExternalResource>; 2] {
     let builder = lab.executor.builder();
     let source = |name: &str, value: f32| {
         let buffer = builder.upload_buffer(bytemuck::cast_slice(&[value; FLOATS]), name).expect("it fits");

@@ -1,6 +1,6 @@
 //! Sources that are written in part while plans read them.
 
-use raxel_execute::{DeviceSource, Texture, WriteError};
+use raxel_execute::{ExternalResource, Texture, WriteError};
 use raxel_gpu::Device;
 use raxel_shader::format::Format;
 use raxel_shader::interface::Access;
@@ -38,7 +38,7 @@ void main() {
 }";
 
 /// A lab that shows 24 words (all 1) and 8 texels (all 2) of a source.
-fn lab() -> (Lab, std::sync::Arc<DeviceSource>) {
+fn lab() -> (Lab, std::sync::Arc<ExternalResource>) {
     let mut lab = Lab::new();
     let builder = lab.executor.builder();
     let words = vec![1_u32; 1 << 16];
@@ -196,7 +196,7 @@ void main() {
 }";
 
 /// A lab in which passes count in a source itself, or in a copy of it. The passes run in even frames.
-fn counting(origin: &str, access: Access) -> (Lab, std::sync::Arc<DeviceSource>) {
+fn counting(origin: &str, access: Access) -> (Lab, std::sync::Arc<ExternalResource>) {
     let mut lab = Lab::new();
     let source = lab.supply("words", bytemuck::cast_slice(&[10_u32; 32]));
     let toml = COUNTING.replace("ORIGIN", origin);

@@ -11,7 +11,7 @@ use raxel_graph::print::{dot, json, mermaid, text};
 use raxel_graph::{EstimatedMemory, SourceLayout, compile, dump, plan};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
-use raxel_shader::{Compiler, Request, Shader, ShaderSource};
+use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 
 use crate::bounds::Bounds;
 use crate::{Mutation, Target, check, projects};
@@ -88,7 +88,7 @@ struct Compiled {
     shaders: Mutex<HashMap<String, Arc<Shader>>>,
 }
 
-impl ShaderSource for Compiled {
+impl ShaderProvider for Compiled {
     fn shader(
         &self,
         request: &Request,

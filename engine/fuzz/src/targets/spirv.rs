@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
-use raxel_shader::{Compiler, Request, ShaderSource};
+use raxel_shader::{Compiler, Request, ShaderProvider};
 use raxel_spirv::{Module, bytes_of, validate, words_of};
 
 use crate::bounds::Bounds;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use raxel_bake::{Store, StoreError, Wanted, ZarrSource};
 use raxel_diagnostics::{Files, MemoryFiles};
-use raxel_world::{ChunkPos, ChunkSource, Content};
+use raxel_world::{ChunkPos, ChunkProvider, Content};
 
 use crate::bounds::Bounds;
 use crate::{Mutation, Target, projects};

@@ -33,7 +33,7 @@ use crate::back::poison::poison;
 use crate::back::sizes::{groups, materials, sizes, specialization};
 use crate::back::unroll::unroll;
 use crate::back::updates::source_updates;
-use crate::back::varies::{looks_back, varies};
+use crate::back::varies::{uses_history, varies};
 use crate::ir::checked::{Graph, ResourceId};
 use crate::ir::index::index32;
 use crate::ir::plan::{Barrier, ClockPlan, Lifetime, PassPlan, Plan, PlanInput, ResourcePlan, Step};
@@ -110,7 +110,7 @@ fn bake(
         resource.varies = *varies;
     }
     watch(&After::Varies(&varies, &cull));
-    let looks_back = looks_back(&graph, &cull, &order, &lives);
+    let uses_history = uses_history(&graph, &cull, &order, &lives);
 
     // Transient resources whose lives do not overlap share memory.
     let alias = alias(&resources, &lives, input.memory.granularity(), input.alias);
@@ -144,7 +144,7 @@ fn bake(
         culled: cull.culled,
         steps,
         updates,
-        looks_back,
+        uses_history,
         graph,
     })
 }

@@ -3,7 +3,7 @@
 use crate::back::cull::{Cull, presented};
 use crate::ir::checked::{BoundAccess, ClockId, Every, Graph, PassId, ResourceId, ResourceKind, Usage};
 use crate::ir::index::index32;
-use crate::ir::plan::{AccessMask, PlanInput, Stages, Turn};
+use crate::ir::plan::{AccessMask, CopySelector, PlanInput, Stages};
 use crate::ir::size::Size;
 use crate::ir::subresources::SubresourceRange;
 
@@ -30,7 +30,7 @@ pub(crate) struct ResourceAccess {
     /// 0 is the current copy, n that of n frames (or ticks) ago.
     pub age: u32,
     /// Which counter selects its current copy there.
-    pub turn: Turn,
+    pub turn: CopySelector,
     /// Mips and layers.
     pub range: SubresourceRange,
     /// Exactly one bit.
@@ -263,12 +263,12 @@ impl Ordering<'_> {
     }
 
     /// Which counter selects the current copy of a used resource at this point.
-    fn turn(&self, resource: u32) -> Turn {
+    fn turn(&self, resource: u32) -> CopySelector {
         match (self.graph.resource(self.cull.used[resource as usize]).clock, self.tick) {
-            (None, _) => Turn::Frame,
-            (Some(clock), Some((ticking, tick))) if clock == ticking => Turn::Tick(clock, tick),
-            (Some(clock), _) if self.passed[clock.0 as usize] => Turn::After(clock),
-            (Some(clock), _) => Turn::Before(clock),
+            (None, _) => CopySelector::Frame,
+            (Some(clock), Some((ticking, tick))) if clock == ticking => CopySelector::Tick(clock, tick),
+            (Some(clock), _) if self.passed[clock.0 as usize] => CopySelector::After(clock),
+            (Some(clock), _) => CopySelector::Before(clock),
         }
     }
 }

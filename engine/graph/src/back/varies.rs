@@ -48,7 +48,7 @@ fn feeds_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life], index: 
 /// Whether a frame depends on more of the frames before it than the camera of the last one: whether something grows from frame to frame,
 /// a pass runs only now and then, or a shader is told how long the picture has been still. A frame of a graph that does not look back
 /// can be made without those before it.
-pub(crate) fn looks_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) -> bool {
+pub(crate) fn uses_history(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) -> bool {
     let carried = (0..cull.used.len()).any(|index| {
         let resource = graph.resource(cull.used[index]);
         // Passes may store to a part of it only: the rest stays, once it was filled.

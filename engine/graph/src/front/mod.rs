@@ -2,7 +2,7 @@
 
 mod check;
 mod extends;
-mod imply;
+mod layout_images;
 mod literal;
 mod model;
 mod parse;
@@ -12,7 +12,7 @@ mod resolve;
 pub(crate) mod schema;
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap};
-use raxel_shader::ShaderSource;
+use raxel_shader::ShaderProvider;
 
 use self::model::File;
 use crate::ir::checked::Graph;
@@ -29,7 +29,7 @@ pub type Replace<'a> = &'a dyn Fn(&str) -> Option<String>;
 pub fn compile(
     path: &str,
     files: &dyn Files,
-    shaders: &dyn ShaderSource,
+    shaders: &dyn ShaderProvider,
     sources: &dyn Catalog,
     texts: &mut SourceMap,
 ) -> Compiled {
@@ -41,7 +41,7 @@ pub fn compile(
 pub fn compile_with(
     path: &str,
     files: &dyn Files,
-    shaders: &dyn ShaderSource,
+    shaders: &dyn ShaderProvider,
     sources: &dyn Catalog,
     replace: Replace<'_>,
     texts: &mut SourceMap,
@@ -55,7 +55,7 @@ pub fn compile_with(
     // Each distinct shader is compiled once; its interface says what it must be given.
     let reflected = reflect::reflect(&resolved, shaders, texts, &mut found);
     // The image of a source goes with its buffer.
-    imply::images(&mut resolved, &reflected, sources);
+    layout_images::add(&mut resolved, &reflected, sources);
     // The graph is compared with its shaders.
     let graph = check::check(&resolved, &reflected, sources, &mut found);
     // A graph with any error is not handed on.

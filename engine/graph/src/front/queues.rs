@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap, Span, codes};
 use raxel_shader::interface::{Access, Scalar};
-use raxel_shader::{Compiler, Request, Shader, ShaderSource};
+use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 
 use crate::ir::checked::{
     BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Origin, Pass, Resource, ResourceId, ResourceKind, Source,

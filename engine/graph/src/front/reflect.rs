@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
-use raxel_shader::{Request, Shader, ShaderSource};
+use raxel_shader::{Request, Shader, ShaderProvider};
 
 use crate::front::resolve::Resolved;
 
@@ -18,7 +18,7 @@ type Outcome = Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>>;
 /// Compiles the shaders of all passes. Errors of all of them are reported, each once, with the first pass that uses the shader.
 pub fn reflect(
     graph: &Resolved,
-    source: &dyn ShaderSource,
+    source: &dyn ShaderProvider,
     texts: &mut SourceMap,
     found: &mut Vec<Diagnostic>,
 ) -> Reflected {
@@ -62,7 +62,7 @@ pub fn reflect(
 }
 
 /// Compiles each request on as many threads as there are cores; results in the order of the requests.
-fn compile(requests: &[&Request], source: &dyn ShaderSource, texts: &mut SourceMap) -> Vec<Outcome> {
+fn compile(requests: &[&Request], source: &dyn ShaderProvider, texts: &mut SourceMap) -> Vec<Outcome> {
     let cores = thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);
     let work = || {

@@ -246,7 +246,7 @@ pub struct Plan {
     /// Whether a frame depends on more of the frames before it than the camera of the last one. If not, any frame can be made without those
     /// before it.
     #[serde(skip)]
-    pub looks_back: bool,
+    pub uses_history: bool,
 }
 
 /// How writes of sources by the runtime are ordered. A frame that has some records `before`, the writes and `after`, and then the steps
@@ -276,16 +276,16 @@ pub struct ClockPlan {
     pub end: u32,
 }
 
-/// Which counter selects the current copy of a resource at one step: copy `counter mod copies` is the current one. The counter is
+/// The counter that selects the current copy of a resource at one step: copy `counter % copies` is the current one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-pub enum Turn {
-    /// the number of the frame;
+pub enum CopySelector {
+    /// The number of the frame.
     Frame,
-    /// in front of a clock's ticks, the number of the last tick that an earlier frame has run;
+    /// In front of the ticks of a clock: the number of the last tick that an earlier frame ran.
     Before(ClockId),
-    /// in the given one of the frame's ticks, the number of that tick;
+    /// In tick i of a clock in this frame: the number of that tick.
     Tick(ClockId, u32),
-    /// behind a clock's ticks, the number of the last tick that has run.
+    /// Behind the ticks of a clock: the number of the last tick that ran.
     After(ClockId),
 }
 
@@ -310,19 +310,19 @@ impl Plan {
     }
 
     /// Which counter selects the current copy of a resource at a step.
-    pub fn turn(&self, step: usize, resource: ResourceId) -> Turn {
-        self.graph.resource(resource).clock.map_or(Turn::Frame, |clock| self.clock_at(step, clock))
+    pub fn turn(&self, step: usize, resource: ResourceId) -> CopySelector {
+        self.graph.resource(resource).clock.map_or(CopySelector::Frame, |clock| self.clock_at(step, clock))
     }
 
     /// Where a clock stands at a step.
-    pub fn clock_at(&self, step: usize, clock: ClockId) -> Turn {
+    pub fn clock_at(&self, step: usize, clock: ClockId) -> CopySelector {
         let planned = self.clocks[clock.0 as usize];
         if index32(step) < planned.first {
-            return Turn::Before(clock);
+            return CopySelector::Before(clock);
         }
         match self.tick_of(step) {
-            Some(tick) if index32(step) < planned.end => Turn::Tick(clock, tick),
-            _ => Turn::After(clock),
+            Some(tick) if index32(step) < planned.end => CopySelector::Tick(clock, tick),
+            _ => CopySelector::After(clock),
         }
     }
 
@@ -352,7 +352,7 @@ pub struct ResourcePlan {
     pub desc: ResourceDesc,
     /// What each copy needs, as [`PlanInput::memory`] says; nothing for a source but its bytes.
     pub memory: Requirements,
-    /// `history + 1` copies; frame (or tick) f writes copy f mod copies, and `@n` reads copy (f − n) mod copies. See [`Turn`].
+    /// `history + 1` copies; frame (or tick) f writes copy f mod copies, and `@n` reads copy (f − n) mod copies. See [`CopySelector`].
     pub copies: u32,
     /// Contents at the start of each frame, if it is cleared (or filled for [`PlanInput::poison`]).
     pub clear: Option<Clear>,

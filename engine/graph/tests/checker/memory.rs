@@ -36,8 +36,8 @@ pub fn share(plan: &Plan, a: usize, b: usize, granularity: u64) -> bool {
 pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let mut faults = Vec::new();
     let mut placed = Vec::new();
-    if plan.looks_back != looks_back(plan) {
-        faults.push(format!("a frame looks back: {}", plan.looks_back));
+    if plan.uses_history != uses_history(plan) {
+        faults.push(format!("a frame looks back: {}", plan.uses_history));
     }
     for (index, resource) in plan.resources.iter().enumerate() {
         if resource.varies != varies(plan, index) {
@@ -157,7 +157,7 @@ fn grows(plan: &Plan, id: ResourceId) -> bool {
 }
 
 /// Whether a frame depends on those before it by more than the camera of the last one.
-fn looks_back(plan: &Plan) -> bool {
+fn uses_history(plan: &Plan) -> bool {
     let filled = |index: usize| {
         let fills = |step: &Step| matches!(step, Step::Clear { resource, .. } | Step::Copy { resource } if *resource as usize == index);
         plan.steps.iter().any(fills)

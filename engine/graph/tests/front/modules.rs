@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_graph::compile;
 use raxel_shader::interface::{Access, Binding, BindingKind, ByteRanges, Dim, Interface, LocalSize, ScalarKind};
-use raxel_shader::{Request, Shader, ShaderSource};
+use raxel_shader::{Request, Shader, ShaderProvider};
 
 use crate::files::Project;
 
@@ -43,7 +43,7 @@ struct Modules {
     arrays: u32,
 }
 
-impl ShaderSource for Modules {
+impl ShaderProvider for Modules {
     fn shader(&self, request: &Request, _: &mut SourceMap) -> Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>> {
         self.asked.fetch_add(1, Ordering::Relaxed);
         let kind = BindingKind::StorageImage { format: None, dim: Dim::D2, arrayed: false, scalar: ScalarKind::Float };

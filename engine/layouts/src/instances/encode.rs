@@ -1,7 +1,7 @@
 //! The buffer of `source = "world.instances"`.
 
 use super::bvh::{self, NODE_WORDS};
-use super::frame::{Frame, Turn};
+use super::frame::{Frame, Rotation};
 use super::{Instance, Instances};
 use crate::{BlockMember, Layout, LayoutError, QUADS_STRIDE, Tree64Header};
 
@@ -115,15 +115,17 @@ impl InstanceBuffer {
         let cube: [i64; 3] = std::array::from_fn(|i| i64::from(header.origin[i]) - instance.anchor[i]);
         let [low, high] = self.about_anchor(instance);
         let (corner, [low, high], turn) = match frame.turn {
-            Turn::Quarter(orientation) => {
+            Rotation::Quarter(orientation) => {
                 let [corner, _] = frame.bounds(cube, cube.map(|c| c + last));
                 (corner, frame.bounds(low, high), u32::from(orientation.inverse().to_vox()) << 8)
             }
-            Turn::Free(_) => (cube, [low, high], FREE | u32::from(raxel_world::Orientation::IDENTITY.to_vox()) << 8),
+            Rotation::Free(_) => {
+                (cube, [low, high], FREE | u32::from(raxel_world::Orientation::IDENTITY.to_vox()) << 8)
+            }
         };
         let rows = match frame.turn {
-            Turn::Quarter(_) => [[0; 3]; 3],
-            Turn::Free(rows) => rows,
+            Rotation::Quarter(_) => [[0; 3]; 3],
+            Rotation::Free(rows) => rows,
         };
         let word = |v: i64| (v as i32).cast_unsigned();
         let mut quad = |v: [i64; 3], w: u32| words.extend([word(v[0]), word(v[1]), word(v[2]), w]);

@@ -20,12 +20,12 @@ pub struct Frame {
     /// Its place in that cell, in units of 2⁻²⁴ voxel.
     pub fraction: [u32; 3],
     /// How the model is turned about it.
-    pub turn: Turn,
+    pub turn: Rotation,
 }
 
 /// How a model is turned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub enum Rotation {
     /// By quarter turns, and its voxels are on the lattice of the world's: from the model's axes to the world's.
     Quarter(Orientation),
     /// In any other way. Rows of a matrix from the world's axes to the model's, in units of 2⁻²³.
@@ -48,9 +48,9 @@ impl Frame {
             || {
                 // The inverse of a rotation is its transpose.
                 let entry = |row: usize, column: usize| (pose.rotation[column][row] * ROTATION_ONE).round() as i32;
-                Turn::Free(std::array::from_fn(|row| std::array::from_fn(|column| entry(row, column))))
+                Rotation::Free(std::array::from_fn(|row| std::array::from_fn(|column| entry(row, column))))
             },
-            Turn::Quarter,
+            Rotation::Quarter,
         );
         Self {
             cell: middle.map(|m| m.div_euclid(ONE) as i32),
@@ -61,7 +61,7 @@ impl Frame {
 
     /// The cell of the world that a cell of the model, counted from the anchor's, is in, if the model is on the lattice of the world.
     pub fn place(&self, from_anchor: [i64; 3]) -> Option<[i64; 3]> {
-        let Turn::Quarter(orientation) = self.turn else { return None };
+        let Rotation::Quarter(orientation) = self.turn else { return None };
         let turned = orientation.vector(from_anchor);
         Some(std::array::from_fn(|i| i64::from(self.cell[i]) + turned[i]))
     }
@@ -76,13 +76,13 @@ impl Frame {
         let corners =
             (0..8).map(|corner: usize| std::array::from_fn(|i| if corner >> i & 1 == 1 { last[i] } else { low[i] }));
         match self.turn {
-            Turn::Quarter(_) => {
+            Rotation::Quarter(_) => {
                 let placed = corners.filter_map(|corner| self.place(corner));
                 placed.fold([[i64::MAX; 3], [i64::MIN; 3]], |[min, max], at| {
                     [std::array::from_fn(|i| min[i].min(at[i])), std::array::from_fn(|i| max[i].max(at[i]))]
                 })
             }
-            Turn::Free(rows) => {
+            Rotation::Free(rows) => {
                 let from_model = |v: [f64; 3]| -> [f64; 3] {
                     std::array::from_fn(|i| (0..3).map(|k| f64::from(rows[k][i]) / ROTATION_ONE * v[k]).sum())
                 };
@@ -112,7 +112,7 @@ impl Frame {
         reason = "positions are within `COORDINATES`, and casts of floats saturate"
     )]
     pub fn into_model(&self, cell: [i64; 3], fraction: [i64; 3]) -> Option<([i64; 3], [i64; 3])> {
-        let Turn::Free(rows) = self.turn else { return None };
+        let Rotation::Free(rows) = self.turn else { return None };
         let cells: [i64; 3] = std::array::from_fn(|i| cell[i] - i64::from(self.cell[i]));
         if cells.iter().any(|c| c.abs() > REACH) {
             return None;
@@ -129,7 +129,7 @@ impl Frame {
     /// Brings a direction into a free frame, in `f32` and in this order: sums and products, each rounded by itself.
     #[expect(clippy::cast_possible_truncation, reason = "directions of rays are 32-bit floats")]
     pub fn direction(&self, direction: [f32; 3]) -> Option<[f32; 3]> {
-        let Turn::Free(rows) = self.turn else { return None };
+        let Rotation::Free(rows) = self.turn else { return None };
         let entry = |v: i32| v as f32 / ROTATION_ONE as f32;
         let [x, y, z] = direction;
         Some(rows.map(|row| (entry(row[0]) * x + entry(row[1]) * y) + entry(row[2]) * z))
@@ -169,7 +169,7 @@ mod tests {
                     assert!((min[i] as f64) < at && at < (max[i] + 1) as f64, "{yaw}: {at} in {min:?} {max:?}");
                 }
             }
-            let Turn::Free(_) = frame.turn else { panic!("{frame:?}") };
+            let Rotation::Free(_) = frame.turn else { panic!("{frame:?}") };
         }
     }
 

@@ -44,7 +44,7 @@ pub enum MotionKind {
     /// Moves it by the value times this vector, in voxels.
     Slide([f64; 3]),
     /// Turns it by so many degrees, to the left as seen from the end of the axis.
-    Turn {
+    Rotation {
         /// The axis.
         axis: Axis,
         /// A point on the axis; the middle of its own anchor when `None`.
@@ -94,7 +94,7 @@ impl Pose {
                 let position = std::array::from_fn(|i| self.position[i] + amount * along[i]);
                 Self { position, ..self }
             }
-            MotionKind::Turn { axis, about: point, upright } => {
+            MotionKind::Rotation { axis, about: point, upright } => {
                 let turn = about(axis, amount);
                 let position = point.map_or(self.position, |point| {
                     let arm = std::array::from_fn(|i| self.position[i] + MIDDLE - point[i]);
@@ -170,12 +170,12 @@ mod tests {
 
     #[test]
     fn a_turn_about_a_point_keeps_the_distance() {
-        let turn = MotionKind::Turn { axis: Axis::Y, about: Some([8.0, 0.0, 8.0]), upright: false };
+        let turn = MotionKind::Rotation { axis: Axis::Y, about: Some([8.0, 0.0, 8.0]), upright: false };
         let pose = Pose::new([18.0, 3.0, 7.0], [0.0; 3]);
         let quarter = pose.moved(turn, 90.0);
         assert_eq!(bits(quarter.middle()), bits([7.5, 3.5, -2.5]));
         assert_eq!(quarter.rotation, about(Axis::Y, 90.0));
-        let upright = MotionKind::Turn { axis: Axis::Y, about: Some([8.0, 0.0, 8.0]), upright: true };
+        let upright = MotionKind::Rotation { axis: Axis::Y, about: Some([8.0, 0.0, 8.0]), upright: true };
         assert_eq!(pose.moved(upright, 90.0), Pose { position: quarter.position, ..pose });
         let other = pose.moved(turn, 37.0).middle();
         let length = ((other[0] - 8.0).powi(2) + (other[2] - 8.0).powi(2)).sqrt();

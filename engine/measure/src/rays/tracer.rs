@@ -11,7 +11,7 @@ use raxel_gpu::{
 use raxel_layouts::{Encoded, EncodedImage, Layout};
 use raxel_runtime::sources::{VOXEL_FORMAT, layout_limits};
 use raxel_shader::interface::BindingKind;
-use raxel_shader::{Compiler, Request, Shader, ShaderSource};
+use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 use raxel_world::World;
 
 use super::error::RayError;

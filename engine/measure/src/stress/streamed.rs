@@ -4,10 +4,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use glam::IVec3;
-use raxel_edit::{Change, EditedSource, Edits, KeptSource, Operation, Scene};
+use raxel_edit::{Change, ChunkCache, EditedChunks, Edits, Operation, Scene};
 use raxel_oracle::sets::{Random, RayTargets};
-use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, View};
-use raxel_world::{Bounds, ChunkPos, ChunkSource, World};
+use raxel_stream::{PoolMemory, Publication, StreamError, StreamOptions, Streamer, StreamingRange, View};
+use raxel_world::{Bounds, ChunkPos, ChunkProvider, World};
 use raxel_worldfile::StreamSettings;
 
 use super::edited::{BEYOND, Edit, edited, step};
@@ -46,7 +46,7 @@ pub(super) struct Stage {
 /// The publications of a site that rays are traced through: one that is still in flight while later edits are made, and the newest one.
 /// The pool has at most so many bytes.
 pub(super) fn stages(world: &Arc<World>, seed: u64, most_bytes: u64) -> Result<Vec<Stage>, RayError> {
-    let honest = |source: Arc<EditedSource>| source as Arc<dyn ChunkSource>;
+    let honest = |source: Arc<EditedChunks>| source as Arc<dyn ChunkProvider>;
     stages_over(world, seed, most_bytes, &honest, &|_| true)
 }
 
@@ -55,19 +55,19 @@ fn stages_over(
     world: &Arc<World>,
     seed: u64,
     most_bytes: u64,
-    over: &dyn Fn(Arc<EditedSource>) -> Arc<dyn ChunkSource>,
+    over: &dyn Fn(Arc<EditedChunks>) -> Arc<dyn ChunkProvider>,
     tells: &dyn Fn(ChunkPos) -> bool,
 ) -> Result<Vec<Stage>, RayError> {
     if world.materials().len() < 2 {
         return Err(RayError::NotStreamed("the world has no material to edit it with".to_owned()));
     }
     let (middle, reach) = reach_about(world)?;
-    let tiles: Arc<dyn ChunkSource> = Arc::new(KeptSource::new(world.clone(), KEPT));
+    let tiles: Arc<dyn ChunkProvider> = Arc::new(ChunkCache::new(world.clone(), KEPT));
     let [bytes, _] = Streamer::estimate(&*tiles, &reach, middle, &|_| 0);
     let most = most_bytes / 4;
     let mut words = (bytes / 2 + SPARE).min(most);
     loop {
-        let source = Arc::new(EditedSource::new(tiles.clone(), world.materials().to_vec()));
+        let source = Arc::new(EditedChunks::new(tiles.clone(), world.materials().to_vec()));
         let memory = Arc::new(Words(Mutex::new(vec![0; words as usize])));
         let options = StreamOptions { workers: 2, complete: true, upload: None, poison: true };
         let shown = over(source.clone());
@@ -95,7 +95,7 @@ fn stages_over(
 
 /// The middle of a world, and a reach around it with all of its voxels, and all of those that edits set. As in a session, the heights are
 /// those of the world before the edits. Coarse tiles lie around the chunks, and show nothing: a chunk hides them, also an empty one.
-fn reach_about(world: &World) -> Result<(IVec3, Reach), RayError> {
+fn reach_about(world: &World) -> Result<(IVec3, StreamingRange), RayError> {
     let Bounds { min, max } = world.bounds().unwrap_or(Bounds { min: [0; 3], max: [1; 3] });
     let middle = std::array::from_fn(|i| (min[i] + max[i]).div_euclid(2));
     let half: [i64; 3] = std::array::from_fn(|i| max[i] - middle[i] + BEYOND);
@@ -109,7 +109,7 @@ fn reach_about(world: &World) -> Result<(IVec3, Reach), RayError> {
         )));
     }
     let (near, far) = (near as u32, near as u32 + 1);
-    let reach = Reach::of(&StreamSettings { near, far, ..StreamSettings::default() }, [min[1], max[1]]);
+    let reach = StreamingRange::of(&StreamSettings { near, far, ..StreamSettings::default() }, [min[1], max[1]]);
     Ok((IVec3::from_array(middle.map(|c| c as i32)), reach))
 }
 
@@ -125,7 +125,7 @@ impl PoolMemory for Words {
 /// A streamed world that is edited.
 struct Editing<'a> {
     streamer: Streamer,
-    source: Arc<EditedSource>,
+    source: Arc<EditedChunks>,
     memory: Arc<Words>,
     scene: Scene,
     edits: Edits,
@@ -284,12 +284,12 @@ mod tests {
 
     /// A source that has not heard of the edits of one chunk.
     struct Forgetful {
-        edited: Arc<EditedSource>,
+        edited: Arc<EditedChunks>,
         world: Arc<World>,
         forgets: ChunkPos,
     }
 
-    impl ChunkSource for Forgetful {
+    impl ChunkProvider for Forgetful {
         fn materials(&self) -> &[Material] {
             self.edited.materials()
         }
@@ -298,7 +298,7 @@ mod tests {
             if level == 0 && pos == self.forgets {
                 return Ok(self.world.tile(level, pos));
             }
-            ChunkSource::try_chunk(&*self.edited, level, pos)
+            ChunkProvider::try_chunk(&*self.edited, level, pos)
         }
     }
 
@@ -308,7 +308,7 @@ mod tests {
         let honest = stages(&world, 1, MOST_BYTES).expect("it is streamed");
         let differs = |pos: &ChunkPos| honest[1].world.chunk(*pos) != world.chunk(*pos);
         let forgets = honest[1].world.chunks().map(|(pos, _)| pos).find(differs).expect("an edited chunk");
-        let forgetful = |edited: Arc<EditedSource>| -> Arc<dyn ChunkSource> {
+        let forgetful = |edited: Arc<EditedChunks>| -> Arc<dyn ChunkProvider> {
             Arc::new(Forgetful { edited, world: world.clone(), forgets })
         };
         let stages = stages_over(&world, 1, MOST_BYTES, &forgetful, &|_| true).expect("it is streamed");
@@ -318,7 +318,7 @@ mod tests {
     #[test]
     fn a_streamer_that_is_not_told_of_edits_is_noticed() {
         let world = site("hills", Sites::Far);
-        let honest = |source: Arc<EditedSource>| source as Arc<dyn ChunkSource>;
+        let honest = |source: Arc<EditedChunks>| source as Arc<dyn ChunkProvider>;
         let stages = stages_over(&world, 1, MOST_BYTES, &honest, &|_| false).expect("it is streamed");
         assert!(stages.iter().all(|stage| wrong(stage, &world) > 0));
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_execute::moment::Moment;
-use raxel_execute::{DeviceSource, Override, WriteError};
+use raxel_execute::{ExternalResource, Override, WriteError};
 use raxel_graph::checked::{Display, Fill, Graph, Param, PassId, Value};
 
 use super::{Session, open};
@@ -146,7 +146,7 @@ impl Session {
 
     /// A source that is on the device, e.g. `world.tree64`: its version, and a way to write parts of it between frames. `None` while
     /// nothing that runs binds it. An edit of the world and a loss of the device put another one in its place.
-    pub fn source(&self, name: &str) -> Option<Arc<DeviceSource>> {
+    pub fn source(&self, name: &str) -> Option<Arc<ExternalResource>> {
         self.context.sources.find(name, &self.world)
     }
 
@@ -225,7 +225,7 @@ impl Session {
     }
 
     /// Starts over at a later frame: the next one is frame `index`, at its time. With a fixed step, the frame after it is the one that a run
-    /// from the start gives, unless the graph looks back ([`raxel_graph::plan::Plan::looks_back`]).
+    /// from the start gives, unless the graph looks back ([`raxel_graph::plan::Plan::uses_history`]).
     pub fn start_at(&mut self, index: u64) {
         self.reset();
         self.clock.start_at(index);

@@ -10,8 +10,8 @@ use raxel_execute::{
 };
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Value};
 
+use super::change_tracker::Changes;
 use super::retry::Retry;
-use super::still::Changes;
 use super::{FrameError, ReadError, Session};
 use crate::build::{self, Assembly, Selection};
 use crate::build_error::BuildError;

@@ -1,8 +1,9 @@
 //! A session: a project that is open and runs. The library's front door; the command line and the window drive the same type.
 
 mod capture;
+mod change_tracker;
 mod changed;
-mod collect;
+mod counter_warnings;
 mod drive;
 mod edit;
 mod error;
@@ -13,8 +14,7 @@ mod open;
 mod recover;
 mod reload;
 mod retry;
-mod still;
-mod warned;
+mod shader_output;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -133,9 +133,9 @@ pub struct Session {
     graph: Arc<Graph>,
     world: Arc<SessionWorld>,
     editing: Editing,
-    collected: collect::Collected,
+    collected: shader_output::ShaderOutput,
     changed: changed::Changed,
-    warned: warned::Warned,
+    warned: counter_warnings::CounterWarnings,
     demo: Option<Arc<Demo>>,
     texts: SourceMap,
     warnings: Vec<Diagnostic>,
@@ -171,7 +171,7 @@ pub struct Session {
     cursor: Option<[i32; 2]>,
     /// Shift of all rays in pixels, right and down.
     subpixel: [f64; 2],
-    still: still::Still,
+    still: change_tracker::ChangeTracker,
     history: history::History,
     params: Params,
     /// Values of the params in this frame: the user's, under those of the demo.

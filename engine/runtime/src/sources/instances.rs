@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_execute::DeviceSource;
+use raxel_execute::ExternalResource;
 use raxel_graph::checked::{Graph, Resource, Value};
 use raxel_layouts::instances::{Frame, InstanceBuffer, Instances, Pose};
 use raxel_layouts::{LayoutError, Limits};
@@ -79,7 +79,13 @@ impl LiveInstances {
     }
 
     /// Moves them to where passes and the params of a graph say, before the next frame. Does nothing while neither changes.
-    pub fn follow(&mut self, graph: &Arc<Graph>, values: &[Value], written: &WrittenPoses, source: &Arc<DeviceSource>) {
+    pub fn follow(
+        &mut self,
+        graph: &Arc<Graph>,
+        values: &[Value],
+        written: &WrittenPoses,
+        source: &Arc<ExternalResource>,
+    ) {
         let same = |(known, seen, serial): &(Arc<Graph>, Vec<Value>, u64)| {
             Arc::ptr_eq(known, graph) && seen == values && *serial == written.serial
         };

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_execute::{self as execute, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
+use raxel_execute::{self as execute, Builder, ExecuteError, ExternalResource, FRAME_BYTES, Texture};
 use raxel_graph::checked::{Fact, Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
@@ -32,7 +32,7 @@ pub struct OnDevice {
 #[derive(Debug)]
 struct Entry {
     key: Key,
-    source: Arc<DeviceSource>,
+    source: Arc<ExternalResource>,
     /// What brings it, if it is a streamed world.
     stream: Option<Arc<WorldStream>>,
     /// What follows edits of the world, or its params.
@@ -99,7 +99,7 @@ impl OnDevice {
         resource: &Resource,
         world: &SessionWorld,
         builder: &Builder,
-    ) -> Result<Option<Arc<DeviceSource>>, BuildError> {
+    ) -> Result<Option<Arc<ExternalResource>>, BuildError> {
         let Some(name) = resource.kind.supplied_by() else { return Ok(None) };
         let key = match &resource.origin {
             Origin::File(contents) => Key::File(Arc::downgrade(contents)),
@@ -216,7 +216,7 @@ impl OnDevice {
     }
 
     /// What is there of a world under a name, e.g. `world.tree64`.
-    pub fn find(&self, name: &str, world: &SessionWorld) -> Option<Arc<DeviceSource>> {
+    pub fn find(&self, name: &str, world: &SessionWorld) -> Option<Arc<ExternalResource>> {
         let wanted = SourceName::parse(name)?;
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let found = entries.iter().find(
@@ -256,7 +256,7 @@ fn upload_live(
     resource: &Resource,
     world: &SessionWorld,
     builder: &Builder,
-) -> Result<(Arc<DeviceSource>, LiveLayout), BuildError> {
+) -> Result<(Arc<ExternalResource>, LiveLayout), BuildError> {
     let limits = layout_limits(builder.device());
     let (live, words) = LiveLayout::new(layout, world.voxels(), limits.buffer_bytes)
         .map_err(|error| diagnosed(too_large(&error, parsed, resource, world)))?;
@@ -270,7 +270,7 @@ fn upload_instances(
     resource: &Resource,
     world: &SessionWorld,
     builder: &Builder,
-) -> Result<(Arc<DeviceSource>, LiveInstances), BuildError> {
+) -> Result<(Arc<ExternalResource>, LiveInstances), BuildError> {
     let (live, words) = LiveInstances::new(world, layout_limits(builder.device()))
         .map_err(|error| diagnosed(too_large(&error, &SourceName::Instances, resource, world)))?;
     let buffer = builder.upload_buffer(bytemuck::cast_slice(&words), name).map_err(|error| refused(error, resource))?;
@@ -296,7 +296,7 @@ fn upload_voxels(
     resource: &Resource,
     world: &SessionWorld,
     builder: &Builder,
-) -> Result<Arc<DeviceSource>, BuildError> {
+) -> Result<Arc<ExternalResource>, BuildError> {
     let limits = layout_limits(builder.device());
     let words = |(encoded, image): (Encoded, Option<EncodedImage>)| (encoded.words, image);
     let encoded = match parsed {
@@ -328,7 +328,7 @@ fn upload_file(
     contents: &FileContents,
     resource: &Resource,
     builder: &Builder,
-) -> Result<Arc<DeviceSource>, BuildError> {
+) -> Result<Arc<ExternalResource>, BuildError> {
     let refused = |error| refused(error, resource);
     match contents {
         FileContents::Bytes(bytes) => {

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use raxel_bake::{OpenError, SourceError, ZarrSource};
 use raxel_diagnostics::{Diagnostic, Files, codes};
-use raxel_world::ChunkSource;
+use raxel_world::ChunkProvider;
 
 /// Opens the store at an address, which is relative to the folder of the project when it is a folder.
-pub(super) fn open(address: &str, files: &dyn Files) -> Result<Arc<dyn ChunkSource>, Box<Diagnostic>> {
+pub(super) fn open(address: &str, files: &dyn Files) -> Result<Arc<dyn ChunkProvider>, Box<Diagnostic>> {
     let source = ZarrSource::open(address, files.root().unwrap_or(Path::new(".")));
     source.map(|source| Arc::new(source) as _).map_err(|error| Box::new(refused(&error)))
 }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use raxel_world::{Cause, ChunkPos, Unavailable};
 
 use super::changes::Changes;
-use super::listed::Listed;
+use super::light_table::LightTable;
 use super::retry_backoff::RetryBackoff;
 use super::threads::planted;
 use super::worker::{Made, MadeLamps, Unmade};
@@ -19,8 +19,8 @@ use super::{Job, Shared, StreamError};
 use crate::cube::Cube;
 use crate::directory::{Directory, LiveTile};
 use crate::pool::Block;
-use crate::publication::{Lacking, Stats};
-use crate::reach::{Reach, TileKey};
+use crate::publication::{MissingTiles, Stats};
+use crate::reach::{StreamingRange, TileKey};
 use crate::view::View;
 use room::{Reaction, Room};
 
@@ -39,11 +39,11 @@ pub(super) struct Director {
     shared: Arc<Shared>,
     complete: bool,
     /// The range that the world file wants to be shown.
-    shown: Reach,
+    shown: StreamingRange,
     /// The same range, with the tiles around it that may be shown soon.
-    whole: Reach,
+    whole: StreamingRange,
     /// The part of `whole` that the pool has room for.
-    reach: Reach,
+    reach: StreamingRange,
     view: View,
     view_serial: u64,
     moves: u64,
@@ -57,7 +57,7 @@ pub(super) struct Director {
     /// Tiles that are there, but in no publication yet.
     unpublished: HashSet<TileKey>,
     /// The wanted tiles that the newest publication does not have.
-    lacking: Arc<Mutex<Option<Lacking>>>,
+    missing_tiles: Arc<Mutex<Option<MissingTiles>>>,
     changes: Changes,
     /// Publications show every change up to this one.
     shown_changes: u64,
@@ -67,7 +67,7 @@ pub(super) struct Director {
     retired: VecDeque<(u64, Block)>,
     version: u64,
     directory: Directory,
-    lamps: Listed,
+    lamps: LightTable,
     room: Room,
     /// The reachable tiles have changed since the last publication.
     changed: bool,
@@ -91,7 +91,7 @@ struct Tile {
 }
 
 impl Director {
-    pub(super) fn new(shared: Arc<Shared>, reach: Reach, complete: bool) -> Self {
+    pub(super) fn new(shared: Arc<Shared>, reach: StreamingRange, complete: bool) -> Self {
         let view = shared.state().view;
         let whole = reach.loaded(complete);
         let cube = Cube::around(view.cell, &whole);
@@ -109,14 +109,14 @@ impl Director {
             wanted: 0,
             missing: HashSet::new(),
             unpublished: HashSet::new(),
-            lacking: Arc::default(),
+            missing_tiles: Arc::default(),
             changes: Changes::default(),
             shown_changes: 0,
             backoff: RetryBackoff::default(),
             retired: VecDeque::new(),
             version: 0,
             directory: Directory::new(cube),
-            lamps: Listed::default(),
+            lamps: LightTable::default(),
             room: Room::default(),
             changed: true,
             ask_again: false,
@@ -348,7 +348,7 @@ impl Director {
             self.place(key);
             self.unpublished.remove(&key);
             self.changes.forget(key);
-            self.shared.source.given_up(key.level, key.pos);
+            self.shared.source.on_evicted(key.level, key.pos);
             self.retire_tile(key, tile);
             self.stats.dropped += 1;
             self.changed = true;

@@ -12,7 +12,7 @@ use raxel_terminal::args::Messages;
 use raxel_terminal::console::{self, Console, Format};
 use raxel_terminal::failure::{Failure, Result};
 use raxel_terminal::offline::OfflineProject;
-use raxel_world::ChunkSource;
+use raxel_world::ChunkProvider;
 use serde_json::json;
 
 use super::info::{bytes, grouped};
@@ -67,7 +67,7 @@ fn cell(text: &str) -> std::result::Result<Cell, String> {
 pub(super) fn run(args: &Args, console: &Console) -> Result {
     let (front, path) = OfflineProject::of(args.world.as_deref(), Project::default_world, console)?;
     let world = front.world(&path, console)?;
-    let source: &dyn ChunkSource = match world.streamed() {
+    let source: &dyn ChunkProvider = match world.streamed() {
         Some(streamed) => &*streamed.generator,
         None => world.voxels(),
     };
@@ -89,7 +89,7 @@ fn plan(
     path: &str,
     world: &SessionWorld,
     front: &OfflineProject,
-    source: &dyn ChunkSource,
+    source: &dyn ChunkProvider,
 ) -> std::result::Result<Plan, PlanError> {
     let (there, levels) = if let Some(streamed) = world.streamed() {
         let [low, high] = streamed.settings.height.or(source.height_range()).unwrap_or_default();

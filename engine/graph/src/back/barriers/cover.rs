@@ -56,8 +56,8 @@ fn behind(dependency: &Dependency) -> Stages {
 pub(super) fn covered(slots: &[Slot], need: &Need) -> Option<(u32, u32)> {
     let (from, target, to, start) = match need.kind {
         NeedKind::Pair(from, to) => (Some(from), None, Some(to), None),
-        NeedKind::Into(from, takeover) => (Some(from), Some(takeover), None, None),
-        NeedKind::OutOf(takeover, to) => (None, None, Some(to), Some(takeover)),
+        NeedKind::Into(from, alias_transition) => (Some(from), Some(alias_transition), None, None),
+        NeedKind::OutOf(alias_transition, to) => (None, None, Some(to), Some(alias_transition)),
     };
     let stored = from.is_none_or(is_write);
     // Stages that wait for the first access, with it available if it is a store.

@@ -7,11 +7,11 @@
 
 use crate::back::order::ResourceAccess;
 use crate::ir::checked::Graph;
-use crate::ir::plan::Turn;
+use crate::ir::plan::CopySelector;
 
 /// The smallest number of frames from `from` to a later `to` in which they may access one copy of their resource.
 pub(super) fn frames_apart(graph: &Graph, copies: u32, from: &ResourceAccess, to: &ResourceAccess) -> u32 {
-    let (Turn::Before(clock) | Turn::Tick(clock, _) | Turn::After(clock)) = from.turn else {
+    let (CopySelector::Before(clock) | CopySelector::Tick(clock, _) | CopySelector::After(clock)) = from.turn else {
         let frames = (to.age + copies - from.age % copies) % copies;
         return if frames == 0 && to.action <= from.action { copies } else { frames };
     };
@@ -27,31 +27,31 @@ pub(super) fn frames_apart(graph: &Graph, copies: u32, from: &ResourceAccess, to
 fn ticks_apart(most: i64, from: &ResourceAccess, to: &ResourceAccess, frames: u32) -> Option<(i64, i64)> {
     let ages = i64::from(from.age) - i64::from(to.age);
     let ran = |access: &ResourceAccess| match access.turn {
-        Turn::Tick(_, tick) => i64::from(tick) + 1,
+        CopySelector::Tick(_, tick) => i64::from(tick) + 1,
         _ => 0,
     };
     if frames == 0 {
         // Both are counted from the ticks before the frame, which runs at least as many as its later access says.
         let least = ran(from).max(ran(to));
         let at = |access: &ResourceAccess, due: i64| match access.turn {
-            Turn::Tick(_, tick) => i64::from(tick),
-            Turn::After(_) => due - 1,
-            Turn::Before(_) | Turn::Frame => -1,
+            CopySelector::Tick(_, tick) => i64::from(tick),
+            CopySelector::After(_) => due - 1,
+            CopySelector::Before(_) | CopySelector::Frame => -1,
         };
         let distance = |due: i64| at(to, due) - at(from, due) + ages;
         return (least <= most).then(|| (distance(least), distance(most)));
     }
     // Ticks that the frame of `from` still runs behind it, those of the frames between, and those of the frame of `to` before it.
     let behind = match from.turn {
-        Turn::Tick(_, tick) => (0, most - i64::from(tick) - 1),
-        Turn::After(_) => (0, 0),
-        Turn::Before(_) | Turn::Frame => (0, most),
+        CopySelector::Tick(_, tick) => (0, most - i64::from(tick) - 1),
+        CopySelector::After(_) => (0, 0),
+        CopySelector::Before(_) | CopySelector::Frame => (0, most),
     };
     let between = (0, i64::from(frames - 1) * most);
     let ahead = match to.turn {
-        Turn::Tick(_, tick) => (i64::from(tick) + 1, i64::from(tick) + 1),
-        Turn::After(_) => (0, most),
-        Turn::Before(_) | Turn::Frame => (0, 0),
+        CopySelector::Tick(_, tick) => (i64::from(tick) + 1, i64::from(tick) + 1),
+        CopySelector::After(_) => (0, most),
+        CopySelector::Before(_) | CopySelector::Frame => (0, 0),
     };
     Some((behind.0 + between.0 + ahead.0 + ages, behind.1 + between.1 + ahead.1 + ages))
 }

@@ -30,13 +30,13 @@ pub(super) struct Pair {
 
 /// A resource that takes over shared memory.
 #[derive(Clone, Debug)]
-pub(super) struct Takeover {
+pub(super) struct AliasTransition {
     /// Index among the used resources.
     pub resource: u32,
     /// It needs a transition; otherwise the hazards are among the pairs.
     pub image: bool,
     /// The last access of each kind by former occupants: how many gaps there are from it to the first use, that one included.
-    pub formers: Vec<(AccessMask, u32)>,
+    pub previous_users: Vec<(AccessMask, u32)>,
     /// The first access of each kind by the resource, with its action.
     pub users: Vec<(AccessMask, u32)>,
     /// Where it may take over: behind the last former access, not after the first use; for a transition, in the same frame.
@@ -49,14 +49,14 @@ pub(super) struct Hazards {
     /// For each two kinds of access, the intervals that no other one is contained in.
     pub pairs: Vec<Pair>,
     /// Take-overs of shared memory.
-    pub takeovers: Vec<Takeover>,
+    pub alias_transitions: Vec<AliasTransition>,
     /// What to print: of each access, the nearest hazards.
     pub reasons: Vec<(Hazard, Gaps)>,
 }
 
 /// Finds everything that must be ordered.
 pub(super) fn find(frame: &Frame) -> Hazards {
-    let mut tight = Tight::new(frame.order.actions.len());
+    let mut tight = IntervalSet::new(frame.order.actions.len());
     let mut hazards = Hazards::default();
     let mut accesses: Vec<Vec<ResourceAccess>> = vec![Vec::new(); frame.resources.len()];
     for access in &frame.order.accesses {
@@ -76,7 +76,7 @@ fn same_resource(
     frame: &Frame,
     resource: usize,
     accesses: &[ResourceAccess],
-    tight: &mut Tight,
+    tight: &mut IntervalSet,
     reasons: &mut Vec<(Hazard, Gaps)>,
 ) {
     let n = index32(frame.order.actions.len());
@@ -147,7 +147,7 @@ fn shared_memory(
     frame: &Frame,
     resource: usize,
     accesses: &[Vec<ResourceAccess>],
-    tight: &mut Tight,
+    tight: &mut IntervalSet,
     hazards: &mut Hazards,
 ) {
     let Life::Transient { first, .. } = frame.lives[resource] else { return };
@@ -164,14 +164,14 @@ fn shared_memory(
     }
     // An image follows itself too: what it held in the last frame was stored to the same memory.
     let itself = image.then_some(index32(resource));
-    let mut formers: Vec<(AccessMask, u32)> = Vec::new();
+    let mut previous_users: Vec<(AccessMask, u32)> = Vec::new();
     let mut nearest: Option<(u32, u32)> = None;
     for former in frame.alias.neighbours[resource].iter().copied().chain(itself) {
         for access in &accesses[former as usize] {
             let count = if access.action < first { first - access.action } else { n + first - access.action };
-            match formers.iter_mut().find(|(mask, _)| *mask == access.mask) {
+            match previous_users.iter_mut().find(|(mask, _)| *mask == access.mask) {
                 Some((_, least)) => *least = count.min(*least),
-                None => formers.push((access.mask, count)),
+                None => previous_users.push((access.mask, count)),
             }
             if nearest.is_none_or(|(least, _)| count < least) {
                 nearest = Some((count, access.action));
@@ -180,7 +180,7 @@ fn shared_memory(
     }
     let Some((least, action)) = nearest else { return };
     if !image {
-        for &(from, count) in &formers {
+        for &(from, count) in &previous_users {
             for &(to, action) in &users {
                 if is_write(from) || is_write(to) {
                     tight.add(from, to, Gaps { end: action, count: count + action - first });
@@ -198,7 +198,7 @@ fn shared_memory(
     // The transition belongs to the frame that uses the image: the first frame has none before it.
     let gaps = Gaps { end: first, count: if image { least.min(first + 1) } else { least } };
     hazards.reasons.push((hazard, gaps));
-    hazards.takeovers.push(Takeover { resource: index32(resource), image, formers, users, gaps });
+    hazards.alias_transitions.push(AliasTransition { resource: index32(resource), image, previous_users, users, gaps });
 }
 
 fn pass_of(frame: &Frame, action: u32) -> Option<PassId> {
@@ -209,16 +209,16 @@ fn pass_of(frame: &Frame, action: u32) -> Option<PassId> {
 }
 
 /// For each two kinds of access and each end, the shortest interval.
-struct Tight {
+struct IntervalSet {
     actions: usize,
     shortest: Vec<u32>,
 }
 
 const KINDS: usize = AccessMask::all().bits().count_ones() as usize;
 
-impl Tight {
-    fn new(actions: usize) -> Tight {
-        Tight { actions, shortest: vec![u32::MAX; KINDS * KINDS * actions] }
+impl IntervalSet {
+    fn new(actions: usize) -> IntervalSet {
+        IntervalSet { actions, shortest: vec![u32::MAX; KINDS * KINDS * actions] }
     }
 
     fn add(&mut self, from: AccessMask, to: AccessMask, gaps: Gaps) {

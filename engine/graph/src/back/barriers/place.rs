@@ -10,8 +10,12 @@ use crate::ir::index::index32;
 
 /// The gaps that get a barrier, in order.
 pub(super) fn place(actions: u32, hazards: &Hazards) -> Vec<u32> {
-    let takeovers = hazards.takeovers.iter().filter(|takeover| takeover.image).map(|takeover| takeover.gaps);
-    hit(actions, hazards.pairs.iter().map(|pair| pair.gaps).chain(takeovers))
+    let alias_transitions = hazards
+        .alias_transitions
+        .iter()
+        .filter(|alias_transition| alias_transition.image)
+        .map(|alias_transition| alias_transition.gaps);
+    hit(actions, hazards.pairs.iter().map(|pair| pair.gaps).chain(alias_transitions))
 }
 
 fn hit(gaps: u32, intervals: impl Iterator<Item = Gaps>) -> Vec<u32> {

@@ -61,22 +61,27 @@ impl Scopes {
             add(&mut memory.dst, pair.to, is_write(pair.from));
             needs.push(Need { kind: NeedKind::Pair(pair.from, pair.to), first, slots, by: (slots - 1, slots - 1) });
         }
-        for (takeover, of) in hazards.takeovers.iter().enumerate().filter(|(_, of)| of.image) {
+        for (alias_transition, of) in hazards.alias_transitions.iter().enumerate().filter(|(_, of)| of.image) {
             let at = self.last_within(of.gaps);
             let gap = self.slots[at].gap;
-            let takeover = index32(takeover);
+            let alias_transition = index32(alias_transition);
             let mut scopes = Dependency::default();
-            for &(from, count) in &of.formers {
+            for &(from, count) in &of.previous_users {
                 add(&mut scopes.src, from, is_write(from));
                 let (first, slots) = self.within(Gaps { end: gap, count: count - (of.gaps.end - gap) });
-                needs.push(Need { kind: NeedKind::Into(from, takeover), first, slots, by: (slots - 1, slots - 1) });
+                needs.push(Need {
+                    kind: NeedKind::Into(from, alias_transition),
+                    first,
+                    slots,
+                    by: (slots - 1, slots - 1),
+                });
             }
             for &(to, action) in &of.users {
                 add(&mut scopes.dst, to, true);
                 let (first, slots) = self.within(Gaps { end: action, count: action - gap + 1 });
-                needs.push(Need { kind: NeedKind::OutOf(takeover, to), first, slots, by: (0, 0) });
+                needs.push(Need { kind: NeedKind::OutOf(alias_transition, to), first, slots, by: (0, 0) });
             }
-            self.slots[at].transitions.push((takeover, scopes));
+            self.slots[at].transitions.push((alias_transition, scopes));
         }
         needs
     }
@@ -140,26 +145,26 @@ impl Scopes {
             let activate = slot
                 .transitions
                 .iter()
-                .map(|(takeover, scopes)| Activation {
-                    resource: hazards.takeovers[*takeover as usize].resource,
+                .map(|(alias_transition, scopes)| Activation {
+                    resource: hazards.alias_transitions[*alias_transition as usize].resource,
                     dependency: *scopes,
                 })
                 .collect();
             barriers[slot.gap as usize] = Some(Barrier { memory, activate, hazards: Vec::new() });
         }
-        for takeover in hazards.takeovers.iter().filter(|takeover| !takeover.image) {
+        for alias_transition in hazards.alias_transitions.iter().filter(|alias_transition| !alias_transition.image) {
             let mut dependency = Dependency::default();
-            for (from, _) in &takeover.formers {
+            for (from, _) in &alias_transition.previous_users {
                 add(&mut dependency.src, *from, is_write(*from));
             }
-            for (to, action) in &takeover.users {
-                if *action == takeover.gaps.end {
+            for (to, action) in &alias_transition.users {
+                if *action == alias_transition.gaps.end {
                     add(&mut dependency.dst, *to, true);
                 }
             }
-            let gap = self.slots[self.last_within(takeover.gaps)].gap;
+            let gap = self.slots[self.last_within(alias_transition.gaps)].gap;
             if let Some(barrier) = &mut barriers[gap as usize] {
-                barrier.activate.push(Activation { resource: takeover.resource, dependency });
+                barrier.activate.push(Activation { resource: alias_transition.resource, dependency });
             }
         }
         for (hazard, gaps) in &hazards.reasons {

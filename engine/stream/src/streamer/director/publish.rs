@@ -9,7 +9,7 @@ use raxel_world::ChunkPos;
 use super::{Director, StreamError};
 use crate::cube::Cube;
 use crate::directory::{Placed, Written};
-use crate::publication::{Lacking, Publication};
+use crate::publication::{MissingTiles, Publication};
 use crate::reach::TileKey;
 
 impl Director {
@@ -22,12 +22,12 @@ impl Director {
     /// Counts the tiles that are wanted now and missing from the newest publication.
     pub(super) fn count_unseen(&mut self) {
         let tiles = self.missing.iter().chain(&self.unpublished).copied().collect();
-        let lacking = Lacking { cell: self.view.cell, shown: self.shown.clone(), tiles };
-        let [missing, holes] = lacking.in_view(&self.view).unwrap_or_default();
+        let missing_tiles = MissingTiles { cell: self.view.cell, shown: self.shown.clone(), tiles };
+        let [missing, holes] = missing_tiles.in_view(&self.view).unwrap_or_default();
         (self.stats.missing_in_view, self.stats.holes_in_view) = (missing, holes);
         let shown = |key: &&TileKey| key.level == 0 && self.shown.wants(self.view.cell, **key, 0);
         self.stats.missing_chunks = self.missing.iter().filter(shown).count();
-        *self.lacking.lock().unwrap_or_else(PoisonError::into_inner) = Some(lacking);
+        *self.missing_tiles.lock().unwrap_or_else(PoisonError::into_inner) = Some(missing_tiles);
     }
 
     /// Makes a publication if one is due, and reports the figures.
@@ -100,7 +100,7 @@ impl Director {
         self.version += 1;
         self.changed = false;
         self.unpublished.clear();
-        self.lacking = Arc::default();
+        self.missing_tiles = Arc::default();
         self.count_unseen();
         self.stats.publications += 1;
         self.stats.written += 4 * words;
@@ -125,7 +125,7 @@ impl Director {
             lights,
             changes: self.shown_changes,
             stats: self.stats,
-            lacking: self.lacking.clone(),
+            missing_tiles: self.missing_tiles.clone(),
         };
         self.shared.state().pending = Some(Arc::new(publication));
         self.shared.published.notify_all();

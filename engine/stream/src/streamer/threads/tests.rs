@@ -4,11 +4,11 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use glam::IVec3;
-use raxel_world::{ChunkPos, ChunkSource, Content, Material, Unavailable};
+use raxel_world::{ChunkPos, ChunkProvider, Content, Material, Unavailable};
 use raxel_worldfile::StreamSettings;
 
 use super::*;
-use crate::{PoolMemory, Publication, Reach, StreamOptions, Streamer, View};
+use crate::{PoolMemory, Publication, StreamOptions, Streamer, StreamingRange, View};
 
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -18,7 +18,7 @@ struct Rock {
     panics: AtomicBool,
 }
 
-impl ChunkSource for Rock {
+impl ChunkProvider for Rock {
     fn materials(&self) -> &[Material] {
         &self.materials
     }
@@ -54,7 +54,7 @@ fn world(complete: bool, spawn: Spawn<'_>) -> World {
         Rock { materials: vec![Material::air(), Material::matt("rock", [0.5; 3])], panics: AtomicBool::new(false) };
     let (source, memory) = (Arc::new(rock), Arc::new(Nowhere::default()));
     let settings = StreamSettings { near: 64, far: 64, ..StreamSettings::default() };
-    let (reach, view) = (Reach::of(&settings, [-64, 128]), View::at(IVec3::splat(30)));
+    let (reach, view) = (StreamingRange::of(&settings, [-64, 128]), View::at(IVec3::splat(30)));
     let options = StreamOptions { workers: 2, complete, upload: None, poison: false };
     let place = (memory.clone() as Arc<dyn PoolMemory>, 1 << 16);
     let streamer = Streamer::spawned_by(spawn, source.clone(), place, None, reach, view, options);

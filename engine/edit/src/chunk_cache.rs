@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use raxel_world::{ChunkPos, ChunkSource, Content, Material, MaterialIndex, Unavailable};
+use raxel_world::{ChunkPos, ChunkProvider, Content, Material, MaterialIndex, Unavailable};
 
 use crate::packed::PackedChunk;
 
@@ -12,12 +12,12 @@ const ENTRY: u64 = 160;
 
 /// A source with a memory: tiles that were asked for are kept packed, as many as a number of bytes has room for. What was given up last is
 /// kept longest. Since a source always gives the same answers, nothing in it ever becomes wrong.
-pub struct KeptSource {
-    source: Arc<dyn ChunkSource>,
+pub struct ChunkCache {
+    source: Arc<dyn ChunkProvider>,
     kept: Mutex<Kept>,
 }
 
-/// How a [`KeptSource`] is doing.
+/// How a [`ChunkCache`] is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct KeptStats {
     /// Tiles that are kept.
@@ -53,9 +53,9 @@ enum Packed {
     Cells(PackedChunk),
 }
 
-impl KeptSource {
+impl ChunkCache {
     /// A memory of so many bytes over a source. Without any, nothing is kept.
-    pub fn new(source: Arc<dyn ChunkSource>, bytes: u64) -> Self {
+    pub fn new(source: Arc<dyn ChunkProvider>, bytes: u64) -> Self {
         Self { source, kept: Mutex::new(Kept { most: bytes, ..Kept::default() }) }
     }
 
@@ -95,7 +95,7 @@ impl KeptSource {
     }
 }
 
-impl ChunkSource for KeptSource {
+impl ChunkProvider for ChunkCache {
     fn materials(&self) -> &[Material] {
         self.source.materials()
     }
@@ -120,14 +120,14 @@ impl ChunkSource for KeptSource {
         self.source.top_level()
     }
 
-    fn given_up(&self, level: u32, pos: ChunkPos) {
+    fn on_evicted(&self, level: u32, pos: ChunkPos) {
         self.kept().touch((level, pos));
     }
 }
 
-impl std::fmt::Debug for KeptSource {
+impl std::fmt::Debug for ChunkCache {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "KeptSource({:?})", self.stats())
+        write!(f, "ChunkCache({:?})", self.stats())
     }
 }
 
@@ -201,7 +201,7 @@ mod tests {
     /// Tiles of noise, some empty, some full, and how many of them were made.
     struct Noise(Vec<Material>, AtomicU64);
 
-    impl ChunkSource for Noise {
+    impl ChunkProvider for Noise {
         fn materials(&self) -> &[Material] {
             &self.0
         }
@@ -234,13 +234,13 @@ mod tests {
     #[test]
     fn tiles_come_back_as_they_were_made_and_never_take_more_than_their_bytes() {
         let noise = noise();
-        let kept = KeptSource::new(noise.clone(), 60_000);
+        let kept = ChunkCache::new(noise.clone(), 60_000);
         let mut most = 0;
         for round in 0..2000 {
             let (level, pos) = tile((mix(round) % 120) as i32);
             assert_eq!(kept.try_chunk(level, pos), noise.try_chunk(level, pos), "{round}");
             if mix(round) & 64 == 0 {
-                kept.given_up(level, pos);
+                kept.on_evicted(level, pos);
             }
             let KeptStats { tiles, bytes: [bytes, limit], .. } = kept.stats();
             assert!(bytes <= limit && tiles as u64 * ENTRY <= bytes, "{:?}", kept.stats());
@@ -259,18 +259,18 @@ mod tests {
     fn a_camera_that_goes_back_makes_nothing_again_and_what_was_given_up_last_is_kept_longest() {
         let noise = noise();
         let made = || noise.1.load(Ordering::Relaxed);
-        let ask = |kept: &KeptSource, n| drop(kept.try_chunk(tile(n).0, tile(n).1));
-        let kept = KeptSource::new(noise.clone(), 1 << 30);
+        let ask = |kept: &ChunkCache, n| drop(kept.try_chunk(tile(n).0, tile(n).1));
+        let kept = ChunkCache::new(noise.clone(), 1 << 30);
         (0..100).chain((0..100).rev()).for_each(|n| ask(&kept, n));
         assert_eq!(made(), 100);
         // Room for about a third of them: given up in the order 0, 1, 2, …, after all were made.
         let all = kept.stats().bytes[0];
-        let kept = KeptSource::new(noise.clone(), all / 3);
+        let kept = ChunkCache::new(noise.clone(), all / 3);
         for n in 0..100 {
             ask(&kept, n);
             // 30 tiles are held at a time.
             if n >= 30 {
-                kept.given_up(tile(n - 30).0, tile(n - 30).1);
+                kept.on_evicted(tile(n - 30).0, tile(n - 30).1);
             }
         }
         let before = made();
@@ -281,7 +281,7 @@ mod tests {
     #[test]
     fn without_bytes_nothing_is_kept() {
         let noise = noise();
-        let kept = KeptSource::new(noise.clone(), 0);
+        let kept = ChunkCache::new(noise.clone(), 0);
         (0..10).chain(0..10).for_each(|n| drop(kept.try_chunk(tile(n).0, tile(n).1)));
         assert_eq!(noise.1.load(Ordering::Relaxed), 20);
         assert_eq!(kept.stats(), KeptStats { found_made: [0, 20], ..KeptStats::default() });
@@ -290,7 +290,7 @@ mod tests {
     /// A source that fails when it is told to.
     struct Failing(Vec<Material>, Mutex<bool>);
 
-    impl ChunkSource for Failing {
+    impl ChunkProvider for Failing {
         fn materials(&self) -> &[Material] {
             &self.0
         }
@@ -304,7 +304,7 @@ mod tests {
     #[test]
     fn what_could_not_be_had_is_not_kept() {
         let failing = Arc::new(Failing(vec![Material::air(); 2], Mutex::new(true)));
-        let kept = KeptSource::new(failing.clone(), 1 << 20);
+        let kept = ChunkCache::new(failing.clone(), 1 << 20);
         let (level, pos) = tile(0);
         assert!(kept.try_chunk(level, pos).is_err() && kept.stats().tiles == 0);
         *failing.1.lock().unwrap() = false;

@@ -14,7 +14,7 @@ use super::rotations::copy_of;
 
 /// What a frame has counted in a word that a graph warns of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Counted {
+pub struct CounterReading {
     /// The buffer, in the graph of the plan that ran.
     pub resource: ResourceId,
     /// Index into its warnings.
@@ -24,7 +24,7 @@ pub struct Counted {
 }
 
 /// The words of a plan that are warned of.
-pub(super) struct CountedWords {
+pub(super) struct CounterReadback {
     words: Vec<Word>,
     /// A word for each, for each frame in flight; `None` where there are none.
     staging: Option<Buffer>,
@@ -42,9 +42,9 @@ struct Word {
     warning: u32,
 }
 
-impl CountedWords {
+impl CounterReadback {
     #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its passes in 32 bits")]
-    pub(super) fn new(device: &Arc<Device>, plan: &Plan) -> Result<CountedWords, ExecuteError> {
+    pub(super) fn new(device: &Arc<Device>, plan: &Plan) -> Result<CounterReadback, ExecuteError> {
         let mut words = Vec::new();
         for (planned, resource) in plan.resources.iter().enumerate() {
             let id = resource.resource;
@@ -76,7 +76,7 @@ impl CountedWords {
         let (read, write) = (vk::AccessFlags2::TRANSFER_READ, vk::AccessFlags2::TRANSFER_WRITE);
         let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
         let (all, host) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::PipelineStageFlags2::HOST);
-        Ok(CountedWords {
+        Ok(CounterReadback {
             words,
             staging: staging.transpose()?,
             before: Barrier::default()
@@ -119,11 +119,11 @@ impl CountedWords {
     }
 
     /// What a finished frame has counted in the words that were copied in it.
-    pub(super) fn read<'a>(&'a self, slot: usize, copied: &'a [u32]) -> impl Iterator<Item = Counted> + 'a {
+    pub(super) fn read<'a>(&'a self, slot: usize, copied: &'a [u32]) -> impl Iterator<Item = CounterReading> + 'a {
         copied.iter().filter_map(move |&number| {
             let word = self.words.get(number as usize)?;
             let count = self.staging.as_ref()?.word(self.place(slot, number))?;
-            Some(Counted { resource: word.resource, warning: word.warning, count })
+            Some(CounterReading { resource: word.resource, warning: word.warning, count })
         })
     }
 }

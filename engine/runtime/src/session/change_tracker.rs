@@ -9,7 +9,7 @@ use crate::world::SessionWorld;
 
 /// Compares each frame with the one before it.
 #[derive(Default)]
-pub(super) struct Still {
+pub(super) struct ChangeTracker {
     now: Changes,
     last: Option<Last>,
     /// The frame that was noted last has not been.
@@ -39,7 +39,7 @@ struct Last {
     disabled: Vec<PassId>,
 }
 
-impl Still {
+impl ChangeTracker {
     /// Notes a frame, and gives what it is told. `builtins` are those of the frame but for that.
     pub(super) fn note(
         &mut self,

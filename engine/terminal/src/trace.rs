@@ -28,7 +28,7 @@ const MOST_SLICES: usize = 2_000_000;
 const GPU: &str = "raxel::gpu";
 
 /// A trace in the making.
-pub struct Journal {
+pub struct TraceWriter {
     trace: Option<(Pending, Arc<Mutex<Trace>>)>,
     console: Console,
 }
@@ -55,21 +55,24 @@ struct Slice {
     about: String,
 }
 
-impl Journal {
+impl TraceWriter {
     /// Listens from now on, if anything of it is wanted.
     pub fn listen(path: Option<&Path>, console: &Console) -> Result<Self> {
         let trace = path.map(|path| Pending::new(path).map(|pending| (pending, Arc::default()))).transpose()?;
-        let journal = Self { trace, console: console.clone() };
-        let level = match &journal.trace {
+        let writer = Self { trace, console: console.clone() };
+        let level = match &writer.trace {
             Some(_) => LevelFilter::TRACE,
             None if console.verbose() => LevelFilter::DEBUG,
-            None => return Ok(journal),
+            None => return Ok(writer),
         };
-        let ear =
-            Ear { console: console.clone(), level, trace: journal.trace.as_ref().map(|(_, trace)| trace.clone()) };
+        let ear = TraceLayer {
+            console: console.clone(),
+            level,
+            trace: writer.trace.as_ref().map(|(_, trace)| trace.clone()),
+        };
         // A second one in a process is none: the first stays.
         let _ = tracing::subscriber::set_global_default(Registry::default().with(ear));
-        Ok(journal)
+        Ok(writer)
     }
 
     /// Writes the trace.
@@ -172,7 +175,7 @@ impl Trace {
 }
 
 /// Hears spans and events.
-struct Ear {
+struct TraceLayer {
     console: Console,
     level: LevelFilter,
     trace: Option<Arc<Mutex<Trace>>>,
@@ -184,7 +187,7 @@ struct Entered {
     since: Option<Instant>,
 }
 
-impl<S: Subscriber + for<'l> LookupSpan<'l>> Layer<S> for Ear {
+impl<S: Subscriber + for<'l> LookupSpan<'l>> Layer<S> for TraceLayer {
     fn enabled(&self, metadata: &Metadata<'_>, _: Context<'_, S>) -> bool {
         metadata.target().starts_with("raxel") && *metadata.level() <= self.level
     }

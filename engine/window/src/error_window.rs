@@ -27,7 +27,7 @@ const EVERY: Duration = Duration::from_millis(300);
 const MOST: usize = 20_000;
 
 /// What a window needs while there is no session.
-pub(super) struct Waiting {
+pub(super) struct ErrorWindow {
     device: Arc<Device>,
     files: Files,
     looked: Instant,
@@ -39,7 +39,7 @@ pub(super) struct Waiting {
     pub(super) open: Option<Open>,
 }
 
-impl Waiting {
+impl ErrorWindow {
     /// For the project at a folder, whose files were found to be wrong.
     pub fn new(root: PathBuf, options: &DeviceOptions, diagnostics: &[Diagnostic], texts: &SourceMap) -> Result<Self> {
         let device = Device::new(options)?;

@@ -8,14 +8,14 @@ use raxel_world::ChunkPos;
 
 /// Everything of a directory of chunks. Places are in words behind the header.
 #[derive(Clone, Debug, Default)]
-pub struct Reached {
+pub struct ReachableSet {
     /// The nodes above the chunks, and those of the chunks: the root, and for each node above the chunks its children.
     pub nodes: Vec<Range<u32>>,
     /// The chunks that have a node, in the order of their paths from the root.
     pub chunks: Vec<(ChunkPos, TileNode)>,
 }
 
-impl Reached {
+impl ReachableSet {
     /// Walks down from the root of a header through the words behind it. For worlds of single voxels: of coarse tiles it would take the
     /// cells for chunks.
     ///

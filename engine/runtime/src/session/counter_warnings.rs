@@ -1,7 +1,7 @@
 //! What passes count that should be 0, e.g. what found no room (`warnings` of a buffer): said once, until it has gone.
 
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_execute::Counted;
+use raxel_execute::CounterReading;
 use raxel_graph::checked::{Graph, ResourceId, Warning};
 
 use super::Session;
@@ -11,7 +11,7 @@ const GONE: u32 = 60;
 
 /// What is counted in the graph that runs.
 #[derive(Default)]
-pub(super) struct Warned(Vec<Word>);
+pub(super) struct CounterWarnings(Vec<Word>);
 
 /// One word that was not 0.
 struct Word {
@@ -25,10 +25,10 @@ struct Word {
     said: bool,
 }
 
-impl Warned {
+impl CounterWarnings {
     /// Takes what a frame has counted.
-    fn note(&mut self, counted: Counted) {
-        let Counted { resource, warning, count } = counted;
+    fn note(&mut self, counted: CounterReading) {
+        let CounterReading { resource, warning, count } = counted;
         let known = |word: &Word| (word.resource, word.warning) == (resource, warning);
         match (self.0.iter_mut().find(|word| known(word)), count) {
             (None, 0) => {}

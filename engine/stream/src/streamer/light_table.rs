@@ -8,7 +8,7 @@ use crate::pool::{Block, Pool};
 use crate::reach::TileKey;
 
 #[derive(Default)]
-pub(super) struct Listed {
+pub(super) struct LightTable {
     /// Blocks of lamps and of tables that no publication from this version on reaches.
     retired: VecDeque<(u64, Block)>,
     /// The groups that are shown, their table, and what stands in front of the list.
@@ -25,7 +25,7 @@ pub(super) struct Listed {
     refused: bool,
 }
 
-impl Listed {
+impl LightTable {
     /// Gives up a block that publications before this version may reach.
     pub(super) fn retire(&mut self, version: u64, block: Option<Block>) {
         self.retired.extend(block.map(|block| (version, block)));

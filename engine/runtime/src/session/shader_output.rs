@@ -26,7 +26,7 @@ enum What {
 
 /// What frames have written and the world does not have yet, and the poses that they have written so far.
 #[derive(Default)]
-pub(super) struct Collected {
+pub(super) struct ShaderOutput {
     /// Frames run.
     frames: u64,
     tickets: VecDeque<Ticket>,
@@ -46,7 +46,7 @@ struct Ticket {
 #[derive(Default)]
 struct Said([bool; 2]);
 
-impl Collected {
+impl ShaderOutput {
     /// Another device: what is on its way is lost.
     pub(super) fn forget(&mut self) {
         self.tickets.clear();
