@@ -16,8 +16,8 @@ use raxel::oracle::camera::Pinhole;
 use raxel::stream::{TileKey, union};
 use raxel::{Camera, Options, Session, Validation, Value};
 use raxel_edit::{Brush, Operation};
-use raxel_runtime::stream::reach_of;
 use raxel_runtime::{OpenError, Saves};
+use raxel_stream::streaming_range;
 use rayon::prelude::*;
 
 const SIZE: [u32; 2] = [95, 57];
@@ -61,7 +61,7 @@ fn silent(session: &Session) {
 fn exact(session: &Session, camera: &Camera) -> Vec<[i32; 4]> {
     let streamed = session.world().streamed().expect("it is streamed");
     let tiles = session.world().tiles().expect("it is streamed");
-    exact_of(session, camera, &reach_of(streamed, tiles).tiles(camera.cell))
+    exact_of(session, camera, &streaming_range(streamed, tiles).tiles(camera.cell))
 }
 
 /// What a camera sees of some tiles.
@@ -348,7 +348,7 @@ fn a_live_world_comes_into_view_and_no_frame_waits_for_it() {
     }
     // Also what is there before it is wanted, up to the horizon.
     let (streamed, source) = (session.world().streamed().unwrap(), session.world().tiles().unwrap());
-    let reach = reach_of(streamed, source);
+    let reach = streaming_range(streamed, source);
     let mut shown = reach.loaded(false).tiles(camera.cell);
     shown.retain(|tile| tile.level < reach.top() || reach.wants(camera.cell, *tile, 0));
     assert!(hits(&mut session) == exact_of(&session, &camera, &shown));

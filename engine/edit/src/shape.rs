@@ -22,7 +22,7 @@ fn near_far(first: i64, edge: i64, from: i64) -> [i64; 2] {
 }
 
 /// The first voxel that may be within a radius of a position, and one past the last.
-fn reach_of(position: i64, radius: u32) -> [i64; 2] {
+fn streaming_range(position: i64, radius: u32) -> [i64; 2] {
     let radius = i64::from(radius);
     [(position - radius).div_euclid(UNIT), (position + radius).div_euclid(UNIT) + 1]
 }
@@ -38,7 +38,7 @@ pub(crate) struct Ball {
 
 impl Ball {
     pub(crate) fn reach(&self) -> Bounds {
-        let ends = self.center.map(|c| reach_of(c, self.radius));
+        let ends = self.center.map(|c| streaming_range(c, self.radius));
         Bounds { min: ends.map(|end| end[0]), max: ends.map(|end| end[1]) }
     }
 }
@@ -88,8 +88,9 @@ impl Pillar {
     }
 
     pub(crate) fn reach(&self) -> Bounds {
-        let ends: [[i64; 2]; 3] =
-            std::array::from_fn(|i| if i == self.axis { self.layers() } else { reach_of(self.base[i], self.radius) });
+        let ends: [[i64; 2]; 3] = std::array::from_fn(|i| {
+            if i == self.axis { self.layers() } else { streaming_range(self.base[i], self.radius) }
+        });
         Bounds { min: ends.map(|end| end[0]), max: ends.map(|end| end[1]) }
     }
 }

@@ -4,6 +4,7 @@
 //! the distance from the origin.
 
 use glam::{DMat3, DVec2, DVec3, IVec3, Mat4, Vec2, Vec3};
+use raxel_stream::Eye;
 
 /// Where a camera is and how it looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -149,6 +150,12 @@ impl Camera {
         let rotation = self.rotation();
         let (to_world, to_view) = (rotation * shear(1.0), shear(-1.0) * rotation.transpose());
         (Mat4::from_mat3(to_world.as_mat3()), Mat4::from_mat3(to_view.as_mat3()))
+    }
+
+    /// The camera as a streamed world is told of it, for a picture of that aspect of width over height.
+    pub(crate) fn eye(&self, aspect: f64) -> Eye {
+        let half_angle = self.tan_half_fov(aspect).as_dvec2().length().atan();
+        Eye { position: self.position(), cell: self.cell, forward: self.rotation() * DVec3::NEG_Z, half_angle }
     }
 
     /// `camera.tan_half_fov`: tangent of half the field of view, horizontal and vertical, for an aspect of width over height.

@@ -36,7 +36,6 @@ pub mod reload;
 pub mod runner;
 pub mod session;
 pub mod sources;
-pub mod stream;
 pub mod timeline;
 pub mod world;
 

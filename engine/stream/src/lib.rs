@@ -4,11 +4,14 @@
 //! [`Publication`]s: a directory of all tiles that are there, and a header, which together with the blocks are a buffer of the layout
 //! `tree64`. A frame takes the newest publication by writing the header. Nothing that a header can reach is ever written: blocks and
 //! directories that are no longer reached become free when the frames that could reach them have finished.
+//!
+//! A [`WorldStream`] is a streamer on a Vulkan device: its pool is a buffer, and its frames are those of a session.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod cube;
 mod directory;
+mod on_device;
 mod pool;
 mod publication;
 mod reach;
@@ -25,6 +28,7 @@ mod view;
 
 pub use cube::Cube;
 pub use directory::{Directory, LiveTile, Placed, Written};
+pub use on_device::{Eye, Refused, WorldStream, streaming_range};
 pub use pool::{Block, Pool, PoolMemory};
 pub use publication::{Publication, Stats};
 pub use reach::{StreamingRange, TileKey};

@@ -9,6 +9,7 @@ use raxel_execute::{
     Pipelined, Progress, ReadTicket, Texels,
 };
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Value};
+use raxel_stream::{Refused, WorldStream};
 
 use super::change_tracker::Changes;
 use super::retry::Retry;
@@ -18,7 +19,6 @@ use crate::build_error::BuildError;
 use crate::clock::FrameTime;
 use crate::params::SetError;
 use crate::reload::ReloadEvent;
-use crate::stream::{Refused, WorldStream};
 
 /// Most plans that are kept for the time when they are wanted again: debug targets that are looked at in turn.
 const KEPT_PLANS: usize = 16;
@@ -181,7 +181,7 @@ impl Session {
             if let Some(message) = stream.take_message() {
                 self.editing.say(message);
             }
-            match stream.begin(&self.camera, aspect, time.delta) {
+            match stream.begin(&self.camera.eye(aspect), time.delta) {
                 Ok(version) => return Ok(version),
                 Err(Refused::World(diagnostic)) => {
                     let texts = Box::new(self.state.diagnostics().1);

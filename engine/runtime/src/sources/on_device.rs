@@ -11,6 +11,7 @@ use raxel_graph::checked::{Fact, Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
 use raxel_layouts::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveLayout, Patch};
+use raxel_stream::{Refused, WorldStream};
 use raxel_world::{Chunk, ChunkPos};
 
 use super::SourceName;
@@ -18,7 +19,6 @@ use super::catalog::{EDITS, POSES, VOXEL_FORMAT};
 use super::check::no_model;
 use super::instances::{LiveInstances, WrittenPoses};
 use crate::build_error::BuildError;
-use crate::stream::{Refused, WorldStream};
 use crate::world::{SessionWorld, WorldIdentity};
 
 /// The sources of one device. What belongs to a world or a file goes when that does, as soon as no plan uses it any more.
@@ -123,10 +123,11 @@ impl OnDevice {
                 return Err(diagnosed(needs_whole(name, *copied, resource, world)));
             }
             let camera = world.first_camera();
-            let stream = WorldStream::new(streamed, &camera, !self.live, builder).map_err(|error| match error {
-                Refused::World(diagnostic) => diagnosed(*diagnostic),
-                Refused::Device(error) => refused(error, resource),
-            })?;
+            let stream =
+                WorldStream::new(streamed, &camera.eye(1.0), !self.live, builder).map_err(|error| match error {
+                    Refused::World(diagnostic) => diagnosed(*diagnostic),
+                    Refused::Device(error) => refused(error, resource),
+                })?;
             // Voxels and lamps come together, whichever a plan binds first.
             let stream = Arc::new(stream);
             let of = |name| Key::Voxels { name, copied: false, world: Arc::downgrade(world.identity()) };

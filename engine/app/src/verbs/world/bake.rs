@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use raxel_bake::{BakeError, DEFAULT_EDGE, Part, Plan, PlanError, Region, Report};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_runtime::project::Project;
-use raxel_runtime::stream::reach_of;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::world::store_refused;
+use raxel_stream::streaming_range;
 use raxel_terminal::args::Messages;
 use raxel_terminal::console::{self, Console, Format};
 use raxel_terminal::failure::{Failure, Result};
@@ -110,7 +110,7 @@ fn plan(
 /// The highest level that the view of a streamed world takes.
 fn streamed_levels(world: &SessionWorld) -> u32 {
     let (Some(streamed), Some(tiles)) = (world.streamed(), world.tiles()) else { return 0 };
-    reach_of(streamed, tiles).top()
+    streaming_range(streamed, tiles).top()
 }
 
 fn refused(error: &PlanError, console: &Console) -> Failure {

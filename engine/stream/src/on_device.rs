@@ -4,16 +4,15 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
+use glam::{DVec3, IVec3};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_edit::{ChunkCache, EditedChunks};
 use raxel_execute::{Builder, ExecuteError, ExternalResource};
 use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, SharedWords, TimelineValue, UploadRing, vk};
-use raxel_stream::{PoolMemory, Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, View};
 use raxel_world::{ChunkPos, ChunkProvider};
 use raxel_worldfile::Streamed;
 
-use crate::camera::Camera;
+use crate::{PoolMemory, Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, View};
 
 /// How long a complete world may take until it is there.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -98,23 +97,42 @@ impl From<ExecuteError> for Refused {
     }
 }
 
+/// The camera of a frame, as far as loading depends on it. Lengths are in voxels.
+#[derive(Clone, Copy, Debug)]
+pub struct Eye {
+    /// Where it is.
+    pub position: DVec3,
+    /// The voxel that it is in.
+    pub cell: IVec3,
+    /// The direction that it looks in, of length 1.
+    pub forward: DVec3,
+    /// From `forward` to a corner of its picture, in radians.
+    pub half_angle: f64,
+}
+
+impl Eye {
+    fn view(&self, velocity: DVec3) -> View {
+        View { cell: self.cell, velocity, forward: self.forward, half_angle: self.half_angle }
+    }
+}
+
 impl WorldStream {
     /// Starts to load a world around a camera. When `complete`, every frame waits until everything that its camera wants is there.
     #[expect(clippy::cast_possible_truncation, reason = "a storage buffer has less than 2³² bytes")]
     pub fn new(
         (streamed, tiles): (&Streamed, &Arc<EditedChunks>),
-        camera: &Camera,
+        eye: &Eye,
         complete: bool,
         builder: &Builder,
     ) -> Result<Self, Refused> {
         let device = builder.device();
         let settings = &streamed.settings;
-        let reach = reach_of(streamed, tiles);
+        let reach = streaming_range(streamed, tiles);
         let capabilities = device.capabilities();
         let there = u64::from(capabilities.limits.max_storage_buffer_range).min(capabilities.memory / SHARE);
         let bytes = settings.gpu_memory.min(there) & !15;
         let loaded = reach.loaded(complete);
-        let [needed, packed] = Streamer::estimate(&**tiles, &loaded, camera.cell, &ChunkCache::bytes_of);
+        let [needed, packed] = Streamer::estimate(&**tiles, &loaded, eye.cell, &ChunkCache::bytes_of);
         if needed > bytes {
             return Err(Refused::World(Box::new(too_small(streamed, needed, bytes))));
         }
@@ -140,7 +158,7 @@ impl WorldStream {
         };
         let source = builder.source("world.tree64", Some(buffer), None);
         let words = (bytes / 4) as u32;
-        let view = view_of(camera, DVec3::ZERO, 1.0);
+        let view = eye.view(DVec3::ZERO);
         let lights = lights.map(|buffer| builder.source("world.lights", Some(buffer), None));
         let streamer = Streamer::with_lamps(tiles.clone(), (memory, words), lamps, reach, view, options);
         // A thread that has ended since is for the frames to report: how soon it ends is chance.
@@ -243,22 +261,21 @@ impl WorldStream {
         self.frames().version
     }
 
-    /// Before a frame: follows the camera, and gives the frame the newest publication. A complete world is waited for, and for at most
+    /// Before a frame: follows the camera, `seconds` after the last frame, and gives the frame the newest publication. A complete world is waited for, and for at most
     /// 4 ms an edit of a few chunks; nothing else waits. Returns the version that the frame sees.
     ///
     /// # Errors
     /// What became of the copies to the device. Words that did not arrive are never sent again, so after one error that says why, the device
     /// counts as lost, and the world is loaded anew for the next one.
-    pub(crate) fn begin(&self, camera: &Camera, aspect: f64, seconds: f64) -> Result<u64, Refused> {
+    pub fn begin(&self, eye: &Eye, seconds: f64) -> Result<u64, Refused> {
         let began = Instant::now();
         self.uploads.check()?;
         let mut frames = self.frames();
-        let position = camera.position();
-        let velocity = match frames.last.replace(position) {
-            Some(last) if seconds > 0.0 && !self.complete => (position - last) / seconds,
+        let velocity = match frames.last.replace(eye.position) {
+            Some(last) if seconds > 0.0 && !self.complete => (eye.position - last) / seconds,
             _ => DVec3::ZERO,
         };
-        let view = view_of(camera, velocity, aspect);
+        let view = eye.view(velocity);
         self.streamer.follow(view);
         self.release(&mut frames);
         drop(frames);
@@ -298,7 +315,7 @@ impl WorldStream {
     }
 
     /// After a frame that was submitted: `before` is what had been submitted before it.
-    pub(crate) fn end(&self, before: TimelineValue) {
+    pub fn end(&self, before: TimelineValue) {
         let began = Instant::now();
         let mut frames = self.frames();
         let waiting = self.source.is_waiting() || self.lights.as_ref().is_some_and(|lights| lights.is_waiting());
@@ -371,7 +388,7 @@ impl std::fmt::Debug for WorldStream {
 }
 
 /// Which tiles of a world are wanted: those of its file, and what is edited.
-pub fn reach_of(streamed: &Streamed, tiles: &EditedChunks) -> StreamingRange {
+pub fn streaming_range(streamed: &Streamed, tiles: &EditedChunks) -> StreamingRange {
     let mut reach = StreamingRange::of(&streamed.settings, streamed.generator.height_range().unwrap_or([0, 0]));
     tiles.edited_heights().into_iter().for_each(|heights| reach.include(heights));
     reach
@@ -407,12 +424,6 @@ fn pool_buffer(device: &Arc<Device>, name: &str, size: u64) -> Result<Arc<Buffer
         return Ok(Arc::new(buffer));
     }
     Ok(Arc::new(make(Location::Device)?))
-}
-
-/// The camera as a streamer is told of it.
-fn view_of(camera: &Camera, velocity: DVec3, aspect: f64) -> View {
-    let tangent = camera.tan_half_fov(aspect).as_dvec2().length();
-    View { cell: camera.cell, velocity, forward: camera.rotation() * DVec3::NEG_Z, half_angle: tangent.atan() }
 }
 
 /// What became of the words for the device.
