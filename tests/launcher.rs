@@ -127,6 +127,35 @@ fn what_failed_is_run_again_and_nothing_else() {
 }
 
 #[test]
+fn parts_have_names_and_say_how_long_they_took() {
+    let launcher = Launcher::new();
+    fs::copy(common::repository().join("ARCHITECTURE.md"), launcher.path("ARCHITECTURE.md")).unwrap();
+    let run = |arguments: &[&str]| texts(&common::output(&mut launcher.command(arguments)));
+    let (done, said) = run(&["test", "--no-device"]);
+    let tests = done.lines().find(|line| line.starts_with("cargo test ")).expect("tests are run");
+    for (part, runs) in
+        [("-p raxel-graph ", true), ("-p raxel-gpu ", false), ("-p raxel-panels ", false), ("-p raxel ", false)]
+    {
+        assert_eq!(tests.contains(part), runs, "{part}: {tests}");
+    }
+    assert!(said.contains("raxel: formatting took ") && said.contains("raxel: lints took "), "{said}");
+    let (done, _) = run(&["test", "--window"]);
+    assert!(done.starts_with("cargo test ") && done.contains("--test window --test window_faults"), "{done}");
+
+    launcher.program(
+        "cargo",
+        "[ $1 = test ] || exit 0\n\
+         echo '     Running unittests src/lib.rs (target/checked/deps/raxel_graph-0123456789abcdef)' >&2\n\
+         echo 'test result: ok. 5 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 2.11s'\n\
+         echo '     Running tests/cli.rs (target/checked/deps/cli-0123456789abcdef)' >&2\n\
+         echo 'test result: ok. 5 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 120.49s'",
+    );
+    let (_, said) = run(&["test"]);
+    let (_, longest) = said.split_once("raxel: these tests took longest:\n").expect("a list");
+    assert!(longest.starts_with("     120.5 s  tests/cli.rs\n       2.1 s  unit tests of raxel_graph\n"), "{longest}");
+}
+
+#[test]
 fn nothing_failed_and_some_crates_only() {
     let launcher = Launcher::new();
     let output = common::output(&mut launcher.command(&["test", "-p", "raxel-shader"]));
