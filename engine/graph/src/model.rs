@@ -3,9 +3,12 @@
 
 use std::sync::Arc;
 
-use raxel_diagnostics::{Span, Spanned};
+use raxel_diagnostics::{Span, Spanned, codes};
+use raxel_language::Keys;
 
 use crate::checked::{DisplayMap, RoundIndex};
+use crate::parse::{MOST_TICKS, RATES, at, rate};
+use crate::schema::{param_types, reference};
 
 /// One graph file, or several laid over each other.
 #[derive(Clone, Debug)]
@@ -38,49 +41,66 @@ pub struct File {
     pub passes: Vec<Pass>,
 }
 
-/// `[params.NAME]`.
-#[derive(Clone, Debug)]
+/// A live value.
+#[derive(Clone, Debug, Keys)]
+#[keys(layer("param", unknown = codes::graph::UNKNOWN_PARAM))]
 pub struct Param {
     /// The key.
+    #[keys(entry)]
     pub name: Spanned<String>,
-    /// `remove = true`.
+    /// Takes it out of the graph that `extends` names.
+    #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    #[keys(flawed)]
     pub flawed: bool,
-    /// `type`, a word such as `f32`.
+    /// Its type: needed.
+    #[keys(rename = "type", shape = param_types())]
     pub ty: Option<Spanned<String>>,
-    /// `default`.
+    /// Its value until somebody sets it, in its `unit`: needed.
     pub default: Option<Literal>,
-    /// `range`.
+    /// Smallest and largest value of each component, in its `unit`; any value when left out, and a field to drag instead of a slider.
     pub range: Option<Spanned<[f64; 2]>>,
-    /// `step`.
+    /// Step of the slider, in its `unit`: 1 for integers and a fine one for other numbers when left out.
+    #[keys(range = 0.0..=f64::MAX)]
     pub step: Option<Spanned<f64>>,
-    /// `label`.
+    /// Text beside the slider; its name when left out.
     pub label: Option<Spanned<String>>,
-    /// `tooltip`.
+    /// What it does, for whoever rests the pointer on it; may be left out.
     pub tooltip: Option<Spanned<String>>,
-    /// `unit`.
+    /// Unit of the value, e.g. `°` or `voxels`: shown behind the number. A number without one when left out.
     pub unit: Option<Spanned<String>>,
-    /// `group`.
+    /// Title of the group that it stands in, in the window and in `raxel list`. Without one, params whose names begin with the same word
+    /// stand together.
     pub group: Option<Spanned<String>>,
-    /// `choices`.
-    pub choices: Option<Spanned<Vec<Spanned<String>>>>,
-    /// `color`.
+    /// Names of the values 0, 1, 2, … of an `i32` or `u32`, to be chosen from. They are its range; a number when left out.
+    pub choices: Option<Spanned<Choices>>,
+    /// Of a `vec3` or `vec4`: it is a linear colour. When left out, one is whose name or label has `color`, `colour`, `tint` or `albedo`.
     pub color: Option<Spanned<bool>>,
 }
 
-/// `[clocks.NAME]`.
+/// Names of values: at least two, none of them empty.
 #[derive(Clone, Debug)]
+pub struct Choices(pub Vec<Spanned<String>>);
+
+/// A rhythm apart from the frames.
+#[derive(Clone, Debug, Keys)]
+#[keys(layer("clock", unknown = codes::graph::UNKNOWN_CLOCK))]
 pub struct Clock {
     /// The key.
+    #[keys(entry)]
     pub name: Spanned<String>,
-    /// `remove = true`.
+    /// Takes it out of the graph that `extends` names.
+    #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    #[keys(flawed)]
     pub flawed: bool,
-    /// `hz`.
+    /// Ticks a second of the session's time. Needed.
+    #[keys(read = |node| at(node, rate(node)), range = RATES, unit = "Hz")]
     pub hz: Option<Spanned<f64>>,
-    /// `most`.
+    /// Ticks that one frame catches up at most; time beyond them is dropped.
+    #[keys(range = 1..=MOST_TICKS, told = 4)]
     pub most: Option<Spanned<u32>>,
 }
 

@@ -2,10 +2,12 @@
 //! be known with the shaders at hand the compiler says.
 
 use raxel_diagnostics::schema::with_defaults;
+use raxel_language::{Describe, Keys, Shape};
 use raxel_shader::format::Format;
 use serde_json::{Value, json};
 
 use crate::checked::{Builtin, LARGEST_SUBGROUP, MOST_ROUNDS, MOST_STILL, RoundIndex};
+use crate::model::{Choices, Clock, Literal, Param};
 use crate::parse::{DISPLAY_MAPS, MOST_CHOICES};
 use crate::resolve::FACTS;
 use crate::value::ValueType;
@@ -34,12 +36,12 @@ pub fn schema() -> Value {
             "passes": {
                 "description": "Compute dispatches, in the order in which they run.",
                 "type": "array",
-                "items": reference("pass"),
+                "items": definition_of("pass"),
             },
         },
         "definitions": {
-            "param": param(),
-            "clock": clock(),
+            "param": Param::form().definition(),
+            "clock": Clock::form().definition(),
             "target": target(),
             "buffer": buffer(),
             "loop": repeated(),
@@ -76,7 +78,7 @@ fn with(default: Value, mut value: Value) -> Value {
     value
 }
 
-fn reference(definition: &str) -> Value {
+fn definition_of(definition: &str) -> Value {
     json!({ "$ref": format!("#/definitions/{definition}") })
 }
 
@@ -86,7 +88,7 @@ fn named(about: &str, definition: &str) -> Value {
         "description": about,
         "type": "object",
         "propertyNames": { "pattern": "^[A-Za-z0-9_-]{1,64}$" },
-        "additionalProperties": reference(definition),
+        "additionalProperties": definition_of(definition),
     })
 }
 
@@ -95,17 +97,40 @@ fn table(about: &str, properties: &Value) -> Value {
     json!({ "description": about, "type": "object", "additionalProperties": false, "properties": properties })
 }
 
+/// What is declared in the definitions of the schema.
+pub fn reference(definition: &str) -> Shape {
+    Shape::Schema(definition_of(definition))
+}
+
 // A reference has no description of its own, and `allOf`, which could give it one, makes Taplo run out of stack: what needs one is
 // written out.
 
 fn literal(about: &str) -> Value {
-    json!({
-        "description": about,
-        "anyOf": [
-            { "type": ["number", "boolean"] },
-            { "type": "array", "items": reference("literal") },
-        ],
-    })
+    let mut schema = Literal::shape(&()).schema();
+    schema["description"] = about.into();
+    schema
+}
+
+impl Describe for Literal {
+    type Limits = ();
+
+    fn shape((): &()) -> Shape {
+        Shape::Schema(json!({
+            "anyOf": [
+                { "type": ["number", "boolean"] },
+                { "type": "array", "items": definition_of("literal") },
+            ],
+        }))
+    }
+}
+
+impl Describe for Choices {
+    type Limits = ();
+
+    fn shape((): &()) -> Shape {
+        let name = json!({ "type": "string", "minLength": 1 });
+        Shape::Schema(json!({ "type": "array", "items": name, "minItems": 2, "maxItems": MOST_CHOICES }))
+    }
 }
 
 fn counts(about: &str) -> Value {
@@ -114,7 +139,7 @@ fn counts(about: &str) -> Value {
 }
 
 fn fills(about: &str) -> Value {
-    json!({ "description": about, "type": "object", "additionalProperties": reference("member") })
+    json!({ "description": about, "type": "object", "additionalProperties": definition_of("member") })
 }
 
 fn words<'w>(about: &str, words: impl Iterator<Item = &'w str>) -> Value {
@@ -129,40 +154,9 @@ fn pair(about: &str) -> Value {
     json!({ "description": about, "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 })
 }
 
-fn param() -> Value {
-    table(
-        "A live value.",
-        &json!({
-            "type": words("Its type: needed.", ValueType::words().filter(|word| *word != "mat4")),
-            "default": literal("Its value until somebody sets it, in its `unit`: needed."),
-            "range": pair("Smallest and largest value of each component, in its `unit`; any value when left out, and a field to drag instead of a slider."),
-            "step": { "description": "Step of the slider, in its `unit`: 1 for integers and a fine one for other numbers when left out.", "type": "number", "minimum": 0 },
-            "label": text("Text beside the slider; its name when left out."),
-            "tooltip": text("What it does, for whoever rests the pointer on it; may be left out."),
-            "unit": text("Unit of the value, e.g. `°` or `voxels`: shown behind the number. A number without one when left out."),
-            "group": text("Title of the group that it stands in, in the window and in `raxel list`. Without one, params whose names begin with the same word stand together."),
-            "choices": {
-                "description": "Names of the values 0, 1, 2, … of an `i32` or `u32`, to be chosen from. They are its range; a number when left out.",
-                "type": "array",
-                "items": { "type": "string", "minLength": 1 },
-                "minItems": 2,
-                "maxItems": MOST_CHOICES,
-            },
-            "color": json!({ "description": "Of a `vec3` or `vec4`: it is a linear colour. When left out, one is whose name or label has `color`, `colour`, `tint` or `albedo`.", "type": "boolean" }),
-            "remove": reference("remove"),
-        }),
-    )
-}
-
-fn clock() -> Value {
-    table(
-        "A rhythm apart from the frames.",
-        &json!({
-            "hz": { "description": "Ticks a second of the session's time. Needed.", "type": "number", "minimum": 0.001, "maximum": 10_000 },
-            "most": with(json!(4), integer("Ticks that one frame catches up at most; time beyond them is dropped.", 1, 16)),
-            "remove": reference("remove"),
-        }),
-    )
+/// What a param can be: anything but a matrix.
+pub fn param_types() -> Shape {
+    Shape::Words(ValueType::words().filter(|word| *word != "mat4").collect())
 }
 
 fn target() -> Value {
@@ -181,13 +175,13 @@ fn target() -> Value {
                 "anyOf": [{ "type": "integer", "minimum": 1, "maximum": 17 }, { "const": "full" }],
             },
             "layers": with(json!(1), integer("Number of array layers.", 1, 2048)),
-            "history": reference("history"),
+            "history": definition_of("history"),
             "clear": literal("Fills it at the start of each frame: one number, or one a channel. When left out, nothing does."),
             "init": literal("Fills it at creation and on reset: one number, or one a channel; the contents then survive from frame to frame. When left out, they do not."),
             "keep": flag("Has memory of its own and keeps its contents from frame to frame (with `clear`: until it is cleared).", false),
             "clock": text("The clock whose ticks turn its history and its clears, instead of the frames. Only passes of that clock write it."),
             "display": display(),
-            "remove": reference("remove"),
+            "remove": definition_of("remove"),
         }),
     )
 }
@@ -247,7 +241,7 @@ fn buffer() -> Value {
             "values": {
                 "description": "What is in it: numbers, or arrays of as many as a vector has components. Passes only read it. Instead of `size`.",
                 "type": "array",
-                "items": reference("literal"),
+                "items": definition_of("literal"),
                 "minItems": 1,
                 "maxItems": 4096,
             },
@@ -256,11 +250,11 @@ fn buffer() -> Value {
             "copy": text("What fills it when that changes, at creation and on reset, and passes may write: `world.octree` or another layout, or `model.NAME.octree`. Left out where nothing does."),
             "clear": { "description": "32-bit pattern that fills it at the start of each frame. When left out, nothing does.", "type": "integer" },
             "init": { "description": "32-bit pattern that fills it at creation and on reset; the contents then survive from frame to frame. When left out, they do not.", "type": "integer" },
-            "history": reference("history"),
+            "history": definition_of("history"),
             "keep": flag("Has memory of its own and keeps its contents from frame to frame (with `clear`: until it is cleared).", false),
             "clock": text("The clock whose ticks turn its history and its clears, instead of the frames. Only passes of that clock write it."),
             "warnings": warnings(),
-            "remove": reference("remove"),
+            "remove": definition_of("remove"),
         }),
     )
 }
@@ -296,7 +290,7 @@ fn repeated() -> Value {
                 "type": "array",
                 "items": { "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 },
             },
-            "remove": reference("remove"),
+            "remove": definition_of("remove"),
         }),
     )
 }
@@ -325,7 +319,7 @@ fn pass() -> Value {
             "specialization": {
                 "description": "Specialization constants by name: written values, or what is fixed while a plan runs, such as `buffer.NAME.count`.",
                 "type": "object",
-                "additionalProperties": { "anyOf": [{ "type": ["number", "boolean"] }, reference("from")] },
+                "additionalProperties": { "anyOf": [{ "type": ["number", "boolean"] }, definition_of("from")] },
             },
             "subgroup": {
                 "description": "Invocations in a subgroup that the device is asked for, if it has subgroups of that size. Those that it makes by itself when left out.",
@@ -335,13 +329,13 @@ fn pass() -> Value {
             "bind": {
                 "description": "GLSL name = resource. `NAME@1` is the last frame of NAME.",
                 "type": "object",
-                "additionalProperties": reference("bind"),
+                "additionalProperties": definition_of("bind"),
             },
             "push": fills("The push constants: every member of the shader's block."),
             "uniforms": {
                 "description": "Uniform blocks that raxel fills, by GLSL name.",
                 "type": "object",
-                "additionalProperties": reference("fills"),
+                "additionalProperties": definition_of("fills"),
             },
             "loop": text("The loop that repeats it; it runs once when left out."),
             "when": when(),
@@ -356,7 +350,7 @@ fn pass() -> Value {
             },
             "before": text("Over a graph that `extends` names: puts the pass before this one. A new pass goes to the end when left out, one of that graph stays."),
             "after": text("Over a graph that `extends` names: puts the pass after this one. A new pass goes to the end when left out, one of that graph stays."),
-            "remove": reference("remove"),
+            "remove": definition_of("remove"),
         }),
     )
 }
@@ -365,18 +359,18 @@ fn dispatch() -> Value {
     json!({
         "description": "How many workgroups: [x, y, z], or as many as cover some threads. Needed.",
         "anyOf": [
-            reference("counts"),
+            definition_of("counts"),
             table("Threads.", &json!({
                 "threads": {
                     "description": "One thread per texel of a target, one per element of a buffer (`rx_thread()` of `raxel/thread.glsl` is its index), one per voxel of the bounds of the `world`, or [x, y, z] threads. Needed in this form.",
-                    "anyOf": [{ "type": "string" }, reference("counts")],
+                    "anyOf": [{ "type": "string" }, definition_of("counts")],
                 },
                 "mip": with(json!(0), mip("The mip, from 0, whose texels are meant.")),
             })),
             table("Workgroups.", &json!({
                 "groups": {
                     "description": "Workgroups, or one for each texel or tile of a target. Needed in this form.",
-                    "anyOf": [{ "type": "string" }, reference("counts")],
+                    "anyOf": [{ "type": "string" }, definition_of("counts")],
                 },
                 "tile": with(json!([1, 1, 1]), counts("Texels of a workgroup.")),
                 "mip": with(json!(0), mip("The mip, from 0, whose texels are meant.")),
@@ -404,7 +398,7 @@ fn bind() -> Value {
                 "filter": with(json!("nearest"), words("Filter of a sampled image.", ["nearest", "linear"].into_iter())),
                 "wrap": with(json!("clamp"), words("What lies beyond the edge of a sampled image.", ["clamp", "repeat"].into_iter())),
                 "partial": flag("The shader stores only some of the texels (or bytes) that are read later: what was there before shows through. Without it, a `writeonly` binding is taken to store all of them.", false),
-                "remove": reference("remove"),
+                "remove": definition_of("remove"),
             })),
         ],
     })
@@ -413,8 +407,8 @@ fn bind() -> Value {
 fn member() -> Value {
     json!({
         "anyOf": [
-            reference("from"),
-            reference("literal"),
+            definition_of("from"),
+            definition_of("literal"),
             table("A member with its type, checked against the shader.", &json!({
                 "type": {
                     "description": "Its type; an array as `vec4[8]`. Needed in this form.",
@@ -423,12 +417,12 @@ fn member() -> Value {
                         { "type": "string", "pattern": format!("^({})\\[[0-9]+\\]$", ValueType::words().collect::<Vec<_>>().join("|")) },
                     ],
                 },
-                "from": reference("from"),
-                "value": reference("literal"),
+                "from": definition_of("from"),
+                "value": definition_of("literal"),
                 "offset": integer("Its offset in bytes; it is not checked when left out.", 0, u32::MAX.into()),
-                "remove": reference("remove"),
+                "remove": definition_of("remove"),
             })),
-            reference("fills"),
+            definition_of("fills"),
         ],
     })
 }

@@ -3,7 +3,7 @@
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
 
-use super::{at, remove};
+use super::{at, removes};
 use crate::checked::{MOST_ROUNDS, RoundIndex};
 use crate::model::{Loop, Mip, Rounds};
 
@@ -14,7 +14,7 @@ pub fn loop_(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Loop {
     let before = table.reporter().count();
     let mut read = Loop {
         name: Spanned::new(name, node.key_span.clone()),
-        remove: remove(table, &["remove"]),
+        remove: removes(table, &["remove"]),
         flawed: false,
         count: table.get("count").and_then(|node| at(&node, rounds(&node))),
         down: table.get("order").and_then(|node| at(&node, node.word(&[("up", false), ("down", true)]))),

@@ -3,7 +3,7 @@
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
 
-use super::{at, literal, remove, text};
+use super::{at, literal, removes, text};
 use crate::checked::DisplayMap;
 use crate::model::{Buffer, BufferSize, Display, Literal, Size, Target, Warning};
 use crate::supply::FILE;
@@ -45,7 +45,7 @@ pub fn target(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Targe
     table.conflict("clear", "init", "`clear` fills the target each frame, `init` once");
     let mut target = Target {
         name: Spanned::new(name, node.key_span.clone()),
-        remove: remove(table, &["remove"]),
+        remove: removes(table, &["remove"]),
         flawed: false,
         source: text(table, "source"),
         copy: text(table, "copy"),
@@ -169,7 +169,7 @@ pub fn buffer(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Buffe
     table.conflict("clear", "init", "`clear` fills the buffer each frame, `init` once");
     let mut buffer = Buffer {
         name: Spanned::new(name, node.key_span.clone()),
-        remove: remove(table, &["remove"]),
+        remove: removes(table, &["remove"]),
         flawed: false,
         size: table.get("size").and_then(|node| at(&node, buffer_size(&node))),
         source: text(table, "source"),
